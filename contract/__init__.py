@@ -1,0 +1,1 @@
+"""What server, vehicle agent and simulator agreed on: geometry, roads, wire, run log."""

@@ -1,0 +1,389 @@
+"""Everything a vehicle and the server say to each other.
+
+One frozen struct a message, tagged by `type`. Stamps that end in `_ns` are the speaker's clock: on the
+vehicle monotonic nanoseconds since its boot, on the server UTC nanoseconds since the Unix epoch. The hello
+exchange ties the two together (`ClockSample`). Schema evolution is additive; a breaking change raises
+`PROTOCOL_VERSION`.
+"""
+
+from typing import Literal
+
+import msgspec
+
+from contract.geometry import Pose2
+
+PROTOCOL_VERSION = 1
+OLDEST_PROTOCOL_VERSION = 1
+
+VisitState = Literal["pending", "under_way", "done", "skipped"]
+VisitKind = Literal["stop", "rest", "temporary"]
+BoardedHow = Literal["code", "tap", "sensor"]
+DriveMode = Literal["autonomous", "held", "manual", "minimal_risk", "fault"]
+
+
+class Message(msgspec.Struct, frozen=True, tag_field="type", forbid_unknown_fields=False):
+    """Base of everything on the wire."""
+
+
+# ---------------------------------------------------------------- session
+
+
+class Challenge(Message, tag="challenge"):
+    """Server, first: sign this nonce. Also the protocol versions it speaks and its send time."""
+
+    nonce: str
+    protocol_min: int
+    protocol_max: int
+    server_ns: int
+
+
+class VisitProgress(msgspec.Struct, frozen=True):
+    visit_id: str
+    state: VisitState
+
+
+class Holding(msgspec.Struct, frozen=True):
+    """What the vehicle follows right now: its word on what has happened."""
+
+    order_id: str
+    revision: int
+    visits: tuple[VisitProgress, ...]
+    sections: tuple[str, ...] = ()
+
+
+class BootLog(msgspec.Struct, frozen=True):
+    """The first event of a boot that the server has not acknowledged yet."""
+
+    boot_id: str
+    first_unacknowledged: int
+
+
+class Hello(Message, tag="hello"):
+    """Vehicle: who I am, what I hold. `signature` is Ed25519 over `signed_hello(...)`, base64."""
+
+    protocol: int
+    vehicle_id: str
+    boot_id: str
+    nonce: str
+    signature: str
+    software: str
+    stack: str
+    map_version: str
+    vehicle_ns: int
+    logs: tuple[BootLog, ...] = ()
+    holding: Holding | None = None
+    seats: int = 6
+    wheelchair_places: int = 0
+
+
+class Welcome(Message, tag="welcome"):
+    """Server: you are in. Frames of an older epoch are refused from here on."""
+
+    epoch: int
+    protocol: int
+    server_ns: int
+    acknowledged: tuple[BootLog, ...] = ()
+
+
+class ClockProbe(Message, tag="clock_probe"):
+    vehicle_ns: int
+
+
+class ClockSample(Message, tag="clock_sample"):
+    """Server's answer to a probe; with the arrival stamp the vehicle has offset and round trip."""
+
+    vehicle_ns: int
+    server_ns: int
+
+
+# ---------------------------------------------------------------- orders, server -> vehicle
+
+
+class RiderTask(msgspec.Struct, frozen=True):
+    """One ride's party at a visit. The code is what a rider types on the onboard screen."""
+
+    ride_id: str
+    party: int
+    code: str = ""
+
+
+class Visit(msgspec.Struct, frozen=True):
+    """Go to a place and stand there.
+
+    route       lanes from the end of the visit before (or from where the order was made) to `lane_id`,
+                both ends included; empty when the vehicle already stands there
+    s_m         where the rear axle shall stand on `lane_id`
+    dwell_s     how long doors stay open at least, once standing
+    not_before_ns  server time before which the vehicle shall not leave (a timetable departure), 0 for none
+    """
+
+    visit_id: str
+    kind: VisitKind
+    stop_id: str
+    lane_id: str
+    s_m: float
+    route: tuple[str, ...]
+    board: tuple[RiderTask, ...] = ()
+    alight: tuple[RiderTask, ...] = ()
+    dwell_s: float = 15.0
+    not_before_ns: int = 0
+    name: str = ""
+    name_en: str = ""
+
+
+class SectionGrant(msgspec.Struct, frozen=True, array_like=True):
+    """A reservation: this vehicle alone may enter the section. A higher fence replaces a lower one."""
+
+    section_id: str
+    fence: int
+
+
+class Order(Message, tag="order"):
+    """What shall happen. A higher revision replaces a lower one; repeats are harmless.
+
+    visits      in driving order, done ones left out; the last one is a rest visit
+    sections    every grant the vehicle holds, in route order
+    expires_ns  server time after which the vehicle must not accept this order any more
+    """
+
+    epoch: int
+    order_id: str
+    revision: int
+    map_version: str
+    visits: tuple[Visit, ...]
+    sections: tuple[SectionGrant, ...]
+    expires_ns: int
+
+
+class Grants(Message, tag="grants"):
+    """All sections granted for the order's remaining route, in route order; replaces earlier lists."""
+
+    epoch: int
+    order_id: str
+    sections: tuple[SectionGrant, ...]
+
+
+class Command(Message, tag="command"):
+    """An operator's or developer's word to one vehicle. Repeats of a command_id are harmless."""
+
+    epoch: int
+    command_id: str
+    kind: Literal["hold", "resume", "announce", "stop_now"]
+    text: str = ""
+
+
+class PassengerTap(Message, tag="passenger_tap"):
+    """A passenger tapped on the phone. The vehicle accepts it only while it stands with doors open."""
+
+    epoch: int
+    tap_id: str
+    ride_id: str
+    kind: Literal["board", "alight"]
+
+
+class EventsAcknowledged(Message, tag="events_acknowledged"):
+    """The server has stored every event of this boot below `next_sequence`."""
+
+    epoch: int
+    boot_id: str
+    next_sequence: int
+
+
+class Goodbye(Message, tag="goodbye"):
+    """Server, before it closes: why, as a typed code, and what to do about it."""
+
+    code: str
+    detail: str
+
+
+# ---------------------------------------------------------------- status and answers, vehicle -> server
+
+
+class FaultReport(msgspec.Struct, frozen=True):
+    code: str
+    severity: Literal["info", "warning", "stop"]
+    since_ns: int
+
+
+class Status(Message, tag="status"):
+    """Where the vehicle is and what it does; latest wins."""
+
+    epoch: int
+    stamp_ns: int
+    pose_map: Pose2
+    speed_mps: float
+    accel_mps2: float
+    steer_rad: float
+    mode: DriveMode
+    battery_ratio: float
+    doors_open: bool
+    lane_id: str
+    s_m: float
+    order_id: str
+    revision: int
+    visit_id: str
+    aboard: tuple[str, ...] = ()
+    screen: str = ""
+    spoken: str = ""
+    obstacle_m: float | None = None
+    waiting_for: str = ""
+    faults: tuple[FaultReport, ...] = ()
+
+
+class OrderAccepted(Message, tag="order_accepted"):
+    """The vehicle has the order on disk and follows it."""
+
+    epoch: int
+    order_id: str
+    revision: int
+
+
+class OrderRejected(Message, tag="order_rejected"):
+    """The vehicle keeps what it had. `visits` is its own state, so that the server can mend its plan."""
+
+    epoch: int
+    order_id: str
+    revision: int
+    code: Literal["visit_under_way", "expired", "map_version", "stale_revision", "unreachable", "malformed"]
+    detail: str
+    visits: tuple[VisitProgress, ...] = ()
+
+
+# ---------------------------------------------------------------- events, vehicle -> server, durable
+
+
+class Event(msgspec.Struct, frozen=True, tag_field="event"):
+    """Base of what has happened on a vehicle."""
+
+
+class VisitChanged(Event, tag="visit_changed"):
+    visit_id: str
+    stop_id: str
+    state: VisitState
+
+
+class DoorsChanged(Event, tag="doors_changed"):
+    open: bool
+    visit_id: str
+
+
+class RiderBoarded(Event, tag="rider_boarded"):
+    ride_id: str
+    how: BoardedHow
+
+
+class RiderAlighted(Event, tag="rider_alighted"):
+    ride_id: str
+    how: BoardedHow
+
+
+class RiderNoShow(Event, tag="rider_no_show"):
+    ride_id: str
+
+
+class RiderDidNotAlight(Event, tag="rider_did_not_alight"):
+    ride_id: str
+
+
+class SeatButtonPressed(Event, tag="seat_button_pressed"):
+    """A passenger wants to get off early. Acted on at once onboard; `s_m` is where the vehicle will stop.
+
+    accepted is False when no place for stopping lies before the next visit; reason says so.
+    """
+
+    seat: int
+    accepted: bool
+    visit_id: str
+    lane_id: str
+    s_m: float
+    reason: str = ""
+
+
+class SectionReleased(Event, tag="section_released"):
+    section_id: str
+    fence: int
+
+
+class ModeChanged(Event, tag="mode_changed"):
+    mode: DriveMode
+    reason: str
+
+
+class Blocked(Event, tag="blocked"):
+    """Standing for something in the path; `cleared` ends the incident."""
+
+    since_ns: int
+    cleared: bool
+    obstacle_m: float
+    pose_map: Pose2
+
+
+class FaultRaised(Event, tag="fault_raised"):
+    fault: FaultReport
+    cleared: bool = False
+
+
+class CommandDone(Event, tag="command_done"):
+    command_id: str
+    done: bool
+    detail: str = ""
+
+
+class TapAnswered(Event, tag="tap_answered"):
+    tap_id: str
+    ride_id: str
+    accepted: bool
+    reason: str = ""
+
+
+class CodeRefused(Event, tag="code_refused"):
+    """Somebody typed a code that belongs to no rider of this visit."""
+
+    visit_id: str
+
+
+VehicleEvent = (
+    VisitChanged
+    | DoorsChanged
+    | RiderBoarded
+    | RiderAlighted
+    | RiderNoShow
+    | RiderDidNotAlight
+    | SeatButtonPressed
+    | SectionReleased
+    | ModeChanged
+    | Blocked
+    | FaultRaised
+    | CommandDone
+    | TapAnswered
+    | CodeRefused
+)
+
+
+class EventReport(Message, tag="event"):
+    """One event on its way up. (vehicle, boot_id, sequence) names it for ever: effects happen once."""
+
+    epoch: int
+    boot_id: str
+    sequence: int
+    stamp_ns: int
+    body: VehicleEvent
+
+
+VehicleMessage = Hello | ClockProbe | Status | OrderAccepted | OrderRejected | EventReport
+ServerMessage = (
+    Challenge
+    | Welcome
+    | ClockSample
+    | Order
+    | Grants
+    | Command
+    | PassengerTap
+    | EventsAcknowledged
+    | Goodbye
+)
+
+
+def signed_hello(nonce: str, vehicle_id: str, boot_id: str, protocol: int) -> bytes:
+    """The bytes that a vehicle's key signs; bound to one nonce, so that a copied hello opens nothing."""
+    return f"campusloop-hello\n{protocol}\n{nonce}\n{vehicle_id}\n{boot_id}".encode()
