@@ -1,0 +1,89 @@
+"""Vehicle profile (TOML) -> one frozen params struct per room.
+
+A profile is read once; every room gets its own part and nobody imports the rest.
+"""
+
+from pathlib import Path as FilePath
+from typing import Literal
+
+import msgspec
+
+
+class ProfileError(Exception):
+    """The vehicle profile cannot be used; the message says which line of it to mend."""
+
+
+class Body(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The vehicle's outline and steering geometry, base frame (rear-axle centre)."""
+
+    length_m: float = 4.35
+    width_m: float = 1.63
+    height_m: float = 2.28
+    wheelbase_m: float = 2.6
+    rear_overhang_m: float = 0.85
+    turn_radius_m_min: float = 5.0
+    mass_kg: float = 1400.0
+    seats: int = 6
+    wheelchair_places: int = 0
+
+    @property
+    def front_overhang_m(self) -> float:
+        """From the rear axle to the front bumper."""
+        return self.length_m - self.rear_overhang_m
+
+
+class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What the vehicle may do at most, in autonomous driving."""
+
+    speed_mps_max: float = 3.0
+    accel_mps2_max: float = 0.8
+    decel_mps2_comfort: float = 0.8
+    decel_mps2_max: float = 5.6
+    steer_rate_radps_max: float = 0.6
+    lateral_accel_mps2_max: float = 0.5
+
+
+class LidarMount(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Where a lidar sits, base frame; a VLP-16 scans 16 rings from -15 to +15 degrees."""
+
+    x_m: float = 3.2
+    y_m: float = 0.0
+    z_m: float = 2.28
+    rings: int = 16
+    columns: int = 1800
+    rate_hz: float = 10.0
+    range_m_max: float = 100.0
+    elevation_rad_min: float = -0.2617993877991494
+    elevation_rad_max: float = 0.2617993877991494
+
+
+class SteeringColumn(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Steering-wheel angle from front-wheel angle d, in degrees: linear * d - quadratic * d * |d|.
+
+    Defaults: a real GEM e2.
+    """
+
+    linear: float = 21.775
+    quadratic: float = 0.1084
+
+
+class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Everything about one kind of vehicle; `stack` names the implementation that fills the rooms."""
+
+    name: str = "campus-shuttle"
+    stack: Literal["gem"] = "gem"
+    fail_action: Literal["coast", "spring_brake"] = "coast"
+    body: Body = Body()
+    limits: Limits = Limits()
+    lidar: LidarMount = LidarMount()
+    steering: SteeringColumn = SteeringColumn()
+
+
+def load_profile(path: FilePath) -> Profile:
+    """Raises ProfileError with the field at fault."""
+    try:
+        return msgspec.toml.decode(path.read_bytes(), type=Profile)
+    except FileNotFoundError as error:
+        raise ProfileError(f"no vehicle profile at {path}; see vehicle_agent/profiles/") from error
+    except msgspec.DecodeError as error:
+        raise ProfileError(f"{path}: {error}") from error

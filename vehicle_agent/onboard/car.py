@@ -1,0 +1,133 @@
+"""The doors of the onboard rooms. A stack (`stacks/`) fills each with one implementation."""
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from vehicle_agent.onboard.state import OnboardState
+from vehicle_agent.signals import (
+    Actuation,
+    Ages,
+    CanFrame,
+    Ego,
+    GnssFix,
+    Guarded,
+    ImuSample,
+    Infrastructure,
+    LinkState,
+    ObstaclePercept,
+    OrderAccepted,
+    OrderRejected,
+    Path,
+    Pressed,
+    Says,
+    Seen,
+    ServerWord,
+    Task,
+    VehicleEvent,
+    VehicleMotion,
+    Wish,
+    World,
+)
+
+
+class Can(Protocol):
+    def initial(self) -> Any: ...
+    def decode(self, state: Any, frames: tuple[CanFrame, ...], now_ns: int) -> tuple[VehicleMotion, Any]: ...
+    def encode(self, state: Any, act: Actuation, now_ns: int) -> tuple[tuple[CanFrame, ...], Any]: ...
+
+
+class Localization(Protocol):
+    def initial(self) -> Any: ...
+    def step(
+        self, state: Any, motion: VehicleMotion, poses: tuple[GnssFix | ImuSample, ...], now_ns: int
+    ) -> tuple[Ego, Any]: ...
+
+
+class Perception(Protocol):
+    def initial(self) -> Any: ...
+    def step(self, state: Any, percepts: tuple[ObstaclePercept, ...], ego: Ego) -> tuple[Seen, Any]: ...
+
+
+class WorldModel(Protocol):
+    def initial(self) -> Any: ...
+    def step(
+        self, state: Any, ego: Ego, seen: Seen, infrastructure: tuple[Infrastructure, ...], now_ns: int
+    ) -> tuple[World, Any]: ...
+
+
+class Mission(Protocol):
+    def initial(self) -> Any: ...
+    def step(
+        self,
+        state: Any,
+        words: tuple[ServerWord, ...],
+        pressed: tuple[Pressed, ...],
+        link: LinkState | None,
+        ego: Ego,
+        motion: VehicleMotion,
+        world: World,
+        now_ns: int,
+    ) -> tuple[Task, Any]: ...
+    def events(self, state: Any) -> tuple[VehicleEvent, ...]:
+        """What happened in the step that made this state."""
+        ...
+
+    def answers(self, state: Any) -> tuple[OrderAccepted | OrderRejected, ...]:
+        """Answers to orders that came in the step that made this state."""
+        ...
+
+
+class Planning(Protocol):
+    def initial(self) -> Any: ...
+    def step(self, state: Any, ego: Ego, world: World, task: Task) -> tuple[Path, Any]: ...
+
+
+class Control(Protocol):
+    def initial(self) -> Any: ...
+    def step(self, state: Any, ego: Ego, path: Path, motion: VehicleMotion) -> tuple[Wish, Any]: ...
+
+
+class Guard(Protocol):
+    def initial(self) -> Any: ...
+    def step(
+        self, state: Any, wish: Wish, motion: VehicleMotion, ego: Ego, task: Task, path: Path, ages: Ages
+    ) -> tuple[Actuation, Guarded, Any]: ...
+    def events(self, state: Any) -> tuple[VehicleEvent, ...]: ...
+
+
+class Hmi(Protocol):
+    def initial(self) -> Any: ...
+    def step(
+        self, state: Any, task: Task, path: Path, verdict: Guarded, now_ns: int
+    ) -> tuple[Says, Any]: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Car:
+    """One vehicle's rooms, each a frozen struct of its parameters."""
+
+    can: Can
+    localization: Localization
+    perception: Perception
+    world: WorldModel
+    mission: Mission
+    planning: Planning
+    control: Control
+    guard: Guard
+    hmi: Hmi
+
+
+def initial_state(car: Car) -> OnboardState:
+    """Every room at boot."""
+    return OnboardState(
+        0,
+        car.can.initial(),
+        car.localization.initial(),
+        car.perception.initial(),
+        car.world.initial(),
+        car.mission.initial(),
+        car.planning.initial(),
+        car.control.initial(),
+        car.guard.initial(),
+        car.hmi.initial(),
+    )

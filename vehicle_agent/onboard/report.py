@@ -1,0 +1,46 @@
+"""What the tick tells about itself: input ages for the guard, status for the server."""
+
+from contract.wire.messages import Status
+from vehicle_agent.signals import Ages, Ego, Guarded, Path, Says, Seen, Task, VehicleMotion, fault_report
+
+
+def ages(now_ns: int, motion: VehicleMotion, ego: Ego, seen: Seen, path: Path) -> Ages:
+    """How old the guard's inputs are; -1 for what has never come."""
+    return Ages(
+        motion_ns=_age(now_ns, motion.stamp_ns),
+        pose_ns=_age(now_ns, ego.fix_stamp_ns),
+        percept_ns=_age(now_ns, seen.stamp_ns),
+        path_ns=_age(now_ns, path.stamp_ns),
+    )
+
+
+def _age(now_ns: int, stamp_ns: int) -> int:
+    return now_ns - stamp_ns if stamp_ns > 0 else -1
+
+
+def status(
+    now_ns: int, ego: Ego, motion: VehicleMotion, task: Task, path: Path, verdict: Guarded, says: Says
+) -> Status:
+    """The vehicle's state for live views; the link fills in the session's epoch."""
+    return Status(
+        epoch=0,
+        stamp_ns=now_ns,
+        pose_map=ego.pose_map,
+        speed_mps=ego.speed_mps,
+        accel_mps2=ego.accel_mps2,
+        steer_rad=ego.steer_rad,
+        mode=verdict.mode,
+        battery_ratio=motion.battery_ratio,
+        doors_open=task.doors_open,
+        lane_id=task.lane_id,
+        s_m=task.lane_s_m,
+        order_id=task.order_id,
+        revision=task.revision,
+        visit_id=task.visit_id,
+        aboard=task.aboard,
+        screen=says.screen,
+        spoken=says.announce,
+        obstacle_m=path.obstacle_m,
+        waiting_for=task.waiting_for,
+        faults=tuple(fault_report(fault) for fault in verdict.faults),
+    )

@@ -1,0 +1,32 @@
+"""How one vehicle drives, top to bottom: the whole onboard loop, 50 times a second.
+
+Pure: the same state and inputs give the same state and outputs, live, in simulation and in replay.
+"""
+
+from vehicle_agent.onboard.car import Car
+from vehicle_agent.onboard.report import ages, status
+from vehicle_agent.onboard.state import OnboardState
+from vehicle_agent.signals import Inputs, Outputs
+
+
+def tick(state: OnboardState, inputs: Inputs, car: Car) -> tuple[OnboardState, Outputs]:
+    """One step of everything onboard. `car` is which room does what (`stacks/`), and never changes."""
+    now = inputs.stamp_ns
+    motion, can = car.can.decode(state.can, inputs.frames, now)
+    ego, loc = car.localization.step(state.localization, motion, inputs.poses, now)
+    seen, per = car.perception.step(state.perception, inputs.percepts, ego)
+    world, wrl = car.world.step(state.world, ego, seen, inputs.infrastructure, now)
+    task, mis = car.mission.step(
+        state.mission, inputs.words, inputs.pressed, inputs.link, ego, motion, world, now
+    )
+    path, pln = car.planning.step(state.planning, ego, world, task)
+    wish, ctl = car.control.step(state.control, ego, path, motion)
+    act, verdict, grd = car.guard.step(
+        state.guard, wish, motion, ego, task, path, ages(now, motion, ego, seen, path)
+    )
+    frames, can = car.can.encode(can, act, now)
+    says, hmi = car.hmi.step(state.hmi, task, path, verdict, now)
+    new = OnboardState(state.tick + 1, can, loc, per, wrl, mis, pln, ctl, grd, hmi)
+    events = car.mission.events(mis) + car.guard.events(grd)
+    report = status(now, ego, motion, task, path, verdict, says)
+    return new, Outputs(frames, says, events, car.mission.answers(mis), report)

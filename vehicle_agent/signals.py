@@ -1,0 +1,371 @@
+"""Every value that passes a door onboard, in flow order.
+
+Frames: `base` is the rear-axle centre (x forward, y left); `map` is the road map's frame. `stamp_ns` is the
+vehicle's monotonic clock. Arrays are numpy, float64 unless stated; nobody writes into an array that has
+passed a door.
+"""
+
+from typing import Literal
+
+import msgspec
+import numpy as np
+
+from contract.geometry import Pose2
+from contract.roads.routing import ReferenceLine
+from contract.wire.messages import (
+    Command,
+    DriveMode,
+    FaultReport,
+    Grants,
+    Order,
+    OrderAccepted,
+    OrderRejected,
+    PassengerTap,
+    Status,
+    VehicleEvent,
+)
+
+# ---------------------------------------------------------------- what comes in
+
+
+class CanFrame(msgspec.Struct, frozen=True, tag="can_frame"):
+    """One classic CAN frame as received or to be sent."""
+
+    stamp_ns: int
+    arbitration_id: int
+    data: bytes
+
+
+class GnssFix(msgspec.Struct, frozen=True, tag="gnss_fix"):
+    """A GNSS/INS solution of the antenna frame, already moved to the rear-axle centre by the driver.
+
+    heading_rad is a REP-103 yaw: counter-clockwise from east.
+    """
+
+    stamp_ns: int
+    latitude_deg: float
+    longitude_deg: float
+    heading_rad: float
+    speed_mps: float
+    yaw_rate_radps: float
+    position_std_m: float
+
+
+class ImuSample(msgspec.Struct, frozen=True, tag="imu_sample"):
+    stamp_ns: int
+    accel_mps2: float
+    yaw_rate_radps: float
+
+
+class ObstaclePercept(msgspec.Struct, frozen=True, tag="obstacle_percept"):
+    """A worker's answer to one lidar scan: where something stands above the ground.
+
+    stamp_ns     end of the scan
+    cells_base   (n, 2) centres of occupied height-map cells, base frame at stamp_ns
+    heights_m    (n,) height difference inside each cell
+    points_used  returns that entered the map; 0 means the sensor is blind
+    """
+
+    stamp_ns: int
+    cells_base: np.ndarray
+    heights_m: np.ndarray
+    points_used: int
+
+
+class SeatButton(msgspec.Struct, frozen=True, tag="seat_button"):
+    """A passenger wants to get off before the planned stop."""
+
+    stamp_ns: int
+    seat: int
+
+
+class CodeTyped(msgspec.Struct, frozen=True, tag="code_typed"):
+    """A rider typed a boarding code on the onboard screen."""
+
+    stamp_ns: int
+    code: str
+
+
+class SeatSensor(msgspec.Struct, frozen=True, tag="seat_sensor"):
+    """How many seats are taken now, by the seat mats."""
+
+    stamp_ns: int
+    occupied: int
+
+
+class DoorState(msgspec.Struct, frozen=True, tag="door_state"):
+    stamp_ns: int
+    open: bool
+
+
+class LinkState(msgspec.Struct, frozen=True, tag="link_state"):
+    """From the link process: the session, and server clock minus vehicle clock."""
+
+    stamp_ns: int
+    connected: bool
+    epoch: int
+    server_offset_ns: int
+
+
+class OtherVehicle(msgspec.Struct, frozen=True, tag="other_vehicle"):
+    """A fleet mate's pose as told by infrastructure or the server; stamped in this vehicle's clock."""
+
+    stamp_ns: int
+    vehicle_id: str
+    pose_map: Pose2
+    speed_mps: float
+
+
+class PedestrianPresence(msgspec.Struct, frozen=True, tag="pedestrian_presence"):
+    """NUS: an infrastructure camera's word on whether a crossing is occupied."""
+
+    stamp_ns: int
+    area_id: str
+    count: int
+
+
+ServerWord = Order | Grants | Command | PassengerTap
+Pressed = SeatButton | CodeTyped | SeatSensor | DoorState
+Infrastructure = OtherVehicle | PedestrianPresence
+InboxBody = (
+    CanFrame
+    | GnssFix
+    | ImuSample
+    | ObstaclePercept
+    | SeatButton
+    | CodeTyped
+    | SeatSensor
+    | DoorState
+    | LinkState
+    | OtherVehicle
+    | PedestrianPresence
+    | Order
+    | Grants
+    | Command
+    | PassengerTap
+)
+
+
+class InboxItem(msgspec.Struct, frozen=True):
+    """Something that is not deterministic, at the moment it reached the vehicle computer."""
+
+    arrival_ns: int
+    source: str
+    sequence: int
+    body: InboxBody
+
+
+class Inputs(msgspec.Struct, frozen=True):
+    """One tick's drained inbox, sorted by (arrival_ns, source, sequence) and split by kind."""
+
+    stamp_ns: int
+    frames: tuple[CanFrame, ...] = ()
+    poses: tuple[GnssFix | ImuSample, ...] = ()
+    percepts: tuple[ObstaclePercept, ...] = ()
+    infrastructure: tuple[Infrastructure, ...] = ()
+    words: tuple[ServerWord, ...] = ()
+    pressed: tuple[Pressed, ...] = ()
+    link: LinkState | None = None
+
+
+# ---------------------------------------------------------------- what flows between the rooms
+
+
+class Fault(msgspec.Struct, frozen=True):
+    """Something is not as it should be. `stop` faults end in a minimal-risk stop."""
+
+    code: str
+    severity: Literal["info", "warning", "stop"]
+    since_ns: int
+
+
+class VehicleMotion(msgspec.Struct, frozen=True):
+    """can: what the drive-by-wire reports, in SI units.
+
+    stamp_ns      arrival of the newest speed report (0 before the first)
+    steer_rad     front-wheel angle of the bicycle model, left positive
+    enabled       by-wire has the vehicle
+    overridden    the safety driver has taken over since the last enable
+    """
+
+    stamp_ns: int
+    speed_mps: float
+    steer_rad: float
+    throttle_ratio: float
+    brake_ratio: float
+    enabled: bool
+    overridden: bool
+    ready: bool
+    battery_ratio: float
+    faults: tuple[Fault, ...] = ()
+
+
+class Ego(msgspec.Struct, frozen=True):
+    """localization: the vehicle itself, at `stamp_ns` (this tick).
+
+    valid is False until the first fix and when the solution is too old or too poor to drive by.
+    """
+
+    stamp_ns: int
+    pose_map: Pose2
+    speed_mps: float
+    accel_mps2: float
+    yaw_rate_radps: float
+    steer_rad: float
+    position_std_m: float
+    fix_stamp_ns: int
+    valid: bool
+
+
+class Seen(msgspec.Struct, frozen=True):
+    """perception: obstacles around the vehicle; the same object until the next scan.
+
+    points_map  (n, 2) obstacle cell centres, map frame
+    stamp_ns    end of the scan they come from, 0 before the first
+    """
+
+    stamp_ns: int
+    points_map: np.ndarray
+    blind: bool
+
+
+class LeadVehicle(msgspec.Struct, frozen=True):
+    """The fleet mate ahead on our path, and the free road between its rear and our front bumper."""
+
+    vehicle_id: str
+    gap_m: float
+    speed_mps: float
+
+
+class World(msgspec.Struct, frozen=True):
+    """world: what the vehicle must respect, besides its own task.
+
+    points_map  (n, 2) obstacle cells that are not the fleet mates themselves
+    others      fleet mates heard of lately
+    """
+
+    stamp_ns: int
+    seen_stamp_ns: int
+    points_map: np.ndarray
+    others: tuple[OtherVehicle, ...]
+    presence: tuple[PedestrianPresence, ...]
+    blind: bool
+
+
+TaskMode = Literal["idle", "drive", "dwell", "hold"]
+
+
+class Task(msgspec.Struct, frozen=True):
+    """mission: where to drive to and where to stop, along one reference line.
+
+    line          the remaining route; the same object until the order changes
+    line_id       grows by one whenever `line` is another
+    s_m           the rear axle's place on the line
+    stop_s_m      where the rear axle must stand, at the latest: visit, hold point or temporary stop
+    waiting_for   section whose grant is missing, when that is why stop_s_m is where it is
+    """
+
+    mode: TaskMode
+    line: ReferenceLine | None
+    line_id: int
+    s_m: float
+    d_m: float
+    stop_s_m: float
+    lane_id: str
+    lane_s_m: float
+    order_id: str
+    revision: int
+    visit_id: str
+    stop_name: str
+    stop_name_en: str
+    doors_open: bool
+    aboard: tuple[str, ...]
+    waiting_for: str
+    reason: str
+
+
+class Path(msgspec.Struct, frozen=True):
+    """planning: what to follow now.
+
+    points_map   (n, 2) waypoints still ahead, in order
+    speeds_mps   (n,) planned speed at each
+    speed_mps    the lowest of all speed commands: the one to obey now
+    limited_by   which command that was
+    obstacle_m   free distance from the front bumper to the closest obstacle on the swept path, if any
+    stop_m       distance still to drive to the task's stop
+    emergency    brake as hard as the vehicle can
+    """
+
+    stamp_ns: int
+    points_map: np.ndarray
+    speeds_mps: np.ndarray
+    speed_mps: float
+    limited_by: str
+    obstacle_m: float | None
+    stop_m: float
+    emergency: bool
+
+
+class Wish(msgspec.Struct, frozen=True):
+    """control: what it would like the actuators to do."""
+
+    steer_rad: float
+    throttle_ratio: float
+    brake_ratio: float
+    accel_mps2: float
+    diagnostics: tuple[tuple[str, float], ...] = ()
+
+
+Gear = Literal["park", "reverse", "neutral", "drive"]
+
+
+class Actuation(msgspec.Struct, frozen=True):
+    """guard: what the actuators shall do. The only thing that `can` turns into frames."""
+
+    enable: bool
+    gear: Gear
+    steer_rad: float
+    throttle_ratio: float
+    brake_ratio: float
+
+
+class Guarded(msgspec.Struct, frozen=True):
+    """guard: its verdict, for everybody after it."""
+
+    mode: DriveMode
+    intervened: str
+    faults: tuple[Fault, ...]
+
+
+class Says(msgspec.Struct, frozen=True):
+    """hmi: texts for people outside and announcements, each once."""
+
+    screen: str
+    screen_zh: str
+    announce: str
+    announce_zh: str
+    doors_open: bool
+
+
+class Ages(msgspec.Struct, frozen=True):
+    """How old each input of the guard is, in ns; -1 when it has never come."""
+
+    motion_ns: int
+    pose_ns: int
+    percept_ns: int
+    path_ns: int
+
+
+class Outputs(msgspec.Struct, frozen=True):
+    """One tick's whole effect on the world outside the tick."""
+
+    frames: tuple[CanFrame, ...]
+    says: Says
+    events: tuple[VehicleEvent, ...]
+    answers: tuple[OrderAccepted | OrderRejected, ...]
+    report: Status
+
+
+def fault_report(fault: Fault) -> FaultReport:
+    """A fault as the server reads it."""
+    return FaultReport(fault.code, fault.severity, fault.since_ns)
