@@ -28,7 +28,7 @@ class Message(msgspec.Struct, frozen=True, tag_field="type", forbid_unknown_fiel
 # ---------------------------------------------------------------- session
 
 
-class Challenge(Message, tag="challenge"):
+class Challenge(Message, frozen=True, tag="challenge"):
     """Server, first: sign this nonce. Also the protocol versions it speaks and its send time."""
 
     nonce: str
@@ -58,7 +58,7 @@ class BootLog(msgspec.Struct, frozen=True):
     first_unacknowledged: int
 
 
-class Hello(Message, tag="hello"):
+class Hello(Message, frozen=True, tag="hello"):
     """Vehicle: who I am, what I hold. `signature` is Ed25519 over `signed_hello(...)`, base64."""
 
     protocol: int
@@ -76,7 +76,7 @@ class Hello(Message, tag="hello"):
     wheelchair_places: int = 0
 
 
-class Welcome(Message, tag="welcome"):
+class Welcome(Message, frozen=True, tag="welcome"):
     """Server: you are in. Frames of an older epoch are refused from here on."""
 
     epoch: int
@@ -85,11 +85,11 @@ class Welcome(Message, tag="welcome"):
     acknowledged: tuple[BootLog, ...] = ()
 
 
-class ClockProbe(Message, tag="clock_probe"):
+class ClockProbe(Message, frozen=True, tag="clock_probe"):
     vehicle_ns: int
 
 
-class ClockSample(Message, tag="clock_sample"):
+class ClockSample(Message, frozen=True, tag="clock_sample"):
     """Server's answer to a probe; with the arrival stamp the vehicle has offset and round trip."""
 
     vehicle_ns: int
@@ -138,7 +138,7 @@ class SectionGrant(msgspec.Struct, frozen=True, array_like=True):
     fence: int
 
 
-class Order(Message, tag="order"):
+class Order(Message, frozen=True, tag="order"):
     """What shall happen. A higher revision replaces a lower one; repeats are harmless.
 
     visits      in driving order, done ones left out; the last one is a rest visit
@@ -155,7 +155,7 @@ class Order(Message, tag="order"):
     expires_ns: int
 
 
-class Grants(Message, tag="grants"):
+class Grants(Message, frozen=True, tag="grants"):
     """All sections granted for the order's remaining route, in route order; replaces earlier lists."""
 
     epoch: int
@@ -163,7 +163,7 @@ class Grants(Message, tag="grants"):
     sections: tuple[SectionGrant, ...]
 
 
-class Command(Message, tag="command"):
+class Command(Message, frozen=True, tag="command"):
     """An operator's or developer's word to one vehicle. Repeats of a command_id are harmless."""
 
     epoch: int
@@ -172,7 +172,7 @@ class Command(Message, tag="command"):
     text: str = ""
 
 
-class PassengerTap(Message, tag="passenger_tap"):
+class PassengerTap(Message, frozen=True, tag="passenger_tap"):
     """A passenger tapped on the phone. The vehicle accepts it only while it stands with doors open."""
 
     epoch: int
@@ -181,7 +181,7 @@ class PassengerTap(Message, tag="passenger_tap"):
     kind: Literal["board", "alight"]
 
 
-class EventsAcknowledged(Message, tag="events_acknowledged"):
+class EventsAcknowledged(Message, frozen=True, tag="events_acknowledged"):
     """The server has stored every event of this boot below `next_sequence`."""
 
     epoch: int
@@ -189,7 +189,7 @@ class EventsAcknowledged(Message, tag="events_acknowledged"):
     next_sequence: int
 
 
-class Goodbye(Message, tag="goodbye"):
+class Goodbye(Message, frozen=True, tag="goodbye"):
     """Server, before it closes: why, as a typed code, and what to do about it."""
 
     code: str
@@ -205,7 +205,7 @@ class FaultReport(msgspec.Struct, frozen=True):
     since_ns: int
 
 
-class Status(Message, tag="status"):
+class Status(Message, frozen=True, tag="status"):
     """Where the vehicle is and what it does; latest wins."""
 
     epoch: int
@@ -230,7 +230,7 @@ class Status(Message, tag="status"):
     faults: tuple[FaultReport, ...] = ()
 
 
-class OrderAccepted(Message, tag="order_accepted"):
+class OrderAccepted(Message, frozen=True, tag="order_accepted"):
     """The vehicle has the order on disk and follows it."""
 
     epoch: int
@@ -238,7 +238,7 @@ class OrderAccepted(Message, tag="order_accepted"):
     revision: int
 
 
-class OrderRejected(Message, tag="order_rejected"):
+class OrderRejected(Message, frozen=True, tag="order_rejected"):
     """The vehicle keeps what it had. `visits` is its own state, so that the server can mend its plan."""
 
     epoch: int
@@ -256,36 +256,36 @@ class Event(msgspec.Struct, frozen=True, tag_field="event"):
     """Base of what has happened on a vehicle."""
 
 
-class VisitChanged(Event, tag="visit_changed"):
+class VisitChanged(Event, frozen=True, tag="visit_changed"):
     visit_id: str
     stop_id: str
     state: VisitState
 
 
-class DoorsChanged(Event, tag="doors_changed"):
+class DoorsChanged(Event, frozen=True, tag="doors_changed"):
     open: bool
     visit_id: str
 
 
-class RiderBoarded(Event, tag="rider_boarded"):
+class RiderBoarded(Event, frozen=True, tag="rider_boarded"):
     ride_id: str
     how: BoardedHow
 
 
-class RiderAlighted(Event, tag="rider_alighted"):
+class RiderAlighted(Event, frozen=True, tag="rider_alighted"):
     ride_id: str
     how: BoardedHow
 
 
-class RiderNoShow(Event, tag="rider_no_show"):
+class RiderNoShow(Event, frozen=True, tag="rider_no_show"):
     ride_id: str
 
 
-class RiderDidNotAlight(Event, tag="rider_did_not_alight"):
+class RiderDidNotAlight(Event, frozen=True, tag="rider_did_not_alight"):
     ride_id: str
 
 
-class SeatButtonPressed(Event, tag="seat_button_pressed"):
+class SeatButtonPressed(Event, frozen=True, tag="seat_button_pressed"):
     """A passenger wants to get off early. Acted on at once onboard; `s_m` is where the vehicle will stop.
 
     accepted is False when no place for stopping lies before the next visit; reason says so.
@@ -299,17 +299,17 @@ class SeatButtonPressed(Event, tag="seat_button_pressed"):
     reason: str = ""
 
 
-class SectionReleased(Event, tag="section_released"):
+class SectionReleased(Event, frozen=True, tag="section_released"):
     section_id: str
     fence: int
 
 
-class ModeChanged(Event, tag="mode_changed"):
+class ModeChanged(Event, frozen=True, tag="mode_changed"):
     mode: DriveMode
     reason: str
 
 
-class Blocked(Event, tag="blocked"):
+class Blocked(Event, frozen=True, tag="blocked"):
     """Standing for something in the path; `cleared` ends the incident."""
 
     since_ns: int
@@ -318,25 +318,25 @@ class Blocked(Event, tag="blocked"):
     pose_map: Pose2
 
 
-class FaultRaised(Event, tag="fault_raised"):
+class FaultRaised(Event, frozen=True, tag="fault_raised"):
     fault: FaultReport
     cleared: bool = False
 
 
-class CommandDone(Event, tag="command_done"):
+class CommandDone(Event, frozen=True, tag="command_done"):
     command_id: str
     done: bool
     detail: str = ""
 
 
-class TapAnswered(Event, tag="tap_answered"):
+class TapAnswered(Event, frozen=True, tag="tap_answered"):
     tap_id: str
     ride_id: str
     accepted: bool
     reason: str = ""
 
 
-class CodeRefused(Event, tag="code_refused"):
+class CodeRefused(Event, frozen=True, tag="code_refused"):
     """Somebody typed a code that belongs to no rider of this visit."""
 
     visit_id: str
@@ -360,7 +360,7 @@ VehicleEvent = (
 )
 
 
-class EventReport(Message, tag="event"):
+class EventReport(Message, frozen=True, tag="event"):
     """One event on its way up. (vehicle, boot_id, sequence) names it for ever: effects happen once."""
 
     epoch: int
@@ -372,15 +372,7 @@ class EventReport(Message, tag="event"):
 
 VehicleMessage = Hello | ClockProbe | Status | OrderAccepted | OrderRejected | EventReport
 ServerMessage = (
-    Challenge
-    | Welcome
-    | ClockSample
-    | Order
-    | Grants
-    | Command
-    | PassengerTap
-    | EventsAcknowledged
-    | Goodbye
+    Challenge | Welcome | ClockSample | Order | Grants | Command | PassengerTap | EventsAcknowledged | Goodbye
 )
 
 

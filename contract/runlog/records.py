@@ -1,0 +1,67 @@
+"""What a run records. A run is one vehicle and one boot, in segments that can each be read alone.
+
+Every segment begins with a header and the complete onboard state, so that any of them can be replayed
+without the ones before; then one record a tick: everything that entered, and what each room made of it.
+"""
+
+import hashlib
+from collections.abc import Iterable
+
+import msgspec
+
+RUNLOG_VERSION = 1
+
+TICK_TOPIC = "/tick"
+REPORT_TOPIC = "/report"
+EVENT_TOPIC = "/event"
+POSE_TOPIC = "/ego/pose"
+LOCATION_TOPIC = "/ego/location"
+OBSTACLE_TOPIC = "/perception/obstacles"
+SCENE_TOPIC = "/scene"
+
+STATE_ATTACHMENT = "onboard_state.msgpack"
+MAP_ATTACHMENT = "road_map.json.zst"
+PROFILE_ATTACHMENT = "profile.msgpack"
+HEADER_METADATA = "campusloop.run"
+
+
+class RunHeader(msgspec.Struct, frozen=True):
+    """first_tick is the tick that the segment's first record holds; the attached state is the one before it.
+
+    utc_offset_ns   UTC minus the vehicle's monotonic clock, as known when the segment began; log times are
+                    stamp_ns + utc_offset_ns
+    head_sha256     over the attachments; the writer fills it in
+    """
+
+    vehicle_id: str
+    boot_id: str
+    segment: int
+    campus_id: str
+    map_version: str
+    stack: str
+    software: str
+    utc_offset_ns: int
+    first_tick: int
+    version: int = RUNLOG_VERSION
+    head_sha256: str = ""
+
+
+def head_digest(attachments: Iterable[bytes]) -> str:
+    """Of state, profile and map, in this order: MCAP readers do not check attachments by themselves."""
+    digest = hashlib.sha256()
+    for attachment in attachments:
+        digest.update(attachment)
+    return digest.hexdigest()
+
+
+class TickRecord(msgspec.Struct, frozen=True):
+    """One tick. `items` is the input tape, `rooms` what each room gave, by name, in flow order.
+
+    Both are MessagePack of the vehicle's own signals (vehicle_agent.signals); here they pass unread.
+    """
+
+    tick: int
+    stamp_ns: int
+    late_ns: int
+    items: msgspec.Raw
+    rooms: msgspec.Raw

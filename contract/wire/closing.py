@@ -1,0 +1,78 @@
+"""Why a link is closed, as data: one row a reason, the same table for both sides.
+
+The server says `Goodbye(code, detail)` and then closes the websocket with the row's number. `retry` tells
+the vehicle what is worth doing next; nothing is ever lost by a close, because events stay in the vehicle's
+outbox until they are acknowledged.
+"""
+
+from typing import Literal
+
+import msgspec
+
+ClosingCode = Literal[
+    "malformed",
+    "unknown_message",
+    "frame_too_large",
+    "protocol_version",
+    "hello_expected",
+    "hello_late",
+    "hello_repeated",
+    "nonce_wrong",
+    "signature_wrong",
+    "key_unknown",
+    "key_revoked",
+    "epoch_stale",
+    "superseded",
+    "key_conflict",
+    "too_slow",
+    "server_leaving",
+    "server_fault",
+]
+Retry = Literal["at_once", "later", "after_repair"]
+
+
+class Closing(msgspec.Struct, frozen=True):
+    """number  the websocket close code (4000-4999 is for applications)
+    retry   at_once: dial again now; later: back off first; after_repair: useless until a person acts
+    advice  what that person or the agent should do
+    """
+
+    code: ClosingCode
+    number: int
+    retry: Retry
+    advice: str
+
+
+CLOSINGS: tuple[Closing, ...] = (
+    Closing("malformed", 4400, "later", "The frame is no valid message; compare it with docs/protocol."),
+    Closing("unknown_message", 4404, "later", "Update the side that is older, or drop the message."),
+    Closing("frame_too_large", 4413, "later", "Send smaller frames; upload run segments over HTTP."),
+    Closing("protocol_version", 4426, "after_repair", "Update the agent's software to a spoken version."),
+    Closing(
+        "hello_expected", 4401, "later", "Answer the challenge with a signed hello before anything else."
+    ),
+    Closing("hello_late", 4408, "later", "Send the hello within the time allowed after the challenge."),
+    Closing("hello_repeated", 4409, "later", "A nonce opens one session once; dial again for a new one."),
+    Closing("nonce_wrong", 4410, "later", "Sign the nonce of this very connection; old hellos open nothing."),
+    Closing("signature_wrong", 4403, "after_repair", "Enrol the vehicle's present key with a new code."),
+    Closing("key_unknown", 4405, "after_repair", "Enrol the vehicle: make a code in the console first."),
+    Closing("key_revoked", 4406, "after_repair", "The operator revoked this key; enrol a new one."),
+    Closing("epoch_stale", 4411, "at_once", "Use the epoch of the last welcome in every frame."),
+    Closing("superseded", 4412, "later", "A newer session of this vehicle is open; only it is heard."),
+    Closing("key_conflict", 4414, "later", "Two agents use one key; stop one of them or enrol it anew."),
+    Closing("too_slow", 4429, "at_once", "The agent does not read fast enough; dial again to resume."),
+    Closing("server_leaving", 4503, "later", "The server is stopping; dial again after a pause."),
+    Closing("server_fault", 4500, "later", "The server failed to handle a frame; its log names the cause."),
+)
+
+_BY_CODE = {row.code: row for row in CLOSINGS}
+_BY_NUMBER = {row.number: row for row in CLOSINGS}
+
+
+def closing(code: ClosingCode) -> Closing:
+    return _BY_CODE[code]
+
+
+def closing_of_number(number: int) -> Closing | None:
+    """The row of a websocket close code; None for codes of the websocket protocol itself (1000-3999)."""
+    return _BY_NUMBER.get(number)
