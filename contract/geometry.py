@@ -26,11 +26,9 @@ class Pose2(msgspec.Struct, frozen=True, array_like=True):
 @njit(cache=True)
 def wrap_angle(angle_rad: float) -> float:
     """The same direction in (-pi, pi]."""
-    wrapped = math.fmod(angle_rad, TWO_PI)
+    wrapped = angle_rad % TWO_PI
     if wrapped > math.pi:
         wrapped -= TWO_PI
-    elif wrapped <= -math.pi:
-        wrapped += TWO_PI
     return wrapped
 
 
