@@ -203,7 +203,8 @@ class VehicleMotion(msgspec.Struct, frozen=True):
 class Ego(msgspec.Struct, frozen=True):
     """localization: the vehicle itself, at `stamp_ns` (this tick).
 
-    valid is False until the first fix and when the solution is too old or too poor to drive by.
+    valid is False until the first fix and when the solution is too old or too poor to drive by; `faults`
+    says what is wrong with it.
     """
 
     stamp_ns: int
@@ -215,6 +216,7 @@ class Ego(msgspec.Struct, frozen=True):
     position_std_m: float
     fix_stamp_ns: int
     valid: bool
+    faults: tuple[Fault, ...] = ()
 
 
 class Seen(msgspec.Struct, frozen=True):
@@ -263,6 +265,8 @@ class Task(msgspec.Struct, frozen=True):
     s_m           the rear axle's place on the line
     stop_s_m      where the rear axle must stand, at the latest: visit, hold point or temporary stop
     waiting_for   section whose grant is missing, when that is why stop_s_m is where it is
+    resumed_ns    when an operator last let the vehicle go; older latched stops may be released, 0 before
+    announcement  what an operator wants to be said, new when announced_ns grows
     """
 
     mode: TaskMode
@@ -282,6 +286,9 @@ class Task(msgspec.Struct, frozen=True):
     aboard: tuple[str, ...]
     waiting_for: str
     reason: str
+    resumed_ns: int = 0
+    announcement: str = ""
+    announced_ns: int = 0
 
 
 class Path(msgspec.Struct, frozen=True):
@@ -290,6 +297,7 @@ class Path(msgspec.Struct, frozen=True):
     points_map   (n, 2) waypoints still ahead, in order
     speeds_mps   (n,) planned speed at each
     speed_mps    the lowest of all speed commands: the one to obey now
+    accel_mps2   the slope of that command as the vehicle moves along it
     limited_by   which command that was
     obstacle_m   free distance from the front bumper to the closest obstacle on the swept path, if any
     stop_m       distance still to drive to the task's stop
@@ -304,6 +312,7 @@ class Path(msgspec.Struct, frozen=True):
     obstacle_m: float | None
     stop_m: float
     emergency: bool
+    accel_mps2: float = 0.0
 
 
 class Wish(msgspec.Struct, frozen=True):
@@ -356,6 +365,21 @@ class Ages(msgspec.Struct, frozen=True):
     path_ns: int
 
 
+class Flow(msgspec.Struct, frozen=True):
+    """What each room gave in one tick, in flow order: what a run records and a replay compares."""
+
+    motion: VehicleMotion
+    ego: Ego
+    seen: Seen
+    world: World
+    task: Task
+    path: Path
+    wish: Wish
+    act: Actuation
+    verdict: Guarded
+    says: Says
+
+
 class Outputs(msgspec.Struct, frozen=True):
     """One tick's whole effect on the world outside the tick."""
 
@@ -364,6 +388,7 @@ class Outputs(msgspec.Struct, frozen=True):
     events: tuple[VehicleEvent, ...]
     answers: tuple[OrderAccepted | OrderRejected, ...]
     report: Status
+    flow: Flow
 
 
 def fault_report(fault: Fault) -> FaultReport:

@@ -90,16 +90,22 @@ class Control(Protocol):
 class Guard(Protocol):
     def initial(self) -> Any: ...
     def step(
-        self, state: Any, wish: Wish, motion: VehicleMotion, ego: Ego, task: Task, path: Path, ages: Ages
+        self,
+        state: Any,
+        wish: Wish,
+        motion: VehicleMotion,
+        ego: Ego,
+        world: World,
+        task: Task,
+        path: Path,
+        ages: Ages,
     ) -> tuple[Actuation, Guarded, Any]: ...
     def events(self, state: Any) -> tuple[VehicleEvent, ...]: ...
 
 
 class Hmi(Protocol):
     def initial(self) -> Any: ...
-    def step(
-        self, state: Any, task: Task, path: Path, verdict: Guarded, now_ns: int
-    ) -> tuple[Says, Any]: ...
+    def step(self, state: Any, task: Task, path: Path, verdict: Guarded, now_ns: int) -> tuple[Says, Any]: ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ Pure: the same state and inputs give the same state and outputs, live, in simula
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.onboard.report import ages, status
 from vehicle_agent.onboard.state import OnboardState
-from vehicle_agent.signals import Inputs, Outputs
+from vehicle_agent.signals import Flow, Inputs, Outputs
 
 
 def tick(state: OnboardState, inputs: Inputs, car: Car) -> tuple[OnboardState, Outputs]:
@@ -22,11 +22,12 @@ def tick(state: OnboardState, inputs: Inputs, car: Car) -> tuple[OnboardState, O
     path, pln = car.planning.step(state.planning, ego, world, task)
     wish, ctl = car.control.step(state.control, ego, path, motion)
     act, verdict, grd = car.guard.step(
-        state.guard, wish, motion, ego, task, path, ages(now, motion, ego, seen, path)
+        state.guard, wish, motion, ego, world, task, path, ages(now, motion, ego, seen, path)
     )
     frames, can = car.can.encode(can, act, now)
     says, hmi = car.hmi.step(state.hmi, task, path, verdict, now)
     new = OnboardState(state.tick + 1, can, loc, per, wrl, mis, pln, ctl, grd, hmi)
     events = car.mission.events(mis) + car.guard.events(grd)
     report = status(now, ego, motion, task, path, verdict, says)
-    return new, Outputs(frames, says, events, car.mission.answers(mis), report)
+    flow = Flow(motion, ego, seen, world, task, path, wish, act, verdict, says)
+    return new, Outputs(frames, says, events, car.mission.answers(mis), report, flow)
