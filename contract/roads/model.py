@@ -1,0 +1,115 @@
+"""The campus as data: one versioned, immutable road map.
+
+Everything is in the map frame: metres east (x) and north (y) of the origin, on the local tangent plane.
+A lane's reference line is the path of a vehicle's **rear-axle centre**.
+"""
+
+from typing import Literal
+
+import msgspec
+
+Point = tuple[float, float]
+LaneKind = Literal["road", "turn", "turnaround"]
+Scenario = Literal["common_road", "parking_lot", "unprotected_intersection"]
+
+FORMAT_VERSION = 1
+
+
+class Origin(msgspec.Struct, frozen=True):
+    """The map frame's origin on WGS 84; x points east, y north there."""
+
+    latitude_deg: float
+    longitude_deg: float
+
+
+class Lane(msgspec.Struct, frozen=True):
+    """One direction of travel between two places where a choice can be made.
+
+    points      reference line, at most 1 m apart, at least two
+    can_pass    two shuttles can meet on this lane's road without one of them waiting
+    successors  lanes that begin where, and in the direction in which, this one ends
+    """
+
+    lane_id: str
+    kind: LaneKind
+    points: tuple[Point, ...]
+    width_m: float
+    speed_limit_mps: float
+    can_pass: bool
+    successors: tuple[str, ...]
+    scenario: Scenario = "common_road"
+    name: str = ""
+    name_en: str = ""
+
+
+class Section(msgspec.Struct, frozen=True):
+    """A piece of one lane that one shuttle at a time may occupy.
+
+    Every lane is tiled by its sections. A shuttle in this section excludes every other shuttle from this
+    section and from each of `conflicts`: the opposite direction of a road too narrow to pass on, the
+    crossing and merging turns of a junction. The relation is symmetric.
+    """
+
+    section_id: str
+    lane_id: str
+    s_from_m: float
+    s_to_m: float
+    conflicts: tuple[str, ...] = ()
+
+
+class Stop(msgspec.Struct, frozen=True):
+    """Where riders board and alight: the rear axle stands at s_m on the lane."""
+
+    stop_id: str
+    name: str
+    lane_id: str
+    s_m: float
+    name_en: str = ""
+    placed_by: Literal["tag", "rule", "hand"] = "tag"
+
+
+class RestingPlace(msgspec.Struct, frozen=True):
+    """Where a shuttle may stand for as long as it likes.
+
+    With a shuttle at every resting place of the map at once, every stop can still be reached from every
+    resting place and the other way round. This is what makes the fleet free of deadlock (docs/roads.md).
+    """
+
+    place_id: str
+    lane_id: str
+    s_m: float
+
+
+class Building(msgspec.Struct, frozen=True):
+    """An obstacle for the simulator's lidar: an outline (closed implicitly) and a height."""
+
+    outline: tuple[Point, ...]
+    height_m: float
+    name: str = ""
+
+
+class TimetableTrip(msgspec.Struct, frozen=True):
+    """One scheduled run: a departure (seconds after local midnight) at each of its stops, in order."""
+
+    trip_id: str
+    calls: tuple[tuple[str, int], ...]
+
+
+class RoadMap(msgspec.Struct, frozen=True):
+    """A campus map; `map_version` is the content's hash, set by `contract.roads.load`."""
+
+    campus_id: str
+    name: str
+    origin: Origin
+    lanes: tuple[Lane, ...]
+    sections: tuple[Section, ...]
+    stops: tuple[Stop, ...]
+    resting_places: tuple[RestingPlace, ...]
+    buildings: tuple[Building, ...] = ()
+    timetable: tuple[TimetableTrip, ...] = ()
+    timezone: str = "UTC"
+    schematic: bool = False
+    attribution: str = ""
+    repairs: tuple[str, ...] = ()
+    format_version: int = FORMAT_VERSION
+    map_version: str = ""

@@ -1,0 +1,270 @@
+"""Who may drive into which section, so that shuttles never collide and never wait for each other in a ring.
+
+A vehicle has the sections it holds (its body is in them, or was granted them) and the sections still ahead
+on its route, whose last one is where it will stand. A state is *safe* when the vehicles can, in some order,
+one after another, run their whole routes while all others stand where they are, or where they ended
+(the banker's algorithm: Dijkstra, EWD 108, 1965; Habermann 1969). Only grants and routes that keep the
+state safe are given; docs/roads.md proves that a fleet which starts at resting places never gets stuck.
+
+Sets of sections are integers, one bit a section.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import msgspec
+
+from contract.roads.load import MapError
+from contract.roads.model import Section
+
+
+class Grant(msgspec.Struct, frozen=True):
+    """Leave to enter a section; a grant with a higher fence is newer, whatever the section."""
+
+    section_id: str
+    fence: int
+
+
+class ReservationError(Exception):
+    """A request that contradicts what the controller knows: a stable code and a detail."""
+
+    def __init__(self, code: str, detail: str) -> None:
+        super().__init__(f"{code}: {detail}")
+        self.code = code
+        self.detail = detail
+
+
+@dataclass(slots=True)
+class _Vehicle:
+    held: list[str]
+    ahead: list[str]
+
+
+@dataclass(frozen=True, slots=True)
+class _Claim:
+    """One vehicle as the safety test sees it: what it keeps others out of now and at its route's end."""
+
+    vehicle_id: str
+    need: int
+    shadow_now: int
+    shadow_end: int
+
+
+class Reservations:
+    """The sections of one map and the vehicles on them. Vehicles are visited in the order of their ids."""
+
+    def __init__(self, sections: Iterable[Section]) -> None:
+        listed = list(sections)
+        bits = {section.section_id: 1 << i for i, section in enumerate(listed)}
+        try:
+            self._shadows = {
+                section.section_id: bits[section.section_id] | _union(bits[c] for c in section.conflicts)
+                for section in listed
+            }
+        except KeyError as error:
+            raise MapError("dangling_id", f"a section conflicts with unknown section {error}") from error
+        self._bits = bits
+        self._vehicles: dict[str, _Vehicle] = {}
+        self._fence = 0
+
+    @property
+    def vehicle_ids(self) -> tuple[str, ...]:
+        return tuple(sorted(self._vehicles))
+
+    def held(self, vehicle_id: str) -> tuple[str, ...]:
+        """The sections the vehicle holds, oldest first."""
+        return tuple(self._vehicle(vehicle_id).held)
+
+    def ahead(self, vehicle_id: str) -> tuple[str, ...]:
+        """The sections of the vehicle's route that it does not hold yet."""
+        return tuple(self._vehicle(vehicle_id).ahead)
+
+    def is_safe(self) -> bool:
+        """Every vehicle can still finish its route."""
+        return not self._stuck(self._claims())
+
+    def place(self, vehicle_id: str, held: Sequence[str]) -> None:
+        """Set what a vehicle holds and forget its route: a vehicle that appears, or says so after a restart.
+
+        Where a vehicle stands is a fact, so this is never refused for safety's sake. Raises
+        ReservationError: unknown_section, holds_nothing, conflict (two vehicles claim the same ground).
+        """
+        if not held:
+            raise ReservationError("holds_nothing", f"{vehicle_id} must hold the section it stands in")
+        self._check_known(held)
+        wanted = self._mask(held)
+        for other_id in self.vehicle_ids:
+            if other_id != vehicle_id and self._shadow(self._vehicles[other_id].held) & wanted:
+                raise ReservationError(
+                    "conflict",
+                    f"{vehicle_id} and {other_id} claim the same ground; hold both and move one by hand",
+                )
+        self._vehicles[vehicle_id] = _Vehicle(list(held), [])
+
+    def remove(self, vehicle_id: str) -> None:
+        """Forget a vehicle that has been taken off the roads."""
+        self._vehicle(vehicle_id)
+        del self._vehicles[vehicle_id]
+
+    def adopt(self, vehicle_id: str, route_sections: Sequence[str]) -> bool:
+        """Replace the vehicle's route; False, and nothing changed, where that would be unsafe.
+
+        route_sections  in order, up to where the vehicle will stand. It must contain a section which the
+        vehicle holds; what lies before the first such section is behind the vehicle. Held sections that are
+        not on the new route stay held until they are released. Raises ReservationError: unknown_vehicle,
+        unknown_section, off_route.
+        """
+        vehicle = self._vehicle(vehicle_id)
+        self._check_known(route_sections)
+        ahead = _rest_of_route(vehicle.held, route_sections)
+        if ahead is None:
+            raise ReservationError(
+                "off_route", f"the route of {vehicle_id} does not touch a section it holds: {vehicle.held}"
+            )
+        before = self._stuck(self._claims())
+        after = self._stuck(self._claims(vehicle_id, _Vehicle(vehicle.held, ahead)))
+        if not after <= before - {vehicle_id}:
+            return False
+        vehicle.ahead = ahead
+        return True
+
+    def grant(self, vehicle_id: str, limit: int) -> tuple[Grant, ...]:
+        """Take the longest safe run of at most `limit` sections ahead; empty where there is none yet."""
+        vehicle = self._vehicle(vehicle_id)
+        free = self._free_count(vehicle_id, limit)
+        if free == 0:
+            return ()
+        before = self._stuck(self._claims())
+        for count in range(free, 0, -1):
+            moved = _Vehicle(vehicle.held + vehicle.ahead[:count], vehicle.ahead[count:])
+            if self._stuck(self._claims(vehicle_id, moved)) <= before - {vehicle_id}:
+                granted = tuple(vehicle.ahead[:count])
+                self._vehicles[vehicle_id] = moved
+                return tuple(Grant(section_id, self._next_fence()) for section_id in granted)
+        return ()
+
+    def release(self, vehicle_id: str, section_id: str) -> bool:
+        """The vehicle's tail has left the section. False where it did not hold it: a repeat is harmless.
+
+        Raises ReservationError: holds_nothing for the last section held, since a vehicle stands somewhere.
+        """
+        vehicle = self._vehicle(vehicle_id)
+        if section_id not in vehicle.held:
+            return False
+        if len(vehicle.held) == 1:
+            raise ReservationError("holds_nothing", f"{vehicle_id} stands in {section_id} and must keep it")
+        vehicle.held.remove(section_id)
+        return True
+
+    def blocked_by(self, vehicle_id: str) -> tuple[str, ...]:
+        """Whom the vehicle waits for: who is in its next section's way, else who would be locked in by it."""
+        vehicle = self._vehicle(vehicle_id)
+        if not vehicle.ahead:
+            return ()
+        next_bit = self._bits[vehicle.ahead[0]]
+        in_the_way = tuple(
+            other_id
+            for other_id in self.vehicle_ids
+            if other_id != vehicle_id and self._shadow(self._vehicles[other_id].held) & next_bit
+        )
+        if in_the_way:
+            return in_the_way
+        moved = _Vehicle([*vehicle.held, vehicle.ahead[0]], vehicle.ahead[1:])
+        stuck = self._stuck(self._claims(vehicle_id, moved))
+        if not stuck - self._stuck(self._claims()) and vehicle_id not in stuck:
+            return ()
+        return tuple(sorted(stuck - {vehicle_id}))
+
+    def _free_count(self, vehicle_id: str, limit: int) -> int:
+        """How many sections ahead, at most `limit`, are in nobody's shadow."""
+        others = _union(
+            self._shadow(vehicle.held)
+            for other_id, vehicle in self._vehicles.items()
+            if other_id != vehicle_id
+        )
+        ahead = self._vehicles[vehicle_id].ahead[: max(0, limit)]
+        for count, section_id in enumerate(ahead):
+            if self._bits[section_id] & others:
+                return count
+        return len(ahead)
+
+    def _claims(self, changed_id: str = "", changed: _Vehicle | None = None) -> list[_Claim]:
+        claims = []
+        for vehicle_id in self.vehicle_ids:
+            vehicle = (
+                changed if changed is not None and vehicle_id == changed_id else self._vehicles[vehicle_id]
+            )
+            now = self._shadow(vehicle.held)
+            end = self._shadows[vehicle.ahead[-1]] if vehicle.ahead else now
+            claims.append(_Claim(vehicle_id, self._mask(vehicle.ahead), now, end))
+        return claims
+
+    @staticmethod
+    def _stuck(claims: list[_Claim]) -> frozenset[str]:
+        """The vehicles that no order of runs brings to their ends.
+
+        A vehicle may run when nobody's shadow lies on its way, and when its end does not lie on the way of
+        one still to run, which would have to go first. Whoever runs under this rule only shrinks what the
+        rest is kept out of, so choosing greedily finds an order whenever there is one.
+        """
+        waiting = [claim for claim in claims if claim.need]
+        standing = {claim.vehicle_id: claim.shadow_now for claim in claims}
+        while waiting:
+            for claim in waiting:
+                others = [other for other in waiting if other is not claim]
+                if any(claim.shadow_end & other.need for other in others):
+                    continue
+                in_the_way = _union(s for other_id, s in standing.items() if other_id != claim.vehicle_id)
+                if not claim.need & in_the_way:
+                    standing[claim.vehicle_id] = claim.shadow_end
+                    waiting = others
+                    break
+            else:
+                return frozenset(claim.vehicle_id for claim in waiting)
+        return frozenset()
+
+    def _vehicle(self, vehicle_id: str) -> _Vehicle:
+        try:
+            return self._vehicles[vehicle_id]
+        except KeyError:
+            raise ReservationError("unknown_vehicle", f"{vehicle_id} was never placed on the map") from None
+
+    def _check_known(self, section_ids: Iterable[str]) -> None:
+        for section_id in section_ids:
+            if section_id not in self._bits:
+                raise ReservationError("unknown_section", f"the map has no section {section_id}")
+
+    def _mask(self, section_ids: Iterable[str]) -> int:
+        return _union(self._bits[section_id] for section_id in section_ids)
+
+    def _shadow(self, section_ids: Iterable[str]) -> int:
+        return _union(self._shadows[section_id] for section_id in section_ids)
+
+    def _next_fence(self) -> int:
+        self._fence += 1
+        return self._fence
+
+
+def _rest_of_route(held: list[str], route: Sequence[str]) -> list[str] | None:
+    """The route after the sections already held; None where the two do not touch."""
+    start = next((i for i, section_id in enumerate(route) if section_id in held), None)
+    if start is None:
+        return None
+    best = 0
+    for first in range(len(held)):
+        match = 0
+        while (
+            first + match < len(held)
+            and start + match < len(route)
+            and held[first + match] == route[start + match]
+        ):
+            match += 1
+        best = max(best, match)
+    return list(route[start + best :])
+
+
+def _union(masks: Iterable[int]) -> int:
+    union = 0
+    for mask in masks:
+        union |= mask
+    return union

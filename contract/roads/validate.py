@@ -1,0 +1,202 @@
+"""What is wrong with a road map: everything that another room takes for granted, checked."""
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+
+import msgspec
+import numpy as np
+
+from contract.geometry import Array, arc_lengths, curvatures, wrap_angle
+from contract.roads.design_vehicle import (
+    CURVATURE_MAX_1PM,
+    CURVATURE_TOLERANCE_1PM,
+    FRONT_REACH_M,
+    REAR_OVERHANG_M,
+)
+from contract.roads.model import Lane, RoadMap
+from contract.roads.section_graph import SectionGraph, broken_promises
+
+_POINT_GAP_MAX_M = 1.0
+_JOINT_GAP_MAX_M = 0.02
+_JOINT_BEND_MAX_RAD = 0.06
+_TILE_GAP_MAX_M = 0.001
+
+
+class Problem(msgspec.Struct, frozen=True):
+    """One defect: a stable code, the id it is found at, and what is wrong in words."""
+
+    code: str
+    where: str
+    detail: str
+
+
+def problems(road_map: RoadMap) -> tuple[Problem, ...]:
+    """Everything that makes the map unfit for driving, empty for a good map.
+
+    What depends on sound references (tiling, reachability, promises) is only looked at once they are sound.
+    """
+    first = (*_emptiness(road_map), *_doubled_ids(road_map), *_dangling(road_map), *_bad_points(road_map))
+    if first:
+        return first
+    lines = {lane.lane_id: np.array(lane.points, dtype=np.float64) for lane in road_map.lanes}
+    second = (
+        *_shapes(lines),
+        *_joints(road_map.lanes, lines),
+        *_tiling(road_map, lines),
+        *_lopsided(road_map),
+        *_off_lane(road_map, lines),
+    )
+    if any(problem.code in {"untiled", "off_lane"} for problem in second):
+        return second
+    return (*second, *_cut_off(road_map), *_promises(road_map), *_tight_places(road_map))
+
+
+def _emptiness(road_map: RoadMap) -> Iterator[Problem]:
+    for noun in ("lanes", "sections", "stops", "resting_places"):
+        if not getattr(road_map, noun):
+            yield Problem("empty", noun, f"the map has no {noun.replace('_', ' ')}")
+
+
+def _doubled_ids(road_map: RoadMap) -> Iterator[Problem]:
+    for ids in (
+        [lane.lane_id for lane in road_map.lanes],
+        [section.section_id for section in road_map.sections],
+        [stop.stop_id for stop in road_map.stops],
+        [place.place_id for place in road_map.resting_places],
+        [trip.trip_id for trip in road_map.timetable],
+    ):
+        for doubled, count in Counter(ids).items():
+            if count > 1:
+                yield Problem("doubled_id", doubled, f"used {count} times")
+
+
+def _dangling(road_map: RoadMap) -> Iterator[Problem]:
+    lanes = {lane.lane_id for lane in road_map.lanes}
+    sections = {section.section_id for section in road_map.sections}
+    stops = {stop.stop_id for stop in road_map.stops}
+    references: list[tuple[str, str, Iterable[str], set[str]]] = []
+    references += [(lane.lane_id, "successor", lane.successors, lanes) for lane in road_map.lanes]
+    references += [(s.section_id, "lane", (s.lane_id,), lanes) for s in road_map.sections]
+    references += [(s.section_id, "conflict", s.conflicts, sections) for s in road_map.sections]
+    references += [(stop.stop_id, "lane", (stop.lane_id,), lanes) for stop in road_map.stops]
+    references += [(place.place_id, "lane", (place.lane_id,), lanes) for place in road_map.resting_places]
+    references += [
+        (trip.trip_id, "stop", [stop_id for stop_id, _ in trip.calls], stops) for trip in road_map.timetable
+    ]
+    for where, noun, ids, known in references:
+        for missing in (name for name in ids if name not in known):
+            yield Problem("dangling_id", where, f"{noun} {missing} is not in the map")
+
+
+def _bad_points(road_map: RoadMap) -> Iterator[Problem]:
+    for lane in road_map.lanes:
+        if len(lane.points) < 2:
+            yield Problem("too_few_points", lane.lane_id, "a lane needs two points at least")
+        elif not all(math.isfinite(x) and math.isfinite(y) for x, y in lane.points):
+            yield Problem("not_finite", lane.lane_id, "a point is not a finite number")
+        if not (lane.speed_limit_mps > 0.0 and math.isfinite(lane.speed_limit_mps)):
+            yield Problem("bad_speed", lane.lane_id, f"speed limit {lane.speed_limit_mps} m/s")
+
+
+def _shapes(lines: dict[str, Array]) -> Iterator[Problem]:
+    for lane_id, points in lines.items():
+        gaps = np.hypot(*np.diff(points, axis=0).T)
+        if gaps.max() > _POINT_GAP_MAX_M + 1e-3:
+            yield Problem("points_apart", lane_id, f"points {gaps.max():.2f} m apart, 1 m at most")
+        if gaps.min() <= 0.0:
+            yield Problem("points_doubled", lane_id, "two neighbouring points are the same")
+            continue
+        peak = float(np.abs(curvatures(points)).max())
+        if peak > CURVATURE_MAX_1PM + CURVATURE_TOLERANCE_1PM:
+            yield Problem("too_sharp", lane_id, f"radius {1.0 / peak:.2f} m, 5 m at least")
+
+
+def _joints(lanes: Sequence[Lane], lines: dict[str, Array]) -> Iterator[Problem]:
+    for lane in lanes:
+        end = lines[lane.lane_id]
+        for successor in lane.successors:
+            start = lines[successor]
+            gap = math.hypot(*(start[0] - end[-1]))
+            if gap > _JOINT_GAP_MAX_M:
+                yield Problem("gap", lane.lane_id, f"{successor} begins {gap:.2f} m from this lane's end")
+                continue
+            bend = abs(wrap_angle(_heading(start) - wrap_angle(_heading(end[::-1]) + math.pi)))
+            if bend > _JOINT_BEND_MAX_RAD:
+                yield Problem("kink", lane.lane_id, f"{successor} begins {math.degrees(bend):.1f} deg askew")
+
+
+def _heading(points: Array) -> float:
+    """The heading at the first point, half a step's bend before the first step's."""
+    step = points[1] - points[0]
+    yaw = math.atan2(step[1], step[0])
+    if len(points) > 2:
+        after = points[2] - points[1]
+        first_m, second_m = math.hypot(*step), math.hypot(*after)
+        yaw -= wrap_angle(math.atan2(after[1], after[0]) - yaw) * first_m / (first_m + second_m)
+    return yaw
+
+
+def _tiling(road_map: RoadMap, lines: dict[str, Array]) -> Iterator[Problem]:
+    spans: dict[str, list[tuple[float, float]]] = {lane_id: [] for lane_id in lines}
+    for section in road_map.sections:
+        spans[section.lane_id].append((section.s_from_m, section.s_to_m))
+    for lane_id, pieces in spans.items():
+        pieces.sort()
+        length = float(arc_lengths(lines[lane_id])[-1])
+        cuts = [0.0, *(end for _, end in pieces)]
+        starts = [*(start for start, _ in pieces), length]
+        if any(not abs(a - b) <= _TILE_GAP_MAX_M for a, b in zip(cuts, starts, strict=True)):
+            yield Problem("untiled", lane_id, "its sections leave gaps, overlap or end beside its end")
+        elif any(end <= start for start, end in pieces):
+            yield Problem("untiled", lane_id, "a section has no length")
+
+
+def _lopsided(road_map: RoadMap) -> Iterator[Problem]:
+    conflicts = {section.section_id: set(section.conflicts) for section in road_map.sections}
+    for section_id, others in conflicts.items():
+        if section_id in others:
+            yield Problem("lopsided_conflict", section_id, "conflicts with itself")
+        for other in sorted(others):
+            if section_id not in conflicts[other]:
+                yield Problem("lopsided_conflict", section_id, f"{other} does not name it in return")
+
+
+def _off_lane(road_map: RoadMap, lines: dict[str, Array]) -> Iterator[Problem]:
+    placed = [(stop.stop_id, stop.lane_id, stop.s_m) for stop in road_map.stops]
+    placed += [(place.place_id, place.lane_id, place.s_m) for place in road_map.resting_places]
+    for where, lane_id, s_m in placed:
+        length = float(arc_lengths(lines[lane_id])[-1])
+        if not 0.0 <= s_m <= length:
+            yield Problem("off_lane", where, f"s = {s_m:.1f} m on a lane of {length:.1f} m")
+
+
+def _cut_off(road_map: RoadMap) -> Iterator[Problem]:
+    graph = _graph(road_map)
+    onward, back = graph.reach(0, ()), graph.reach(0, (), backwards=True)
+    for i, section in enumerate(road_map.sections):
+        if i not in onward or i not in back:
+            yield Problem("cut_off", section.section_id, "not in one loop with the map's first section")
+
+
+def _promises(road_map: RoadMap) -> Iterator[Problem]:
+    broken = broken_promises(_graph(road_map), road_map.resting_places, road_map.stops)
+    for place_id, detail in broken:
+        yield Problem("broken_promise", place_id, detail)
+
+
+def _tight_places(road_map: RoadMap) -> Iterator[Problem]:
+    graph = _graph(road_map)
+    for place in road_map.resting_places:
+        section = road_map.sections[graph.at(place.lane_id, place.s_m)]
+        inside = place.s_m - REAR_OVERHANG_M >= section.s_from_m and (
+            place.s_m + FRONT_REACH_M <= section.s_to_m
+        )
+        if not inside:
+            yield Problem(
+                "tight_place", place.place_id, f"a shuttle sticks out of section {section.section_id}"
+            )
+
+
+def _graph(road_map: RoadMap) -> SectionGraph:
+    return SectionGraph(road_map.sections, [(lane.lane_id, lane.successors) for lane in road_map.lanes])

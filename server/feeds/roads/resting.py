@@ -1,0 +1,86 @@
+"""Resting places: a greedy set that keeps the promise of `contract.roads.model.RestingPlace`."""
+
+import math
+from collections.abc import Collection, Iterable, Sequence
+
+from contract.roads.design_vehicle import FRONT_REACH_M, REAR_OVERHANG_M, STANDING_MARGIN_M
+from contract.roads.model import RestingPlace, Stop
+from contract.roads.section_graph import SectionGraph
+
+# With this many, places on busy roads, which cost everybody detours, are no longer worth having.
+ENOUGH_PLACES = 6
+_SHORTEST_SECTION_M = REAR_OVERHANG_M + FRONT_REACH_M + 2.0 * STANDING_MARGIN_M
+
+
+def rest(
+    graph: SectionGraph,
+    stops: Sequence[Stop],
+    order: Iterable[int],
+    busy: Collection[int],
+) -> tuple[RestingPlace, ...]:
+    """As many resting places as the promise allows on quiet sections, and on busy ones up to six.
+
+    order  section numbers to try, the most wanted first
+    busy   sections that the fastest drives between stops use
+    """
+    candidates = [i for i in order if standing_s_m(graph, i) is not None]
+    quiet = [i for i in candidates if not graph.shadows[i] & frozenset(busy)]
+    wanted = frozenset(graph.at(stop.lane_id, stop.s_m) for stop in stops)
+    chosen: list[int] = []
+    for i in quiet:
+        if _holds(graph, [*chosen, i], wanted):
+            chosen.append(i)
+    for i in candidates:
+        if len(chosen) >= ENOUGH_PLACES:
+            break
+        if i not in chosen and _holds(graph, [*chosen, i], wanted):
+            chosen.append(i)
+    return tuple(_place(graph, i, number) for number, i in enumerate(chosen, start=1))
+
+
+def standing_s_m(graph: SectionGraph, number: int) -> float | None:
+    """Where the rear axle stands so that the body is inside the section; None where it is too short."""
+    section = graph.sections[number]
+    if section.s_to_m - section.s_from_m < _SHORTEST_SECTION_M:
+        return None
+    return math.floor((section.s_to_m - FRONT_REACH_M - STANDING_MARGIN_M) * 1000.0) / 1000.0
+
+
+def _holds(graph: SectionGraph, standing: list[int], wanted: frozenset[int]) -> bool:
+    """Sufficient for the promise: one part of the map, free of all shadows, has every stop and every place
+    finds its way into it and out of it when only the others are taken."""
+    closed = graph.shadow_of(standing)
+    if wanted & closed or not wanted:
+        return False
+    anchor = min(wanted)
+    core = graph.reach(anchor, closed) & graph.reach(anchor, closed, backwards=True)
+    if not wanted <= core:
+        return False
+    for k, here in enumerate(standing):
+        others = graph.shadow_of(standing[:k] + standing[k + 1 :])
+        if here in others:
+            return False
+        if not (_touches(graph, here, others, core, False) and _touches(graph, here, others, core, True)):
+            return False
+    return True
+
+
+def _touches(
+    graph: SectionGraph, start: int, closed: Collection[int], core: set[int], backwards: bool
+) -> bool:
+    ways = graph.before if backwards else graph.after
+    seen, stack = {start}, [start]
+    while stack:
+        for follower in ways[stack.pop()]:
+            if follower in core:
+                return True
+            if follower not in seen and follower not in closed:
+                seen.add(follower)
+                stack.append(follower)
+    return False
+
+
+def _place(graph: SectionGraph, number: int, count: int) -> RestingPlace:
+    s_m = standing_s_m(graph, number)
+    assert s_m is not None
+    return RestingPlace(f"rest-{count}", graph.sections[number].lane_id, s_m)
