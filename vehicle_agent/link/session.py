@@ -1,0 +1,219 @@
+"""The vehicle's side of the conversation with the server. No I/O: bytes and stamps in, bytes and words out.
+
+The shell around it moves bytes and waits. A cut at any moment is harmless: events stay in the log until
+they are acknowledged, answers and orders are repeated, and the hello says what the vehicle holds.
+"""
+
+from collections.abc import Callable
+
+import msgspec
+
+from contract.wire.codec import decode_from_server, encode
+from contract.wire.messages import (
+    PROTOCOL_VERSION,
+    Challenge,
+    ClockProbe,
+    ClockSample,
+    Command,
+    EventReport,
+    EventsAcknowledged,
+    Goodbye,
+    Grants,
+    Hello,
+    Holding,
+    Message,
+    Order,
+    OrderAccepted,
+    OrderRejected,
+    PassengerTap,
+    Status,
+    Welcome,
+    signed_hello,
+)
+from contract.wire.sequence import EventLog, LoggedEvent
+from vehicle_agent.link.clock import ClockOffset
+from vehicle_agent.signals import LinkState, ServerWord
+
+SECOND_NS = 1_000_000_000
+PROBE_EVERY_NS = 10 * SECOND_NS
+REPEAT_AFTER_NS = 3 * SECOND_NS
+SILENT_AFTER_NS = 25 * SECOND_NS
+
+Sign = Callable[[bytes], str]
+
+
+class Identity(msgspec.Struct, frozen=True):
+    """Who the vehicle says it is, in every hello."""
+
+    vehicle_id: str
+    boot_id: str
+    software: str
+    stack: str
+    map_version: str
+    seats: int
+    wheelchair_places: int
+
+
+class VehicleSession:
+    """One vehicle's conversation over any number of connections.
+
+    is_open    the server has welcomed this connection
+    refusal    the server's goodbye, when it closed the last connection with one
+    """
+
+    def __init__(self, identity: Identity, sign: Sign, log: EventLog, holding: Holding | None = None) -> None:
+        self.identity = identity
+        self.log = log
+        self.holding = holding
+        self.is_open = False
+        self.epoch = 0
+        self.refusal: Goodbye | None = None
+        self._sign = sign
+        self._clock = ClockOffset()
+        self._outgoing: list[bytes] = []
+        self._words: list[ServerWord | LinkState] = []
+        self._sent: dict[str, int] = {}
+        self._heard_ns = 0
+        self._probed_ns = 0
+        self._progress_ns = 0
+
+    # ------------------------------------------------------------ the shell's side
+
+    def connected(self, now_ns: int) -> None:
+        """A fresh connection: the server speaks first."""
+        self._outgoing.clear()
+        self._heard_ns = now_ns
+        self.refusal = None
+
+    def disconnected(self, now_ns: int) -> None:
+        """The connection is gone; everything unacknowledged is kept."""
+        self._outgoing.clear()
+        if self.is_open:
+            self.is_open = False
+            self._tell_link_state(now_ns)
+
+    def received(self, data: bytes | str, now_ns: int) -> None:
+        """Raises WireError for a frame that is no message: the connection is to be closed."""
+        self._heard_ns = now_ns
+        message = decode_from_server(data)
+        if isinstance(message, Challenge):
+            self._say_hello(message, now_ns)
+        elif isinstance(message, Welcome):
+            self._welcomed(message, now_ns)
+        elif isinstance(message, ClockSample):
+            self._clock.add(message.vehicle_ns, message.server_ns, now_ns)
+            self._tell_link_state(now_ns)
+        elif isinstance(message, EventsAcknowledged):
+            self._acknowledged(message, now_ns)
+        elif isinstance(message, Goodbye):
+            self.refusal = message
+        elif isinstance(message, Order | Grants | Command | PassengerTap) and message.epoch == self.epoch:
+            self._words.append(message)
+
+    def elapsed(self, now_ns: int) -> None:
+        """Time has passed: probe the clock, and repeat what was never acknowledged."""
+        if not self.is_open:
+            return
+        if now_ns - self._probed_ns >= PROBE_EVERY_NS:
+            self._probe(now_ns)
+        if self.log.pending() and now_ns - self._progress_ns >= REPEAT_AFTER_NS:
+            self._sent.clear()
+            self._send_events(now_ns)
+
+    def is_silent(self, now_ns: int) -> bool:
+        """Nothing has come for so long that the connection is to be given up."""
+        return now_ns - self._heard_ns > SILENT_AFTER_NS
+
+    def take_outgoing(self) -> list[bytes]:
+        """Frames to send, in order; the caller sends them all or reports the connection gone."""
+        outgoing, self._outgoing = self._outgoing, []
+        return outgoing
+
+    def take_words(self) -> list[ServerWord | LinkState]:
+        """What the vehicle has to learn, in order."""
+        words, self._words = self._words, []
+        return words
+
+    # ------------------------------------------------------------ the vehicle's side
+
+    def report(self, status: Status) -> None:
+        """Latest wins: a status is never kept for later."""
+        if self.is_open:
+            self._send(msgspec.structs.replace(status, epoch=self.epoch))
+
+    def answer(self, answer: OrderAccepted | OrderRejected) -> None:
+        """Sent only after the shell has brought order and mission to disk. A lost answer is asked for again
+        by the server's repeat of the order after the next hello."""
+        if self.is_open:
+            self._send(msgspec.structs.replace(answer, epoch=self.epoch))
+
+    def happened(self, now_ns: int) -> None:
+        """There are new events in the log, already on disk."""
+        if self.is_open:
+            self._send_events(now_ns)
+
+    # ------------------------------------------------------------ inside
+
+    def _say_hello(self, challenge: Challenge, now_ns: int) -> None:
+        me = self.identity
+        protocol = min(PROTOCOL_VERSION, challenge.protocol_max)
+        text = signed_hello(challenge.nonce, me.vehicle_id, me.boot_id, protocol)
+        hello = Hello(
+            protocol=protocol,
+            vehicle_id=me.vehicle_id,
+            boot_id=me.boot_id,
+            nonce=challenge.nonce,
+            signature=self._sign(text),
+            software=me.software,
+            stack=me.stack,
+            map_version=me.map_version,
+            vehicle_ns=now_ns,
+            logs=self.log.logs(),
+            holding=self.holding,
+            seats=me.seats,
+            wheelchair_places=me.wheelchair_places,
+        )
+        self._send(hello)
+
+    def _welcomed(self, welcome: Welcome, now_ns: int) -> None:
+        self.is_open = True
+        self.epoch = welcome.epoch
+        for known in welcome.acknowledged:
+            self.log.acknowledge(known.boot_id, known.first_unacknowledged)
+        self._sent.clear()
+        self._clock.restart(welcome.server_ns, now_ns)
+        self._probe(now_ns)
+        self._tell_link_state(now_ns)
+        self._send_events(now_ns)
+
+    def _acknowledged(self, message: EventsAcknowledged, now_ns: int) -> None:
+        if self.log.acknowledge(message.boot_id, message.next_sequence) > 0:
+            self._progress_ns = now_ns
+        else:
+            # The server names the event it waits for: everything from there on is to be repeated.
+            self._sent[message.boot_id] = min(
+                message.next_sequence, self._sent.get(message.boot_id, message.next_sequence)
+            )
+            if now_ns - self._progress_ns >= REPEAT_AFTER_NS:
+                self._send_events(now_ns)
+
+    def _send_events(self, now_ns: int) -> None:
+        for event in self.log.pending():
+            if event.sequence >= self._sent.get(event.boot_id, 0):
+                self._send(_report(event, self.epoch))
+                self._sent[event.boot_id] = event.sequence + 1
+                self._progress_ns = now_ns
+
+    def _probe(self, now_ns: int) -> None:
+        self._probed_ns = now_ns
+        self._send(ClockProbe(now_ns))
+
+    def _tell_link_state(self, now_ns: int) -> None:
+        self._words.append(LinkState(now_ns, self.is_open, self.epoch, self._clock.offset_ns))
+
+    def _send(self, message: Message) -> None:
+        self._outgoing.append(encode(message))
+
+
+def _report(event: LoggedEvent, epoch: int) -> EventReport:
+    return EventReport(epoch, event.boot_id, event.sequence, event.stamp_ns, event.body)

@@ -1,0 +1,39 @@
+"""The vehicle computer without its devices: state, tick and recorder. Live, virtual time and replay all
+drive this one object."""
+
+from collections.abc import Sequence
+
+from vehicle_agent.onboard.car import Car
+from vehicle_agent.onboard.state import OnboardState
+from vehicle_agent.onboard.tick import tick
+from vehicle_agent.runtime.inbox import inputs_from
+from vehicle_agent.runtime.recorder import Recorder, RunLogEntry
+from vehicle_agent.signals import InboxItem, LinkState, Outputs
+
+
+class VehicleComputer:
+    """entries: what the last tick left for the run log."""
+
+    def __init__(
+        self, car: Car, state: OnboardState, recorder: Recorder | None = None, utc_offset_ns: int = 0
+    ) -> None:
+        """utc_offset_ns  UTC minus vehicle clock by the computer's own clock; the server's word replaces it."""
+        self.state = state
+        self.entries: list[RunLogEntry] = []
+        self._car = car
+        self._recorder = recorder
+        self._utc_offset_ns = utc_offset_ns
+
+    def run_tick(self, items: Sequence[InboxItem], stamp_ns: int, late_ns: int = 0) -> Outputs:
+        """One tick with the drained inbox. An exception in it is a bug and is not caught: frames end, and
+        the gate brakes."""
+        before = self.state
+        self.state, outputs = tick(before, inputs_from(items, stamp_ns), self._car)
+        for item in items:
+            if isinstance(item.body, LinkState) and item.body.connected:
+                self._utc_offset_ns = item.body.server_offset_ns
+        if self._recorder is not None:
+            self.entries = self._recorder.record(
+                before, items, outputs, stamp_ns, late_ns, self._utc_offset_ns
+            )
+        return outputs

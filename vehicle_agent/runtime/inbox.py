@@ -1,0 +1,64 @@
+"""Where everything that is not deterministic waits for the next tick."""
+
+from collections.abc import Sequence
+
+from contract.wire.messages import Command, Grants, Order, PassengerTap
+from vehicle_agent.signals import (
+    CanFrame,
+    CodeTyped,
+    DoorState,
+    GnssFix,
+    ImuSample,
+    InboxBody,
+    InboxItem,
+    Inputs,
+    LinkState,
+    ObstaclePercept,
+    OtherVehicle,
+    PedestrianPresence,
+    SeatButton,
+    SeatSensor,
+)
+
+
+class Inbox:
+    """Collects items of any source; each source counts its own. Bounded: a flood drops the source's newest
+    items and counts them, so that one broken device cannot fill the memory."""
+
+    def __init__(self, items_max: int = 2000) -> None:
+        self.dropped = 0
+        self._items: list[InboxItem] = []
+        self._items_max = items_max
+        self._next: dict[str, int] = {}
+
+    def put(self, arrival_ns: int, source: str, body: InboxBody) -> None:
+        if len(self._items) >= self._items_max:
+            self.dropped += 1
+            return
+        sequence = self._next.get(source, 0)
+        self._next[source] = sequence + 1
+        self._items.append(InboxItem(arrival_ns, source, sequence, body))
+
+    def drain(self) -> tuple[InboxItem, ...]:
+        """Everything so far in (arrival, source, sequence) order."""
+        items = tuple(sorted(self._items, key=lambda item: (item.arrival_ns, item.source, item.sequence)))
+        self._items.clear()
+        return items
+
+
+def inputs_from(items: Sequence[InboxItem], stamp_ns: int) -> Inputs:
+    """One tick's inputs: the drained items split by kind, each kind in drained order."""
+    bodies = [item.body for item in items]
+    links = [body for body in bodies if isinstance(body, LinkState)]
+    return Inputs(
+        stamp_ns=stamp_ns,
+        frames=tuple(body for body in bodies if isinstance(body, CanFrame)),
+        poses=tuple(body for body in bodies if isinstance(body, GnssFix | ImuSample)),
+        percepts=tuple(body for body in bodies if isinstance(body, ObstaclePercept)),
+        infrastructure=tuple(body for body in bodies if isinstance(body, OtherVehicle | PedestrianPresence)),
+        words=tuple(body for body in bodies if isinstance(body, Order | Grants | Command | PassengerTap)),
+        pressed=tuple(
+            body for body in bodies if isinstance(body, SeatButton | CodeTyped | SeatSensor | DoorState)
+        ),
+        link=links[-1] if links else None,
+    )

@@ -1,0 +1,121 @@
+"""Run a recorded segment again and compare: bit for bit, or the first tick, room and field that differ."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from contract.roads.load import decode_map
+from contract.roads.model import RoadMap
+from contract.runlog.arrays import dec_hook
+from contract.runlog.reader import RunLogError, open_segment, ticks
+from vehicle_agent.config import Profile
+from vehicle_agent.onboard.car import Car
+from vehicle_agent.runtime.computer import VehicleComputer
+from vehicle_agent.runtime.recorder import ROOMS, FlowEncoder
+from vehicle_agent.runtime.snapshot import decode_state
+from vehicle_agent.signals import InboxItem
+
+BuildCar = Callable[[Profile, RoadMap], Car]
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """Where a replay left the recorded run. Values are as recorded and as computed now."""
+
+    tick: int
+    room: str
+    field: str
+    recorded: object
+    computed: object
+
+    def __str__(self) -> str:
+        return (
+            f"tick {self.tick}, room {self.room}, field {self.field}: "
+            f"recorded {self.recorded!r}, now {self.computed!r}"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayResult:
+    """cut_short: the segment ends in the middle of a record, as a kill leaves it; what was there was run."""
+
+    ticks: int
+    difference: Difference | None
+    cut_short: str = ""
+
+
+def replay_segment(
+    path: Path,
+    build_car: BuildCar,
+    profile: Profile | None = None,
+    progress: Callable[[int], None] = lambda _ticks: None,
+) -> ReplayResult:
+    """Feed the segment's input tape to a new computer and compare every room's output of every tick.
+
+    profile  another vehicle profile than the recorded one, to see where it would have driven differently
+    Raises RunLogError for a segment that cannot be read or is damaged.
+    """
+    segment = open_segment(path)
+    if profile is None:
+        profile = msgspec.msgpack.decode(segment.profile, type=Profile)
+    car = build_car(profile, decode_map(segment.road_map))
+    try:
+        computer = VehicleComputer(car, decode_state(segment.state, car))
+    except msgspec.DecodeError as error:
+        raise RunLogError(
+            "other_software", f"{path} holds the state of another software version: {error}"
+        ) from error
+    decoder = msgspec.msgpack.Decoder(tuple[InboxItem, ...], dec_hook=dec_hook)
+    encoder = FlowEncoder()
+    count = 0
+    try:
+        for record in ticks(path):
+            if record.tick != computer.state.tick:
+                detail = f"{path}: tick {record.tick} follows {computer.state.tick - 1}; ticks are missing"
+                raise RunLogError("damaged", detail)
+            outputs = computer.run_tick(decoder.decode(record.items), record.stamp_ns, record.late_ns)
+            computed = encoder.encode(outputs)
+            if bytes(computed) != bytes(record.rooms):
+                return ReplayResult(count, _first_difference(record.tick, record.rooms, computed))
+            count += 1
+            progress(count)
+    except RunLogError as error:
+        if error.code != "truncated":
+            raise
+        return ReplayResult(count, None, error.detail)
+    return ReplayResult(count, None)
+
+
+def _first_difference(tick: int, recorded: msgspec.Raw, computed: msgspec.Raw) -> Difference:
+    """In flow order, then in the order of the signal's fields, descending into structs and lists."""
+    before: dict[str, Any] = msgspec.msgpack.decode(recorded)
+    after: dict[str, Any] = msgspec.msgpack.decode(computed)
+    for room in ROOMS:
+        found = _differing("", before.get(room), after.get(room))
+        if found is not None:
+            field, old, new = found
+            return Difference(tick, room, field.lstrip("."), old, new)
+    return Difference(tick, "?", "encoding", len(recorded), len(computed))
+
+
+def _differing(name: str, old: Any, new: Any) -> tuple[str, object, object] | None:
+    if isinstance(old, dict) and isinstance(new, dict):
+        keys = list(old) + [key for key in new if key not in old]
+        pairs = [(f"{name}.{key}", old.get(key), new.get(key)) for key in keys]
+    elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
+        pairs = [(f"{name}[{i}]", a, b) for i, (a, b) in enumerate(zip(old, new, strict=True))]
+    else:
+        return None if _same(old, new) else (name, old, new)
+    for key, a, b in pairs:
+        found = _differing(key, a, b)
+        if found is not None:
+            return found
+    return None
+
+
+def _same(old: object, new: object) -> bool:
+    """Bit for bit: nan equals nan, 0.0 differs from -0.0 and 1 from 1.0."""
+    return type(old) is type(new) and msgspec.msgpack.encode(old) == msgspec.msgpack.encode(new)
