@@ -1,0 +1,25 @@
+"""The person in the driver's seat: what hands and feet do to the pedals and the wheel."""
+
+from dataclasses import dataclass
+
+OVERRIDE_PEDAL_RATIO = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class SafetyDriver:
+    """steer_rad None: hands off the wheel."""
+
+    brake_ratio: float = 0.0
+    throttle_ratio: float = 0.0
+    steer_rad: float | None = None
+
+    @property
+    def takes_over(self) -> bool:
+        return (
+            self.brake_ratio > OVERRIDE_PEDAL_RATIO
+            or self.throttle_ratio > OVERRIDE_PEDAL_RATIO
+            or self.steer_rad is not None
+        )
+
+
+HANDS_OFF = SafetyDriver()

@@ -1,0 +1,56 @@
+"""The six command frames of a tick."""
+
+import msgspec
+
+from vehicle_agent.can.dbc import layouts
+from vehicle_agent.can.handshake import Handshake
+from vehicle_agent.can.steering_column import wheel_from_front
+from vehicle_agent.config import SteeringColumn
+from vehicle_agent.signals import Actuation, CanFrame, Gear
+
+FRAME_GAP_NS = 500_000
+COUNTER_STEPS = 16
+GEAR_CODE: dict[Gear, int] = {"park": 0, "reverse": 1, "neutral": 2, "drive": 3}
+COMMANDS = (
+    "global_command",
+    "supervisory_command",
+    "accelerator_command",
+    "brake_command",
+    "shift_command",
+    "steering_command",
+)
+
+
+class CommandEncoder(msgspec.Struct, frozen=True):
+    """wheel_rate_radps: how fast the module may turn the steering wheel."""
+
+    steering: SteeringColumn
+    wheel_rate_radps: float
+
+    def frames(
+        self, act: Actuation, shake: Handshake, counter: int, clear_faults: bool, now_ns: int
+    ) -> tuple[CanFrame, ...]:
+        """Frames in sending order; `stamp_ns` is when each is to be sent, `FRAME_GAP_NS` apart.
+
+        Pedals are zero until by-wire is on. FrameError when a command is not a finite number.
+        """
+        count = {"counter": counter, "complement": COUNTER_STEPS - 1 - counter}
+        enable = {"enable": shake.enables}
+        live = shake.live
+        values: tuple[dict[str, float], ...] = (
+            {"clear_faults": clear_faults, "clear_overrides": shake.clears, **count},
+            {**enable, **count},
+            {**enable, "position": act.throttle_ratio if live else 0.0},
+            {**enable, "position": act.brake_ratio if live else 0.0},
+            {**enable, "gear": GEAR_CODE[act.gear]},
+            {
+                **enable,
+                "wheel_angle": wheel_from_front(self.steering, act.steer_rad),
+                "wheel_rate": self.wheel_rate_radps,
+            },
+        )
+        known = layouts()
+        return tuple(
+            CanFrame(now_ns + i * FRAME_GAP_NS, known[name].arbitration_id, known[name].pack(values[i]))
+            for i, name in enumerate(COMMANDS)
+        )

@@ -1,0 +1,123 @@
+"""What the by-wire module has last reported."""
+
+from collections.abc import Callable
+from functools import cache
+
+import msgspec
+
+from vehicle_agent.can.dbc import FrameError, MessageLayout, SignalLayout, layouts
+from vehicle_agent.signals import CanFrame
+
+# report message -> our field <- its signal
+READ: dict[str, dict[str, str]] = {
+    "global_report": {
+        "enabled": "enabled",
+        "override_active": "override_active",
+        "computer_timeout": "computer_timeout",
+        "subsystem_timeout": "subsystem_timeout",
+        "fault_active": "fault_active",
+        "config_fault": "config_fault",
+    },
+    "system_report": {"disable_all": "disable_all", "ready": "ready"},
+    "accelerator_report": {"throttle_ratio": "output"},
+    "brake_report": {"brake_ratio": "output"},
+    "shift_report": {"gear": "output"},
+    "steering_report": {"wheel_rad": "output"},
+    "speed_report": {"speed_mps": "speed"},
+    "stop_button_report": {"stop_pressed": "pressed"},
+    "energy_report": {"charge_ratio": "charge"},
+}
+STAMPED = {
+    "global_report": "global_ns",
+    "accelerator_report": "accelerator_ns",
+    "brake_report": "brake_ns",
+    "steering_report": "steering_ns",
+    "speed_report": "speed_ns",
+}
+SPEED_NOT_AVAILABLE_MPS = 327.62
+
+
+class Reports(msgspec.Struct, frozen=True):
+    """Newest value of each report; `*_ns` are arrival stamps, 0 before the first."""
+
+    enabled: float = 0.0
+    override_active: float = 0.0
+    computer_timeout: float = 0.0
+    subsystem_timeout: float = 0.0
+    fault_active: float = 0.0
+    config_fault: float = 0.0
+    disable_all: float = 0.0
+    ready: float = 0.0
+    throttle_ratio: float = 0.0
+    brake_ratio: float = 0.0
+    gear: float = 0.0
+    wheel_rad: float = 0.0
+    speed_mps: float = 0.0
+    stop_pressed: float = 0.0
+    charge_ratio: float = 0.0
+    global_ns: int = 0
+    accelerator_ns: int = 0
+    brake_ns: int = 0
+    steering_ns: int = 0
+    speed_ns: int = 0
+    malformed_ns: int = 0
+
+    def stamps_ns(self) -> tuple[tuple[str, int], ...]:
+        """Arrival of each report that must keep coming, by the name used in fault codes."""
+        return (
+            ("global", self.global_ns),
+            ("accelerator", self.accelerator_ns),
+            ("brake", self.brake_ns),
+            ("steering", self.steering_ns),
+            ("speed", self.speed_ns),
+        )
+
+
+class _Reader(msgspec.Struct, frozen=True):
+    layout: MessageLayout
+    signals: tuple[tuple[str, SignalLayout], ...]
+    stamp_field: str
+
+
+@cache
+def _readers() -> dict[int, _Reader]:
+    known = layouts()
+    readers = {}
+    for name, fields in READ.items():
+        layout = known[name]
+        signals = tuple((field, layout.signals[signal]) for field, signal in fields.items())
+        readers[layout.arbitration_id] = _Reader(layout, signals, STAMPED.get(name, ""))
+    return readers
+
+
+def heard(reports: Reports, frames: tuple[CanFrame, ...]) -> Reports:
+    """Reports after these frames, taken in order. Other modules' frames pass by; a frame of the wrong
+    length and a speed marked not available are noted as malformed and change nothing else."""
+    readers = _readers()
+    values: dict[str, float] | None = None
+    for frame in frames:
+        reader = readers.get(frame.arbitration_id)
+        if reader is None:
+            continue
+        if values is None:
+            values = msgspec.structs.asdict(reports)
+        _take(values, reader, frame)
+    return reports if values is None else _build(**values)
+
+
+def _take(values: dict[str, float], reader: _Reader, frame: CanFrame) -> None:
+    try:
+        word = reader.layout.word(frame.data)
+    except FrameError:
+        values["malformed_ns"] = frame.stamp_ns
+        return
+    read = {field: signal.read(word) for field, signal in reader.signals}
+    if read.get("speed_mps", 0.0) > SPEED_NOT_AVAILABLE_MPS:
+        values["malformed_ns"] = frame.stamp_ns
+        return
+    values.update(read)
+    if reader.stamp_field:
+        values[reader.stamp_field] = frame.stamp_ns
+
+
+_build: Callable[..., Reports] = Reports
