@@ -9,3 +9,282 @@ class DomainError(Exception):
     def __init__(self, detail: str) -> None:
         super().__init__(detail)
         self.detail = detail
+
+
+# ---------------------------------------------------------------- rides
+
+
+class RideUnknown(DomainError):
+    """No ride has this id, code or token."""
+
+    code = "ride_unknown"
+
+
+class RideAlreadyAboard(DomainError):
+    """The party sits in the shuttle: it can ask to get off, but no longer cancel or board."""
+
+    code = "ride_already_aboard"
+
+
+class RideNotAboard(DomainError):
+    """Alighting was asked for a party that is not in the shuttle."""
+
+    code = "ride_not_aboard"
+
+
+class RideEnded(DomainError):
+    """The ride is completed, refused, cancelled, missed or failed."""
+
+    code = "ride_ended"
+
+
+class RideNotAssigned(DomainError):
+    """No shuttle has the ride yet."""
+
+    code = "ride_not_assigned"
+
+
+class IllegalTransition(DomainError):
+    """The state asked for cannot follow the present one."""
+
+    code = "illegal_transition"
+
+
+class PartyTooLarge(DomainError):
+    """More people than the largest shuttle seats."""
+
+    code = "party_too_large"
+
+
+class PartyInvalid(DomainError):
+    """A party has at least one person, and no more wheelchairs than people."""
+
+    code = "party_invalid"
+
+
+class SameStop(DomainError):
+    """A ride from a stop to itself."""
+
+    code = "same_stop"
+
+
+class OutsideServiceHours(DomainError):
+    """The campus does not run at that time; the detail names when it opens."""
+
+    code = "outside_service_hours"
+
+
+class BookingTooFarAhead(DomainError):
+    """Nobody can promise that far into the future."""
+
+    code = "booking_too_far_ahead"
+
+
+class IdempotencyMismatch(DomainError):
+    """The same Idempotency-Key came with another booking."""
+
+    code = "idempotency_mismatch"
+
+
+class NoVehicleFree(DomainError):
+    """No shuttle can do it; the detail names the rule that binds."""
+
+    code = "no_vehicle_free"
+
+
+# ---------------------------------------------------------------- the campus
+
+
+class CampusUnknown(DomainError):
+    """The campus has no active map."""
+
+    code = "campus_unknown"
+
+
+class MapUnknown(DomainError):
+    """No map of this version is stored."""
+
+    code = "map_unknown"
+
+
+class MapInvalid(DomainError):
+    """The bytes are no usable road map."""
+
+    code = "map_invalid"
+
+
+class MapInUse(DomainError):
+    """Shuttles are on the road with the active map."""
+
+    code = "map_in_use"
+
+
+class StopUnknown(DomainError):
+    """The active map has no such stop."""
+
+    code = "stop_unknown"
+
+
+class StopUnreachable(DomainError):
+    """No road leads from the one stop to the other."""
+
+    code = "stop_unreachable"
+
+
+# ---------------------------------------------------------------- vehicles, plans, orders
+
+
+class VehicleUnknown(DomainError):
+    """No vehicle of this id is enrolled."""
+
+    code = "vehicle_unknown"
+
+
+class VehicleNotPlaced(DomainError):
+    """The vehicle has not said yet where it stands, or stands on no lane."""
+
+    code = "vehicle_not_placed"
+
+
+class VehicleOutOfService(DomainError):
+    """The vehicle has been recalled; put it back into service first."""
+
+    code = "vehicle_out_of_service"
+
+
+class VehicleNotConnected(DomainError):
+    """The vehicle has no open session, so that nothing can be asked of it now."""
+
+    code = "vehicle_not_connected"
+
+
+class PlanChanged(DomainError):
+    """Somebody else changed the plan in the meantime: read again, decide again."""
+
+    code = "plan_changed"
+
+
+class VisitUnknown(DomainError):
+    """The plan has no such visit."""
+
+    code = "visit_unknown"
+
+
+class OrderUnknown(DomainError):
+    """The vehicle speaks of an order that the server never issued."""
+
+    code = "order_unknown"
+
+
+class NoRestingPlaceFree(DomainError):
+    """Every resting place that the vehicle can reach is another one's."""
+
+    code = "no_resting_place_free"
+
+
+class SectionsTaken(DomainError):
+    """The vehicle stands on ground that another one holds."""
+
+    code = "sections_taken"
+
+
+class CommandUnknown(DomainError):
+    """The server gave no such command."""
+
+    code = "command_unknown"
+
+
+class SessionFenced(DomainError):
+    """A newer session of the same vehicle has taken over."""
+
+    code = "session_fenced"
+
+
+# ---------------------------------------------------------------- runs and incidents
+
+
+class RunUnknown(DomainError):
+    """No run of this vehicle and boot is stored."""
+
+    code = "run_unknown"
+
+
+class SegmentUnknown(DomainError):
+    """No segment has this hash."""
+
+    code = "segment_unknown"
+
+
+class SegmentConflict(DomainError):
+    """The same segment number of a run came with other content."""
+
+    code = "segment_conflict"
+
+
+class IncidentUnknown(DomainError):
+    """No incident has this id."""
+
+    code = "incident_unknown"
+
+
+class IncidentClosed(DomainError):
+    """The incident is closed already."""
+
+    code = "incident_closed"
+
+
+# ---------------------------------------------------------------- identity
+
+
+class KeyUnknown(DomainError):
+    """No valid key is enrolled for this vehicle, or the signature does not fit it."""
+
+    code = "key_unknown"
+
+
+class KeyInvalid(DomainError):
+    """Not an Ed25519 public key in base64."""
+
+    code = "key_invalid"
+
+
+class EnrolmentCodeUnknown(DomainError):
+    """No such enrolment code, or it has expired."""
+
+    code = "enrolment_code_unknown"
+
+
+class EnrolmentCodeUsed(DomainError):
+    """An enrolment code works once."""
+
+    code = "enrolment_code_used"
+
+
+class NameTaken(DomainError):
+    """The name belongs to somebody already."""
+
+    code = "name_taken"
+
+
+class WrongCredentials(DomainError):
+    """Name and password do not fit; which of the two is not said."""
+
+    code = "wrong_credentials"
+
+
+class SessionExpired(DomainError):
+    """The operator's session is over or was never opened: log in again."""
+
+    code = "session_expired"
+
+
+class TokenInvalid(DomainError):
+    """The developer token is unknown, expired or revoked."""
+
+    code = "token_invalid"
+
+
+class ScopeMissing(DomainError):
+    """The developer token does not allow this."""
+
+    code = "scope_missing"

@@ -1,6 +1,7 @@
-"""What has happened on a vehicle, as the server keeps it: named for ever by (vehicle, boot, sequence)."""
+"""What has happened, as the server keeps it: named for ever by (vehicle, boot, sequence)."""
 
 from dataclasses import dataclass
+from datetime import datetime
 
 from contract.wire.messages import VehicleEvent
 
@@ -15,3 +16,15 @@ class RecordedEvent:
     stamp_ns: int
     received_ns: int
     body: VehicleEvent
+
+
+@dataclass(frozen=True, slots=True)
+class ServerEvent:
+    """Something that the server or a person did: `noun.verb`, about what, by whom, with details."""
+
+    campus_id: str
+    happened_at: datetime
+    name: str
+    subject: str
+    by: str = ""
+    detail: str = ""

@@ -1,8 +1,18 @@
 """Take in what vehicles say has happened: each event once, in order."""
 
+from dataclasses import dataclass
+
 from contract.wire.sequence import is_new
 from server.domain.events import RecordedEvent
-from server.usecases.ports import EventStore
+from server.usecases.ports import EventStore, UnitOfWork
+
+
+@dataclass(frozen=True, slots=True)
+class Effects:
+    """is_new is False for a repeat. next_sequence: every event of the boot below it is stored."""
+
+    is_new: bool
+    next_sequence: int
 
 
 def record_event(events: EventStore, event: RecordedEvent) -> bool:
@@ -14,3 +24,8 @@ def record_event(events: EventStore, event: RecordedEvent) -> bool:
         return False
     events.add(event)
     return True
+
+
+def apply_event(uow: UnitOfWork, event: RecordedEvent) -> Effects:
+    """Store the event and let it have its effect, once. Raises SequenceGap, VehicleUnknown."""
+    raise NotImplementedError

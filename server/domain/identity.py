@@ -1,0 +1,71 @@
+"""Who may do what: operators, vehicles with their keys, developers. Passengers need no account."""
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Literal
+
+Scope = Literal["read", "drive"]
+
+
+@dataclass(frozen=True, slots=True)
+class Operator:
+    """password_hash is an argon2 string."""
+
+    campus_id: str
+    operator_id: str
+    name: str
+    password_hash: str
+    created_at: datetime
+
+
+@dataclass(frozen=True, slots=True)
+class OperatorSession:
+    """Only the SHA-256 of the session's token is kept."""
+
+    campus_id: str
+    token_sha256: str
+    operator_id: str
+    csrf_token: str
+    opened_at: datetime
+    expires_at: datetime
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleKey:
+    """An Ed25519 public key (32 bytes, base64), enrolled once; revoked keys open nothing."""
+
+    campus_id: str
+    vehicle_id: str
+    public_key: str
+    enrolled_at: datetime
+    revoked_at: datetime | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class EnrolmentCode:
+    """Lets one vehicle enrol its key, once."""
+
+    campus_id: str
+    code_sha256: str
+    vehicle_id: str
+    made_by: str
+    expires_at: datetime
+    used_at: datetime | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class DeveloperToken:
+    """Only the SHA-256 of the token is kept."""
+
+    campus_id: str
+    token_id: str
+    name: str
+    token_sha256: str
+    scopes: frozenset[Scope]
+    made_by: str
+    created_at: datetime
+    expires_at: datetime
+    revoked_at: datetime | None = None
+
+    def is_valid(self, now: datetime) -> bool:
+        return self.revoked_at is None and now < self.expires_at

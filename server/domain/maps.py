@@ -1,0 +1,16 @@
+"""The campus maps that a server knows, one of them active."""
+
+from dataclasses import dataclass
+from datetime import datetime
+
+
+@dataclass(frozen=True, slots=True)
+class StoredMap:
+    """A road map as it was imported; `content` are its bytes as `contract.roads.load` reads them."""
+
+    campus_id: str
+    map_version: str
+    name: str
+    content: bytes
+    added_at: datetime
+    active: bool = False

@@ -1,0 +1,33 @@
+"""What a vehicle was told to do, exactly as it went over the wire."""
+
+from dataclasses import dataclass
+from datetime import datetime
+from enum import StrEnum
+
+from contract.wire.messages import Order
+
+
+class OrderState(StrEnum):
+    ISSUED = "issued"
+    ACCEPTED = "accepted"
+    REJECTED = "rejected"
+    DONE = "done"
+
+
+@dataclass(frozen=True, slots=True)
+class IssuedOrder:
+    """One revision of an order.
+
+    plan_version  the plan that it carries out; a newer plan still waits for its route to be safe
+    payload       what was sent; epoch and grants are renewed when it is sent again
+    """
+
+    campus_id: str
+    vehicle_id: str
+    order_id: str
+    revision: int
+    plan_version: int
+    state: OrderState
+    payload: Order
+    issued_at: datetime
+    reason: str = ""

@@ -1,0 +1,103 @@
+"""What a vehicle shall do next: its ordered visits, ending at a resting place that is its own."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+
+from contract.wire.messages import VisitKind, VisitState
+from server.domain.errors import IllegalTransition
+
+# `under_way` means that the vehicle stands at the place; driving towards it is still `pending`.
+VISIT_TRANSITIONS: Mapping[VisitState, frozenset[VisitState]] = {
+    "pending": frozenset({"under_way", "done", "skipped"}),
+    "under_way": frozenset({"done", "skipped"}),
+    "done": frozenset(),
+    "skipped": frozenset(),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedVisit:
+    """Go to a place and stand there.
+
+    stop_id     "" for a place that is no stop of the map
+    board, alight  ride ids
+    not_before  the vehicle does not leave earlier; latest: it should have arrived by then
+    eta         arrival as planned now
+    departure_id, call  the timetable departure and its call that this visit makes, "" and 0 for none
+    """
+
+    visit_id: str
+    kind: VisitKind
+    stop_id: str
+    lane_id: str
+    s_m: float
+    board: tuple[str, ...] = ()
+    alight: tuple[str, ...] = ()
+    dwell_s: float = 15.0
+    not_before: datetime | None = None
+    latest: datetime | None = None
+    eta: datetime | None = None
+    state: VisitState = "pending"
+    departure_id: str = ""
+    call: int = 0
+
+    @property
+    def is_open(self) -> bool:
+        return self.state in ("pending", "under_way")
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """One vehicle's open visits in driving order; visits done or skipped are left out.
+
+    version    raised by every change; a writer states the version it read (compare and set)
+    resting_place_id  where the last visit ends, this vehicle's alone; "" while it has none
+    """
+
+    campus_id: str
+    vehicle_id: str
+    version: int
+    visits: tuple[PlannedVisit, ...] = ()
+    resting_place_id: str = ""
+
+    def visit(self, visit_id: str) -> PlannedVisit | None:
+        return next((visit for visit in self.visits if visit.visit_id == visit_id), None)
+
+    @property
+    def under_way(self) -> PlannedVisit | None:
+        """The visit at whose place the vehicle stands, if it stands at one."""
+        return next((visit for visit in self.visits if visit.state == "under_way"), None)
+
+    @property
+    def ride_ids(self) -> tuple[str, ...]:
+        """Every ride that some visit boards or alights, in driving order, each once."""
+        found: dict[str, None] = {}
+        for visit in self.visits:
+            found.update(dict.fromkeys((*visit.board, *visit.alight)))
+        return tuple(found)
+
+
+def next_version(plan: Plan, visits: Sequence[PlannedVisit], resting_place_id: str | None = None) -> Plan:
+    """The plan with other visits, one version on."""
+    return replace(
+        plan,
+        version=plan.version + 1,
+        visits=tuple(visit for visit in visits if visit.is_open),
+        resting_place_id=plan.resting_place_id if resting_place_id is None else resting_place_id,
+    )
+
+
+def with_visit_state(plan: Plan, visit_id: str, state: VisitState) -> Plan:
+    """The plan after the vehicle's word on a visit; the same plan when that is no news.
+
+    Visits before one that is under way, done or skipped are behind the vehicle and are left out. A visit
+    that the plan no longer has is no news either. Raises IllegalTransition for a visit going backwards.
+    """
+    index = next((i for i, visit in enumerate(plan.visits) if visit.visit_id == visit_id), None)
+    if index is None or plan.visits[index].state == state:
+        return plan
+    visit = plan.visits[index]
+    if state not in VISIT_TRANSITIONS[visit.state]:
+        raise IllegalTransition(f"visit {visit_id} is {visit.state} and cannot become {state}")
+    return next_version(plan, (replace(visit, state=state), *plan.visits[index + 1 :]))

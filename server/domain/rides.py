@@ -1,0 +1,162 @@
+"""A ride: one party's wish to get from stop to stop, and the promise that answered it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from datetime import datetime
+from enum import StrEnum
+from typing import Literal
+
+from contract.wire.messages import BoardedHow
+from server.domain.errors import IllegalTransition, RideAlreadyAboard, RideEnded
+
+
+class RideState(StrEnum):
+    REQUESTED = "requested"
+    ASSIGNED = "assigned"
+    BOARDING = "boarding"
+    ABOARD = "aboard"
+    COMPLETED = "completed"
+    REFUSED = "refused"
+    CANCELLED = "cancelled"
+    NO_SHOW = "no_show"
+    FAILED = "failed"
+
+
+S = RideState
+
+# What the server may decide, and what a vehicle may report about its own rides.
+TRANSITIONS: Mapping[RideState, frozenset[RideState]] = {
+    S.REQUESTED: frozenset({S.ASSIGNED, S.REFUSED, S.CANCELLED, S.FAILED}),
+    S.ASSIGNED: frozenset({S.REQUESTED, S.BOARDING, S.ABOARD, S.CANCELLED, S.NO_SHOW, S.FAILED}),
+    S.BOARDING: frozenset({S.REQUESTED, S.ABOARD, S.CANCELLED, S.NO_SHOW, S.FAILED}),
+    S.ABOARD: frozenset({S.COMPLETED, S.FAILED}),
+    S.COMPLETED: frozenset(),
+    S.REFUSED: frozenset(),
+    # A cancellation or a verdict of no-show can cross with a boarding on a vehicle that was out of reach.
+    S.CANCELLED: frozenset({S.ABOARD}),
+    S.NO_SHOW: frozenset({S.ABOARD}),
+    S.FAILED: frozenset(),
+}
+ENDED = frozenset({S.COMPLETED, S.REFUSED, S.CANCELLED, S.NO_SHOW, S.FAILED})
+WAITING = frozenset({S.ASSIGNED, S.BOARDING})
+
+RideSource = Literal["passenger", "operator", "developer"]
+TapKind = Literal["board", "alight"]
+
+
+@dataclass(frozen=True, slots=True)
+class BookRide:
+    """What a passenger asks for. earliest None means now.
+
+    idempotency_key   a repeated booking with the same key gives the same ride
+    """
+
+    from_stop: str
+    to_stop: str
+    party: int = 1
+    wheelchairs: int = 0
+    earliest: datetime | None = None
+    idempotency_key: str | None = None
+    source: RideSource = "passenger"
+
+
+@dataclass(frozen=True, slots=True)
+class Promise:
+    """The party will be picked up within [pickup_from, pickup_to] and be there by arrive_by."""
+
+    pickup_from: datetime
+    pickup_to: datetime
+    arrive_by: datetime
+
+
+@dataclass(frozen=True, slots=True)
+class Ride:
+    """One party's ride.
+
+    ride_code     six unambiguous characters, to be said aloud
+    token         the secret in the passenger's link
+    boarding_code four digits, typed on the onboard screen
+    reason        stable code of a refusal, cancellation or failure, "" otherwise; reason_detail in words
+    pickup_eta, arrival_eta  what the plan says now; the promise never changes
+    """
+
+    campus_id: str
+    ride_id: str
+    ride_code: str
+    token: str
+    boarding_code: str
+    state: RideState
+    from_stop: str
+    to_stop: str
+    party: int
+    wheelchairs: int
+    earliest: datetime
+    requested_at: datetime
+    source: RideSource
+    promise: Promise | None = None
+    vehicle_id: str | None = None
+    pickup_eta: datetime | None = None
+    arrival_eta: datetime | None = None
+    boarded_at: datetime | None = None
+    boarded_how: BoardedHow | None = None
+    ended_at: datetime | None = None
+    reason: str = ""
+    reason_detail: str = ""
+    promise_broken: bool = False
+    left_early: bool = False
+    idempotency_key: str | None = None
+
+    @property
+    def has_ended(self) -> bool:
+        return self.state in ENDED
+
+
+@dataclass(frozen=True, slots=True)
+class Tap:
+    """A tap on the phone on its way to the vehicle, which accepts or refuses it."""
+
+    campus_id: str
+    tap_id: str
+    ride_id: str
+    vehicle_id: str
+    kind: TapKind
+    made_at: datetime
+    state: Literal["pending", "accepted", "refused"] = "pending"
+    reason: str = ""
+
+
+def moved(ride: Ride, state: RideState) -> Ride:
+    """The ride in its next state. Raises IllegalTransition where TRANSITIONS does not allow it."""
+    if state not in TRANSITIONS[ride.state]:
+        raise IllegalTransition(f"ride {ride.ride_code} is {ride.state} and cannot become {state}")
+    return replace(ride, state=state)
+
+
+def assigned(ride: Ride, vehicle_id: str, pickup_eta: datetime, arrival_eta: datetime) -> Ride:
+    return replace(
+        moved(ride, S.ASSIGNED), vehicle_id=vehicle_id, pickup_eta=pickup_eta, arrival_eta=arrival_eta
+    )
+
+
+def unassigned(ride: Ride) -> Ride:
+    """Back to where it was before a vehicle had it; the promise stays."""
+    return replace(moved(ride, S.REQUESTED), vehicle_id=None, pickup_eta=None, arrival_eta=None)
+
+
+def boarded(ride: Ride, how: BoardedHow, at: datetime) -> Ride:
+    return replace(
+        moved(ride, S.ABOARD), boarded_at=at, boarded_how=how, ended_at=None, reason="", reason_detail=""
+    )
+
+
+def ended(ride: Ride, state: RideState, at: datetime, reason: str = "", detail: str = "") -> Ride:
+    return replace(moved(ride, state), ended_at=at, reason=reason, reason_detail=detail)
+
+
+def cancelled(ride: Ride, by: str, at: datetime) -> Ride:
+    """Raises RideAlreadyAboard, RideEnded."""
+    if ride.state is S.ABOARD:
+        raise RideAlreadyAboard("you are in the shuttle; press the seat button to get off early")
+    if ride.has_ended:
+        raise RideEnded(f"ride {ride.ride_code} is {ride.state} already")
+    return ended(ride, S.CANCELLED, at, f"cancelled_by_{by}")

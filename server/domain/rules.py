@@ -1,0 +1,52 @@
+"""The numbers that the fleet is run by; set once in the settings, handed to every use case."""
+
+from dataclasses import dataclass, field
+
+from server.domain.timetable import ServiceHours
+
+
+@dataclass(frozen=True, slots=True)
+class FleetRules:
+    """Seconds, metres and metres per second.
+
+    speed_cap_mps         what a shuttle drives at most; travel times are planned with it
+    travel_time_factor    planned over free-flow travel time: people in the way, waiting for sections
+    dwell_s               doors stay open at least so long where somebody boards or alights
+    wait_s_max            a booking is refused when nobody can come within this time after `earliest`
+    detour_ratio_max, detour_s_min  a ride may take max(ratio x direct, direct + min) at most
+    pickup_early_s, pickup_slack_s  the promised pickup window around the planned pickup
+    arrival_slack_s, arrival_slack_ratio  the promised latest arrival after the planned one, the second
+                          as a share of the planned time on board
+    departure_tolerance_s a timetable call that would be left later than this is no candidate
+    departure_lead_s      how long before its first call a departure gets its shuttle
+    grant_ahead_m         sections are granted so far ahead of a shuttle
+    braking_mps2, reaction_s  a new visit lies at least a stopping distance ahead of a moving shuttle
+    silent_after_s        not heard for so long: an incident
+    order_valid_s         a vehicle accepts an order within this time
+    booking_ahead_s_max   how far ahead rides can be booked
+    """
+
+    hours: ServiceHours = field(default_factory=ServiceHours)
+    seats_max: int = 6
+    speed_cap_mps: float = 3.0
+    travel_time_factor: float = 1.35
+    dwell_s: float = 15.0
+    wait_s_max: float = 1800.0
+    detour_ratio_max: float = 2.0
+    detour_s_min: float = 600.0
+    pickup_early_s: float = 60.0
+    pickup_slack_s: float = 300.0
+    arrival_slack_s: float = 300.0
+    arrival_slack_ratio: float = 0.5
+    departure_tolerance_s: float = 120.0
+    departure_lead_s: float = 1200.0
+    grant_ahead_m: float = 80.0
+    braking_mps2: float = 0.8
+    reaction_s: float = 1.5
+    silent_after_s: float = 5.0
+    at_sea_m: float = 25.0
+    order_valid_s: float = 60.0
+    booking_ahead_s_max: float = 7 * 86400.0
+    operator_session_s: float = 12 * 3600.0
+    enrolment_code_s: float = 24 * 3600.0
+    history_days: float = 30.0

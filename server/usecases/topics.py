@@ -1,0 +1,53 @@
+"""The topics on which changes are told after a commit. Payloads name what changed; readers read the store."""
+
+
+def vehicle_outbox(campus_id: str, vehicle_id: str) -> str:
+    """The vehicle has something to be sent: order, grants, command or tap."""
+    return f"campus/{campus_id}/vehicle/{vehicle_id}/outbox"
+
+
+def vehicle_session(campus_id: str, vehicle_id: str) -> str:
+    """A session of the vehicle was opened (field `epoch`): older ones, wherever they are, must close."""
+    return f"campus/{campus_id}/vehicle/{vehicle_id}/session"
+
+
+def vehicle(campus_id: str, vehicle_id: str) -> str:
+    """The vehicle's facts or plan changed (not its position)."""
+    return f"campus/{campus_id}/vehicle/{vehicle_id}/state"
+
+
+def vehicle_status(campus_id: str, vehicle_id: str) -> str:
+    """A new position was stored."""
+    return f"campus/{campus_id}/vehicle/{vehicle_id}/status"
+
+
+def ride(campus_id: str, ride_id: str) -> str:
+    return f"campus/{campus_id}/ride/{ride_id}"
+
+
+def incidents(campus_id: str) -> str:
+    return f"campus/{campus_id}/incidents"
+
+
+def sections(campus_id: str) -> str:
+    """A section became free or a vehicle appeared: waiting vehicles may get further now."""
+    return f"campus/{campus_id}/sections"
+
+
+def dispatch(campus_id: str) -> str:
+    """A ride or a departure needs a vehicle."""
+    return f"campus/{campus_id}/dispatch"
+
+
+def runs(campus_id: str) -> str:
+    return f"campus/{campus_id}/runs"
+
+
+def campus_map(campus_id: str) -> str:
+    """Another map has become the active one."""
+    return f"campus/{campus_id}/map"
+
+
+def everything(campus_id: str) -> str:
+    """A pattern for all topics of a campus."""
+    return f"campus/{campus_id}/>"
