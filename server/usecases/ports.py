@@ -4,7 +4,7 @@ Repositories belong to one campus and one transaction. `get` answers None for wh
 cases turn that into the error with a name.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from datetime import datetime
 from typing import Protocol, TypeVar
 
@@ -23,6 +23,7 @@ from server.domain.runs import Run, Segment
 from server.domain.sections import Occupancy
 from server.domain.timetable import Departure
 from server.domain.vehicles import StatusReport, Vehicle, VehicleCommand, Whereabouts
+from server.usecases.views import Views
 
 T = TypeVar("T")
 
@@ -327,6 +328,7 @@ class UnitOfWork(Protocol):
     runs: RunRepository
     identity: IdentityRepository
     leases: LeaseRepository
+    views: Views
 
     def network(self) -> RoadNetwork:
         """The active map, decoded. Raises CampusUnknown."""
@@ -348,15 +350,6 @@ class Transactions(Protocol):
         """Commit on return, roll back on any exception, repeat on PlanChanged; then publish."""
         ...
 
-    async def read(self, work: Callable[["Views"], T]) -> T:
-        """Read without waiting for writers."""
+    async def read(self, work: Callable[[UnitOfWork], T]) -> T:
+        """Run something that only reads, without waiting for writers."""
         ...
-
-
-class Views(Protocol):
-    """Reads for people's eyes, past the domain; see `server.store.views`."""
-
-    def now(self) -> datetime: ...
-
-
-Fields = Mapping[str, str | int]

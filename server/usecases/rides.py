@@ -31,7 +31,7 @@ def tap(uow: UnitOfWork, ride_id: str, kind: TapKind) -> Tap:
 
 
 def call_help(uow: UnitOfWork, ride_id: str, text: str) -> Incident:
-    """Put the passenger's call on top of the incidents; a repeat adds to the open call. Raises RideUnknown."""
+    """Put the passenger's call on top of the incidents; an open call is kept. Raises RideUnknown."""
     raise NotImplementedError
 
 

@@ -53,5 +53,5 @@ def record_status(uow: UnitOfWork, reports: Sequence[StatusReport]) -> None:
 
 
 def note_silence(uow: UnitOfWork) -> tuple[str, ...]:
-    """Open an incident for each vehicle not heard of for too long, close those heard again; the silent ones."""
+    """Open an incident for each vehicle that has fallen silent, close those heard again; the silent ones."""
     raise NotImplementedError
