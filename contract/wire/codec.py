@@ -44,3 +44,5 @@ def _decode(decoder: "msgspec.json.Decoder[T]", data: bytes | str) -> T:
         return decoder.decode(data)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise WireError(str(error)) from error
+    except RecursionError as error:
+        raise WireError("nested too deeply to be a message of this protocol") from error

@@ -1,0 +1,60 @@
+"""What a vehicle session asks of the world: send, look something up, store something, close."""
+
+from dataclasses import dataclass
+
+from contract.wire.closing import ClosingCode
+from contract.wire.messages import (
+    EventReport,
+    Hello,
+    OrderAccepted,
+    OrderRejected,
+    ServerMessage,
+    Status,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Send:
+    message: ServerMessage
+
+
+@dataclass(frozen=True, slots=True)
+class Close:
+    """Say goodbye and close the transport."""
+
+    code: ClosingCode
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class FindKey:
+    """Answer with `key_found` or `refused`."""
+
+    vehicle_id: str
+
+
+@dataclass(frozen=True, slots=True)
+class OpenSession:
+    """The hello is proven. Answer with `welcomed` or `refused`."""
+
+    hello: Hello
+
+
+@dataclass(frozen=True, slots=True)
+class StoreEvent:
+    """Answer with `events_stored`."""
+
+    report: EventReport
+
+
+@dataclass(frozen=True, slots=True)
+class NoteStatus:
+    status: Status
+
+
+@dataclass(frozen=True, slots=True)
+class NoteAnswer:
+    answer: OrderAccepted | OrderRejected
+
+
+Action = Send | Close | FindKey | OpenSession | StoreEvent | NoteStatus | NoteAnswer

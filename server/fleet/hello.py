@@ -1,0 +1,54 @@
+"""Is this hello the answer of this vehicle's key to this connection's nonce?"""
+
+import base64
+import binascii
+
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+
+from contract.wire.closing import ClosingCode
+from contract.wire.messages import OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, Hello, signed_hello
+
+NAME_CHARACTERS_MAX = 64
+
+
+class HelloRefused(Exception):
+    """The link is closed with `code`; `detail` names what was wrong with this hello."""
+
+    def __init__(self, code: ClosingCode, detail: str) -> None:
+        super().__init__(detail)
+        self.code: ClosingCode = code
+        self.detail = detail
+
+
+def check_hello(hello: Hello, nonce: str) -> None:
+    """Everything that can be judged without the key. Raises HelloRefused."""
+    if not OLDEST_PROTOCOL_VERSION <= hello.protocol <= PROTOCOL_VERSION:
+        raise HelloRefused(
+            "protocol_version",
+            f"protocol {hello.protocol} is not spoken here; versions {OLDEST_PROTOCOL_VERSION} to "
+            f"{PROTOCOL_VERSION} are. Update the agent.",
+        )
+    if hello.nonce != nonce:
+        raise HelloRefused(
+            "nonce_wrong", "this hello answers another connection's challenge; sign the nonce of this one"
+        )
+    for name, value in (("vehicle_id", hello.vehicle_id), ("boot_id", hello.boot_id)):
+        if not 0 < len(value) <= NAME_CHARACTERS_MAX:
+            raise HelloRefused("malformed", f"{name} must have 1 to {NAME_CHARACTERS_MAX} characters")
+    if hello.seats < 1 or not 0 <= hello.wheelchair_places <= hello.seats:
+        raise HelloRefused("malformed", "seats must be at least 1, wheelchair_places between 0 and seats")
+
+
+def verify_signature(hello: Hello, public_key: bytes) -> None:
+    """public_key: 32 raw bytes, as enrolled. Raises HelloRefused."""
+    text = signed_hello(hello.nonce, hello.vehicle_id, hello.boot_id, hello.protocol)
+    try:
+        signature = base64.b64decode(hello.signature, validate=True)
+        Ed25519PublicKey.from_public_bytes(public_key).verify(signature, text)
+    except (binascii.Error, ValueError, InvalidSignature) as error:
+        raise HelloRefused(
+            "signature_wrong",
+            f"the hello of {hello.vehicle_id} is not signed by its enrolled key; "
+            "enrol the agent's present key with a new code",
+        ) from error

@@ -1,0 +1,158 @@
+"""One vehicle's talk with the server, without sockets: bytes in, actions out.
+
+    challenged --hello--> checking --key--> opening --welcome--> open --> closed
+
+A session gives one nonce and takes one hello. Whatever breaks the protocol ends it with a typed goodbye;
+nothing is lost by that, because an event leaves the vehicle's outbox only when it is acknowledged.
+"""
+
+from typing import Literal
+
+import msgspec
+
+from contract.wire.closing import ClosingCode
+from contract.wire.codec import MAX_MESSAGE_BYTES, WireError, decode_from_vehicle
+from contract.wire.messages import (
+    OLDEST_PROTOCOL_VERSION,
+    PROTOCOL_VERSION,
+    BootLog,
+    Challenge,
+    ClockProbe,
+    ClockSample,
+    EventReport,
+    EventsAcknowledged,
+    Hello,
+    OrderAccepted,
+    OrderRejected,
+    ServerMessage,
+    Status,
+    VehicleMessage,
+    Welcome,
+)
+from server.fleet.actions import (
+    Action,
+    Close,
+    FindKey,
+    NoteAnswer,
+    NoteStatus,
+    OpenSession,
+    Send,
+    StoreEvent,
+)
+from server.fleet.hello import HelloRefused, check_hello, verify_signature
+
+State = Literal["challenged", "checking", "opening", "open", "closed"]
+Actions = tuple[Action, ...]
+
+_VEHICLE_TAGS = frozenset(
+    str(kind.__struct_config__.tag)
+    for kind in (Hello, ClockProbe, Status, OrderAccepted, OrderRejected, EventReport)
+)
+
+
+class _Tagged(msgspec.Struct):
+    type: str
+
+
+class VehicleSession:
+    """Fed with frames and with the answers to its own questions; every method returns what to do next."""
+
+    def __init__(self, nonce: str) -> None:
+        self.state: State = "challenged"
+        self.vehicle_id = ""
+        self.boot_id = ""
+        self.epoch = 0
+        self._nonce = nonce
+        self._hello: Hello | None = None
+
+    def begin(self, server_ns: int) -> Actions:
+        challenge = Challenge(self._nonce, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, server_ns)
+        return (Send(challenge),)
+
+    def received(self, data: bytes | str, server_ns: int) -> Actions:
+        """One frame. Never raises for anything a vehicle can send; a closed session says nothing."""
+        if self.state == "closed":
+            return ()
+        if len(data) > MAX_MESSAGE_BYTES:
+            return self.close("frame_too_large", f"{len(data)} bytes; at most {MAX_MESSAGE_BYTES} are allowed")
+        try:
+            message = decode_from_vehicle(data)
+        except WireError as error:
+            return self._not_understood(data, error)
+        if isinstance(message, Hello):
+            return self._hello_received(message)
+        if self.state != "open":
+            return self.close("hello_expected", "the first message must be the signed hello")
+        return self._open_received(message, server_ns)
+
+    # ---------------------------------------------------------------- answers to what the session asked
+
+    def key_found(self, public_key: bytes) -> Actions:
+        """public_key: the enrolled Ed25519 key, 32 raw bytes."""
+        if self.state != "checking" or self._hello is None:
+            return ()
+        try:
+            verify_signature(self._hello, public_key)
+        except HelloRefused as refusal:
+            return self.close(refusal.code, refusal.detail)
+        self.state = "opening"
+        return (OpenSession(self._hello),)
+
+    def welcomed(self, epoch: int, acknowledged: tuple[BootLog, ...], server_ns: int) -> Actions:
+        """The server opened session `epoch`; acknowledged tells where each boot's events go on."""
+        if self.state != "opening":
+            return ()
+        self.state, self.epoch = "open", epoch
+        return (Send(Welcome(epoch, PROTOCOL_VERSION, server_ns, acknowledged)),)
+
+    def events_stored(self, boot_id: str, next_sequence: int) -> Actions:
+        """Also the answer to a gap: the vehicle repeats from next_sequence."""
+        return self.tell(EventsAcknowledged(self.epoch, boot_id, next_sequence))
+
+    def tell(self, message: ServerMessage) -> Actions:
+        """Something for the vehicle; dropped unless the session is open (it is sent again after a welcome)."""
+        return (Send(message),) if self.state == "open" else ()
+
+    def close(self, code: ClosingCode, detail: str) -> Actions:
+        if self.state == "closed":
+            return ()
+        self.state = "closed"
+        return (Close(code, detail),)
+
+    # ---------------------------------------------------------------- frames
+
+    def _hello_received(self, hello: Hello) -> Actions:
+        if self.state != "challenged":
+            return self.close("hello_repeated", "this connection's nonce was used; dial again for a new one")
+        try:
+            check_hello(hello, self._nonce)
+        except HelloRefused as refusal:
+            return self.close(refusal.code, refusal.detail)
+        self.state = "checking"
+        self._hello, self.vehicle_id, self.boot_id = hello, hello.vehicle_id, hello.boot_id
+        return (FindKey(hello.vehicle_id),)
+
+    def _open_received(self, message: VehicleMessage, server_ns: int) -> Actions:
+        if isinstance(message, ClockProbe):
+            return self.tell(ClockSample(message.vehicle_ns, server_ns))
+        assert not isinstance(message, Hello)
+        if message.epoch != self.epoch:
+            return self.close("epoch_stale", f"frame of epoch {message.epoch}; this session is {self.epoch}")
+        if isinstance(message, Status):
+            return (NoteStatus(message),)
+        if isinstance(message, EventReport):
+            return (StoreEvent(message),)
+        return (NoteAnswer(message),)
+
+    def _not_understood(self, data: bytes | str, error: WireError) -> Actions:
+        tag = _tag_of(data)
+        if tag is not None and tag not in _VEHICLE_TAGS:
+            return self.close("unknown_message", f"no vehicle message is called {tag[:40]!r}")
+        return self.close("malformed", error.detail)
+
+
+def _tag_of(data: bytes | str) -> str | None:
+    try:
+        return msgspec.json.decode(data, type=_Tagged).type
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        return None

@@ -1,0 +1,138 @@
+"""What one screen may see, and what is new to it. No I/O: a slow reader simply asks less often.
+
+A viewer remembers only which change of each item it was given last. Whatever happened in between is skipped:
+the newest state wins, and nothing queues up.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from server.live.scene import Delta, IncidentsScene, RideScene, Scene, SceneBoard, Snapshot, VehicleScene
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class EverythingScope:
+    """An operator's."""
+
+
+@dataclass(frozen=True, slots=True)
+class RideScope:
+    """A passenger's: one ride and the shuttle that has it."""
+
+    ride_id: str
+
+
+Scope = EverythingScope | RideScope
+
+
+class Viewer:
+    """Asked for its next message whenever the connection can take one."""
+
+    def __init__(self, scope: Scope) -> None:
+        self._scope = scope
+        self._map_version: str | None = None
+        self._vehicles: dict[str, int] = {}
+        self._rides: dict[str, int] = {}
+        self._incidents: IncidentsScene | None = None
+
+    def next_message(self, board: SceneBoard, now_ms: int) -> Snapshot | Delta | None:
+        """A snapshot first and after a change of map, then deltas; None when nothing changed."""
+        if self._map_version != board.map_version:
+            return self._snapshot(board, now_ms)
+        vehicles, rides = self._visible(board)
+        incidents = self._visible_incidents(board)
+        delta = Delta(
+            at_ms=now_ms,
+            vehicles=tuple(_news(vehicles, self._vehicles)),
+            vehicles_gone=_gone(vehicles, self._vehicles),
+            rides=tuple(_news(rides, self._rides)),
+            rides_gone=_gone(rides, self._rides),
+            incidents=incidents if incidents != self._incidents else None,
+        )
+        if delta == Delta(now_ms):
+            return None
+        self._remember(board, vehicles, rides)
+        return delta
+
+    def _snapshot(self, board: SceneBoard, now_ms: int) -> Snapshot:
+        vehicles, rides = self._visible(board)
+        self._remember(board, vehicles, rides)
+        scene = Scene(
+            at_ms=now_ms,
+            campus_id=board.campus_id,
+            map_version=board.map_version,
+            vehicles=tuple(vehicle for _, vehicle in vehicles.values()),
+            rides=tuple(ride for _, ride in rides.values()),
+            incidents=self._visible_incidents(board),
+        )
+        return Snapshot(scene)
+
+    def _visible(
+        self, board: SceneBoard
+    ) -> tuple[dict[str, tuple[int, VehicleScene]], dict[str, tuple[int, RideScene]]]:
+        if isinstance(self._scope, EverythingScope):
+            return board.vehicles, board.rides
+        held = board.rides.get(self._scope.ride_id)
+        if held is None:
+            return {}, {}
+        number, ride = held
+        shuttle = None if ride.state in _WITHOUT_SHUTTLE else board.vehicles.get(ride.vehicle_id)
+        vehicles = {} if shuttle is None else {ride.vehicle_id: (shuttle[0], _without_riders(shuttle[1], ride))}
+        return vehicles, {ride.ride_id: (number, ride)}
+
+    def _visible_incidents(self, board: SceneBoard) -> IncidentsScene:
+        return board.incidents if isinstance(self._scope, EverythingScope) else IncidentsScene()
+
+    def _remember(
+        self,
+        board: SceneBoard,
+        vehicles: dict[str, tuple[int, VehicleScene]],
+        rides: dict[str, tuple[int, RideScene]],
+    ) -> None:
+        self._map_version = board.map_version
+        self._vehicles = {key: number for key, (number, _) in vehicles.items()}
+        self._rides = {key: number for key, (number, _) in rides.items()}
+        self._incidents = self._visible_incidents(board)
+
+
+# Once a ride is over, its passenger has no business following the shuttle.
+_WITHOUT_SHUTTLE = frozenset({"completed", "refused", "cancelled", "no_show", "failed"})
+
+
+def _without_riders(vehicle: VehicleScene, ride: RideScene) -> VehicleScene:
+    """Other passengers' rides are nobody's business, and faults are the operator's."""
+    aboard = tuple(ride_id for ride_id in vehicle.aboard if ride_id == ride.ride_id)
+    return VehicleScene(
+        vehicle_id=vehicle.vehicle_id,
+        name=vehicle.name,
+        seats=vehicle.seats,
+        x_m=vehicle.x_m,
+        y_m=vehicle.y_m,
+        yaw_rad=vehicle.yaw_rad,
+        speed_mps=vehicle.speed_mps,
+        located=vehicle.located,
+        mode=vehicle.mode,
+        connected=vehicle.connected,
+        held=vehicle.held,
+        in_service=vehicle.in_service,
+        heard_ms=vehicle.heard_ms,
+        doors_open=vehicle.doors_open,
+        screen=vehicle.screen,
+        spoken=vehicle.spoken,
+        visit_id=vehicle.visit_id,
+        next_stop=vehicle.next_stop,
+        aboard=aboard,
+        people_aboard=vehicle.people_aboard,
+        route=vehicle.route,
+    )
+
+
+def _news(now: dict[str, tuple[int, T]], sent: dict[str, int]) -> Iterable[T]:
+    return (item for key, (number, item) in now.items() if sent.get(key) != number)
+
+
+def _gone(now: dict[str, tuple[int, T]], sent: dict[str, int]) -> tuple[str, ...]:
+    return tuple(key for key in sent if key not in now)

@@ -1,0 +1,87 @@
+"""Settings, read once: `CAMPUSLOOP_*` in the environment over defaults that suit one machine."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+PREFIX = "CAMPUSLOOP_"
+MIB = 1024 * 1024
+
+
+class SettingsError(Exception):
+    """A setting that cannot be used; the text names it and what it may be."""
+
+
+class Settings(BaseModel):
+    """Everything that differs between two installations. Frozen: nobody changes a setting at run time."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    host: str = Field("127.0.0.1", description="Address to listen on; anything but loopback needs TLS.")
+    port: int = Field(8080, ge=0, le=65535, description="TCP port; 0 takes any free one.")
+    var_dir: Path = Field(Path("var"), description="Where the database, run segments and certificates live.")
+    database_url: str = Field("", description="SQLAlchemy URL; empty: an SQLite file under var_dir.")
+    bus_url: str = Field("", description="nats://host:port; empty: in-process, for one server process.")
+    map_path: Path | None = Field(None, description="Campus map to make active at start; empty: keep the last.")
+    web_dist: Path = Field(Path("web/dist"), description="The built web pages.")
+    public_url: str = Field("", description="How the outside reaches us, for links; empty: from host and port.")
+    tls_cert: Path | None = Field(None, description="PEM certificate chain.")
+    tls_key: Path | None = Field(None, description="PEM private key of tls_cert.")
+    operator_name: str = Field("operator", min_length=1, max_length=64, description="First operator's name.")
+    operator_password: str = Field("", description="First operator's password; empty: none is created.")
+    service_opens: str = Field("00:00", pattern=r"^\d\d:\d\d$", description="Campus local time.")
+    service_closes: str = Field("24:00", pattern=r"^\d\d:\d\d$", description="Campus local time.")
+    session_hours: float = Field(12.0, gt=0, le=168, description="How long an operator stays signed in.")
+    segment_bytes_max: int = Field(256 * MIB, ge=MIB, description="Largest run segment taken in.")
+    login_tries_per_minute: int = Field(6, ge=1, description="Per client address, then 429.")
+    lookups_per_minute: int = Field(20, ge=1, description="Ride codes tried per client address, then 429.")
+    bookings_per_minute: int = Field(30, ge=1, description="Bookings per client address, then 429.")
+    hello_timeout_s: float = Field(10.0, gt=0, description="How long a vehicle may take for its hello.")
+    live_interval_s: float = Field(0.2, gt=0, description="Least time between two scene deltas to one viewer.")
+    with_loops: bool = Field(True, description="Run dispatcher, departures, silence and retention here.")
+
+    def is_loopback(self) -> bool:
+        return is_loopback(self.host)
+
+    def has_tls(self) -> bool:
+        return self.tls_cert is not None and self.tls_key is not None
+
+    def database(self) -> str:
+        return self.database_url or f"sqlite:///{self.var_dir / 'campusloop.db'}"
+
+    def origin(self) -> str:
+        """The address to print and to build links from."""
+        if self.public_url:
+            return self.public_url.rstrip("/")
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"{'https' if self.has_tls() else 'http'}://{host}:{self.port}"
+
+
+def is_loopback(host: str) -> bool:
+    return host in {"localhost", "::1"} or host.startswith("127.")
+
+
+def settings_from(environment: Mapping[str, str], **overrides: object) -> Settings:
+    """Settings from CAMPUSLOOP_* variables; overrides (command-line options, None ignored) win.
+
+    Raises SettingsError naming every variable that is unknown or cannot be used.
+    """
+    given: dict[str, object] = {
+        name.removeprefix(PREFIX).lower(): value
+        for name, value in sorted(environment.items())
+        if name.startswith(PREFIX) and name.removeprefix(PREFIX).lower() in Settings.model_fields
+    }
+    given |= {name: value for name, value in overrides.items() if value is not None}
+    try:
+        settings = Settings.model_validate(given)
+    except ValidationError as error:
+        raise SettingsError(_explain(error)) from error
+    if (settings.tls_cert is None) != (settings.tls_key is None):
+        raise SettingsError("tls_cert and tls_key go together: give both or neither")
+    return settings
+
+
+def _explain(error: ValidationError) -> str:
+    lines = [f"{PREFIX}{'.'.join(map(str, item['loc'])).upper()}: {item['msg']}" for item in error.errors()]
+    return "settings that cannot be used:\n  " + "\n  ".join(lines)
