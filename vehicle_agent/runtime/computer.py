@@ -17,7 +17,7 @@ class VehicleComputer:
     def __init__(
         self, car: Car, state: OnboardState, recorder: Recorder | None = None, utc_offset_ns: int = 0
     ) -> None:
-        """utc_offset_ns  UTC minus vehicle clock by the computer's own clock; the server's word replaces it."""
+        """utc_offset_ns  UTC minus vehicle clock; replaced by the server's word once there is one."""
         self.state = state
         self.entries: list[RunLogEntry] = []
         self._car = car

@@ -1,0 +1,68 @@
+"""The link process's desk for one vehicle: everything between the tick and the server that needs a disk.
+
+Order matters and is the point of this file: the mission's memory is on disk before an order is accepted,
+an event is on disk before it is sent, and what the server says reaches the tick as inbox items.
+"""
+
+from pathlib import Path
+
+import msgspec
+
+from contract.wire.messages import Holding, OrderAccepted, OrderRejected, Status, VehicleEvent
+from vehicle_agent.link.outbox import Outbox
+from vehicle_agent.link.session import Identity, Sign, VehicleSession
+from vehicle_agent.signals import LinkState, ServerWord
+
+
+class TickNews(msgspec.Struct, frozen=True):
+    """What a tick tells the link: only in ticks that have something to tell.
+
+    memory   the mission's memory, MessagePack, when it has changed
+    holding  what the vehicle follows, for the next hello, when memory has changed
+    """
+
+    stamp_ns: int
+    report: Status | None = None
+    events: tuple[VehicleEvent, ...] = ()
+    answers: tuple[OrderAccepted | OrderRejected, ...] = ()
+    memory: bytes | None = None
+    holding: Holding | None = None
+
+
+class Desk:
+    """One vehicle's outbox and session, wired in the only order that loses nothing."""
+
+    def __init__(
+        self,
+        folder: Path,
+        identity: Identity,
+        sign: Sign,
+        holding: Holding | None = None,
+        *,
+        sync: bool = True,
+    ) -> None:
+        self._outbox = Outbox(folder, identity.boot_id, sync=sync)
+        self.session = VehicleSession(identity, sign, self._outbox.log, holding)
+
+    def memory(self) -> bytes | None:
+        """The mission's memory from before the last crash or restart."""
+        return self._outbox.memory()
+
+    def tick_news(self, news: TickNews, now_ns: int) -> None:
+        """First to disk, then to the wire."""
+        if news.memory is not None:
+            self._outbox.save_memory(news.memory)
+            self.session.holding = news.holding
+        if news.events:
+            self._outbox.append(news.stamp_ns, news.events)
+            self.session.happened(now_ns)
+        for answer in news.answers:
+            self.session.answer(answer)
+        if news.report is not None:
+            self.session.report(news.report)
+
+    def take_words(self) -> list[ServerWord | LinkState]:
+        return self.session.take_words()
+
+    def close(self) -> None:
+        self._outbox.close()
