@@ -1,0 +1,82 @@
+# Everything that a newcomer needs: `make demo` and `make test` set up what they use by themselves.
+PYTHON ?= python3
+HOST ?= 127.0.0.1
+ARGS ?=
+BIN := .venv/bin
+PY := $(BIN)/python
+
+.PHONY: help setup demo demo-check test test-fast test-real lint format types web bench soak maps lock clean
+
+help:
+	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN)"
+	@echo "make test    set up and run all tests"
+	@echo "make lint    format check, lint, types, import contracts"
+	@echo "make bench   short form of every benchmark, refreshes benchmarks/README.md"
+	@echo "make soak    long and random campaigns, with their seeds printed"
+	@echo "make web     build the pages; make maps rebuilds the shipped maps"
+
+setup: .venv/installed web/dist/built .venv/warmed
+
+.venv/installed: requirements/lock.txt pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "Campusloop needs Python 3.11 or newer; set PYTHON=/path/to/python3.11"; exit 1; }
+	@test -x $(PY) || $(PYTHON) -m venv .venv || \
+	  { echo "Python's venv module is missing (Debian: apt-get install python3-venv)"; exit 1; }
+	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements/lock.txt
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+web/dist/built: web/package-lock.json $(shell find web/src web/public web/*.html web/*.ts web/openapi.json -type f 2>/dev/null)
+	@command -v npm >/dev/null || { echo "Campusloop's pages need Node.js with npm (20 or newer)"; exit 1; }
+	cd web && npm ci --no-audit --no-fund --loglevel=error && npm run --silent build
+	@touch $@
+
+# Numba kernels are compiled here, so that no tick and no booking ever waits for the compiler.
+.venv/warmed: .venv/installed $(shell find contract vehicle_agent simulator server -name '*.py' 2>/dev/null)
+	$(PY) -m campusloop warm
+	@touch $@
+
+web: web/dist/built
+
+demo: setup
+	$(BIN)/campusloop demo --host $(HOST) $(ARGS)
+
+demo-check: setup
+	$(BIN)/campusloop demo --headless --rides 2 --seed 1
+
+test: setup
+	@scripts/browser
+	$(PY) -m pytest -n 2 --dist loadfile -m "not real and not browser"
+	cd web && npm test --silent
+	$(PY) -m pytest -m "real or browser"
+
+test-fast: .venv/warmed
+	$(PY) -m pytest -n 2 --dist loadfile -m "not real and not browser" -x
+
+lint: setup
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	cd web && npm run --silent lint
+
+format: .venv/installed
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: setup
+	$(PY) -m benchmarks
+
+soak: setup
+	$(PY) -m tests.soak $(ARGS)
+
+maps: .venv/installed
+	$(PY) -m campusloop map rebuild
+
+lock: .venv/installed
+	$(PY) -m uv --version >/dev/null 2>&1 || $(BIN)/pip install --quiet uv
+	$(PY) -m uv pip compile --universal --python-version 3.11 --generate-hashes --extra dev pyproject.toml \
+	  --quiet --no-header --no-annotate -o requirements/lock.txt
+
+clean:
+	rm -rf .venv web/node_modules web/dist var .mypy_cache .ruff_cache .pytest_cache
