@@ -49,13 +49,28 @@ class Desk:
         return self._outbox.memory()
 
     def tick_news(self, news: TickNews, now_ns: int) -> None:
-        """First to disk, then to the wire."""
+        """All three steps at once, for who may block (virtual time)."""
+        lines = self.number(news)
+        self.write(news, lines)
+        self.speak(news, now_ns)
+
+    def number(self, news: TickNews) -> bytes:
+        """First: the events get their numbers."""
+        return self._outbox.number(news.stamp_ns, news.events)
+
+    def write(self, news: TickNews, lines: bytes) -> None:
+        """Second, and blocking: to disk. `lines` is what `number` gave for this news."""
         if news.memory is not None:
             self._outbox.save_memory(news.memory)
+        self._outbox.write(lines)
+
+    def speak(self, news: TickNews, now_ns: int) -> None:
+        """Third: to the wire."""
+        if news.memory is not None:
             self.session.holding = news.holding
         if news.events:
-            self._outbox.append(news.stamp_ns, news.events)
             self.session.happened(now_ns)
+            self._outbox.shrink()
         for answer in news.answers:
             self.session.answer(answer)
         if news.report is not None:

@@ -33,14 +33,23 @@ class Outbox:
         self._lines = 0
         self._rewrite()
 
-    def append(self, stamp_ns: int, bodies: tuple[VehicleEvent, ...]) -> None:
-        """Number the events and bring them to disk; after that they may be sent."""
-        if not bodies:
-            return
+    def number(self, stamp_ns: int, bodies: tuple[VehicleEvent, ...]) -> bytes:
+        """Give the events their sequence numbers; returns the lines that `write` has to bring to disk."""
         events = [self.log.append(stamp_ns, body) for body in bodies]
-        self._file.write(b"".join(msgspec.json.encode(event) + b"\n" for event in events))
-        self._flush()
-        self._lines += len(events)
+        return b"".join(msgspec.json.encode(event) + b"\n" for event in events)
+
+    def write(self, lines: bytes) -> None:
+        """Bring numbered events to disk; after that they may be sent. Blocks for as long as the disk takes."""
+        if not lines:
+            return
+        self._file.write(lines)
+        self._file.flush()
+        if self._sync:
+            os.fsync(self._file.fileno())
+        self._lines += lines.count(b"\n")
+
+    def shrink(self) -> None:
+        """Leave the acknowledged events out of the file when most of it is such."""
         if self._lines > REWRITE_AFTER_LINES and len(self.log.pending()) < self._lines // 2:
             self._file.close()
             self._rewrite()
@@ -77,11 +86,6 @@ class Outbox:
         _replace(self._path, b"".join(msgspec.json.encode(event) + b"\n" for event in pending), self._sync)
         self._file = self._path.open("ab")
         self._lines = len(pending)
-
-    def _flush(self) -> None:
-        self._file.flush()
-        if self._sync:
-            os.fsync(self._file.fileno())
 
 
 def _replace(path: Path, data: bytes, sync: bool) -> None:

@@ -10,14 +10,19 @@ def an_event(number: int) -> VehicleEvent:
     return CommandDone(f"command-{number}", True)
 
 
+def append(outbox: Outbox, stamp_ns: int, *bodies: VehicleEvent) -> None:
+    outbox.write(outbox.number(stamp_ns, bodies))
+    outbox.shrink()
+
+
 def names(outbox: Outbox) -> list[str]:
     return [event.body.command_id for event in outbox.log.pending() if isinstance(event.body, CommandDone)]
 
 
 def test_events_of_an_earlier_boot_are_kept_with_their_boot(tmp_path: Path) -> None:
-    Outbox(tmp_path, "first").append(1, (an_event(1), an_event(2)))
+    append(Outbox(tmp_path, "first"), 1, an_event(1), an_event(2))
     second = Outbox(tmp_path, "second")
-    second.append(5, (an_event(3),))
+    append(second, 5, an_event(3))
     third = Outbox(tmp_path, "third")
     assert [(e.boot_id, e.sequence) for e in third.log.pending()] == [
         ("first", 0),
@@ -29,7 +34,7 @@ def test_events_of_an_earlier_boot_are_kept_with_their_boot(tmp_path: Path) -> N
 
 def test_acknowledged_events_are_gone_after_a_restart(tmp_path: Path) -> None:
     outbox = Outbox(tmp_path, "first")
-    outbox.append(1, (an_event(1), an_event(2)))
+    append(outbox, 1, an_event(1), an_event(2))
     outbox.log.acknowledge("first", 1)
     again = Outbox(tmp_path, "second")
     assert names(again) == ["command-1", "command-2"]
@@ -39,14 +44,14 @@ def test_acknowledged_events_are_gone_after_a_restart(tmp_path: Path) -> None:
 
 
 def test_a_last_line_cut_by_a_power_loss_is_an_event_that_was_never_sent(tmp_path: Path) -> None:
-    Outbox(tmp_path, "first").append(1, (an_event(1), an_event(2)))
+    append(Outbox(tmp_path, "first"), 1, an_event(1), an_event(2))
     file = tmp_path / "events.jsonl"
     file.write_bytes(file.read_bytes()[:-7])
     assert names(Outbox(tmp_path, "second")) == ["command-1"]
 
 
 def test_a_damaged_line_in_the_middle_is_refused_by_its_number(tmp_path: Path) -> None:
-    Outbox(tmp_path, "first").append(1, (an_event(1), an_event(2)))
+    append(Outbox(tmp_path, "first"), 1, an_event(1), an_event(2))
     file = tmp_path / "events.jsonl"
     file.write_bytes(b"{broken\n" + file.read_bytes())
     with pytest.raises(OutboxError, match=r"line 1.*move the file away"):
@@ -56,7 +61,7 @@ def test_a_damaged_line_in_the_middle_is_refused_by_its_number(tmp_path: Path) -
 def test_the_file_does_not_grow_with_what_the_server_has(tmp_path: Path) -> None:
     outbox = Outbox(tmp_path, "first", sync=False)
     for number in range(3 * REWRITE_AFTER_LINES):
-        outbox.append(number, (an_event(number),))
+        append(outbox, number, an_event(number))
         outbox.log.acknowledge("first", number)
     assert (tmp_path / "events.jsonl").read_bytes().count(b"\n") <= REWRITE_AFTER_LINES + 1
     assert names(Outbox(tmp_path, "second", sync=False))[-1] == f"command-{3 * REWRITE_AFTER_LINES - 1}"
