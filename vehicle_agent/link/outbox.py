@@ -39,7 +39,7 @@ class Outbox:
         return b"".join(msgspec.json.encode(event) + b"\n" for event in events)
 
     def write(self, lines: bytes) -> None:
-        """Bring numbered events to disk; after that they may be sent. Blocks for as long as the disk takes."""
+        """Bring numbered events to disk; after that they may be sent. Blocks while the disk works."""
         if not lines:
             return
         self._file.write(lines)

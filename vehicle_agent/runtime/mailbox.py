@@ -84,7 +84,7 @@ class Mailbox:
 
     def take(self) -> list[Mail]:
         """Everything that has come, in order."""
-        mail = []
+        mail: list[Mail] = []
         while True:
             try:
                 data = self._socket.recv(BUFFER_BYTES)

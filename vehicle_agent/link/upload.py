@@ -1,0 +1,61 @@
+"""Bring finished run segments to the server, by content hash: a repeat is harmless."""
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+
+import httpx
+import structlog
+
+from contract.wire.upload import SIGNATURE_HEADER, segment_path, signed_segment
+
+log = structlog.get_logger()
+
+RETRY_AFTER_S = 20.0
+TIMEOUT_S = 120.0
+
+
+class SegmentUploader:
+    """Uploads one vehicle's segments, oldest first, and keeps trying."""
+
+    def __init__(self, vehicle_id: str, client: httpx.AsyncClient, sign: Callable[[bytes], str]) -> None:
+        """client  with the server's base URL; sign: base64 of the vehicle key's signature."""
+        self._vehicle_id = vehicle_id
+        self._client = client
+        self._sign = sign
+        self._waiting: asyncio.Queue[tuple[Path, str]] = asyncio.Queue()
+
+    def add(self, path: Path, sha256: str) -> None:
+        self._waiting.put_nowait((path, sha256))
+
+    async def run(self) -> None:
+        """Until cancelled."""
+        while True:
+            path, sha256 = await self._waiting.get()
+            while not await self.upload(path, sha256):
+                await asyncio.sleep(RETRY_AFTER_S)
+
+    async def upload(self, path: Path, sha256: str) -> bool:
+        """One attempt. True when there is nothing left to do: stored, known before, or refused for good."""
+        signature = self._sign(signed_segment(self._vehicle_id, sha256))
+        headers = {SIGNATURE_HEADER: signature, "Vehicle-Id": self._vehicle_id}
+        data = await asyncio.to_thread(path.read_bytes)
+        try:
+            answer = await self._client.put(
+                segment_path(sha256), content=data, headers=headers, timeout=TIMEOUT_S
+            )
+        except httpx.TransportError as error:
+            log.warning("run.upload_failed", vehicle_id=self._vehicle_id, path=str(path), error=str(error))
+            return False
+        if answer.status_code >= 500 or answer.status_code in (408, 429):
+            log.warning(
+                "run.upload_failed", vehicle_id=self._vehicle_id, path=str(path), status=answer.status_code
+            )
+            return False
+        if answer.is_error:
+            log.error(
+                "run.upload_refused", vehicle_id=self._vehicle_id, path=str(path), answer=answer.text[:300]
+            )
+        else:
+            log.info("run.uploaded", vehicle_id=self._vehicle_id, sha256=sha256, size_bytes=len(data))
+        return True

@@ -1,0 +1,76 @@
+"""A vehicle's folder: what makes this agent this vehicle, and what it must find again after a crash.
+
+vehicle.toml      who it is, whom it serves, which bus it drives (written at enrolment)
+profile.toml      the kind of vehicle
+key.pem           its own key
+boots             how often it has started
+outbox/           events and mission memory
+runs/BOOT/        run-log segments
+"""
+
+from pathlib import Path
+
+import msgspec
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+
+from vehicle_agent.config import Profile, load_profile
+from vehicle_agent.link.keys import load_or_make_key
+
+
+class AgentFolderError(Exception):
+    """The vehicle's folder is not usable; the message says what to do."""
+
+
+class VehicleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """server_url: the server's address, e.g. https://shuttles.campus.edu; can_channel: see `can_bus.open_bus`.
+
+    server_certificate  path of a certificate to trust, for a server with one of its own making
+    """
+
+    vehicle_id: str
+    server_url: str
+    can_channel: str
+    map_path: str
+    server_certificate: str = ""
+
+
+class AgentFolder:
+    """Paths and small files of one vehicle."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.outbox = root / "outbox"
+        self.runs = root / "runs"
+
+    def vehicle(self) -> VehicleFile:
+        path = self.root / "vehicle.toml"
+        try:
+            return msgspec.toml.decode(path.read_bytes(), type=VehicleFile)
+        except FileNotFoundError as error:
+            raise AgentFolderError(
+                f"{self.root} is not a vehicle's folder yet: run `campusloop agent enrol` for it"
+            ) from error
+        except msgspec.DecodeError as error:
+            raise AgentFolderError(f"{path}: {error}") from error
+
+    def save_vehicle(self, vehicle: VehicleFile) -> None:
+        self.root.mkdir(parents=True, exist_ok=True)
+        fields = msgspec.to_builtins(vehicle)
+        lines = [f"{name} = {msgspec.json.encode(value).decode()}" for name, value in fields.items()]
+        (self.root / "vehicle.toml").write_text("\n".join(lines) + "\n")
+
+    def profile(self) -> Profile:
+        path = self.root / "profile.toml"
+        return load_profile(path) if path.exists() else Profile()
+
+    def key(self) -> Ed25519PrivateKey:
+        return load_or_make_key(self.root / "key.pem")
+
+    def next_boot_id(self) -> str:
+        """A new id for every start, in order."""
+        path = self.root / "boots"
+        number = int(path.read_text()) + 1 if path.exists() else 1
+        fresh = path.with_suffix(".new")
+        fresh.write_text(str(number))
+        fresh.replace(path)
+        return f"boot-{number:06d}"

@@ -1,0 +1,85 @@
+"""The gate as a process: the only one that opens the CAN bus."""
+
+import select
+import signal
+import time
+from pathlib import Path
+from types import FrameType
+
+import can
+import structlog
+
+from vehicle_agent.can.commands import COMMANDS, FRAME_GAP_NS
+from vehicle_agent.can.dbc import layouts
+from vehicle_agent.runtime.can_bus import open_bus
+from vehicle_agent.runtime.gate import TICK_NS, Gate
+from vehicle_agent.runtime.mailbox import Commands, Deliveries, Delivery, Mailbox
+from vehicle_agent.signals import CanFrame
+
+log = structlog.get_logger()
+
+
+class GateProcess:
+    """Moves frames both ways; the deciding is `Gate`'s."""
+
+    def __init__(self, folder: Path, channel: str) -> None:
+        """folder  where the vehicle's mailboxes are; channel: see `open_bus`."""
+        self._gate = Gate()
+        self._bus = open_bus(channel)
+        self._mailbox = Mailbox(folder / "gate")
+        self._tick = folder / "tick"
+        self._stopping = False
+        # A simulated bus brings a sender's own frames back.
+        self._own_ids = frozenset(layouts()[name].arbitration_id for name in COMMANDS)
+
+    def run(self) -> None:
+        """Until SIGTERM."""
+        signal.signal(signal.SIGTERM, self._stop)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        due_ns = time.monotonic_ns() + TICK_NS
+        was_braking = False
+        while not self._stopping:
+            pause_s = max(0.0, (due_ns - time.monotonic_ns()) / 1e9)
+            select.select([self._bus.fileno(), self._mailbox.fileno()], [], [], pause_s)
+            self._pass_reports_on()
+            took = self._take_commands()
+            now_ns = time.monotonic_ns()
+            if took or now_ns >= due_ns:
+                self._send(self._gate.step(now_ns))
+                due_ns = now_ns + TICK_NS
+            if self._gate.braking != was_braking:
+                was_braking = self._gate.braking
+                log.warning("gate.braking" if was_braking else "gate.released", refused=self._gate.refused)
+        self._bus.shutdown()
+        self._mailbox.close()
+
+    def _stop(self, _number: int, _frame: FrameType | None) -> None:
+        self._stopping = True
+
+    def _take_commands(self) -> bool:
+        took = False
+        for mail in self._mailbox.take():
+            if isinstance(mail, Commands):
+                self._gate.take(mail.frames, time.monotonic_ns())
+                took = True
+        return took
+
+    def _pass_reports_on(self) -> None:
+        deliveries = []
+        while (message := self._bus.recv(timeout=0)) is not None:
+            if message.arbitration_id in self._own_ids:
+                continue
+            now_ns = time.monotonic_ns()
+            frame = CanFrame(now_ns, message.arbitration_id, bytes(message.data))
+            deliveries.append(Delivery(now_ns, "can", frame))
+        if deliveries:
+            self._mailbox.post(self._tick, Deliveries(tuple(deliveries)))
+
+    def _send(self, frames: tuple[CanFrame, ...]) -> None:
+        """The by-wire module wants a pause between frames."""
+        for number, frame in enumerate(frames):
+            if number:
+                time.sleep(FRAME_GAP_NS / 1e9)
+            self._bus.send(
+                can.Message(arbitration_id=frame.arbitration_id, data=frame.data, is_extended_id=False)
+            )
