@@ -4,12 +4,54 @@ import math
 from collections.abc import Collection, Iterable, Sequence
 
 from contract.roads.design_vehicle import FRONT_REACH_M, REAR_OVERHANG_M, STANDING_MARGIN_M
-from contract.roads.model import RestingPlace, Stop
+from contract.roads.model import RestingPlace, RoadMap, Stop
+from contract.roads.network import RoadNetwork
+from contract.roads.routing import find_route, route_sections
 from contract.roads.section_graph import SectionGraph
 
 # With this many, places on busy roads, which cost everybody detours, are no longer worth having.
 ENOUGH_PLACES = 6
+_SPEED_CAP_MPS = 15.0 / 3.6
 _SHORTEST_SECTION_M = REAR_OVERHANG_M + FRONT_REACH_M + 2.0 * STANDING_MARGIN_M
+
+
+def resting_places(road_map: RoadMap) -> tuple[RestingPlace, ...]:
+    """Resting places for a map that has none yet: dead ends first, then parking, then near stops."""
+    graph = SectionGraph(road_map.sections, [(lane.lane_id, lane.successors) for lane in road_map.lanes])
+    network = RoadNetwork(road_map)
+    return rest(graph, road_map.stops, _by_merit(network, graph), _busy(network, graph))
+
+
+def _by_merit(network: RoadNetwork, graph: SectionGraph) -> list[int]:
+    stops = [network.pose(stop.lane_id, stop.s_m)[:2] for stop in network.road_map.stops]
+
+    def merit(number: int) -> tuple[int, float, int]:
+        section = graph.sections[number]
+        lane = network.lanes[section.lane_id]
+        if lane.kind == "turnaround":
+            rank = 0
+        elif lane.scenario == "parking_lot":
+            rank = 1
+        else:
+            rank = 2 if lane.kind == "road" else 3
+        here = network.pose(section.lane_id, section.s_to_m)[:2]
+        return rank, min(math.dist(here, stop) for stop in stops), number
+
+    return sorted(range(len(graph.sections)), key=merit)
+
+
+def _busy(network: RoadNetwork, graph: SectionGraph) -> set[int]:
+    """The sections of the fastest drives between all stops."""
+    busy: set[int] = set()
+    stops = network.road_map.stops
+    for one in stops:
+        for other in stops:
+            route = find_route(
+                network, one.lane_id, one.s_m, other.lane_id, other.s_m, speed_cap_mps=_SPEED_CAP_MPS
+            )
+            if route is not None:
+                busy.update(graph.numbers[section_id] for section_id in route_sections(network, route))
+    return busy
 
 
 def rest(

@@ -9,23 +9,26 @@ from contract.geometry import Array, arc_lengths, curvatures, project, resample
 
 _STEP_M = 0.5
 _FIRST_REACH_M = 1.2
+_LAST_REACH_M = 20.0
 _GROWTH = 1.3
 _ROUNDS = 24
 
 
-def smooth(points: Array, curvature_max_1pm: float, *, reach_m: float = _FIRST_REACH_M) -> Array | None:
+def smooth(points: Array, curvature_max_1pm: float, *, held_m: float = 0.0) -> Array | None:
     """(n, 2) points 0.5 m apart whose curvature stays under the limit, both ends kept; None if not found.
 
     A smoothing spline: least squares to the line against the squared third derivative, whose weight
-    (a smoothing length, reach_m at first) grows only around the places that still bend too sharply.
+    (a smoothing length) grows only around the places that still bend too sharply.
+    held_m  how much of both ends stays where it is, so that the headings there do too.
     """
     guide = resample(points, _STEP_M)
     if len(guide) < 8:
         return guide if _bends_less(guide, curvature_max_1pm) else None
     step_m = float(arc_lengths(guide)[-1]) / (len(guide) - 1)
-    reach = np.full(len(guide), reach_m)
+    reach = np.full(len(guide), _FIRST_REACH_M)
+    held = 1 + math.floor(held_m / step_m + 0.01)
     for _ in range(_ROUNDS):
-        line = _spline(guide, reach / step_m)
+        line = _spline(guide, reach / step_m, held)
         sharp = np.abs(curvatures(line)) > curvature_max_1pm
         if not sharp.any():
             even: Array = resample(line, _STEP_M)
@@ -35,14 +38,16 @@ def smooth(points: Array, curvature_max_1pm: float, *, reach_m: float = _FIRST_R
             width = max(3, math.ceil(2.5 * reach[i] / step_m))
             grown[max(0, i - width) : i + width + 1] = True
         reach[grown] *= _GROWTH
+        if reach.max() > _LAST_REACH_M:
+            return None
     return None
 
 
-def _spline(guide: Array, reach_steps: Array) -> Array:
+def _spline(guide: Array, reach_steps: Array, held: int) -> Array:
     """Solve (W + D' L D) p = W g for both coordinates; D takes third differences, W holds the ends."""
     n = len(guide)
     weight = np.ones(n)
-    weight[[0, -1]] = 1e6
+    weight[:held] = weight[-held:] = 1e6
     stiffness = (np.minimum(reach_steps[:-3], reach_steps[3:])) ** 6
     bands = np.zeros((4, n))
     bands[0] = weight

@@ -1,0 +1,195 @@
+"""From an OpenStreetMap file to a road map: the page that names every step."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import msgspec
+
+from contract.roads.load import MapError, with_version
+from contract.roads.model import RoadMap
+from contract.roads.validate import problems
+from server.feeds.roads import sections
+from server.feeds.roads.buildings import Feature, features, is_building, is_water, obstacles
+from server.feeds.roads.connectivity import largest_loop
+from server.feeds.roads.drafts import ImportLog, LaneDraft, finished_lane
+from server.feeds.roads.edges import Edge, edges_of
+from server.feeds.roads.frame import Frame, frame_of
+from server.feeds.roads.ground import Ground
+from server.feeds.roads.junctions import RoadGraph, gather
+from server.feeds.roads.osm_file import OsmData, read_osm
+from server.feeds.roads.resting import resting_places
+from server.feeds.roads.roads import Road, cut_lanes, is_gentle, smooth_roads, trim
+from server.feeds.roads.runs import Plan, Run, drivable_runs
+from server.feeds.roads.stops import place_stops
+from server.feeds.roads.turnarounds import turnaround_lanes
+from server.feeds.roads.turns import turn_lanes
+
+OSM_ATTRIBUTION = "© OpenStreetMap contributors, ODbL 1.0"
+
+
+@dataclass(frozen=True, slots=True)
+class ImportOptions:
+    """left_hand: traffic keeps left. names_en: English names of stops that the file does not translate."""
+
+    campus_id: str = "campus"
+    name: str = "Campus"
+    timezone: str = "UTC"
+    left_hand: bool = False
+    attribution: str = OSM_ATTRIBUTION
+    names_en: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class ImportReport:
+    """The map, and everything that was changed or left out on the way to it."""
+
+    map: RoadMap
+    repairs: tuple[str, ...]
+    dropped: tuple[str, ...]
+
+
+def import_osm(path: Path, options: ImportOptions = ImportOptions()) -> ImportReport:  # noqa: B008
+    """A drivable map from OSM XML or PBF; equal files and options give equal maps.
+
+    Raises MapError with what to do: see `read_osm`, and no_roads, no_loop (no circuit that a shuttle can
+    drive), no_stops, no_resting_places.
+    """
+    data = read_osm(path)
+    log = ImportLog()
+    frame = frame_of(data, log)
+    found = features(data, frame)
+    ground = Ground([f.outline for f in found if is_building(f) or is_water(f)])
+    plan = drivable_runs(data, frame, log)
+    if not plan.runs:
+        raise MapError(
+            "no_roads",
+            "no road in the file may be driven on inside its bounds; see docs/roads.md for the rules",
+        )
+    drafts = _network(plan, ground, options, log)
+    return _finish(data, frame, found, drafts, options, log)
+
+
+def _network(plan: Plan, ground: Ground, options: ImportOptions, log: ImportLog) -> list[LaneDraft]:
+    """Lanes of the largest loop. What is cut off is taken away and the rest drawn anew, until all fits."""
+    runs = plan.runs
+    while True:
+        told = ImportLog()
+        graph = gather(edges_of(runs, plan.positions), plan.positions)
+        roads = [road for road in smooth_roads(graph.edges, told) if not _is_tiny_ring(road, told)]
+        drafts = _draw(graph, roads, plan, ground, options, told)
+        kept = largest_loop(drafts)
+        if not kept:
+            raise MapError(
+                "no_loop",
+                "no circuit that a shuttle can drive (radius 5 m): "
+                "export a larger area, or tag turning places at dead ends",
+            )
+        lost = _lost(graph, roads, kept)
+        log.dropped += [
+            line for line in told.dropped if line not in log.dropped and not line.startswith("turn ")
+        ]
+        if not lost:
+            log.repairs += told.repairs
+            log.dropped += [line for line in told.dropped if line.startswith("turn ")]
+            return kept
+        named = {edge.edge_id for road in roads for edge in (road.edge,)}
+        log.dropped += [
+            f"{edge.label}: not part of the largest loop, {edge.length_m:.0f} m"
+            for edge in lost
+            if edge.edge_id in named
+        ]
+        runs = _without(runs, lost)
+
+
+def _is_tiny_ring(road: Road, log: ImportLog) -> bool:
+    """A road back to its own beginning that is too short to turn on."""
+    tiny = road.edge.keys[0] == road.edge.keys[-1] and road.edge.length_m < 40.0
+    if tiny:
+        log.dropped.append(f"{road.edge.label}: a ring of only {road.edge.length_m:.0f} m")
+    return tiny
+
+
+def _draw(
+    graph: RoadGraph,
+    roads: list[Road],
+    plan: Plan,
+    ground: Ground,
+    options: ImportOptions,
+    log: ImportLog,
+) -> list[LaneDraft]:
+    trim(graph, roads)
+    drafts = cut_lanes(roads, left_hand=options.left_hand)
+    sharp = {draft.lane_id for draft in drafts if not is_gentle(draft)}
+    drafts += turn_lanes(graph, roads, ground, log)
+    drafts += turnaround_lanes(graph, roads, plan.turning_circles, ground, log)
+    good = [draft for draft in drafts if draft.lane_id not in sharp]
+    for draft in good:
+        draft.successors = [name for name in draft.successors if name not in sharp]
+    return good
+
+
+def _lost(graph: RoadGraph, roads: list[Road], kept: list[LaneDraft]) -> list[Edge]:
+    """The edges of which no lane is left."""
+    names = {draft.lane_id for draft in kept}
+    used = {
+        road.edge.edge_id
+        for road in roads
+        if any(lane is not None and lane.lane_id in names for lane in (road.forward, road.backward))
+    }
+    return [edge for edge in graph.edges if edge.edge_id not in used]
+
+
+def _without(runs: list[Run], lost: Iterable[Edge]) -> list[Run]:
+    gone = {frozenset(step) for edge in lost for step in zip(edge.keys, edge.keys[1:], strict=False)}
+    rest_of: list[Run] = []
+    for run in runs:
+        pieces: list[list[int]] = []
+        for first, second in zip(run.keys, run.keys[1:], strict=False):
+            if frozenset((first, second)) in gone:
+                continue
+            if pieces and pieces[-1][-1] == first:
+                pieces[-1].append(second)
+            else:
+                pieces.append([first, second])
+        rest_of += [replace(run, keys=tuple(piece)) for piece in pieces]
+    return rest_of
+
+
+def _finish(
+    data: OsmData,
+    frame: Frame,
+    found: list[Feature],
+    drafts: list[LaneDraft],
+    options: ImportOptions,
+    log: ImportLog,
+) -> ImportReport:
+    tiles = sections.tile(drafts)
+    stops = place_stops(data, frame, found, drafts, options.names_en, log, left_hand=options.left_hand)
+    if len(stops) < 2:
+        raise MapError("no_stops", "no room for two stops on the roads that are left; export a larger area")
+    road_map = RoadMap(
+        campus_id=options.campus_id,
+        name=options.name,
+        origin=frame.origin,
+        lanes=tuple(finished_lane(draft) for draft in drafts),
+        sections=tiles,
+        stops=stops,
+        resting_places=(),
+        buildings=obstacles(found, drafts, log),
+        timezone=options.timezone,
+        attribution=options.attribution,
+    )
+    places = resting_places(road_map)
+    if not places:
+        raise MapError(
+            "no_resting_places",
+            "nowhere to stand without cutting a stop off; export a larger area with more than one circuit",
+        )
+    road_map = with_version(
+        msgspec.structs.replace(road_map, resting_places=places, repairs=tuple(log.repairs))
+    )
+    defects = problems(road_map)
+    if defects:
+        raise MapError("unsound", f"{defects[0].where}: {defects[0].detail}; please report this file")
+    return ImportReport(road_map, tuple(log.repairs), tuple(log.dropped))
