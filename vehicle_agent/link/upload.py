@@ -16,7 +16,7 @@ TIMEOUT_S = 120.0
 
 
 class SegmentUploader:
-    """Uploads one vehicle's segments, oldest first, and keeps trying."""
+    """Uploads one vehicle's segments, and keeps trying."""
 
     def __init__(self, vehicle_id: str, client: httpx.AsyncClient, sign: Callable[[bytes], str]) -> None:
         """client  with the server's base URL; sign: base64 of the vehicle key's signature."""
@@ -32,7 +32,8 @@ class SegmentUploader:
         """Until cancelled."""
         while True:
             path, sha256 = await self._waiting.get()
-            while not await self.upload(path, sha256):
+            if not await self.upload(path, sha256):
+                self._waiting.put_nowait((path, sha256))
                 await asyncio.sleep(RETRY_AFTER_S)
 
     async def upload(self, path: Path, sha256: str) -> bool:

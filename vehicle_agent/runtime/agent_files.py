@@ -22,8 +22,10 @@ class AgentFolderError(Exception):
 
 
 class VehicleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """server_url: the server's address, e.g. https://shuttles.campus.edu; can_channel: see `can_bus.open_bus`.
+    """What an agent must know before it can dial.
 
+    server_url          the server's address, e.g. https://shuttles.campus.edu
+    can_channel         see `can_bus.open_bus`
     server_certificate  path of a certificate to trust, for a server with one of its own making
     """
 

@@ -1,4 +1,4 @@
-"""A run's segments on disk: one folder a run, named by vehicle and boot."""
+"""A vehicle's runs on disk: a folder for each boot, in it the segments."""
 
 import hashlib
 from pathlib import Path
@@ -22,8 +22,9 @@ class FinishedSegment(msgspec.Struct, frozen=True):
 class RunLogFiles:
     """Writes a vehicle's run-log entries. `take_finished` gives each closed segment once."""
 
-    def __init__(self, folder: Path, profile: bytes, road_map_json: bytes) -> None:
-        self.folder = folder
+    def __init__(self, runs: Path, profile: bytes, road_map_json: bytes) -> None:
+        """runs: the folder that holds one folder a boot."""
+        self._runs = runs
         self._profile = profile
         self._road_map = zstandard.compress(road_map_json, 3)
         self._writer: SegmentWriter | None = None
@@ -35,7 +36,7 @@ class RunLogFiles:
         for entry in entries:
             if isinstance(entry, SegmentBegin):
                 self.close()
-                path = self.folder / f"{entry.header.segment:04d}.mcap"
+                path = self._runs / entry.header.boot_id / f"{entry.header.segment:04d}.mcap"
                 self._writer = SegmentWriter(path, entry.header, entry.state, self._profile, self._road_map)
                 self._segment = entry.header.segment
             elif self._writer is not None:
