@@ -1,0 +1,245 @@
+"""How people on foot move around shuttles, one 20 ms step for all of them.
+
+A social-force walk (Helbing, Molnar 1995, in its simplest form) towards waypoints, with four manners:
+nobody steps in front of a moving shuttle closer than `look_m`; whoever stands in its way clears it after
+a few seconds of its waiting; whoever meets it head-on walks around; whoever is beside it keeps a step off.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from contract.geometry import Array
+from simulator.corridor import place_in_corridor
+
+Ints = NDArray[np.int64]
+
+# columns of a person
+X, Y, VX, VY, PACE, WAITED, PATIENCE, TRIGGER = range(8)
+PERSON_COLUMNS = 8
+# what a person is doing
+WALK, STAND, KERB, ASIDE, GONE = 0, 1, 2, 3, 4
+# columns of a vehicle
+V_X, V_Y, V_YAW, V_REAR, V_FRONT, V_HALF, V_SPEED = range(7)
+VEHICLE_COLUMNS = 7
+
+RADIUS_M = 0.25
+WAYPOINTS = 8
+
+_REACH_M = 0.35
+_RELAX_S = 0.35
+_PACE_MAX_MPS = 1.9
+_BODY_M = RADIUS_M + 0.2
+_SLOW_MPS = 1.2
+_STANDING_MPS = 0.3
+_WAITING_GAP_M = 12.0
+_ASIDE_M = 2.4
+_EXIT_M = 6.0
+
+
+@njit(cache=True)
+def step_crowd(
+    people: Array,
+    doing: Ints,
+    ways: Array,
+    way: Ints,
+    vehicles: Array,
+    ahead: Array,
+    look_m: float,
+    dt: float,
+) -> None:
+    """Move everybody by dt, in place.
+
+    people (n, PERSON_COLUMNS), doing (n,), ways (n, WAYPOINTS, 2) padded with NaN, way (n,) next waypoint,
+    vehicles (m, VEHICLE_COLUMNS), ahead (m, k, 2) corridor samples of each vehicle.
+    """
+    n, m = people.shape[0], vehicles.shape[0]
+    wish = np.empty((n, 2))
+    for i in range(n):
+        ux, uy = _towards_waypoint(people[i], doing, ways[i], way, i)
+        for j in range(m):
+            p = people[i]
+            if math.hypot(p[X] - vehicles[j, V_X], p[Y] - vehicles[j, V_Y]) < 35.0:
+                ux, uy = _mind(p, doing, ways[i], way, i, ux, uy, vehicles[j], ahead[j], look_m, dt)
+        wish[i, 0], wish[i, 1] = ux, uy
+    for i in range(n):
+        fx, fy = _push_of_others(people, doing, i)
+        _move(people[i], wish[i, 0] + fx, wish[i, 1] + fy, vehicles, dt)
+
+
+@njit(cache=True)
+def _towards_waypoint(p: Array, doing: Ints, route: Array, way: Ints, i: int) -> tuple[float, float]:
+    """The velocity that leads to the next waypoint; reaching the last one ends the walk."""
+    if doing[i] != WALK and doing[i] != ASIDE:
+        return 0.0, 0.0
+    while True:
+        k = way[i]
+        if k >= WAYPOINTS or math.isnan(route[k, 0]):
+            doing[i] = GONE
+            return 0.0, 0.0
+        dx, dy = route[k, 0] - p[X], route[k, 1] - p[Y]
+        distance = math.hypot(dx, dy)
+        if distance > _REACH_M:
+            return p[PACE] * dx / distance, p[PACE] * dy / distance
+        way[i] = k + 1
+
+
+@njit(cache=True)
+def _mind(
+    p: Array,
+    doing: Ints,
+    route: Array,
+    way: Ints,
+    i: int,
+    ux: float,
+    uy: float,
+    vehicle: Array,
+    ahead: Array,
+    look_m: float,
+    dt: float,
+) -> tuple[float, float]:
+    """The wished velocity after a look at one shuttle."""
+    half, length = vehicle[V_HALF], vehicle[V_REAR] + vehicle[V_FRONT]
+    speed = abs(vehicle[V_SPEED])
+    s, d, tx, ty = place_in_corridor(ahead, p[X], p[Y])
+    gap = s - vehicle[V_FRONT]
+    side = 1.0 if d >= 0.0 else -1.0
+    nx, ny = -ty * side, tx * side
+    outward = ux * nx + uy * ny
+    off = abs(d)
+    if doing[i] == KERB:
+        if look_m < gap < p[TRIGGER]:
+            doing[i] = WALK
+        elif gap < -length - 1.0:
+            doing[i] = GONE
+        return 0.0, 0.0
+    if doing[i] == GONE and off > half + 1.3:
+        return ux, uy
+    if off < half + 1.3 and 0.0 < gap < _WAITING_GAP_M and doing[i] != ASIDE:
+        meets = off < half + _BODY_M and gap < 6.0 and ux * tx + uy * ty < -0.3
+        if speed < _SLOW_MPS:
+            p[WAITED] += dt
+        if meets or p[WAITED] > p[PATIENCE]:
+            _step_aside(p, doing, route, way, i, nx, ny, half + _ASIDE_M - off, outward, d)
+            return 0.0, 0.0
+    if doing[i] == WALK and off > half + _BODY_M and outward < 0.0 and off + outward < half + _BODY_M + 0.3:
+        return _at_the_edge(ux, uy, tx, ty, gap, length, speed, look_m, p[PACE])
+    if speed > _STANDING_MPS and half < off < half + 0.9 and 0.0 < gap < 8.0 and abs(outward) < 0.5:
+        ux, uy = ux + 0.8 * nx, uy + 0.8 * ny
+    if speed > 0.05 and -length - 0.5 < gap <= 0.3 and off < half + 0.9:
+        ux, uy = ux + 1.2 * nx, uy + 1.2 * ny
+    return ux, uy
+
+
+@njit(cache=True)
+def _at_the_edge(
+    ux: float,
+    uy: float,
+    tx: float,
+    ty: float,
+    gap: float,
+    length: float,
+    speed: float,
+    look_m: float,
+    pace: float,
+) -> tuple[float, float]:
+    """About to step onto the shuttle's path: go, wait, or walk around one that stands."""
+    if speed > _STANDING_MPS:
+        return (0.0, 0.0) if -length - 1.0 < gap < look_m else (ux, uy)
+    if -length - 0.8 < gap < 2.5:
+        way = 1.0 if gap > -0.5 * length else -1.0
+        return way * pace * tx, way * pace * ty
+    return ux, uy
+
+
+@njit(cache=True)
+def _step_aside(
+    p: Array,
+    doing: Ints,
+    route: Array,
+    way: Ints,
+    i: int,
+    nx: float,
+    ny: float,
+    distance: float,
+    outward: float,
+    d: float,
+) -> None:
+    """Leave the path on the nearer side (or on the side already walked to), and go away from there."""
+    if outward < -0.4 and abs(d) < 1.0:
+        nx, ny, distance = -nx, -ny, distance + 2.0 * abs(d)
+    route[0, 0], route[0, 1] = p[X] + nx * distance, p[Y] + ny * distance
+    route[1, 0], route[1, 1] = p[X] + nx * (distance + _EXIT_M), p[Y] + ny * (distance + _EXIT_M)
+    route[2, 0] = np.nan
+    way[i] = 0
+    p[WAITED] = 0.0
+    doing[i] = ASIDE
+
+
+@njit(cache=True)
+def _push_of_others(people: Array, doing: Ints, i: int) -> tuple[float, float]:
+    """Social force: neighbours closer than 1.2 m push, exponentially."""
+    if doing[i] == STAND or doing[i] == KERB or doing[i] == GONE:
+        return 0.0, 0.0
+    fx, fy = 0.0, 0.0
+    for j in range(people.shape[0]):
+        dx, dy = people[i, X] - people[j, X], people[i, Y] - people[j, Y]
+        distance = math.hypot(dx, dy)
+        if j == i or distance > 1.2 or distance < 1e-6:
+            continue
+        push = 1.0 * math.exp((2.0 * RADIUS_M - distance) / 0.25)
+        push = min(push, 1.2)
+        # a little to the left, so that two who meet head-on pass
+        fx += push * (dx - 0.3 * dy) / distance
+        fy += push * (dy + 0.3 * dx) / distance
+    return fx, fy
+
+
+@njit(cache=True)
+def _move(p: Array, ux: float, uy: float, vehicles: Array, dt: float) -> None:
+    """Relax towards the wished velocity and walk, never into a vehicle."""
+    blend = dt / _RELAX_S
+    p[VX] += (ux - p[VX]) * blend
+    p[VY] += (uy - p[VY]) * blend
+    pace = math.hypot(p[VX], p[VY])
+    if pace > _PACE_MAX_MPS:
+        p[VX], p[VY] = p[VX] * _PACE_MAX_MPS / pace, p[VY] * _PACE_MAX_MPS / pace
+    x, y = p[X] + p[VX] * dt, p[Y] + p[VY] * dt
+    for j in range(vehicles.shape[0]):
+        before = clearance_m(vehicles[j], p[X], p[Y])
+        after = clearance_m(vehicles[j], x, y)
+        if after < _BODY_M and after < before:
+            x, y = _slide(vehicles[j], p[X], p[Y], x, y)
+    p[X], p[Y] = x, y
+
+
+@njit(cache=True)
+def _slide(vehicle: Array, x0: float, y0: float, x: float, y: float) -> tuple[float, float]:
+    """The step without the part that leads into the vehicle's outline."""
+    ax, ay = _outline_point(vehicle, x0, y0)
+    nx, ny = x0 - ax, y0 - ay
+    length = math.hypot(nx, ny)
+    if length < 1e-9:
+        return x0, y0
+    nx, ny = nx / length, ny / length
+    inward = min(0.0, (x - x0) * nx + (y - y0) * ny)
+    return x - inward * nx, y - inward * ny
+
+
+@njit(cache=True)
+def _outline_point(vehicle: Array, x: float, y: float) -> tuple[float, float]:
+    """The point of the vehicle's rectangle nearest to (x, y)."""
+    cos, sin = math.cos(vehicle[V_YAW]), math.sin(vehicle[V_YAW])
+    dx, dy = x - vehicle[V_X], y - vehicle[V_Y]
+    bx = min(max(cos * dx + sin * dy, -vehicle[V_REAR]), vehicle[V_FRONT])
+    by = min(max(-sin * dx + cos * dy, -vehicle[V_HALF]), vehicle[V_HALF])
+    return vehicle[V_X] + cos * bx - sin * by, vehicle[V_Y] + sin * bx + cos * by
+
+
+@njit(cache=True)
+def clearance_m(vehicle: Array, x: float, y: float) -> float:
+    """Distance from a point to the vehicle's outline, 0 inside it."""
+    ax, ay = _outline_point(vehicle, x, y)
+    return math.hypot(x - ax, y - ay)

@@ -1,0 +1,108 @@
+"""People on foot around the shuttles of a world."""
+
+import numpy as np
+
+from contract.geometry import Array
+from simulator.corridor import SAMPLES, SPACING_M
+from simulator.traffic.crowd import RADIUS_M, VEHICLE_COLUMNS, Ints, X, Y, step_crowd
+from simulator.traffic.population import Population, TrafficParams
+
+HEIGHT_M = 1.7
+LIVE_WITHIN_M = 80.0
+_POPULATE_EVERY_STEPS = 10
+_SPAWN_CLEAR_M = 18.0
+_GONE_BEYOND_M = 25.0
+
+
+class Pedestrians:
+    """Steps everybody and lets the population follow the shuttles; deterministic for an rng."""
+
+    def __init__(self, params: TrafficParams, rng: np.random.Generator, vehicle_count: int) -> None:
+        self._params, self._rng = params, rng
+        self.population = Population(params, rng)
+        self._meeting_at_m = [self._stretch(first=True) for _ in range(vehicle_count)]
+        self._stroller_at_m = [0.0] * vehicle_count
+        self._steps = 0
+
+    @property
+    def places(self) -> Array:
+        """(n, 2) where everybody stands, map frame."""
+        return self.population.people[:, X : Y + 1]
+
+    @property
+    def numbers(self) -> Ints:
+        """(n,) who it is."""
+        return self.population.numbers
+
+    def cylinders(self) -> Array:
+        """(n, 4) for the lidar: x, y, radius, height."""
+        n = len(self.population.people)
+        bodies = np.empty((n, 4))
+        bodies[:, :2] = self.places
+        bodies[:, 2], bodies[:, 3] = RADIUS_M, HEIGHT_M
+        return bodies
+
+    def step(self, vehicles: Array, odometers_m: Array, ahead: Array, dt_s: float) -> None:
+        """One step; vehicles (m, VEHICLE_COLUMNS), odometers_m (m,), ahead (m, SAMPLES, 2)."""
+        assert vehicles.shape[1] == VEHICLE_COLUMNS
+        if self._steps % _POPULATE_EVERY_STEPS == 0:
+            self._populate(vehicles, odometers_m, ahead)
+        self._steps += 1
+        crowd = self.population
+        look_m = -1e9 if self._params.reckless else self._params.look_m
+        step_crowd(crowd.people, crowd.doing, crowd.ways, crowd.way, vehicles, ahead, look_m, dt_s)
+
+    def _populate(self, vehicles: Array, odometers_m: Array, ahead: Array) -> None:
+        self._forget(vehicles)
+        for i in range(len(vehicles)):
+            if len(self.places) >= self._params.people_max:
+                return
+            if odometers_m[i] >= self._meeting_at_m[i] and self._meet(vehicles, ahead[i], i):
+                self._meeting_at_m[i] = odometers_m[i] + self._stretch()
+            if odometers_m[i] >= self._stroller_at_m[i]:
+                self._stroll(vehicles, ahead[i], i)
+                self._stroller_at_m[i] = odometers_m[i] + 100.0 / max(self._params.strollers_per_100m, 1e-6)
+
+    def _forget(self, vehicles: Array) -> None:
+        if not len(self.places):
+            return
+        if len(vehicles):
+            offsets = self.places[:, None, :] - vehicles[None, :, :2]
+            nearest_m = np.hypot(offsets[..., 0], offsets[..., 1]).min(axis=1)
+        else:
+            nearest_m = np.full(len(self.places), np.inf)
+        away = nearest_m > np.where(self.population.is_gone(), _GONE_BEYOND_M, LIVE_WITHIN_M)
+        if away.any():
+            self.population.keep(~away)
+
+    def _meet(self, vehicles: Array, ahead: Array, i: int) -> bool:
+        """Someone will come into this shuttle's way; False when no place is clear just now."""
+        s_m = float(self._rng.uniform(28.0, 0.8 * SPACING_M * SAMPLES))
+        chance = float(self._rng.random())
+        if not _is_clear(vehicles, ahead, s_m):
+            return False
+        half_m = float(vehicles[i, 5])
+        if chance < 0.65:
+            self.population.add_crosser(ahead, s_m, half_m)
+        elif chance < 0.85:
+            self.population.add_lingerer(ahead, s_m, half_m)
+        else:
+            self.population.add_walker(ahead, s_m, float(self._rng.uniform(-half_m, half_m)))
+        return True
+
+    def _stroll(self, vehicles: Array, ahead: Array, i: int) -> None:
+        s_m = float(self._rng.uniform(20.0, SPACING_M * (SAMPLES - 4)))
+        offset_m = float(vehicles[i, 5]) + float(self._rng.uniform(2.6, 6.0))
+        side = 1.0 if self._rng.random() < 0.5 else -1.0
+        if _is_clear(vehicles, ahead, s_m):
+            self.population.add_walker(ahead, s_m, side * offset_m)
+
+    def _stretch(self, first: bool = False) -> float:
+        low, high = self._params.meeting_m
+        return float(self._rng.uniform(0.0 if first else low, low if first else high))
+
+
+def _is_clear(vehicles: Array, ahead: Array, s_m: float) -> bool:
+    """No shuttle is so near to the place that somebody would appear out of nothing before it."""
+    x, y = ahead[min(round(s_m / SPACING_M), len(ahead) - 1)]
+    return bool((np.hypot(vehicles[:, 0] - x, vehicles[:, 1] - y) > _SPAWN_CLEAR_M).all())

@@ -1,0 +1,127 @@
+"""Who is out on foot, and why: people are put near the roads that shuttles are about to drive."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from contract.geometry import Array
+from simulator.corridor import SPACING_M
+from simulator.traffic.crowd import (
+    GONE,
+    KERB,
+    PACE,
+    PATIENCE,
+    PERSON_COLUMNS,
+    STAND,
+    TRIGGER,
+    WALK,
+    WAYPOINTS,
+    Ints,
+    X,
+    Y,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class TrafficParams:
+    """How many people there are and how they behave.
+
+    meeting_m      distance driven between two people who come into a shuttle's way: from, to
+    strollers_per_100m  people walking beside the road ahead
+    look_m         nobody steps in front of a moving shuttle closer than this to its bumper
+    patience_s     how long a shuttle waits until someone in its way clears it: from, to
+    reckless       scenario: people step out without looking
+    """
+
+    meeting_m: tuple[float, float] = (32.0, 62.0)
+    strollers_per_100m: float = 10.0
+    look_m: float = 8.0
+    trigger_m: tuple[float, float] = (10.0, 14.0)
+    patience_s: tuple[float, float] = (4.0, 8.0)
+    pace_mps: tuple[float, float] = (1.0, 1.5)
+    people_max: int = 200
+    reckless: bool = False
+
+
+class Population:
+    """Everybody on foot near a shuttle, as arrays for `crowd.step_crowd`; each person keeps one number."""
+
+    def __init__(self, params: TrafficParams, rng: np.random.Generator) -> None:
+        self._params, self._rng = params, rng
+        self.people: Array = np.zeros((0, PERSON_COLUMNS))
+        self.doing: Ints = np.zeros(0, dtype=np.int64)
+        self.ways: Array = np.zeros((0, WAYPOINTS, 2))
+        self.way: Ints = np.zeros(0, dtype=np.int64)
+        self.numbers: Ints = np.zeros(0, dtype=np.int64)
+        self._born = 0
+
+    def add_crosser(self, ahead: Array, s_m: float, half_m: float) -> None:
+        """Waits at the kerb, looks, and crosses in front of the shuttle when there is room."""
+        side = self._side()
+        near, far = half_m + self._between(1.5, 2.2), half_m + self._between(2.5, 4.0)
+        start = _beside(ahead, s_m, side * near)
+        self._add(start, KERB, (_beside(ahead, s_m, -side * far),), self._between(*self._params.trigger_m))
+
+    def add_lingerer(self, ahead: Array, s_m: float, half_m: float) -> None:
+        """Stands in the road until a shuttle has waited for some seconds."""
+        self._add(_beside(ahead, s_m, self._between(-half_m, half_m)), STAND, ())
+
+    def add_walker(self, ahead: Array, s_m: float, offset_m: float) -> None:
+        """Walks along the road, with or against the shuttle's direction."""
+        way = self._side()
+        stations = [s_m + way * 6.0 * k for k in range(WAYPOINTS)]
+        inside = [s for s in stations if 2.0 <= s <= SPACING_M * (len(ahead) - 2)]
+        places = [_beside(ahead, s, offset_m) for s in inside]
+        if len(places) > 1:
+            self._add(places[0], WALK, tuple(places[1:]))
+
+    def place(self, x_m: float, y_m: float, waypoints: tuple[tuple[float, float], ...] = ()) -> int:
+        """Scenario: one person at a place of the map; returns the person's number."""
+        self._add((x_m, y_m), WALK if waypoints else STAND, waypoints)
+        return int(self.numbers[-1])
+
+    def keep(self, mask: np.ndarray) -> None:
+        """Forget everybody where mask (n,) is False."""
+        self.people, self.doing = self.people[mask], self.doing[mask]
+        self.ways, self.way, self.numbers = self.ways[mask], self.way[mask], self.numbers[mask]
+
+    def is_gone(self) -> np.ndarray:
+        """(n,) who has nothing more to do."""
+        gone: np.ndarray = self.doing == GONE
+        return gone
+
+    def _add(
+        self,
+        start: tuple[float, float],
+        doing: int,
+        waypoints: tuple[tuple[float, float], ...],
+        trigger_m: float = 0.0,
+    ) -> None:
+        person = np.zeros((1, PERSON_COLUMNS))
+        person[0, X], person[0, Y] = start
+        person[0, PACE] = self._between(*self._params.pace_mps)
+        person[0, PATIENCE] = self._between(*self._params.patience_s)
+        person[0, TRIGGER] = trigger_m
+        route = np.full((1, WAYPOINTS, 2), np.nan)
+        for k, place in enumerate(waypoints[:WAYPOINTS]):
+            route[0, k] = place
+        self.people = np.concatenate([self.people, person])
+        self.doing = np.append(self.doing, doing)
+        self.ways = np.concatenate([self.ways, route])
+        self.way = np.append(self.way, 0)
+        self.numbers = np.append(self.numbers, self._born)
+        self._born += 1
+
+    def _side(self) -> float:
+        return 1.0 if self._rng.random() < 0.5 else -1.0
+
+    def _between(self, low: float, high: float) -> float:
+        return float(self._rng.uniform(low, high))
+
+
+def _beside(ahead: Array, s_m: float, offset_m: float) -> tuple[float, float]:
+    """The place offset_m to the left of the corridor at s_m."""
+    k = min(max(round(s_m / SPACING_M), 1), len(ahead) - 2)
+    tangent = ahead[k + 1] - ahead[k - 1]
+    tangent = tangent / np.hypot(*tangent)
+    return float(ahead[k, 0] - offset_m * tangent[1]), float(ahead[k, 1] + offset_m * tangent[0])

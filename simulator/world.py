@@ -1,0 +1,216 @@
+"""Everything outside the vehicles' computers: bodies, by-wire, sensors, people, doors and the score.
+
+One `step` is 20 ms of world time and nothing in here reads a clock, so the same world runs in virtual time
+under the conductor and in real time in `campusloop simulate`.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from contract.geometry import Array, Pose2
+from contract.roads.model import RoadMap
+from contract.roads.network import RoadNetwork
+from simulator.corridor import SAMPLES, Corridor
+from simulator.doors import Display, Doors
+from simulator.ecus.by_wire import ByWire
+from simulator.fleet import STEP_NS, SimFleet
+from simulator.metrics import Scorekeeper, VehicleScore
+from simulator.plant import PlantParams, PlantView
+from simulator.riders import Phone, Riders
+from simulator.sensors.gnss import GnssNoise, GnssReceiver
+from simulator.sensors.imu import Imu, ImuNoise
+from simulator.sensors.lidar import Lidar, LidarNoise
+from simulator.sensors.ray_hits import BOX_COLUMNS, Array32
+from simulator.sensors.walls import WallScene
+from simulator.traffic.crowd import V_SPEED, V_X, V_YAW, VEHICLE_COLUMNS
+from simulator.traffic.pedestrians import Pedestrians
+from simulator.traffic.population import TrafficParams
+from vehicle_agent.config import Profile
+from vehicle_agent.signals import CanFrame, InboxBody, Says
+
+
+class WorldError(Exception):
+    """A world that cannot be set up; the message says what to change."""
+
+
+@dataclass(frozen=True, slots=True)
+class WorldOptions:
+    """traffic None: nobody on foot. lidar False: no scans. `plants`: dynamics of some vehicles, by id."""
+
+    traffic: TrafficParams | None = field(default_factory=TrafficParams)
+    lidar: bool = True
+    gnss: GnssNoise = field(default_factory=GnssNoise)
+    imu: ImuNoise = field(default_factory=ImuNoise)
+    lidar_noise: LidarNoise = field(default_factory=LidarNoise)
+    plants: dict[str, PlantParams] = field(default_factory=dict)
+
+
+class SimWorld:
+    """The vehicles named in `profiles`, set down at `poses_map`, on a map, from a seed."""
+
+    def __init__(
+        self,
+        road_map: RoadMap,
+        profiles: dict[str, Profile],
+        poses_map: dict[str, Pose2],
+        seed: int,
+        phone: Phone,
+        options: WorldOptions | None = None,
+    ) -> None:
+        """WorldError without vehicles or when a vehicle has no start pose."""
+        if not profiles:
+            raise WorldError("a world needs at least one vehicle")
+        missing = [v for v in profiles if v not in poses_map]
+        if missing:
+            raise WorldError(f"give a start pose for {', '.join(missing)}")
+        self.options = options or WorldOptions()
+        self.vehicle_ids = tuple(profiles)
+        self._seed = seed
+        self._profiles = profiles
+        self._number = {v: i for i, v in enumerate(profiles)}
+        self.fleet = SimFleet(profiles, poses_map, self.options.plants)
+        network = RoadNetwork(road_map)
+        self._corridors = [Corridor(network) for _ in profiles]
+        self._vehicles: Array = np.zeros((len(profiles), VEHICLE_COLUMNS))
+        self._ahead: Array = np.zeros((len(profiles), SAMPLES, 2))
+        self._score = Scorekeeper(self.vehicle_ids, road_map.buildings)
+        self.pedestrians = (
+            Pedestrians(self.options.traffic, self._rng("traffic"), len(profiles))
+            if self.options.traffic
+            else None
+        )
+        self.riders = Riders(self.vehicle_ids, phone, self._rng("riders"))
+        self.doors = {v: Doors() for v in profiles}
+        self.displays = {v: Display() for v in profiles}
+        self._set_up_sensors(road_map)
+        self._look()
+
+    def _set_up_sensors(self, road_map: RoadMap) -> None:
+        options, profiles = self.options, self._profiles
+        self.gnss = {v: GnssReceiver(road_map.origin, options.gnss, self._rng(f"gnss {v}")) for v in profiles}
+        self._imus = {v: Imu(options.imu, self._rng(f"imu {v}")) for v in profiles}
+        self._lidars: dict[str, Lidar] = {}
+        if options.lidar:
+            walls = WallScene(road_map.buildings)
+            self._lidars = {
+                v: Lidar(profile.lidar, profile.body, walls, options.lidar_noise)
+                for v, profile in profiles.items()
+            }
+        self._lidar_rngs = {v: self._rng(f"lidar {v}") for v in profiles}
+        self._scan_due_ns: dict[str, int] = {}
+
+    def _rng(self, name: str) -> np.random.Generator:
+        """An own stream for each purpose: a new consumer never shifts an old one's numbers."""
+        return np.random.default_rng([self._seed, *name.encode()])
+
+    # what a vehicle computer is wired to
+
+    def frames_to_vehicle(self, vehicle_id: str) -> tuple[CanFrame, ...]:
+        """By-wire reports since the last call."""
+        return self.fleet.frames_to_vehicle(vehicle_id)
+
+    def frames_from_vehicle(self, vehicle_id: str, frames: tuple[CanFrame, ...]) -> None:
+        """Command frames; each is heard in the step that covers its stamp."""
+        self.fleet.frames_from_vehicle(vehicle_id, frames)
+
+    def sensor_items(self, vehicle_id: str, now_ns: int) -> list[InboxBody]:
+        """GNSS, inertial, door and cabin items of this tick; call once a tick for each vehicle."""
+        truth = self.truth(vehicle_id)
+        items: list[InboxBody] = []
+        fix = self.gnss[vehicle_id].fix(now_ns, truth)
+        if fix is not None:
+            items.append(fix)
+        items.append(self._imus[vehicle_id].sample(now_ns, truth))
+        doors = self.doors[vehicle_id]
+        state = doors.step(now_ns, truth.speed_mps)
+        if state is not None:
+            items.append(state)
+        items.extend(self.riders.step(now_ns, vehicle_id, truth.pose_map, doors.is_open))
+        return items
+
+    def scan(self, vehicle_id: str, now_ns: int) -> tuple[Array32, Array32] | None:
+        """A lidar scan when one is due: points (n, 3) base frame and intensities (n,), float32.
+
+        Vehicles scan in turn, one 20 ms step apart, so that no step carries all scans.
+        """
+        lidar = self._lidars.get(vehicle_id)
+        if lidar is None:
+            return None
+        period_ns = round(1e9 / self._profiles[vehicle_id].lidar.rate_hz)
+        due_ns = self._scan_due_ns.get(vehicle_id, now_ns + self._number[vehicle_id] * STEP_NS % period_ns)
+        if now_ns < due_ns:
+            self._scan_due_ns[vehicle_id] = due_ns
+            return None
+        self._scan_due_ns[vehicle_id] = due_ns + period_ns
+        boxes = np.delete(self._boxes(), self._number[vehicle_id], axis=0)
+        people = self.pedestrians.cylinders() if self.pedestrians else np.zeros((0, 4))
+        return lidar.scan(self.truth(vehicle_id).pose_map, boxes, people, self._lidar_rngs[vehicle_id])
+
+    def show(self, vehicle_id: str, says: Says, now_ns: int) -> None:
+        """Screen, speaker and doors do what the vehicle says."""
+        self.displays[vehicle_id].show(says, now_ns)
+        self.doors[vehicle_id].command(says.doors_open, now_ns)
+
+    # time
+
+    def step(self, now_ns: int) -> None:
+        """Advance the world from now_ns to now_ns + 20 ms."""
+        self.fleet.step(now_ns)
+        self._look()
+        dt_s = STEP_NS * 1e-9
+        odometers_m = np.array([self.truth(v).odometer_m for v in self.vehicle_ids])
+        if self.pedestrians:
+            self.pedestrians.step(self._vehicles, odometers_m, self._ahead, dt_s)
+        places = self.pedestrians.places if self.pedestrians else np.zeros((0, 2))
+        numbers = self.pedestrians.numbers if self.pedestrians else np.zeros(0, dtype=np.int64)
+        views = [self.truth(v) for v in self.vehicle_ids]
+        self._score.step(now_ns + STEP_NS, dt_s, views, self._vehicles, self._ahead, places, numbers)
+
+    def _look(self) -> None:
+        """Refresh the arrays that people and score see the vehicles by."""
+        for i, vehicle_id in enumerate(self.vehicle_ids):
+            view, body = self.truth(vehicle_id), self._profiles[vehicle_id].body
+            pose = view.pose_map
+            self._vehicles[i] = (
+                pose.x_m, pose.y_m, pose.yaw_rad, body.rear_overhang_m, body.front_overhang_m,
+                0.5 * body.width_m, view.speed_mps,
+            )  # fmt: skip
+            self._corridors[i].update(pose)
+            self._ahead[i] = self._corridors[i].ahead
+
+    def _boxes(self) -> Array:
+        boxes = np.empty((len(self.vehicle_ids), BOX_COLUMNS))
+        boxes[:, : V_SPEED - V_X] = self._vehicles[:, V_X:V_SPEED]
+        boxes[:, BOX_COLUMNS - 1] = [self._profiles[v].body.height_m for v in self.vehicle_ids]
+        return boxes
+
+    # ground truth and scenario
+
+    def truth(self, vehicle_id: str) -> PlantView:
+        """Where the vehicle really is and how it really moves."""
+        return self.fleet.truth(vehicle_id)
+
+    def score(self, vehicle_id: str) -> VehicleScore:
+        return self._score.scores[vehicle_id]
+
+    def module(self, vehicle_id: str) -> ByWire:
+        """The by-wire module, to inject what a safety driver does, a fault or the stop button."""
+        return self.fleet.modules[vehicle_id]
+
+    def follow(self, vehicle_id: str, points_map: Array) -> None:
+        """Tell people and score the vehicle's route (n, 2); without one they take the lanes ahead."""
+        self._corridors[self._number[vehicle_id]].follow(points_map)
+
+    def place(self, vehicle_id: str, pose_map: Pose2) -> None:
+        """Set a vehicle down at rest."""
+        self.fleet.place(vehicle_id, pose_map)
+        self._look()
+
+    def people_near(self, vehicle_id: str, within_m: float) -> Array:
+        """(n, 2) places of people around a vehicle."""
+        if self.pedestrians is None:
+            return np.zeros((0, 2))
+        i = self._number[vehicle_id]
+        offsets = self.pedestrians.places - self._vehicles[i, V_X:V_YAW]
+        return self.pedestrians.places[np.hypot(offsets[:, 0], offsets[:, 1]) <= within_m]
