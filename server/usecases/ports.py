@@ -67,11 +67,11 @@ class PasswordHasher(Protocol):
 class MapLibrary(Protocol):
     """Decoded maps, each kept for the life of the process: a version never changes."""
 
-    def network(self, stored: StoredMap) -> RoadNetwork:
+    def known(self, map_version: str) -> RoadNetwork | None: ...
+
+    def decode(self, content: bytes) -> RoadNetwork:
         """Raises MapInvalid."""
         ...
-
-    def known(self, map_version: str) -> RoadNetwork | None: ...
 
 
 class Solver(Protocol):
@@ -278,6 +278,10 @@ class IdentityRepository(Protocol):
 
     def remove_operator_session(self, token_sha256: str) -> None: ...
 
+    def forget_sessions_before(self, moment: datetime) -> int:
+        """How many expired sessions were dropped."""
+        ...
+
     def vehicle_key(self, vehicle_id: str) -> VehicleKey | None: ...
 
     def save_vehicle_key(self, key: VehicleKey) -> None: ...
@@ -305,6 +309,12 @@ class LeaseRepository(Protocol):
         ...
 
 
+class HistoryRepository(Protocol):
+    def forget_before(self, moment: datetime) -> int:
+        """How many positions were dropped."""
+        ...
+
+
 # ---------------------------------------------------------------- one transaction
 
 
@@ -328,14 +338,19 @@ class UnitOfWork(Protocol):
     runs: RunRepository
     identity: IdentityRepository
     leases: LeaseRepository
+    history: HistoryRepository
     views: Views
 
     def network(self) -> RoadNetwork:
         """The active map, decoded. Raises CampusUnknown."""
         ...
 
-    def network_of(self, content: bytes, map_version: str) -> RoadNetwork:
+    def network_of(self, content: bytes) -> RoadNetwork:
         """The map in these bytes, decoded and kept. Raises MapInvalid."""
+        ...
+
+    def map_changed(self) -> None:
+        """Another map is active now: `network` has to look again."""
         ...
 
     def publish(self, topic: str, **fields: str | int) -> None:

@@ -21,6 +21,11 @@ def vehicle_status(campus_id: str, vehicle_id: str) -> str:
     return f"campus/{campus_id}/vehicle/{vehicle_id}/status"
 
 
+def vehicle_live(campus_id: str, vehicle_id: str) -> str:
+    """A position as it came in, before it is stored: the payload is the wire's Status."""
+    return f"campus/{campus_id}/vehicle/{vehicle_id}/live"
+
+
 def ride(campus_id: str, ride_id: str) -> str:
     return f"campus/{campus_id}/ride/{ride_id}"
 

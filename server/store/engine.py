@@ -1,0 +1,58 @@
+"""Opening a database by its URL: SQLite in WAL mode, or PostgreSQL."""
+
+from typing import Any
+
+from sqlalchemy import Connection, Engine, create_engine, event
+from sqlalchemy.pool import QueuePool, StaticPool
+
+POSTGRES_POOL = 8
+BUSY_TIMEOUT_MS = 10_000
+
+
+class DatabaseUnsupported(ValueError):
+    """The URL names a database that the store does not speak."""
+
+
+def open_engine(url: str) -> Engine:
+    """An engine for `sqlite:///FILE`, `sqlite://` (in memory) or `postgresql://...`.
+
+    Raises DatabaseUnsupported.
+    """
+    if url.startswith("sqlite"):
+        return _sqlite(url)
+    if url.startswith(("postgresql://", "postgres://", "postgresql+psycopg://")):
+        _, rest = url.split("://", 1)
+        return create_engine(f"postgresql+psycopg://{rest}", pool_size=POSTGRES_POOL, pool_pre_ping=True)
+    raise DatabaseUnsupported(
+        f"{url.split(':', 1)[0]} is no database we know; use sqlite:///FILE or postgresql://"
+    )
+
+
+def is_in_memory(engine: Engine) -> bool:
+    return engine.dialect.name == "sqlite" and engine.url.database in (None, "", ":memory:")
+
+
+def _sqlite(url: str) -> Engine:
+    in_memory = url in ("sqlite://", "sqlite:///:memory:")
+    engine = create_engine(
+        url,
+        poolclass=StaticPool if in_memory else QueuePool,
+        connect_args={"check_same_thread": False, "isolation_level": None},
+    )
+
+    @event.listens_for(engine, "connect")
+    def _prepare(raw: Any, _record: Any) -> None:
+        for pragma in (
+            "journal_mode=WAL",
+            "synchronous=FULL",
+            "foreign_keys=ON",
+            f"busy_timeout={BUSY_TIMEOUT_MS}",
+        ):
+            raw.execute(f"PRAGMA {pragma}").close()
+
+    @event.listens_for(engine, "begin")
+    def _begin(connection: Connection) -> None:
+        reading = connection.get_execution_options().get("reading", False)
+        connection.exec_driver_sql("BEGIN" if reading else "BEGIN IMMEDIATE")
+
+    return engine

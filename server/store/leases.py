@@ -1,0 +1,28 @@
+"""Leases: one holder at a time, each new holder with a higher fencing token."""
+
+from datetime import datetime, timedelta
+
+from server.store import tables
+from server.store.repository import Repository
+
+_lease = tables.leases.c
+
+
+class Leases(Repository):
+    def take(self, name: str, holder: str, now: datetime, seconds: float) -> int | None:
+        self._add_missing(tables.leases, [{"name": name, "holder": "", "token": 0, "expires_at": now}])
+        row = self._one(tables.leases, _lease.name == name)
+        if row is None:
+            raise LookupError(f"lease {name} vanished inside a transaction")
+        if row.holder != holder and row.expires_at > now:
+            return None
+        token = int(row.token) if row.holder == holder and row.expires_at > now else int(row.token) + 1
+        self._put(
+            tables.leases,
+            {"name": name, "holder": holder, "token": token, "expires_at": now + timedelta(seconds=seconds)},
+        )
+        return token
+
+    def token(self, name: str) -> int:
+        row = self._one(tables.leases, _lease.name == name)
+        return 0 if row is None else int(row.token)

@@ -1,0 +1,58 @@
+"""Plans as rows, each change compared with the version that its writer read."""
+
+from sqlalchemy.exc import IntegrityError
+
+from server.domain.errors import PlanChanged
+from server.domain.plans import Plan, PlannedVisit
+from server.store import tables
+from server.store.columns import from_json, to_json
+from server.store.repository import AnyRow, Repository
+
+_plan = tables.plans.c
+
+
+class Plans(Repository):
+    def get(self, vehicle_id: str) -> Plan | None:
+        row = self._one(tables.plans, _plan.vehicle_id == vehicle_id)
+        return None if row is None else plan_from_row(row)
+
+    def all(self) -> tuple[Plan, ...]:
+        rows = self._many(self._select(tables.plans).order_by(_plan.vehicle_id))
+        return tuple(plan_from_row(row) for row in rows)
+
+    def save(self, plan: Plan, expected_version: int) -> None:
+        values = {
+            "vehicle_id": plan.vehicle_id,
+            "version": plan.version,
+            "visits": to_json(plan.visits),
+            "resting_place_id": plan.resting_place_id or None,
+        }
+        try:
+            with self._connection.begin_nested():
+                changed = self._write(values, plan.vehicle_id, expected_version)
+        except IntegrityError as error:
+            raise PlanChanged(
+                f"another plan was made at the same time as that of {plan.vehicle_id}: {error.orig}"
+            ) from error
+        if not changed:
+            raise PlanChanged(f"the plan of {plan.vehicle_id} is no longer at version {expected_version}")
+
+    def _write(self, values: dict[str, object], vehicle_id: str, expected_version: int) -> bool:
+        if expected_version == 0:
+            self._insert(tables.plans, values)
+            return True
+        return bool(
+            self._update(
+                tables.plans, values, _plan.vehicle_id == vehicle_id, _plan.version == expected_version
+            )
+        )
+
+
+def plan_from_row(row: AnyRow) -> Plan:
+    return Plan(
+        campus_id=row.campus_id,
+        vehicle_id=row.vehicle_id,
+        version=row.version,
+        visits=from_json(row.visits, tuple[PlannedVisit, ...]),
+        resting_place_id=row.resting_place_id or "",
+    )

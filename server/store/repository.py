@@ -1,0 +1,66 @@
+"""What every repository is made of: a connection inside a transaction, on one campus."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from sqlalchemy import Connection, Row, Select, Table, and_, select
+from sqlalchemy.dialects import postgresql, sqlite
+from sqlalchemy.sql import ColumnElement
+
+AnyRow = Row[Any]
+
+
+class Repository:
+    """locks: rows that are read are kept from other writers until the transaction ends (PostgreSQL)."""
+
+    def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
+        self._connection = connection
+        self._campus_id = campus_id
+        self._locks = locks
+
+    def _one(self, table: Table, *conditions: ColumnElement[bool]) -> AnyRow | None:
+        statement = self._select(table, *conditions)
+        return self._connection.execute(statement.with_for_update() if self._locks else statement).first()
+
+    def _many(self, statement: Select[Any]) -> Sequence[AnyRow]:
+        return self._connection.execute(statement).all()
+
+    def _select(self, table: Table, *conditions: ColumnElement[bool]) -> Select[Any]:
+        return select(table).where(table.c.campus_id == self._campus_id, *conditions)
+
+    def _insert(self, table: Table, values: Mapping[str, Any]) -> None:
+        self._connection.execute(table.insert().values(campus_id=self._campus_id, **values))
+
+    def _put(self, table: Table, values: Mapping[str, Any]) -> None:
+        """Insert the row, or replace the one of the same key."""
+        keys = [column.name for column in table.primary_key.columns]
+        changed = {name: value for name, value in values.items() if name not in keys}
+        self._connection.execute(
+            self._dialect_insert(table)
+            .values(campus_id=self._campus_id, **values)
+            .on_conflict_do_update(index_elements=keys, set_=changed)
+        )
+
+    def _add_missing(self, table: Table, rows: Sequence[Mapping[str, Any]]) -> None:
+        """Insert the rows whose keys are new."""
+        if rows:
+            statement = self._dialect_insert(table).on_conflict_do_nothing()
+            self._connection.execute(statement, [{"campus_id": self._campus_id, **row} for row in rows])
+
+    def _update(self, table: Table, values: Mapping[str, Any], *conditions: ColumnElement[bool]) -> int:
+        """How many rows were changed."""
+        done = self._connection.execute(
+            table.update().where(and_(table.c.campus_id == self._campus_id, *conditions)).values(**values)
+        )
+        return int(done.rowcount)
+
+    def _delete(self, table: Table, *conditions: ColumnElement[bool]) -> int:
+        done = self._connection.execute(
+            table.delete().where(and_(table.c.campus_id == self._campus_id, *conditions))
+        )
+        return int(done.rowcount)
+
+    def _dialect_insert(self, table: Table) -> Any:
+        if self._connection.dialect.name == "postgresql":
+            return postgresql.insert(table)
+        return sqlite.insert(table)

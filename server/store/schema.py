@@ -1,0 +1,40 @@
+"""Bringing a database up to the tables that this version of the program needs."""
+
+from pathlib import Path
+
+from alembic import command
+from alembic.config import Config
+from alembic.migration import MigrationContext
+from alembic.script import ScriptDirectory
+from sqlalchemy import Engine
+
+MIGRATIONS = Path(__file__).resolve().parents[2] / "migrations"
+
+
+class DatabaseTooNew(RuntimeError):
+    """The database was written by a newer version of the program."""
+
+
+def upgrade_to_head(engine: Engine) -> None:
+    """Run every migration that is missing, all in one transaction; nothing where none is.
+
+    Raises DatabaseTooNew.
+    """
+    config = _config()
+    scripts = ScriptDirectory.from_config(config)
+    with engine.begin() as connection:
+        present = MigrationContext.configure(connection).get_current_revision()
+        if present == scripts.get_current_head():
+            return
+        if present is not None and present not in {script.revision for script in scripts.walk_revisions()}:
+            raise DatabaseTooNew(
+                f"the database is at {present}, which this version does not know; update the program"
+            )
+        config.attributes["connection"] = connection
+        command.upgrade(config, "head")
+
+
+def _config() -> Config:
+    config = Config()
+    config.set_main_option("script_location", str(MIGRATIONS))
+    return config

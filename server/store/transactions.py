@@ -1,0 +1,220 @@
+"""Use cases run whole: all of one in one transaction, its messages sent only after the commit.
+
+`GroupCommit` is SQLite live: one writer thread, many use cases to a commit, each in its own savepoint.
+`Pooled` is PostgreSQL live. `Inline` is virtual time: no threads, no waiting.
+"""
+
+import asyncio
+import queue
+import threading
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from types import TracebackType
+from typing import Any, Generic, TypeVar
+
+from sqlalchemy import Connection, Engine
+from sqlalchemy.exc import OperationalError
+
+from server.domain.errors import PlanChanged
+from server.store.unit_of_work import Context, Published, SqlUnitOfWork
+from server.usecases.ports import Bus, UnitOfWork
+
+T = TypeVar("T")
+Work = Callable[[UnitOfWork], T]
+
+ATTEMPTS = 8
+GROUP_MAX = 256
+READERS = 2
+# Serialization failure and deadlock: PostgreSQL asks for the transaction to be repeated.
+_REPEATABLE = frozenset({"40001", "40P01"})
+
+
+class Inline:
+    """Everything at once, on one connection, in the caller's own step."""
+
+    def __init__(self, engine: Engine, context: Context, bus: Bus) -> None:
+        self._connection = engine.connect()
+        self._context = context
+        self._bus = bus
+
+    async def run(self, work: Work[T]) -> T:
+        result, messages = _repeated(lambda: self._once(work))
+        await _send(self._bus, messages)
+        return result
+
+    async def read(self, work: Work[T]) -> T:
+        with self._connection.begin():
+            return work(SqlUnitOfWork(self._connection, self._context, writes=False))
+
+    async def close(self) -> None:
+        self._connection.close()
+
+    def _once(self, work: Work[T]) -> tuple[T, Iterable[Published]]:
+        with self._connection.begin():
+            uow = SqlUnitOfWork(self._connection, self._context)
+            return work(uow), uow.outgoing.messages.values()
+
+
+class Pooled:
+    """Many connections, each use case on its own; conflicts are repeated."""
+
+    def __init__(self, engine: Engine, context: Context, bus: Bus, workers: int = 8) -> None:
+        self._engine = engine
+        self._context = context
+        self._bus = bus
+        self._threads = ThreadPoolExecutor(workers, thread_name_prefix="transactions")
+
+    async def run(self, work: Work[T]) -> T:
+        return await asyncio.shield(self._run(work))
+
+    async def read(self, work: Work[T]) -> T:
+        return await asyncio.get_running_loop().run_in_executor(self._threads, self._read, work)
+
+    async def close(self) -> None:
+        self._threads.shutdown(wait=True)
+        self._engine.dispose()
+
+    async def _run(self, work: Work[T]) -> T:
+        loop = asyncio.get_running_loop()
+        result, messages = await loop.run_in_executor(
+            self._threads, lambda: _repeated(lambda: self._once(work))
+        )
+        await _send(self._bus, messages)
+        return result
+
+    def _once(self, work: Work[T]) -> tuple[T, Iterable[Published]]:
+        with self._engine.begin() as connection:
+            uow = SqlUnitOfWork(connection, self._context)
+            return work(uow), uow.outgoing.messages.values()
+
+    def _read(self, work: Work[T]) -> T:
+        return _read(self._engine, self._context, work)
+
+
+class _Job(Generic[T]):
+    """A use case waiting for its turn, and the way back to who waits for it.
+
+    As a context it keeps what goes wrong inside for the waiting caller, whose business it is.
+    """
+
+    def __init__(self, work: Work[T], loop: asyncio.AbstractEventLoop) -> None:
+        self.work = work
+        self.loop = loop
+        self.future: asyncio.Future[tuple[T, Iterable[Published]]] = loop.create_future()
+        self.done: tuple[T, Iterable[Published]] | None = None
+        self.failure: BaseException | None = None
+
+    def __enter__(self) -> None:
+        self.failure = None
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> bool:
+        self.failure = error
+        return error is not None
+
+    def tell(self) -> None:
+        if not self.loop.is_closed():
+            self.loop.call_soon_threadsafe(self._settle)
+
+    def _settle(self) -> None:
+        if self.future.done():
+            return
+        if self.failure is not None:
+            self.future.set_exception(self.failure)
+        elif self.done is not None:
+            self.future.set_result(self.done)
+
+
+class GroupCommit:
+    """One thread writes; whatever came in while it was committing shares the next commit."""
+
+    def __init__(self, engine: Engine, context: Context, bus: Bus) -> None:
+        self._engine = engine
+        self._context = context
+        self._bus = bus
+        self._jobs: queue.SimpleQueue[_Job[Any] | None] = queue.SimpleQueue()
+        self._readers = ThreadPoolExecutor(READERS, thread_name_prefix="store-reader")
+        self._writer = threading.Thread(target=self._write_all, name="store-writer", daemon=True)
+        self._writer.start()
+
+    async def run(self, work: Work[T]) -> T:
+        return await asyncio.shield(self._run(work))
+
+    async def read(self, work: Work[T]) -> T:
+        loop = asyncio.get_running_loop()
+        return await loop.run_in_executor(self._readers, lambda: _read(self._engine, self._context, work))
+
+    async def close(self) -> None:
+        """After everything that was asked for has been written."""
+        self._jobs.put(None)
+        await asyncio.get_running_loop().run_in_executor(None, self._writer.join)
+        self._readers.shutdown(wait=True)
+        self._engine.dispose()
+
+    async def _run(self, work: Work[T]) -> T:
+        job = _Job(work, asyncio.get_running_loop())
+        self._jobs.put(job)
+        result, messages = await job.future
+        await _send(self._bus, messages)
+        return result
+
+    def _write_all(self) -> None:
+        going = True
+        while going:
+            jobs, going = self._next_group()
+            if jobs:
+                self._write(jobs)
+
+    def _next_group(self) -> tuple[list[_Job[Any]], bool]:
+        """Wait for one job, take along what else is there; False when the store is being closed."""
+        group: list[_Job[Any]] = []
+        job = self._jobs.get()
+        while job is not None:
+            group.append(job)
+            if len(group) == GROUP_MAX or self._jobs.empty():
+                return group, True
+            job = self._jobs.get()
+        return group, False
+
+    def _write(self, jobs: list[_Job[Any]]) -> None:
+        commit: _Job[None] = _Job(_nothing, jobs[0].loop)
+        with commit, self._engine.begin() as connection:
+            for job in jobs:
+                with job:
+                    job.done = _repeated(lambda job=job: self._in_savepoint(connection, job.work))  # type: ignore[misc]
+        for job in jobs:
+            job.failure = job.failure or commit.failure
+            job.tell()
+
+    def _in_savepoint(self, connection: Connection, work: Work[T]) -> tuple[T, Iterable[Published]]:
+        with connection.begin_nested():
+            uow = SqlUnitOfWork(connection, self._context)
+            return work(uow), uow.outgoing.messages.values()
+
+
+def _nothing(_uow: UnitOfWork) -> None:
+    return None
+
+
+def _read(engine: Engine, context: Context, work: Work[T]) -> T:
+    with engine.connect().execution_options(reading=True) as connection, connection.begin():
+        return work(SqlUnitOfWork(connection, context, writes=False))
+
+
+def _repeated(once: Callable[[], T]) -> T:
+    """Decide again on what has changed in the meantime, a bounded number of times."""
+    for _ in range(ATTEMPTS - 1):
+        try:
+            return once()
+        except PlanChanged:
+            continue
+        except OperationalError as error:
+            if getattr(error.orig, "sqlstate", None) not in _REPEATABLE:
+                raise
+    return once()
+
+
+async def _send(bus: Bus, messages: Iterable[Published]) -> None:
+    for message in messages:
+        await bus.publish(message.topic, message.payload)

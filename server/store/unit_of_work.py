@@ -1,0 +1,134 @@
+"""One transaction on one campus, with every repository on its connection."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+
+import msgspec
+from sqlalchemy import Connection
+
+from contract.roads.network import RoadNetwork
+from server.domain.errors import CampusUnknown
+from server.domain.maps import StoredMap
+from server.domain.rules import FleetRules
+from server.store.departures import Departures
+from server.store.events import Events
+from server.store.history import History
+from server.store.identity import Identity
+from server.store.incidents import Incidents
+from server.store.leases import Leases
+from server.store.maps import Maps
+from server.store.orders import Orders
+from server.store.plans import Plans
+from server.store.rides import Rides
+from server.store.runs import Runs
+from server.store.sections import Sections
+from server.store.vehicles import Vehicles
+from server.store.views import SqlViews
+from server.usecases.ports import (
+    Clock,
+    DepartureRepository,
+    EventRepository,
+    HistoryRepository,
+    IdentityRepository,
+    Ids,
+    IncidentRepository,
+    LeaseRepository,
+    MapLibrary,
+    MapRepository,
+    OrderRepository,
+    PasswordHasher,
+    PlanRepository,
+    RideRepository,
+    RunRepository,
+    SectionRepository,
+    VehicleRepository,
+)
+from server.usecases.views import Views
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """What every transaction of one campus is given."""
+
+    campus_id: str
+    clock: Clock
+    ids: Ids
+    rules: FleetRules
+    hasher: PasswordHasher
+    library: MapLibrary
+
+
+@dataclass(frozen=True, slots=True)
+class Published:
+    """A message that goes out when the transaction has been committed."""
+
+    topic: str
+    payload: bytes
+
+
+@dataclass(slots=True)
+class Outgoing:
+    """What a transaction wants published, each message once, in the order it was first said."""
+
+    messages: dict[tuple[str, bytes], Published] = field(default_factory=dict)
+
+    def add(self, topic: str, fields: Mapping[str, str | int]) -> None:
+        payload = msgspec.json.encode(dict(sorted(fields.items())))
+        self.messages.setdefault((topic, payload), Published(topic, payload))
+
+
+class SqlUnitOfWork:
+    """See `server.usecases.ports.UnitOfWork`. writes False: nothing that is read gets locked."""
+
+    def __init__(self, connection: Connection, context: Context, *, writes: bool = True) -> None:
+        campus_id = context.campus_id
+        self.campus_id = campus_id
+        self.now: datetime = context.clock.now()
+        self.rules = context.rules
+        self.ids = context.ids
+        self.hasher = context.hasher
+        self.outgoing = Outgoing()
+        self.rides: RideRepository = Rides(connection, campus_id, writes)
+        self.plans: PlanRepository = Plans(connection, campus_id, False)
+        self.orders: OrderRepository = Orders(connection, campus_id, writes)
+        self.sections: SectionRepository = Sections(connection, campus_id, writes)
+        self.vehicles: VehicleRepository = Vehicles(connection, campus_id, writes)
+        self.departures: DepartureRepository = Departures(connection, campus_id, writes)
+        self.incidents: IncidentRepository = Incidents(connection, campus_id, writes)
+        self.events: EventRepository = Events(connection, campus_id, False)
+        self.maps: MapRepository = Maps(connection, campus_id, False)
+        self.runs: RunRepository = Runs(connection, campus_id, False)
+        self.identity: IdentityRepository = Identity(connection, campus_id, writes)
+        self.leases: LeaseRepository = Leases(connection, campus_id, writes)
+        self.history: HistoryRepository = History(connection, campus_id, False)
+        self.views: Views = SqlViews(connection, campus_id, False)
+        self._library = context.library
+        self._network: RoadNetwork | None = None
+
+    def network(self) -> RoadNetwork:
+        if self._network is None:
+            self._network = self._active_network()
+        return self._network
+
+    def network_of(self, content: bytes) -> RoadNetwork:
+        return self._library.decode(content)
+
+    def publish(self, topic: str, **fields: str | int) -> None:
+        self.outgoing.add(topic, fields)
+
+    def map_changed(self) -> None:
+        self._network = None
+
+    def _active_network(self) -> RoadNetwork:
+        version = self.maps.active_version()
+        if version is None:
+            raise CampusUnknown(f"campus {self.campus_id} has no map; import one and activate it")
+        known = self._library.known(version)
+        return known if known is not None else self._library.decode(self._stored(version).content)
+
+    def _stored(self, version: str) -> StoredMap:
+        stored = self.maps.get(version)
+        if stored is None:
+            raise CampusUnknown(f"the active map {version} is missing from the store; import it again")
+        return stored

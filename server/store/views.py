@@ -1,0 +1,161 @@
+"""Reads for people's eyes: joined and sorted in SQL, past the domain."""
+
+from collections.abc import Sequence
+from datetime import datetime
+from typing import TypeVar
+
+from sqlalchemy import case
+
+from server.domain.events import RecordedEvent, ServerEvent
+from server.domain.incidents import Incident
+from server.domain.orders import IssuedOrder
+from server.domain.plans import Plan
+from server.domain.rides import Ride, RideState
+from server.domain.runs import Run
+from server.domain.sections import Occupancy
+from server.domain.timetable import Departure
+from server.domain.vehicles import Vehicle, Whereabouts
+from server.store import tables
+from server.store.departures import departure_from_row
+from server.store.events import recorded_from_row, server_event_from_row
+from server.store.history import History
+from server.store.incidents import incident_from_row
+from server.store.orders import Orders
+from server.store.plans import Plans
+from server.store.repository import Repository
+from server.store.rides import ride_from_row
+from server.store.runs import Runs
+from server.store.sections import Sections
+from server.store.vehicles import Vehicles
+from server.usecases.views import HistoryPoint, VehicleView
+
+R = TypeVar("R", bound=Repository)
+
+_ride = tables.rides.c
+_incident = tables.incidents.c
+_run = tables.runs.c
+_event = tables.vehicle_events.c
+
+
+class SqlViews(Repository):
+    def vehicles(self) -> tuple[VehicleView, ...]:
+        occupancies = {o.vehicle_id: o for o in self._repository(Sections).all()}
+        return tuple(
+            self._vehicle_view(vehicle, occupancies.get(vehicle.vehicle_id))
+            for vehicle in self._repository(Vehicles).all()
+        )
+
+    def vehicle(self, vehicle_id: str) -> VehicleView | None:
+        vehicle = self._repository(Vehicles).get(vehicle_id)
+        if vehicle is None:
+            return None
+        occupancies = {o.vehicle_id: o for o in self._repository(Sections).all()}
+        return self._vehicle_view(vehicle, occupancies.get(vehicle_id))
+
+    def rides(
+        self,
+        states: Sequence[RideState] | None = None,
+        vehicle_id: str | None = None,
+        limit: int = 200,
+        before: datetime | None = None,
+    ) -> tuple[Ride, ...]:
+        statement = self._select(tables.rides)
+        if states is not None:
+            statement = statement.where(_ride.state.in_([str(state) for state in states]))
+        if vehicle_id is not None:
+            statement = statement.where(_ride.vehicle_id == vehicle_id)
+        if before is not None:
+            statement = statement.where(_ride.requested_at < before)
+        ordered = statement.order_by(_ride.requested_at.desc(), _ride.ride_id.desc()).limit(limit)
+        return tuple(ride_from_row(row) for row in self._many(ordered))
+
+    def incidents(self, include_closed: bool = False, limit: int = 200) -> tuple[Incident, ...]:
+        statement = self._select(tables.incidents)
+        if not include_closed:
+            statement = statement.where(_incident.closed_at.is_(None))
+        is_closed = case((_incident.closed_at.is_(None), 0), else_=1)
+        ordered = statement.order_by(
+            is_closed,
+            case((_incident.closed_at.is_(None), _incident.priority), else_=0),
+            _incident.closed_at.desc(),
+            _incident.opened_at,
+            _incident.incident_id,
+        )
+        return tuple(incident_from_row(row) for row in self._many(ordered.limit(limit)))
+
+    def runs(self, vehicle_id: str | None = None, limit: int = 100) -> tuple[Run, ...]:
+        statement = self._select(tables.runs)
+        if vehicle_id is not None:
+            statement = statement.where(_run.vehicle_id == vehicle_id)
+        rows = self._many(statement.order_by(_run.started_at.desc(), _run.boot_id).limit(limit))
+        runs = self._repository(Runs)
+        return tuple(runs.with_segments(row) for row in rows)
+
+    def run(self, vehicle_id: str, boot_id: str) -> Run | None:
+        return self._repository(Runs).get(vehicle_id, boot_id)
+
+    def departures(self, limit: int = 200) -> tuple[Departure, ...]:
+        first_call_at = tables.departures.c.first_call_at
+        ordered = self._select(tables.departures).order_by(
+            first_call_at.desc(), tables.departures.c.departure_id
+        )
+        return tuple(departure_from_row(row) for row in self._many(ordered.limit(limit)))
+
+    def vehicle_events(self, vehicle_id: str | None = None, limit: int = 200) -> tuple[RecordedEvent, ...]:
+        statement = self._select(tables.vehicle_events)
+        if vehicle_id is not None:
+            statement = statement.where(_event.vehicle_id == vehicle_id)
+        ordered = statement.order_by(
+            _event.received_ns.desc(), _event.vehicle_id, _event.boot_id, _event.sequence.desc()
+        )
+        return tuple(recorded_from_row(row) for row in self._many(ordered.limit(limit)))
+
+    def server_events(self, limit: int = 200) -> tuple[ServerEvent, ...]:
+        ordered = self._select(tables.server_events).order_by(tables.server_events.c.number.desc())
+        return tuple(server_event_from_row(row) for row in self._many(ordered.limit(limit)))
+
+    def history(
+        self, vehicle_id: str, since: datetime, until: datetime, limit: int = 10_000
+    ) -> tuple[HistoryPoint, ...]:
+        return self._repository(History).between(vehicle_id, since, until, limit)
+
+    def _vehicle_view(self, vehicle: Vehicle, occupancy: Occupancy | None) -> VehicleView:
+        vehicle_id = vehicle.vehicle_id
+        plan = self._repository(Plans).get(vehicle_id) or Plan(self._campus_id, vehicle_id, 0)
+        order = self._repository(Orders).current(vehicle_id)
+        where = self._repository(Vehicles).whereabouts(vehicle_id)
+        return _joined(vehicle, plan, order, where, occupancy)
+
+    def _repository(self, kind: type[R]) -> R:
+        return kind(self._connection, self._campus_id, False)
+
+
+def _joined(
+    vehicle: Vehicle,
+    plan: Plan,
+    order: IssuedOrder | None,
+    where: Whereabouts | None,
+    occupancy: Occupancy | None,
+) -> VehicleView:
+    return VehicleView(
+        vehicle=vehicle,
+        plan=plan,
+        held_sections=() if occupancy is None else occupancy.held,
+        sections_ahead=() if occupancy is None else occupancy.ahead,
+        heard_at=None if where is None else where.heard_at,
+        status=None if where is None else where.status,
+        order_id="" if order is None else order.order_id,
+        revision=0 if order is None else order.revision,
+        order_state=None if order is None else order.state,
+        order_waits=order is not None and order.plan_version < plan.version,
+        route=() if order is None else _route(order),
+    )
+
+
+def _route(order: IssuedOrder) -> tuple[str, ...]:
+    lanes: list[str] = []
+    for visit in order.payload.visits:
+        for lane_id in visit.route:
+            if not lanes or lanes[-1] != lane_id:
+                lanes.append(lane_id)
+    return tuple(lanes)
