@@ -17,7 +17,7 @@ from server.feeds.roads.edges import Edge, edges_of
 from server.feeds.roads.frame import Frame, frame_of
 from server.feeds.roads.ground import Ground
 from server.feeds.roads.junctions import RoadGraph, gather
-from server.feeds.roads.osm_file import OsmData, read_osm
+from server.feeds.roads.osm_file import Bounds, OsmData, read_osm
 from server.feeds.roads.resting import resting_places
 from server.feeds.roads.roads import Road, cut_lanes, is_gentle, smooth_roads, trim
 from server.feeds.roads.runs import Plan, Run, drivable_runs
@@ -30,11 +30,13 @@ OSM_ATTRIBUTION = "© OpenStreetMap contributors, ODbL 1.0"
 
 @dataclass(frozen=True, slots=True)
 class ImportOptions:
-    """left_hand: traffic keeps left. names_en: English names of stops that the file does not translate."""
+    """bounds: the box to keep, instead of the one that the file declares. left_hand: traffic keeps left.
+    names_en: English names of stops that the file does not translate."""
 
     campus_id: str = "campus"
     name: str = "Campus"
     timezone: str = "UTC"
+    bounds: Bounds | None = None
     left_hand: bool = False
     attribution: str = OSM_ATTRIBUTION
     names_en: Mapping[str, str] = field(default_factory=dict)
@@ -56,6 +58,8 @@ def import_osm(path: Path, options: ImportOptions = ImportOptions()) -> ImportRe
     drive), no_stops, no_resting_places.
     """
     data = read_osm(path)
+    if options.bounds is not None:
+        data = replace(data, bounds=options.bounds)
     log = ImportLog()
     frame = frame_of(data, log)
     found = features(data, frame)

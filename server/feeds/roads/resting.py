@@ -1,7 +1,7 @@
 """Resting places: a greedy set that keeps the promise of `contract.roads.model.RestingPlace`."""
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 
 from contract.roads.design_vehicle import FRONT_REACH_M, REAR_OVERHANG_M, STANDING_MARGIN_M
 from contract.roads.model import RestingPlace, RoadMap, Stop
@@ -11,6 +11,8 @@ from contract.roads.section_graph import SectionGraph
 
 # With this many, places on busy roads, which cost everybody detours, are no longer worth having.
 ENOUGH_PLACES = 6
+MOST_PLACES = 24
+SPACING_M = 50.0
 _SPEED_CAP_MPS = 15.0 / 3.6
 _SHORTEST_SECTION_M = REAR_OVERHANG_M + FRONT_REACH_M + 2.0 * STANDING_MARGIN_M
 
@@ -19,7 +21,14 @@ def resting_places(road_map: RoadMap) -> tuple[RestingPlace, ...]:
     """Resting places for a map that has none yet: dead ends first, then parking, then near stops."""
     graph = SectionGraph(road_map.sections, [(lane.lane_id, lane.successors) for lane in road_map.lanes])
     network = RoadNetwork(road_map)
-    return rest(graph, road_map.stops, _by_merit(network, graph), _busy(network, graph))
+
+    def apart(one: int, other: int) -> float:
+        here, there = (graph.sections[number] for number in (one, other))
+        return math.dist(
+            network.pose(here.lane_id, here.s_to_m)[:2], network.pose(there.lane_id, there.s_to_m)[:2]
+        )
+
+    return rest(graph, road_map.stops, _by_merit(network, graph), _busy(network, graph), apart)
 
 
 def _by_merit(network: RoadNetwork, graph: SectionGraph) -> list[int]:
@@ -59,17 +68,23 @@ def rest(
     stops: Sequence[Stop],
     order: Iterable[int],
     busy: Collection[int],
+    apart: Callable[[int, int], float],
 ) -> tuple[RestingPlace, ...]:
-    """As many resting places as the promise allows on quiet sections, and on busy ones up to six.
+    """Resting places chosen greedily: all that the promise allows on quiet sections, on busy ones up to six.
 
     order  section numbers to try, the most wanted first
     busy   sections that the fastest drives between stops use
+    At most 24, and no two crowded: each is one more thing for every route to keep clear of.
     """
     candidates = [i for i in order if standing_s_m(graph, i) is not None]
     quiet = [i for i in candidates if not graph.shadows[i] & frozenset(busy)]
     wanted = frozenset(graph.at(stop.lane_id, stop.s_m) for stop in stops)
     chosen: list[int] = []
     for i in quiet:
+        if len(chosen) == MOST_PLACES:
+            break
+        if any(apart(i, other) < SPACING_M for other in chosen):
+            continue
         if _holds(graph, [*chosen, i], wanted):
             chosen.append(i)
     for i in candidates:

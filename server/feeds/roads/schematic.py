@@ -221,7 +221,7 @@ def snow_lion_map() -> RoadMap:
             lanes=lanes,
             sections=tiles,
             stops=tuple(stops),
-            resting_places=rest(graph, stops, bays, ()),
+            resting_places=rest(graph, stops, bays, (), lambda _one, _other: math.inf),
             timetable=timetable(),
             timezone="Asia/Shanghai",
             schematic=True,

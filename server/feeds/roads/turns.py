@@ -18,6 +18,8 @@ _WANTED_CURVATURE_1PM = 1.0 / 6.2
 _LAST_CURVATURE_1PM = 1.0 / 5.1
 _CUT_CORNER_M = 4.0
 _SIDE_ROOM_M = 0.3
+# A junction this large can hold a turn back.
+_LONG_WAY_ROUND_M = 45.0
 _TURN_SPEED_MPS = 15.0 / 3.6
 
 
@@ -83,12 +85,13 @@ def _drivable(
     """The turn's points, or why it cannot be made."""
     start, end = end_poses(before.points)[1], end_poses(after.points)[0]
     turned = abs(wrap_angle(float(end[2] - start[2])))
-    if turned > SHARPEST_TURN_RAD and len(guide) < 60:
+    if turned > SHARPEST_TURN_RAD and shapely.LineString(guide).length < _LONG_WAY_ROUND_M:
         return f"{math.degrees(turned):.0f} degrees are too sharp"
     room_m = _CUT_CORNER_M + 2.0 * aside_m
     reason = "needs a smaller radius than 5 m"
     for limit_1pm in (_WANTED_CURVATURE_1PM, _LAST_CURVATURE_1PM):
-        for points in (connect(start, end, limit_1pm), _along(guide, start, end, limit_1pm)):
+        for draw in (_straight_across, _along):
+            points = draw(guide, start, end, limit_1pm)
             if points is None or peak_curvature(points) > _LAST_CURVATURE_1PM:
                 continue
             if largest_deviation_m(points, guide) > room_m:
@@ -98,6 +101,10 @@ def _drivable(
             else:
                 return points
     return reason
+
+
+def _straight_across(_guide: Array, start: Array, end: Array, limit_1pm: float) -> Array | None:
+    return connect(start, end, limit_1pm)
 
 
 def _along(guide: Array, start: Array, end: Array, limit_1pm: float) -> Array | None:
