@@ -75,7 +75,7 @@ class TickProcess:
         self._stopping = False
 
     def run(self) -> None:
-        """Until SIGTERM. An exception in the tick ends the process: the gate brakes, the agent starts anew."""
+        """Until SIGTERM. An exception in the tick ends the process: the gate brakes, a new one starts."""
         signal.signal(signal.SIGTERM, self._stop)
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         gc.collect()
