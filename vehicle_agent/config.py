@@ -44,7 +44,10 @@ class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class LidarMount(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Where a lidar sits, base frame; a VLP-16 scans 16 rings from -15 to +15 degrees."""
+    """Where a lidar sits, base frame; a VLP-16 scans 16 rings from -15 to +15 degrees.
+
+    rate_hz 0 says that no lidar is fitted; then nobody waits for its scans.
+    """
 
     x_m: float = 3.2
     y_m: float = 0.0
@@ -67,6 +70,36 @@ class SteeringColumn(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     quadratic: float = 0.1084
 
 
+class Response(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How the vehicle answers its actuators, identified on the vehicle (docs/onboard.md, control).
+
+    brake_*        pedal = gain ln(a + knee) + offset for a deceleration a (m/s2); GEM: 0.28, 0.90, 0
+    coast_mps2     deceleration with neither pedal
+    throttle_per_mps2  pedal per acceleration
+    accel_filter_s low-pass on the measured acceleration; GEM: 2 s
+    *_delay_s      from a command to its effect
+    """
+
+    brake_gain: float = 0.2473
+    brake_offset: float = 0.5695
+    brake_knee_mps2: float = 0.1
+    coast_mps2: float = 0.15
+    throttle_per_mps2: float = 0.45
+    accel_filter_s: float = 2.0
+    steer_delay_s: float = 0.28
+    brake_delay_s: float = 0.25
+
+
+class Driving(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How it drives. obstacles: "line" sweeps the route to 5 (v + 1) m, "paper" the steering arc to 15 m."""
+
+    heading_gain_1ps: float = 2.4
+    heading_integral_1ps2: float = 0.0
+    obstacles: Literal["line", "paper"] = "line"
+    clearance_m: float = 0.4
+    stop_decel_mps2: float = 0.6
+
+
 class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Everything about one kind of vehicle; `stack` names the implementation that fills the rooms."""
 
@@ -77,6 +110,8 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     limits: Limits = Limits()
     lidar: LidarMount = LidarMount()
     steering: SteeringColumn = SteeringColumn()
+    response: Response = Response()
+    driving: Driving = Driving()
 
 
 def load_profile(path: FilePath) -> Profile:

@@ -1,0 +1,62 @@
+"""The GEM stack's control: waypoint follower and twist controller behind one door."""
+
+import msgspec
+import numpy as np
+
+from vehicle_agent.control.follower import Aim, WaypointFollower, led_pose
+from vehicle_agent.control.steering import BicycleSteering
+from vehicle_agent.control.twist import Pedals, TwistController
+from vehicle_agent.signals import Ego, Path, VehicleMotion, Wish
+
+
+class Hands(msgspec.Struct, frozen=True):
+    """What control remembers; steers_rad (k,) are the last commands, oldest first, not yet carried out."""
+
+    steers_rad: np.ndarray
+    aim: Aim = Aim()
+    pedals: Pedals = Pedals()
+
+
+class WaypointControl(msgspec.Struct, frozen=True):
+    """steer_delay_s: from a steering command to the wheels; the follower aims from where it will be then."""
+
+    follower: WaypointFollower = WaypointFollower()
+    steering: BicycleSteering = BicycleSteering()
+    twist: TwistController = TwistController()
+    steer_delay_s: float = 0.25
+    dt_s: float = 0.02
+
+    def initial(self) -> Hands:
+        return Hands(np.zeros(max(1, round(self.steer_delay_s / self.dt_s))))
+
+    def step(self, state: Hands, ego: Ego, path: Path, motion: VehicleMotion) -> tuple[Wish, Hands]:
+        """Follow the path's waypoints at its speed. Without by-wire the memory starts from what is."""
+        if not motion.enabled:
+            state = Hands(np.full_like(state.steers_rad, motion.steer_rad), Aim(), Pedals())
+        if path.emergency:
+            pedals = self.twist.full_stop(state.pedals, ego.accel_mps2)
+        else:
+            pedals = self.twist.step(
+                state.pedals, path.speed_mps, path.accel_mps2, ego.speed_mps, ego.accel_mps2
+            )
+        before_rad = float(state.steers_rad[-1])
+        pending = state.steers_rad if self.steer_delay_s > 0.0 else state.steers_rad[:0]
+        pose_map = led_pose(ego.pose_map, ego.speed_mps, pending, self.steering.wheelbase_m, self.dt_s)
+        speed_mps = max(ego.speed_mps, self.steering.speed_mps_min)
+        turn_radps, error_rad, aim = self.follower.step(state.aim, pose_map, speed_mps, path.points_map)
+        steer_rad = self.steering.steer_rad(turn_radps, speed_mps, before_rad)
+        if len(path.points_map) == 0:
+            steer_rad = before_rad
+        wish = Wish(
+            steer_rad=steer_rad,
+            throttle_ratio=pedals.throttle_ratio,
+            brake_ratio=pedals.brake_ratio,
+            accel_mps2=pedals.accel_command_mps2,
+            diagnostics=(
+                ("heading_error_rad", error_rad),
+                ("turn_command_radps", turn_radps),
+                ("accel_filtered_mps2", pedals.accel_filtered_mps2),
+                ("throttle_integral", pedals.integral_ratio),
+            ),
+        )
+        return wish, Hands(np.append(state.steers_rad[1:], steer_rad), aim, pedals)

@@ -1,0 +1,26 @@
+"""The angular half of the twist controller: a turn rate becomes a front-wheel angle (GEM, section III-B)."""
+
+import math
+
+import msgspec
+
+
+class BicycleSteering(msgspec.Struct, frozen=True):
+    """delta = atan(L omega / v), limited in angle and rate.
+
+    speed_mps_min  below this the wheels are turned as if the vehicle went this fast: at rest any turn rate
+                   would ask for full lock
+    """
+
+    wheelbase_m: float = 2.6
+    steer_rad_max: float = 0.4795
+    steer_rate_radps_max: float = 0.6
+    speed_mps_min: float = 0.5
+    dt_s: float = 0.02
+
+    def steer_rad(self, turn_radps: float, speed_mps: float, before_rad: float) -> float:
+        """The next command after `before_rad`."""
+        wanted = math.atan(self.wheelbase_m * turn_radps / max(speed_mps, self.speed_mps_min))
+        wanted = min(max(wanted, -self.steer_rad_max), self.steer_rad_max)
+        reach = self.steer_rate_radps_max * self.dt_s
+        return before_rad + min(max(wanted - before_rad, -reach), reach)

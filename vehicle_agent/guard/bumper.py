@@ -1,0 +1,42 @@
+"""The guard's own look ahead: is something within braking distance on the arc that is being steered?"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contract.geometry import Array
+
+_STRAIGHT_1PM = 1e-4
+
+
+@njit(cache=True)
+def distance_on_arc(
+    points_base: Array, curvature_1pm: float, front_m: float, half_width_m: float, look_m: float
+) -> float:
+    """Travel of the bumper to the nearest of the (n, 2) points that the arc leads it to; inf for none.
+
+    Points beside or behind the bumper are not ahead of it and do not count.
+    """
+    nearest = np.inf
+    for p in range(points_base.shape[0]):
+        x, y = points_base[p, 0], points_base[p, 1]
+        if x <= front_m - 0.1:
+            continue
+        if abs(curvature_1pm) < _STRAIGHT_1PM:
+            if abs(y) <= half_width_m:
+                nearest = min(nearest, x - front_m)
+            continue
+        radius = 1.0 / abs(curvature_1pm)
+        left = y if curvature_1pm > 0.0 else -y
+        rho = math.hypot(x, radius - left)
+        outer = math.hypot(radius + half_width_m, front_m)
+        if not (radius - half_width_m <= rho <= outer):
+            continue
+        # The place on the bumper that the point meets is as far from the turning centre as the point.
+        to_point = math.atan2(x, radius - left)
+        to_bumper = math.asin(min(1.0, front_m / rho))
+        travel = (to_point - to_bumper) * radius
+        if travel >= -0.1:
+            nearest = min(nearest, max(0.0, travel))
+    return nearest if nearest <= look_m else np.inf

@@ -1,0 +1,47 @@
+"""What the vehicle says, in English and Chinese: the LED screen in front, and the loudspeaker."""
+
+Words = tuple[str, str]
+
+MANUAL: Words = ("DRIVEN BY HAND", "人工驾驶")
+SAFETY_STOP: Words = ("STOPPED FOR SAFETY", "安全停车")
+HELD: Words = ("ON HOLD", "暂停运行")
+DOORS_OPEN: Words = ("DOORS OPEN", "车门已开")
+DOORS_CLOSING: Words = ("DOORS CLOSING", "车门关闭")
+AFTER_YOU: Words = ("AFTER YOU", "请您先行")
+STEP_ASIDE: Words = ("PLEASE STEP ASIDE", "请让一让")
+SLOWING: Words = ("SLOWING FOR YOU", "减速礼让")
+PASSING: Words = ("PASSING SLOWLY", "缓慢通过")
+WAITING: Words = ("WAITING FOR A CLEAR ROAD", "等待会车")
+RESTING: Words = ("RESTING", "待命")
+REQUESTED: Words = ("STOPPING ON REQUEST", "应乘客要求停车")
+
+SAY_STEP_ASIDE: Words = ("Please step aside, the shuttle would like to pass.", "请让一让，班车需要通过。")
+SAY_DOORS_OPEN: Words = ("Doors are opening.", "车门正在打开。")
+SAY_DOORS_CLOSING: Words = ("Doors are closing.", "车门即将关闭，请注意。")
+SAY_REQUESTED: Words = (
+    "A stop was requested. We stop at the next safe place.",
+    "已收到停车请求，将在前方安全处停车。",
+)
+SAY_SAFETY_STOP: Words = (
+    "We have stopped for safety. Please stay seated; the operator has been told.",
+    "车辆已安全停车，请坐好，已通知运营人员。",
+)
+SAY_HELD: Words = ("The operator has asked us to wait. Please stay seated.", "运营人员要求车辆等待，请坐好。")
+
+
+def stopping_at(name: str, name_en: str) -> Words:
+    """On the screen while coming to a stop."""
+    return f"STOPPING AT {(name_en or name).upper()}", f"即将停靠 {name or name_en}"
+
+
+def next_stop(name: str, name_en: str) -> Words:
+    """On the screen between stops."""
+    return f"NEXT STOP {(name_en or name).upper()}", f"下一站 {name or name_en}"
+
+
+def say_stopping_at(name: str, name_en: str) -> Words:
+    return f"We are arriving at {name_en or name}.", f"{name or name_en}，到了。"
+
+
+def say_next_stop(name: str, name_en: str) -> Words:
+    return f"Next stop: {name_en or name}.", f"下一站：{name or name_en}。"

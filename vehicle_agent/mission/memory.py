@@ -1,0 +1,74 @@
+"""What a vehicle must still know after a crash: on disk before an order is acknowledged."""
+
+import msgspec
+
+from contract.wire.messages import Holding, Order, RiderTask, SectionGrant, Visit, VisitProgress, VisitState
+
+_KEPT = 64
+
+
+class MissionMemory(msgspec.Struct, frozen=True):
+    """The order and what has become of it.
+
+    visits    progress of the order's visits, in order
+    aboard    parties in the vehicle
+    settled   rides that have alighted or did not show up; they never board (again)
+    overdue   rides that stayed aboard at their stop
+    behind    visits done or skipped under any order; no order may bring them back
+    occupied  granted sections in which the body is
+    released  grants given back; a late message cannot bring them back
+    past      earlier orders and their last revision
+    heard     ids of commands and taps already obeyed
+    """
+
+    order: Order | None = None
+    visits: tuple[VisitProgress, ...] = ()
+    aboard: tuple[RiderTask, ...] = ()
+    settled: tuple[str, ...] = ()
+    overdue: tuple[str, ...] = ()
+    behind: tuple[str, ...] = ()
+    grants: tuple[SectionGrant, ...] = ()
+    occupied: tuple[SectionGrant, ...] = ()
+    released: tuple[SectionGrant, ...] = ()
+    past: tuple[tuple[str, int], ...] = ()
+    heard: tuple[str, ...] = ()
+
+    def open_visits(self) -> tuple[Visit, ...]:
+        """Visits still to make, the one under way first."""
+        if self.order is None:
+            return ()
+        states = {progress.visit_id: progress.state for progress in self.visits}
+        return tuple(v for v in self.order.visits if states[v.visit_id] in ("pending", "under_way"))
+
+    def visit_state(self, visit_id: str) -> VisitState | None:
+        """None for a visit that the order does not have."""
+        return next((p.state for p in self.visits if p.visit_id == visit_id), None)
+
+    @property
+    def under_way(self) -> str:
+        """The visit at whose place the vehicle stands, or ""."""
+        return next((p.visit_id for p in self.visits if p.state == "under_way"), "")
+
+    @property
+    def seats_taken(self) -> int:
+        """People that the parties aboard amount to."""
+        return sum(rider.party for rider in self.aboard)
+
+    def with_visit(self, visit_id: str, state: VisitState) -> "MissionMemory":
+        """The memory after a visit changed; one that ends it is remembered for ever."""
+        visits = tuple(VisitProgress(visit_id, state) if p.visit_id == visit_id else p for p in self.visits)
+        behind = remembered(self.behind, visit_id) if state in ("done", "skipped") else self.behind
+        return msgspec.structs.replace(self, visits=visits, behind=behind)
+
+
+def remembered(known: tuple[str, ...], new: str) -> tuple[str, ...]:
+    """The latest ids, the new one last."""
+    return (*known, new)[-_KEPT:]
+
+
+def holding(memory: MissionMemory) -> Holding | None:
+    """What the next hello tells the server; None without an order."""
+    if memory.order is None:
+        return None
+    sections = tuple(grant.section_id for grant in memory.grants)
+    return Holding(memory.order.order_id, memory.order.revision, memory.visits, sections)

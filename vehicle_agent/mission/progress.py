@@ -1,0 +1,163 @@
+"""Arriving, dwelling and leaving: the life of a visit while the vehicle is there."""
+
+import msgspec
+import numpy as np
+
+from contract.geometry import Array, Pose2, inverse, transform_points
+from contract.wire.messages import DoorsChanged, VehicleEvent, Visit, VisitChanged
+from vehicle_agent.mission import boarding
+from vehicle_agent.mission.boarding import Seats
+from vehicle_agent.mission.rules import MissionRules
+from vehicle_agent.mission.state import MissionState
+from vehicle_agent.signals import Ego, World
+
+
+def progress(state: MissionState, rules: MissionRules, ego: Ego, world: World) -> MissionState:
+    """One tick of the stop that the vehicle is at, if it is at one."""
+    state = _doors_moved(state, rules)
+    match state.stage:
+        case "driving":
+            return _arrived(state, rules)
+        case "serving":
+            return _served(state, rules, ego)
+        case "leaving":
+            return _left(state, rules, ego, world)
+
+
+def is_standing(state: MissionState, rules: MissionRules) -> bool:
+    """At rest, and not only for a moment."""
+    return 0 < state.standing_since_ns <= state.stamp_ns - rules.standing_ns
+
+
+def _doors_moved(state: MissionState, rules: MissionRules) -> MissionState:
+    doors = state.doors.step(state.stamp_ns, rules.door_travel_ns)
+    if doors.phase == state.doors.phase:
+        return state.after(doors=doors)
+    visit = state.visit()
+    visit_id = state.temporary.visit_id if state.temporary else visit.visit_id if visit else ""
+    is_open = doors.phase == "open"
+    return state.after(
+        DoorsChanged(is_open, visit_id),
+        doors=doors,
+        doors_open_ns=state.stamp_ns if is_open else state.doors_open_ns,
+        seats=state.seats if is_open else Seats(state.seats.occupied),
+    )
+
+
+def _arrived(state: MissionState, rules: MissionRules) -> MissionState:
+    target_s_m = state.target_s_m()
+    if target_s_m is None or state.held or state.astray or not is_standing(state, rules):
+        return state
+    if abs(target_s_m - state.s_m) > rules.arrived_m:
+        return state
+    if state.temporary is not None:
+        return _opened(state)
+    visit = state.visit()
+    assert visit is not None
+    if state.memory.visit_state(visit.visit_id) == "pending":
+        state = state.after(
+            VisitChanged(visit.visit_id, visit.stop_id, "under_way"),
+            memory=state.memory.with_visit(visit.visit_id, "under_way"),
+        )
+    if visit.kind == "rest" and not visit.board and not visit.alight:
+        return _done(state, visit)
+    return _opened(state)
+
+
+def _opened(state: MissionState) -> MissionState:
+    return state.after(stage="serving", doors=state.doors.command(True, state.stamp_ns), doors_open_ns=0)
+
+
+def _served(state: MissionState, rules: MissionRules, ego: Ego) -> MissionState:
+    """Doors open until the dwell is over; at once shut when the vehicle is moved."""
+    if ego.speed_mps < rules.rolling_mps and not _dwell_is_over(state, rules):
+        return state
+    visit = state.visit_here()
+    memory, events = boarding.close_list(state.memory, visit)
+    return state.after(
+        *events,
+        memory=memory,
+        stage="leaving",
+        doors=state.doors.command(False, state.stamp_ns),
+        near_since_ns=0,
+        clear_since_ns=0,
+    )
+
+
+def _dwell_is_over(state: MissionState, rules: MissionRules) -> bool:
+    if state.doors.phase != "open" or state.held:
+        return False
+    open_ns = state.stamp_ns - state.doors_open_ns
+    if state.temporary is not None:
+        return open_ns >= rules.temporary_dwell_ns
+    visit = state.visit()
+    if visit is None:
+        return True
+    if open_ns < round(visit.dwell_s * 1e9):
+        return False
+    server_now_ns = state.server_now_ns()
+    if server_now_ns is not None and server_now_ns < visit.not_before_ns:
+        return False
+    late_ns = open_ns - round(visit.dwell_s * 1e9)
+    return late_ns >= rules.alight_grace_ns or not _expected_to_alight(state, visit)
+
+
+def _expected_to_alight(state: MissionState, visit: Visit) -> bool:
+    return any(rider.ride_id not in state.memory.overdue for rider in boarding.due(visit, state.memory))
+
+
+def _left(state: MissionState, rules: MissionRules, ego: Ego, world: World) -> MissionState:
+    if state.doors.phase != "closed" or state.doors.sensed is True:
+        return state
+    if state.temporary is None:
+        visit = state.visit()
+        at_it = visit is not None and state.memory.visit_state(visit.visit_id) == "under_way"
+        return _done(state, visit) if visit is not None and at_it else state.after(stage="driving")
+    near = _somebody_is_near(world, ego.pose_map, rules)
+    near_since_ns = state.near_since_ns or state.stamp_ns
+    clear_since_ns = 0 if near else state.clear_since_ns or state.stamp_ns
+    is_clear = not near and state.stamp_ns - clear_since_ns >= rules.near_clear_ns
+    if is_clear or state.stamp_ns - near_since_ns >= rules.near_wait_ns_max:
+        return state.after(stage="driving", temporary=None, near_since_ns=0, clear_since_ns=0)
+    return state.after(near_since_ns=near_since_ns, clear_since_ns=clear_since_ns)
+
+
+def _done(state: MissionState, visit: Visit) -> MissionState:
+    event: VehicleEvent = VisitChanged(visit.visit_id, visit.stop_id, "done")
+    return state.after(event, memory=state.memory.with_visit(visit.visit_id, "done"), stage="driving")
+
+
+def _somebody_is_near(world: World, pose_map: Pose2, rules: MissionRules) -> bool:
+    """Something stands within near_m of the outline."""
+    points: Array = transform_points(inverse(pose_map), world.points_map)
+    x, y = points[:, 0], points[:, 1]
+    dx = np.maximum(np.maximum(-rules.body.back_m - x, x - rules.body.front_m), 0.0)
+    dy = np.maximum(np.abs(y) - rules.half_width_m, 0.0)
+    return bool(np.any(dx * dx + dy * dy < rules.near_m**2))
+
+
+def moved(state: MissionState, rules: MissionRules, ego: Ego) -> MissionState:
+    """Odometer, standing time, and the rear axle's place on the line."""
+    travelled_m = 0.0
+    if state.stamp_ns:
+        travelled_m = abs(ego.speed_mps) * (ego.stamp_ns - state.stamp_ns) * 1e-9
+    standing = abs(ego.speed_mps) < rules.standing_mps
+    state = msgspec.structs.replace(
+        state,
+        events=(),
+        answers=(),
+        stamp_ns=ego.stamp_ns,
+        odometer_m=state.odometer_m + travelled_m,
+        standing_since_ns=(state.standing_since_ns or ego.stamp_ns) if standing else 0,
+    )
+    if state.route is None or not ego.valid:
+        return state
+    s_m, d_m, segment = state.route.along(ego.pose_map, state.segment)
+    return msgspec.structs.replace(
+        state,
+        s_m=s_m,
+        d_m=d_m,
+        segment=segment,
+        place=state.route.place(s_m),
+        astray=state.astray or abs(d_m) > rules.astray_m,
+    )

@@ -1,0 +1,39 @@
+"""The mission's parameters."""
+
+import msgspec
+
+from vehicle_agent.mission.seat_button import StopRules
+from vehicle_agent.mission.sections import Body
+
+
+class MissionRules(msgspec.Struct, frozen=True):
+    """Times in ns, lengths in m.
+
+    section_margin_m   kept between the front bumper and a section without a grant
+    release_slack_m    how far the rear bumper must be out of a section before it is given back
+    arrived_m          the vehicle has come to a stop when it stands this near to it
+    standing_*         standing means slower than this for so long
+    alight_grace_ns    how much longer than the dwell the doors stay open for riders who should alight
+    near_*             departure check of a temporary stop: nobody this near, for so long; given up after a
+                       while, since the swept path is watched anyway
+    astray_m           farther beside the line the vehicle is no longer on it
+    """
+
+    body: Body = Body()
+    half_width_m: float = 0.815
+    stops: StopRules = StopRules()
+    section_margin_m: float = 0.5
+    release_slack_m: float = 0.2
+    arrived_m: float = 0.5
+    standing_mps: float = 0.05
+    standing_ns: int = 300_000_000
+    rolling_mps: float = 0.3
+    door_travel_ns: int = 1_500_000_000
+    temporary_dwell_ns: int = 8_000_000_000
+    alight_grace_ns: int = 10_000_000_000
+    near_m: float = 1.5
+    near_clear_ns: int = 1_000_000_000
+    near_wait_ns_max: int = 30_000_000_000
+    astray_m: float = 2.5
+    hold_reaction_s: float = 0.4
+    hold_decel_mps2: float = 0.6

@@ -1,0 +1,86 @@
+"""What mission remembers from tick to tick, besides what must survive a crash."""
+
+from typing import Any, Literal
+
+import msgspec
+
+from contract.wire.messages import Order, OrderAccepted, OrderRejected, VehicleEvent, Visit
+from vehicle_agent.mission.boarding import Seats
+from vehicle_agent.mission.doors import Doors
+from vehicle_agent.mission.memory import MissionMemory
+from vehicle_agent.mission.order_line import OrderLine, Place
+from vehicle_agent.mission.seat_button import TemporaryStop
+from vehicle_agent.mission.sections import Footing
+
+Stage = Literal["driving", "serving", "leaving"]
+
+
+class MissionState(msgspec.Struct, frozen=True):
+    """One tick's mission.
+
+    held, hold_reason, hold_s_m  standing still by an operator's word, and where on the line
+    route        the order as a line, None without an order or before the first position
+    s_m, d_m, segment            the rear axle's place on it
+    standing_since_ns            0 while moving
+    stage        driving; serving a stop with doors opening or open; leaving it, the dwell being over
+    doors_open_ns                when the doors stood open at this stop, 0 before
+    astray       the vehicle is off its line (a driver took it elsewhere)
+    near_since_ns, clear_since_ns  departure check of a temporary stop: since when it waits, since when free
+    waiting_order  came before the vehicle knew where it is
+    """
+
+    memory: MissionMemory
+    held: bool = True
+    hold_reason: str = "just started"
+    hold_s_m: float = 0.0
+    resumed_ns: int = 0
+    route: OrderLine | None = None
+    line_count: int = 0
+    s_m: float = 0.0
+    d_m: float = 0.0
+    segment: int = 0
+    astray: bool = False
+    place: Place = Place("", 0.0)
+    odometer_m: float = 0.0
+    stamp_ns: int = 0
+    standing_since_ns: int = 0
+    doors: Doors = Doors()
+    doors_open_ns: int = 0
+    stage: Stage = "driving"
+    seats: Seats = Seats()
+    temporary: TemporaryStop | None = None
+    temporaries: int = 0
+    near_since_ns: int = 0
+    clear_since_ns: int = 0
+    footing: tuple[Footing, ...] = ()
+    server_offset_ns: int | None = None
+    announcement: str = ""
+    announced_ns: int = 0
+    waiting_order: Order | None = None
+    events: tuple[VehicleEvent, ...] = ()
+    answers: tuple[OrderAccepted | OrderRejected, ...] = ()
+
+    def server_now_ns(self) -> int | None:
+        """The server's clock now, as far as it is known."""
+        return None if self.server_offset_ns is None else self.stamp_ns + self.server_offset_ns
+
+    def visit(self) -> Visit | None:
+        """The visit to make next, or the one under way."""
+        return next(iter(self.memory.open_visits()), None)
+
+    def visit_here(self) -> Visit | None:
+        """The visit whose riders may use the doors now; None at a temporary stop."""
+        return None if self.temporary is not None else self.visit()
+
+    def target_s_m(self) -> float | None:
+        """Where on the line the next visit or temporary stop is; None when there is nothing to drive to."""
+        if self.route is None:
+            return None
+        if self.temporary is not None:
+            return self.temporary.s_m
+        visit = self.visit()
+        return None if visit is None else self.route.visit_s(visit.visit_id)
+
+    def after(self, *events: VehicleEvent, **changes: Any) -> "MissionState":
+        """The state with some fields changed and some events more."""
+        return msgspec.structs.replace(self, events=self.events + events, **changes)
