@@ -57,7 +57,7 @@ def decode_map(data: bytes) -> RoadMap:
     if road_map.format_version != FORMAT_VERSION:
         raise MapError(
             "map_format",
-            f"map format {road_map.format_version}, this program reads {FORMAT_VERSION}; import the map again",
+            f"map format {road_map.format_version}, not {FORMAT_VERSION}: import the map again",
         )
     version = content_version(road_map)
     if road_map.map_version not in ("", version):

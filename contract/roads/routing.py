@@ -161,9 +161,13 @@ def route_spans(network: RoadNetwork, route: Route) -> tuple[tuple[str, float, f
     return tuple(spans)
 
 
-def route_sections(network: RoadNetwork, route: Route) -> tuple[str, ...]:
-    """The sections that the route runs through, in order."""
-    return tuple(section_id for section_id, _, _ in route_spans(network, route))
+def route_sections(network: RoadNetwork, *routes: Route) -> tuple[str, ...]:
+    """The sections of a drive over one or more routes, each beginning where the one before ends."""
+    sections: list[str] = []
+    for route in routes:
+        leg = [section_id for section_id, _, _ in route_spans(network, route)]
+        sections += leg[1:] if sections and leg[0] == sections[-1] else leg
+    return tuple(sections)
 
 
 def route_line(network: RoadNetwork, route: Route) -> ReferenceLine:

@@ -1,4 +1,6 @@
-"""Between WGS 84 degrees and the map frame: east and north on the plane that touches the ellipsoid at the origin.
+"""Between WGS 84 degrees and the map frame.
+
+The map frame is east and north on the plane that touches the ellipsoid at the origin.
 
 Points are taken at height 0. A distance on the plane is short of the one on the ground by less than 1 mm
 at 4 km from the origin.

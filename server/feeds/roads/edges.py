@@ -1,5 +1,6 @@
 """Edges: runs joined and cut so that each leads from one place of choice to the next."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -82,11 +83,9 @@ def _chains(runs: Sequence[Run], positions: dict[int, Position]) -> list[_Chain]
         if how.direction < 0:
             keys, how = keys[::-1], replace(how, direction=1)
         cuts = [0, *(k for k in range(1, len(keys) - 1) if touches[keys[k]] > 1), len(keys) - 1]
-        for first, last in zip(cuts, cuts[1:], strict=False):
+        for first, last in itertools.pairwise(cuts):
             piece = keys[first : last + 1]
-            length = sum(
-                math.dist(positions[a], positions[b]) for a, b in zip(piece, piece[1:], strict=False)
-            )
+            length = sum(math.dist(positions[a], positions[b]) for a, b in itertools.pairwise(piece))
             names = ((run.name, run.name_en, length),)
             chains.append(_Chain(piece, how, frozenset({how.layer}), (run.way_id,), names))
     return chains

@@ -51,7 +51,7 @@ class ImportReport:
     dropped: tuple[str, ...]
 
 
-def import_osm(path: Path, options: ImportOptions = ImportOptions()) -> ImportReport:  # noqa: B008
+def import_osm(path: Path, options: ImportOptions = ImportOptions()) -> ImportReport:
     """A drivable map from OSM XML or PBF; equal files and options give equal maps.
 
     Raises MapError with what to do: see `read_osm`, and no_roads, no_loop (no circuit that a shuttle can

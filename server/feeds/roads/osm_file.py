@@ -98,14 +98,14 @@ def _read(path: Path) -> OsmData:
     finally:
         reader.close()
     for item in osmium.FileProcessor(source):
-        if item.deleted:
+        if isinstance(item, osmium.osm.Changeset) or item.deleted:
             continue
         tags = {tag.k: tag.v for tag in item.tags}
-        if item.is_node() and item.location.valid():
+        if isinstance(item, osmium.osm.Node) and item.location.valid():
             nodes[item.id] = OsmNode(item.id, item.location.lat, item.location.lon, tags)
-        elif item.is_way():
+        elif isinstance(item, osmium.osm.Way):
             ways[item.id] = OsmWay(item.id, tuple(node.ref for node in item.nodes), tags)
-        elif item.is_relation() and tags.get("type") == "multipolygon":
+        elif isinstance(item, osmium.osm.Relation) and tags.get("type") == "multipolygon":
             outer = tuple(m.ref for m in item.members if m.type == "w" and m.role in ("outer", ""))
             areas[item.id] = OsmArea(item.id, outer, tags)
     return OsmData(

@@ -1,5 +1,6 @@
 """Runs: the drivable pieces of ways, clipped to the map's box and cut where nothing can drive through."""
 
+import itertools
 import math
 from collections import Counter
 from dataclasses import dataclass, replace
@@ -146,7 +147,7 @@ def _clip(
     """The parts of the run inside the box, with new ends on its border (Liang and Barsky 1984)."""
     pieces: list[list[int]] = []
     lost_m = 0.0
-    for first, second in zip(keys, keys[1:], strict=False):
+    for first, second in itertools.pairwise(keys):
         a, b = plan.positions[first], plan.positions[second]
         span = _inside_span(frame, a, b)
         length = math.dist(a, b)

@@ -18,13 +18,19 @@ from server.feeds.roads.osm_file import OsmData, OsmNode, Tags
 
 REACH_M = 30.0
 SPACING_M = 140.0
-FEWEST, MOST = 10, 16
+MOST = 16
+# Where named buildings give fewer stops than one for 300 m of road, roads get some too.
+_ROAD_PER_STOP_M = 300.0
+_FEWEST = (4, 10)
+# A stop this far from all others gains nothing from being farther still.
+_FAR_M = 300.0
+_AREA_EXPONENT = 0.3
 _FEATURE_REACH_M = 60.0
 _SITE_STEP_M = 6.0
 _CURVATURE_MAX_1PM = 0.06
 _FROM_END_M = 2.0
 _WRONG_SIDE_M = 6.0
-_ROAD_SPACING_M = 220.0
+_ROAD_SPACING_M = 80.0
 _OTHER_MODES = ("subway", "train", "tram", "light_rail", "monorail", "ferry", "aerialway", "funicular")
 _DESTINATIONS = ("building", "leisure", "shop", "historic", "tourism", "amenity", "office")
 _GROUNDS = ("university", "school", "college", "kindergarten", "parking", "bicycle_parking")
@@ -65,7 +71,7 @@ def place_stops(
     tagged = len(chosen)
     if tagged < 2:
         chosen += _at_features(found, sites, door, [site for _, site, _ in chosen], log)
-        chosen += _along_roads(sites, [site for _, site, _ in chosen], log)
+        chosen += _along_roads(drafts, sites, [site for _, site, _ in chosen], log)
     names = _distinct([name for name, _, _ in chosen])
     return tuple(
         Stop(
@@ -152,18 +158,17 @@ def _nearest(sites: list[Site], x: float, y: float, reach_m: float, door: float)
 def _at_features(
     found: Sequence[Feature], sites: list[Site], door: float, taken: list[Site], log: ImportLog
 ) -> list[Chosen]:
-    """Named destinations spread as widely as possible (Gonzalez 1985), the largest first."""
+    """Named destinations, large ones and ones far from the others first, none crowded."""
     candidates = _candidates(found, sites, door)
     chosen: list[Chosen] = []
-    while candidates and len(taken) + len(chosen) < MOST:
+    while len(taken) + len(chosen) < MOST:
         standing = [*taken, *(site for _, site, _ in chosen)]
-        spread = [
-            min((_apart(site, other) for other in standing), default=math.inf) for _, site, _ in candidates
-        ]
-        best = max(range(len(candidates)), key=lambda k: (spread[k], -k))
-        if spread[best] < SPACING_M:
+        spread = [_spread(site, standing) for _, (_, site, _) in candidates]
+        roomy = [k for k, gap_m in enumerate(spread) if gap_m >= SPACING_M]
+        if not roomy:
             break
-        chosen.append(candidates.pop(best))
+        merits = {k: min(spread[k], _FAR_M) * candidates[k][0] ** _AREA_EXPONENT for k in roomy}
+        chosen.append(candidates.pop(max(roomy, key=lambda k: (merits[k], -k)))[1])
     if chosen:
         log.repairs.append(
             f"{len(chosen)} stops placed by rule at named buildings: the file tags none to use"
@@ -171,7 +176,12 @@ def _at_features(
     return chosen
 
 
-def _candidates(found: Sequence[Feature], sites: list[Site], door: float) -> list[Chosen]:
+def _spread(site: Site, standing: list[Site]) -> float:
+    return min((_apart(site, other) for other in standing), default=math.inf)
+
+
+def _candidates(found: Sequence[Feature], sites: list[Site], door: float) -> list[tuple[float, Chosen]]:
+    """(area, choice) of every named destination with a site near it."""
     points = shapely.points([(site.x_m, site.y_m) for site in sites])
     candidates: list[tuple[float, Chosen]] = []
     for feature in found:
@@ -187,20 +197,21 @@ def _candidates(found: Sequence[Feature], sites: list[Site], door: float) -> lis
         best = int(np.argmin(distances))
         if distances[best] <= _FEATURE_REACH_M:
             candidates.append((feature.outline.area, (name, sites[best], feature.tags)))
-    candidates.sort(key=lambda entry: -entry[0])
-    return [chosen for _, chosen in candidates]
+    return candidates
 
 
-def _along_roads(sites: list[Site], taken: list[Site], log: ImportLog) -> list[Chosen]:
-    """Where buildings give too few, the roads' own names at wide spacing."""
+def _along_roads(
+    drafts: Sequence[LaneDraft], sites: list[Site], taken: list[Site], log: ImportLog
+) -> list[Chosen]:
+    """Where buildings give too few, the roads' own names, as far from the others as can be."""
+    road_m = sum(draft.length_m for draft in drafts if draft.kind == "road") / 2.0
+    fewest = min(max(round(road_m / _ROAD_PER_STOP_M), _FEWEST[0]), _FEWEST[1])
     chosen: list[Chosen] = []
-    while len(taken) + len(chosen) < FEWEST:
+    while len(taken) + len(chosen) < fewest:
         standing = [*taken, *(site for _, site, _ in chosen)]
-        spread = [min((_apart(site, other) for other in standing), default=math.inf) for site in sites]
+        spread = [_spread(site, standing) for site in sites]
         best = max(range(len(sites)), key=lambda k: (spread[k], bool(sites[k].lane.name), -k))
-        if spread[best] < _ROAD_SPACING_M and len(standing) >= 2:
-            break
-        if spread[best] < 4.0 * _SITE_STEP_M:
+        if spread[best] < _ROAD_SPACING_M:
             break
         lane = sites[best].lane
         tags = {"name:en": lane.name_en} if lane.name_en else {}
