@@ -34,9 +34,9 @@ class Call:
 
     call_id      the caller's name for it, "" for one that the solver made
     board, alight  request ids
-    leave_from_s  the vehicle leaves no earlier (a timetable departure or a promised pickup window)
+    leave_from_s  the vehicle leaves no earlier (a timetable departure)
     arrive_by_s  it arrives no later
-    fixed        it may neither be dropped nor change its order among the fixed calls
+    fixed        it stays even where nobody boards or alights
     """
 
     place: int
@@ -47,6 +47,14 @@ class Call:
     arrive_by_s: float = math.inf
     fixed: bool = False
     call_id: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """Calls that one vehicle makes in this order, others between them allowed: a timetable departure."""
+
+    chain_id: str
+    calls: tuple[Call, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,10 +92,16 @@ class CostWeights:
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """requests holds every request named anywhere; `open_requests` are those that nobody carries yet."""
+    """What is to be decided.
+
+    requests      every request named anywhere, by id
+    open_requests, open_chains  those that nobody carries yet, in the order in which they are served
+    dwell_s       how long a call made for a request lasts
+    """
 
     vehicles: tuple[VehicleState, ...]
     requests: dict[str, Request]
-    open_requests: tuple[str, ...]
-    dwell_s: float
+    open_requests: tuple[str, ...] = ()
+    open_chains: tuple[Chain, ...] = ()
+    dwell_s: float = 0.0
     weights: CostWeights = field(default_factory=CostWeights)

@@ -21,7 +21,7 @@ class Identity(Repository):
     def operator_by_name(self, name: str) -> Operator | None:
         return _operator_from(self._one(tables.operators, _operator.name == name))
 
-    def add_operator(self, operator: Operator) -> None:
+    def save_operator(self, operator: Operator) -> None:
         self._put(
             tables.operators,
             {

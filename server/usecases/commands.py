@@ -1,6 +1,9 @@
 """Words to one vehicle: hold, resume, announce."""
 
+from server.domain.errors import VehicleUnknown
+from server.domain.events import ServerEvent
 from server.domain.vehicles import CommandKind, VehicleCommand
+from server.usecases import topics
 from server.usecases.ports import UnitOfWork
 
 
@@ -8,4 +11,18 @@ def send_command(
     uow: UnitOfWork, vehicle_id: str, kind: CommandKind, by: str, text: str = ""
 ) -> VehicleCommand:
     """Repeat it to the vehicle until it says that it is done. Raises VehicleUnknown."""
-    raise NotImplementedError
+    if uow.vehicles.get(vehicle_id) is None:
+        raise VehicleUnknown(f"no vehicle {vehicle_id} is enrolled")
+    command = VehicleCommand(
+        campus_id=uow.campus_id,
+        command_id=uow.ids.new_id("command"),
+        vehicle_id=vehicle_id,
+        kind=kind,
+        text=text,
+        by=by,
+        made_at=uow.now,
+    )
+    uow.vehicles.add_command(command)
+    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, f"vehicle.{kind}", vehicle_id, by, text))
+    uow.publish(topics.vehicle_outbox(uow.campus_id, vehicle_id))
+    return command

@@ -1,0 +1,30 @@
+"""What a route costs: seconds driven, and people's seconds of waiting and riding."""
+
+from collections.abc import Mapping, Sequence
+
+from server.dispatch.problem import Call, CostWeights, Request, VehicleState
+from server.dispatch.schedule import CallTime
+
+
+def route_cost(
+    vehicle: VehicleState,
+    calls: Sequence[Call],
+    times: Sequence[CallTime],
+    requests: Mapping[str, Request],
+    weights: CostWeights,
+) -> float:
+    """Weighted seconds. Waiting counts from the start of a party's window to its pickup, riding from there
+    to its arrival; who is aboard already rides from the snapshot on."""
+    drive_s = wait_s = ride_s = 0.0
+    place = vehicle.start
+    picked_up = {request_id: vehicle.ready_s for request_id in vehicle.aboard}
+    for call, time in zip(calls, times, strict=True):
+        drive_s += float(vehicle.times[place, call.place])
+        place = call.place
+        for request_id in call.board:
+            request = requests[request_id]
+            picked_up[request_id] = max(time.arrive_s, request.pickup_from_s)
+            wait_s += request.party * (picked_up[request_id] - request.pickup_from_s)
+        for request_id in call.alight:
+            ride_s += requests[request_id].party * (time.arrive_s - picked_up[request_id])
+    return weights.drive * drive_s + weights.wait * wait_s + weights.ride * ride_s
