@@ -23,9 +23,13 @@ class Settings(BaseModel):
     var_dir: Path = Field(Path("var"), description="Where the database, run segments and certificates live.")
     database_url: str = Field("", description="SQLAlchemy URL; empty: an SQLite file under var_dir.")
     bus_url: str = Field("", description="nats://host:port; empty: in-process, for one server process.")
-    map_path: Path | None = Field(None, description="Campus map to make active at start; empty: keep the last.")
+    map_path: Path | None = Field(
+        None, description="Campus map to make active at start; empty: keep the last."
+    )
     web_dist: Path = Field(Path("web/dist"), description="The built web pages.")
-    public_url: str = Field("", description="How the outside reaches us, for links; empty: from host and port.")
+    public_url: str = Field(
+        "", description="How the outside reaches us, for links; empty: from host and port."
+    )
     tls_cert: Path | None = Field(None, description="PEM certificate chain.")
     tls_key: Path | None = Field(None, description="PEM private key of tls_cert.")
     operator_name: str = Field("operator", min_length=1, max_length=64, description="First operator's name.")
@@ -38,7 +42,9 @@ class Settings(BaseModel):
     lookups_per_minute: int = Field(20, ge=1, description="Ride codes tried per client address, then 429.")
     bookings_per_minute: int = Field(30, ge=1, description="Bookings per client address, then 429.")
     hello_timeout_s: float = Field(10.0, gt=0, description="How long a vehicle may take for its hello.")
-    live_interval_s: float = Field(0.2, gt=0, description="Least time between two scene deltas to one viewer.")
+    live_interval_s: float = Field(
+        0.2, gt=0, description="Least time between two scene deltas to one viewer."
+    )
     with_loops: bool = Field(True, description="Run dispatcher, departures, silence and retention here.")
 
     def is_loopback(self) -> bool:

@@ -52,10 +52,15 @@ class Holding(msgspec.Struct, frozen=True):
 
 
 class BootLog(msgspec.Struct, frozen=True):
-    """The first event of a boot that the server has not acknowledged yet."""
+    """The first event of a boot that the server has not acknowledged yet.
+
+    next_sequence  the number that the boot's next event will get: everything below it is on its way, and the
+                   server waits for it before it sends an order; 0 for unknown
+    """
 
     boot_id: str
     first_unacknowledged: int
+    next_sequence: int = 0
 
 
 class Hello(Message, frozen=True, tag="hello"):

@@ -56,9 +56,12 @@ class EventLog:
         return forgotten
 
     def logs(self) -> tuple[BootLog, ...]:
-        """For the hello: where each boot's unacknowledged events begin."""
+        """For the hello: where each boot's unacknowledged events begin and end."""
         return tuple(
-            BootLog(boot_id, kept[0].sequence if kept else self._next) for boot_id, kept in self._kept.items()
+            BootLog(boot_id, kept[0].sequence, kept[-1].sequence + 1)
+            if kept
+            else BootLog(boot_id, self._next, self._next)
+            for boot_id, kept in self._kept.items()
         )
 
     def pending(self) -> list[LoggedEvent]:

@@ -95,7 +95,9 @@ def _params(kind: type[msgspec.Struct], given: object) -> msgspec.Struct:
     names = kind.__struct_fields__
     if isinstance(given, list):
         if len(given) > len(names):
-            raise RpcError(INVALID_PARAMS, "invalid params", f"at most {len(names)} are taken: {', '.join(names)}")
+            raise RpcError(
+                INVALID_PARAMS, "invalid params", f"at most {len(names)} are taken: {', '.join(names)}"
+            )
         given = dict(zip(names, given, strict=False))
     try:
         return msgspec.convert(given, kind)

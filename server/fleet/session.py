@@ -74,7 +74,9 @@ class VehicleSession:
         if self.state == "closed":
             return ()
         if len(data) > MAX_MESSAGE_BYTES:
-            return self.close("frame_too_large", f"{len(data)} bytes; at most {MAX_MESSAGE_BYTES} are allowed")
+            return self.close(
+                "frame_too_large", f"{len(data)} bytes; at most {MAX_MESSAGE_BYTES} are allowed"
+            )
         try:
             message = decode_from_vehicle(data)
         except WireError as error:
@@ -110,7 +112,7 @@ class VehicleSession:
         return self.tell(EventsAcknowledged(self.epoch, boot_id, next_sequence))
 
     def tell(self, message: ServerMessage) -> Actions:
-        """Something for the vehicle; dropped unless the session is open (it is sent again after a welcome)."""
+        """Something for the vehicle; dropped unless the session is open (a welcome brings it again)."""
         return (Send(message),) if self.state == "open" else ()
 
     def close(self, code: ClosingCode, detail: str) -> Actions:

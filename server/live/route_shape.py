@@ -1,35 +1,27 @@
 """The polyline that a screen draws ahead of a shuttle."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
 from contract.geometry import Array
 from contract.roads.model import Point
 from contract.roads.network import LaneLine
-from contract.wire.messages import Visit
 
 TOLERANCE_M = 0.5
 
 
 def route_ahead(
-    lines: Mapping[str, LaneLine], visits: Iterable[Visit], lane_id: str, s_m: float
+    lines: Mapping[str, LaneLine], route: tuple[str, ...], end_s_m: float, lane_id: str, s_m: float
 ) -> tuple[Point, ...]:
-    """From (lane_id, s_m) along every visit's route to the last visit's place; empty when it stands there.
+    """From (lane_id, s_m) along the lanes of `route` to end_s_m on its last one; empty when it stands there.
 
     A vehicle that is not on its route gets the whole of it. Lanes unknown to this map are left out.
     """
-    pieces: list[Array] = []
-    lane_now, s_now, started = lane_id, s_m, False
-    for visit in visits:
-        route = visit.route or (lane_now,)
-        if not started and lane_id in route:
-            route = route[route.index(lane_id) :]
-        elif not started:
-            s_now = 0.0
-        started = True
-        pieces += _pieces(lines, route, s_now, visit.s_m)
-        lane_now, s_now = visit.lane_id, visit.s_m
+    start_m = 0.0
+    if lane_id in route:
+        route, start_m = route[route.index(lane_id) :], s_m
+    pieces = _pieces(lines, route, start_m, end_s_m)
     if not pieces:
         return ()
     points = simplified(np.concatenate(pieces), TOLERANCE_M)

@@ -80,7 +80,9 @@ class Viewer:
             return {}, {}
         number, ride = held
         shuttle = None if ride.state in _WITHOUT_SHUTTLE else board.vehicles.get(ride.vehicle_id)
-        vehicles = {} if shuttle is None else {ride.vehicle_id: (shuttle[0], _without_riders(shuttle[1], ride))}
+        vehicles = (
+            {} if shuttle is None else {ride.vehicle_id: (shuttle[0], _without_riders(shuttle[1], ride))}
+        )
         return vehicles, {ride.ride_id: (number, ride)}
 
     def _visible_incidents(self, board: SceneBoard) -> IncidentsScene:

@@ -26,6 +26,11 @@ def vehicle_live(campus_id: str, vehicle_id: str) -> str:
     return f"campus/{campus_id}/vehicle/{vehicle_id}/live"
 
 
+def vehicle_event(campus_id: str, vehicle_id: str) -> str:
+    """Something has happened on the vehicle and is stored: the payload is the wire's EventReport."""
+    return f"campus/{campus_id}/vehicle/{vehicle_id}/event"
+
+
 def ride(campus_id: str, ride_id: str) -> str:
     return f"campus/{campus_id}/ride/{ride_id}"
 

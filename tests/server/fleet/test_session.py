@@ -119,7 +119,9 @@ def test_an_unknown_message_is_named_in_the_goodbye() -> None:
 
 
 def test_a_server_message_from_a_vehicle_is_unknown() -> None:
-    assert closed_with(an_open_session().received(encode(EventsAcknowledged(7, "b", 1)), 0)) == "unknown_message"
+    assert (
+        closed_with(an_open_session().received(encode(EventsAcknowledged(7, "b", 1)), 0)) == "unknown_message"
+    )
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,12 @@
+"""`campusloop openapi`: the API's description, from which the web client is generated."""
+
+import json
+import sys
+
+from server.api.routers import bare_app
+
+
+def openapi() -> None:
+    """Print the OpenAPI document as JSON."""
+    json.dump(bare_app().openapi(), sys.stdout, indent=1, ensure_ascii=False)
+    sys.stdout.write("\n")

@@ -1,0 +1,33 @@
+"""From when to when a segment reaches, without decoding what is in it."""
+
+from pathlib import Path
+
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
+
+from contract.runlog.reader import RunLogError, messages
+
+
+def extent(path: Path) -> tuple[int, int]:
+    """(first, last) log time in ns; (0, 0) for a segment without messages.
+
+    A segment that was closed says so in its summary; one that a kill cut short is read through as far as it
+    is sound. Raises RunLogError when it is damaged.
+    """
+    with path.open("rb") as file:
+        try:
+            summary = make_reader(file).get_summary()
+        except McapError:
+            summary = None  # cut short: there is no footer
+    if summary is not None and summary.statistics is not None:
+        statistics = summary.statistics
+        return statistics.message_start_time, statistics.message_end_time
+    first_ns = last_ns = 0
+    try:
+        for message in messages(path):
+            first_ns = first_ns or message.log_ns
+            last_ns = max(last_ns, message.log_ns)
+    except RunLogError as error:
+        if error.code != "truncated":
+            raise
+    return first_ns, last_ns

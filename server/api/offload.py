@@ -1,0 +1,25 @@
+"""Where work goes that would hold up the event loop: reading and hashing large files."""
+
+import asyncio
+from collections.abc import Callable
+from typing import Protocol, TypeVar
+
+T = TypeVar("T")
+
+
+class Offload(Protocol):
+    async def run(self, work: Callable[[], T]) -> T: ...
+
+
+class Threads:
+    """Live: the loop's thread pool."""
+
+    async def run(self, work: Callable[[], T]) -> T:
+        return await asyncio.to_thread(work)
+
+
+class Inline:
+    """Virtual time, where nothing else may run meanwhile."""
+
+    async def run(self, work: Callable[[], T]) -> T:
+        return work()

@@ -1,0 +1,215 @@
+"""The one table from error code to status, and problem details (RFC 9457) for everything refused.
+
+422 is for payloads that do not fit their schema, and for nothing else.
+"""
+
+from collections.abc import Mapping
+from http import HTTPStatus
+from typing import Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from pydantic import BaseModel, ConfigDict, Field
+from starlette.exceptions import HTTPException
+
+from server.api.rate_limit import TooManyTries
+from server.domain import errors
+from server.domain.errors import DomainError
+
+MEDIA_TYPE = "application/problem+json"
+TYPE_PREFIX = "urn:campusloop:problem:"
+
+
+class CsrfMissing(DomainError):
+    """A change was asked for with a cookie alone; send the session's CSRF token in X-CSRF-Token."""
+
+    code = "csrf_missing"
+
+
+class TokenUnknown(DomainError):
+    """No developer token has this id."""
+
+    code = "token_unknown"
+
+
+class SignatureWrong(DomainError):
+    """The upload is not signed by the vehicle's enrolled key."""
+
+    code = "signature_wrong"
+
+
+class SegmentHashWrong(DomainError):
+    """The bytes that came do not have the hash in the path; send them again."""
+
+    code = "segment_hash_wrong"
+
+
+class SegmentTooLarge(DomainError):
+    """The segment is larger than this server takes."""
+
+    code = "segment_too_large"
+
+
+class SegmentUnreadable(DomainError):
+    """The bytes are no run segment of ours."""
+
+    code = "segment_unreadable"
+
+
+STATUS: Mapping[type[DomainError], int] = {
+    errors.RideUnknown: 404,
+    errors.RideAlreadyAboard: 409,
+    errors.RideNotAboard: 409,
+    errors.RideEnded: 409,
+    errors.RideNotAssigned: 409,
+    errors.IllegalTransition: 409,
+    errors.PartyTooLarge: 409,
+    errors.PartyInvalid: 400,
+    errors.SameStop: 400,
+    errors.OutsideServiceHours: 409,
+    errors.BookingTooFarAhead: 409,
+    errors.IdempotencyMismatch: 409,
+    errors.NoVehicleFree: 409,
+    errors.CampusUnknown: 404,
+    errors.MapUnknown: 404,
+    errors.MapInvalid: 400,
+    errors.MapInUse: 409,
+    errors.StopUnknown: 404,
+    errors.StopUnreachable: 409,
+    errors.VehicleUnknown: 404,
+    errors.VehicleNotPlaced: 409,
+    errors.VehicleOutOfService: 409,
+    errors.VehicleNotConnected: 409,
+    errors.PlanChanged: 409,
+    errors.VisitUnknown: 404,
+    errors.OrderUnknown: 404,
+    errors.NoRestingPlaceFree: 409,
+    errors.SectionsTaken: 409,
+    errors.CommandUnknown: 404,
+    errors.SessionFenced: 409,
+    errors.RunUnknown: 404,
+    errors.SegmentUnknown: 404,
+    errors.SegmentConflict: 409,
+    errors.IncidentUnknown: 404,
+    errors.IncidentClosed: 409,
+    errors.KeyUnknown: 404,
+    errors.KeyInvalid: 400,
+    errors.EnrolmentCodeUnknown: 403,
+    errors.EnrolmentCodeUsed: 409,
+    errors.NameTaken: 409,
+    errors.WrongCredentials: 401,
+    errors.SessionExpired: 401,
+    errors.TokenInvalid: 401,
+    errors.ScopeMissing: 403,
+    TooManyTries: 429,
+    CsrfMissing: 403,
+    TokenUnknown: 404,
+    SignatureWrong: 403,
+    SegmentHashWrong: 400,
+    SegmentTooLarge: 413,
+    SegmentUnreadable: 400,
+}
+
+
+class FieldProblem(BaseModel):
+    """One field of the payload that does not fit."""
+
+    where: str = Field(examples=["body.party"])
+    message: str = Field(examples=["Input should be greater than or equal to 1"])
+
+
+class Problem(BaseModel):
+    """Why a request was refused (RFC 9457). Programs look at `code`, people read `detail`."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "example": {
+                "type": "urn:campusloop:problem:stop_unknown",
+                "title": "Not Found",
+                "status": 404,
+                "code": "stop_unknown",
+                "detail": "the map has no stop 'library'; see /api/v1/stops",
+                "errors": [],
+            }
+        }
+    )
+
+    type: str
+    title: str
+    status: int
+    code: str
+    detail: str
+    errors: list[FieldProblem] = []
+
+
+def problems(*kinds: type[DomainError]) -> dict[int | str, dict[str, Any]]:
+    """The `responses` of an endpoint that may refuse for these reasons, with an example of each."""
+    responses: dict[int | str, dict[str, Any]] = {}
+    for kind in kinds:
+        status = STATUS[kind]
+        meaning = (kind.__doc__ or kind.code).strip()
+        response = responses.setdefault(
+            status,
+            {
+                "description": HTTPStatus(status).phrase,
+                "content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}, "examples": {}}},
+            },
+        )
+        example = {"value": _body(status, kind.code, meaning).model_dump()}
+        response["content"][MEDIA_TYPE]["examples"][kind.code] = example
+    return responses
+
+
+def install(app: FastAPI) -> None:
+    """Answer every refusal and every crash of `app` with problem details."""
+    app.add_exception_handler(DomainError, _refused)
+    app.add_exception_handler(RequestValidationError, _not_valid)
+    app.add_exception_handler(HTTPException, _http)
+    app.add_exception_handler(Exception, _crashed)
+
+
+def status_of(error: DomainError) -> int:
+    """Raises KeyError for an error that has no row in the table."""
+    return STATUS[type(error)]
+
+
+async def _refused(_: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, DomainError)
+    headers = {}
+    if isinstance(error, TooManyTries):
+        headers["Retry-After"] = str(max(1, round(error.retry_after_s)))
+    status = status_of(error)
+    if status == 401:
+        headers["WWW-Authenticate"] = "Session"
+    return _response(_body(status, error.code, error.detail), headers)
+
+
+async def _not_valid(_: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, RequestValidationError)
+    fields = [
+        FieldProblem(where=".".join(str(part) for part in item["loc"]), message=str(item["msg"]))
+        for item in error.errors()
+    ]
+    body = _body(422, "payload_invalid", "the request does not fit its schema; see errors")
+    return _response(body.model_copy(update={"errors": fields}))
+
+
+async def _http(_: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, HTTPException)
+    phrase = HTTPStatus(error.status_code).phrase
+    code = phrase.lower().replace(" ", "_").replace("-", "_")
+    return _response(_body(error.status_code, code, str(error.detail)), dict(error.headers or {}))
+
+
+async def _crashed(_: Request, __: Exception) -> JSONResponse:
+    return _response(_body(500, "server_fault", "the server failed; its log names the cause"))
+
+
+def _body(status: int, code: str, detail: str) -> Problem:
+    title = HTTPStatus(status).phrase
+    return Problem(type=TYPE_PREFIX + code, title=title, status=status, code=code, detail=detail)
+
+
+def _response(body: Problem, headers: Mapping[str, str] | None = None) -> JSONResponse:
+    return JSONResponse(body.model_dump(), status_code=body.status, headers=headers, media_type=MEDIA_TYPE)

@@ -1,0 +1,67 @@
+"""Every router, and the application made of them without the services that `app.py` adds."""
+
+from typing import Any
+
+from fastapi import APIRouter, FastAPI
+
+from server.api import (
+    campus,
+    developer_socket,
+    health,
+    incidents,
+    live_socket,
+    problems,
+    rides,
+    runs,
+    segments,
+    sessions,
+    tokens,
+    vehicle_socket,
+    vehicles,
+)
+from server.api.openapi import openapi_of
+
+PREFIX = "/api/v1"
+VERSION = "1.0.0"
+# Requests are small; run segments set their own limit.
+REQUEST_BYTES_MAX = 64 * 1024
+
+
+def bare_app(**options: Any) -> FastAPI:
+    """All endpoints, sockets and problem answers; options go to FastAPI."""
+    app = FastAPI(
+        title="Campusloop",
+        version=VERSION,
+        openapi_url=f"{PREFIX}/openapi.json",
+        docs_url=None,  # the interactive pages load scripts from elsewhere, which our policy forbids
+        redoc_url=None,
+        max_body_size=REQUEST_BYTES_MAX,
+        **options,
+    )
+    api = APIRouter(prefix=PREFIX)
+    for router in (
+        campus.router,
+        rides.router,
+        sessions.router,
+        vehicles.router,
+        vehicles.enrolments,
+        incidents.router,
+        segments.router,
+        runs.router,
+        tokens.router,
+        health.router,
+    ):
+        api.include_router(router)
+    app.include_router(api)
+    for router in (vehicle_socket.router, live_socket.router, developer_socket.router):
+        app.include_router(router)
+    problems.install(app)
+    document: dict[str, Any] = {}
+
+    def openapi() -> dict[str, Any]:
+        if not document:
+            document.update(openapi_of(app, VERSION))
+        return document
+
+    app.openapi = openapi  # type: ignore[method-assign]
+    return app

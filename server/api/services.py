@@ -1,0 +1,50 @@
+"""What endpoints work with: made once by `app.py`, found by every request in the application's state."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import Depends
+from starlette.requests import HTTPConnection
+
+from server.api.offload import Offload
+from server.api.pages import Page
+from server.api.rate_limit import RateLimit
+from server.fleet.hub import Hub
+from server.fleet.segment_files import SegmentFiles
+from server.live.feed import SceneFeed
+from server.settings import Settings
+from server.usecases.ports import Bus, Clock, Ids, Transactions
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """How often one client address may try things."""
+
+    logins: RateLimit
+    lookups: RateLimit
+    bookings: RateLimit
+
+
+@dataclass(frozen=True, slots=True)
+class Services:
+    campus_id: str
+    settings: Settings
+    clock: Clock
+    ids: Ids
+    transactions: Transactions
+    bus: Bus
+    offload: Offload
+    segments: SegmentFiles
+    hub: Hub
+    feed: SceneFeed
+    limits: Limits
+    pages: dict[str, Page]
+
+
+async def services_of(connection: HTTPConnection) -> Services:
+    services = connection.app.state.services
+    assert isinstance(services, Services)
+    return services
+
+
+Given = Annotated[Services, Depends(services_of)]

@@ -1,0 +1,200 @@
+"""All vehicle links of this server process: one open session a vehicle, the newest one.
+
+Transports are anything with `send` and `close`: a websocket live, an in-memory pipe in virtual time.
+"""
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import structlog
+
+from contract.wire.closing import ClosingCode
+from contract.wire.codec import encode
+from contract.wire.messages import EventReport
+from server.domain.vehicles import StatusReport
+from server.fleet.link import Link, LinkPorts, Transport
+from server.fleet.stamps import ns_of
+from server.usecases import topics, vehicle_sessions
+from server.usecases.ports import Bus, Clock, Ids, Subscription, Transactions
+
+FLUSH_EVERY_S = 0.5
+PUSH_EVERY_S = 1.0
+# Whoever was heard within this time still runs: a second boot beside it is a second agent.
+ALIVE_NS = 2_000_000_000
+
+log = structlog.get_logger("fleet.hub")
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    name: str
+    link: Link | None = None
+
+
+class Hub:
+    """`start`, then `attach` transports, then `close`."""
+
+    def __init__(
+        self,
+        campus_id: str,
+        clock: Clock,
+        ids: Ids,
+        transactions: Transactions,
+        bus: Bus,
+        hello_timeout_s: float = 10.0,
+    ) -> None:
+        self.campus_id = campus_id
+        self._clock, self._ids, self._transactions, self._bus = clock, ids, transactions, bus
+        self._ports = LinkPorts(
+            clock=clock,
+            transactions=transactions,
+            opened=self._opened,
+            ended=self._ended,
+            note_status=self._note_status,
+            note_event=self._note_event,
+            hello_timeout_s=hello_timeout_s,
+        )
+        self._links: dict[str, Link] = {}
+        self._greeting: list[Link] = []
+        self._statuses: dict[str, StatusReport] = {}
+        self._tasks: dict[asyncio.Task[None], _Job] = {}
+        self._subscriptions: list[Subscription] = []
+
+    async def start(self) -> None:
+        for topic, heard in (
+            (topics.vehicle_outbox(self.campus_id, "*"), self._outbox_changed),
+            (topics.vehicle_session(self.campus_id, "*"), self._session_opened),
+        ):
+            subscription = await self._bus.subscribe(topic)
+            self._subscriptions.append(subscription)
+            self._spawn("hub.listen", _listen(subscription, heard))
+        self._spawn("hub.flush", self._flush_statuses())
+        self._spawn("hub.push", self._push_unanswered())
+
+    def attach(self, transport: Transport) -> Link:
+        """Begin a session on a fresh transport; feed the link with `received` and end it with `closed`."""
+        link = Link(self._ids.token(), transport, self._ports)
+        self._greeting.append(link)
+        self._spawn("link.run", link.run(), link)
+        return link
+
+    def connected(self) -> tuple[str, ...]:
+        """Vehicles with an open session here, by id."""
+        return tuple(sorted(self._links))
+
+    async def close(self) -> None:
+        """Say goodbye to every vehicle and end all tasks. What has been heard is stored before."""
+        for link in (*self._greeting, *self._links.values()):
+            link.end("server_leaving", "the server is stopping")
+        links = [task for task, job in self._tasks.items() if job.link is not None]
+        if links:
+            await asyncio.wait(links)
+        for subscription in self._subscriptions:
+            await subscription.close()
+        standing = list(self._tasks)
+        for task in standing:
+            task.cancel()
+        if standing:
+            await asyncio.wait(standing)
+        await self._flush()
+
+    # ---------------------------------------------------------------- what links tell
+
+    def _opened(self, link: Link) -> bool:
+        older = self._links.get(link.vehicle_id)
+        self._links[link.vehicle_id] = link
+        if link in self._greeting:
+            self._greeting.remove(link)
+        if older is None:
+            return False
+        is_conflict = (
+            older.session.boot_id != link.session.boot_id
+            and ns_of(self._clock.now()) - older.heard_ns < ALIVE_NS
+        )
+        code: ClosingCode = "key_conflict" if is_conflict else "superseded"
+        older.end(code, f"a newer session of {link.vehicle_id} was opened by boot {link.session.boot_id}")
+        return is_conflict
+
+    def _ended(self, link: Link) -> None:
+        if link in self._greeting:
+            self._greeting.remove(link)
+        if self._links.get(link.vehicle_id) is link:
+            del self._links[link.vehicle_id]
+
+    def _note_status(self, report: StatusReport) -> None:
+        self._statuses[report.vehicle_id] = report
+        topic = topics.vehicle_live(self.campus_id, report.vehicle_id)
+        self._spawn("hub.publish", self._bus.publish(topic, encode(report.status)))
+
+    def _note_event(self, vehicle_id: str, report: EventReport) -> None:
+        topic = topics.vehicle_event(self.campus_id, vehicle_id)
+        self._spawn("hub.publish", self._bus.publish(topic, encode(report)))
+
+    # ---------------------------------------------------------------- what the bus tells
+
+    def _outbox_changed(self, topic: str, _: bytes) -> None:
+        link = self._links.get(_vehicle_of(topic))
+        if link is not None:
+            link.push()
+
+    def _session_opened(self, topic: str, payload: bytes) -> None:
+        """Another replica may hold the newer session."""
+        link = self._links.get(_vehicle_of(topic))
+        epoch = msgspec.json.decode(payload, type=_SessionOpened).epoch
+        if link is not None and link.session.epoch < epoch:
+            link.end("superseded", f"session {epoch} of {link.vehicle_id} is newer")
+
+    # ---------------------------------------------------------------- standing tasks
+
+    async def _flush_statuses(self) -> None:
+        while True:
+            await asyncio.sleep(FLUSH_EVERY_S)
+            await self._flush()
+
+    async def _flush(self) -> None:
+        """The newest status of each vehicle; what came in between is in the vehicle's run log."""
+        if not self._statuses:
+            return
+        reports = [report for _, report in sorted(self._statuses.items())]
+        self._statuses = {}
+        await self._transactions.run(lambda uow: vehicle_sessions.record_status(uow, reports))
+
+    async def _push_unanswered(self) -> None:
+        while True:
+            await asyncio.sleep(PUSH_EVERY_S)
+            for link in self._links.values():
+                if link.awaits_answers:
+                    link.push()
+
+    def _spawn(self, name: str, work: Coroutine[Any, Any, None], link: Link | None = None) -> None:
+        task = asyncio.get_running_loop().create_task(work)
+        self._tasks[task] = _Job(name, link)
+        task.add_done_callback(self._task_done)
+
+    def _task_done(self, task: asyncio.Task[None]) -> None:
+        job = self._tasks.pop(task)
+        error = None if task.cancelled() else task.exception()
+        if error is None:
+            return
+        log.error("hub.task_failed", task=job.name, exc_info=error)
+        if job.link is not None:
+            job.link.end("server_fault", "the server failed to handle a frame")
+        context = {"message": f"{job.name} failed", "exception": error, "task": task}
+        task.get_loop().call_exception_handler(context)
+
+
+class _SessionOpened(msgspec.Struct, frozen=True):
+    epoch: int
+
+
+async def _listen(subscription: Subscription, heard: Callable[[str, bytes], None]) -> None:
+    async for topic, payload in subscription:
+        heard(topic, payload)
+
+
+def _vehicle_of(topic: str) -> str:
+    """Topics are campus/ID/vehicle/ID/..."""
+    return topic.split("/")[3]

@@ -1,0 +1,161 @@
+"""Keeps the scene board true: positions as they come in by the bus, everything else read from the store.
+
+A message on the bus only says what to read again. Whatever is missed is caught by a full reading now and
+then, so that a lost message costs seconds of staleness and nothing else.
+"""
+
+import asyncio
+from collections.abc import Coroutine
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import structlog
+
+from contract.roads.network import RoadNetwork
+from contract.wire.messages import Status
+from server.domain.incidents import Incident
+from server.domain.rides import ENDED, Ride, RideState
+from server.live.projection import incidents_scene, ms_of, ride_scene, vehicle_in_status, vehicle_scene
+from server.live.scene import SceneBoard
+from server.usecases import topics
+from server.usecases.ports import Bus, Clock, Subscription, Transactions, UnitOfWork
+from server.usecases.views import VehicleView
+
+READ_ALL_EVERY_S = 10.0
+RIDES_MAX = 500
+# An ended ride stays on screens for as long as its passenger may look at how it ended.
+LINGER_MS = 120_000
+ACTIVE = tuple(state for state in RideState if state not in ENDED)
+
+log = structlog.get_logger("live.feed")
+
+
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """What one look into the store gave."""
+
+    network: RoadNetwork | None
+    vehicles: tuple[VehicleView, ...]
+    rides: tuple[Ride, ...]
+    incidents: tuple[Incident, ...]
+
+
+class SceneFeed:
+    """`start`, then viewers read `board`, then `close`."""
+
+    def __init__(
+        self, campus_id: str, clock: Clock, transactions: Transactions, bus: Bus, interval_s: float = 0.2
+    ) -> None:
+        self.board = SceneBoard(campus_id)
+        self._clock, self._transactions, self._bus = clock, transactions, bus
+        self._interval_s = interval_s
+        self._stale = True
+        self._incident_changes = 0
+        self._tasks: list[asyncio.Task[None]] = []
+        self._subscription: Subscription | None = None
+
+    async def start(self) -> None:
+        self._subscription = await self._bus.subscribe(topics.everything(self.board.campus_id))
+        await self._read()
+        for work in (self._listen(self._subscription), self._refresh()):
+            self._spawn(work)
+
+    async def close(self) -> None:
+        if self._subscription is not None:
+            await self._subscription.close()
+        for task in self._tasks:
+            task.cancel()
+        if self._tasks:
+            await asyncio.wait(self._tasks)
+
+    # ---------------------------------------------------------------- inside
+
+    async def _listen(self, subscription: Subscription) -> None:
+        async for topic, payload in subscription:
+            kind = topic.split("/")[2:]
+            if kind[0] == "vehicle" and kind[2] == "live":
+                self._vehicle_moved(kind[1], payload)
+            elif kind[0] == "incidents":
+                self._incident_changes += 1
+                self._stale = True
+            elif not (kind[0] == "vehicle" and kind[2] in ("status", "event")):
+                self._stale = True
+
+    def _vehicle_moved(self, vehicle_id: str, payload: bytes) -> None:
+        scene = self.board.vehicle(vehicle_id)
+        if scene is None:
+            self._stale = True
+            return
+        status = msgspec.json.decode(payload, type=Status)
+        # Another visit or another lane behind it: the route ahead has become shorter.
+        self._stale = self._stale or status.visit_id != scene.visit_id or status.aboard != scene.aboard
+        self.board.put_vehicle(vehicle_in_status(scene, status, ms_of(self._clock.now())))
+
+    async def _refresh(self) -> None:
+        waited_s = 0.0
+        while True:
+            await asyncio.sleep(self._interval_s)
+            waited_s += self._interval_s
+            if self._stale or waited_s >= READ_ALL_EVERY_S:
+                self._stale, waited_s = False, 0.0
+                await self._read()
+
+    async def _read(self) -> None:
+        reading = await self._transactions.read(_reading)
+        board, now_ms = self.board, ms_of(self._clock.now())
+        board.map_version = "" if reading.network is None else reading.network.map_version
+        board.incidents = incidents_scene(reading.incidents, self._incident_changes)
+        rides = {ride.ride_id: ride for ride in reading.rides if _is_shown(ride, now_ms)}
+        for ride in rides.values():
+            board.put_ride(ride_scene(ride))
+        for ride_id in [ride_id for ride_id in board.rides if ride_id not in rides]:
+            board.remove_ride(ride_id)
+        for view in reading.vehicles:
+            self._put(view, reading.network, rides)
+        present = {view.vehicle.vehicle_id for view in reading.vehicles}
+        for vehicle_id in [vehicle_id for vehicle_id in board.vehicles if vehicle_id not in present]:
+            board.remove_vehicle(vehicle_id)
+
+    def _put(self, view: VehicleView, network: RoadNetwork | None, rides: dict[str, Ride]) -> None:
+        scene = vehicle_scene(view, network, rides)
+        held = self.board.vehicle(scene.vehicle_id)
+        if held is not None and held.heard_ms > scene.heard_ms:
+            # The store lags behind what came by the bus: keep where it is, take what it is about.
+            scene = msgspec.structs.replace(
+                held,
+                name=scene.name,
+                seats=scene.seats,
+                connected=scene.connected,
+                held=scene.held,
+                in_service=scene.in_service,
+                next_stop=scene.next_stop,
+                people_aboard=scene.people_aboard,
+                route=scene.route,
+            )
+        self.board.put_vehicle(scene)
+
+    def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.get_running_loop().create_task(work)
+        self._tasks.append(task)
+        task.add_done_callback(_report_failure)
+
+
+def _report_failure(task: asyncio.Task[None]) -> None:
+    error = None if task.cancelled() else task.exception()
+    if error is not None:
+        log.error("feed.failed", exc_info=error)
+        context = {"message": "the scene feed failed", "exception": error, "task": task}
+        task.get_loop().call_exception_handler(context)
+
+
+def _reading(uow: UnitOfWork) -> _Reading:
+    network = uow.network() if uow.maps.active_version() is not None else None
+    views = uow.views
+    recent = {ride.ride_id: ride for ride in views.rides(limit=RIDES_MAX)}
+    recent |= {ride.ride_id: ride for ride in views.rides(states=ACTIVE, limit=RIDES_MAX)}
+    return _Reading(network, views.vehicles(), tuple(recent.values()), views.incidents(limit=RIDES_MAX))
+
+
+def _is_shown(ride: Ride, now_ms: int) -> bool:
+    return ride.ended_at is None or now_ms - ms_of(ride.ended_at) < LINGER_MS
