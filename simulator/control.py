@@ -1,0 +1,85 @@
+"""What a scenario, a demo or a person says to a running simulation, and what it answers.
+
+msgpack datagrams on the loopback. Whoever sends `Subscribe` is told of taps, of riders who got off and of
+the score once a second.
+"""
+
+from typing import Literal
+
+import msgspec
+
+from contract.geometry import Pose2
+
+
+class Subscribe(msgspec.Struct, frozen=True, tag="subscribe"):
+    """Tell me, at the address this datagram came from."""
+
+
+class RiderComes(msgspec.Struct, frozen=True, tag="rider_comes"):
+    """A party that has booked goes to its stop. Poses are rear-axle poses of the two stops."""
+
+    ride_id: str
+    code: str
+    party: int
+    how: Literal["code", "tap", "sensor"]
+    from_map: Pose2
+    to_map: Pose2
+
+
+class RideAssigned(msgspec.Struct, frozen=True, tag="ride_assigned"):
+    """The rider's phone now shows this vehicle."""
+
+    ride_id: str
+    vehicle_id: str
+
+
+class SeatPressed(msgspec.Struct, frozen=True, tag="seat_pressed"):
+    vehicle_id: str
+    seat: int
+
+
+class DriverActs(msgspec.Struct, frozen=True, tag="driver_acts"):
+    """The safety driver's feet and hands from now on; all zero and None: hands off."""
+
+    vehicle_id: str
+    brake_ratio: float = 0.0
+    throttle_ratio: float = 0.0
+    steer_rad: float | None = None
+
+
+class StopButton(msgspec.Struct, frozen=True, tag="stop_button"):
+    vehicle_id: str
+    pressed: bool
+
+
+class GnssOutage(msgspec.Struct, frozen=True, tag="gnss_outage"):
+    vehicle_id: str
+    silent: bool
+
+
+class Tapped(msgspec.Struct, frozen=True, tag="tapped"):
+    """A rider tapped on the phone; the demo sends it on as the phone would."""
+
+    ride_id: str
+    kind: Literal["board", "alight"]
+
+
+class RiderLeft(msgspec.Struct, frozen=True, tag="rider_left"):
+    ride_id: str
+
+
+class ScoreTold(msgspec.Struct, frozen=True, tag="score_told"):
+    vehicle_id: str
+    distance_m: float
+    contacts: int
+    encounters: int
+    stopped_for_people_s: float
+    hardest_braking_mps2: float
+
+
+ToSimulation = Subscribe | RiderComes | RideAssigned | SeatPressed | DriverActs | StopButton | GnssOutage
+FromSimulation = Tapped | RiderLeft | ScoreTold
+
+decode_to_simulation = msgspec.msgpack.Decoder(ToSimulation).decode
+decode_from_simulation = msgspec.msgpack.Decoder(FromSimulation).decode
+encode = msgspec.msgpack.Encoder().encode

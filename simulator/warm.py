@@ -1,0 +1,41 @@
+"""Compiles every kernel of the simulator into numba's cache."""
+
+import numpy as np
+
+from contract.geometry import Pose2
+from contract.roads.model import Building, Origin, RoadMap
+from contract.roads.network import RoadNetwork
+from simulator.corridor import SAMPLES, Corridor
+from simulator.metrics import relations
+from simulator.outlines import outline_meets_edges, outlines_overlap
+from simulator.plant import COMMAND_SIZE, Plant, PlantParams
+from simulator.sensors.lidar import Lidar
+from simulator.sensors.walls import WallScene
+from simulator.traffic.crowd import VEHICLE_COLUMNS, step_crowd
+from simulator.traffic.population import Population, TrafficParams
+from vehicle_agent.config import Body, LidarMount
+
+
+def warm_kernels() -> None:
+    """Call each kernel once with small arguments of the types it is used with."""
+    here = Pose2(0.0, 0.0, 0.0)
+    plant = Plant((PlantParams(),), (here,))
+    plant.step(0.02)
+    assert plant.commands.shape == (1, COMMAND_SIZE)
+    rng = np.random.default_rng(0)
+    walls = WallScene((Building(((30.0, -5.0), (30.0, 5.0), (40.0, 0.0)), 9.0),))
+    boxes = np.array([[10.0, 0.0, 0.0, 0.85, 3.5, 0.8, 2.2]])
+    Lidar(LidarMount(), Body(), walls).scan(here, boxes, np.array([[8.0, 0.0, 0.25, 1.7]]), rng)
+    corridor = Corridor(RoadNetwork(RoadMap("warm", "warm", Origin(0.0, 0.0), (), (), (), ())))
+    corridor.update(here)
+    corridor.follow(np.array([[0.0, 0.0], [50.0, 0.0]]))
+    corridor.update(here)
+    ahead = np.zeros((1, SAMPLES, 2))
+    ahead[0] = corridor.ahead
+    vehicles = np.zeros((1, VEHICLE_COLUMNS))
+    crowd = Population(TrafficParams(), rng)
+    crowd.add_crosser(ahead[0], 10.0, 0.8)
+    step_crowd(crowd.people, crowd.doing, crowd.ways, crowd.way, vehicles, ahead, 8.0, 0.02)
+    relations(vehicles[0], ahead[0], crowd.people[:, :2])
+    outlines_overlap(vehicles[0], vehicles[0])
+    outline_meets_edges(vehicles[0], np.zeros((1, 4)))

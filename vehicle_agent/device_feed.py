@@ -1,0 +1,196 @@
+"""How devices on the vehicle's own network bring their values to the vehicle computer, and take its words.
+
+Small values (fixes, inertial samples, doors, buttons) come as msgpack datagrams on the loopback. A lidar scan
+is too large for a datagram: its driver writes it into a ring of slots in a memory-mapped file and sends a
+`ScanReady`. Nobody waits for anybody: a datagram that is not fetched in time is lost, and a slot that was
+overwritten meanwhile is seen to be so.
+"""
+
+import mmap
+import os
+import socket
+import struct
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from vehicle_agent.signals import (
+    CodeTyped,
+    DoorState,
+    GnssFix,
+    ImuSample,
+    InboxBody,
+    Says,
+    SeatButton,
+    SeatSensor,
+)
+
+Array32 = NDArray[np.float32]
+DeviceValue = GnssFix | ImuSample | DoorState | SeatSensor | SeatButton | CodeTyped
+
+HOST = "127.0.0.1"
+DATAGRAM_BYTES_MAX = 60_000
+SLOTS = 4
+POINTS_MAX = 32_768
+_FLOATS_A_POINT = 4
+_SLOT_HEADER = struct.Struct("<qqq")
+_SLOT_BYTES = _SLOT_HEADER.size + POINTS_MAX * _FLOATS_A_POINT * 4
+
+
+class DeviceFeedError(Exception):
+    """A feed cannot be opened or is not one; the message says what to do."""
+
+
+class DeviceValues(msgspec.Struct, frozen=True, tag="device_values"):
+    """To the tick: what the devices measured since the last datagram."""
+
+    items: tuple[DeviceValue, ...]
+
+
+class ScanReady(msgspec.Struct, frozen=True, tag="scan_ready"):
+    """To the perception worker: scan `number` lies in its slot of the scan ring."""
+
+    number: int
+    stamp_ns: int
+
+
+class DeviceWords(msgspec.Struct, frozen=True, tag="device_words"):
+    """From the vehicle computer: what screen, speaker and doors shall do."""
+
+    says: Says
+
+
+Datagram = DeviceValues | ScanReady | DeviceWords
+
+_encoder = msgspec.msgpack.Encoder()
+_decoder: msgspec.msgpack.Decoder[Datagram] = msgspec.msgpack.Decoder(Datagram)
+
+
+class DatagramPort:
+    """A non-blocking loopback socket. lost: sends that the kernel refused; malformed: datagrams not ours."""
+
+    def __init__(self, port: int = 0) -> None:
+        """port 0: any, for who only sends. DeviceFeedError when it is taken."""
+        self.lost = 0
+        self.malformed = 0
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        try:
+            self._socket.bind((HOST, port))
+        except OSError as error:
+            self._socket.close()
+            raise DeviceFeedError(
+                f"port {port} is taken ({error}); end the other simulation or choose another --base-port"
+            ) from error
+
+    @property
+    def port(self) -> int:
+        number: int = self._socket.getsockname()[1]
+        return number
+
+    def fileno(self) -> int:
+        return self._socket.fileno()
+
+    def send(self, port: int, datagram: Datagram) -> None:
+        """Never waits."""
+        try:
+            self._socket.sendto(_encoder.encode(datagram), (HOST, port))
+        except (BlockingIOError, ConnectionRefusedError):
+            self.lost += 1
+
+    def take(self) -> list[Datagram]:
+        """Everything that has come, in order."""
+        taken: list[Datagram] = []
+        while True:
+            try:
+                data = self._socket.recv(DATAGRAM_BYTES_MAX)
+            except BlockingIOError:
+                return taken
+            except ConnectionRefusedError:
+                # an earlier send found nobody listening
+                self.lost += 1
+                continue
+            try:
+                taken.append(_decoder.decode(data))
+            except msgspec.DecodeError:
+                self.malformed += 1
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+class DeviceSensors:
+    """The tick process's view of the feed."""
+
+    def __init__(self, port: int) -> None:
+        self._port = DatagramPort(port)
+
+    def poll(self) -> list[tuple[str, InboxBody]]:
+        """(source, value) of everything that has come since the last poll."""
+        return [
+            ("sensors", item)
+            for datagram in self._port.take()
+            if isinstance(datagram, DeviceValues)
+            for item in datagram.items
+        ]
+
+    def close(self) -> None:
+        self._port.close()
+
+
+class ScanRing:
+    """A memory-mapped file of SLOTS scans. One writer, any number of readers.
+
+    Each slot begins with its scan's number, stamp and point count; the number is set to -1 while the slot is
+    being written and checked again after reading, so that a torn scan is never taken for one.
+    """
+
+    def __init__(self, path: Path, create: bool) -> None:
+        """create: make the file (the driver). DeviceFeedError when there is none to read."""
+        size = SLOTS * _SLOT_BYTES
+        try:
+            if create:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(b"")
+                os.truncate(path, size)
+            with path.open("r+b") as file:
+                self._map = mmap.mmap(file.fileno(), size)
+        except (OSError, ValueError) as error:
+            raise DeviceFeedError(
+                f"no scan ring at {path} ({error}); start the lidar's driver first"
+            ) from error
+        if create:
+            for slot in range(SLOTS):
+                _SLOT_HEADER.pack_into(self._map, slot * _SLOT_BYTES, -1, 0, 0)
+
+    def write(self, number: int, stamp_ns: int, points_base: Array32, intensities: Array32) -> ScanReady:
+        """points_base (n, 3), intensities (n,); what is beyond POINTS_MAX is left out."""
+        count = min(len(points_base), POINTS_MAX)
+        offset = number % SLOTS * _SLOT_BYTES
+        _SLOT_HEADER.pack_into(self._map, offset, -1, stamp_ns, count)
+        rows = self._rows(offset, count)
+        rows[:, :3] = points_base[:count]
+        rows[:, 3] = intensities[:count]
+        _SLOT_HEADER.pack_into(self._map, offset, number, stamp_ns, count)
+        return ScanReady(number, stamp_ns)
+
+    def read(self, ready: ScanReady) -> tuple[Array32, Array32] | None:
+        """Copies of points (n, 3) and intensities (n,), or None when the slot holds another scan by now."""
+        offset = ready.number % SLOTS * _SLOT_BYTES
+        number, stamp_ns, count = _SLOT_HEADER.unpack_from(self._map, offset)
+        if (number, stamp_ns) != (ready.number, ready.stamp_ns):
+            return None
+        rows = self._rows(offset, count)
+        points, intensities = rows[:, :3].copy(), rows[:, 3].copy()
+        if _SLOT_HEADER.unpack_from(self._map, offset)[0] != ready.number:
+            return None
+        return points, intensities
+
+    def _rows(self, offset: int, count: int) -> Array32:
+        start = offset + _SLOT_HEADER.size
+        flat: Array32 = np.frombuffer(
+            self._map, dtype=np.float32, count=count * _FLOATS_A_POINT, offset=start
+        )
+        return flat.reshape(count, _FLOATS_A_POINT)
