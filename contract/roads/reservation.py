@@ -36,8 +36,15 @@ class ReservationError(Exception):
 
 @dataclass(slots=True)
 class _Vehicle:
+    """goal: the section in which its route ends; None for one that was placed and has no route."""
+
     held: list[str]
     ahead: list[str]
+    goal: str | None = None
+
+    @property
+    def is_moving(self) -> bool:
+        return bool(self.ahead) or (self.goal is not None and self.held != [self.goal])
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,15 +52,19 @@ class _Claim:
     """One vehicle as the safety test sees it: what it keeps others out of now and at its route's end."""
 
     vehicle_id: str
+    is_moving: bool
     need: int
     shadow_now: int
     shadow_end: int
 
 
 class Reservations:
-    """The sections of one map and the vehicles on them. Vehicles are visited in the order of their ids."""
+    """The sections of one map and the vehicles on them. Vehicles are visited in the order of their ids.
 
-    def __init__(self, sections: Iterable[Section]) -> None:
+    last_fence  the highest fence ever granted, kept over a restart so that fences go on growing.
+    """
+
+    def __init__(self, sections: Iterable[Section], last_fence: int = 0) -> None:
         listed = list(sections)
         bits = {section.section_id: 1 << i for i, section in enumerate(listed)}
         try:
@@ -65,7 +76,13 @@ class Reservations:
             raise MapError("dangling_id", f"a section conflicts with unknown section {error}") from error
         self._bits = bits
         self._vehicles: dict[str, _Vehicle] = {}
-        self._fence = 0
+        self.last_fence = last_fence
+
+    def emptied(self) -> "Reservations":
+        """The same map with nobody on it; what was worked out of the map is shared."""
+        empty = Reservations(())
+        empty._shadows, empty._bits = self._shadows, self._bits
+        return empty
 
     @property
     def vehicle_ids(self) -> tuple[str, ...]:
@@ -101,6 +118,15 @@ class Reservations:
                 )
         self._vehicles[vehicle_id] = _Vehicle(list(held), [])
 
+    def restore(self, vehicle_id: str, held: Sequence[str], ahead: Sequence[str]) -> None:
+        """Put back a vehicle exactly as it was stored: its sections and the rest of its adopted route.
+
+        Nothing is tested, since routes that are safe together need not be safe one by one. Raises
+        ReservationError: unknown_section.
+        """
+        self._check_known((*held, *ahead))
+        self._vehicles[vehicle_id] = _Vehicle(list(held), list(ahead))
+
     def remove(self, vehicle_id: str) -> None:
         """Forget a vehicle that has been taken off the roads."""
         self._vehicle(vehicle_id)
@@ -122,10 +148,10 @@ class Reservations:
                 "off_route", f"the route of {vehicle_id} does not touch a section it holds: {vehicle.held}"
             )
         before = self._stuck(self._claims())
-        after = self._stuck(self._claims(vehicle_id, _Vehicle(vehicle.held, ahead)))
-        if not after <= before - {vehicle_id}:
+        turned = _Vehicle(vehicle.held, ahead, route_sections[-1])
+        if not self._stuck(self._claims(vehicle_id, turned)) <= before - {vehicle_id}:
             return False
-        vehicle.ahead = ahead
+        self._vehicles[vehicle_id] = turned
         return True
 
     def grant(self, vehicle_id: str, limit: int) -> tuple[Grant, ...]:
@@ -136,7 +162,7 @@ class Reservations:
             return ()
         before = self._stuck(self._claims())
         for count in range(free, 0, -1):
-            moved = _Vehicle(vehicle.held + vehicle.ahead[:count], vehicle.ahead[count:])
+            moved = _moved(vehicle, count)
             if self._stuck(self._claims(vehicle_id, moved)) <= before - {vehicle_id}:
                 granted = tuple(vehicle.ahead[:count])
                 self._vehicles[vehicle_id] = moved
@@ -169,8 +195,7 @@ class Reservations:
         )
         if in_the_way:
             return in_the_way
-        moved = _Vehicle([*vehicle.held, vehicle.ahead[0]], vehicle.ahead[1:])
-        stuck = self._stuck(self._claims(vehicle_id, moved))
+        stuck = self._stuck(self._claims(vehicle_id, _moved(vehicle, 1)))
         if not stuck - self._stuck(self._claims()) and vehicle_id not in stuck:
             return ()
         return tuple(sorted(stuck - {vehicle_id}))
@@ -195,8 +220,8 @@ class Reservations:
                 changed if changed is not None and vehicle_id == changed_id else self._vehicles[vehicle_id]
             )
             now = self._shadow(vehicle.held)
-            end = self._shadows[vehicle.ahead[-1]] if vehicle.ahead else now
-            claims.append(_Claim(vehicle_id, self._mask(vehicle.ahead), now, end))
+            end = now if vehicle.goal is None else self._shadows[vehicle.goal]
+            claims.append(_Claim(vehicle_id, vehicle.is_moving, self._mask(vehicle.ahead), now, end))
         return claims
 
     @staticmethod
@@ -207,7 +232,7 @@ class Reservations:
         one still to run, which would have to go first. Whoever runs under this rule only shrinks what the
         rest is kept out of, so choosing greedily finds an order whenever there is one.
         """
-        waiting = [claim for claim in claims if claim.need]
+        waiting = [claim for claim in claims if claim.is_moving]
         standing = {claim.vehicle_id: claim.shadow_now for claim in claims}
         while waiting:
             for claim in waiting:
@@ -241,8 +266,13 @@ class Reservations:
         return _union(self._shadows[section_id] for section_id in section_ids)
 
     def _next_fence(self) -> int:
-        self._fence += 1
-        return self._fence
+        self.last_fence += 1
+        return self.last_fence
+
+
+def _moved(vehicle: _Vehicle, count: int) -> _Vehicle:
+    """The vehicle once it holds `count` sections more."""
+    return _Vehicle(vehicle.held + vehicle.ahead[:count], vehicle.ahead[count:], vehicle.goal)
 
 
 def _rest_of_route(held: list[str], route: Sequence[str]) -> list[str] | None:

@@ -12,6 +12,7 @@ from contract.geometry import Array, arc_lengths, curvatures, pose_at
 from contract.roads.network import RoadNetwork
 
 _SAME_PLACE_M = 1e-6
+_DISTINCT_M = 0.02
 
 
 class Route(msgspec.Struct, frozen=True):
@@ -171,29 +172,34 @@ def route_sections(network: RoadNetwork, *routes: Route) -> tuple[str, ...]:
 
 
 def route_line(network: RoadNetwork, route: Route) -> ReferenceLine:
-    """The route's lanes joined to one line, cut at its start and end."""
-    points: list[Array] = []
-    limits: list[float] = []
-    numbers: list[int] = []
-    for number, (lane_id, s_from_m, s_to_m) in enumerate(_legs(network, route)):
-        piece = _cut(network, lane_id, s_from_m, s_to_m)
-        if points and np.hypot(*(piece[0] - points[-1][-1])) < 0.01:
-            piece = piece[1:]
-        if len(piece) == 0:
-            continue
-        points.append(piece)
-        limits += [network.lanes[lane_id].speed_limit_mps] * len(piece)
-        numbers += [number] * len(piece)
-    joined: Array = np.concatenate(points)
+    """The route's lanes joined to one line, cut at its start and end; one point for a route of no length."""
+    pieces = [_cut(network, *leg) for leg in _legs(network, route)]
+    sizes = [len(piece) for piece in pieces]
+    limits = [network.lanes[lane_id].speed_limit_mps for lane_id in route.lane_ids]
+    joined: Array = np.concatenate(pieces)
+    kept = _distinct(joined)
+    points = joined[kept]
     return ReferenceLine(
-        joined,
-        arc_lengths(joined),
-        curvatures(joined),
-        np.array(limits),
-        np.array(numbers, dtype=np.int64),
+        points,
+        arc_lengths(points),
+        curvatures(points),
+        np.repeat(limits, sizes)[kept],
+        np.repeat(np.arange(len(pieces), dtype=np.int64), sizes)[kept],
         route.lane_ids,
         route_spans(network, route),
     )
+
+
+def _distinct(points: Array) -> NDArray[np.int64]:
+    """Which points to keep so that no two neighbours all but coincide; the first and the last stay."""
+    kept = [0]
+    for i in range(1, len(points)):
+        if math.dist(points[i], points[kept[-1]]) >= _DISTINCT_M:
+            kept.append(i)
+    last = len(points) - 1
+    if kept[-1] != last and math.dist(points[0], points[last]) > 0.0:
+        kept = [*(kept[:-1] if len(kept) > 1 else kept), last]
+    return np.array(kept, dtype=np.int64)
 
 
 def _legs(network: RoadNetwork, route: Route) -> list[tuple[str, float, float]]:
@@ -209,10 +215,9 @@ def _legs(network: RoadNetwork, route: Route) -> list[tuple[str, float, float]]:
 
 
 def _cut(network: RoadNetwork, lane_id: str, s_from_m: float, s_to_m: float) -> Array:
-    """The lane's points from s_from_m to s_to_m, both ends included, none doubled."""
+    """The lane's points from s_from_m to s_to_m, both ends included."""
     line = network.lines[lane_id]
-    inside = line.points[(line.s > s_from_m + 0.01) & (line.s < s_to_m - 0.01)]
-    first = np.array(pose_at(line.points, line.s, s_from_m)[:2])
-    last = np.array(pose_at(line.points, line.s, s_to_m)[:2])
-    cut: Array = np.vstack((first, inside, last)) if s_to_m > s_from_m else first.reshape(1, 2)
+    inside = line.points[(line.s > s_from_m) & (line.s < s_to_m)]
+    ends = [pose_at(line.points, line.s, s_m)[:2] for s_m in (s_from_m, s_to_m)]
+    cut: Array = np.vstack((ends[0], inside, ends[1]))
     return cut

@@ -1,0 +1,66 @@
+"""Look-ups on a prepared map."""
+
+import math
+
+import numpy as np
+import pytest
+
+from contract.roads.design_vehicle import LATERAL_COMFORT_MPS2
+from contract.roads.network import RoadNetwork
+from tests.contract.roads.ring_map import ring_map
+
+
+@pytest.fixture(scope="module")
+def ring() -> RoadNetwork:
+    return RoadNetwork(ring_map())
+
+
+def test_a_vehicle_beside_a_lane_is_found_with_its_offset(ring: RoadNetwork) -> None:
+    assert ring.locate(30.0, 1.5, 0.0) == pytest.approx(("side-0", 30.0, 1.5))
+    assert ring.locate(30.0, -1.5, 0.3) == pytest.approx(("side-0", 30.0, -1.5))
+
+
+def test_a_vehicle_that_heads_against_the_only_lane_is_at_sea(ring: RoadNetwork) -> None:
+    assert ring.locate(30.0, 0.0, math.pi) is None
+
+
+@pytest.mark.parametrize(
+    "pose", [(50.0, 50.0, 0.0), (5000.0, 0.0, 0.0), (math.nan, 0.0, 0.0), (0.0, 0.0, math.inf)]
+)
+def test_a_pose_far_from_every_lane_is_at_sea(ring: RoadNetwork, pose: tuple[float, float, float]) -> None:
+    assert ring.locate(*pose) is None
+
+
+def test_every_pose_on_a_lane_is_located_there(ring: RoadNetwork) -> None:
+    for lane_id, line in ring.lines.items():
+        for s_m in np.linspace(0.5, line.length_m - 0.5, 9):
+            found = ring.locate(*ring.pose(lane_id, float(s_m)))
+            assert found is not None
+            assert found[0] == lane_id
+            assert found[1] == pytest.approx(s_m, abs=0.05)
+            assert found[2] == pytest.approx(0.0, abs=0.01)
+
+
+def test_sections_are_found_by_distance_and_clamped_to_the_ends(ring: RoadNetwork) -> None:
+    assert ring.section_at("side-0", 26.0).section_id == "side-0/1"
+    assert ring.section_at("side-0", -5.0).section_id == "side-0/0"
+    assert ring.section_at("side-0", 500.0).section_id == "side-0/3"
+
+
+def test_predecessors_mirror_successors(ring: RoadNetwork) -> None:
+    for lane_id in ring.lanes:
+        for successor in ring.successors(lane_id):
+            assert lane_id in ring.predecessors(successor)
+
+
+def test_travel_time_obeys_limit_cap_and_lateral_comfort(ring: RoadNetwork) -> None:
+    assert ring.travel_time_s("side-0") == pytest.approx(100.0 / 4.0)
+    assert ring.travel_time_s("side-0", 2.0) == pytest.approx(100.0 / 2.0)
+    corner_speed_mps = math.sqrt(LATERAL_COMFORT_MPS2 * 10.0)
+    length_m = ring.lines["corner-0"].length_m
+    assert ring.travel_time_s("corner-0") == pytest.approx(length_m / corner_speed_mps, rel=1e-3)
+
+
+def test_what_must_be_kept_clear_is_the_shadow_of_the_other_resting_places(ring: RoadNetwork) -> None:
+    assert ring.kept_clear(()) == {"side-3/0"}
+    assert ring.kept_clear({"rest-1"}) == frozenset()
