@@ -84,7 +84,7 @@ class Response(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     brake_offset: float = 0.5695
     brake_knee_mps2: float = 0.1
     coast_mps2: float = 0.15
-    throttle_per_mps2: float = 0.45
+    throttle_per_mps2: float = 0.42
     accel_filter_s: float = 2.0
     steer_delay_s: float = 0.28
     brake_delay_s: float = 0.25
