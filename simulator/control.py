@@ -57,6 +57,21 @@ class GnssOutage(msgspec.Struct, frozen=True, tag="gnss_outage"):
     silent: bool
 
 
+class ByWireFault(msgspec.Struct, frozen=True, tag="by_wire_fault"):
+    """The by-wire module reports an internal fault and lets go, as long as it is present."""
+
+    vehicle_id: str
+    present: bool
+
+
+class PersonPlaced(msgspec.Struct, frozen=True, tag="person_placed"):
+    """Somebody stands at a place of the map, and walks to the waypoints if there are any."""
+
+    x_m: float
+    y_m: float
+    waypoints: tuple[tuple[float, float], ...] = ()
+
+
 class Tapped(msgspec.Struct, frozen=True, tag="tapped"):
     """A rider tapped on the phone; the demo sends it on as the phone would."""
 
@@ -77,7 +92,8 @@ class ScoreTold(msgspec.Struct, frozen=True, tag="score_told"):
     hardest_braking_mps2: float
 
 
-ToSimulation = Subscribe | RiderComes | RideAssigned | SeatPressed | DriverActs | StopButton | GnssOutage
+Intervention = SeatPressed | DriverActs | StopButton | GnssOutage | ByWireFault | PersonPlaced
+ToSimulation = Subscribe | RiderComes | RideAssigned | Intervention
 FromSimulation = Tapped | RiderLeft | ScoreTold
 
 decode_to_simulation = msgspec.msgpack.Decoder(ToSimulation).decode

@@ -6,24 +6,20 @@ from typing import Literal
 import msgspec
 
 from simulator.control import (
-    DriverActs,
     FromSimulation,
-    GnssOutage,
     RideAssigned,
     RiderComes,
     RiderLeft,
     ScoreTold,
-    SeatPressed,
-    StopButton,
     Subscribe,
     Tapped,
     ToSimulation,
     decode_to_simulation,
     encode,
 )
-from simulator.ecus.safety_driver import SafetyDriver
 from simulator.riders import Rider
-from simulator.world import SimWorld
+from simulator.scenario import intervene
+from simulator.world import SimWorld, WorldError
 
 HOST = "127.0.0.1"
 DATAGRAM_BYTES_MAX = 60_000
@@ -72,7 +68,7 @@ class ControlDesk:
             try:
                 message = decode_to_simulation(data)
                 self._obey(message, address, now_ns)
-            except (msgspec.DecodeError, KeyError, ValueError):
+            except (msgspec.DecodeError, KeyError, ValueError, WorldError):
                 self.refused += 1
         self._tell(self._phones.taps)
         self._phones.taps = []
@@ -107,14 +103,8 @@ class ControlDesk:
                 self._riding[ride_id] = None
             case RideAssigned(ride_id, vehicle_id):
                 self._phones.vehicles[ride_id] = vehicle_id
-            case SeatPressed(vehicle_id, seat):
-                world.riders.press_seat_button(vehicle_id, seat, now_ns)
-            case DriverActs(vehicle_id, brake_ratio, throttle_ratio, steer_rad):
-                world.module(vehicle_id).driver = SafetyDriver(brake_ratio, throttle_ratio, steer_rad)
-            case StopButton(vehicle_id, pressed):
-                world.module(vehicle_id).stop_pressed = pressed
-            case GnssOutage(vehicle_id, silent):
-                world.gnss[vehicle_id].silent = silent
+            case _:
+                intervene(world, message, now_ns)
 
     def _score(self, vehicle_id: str) -> ScoreTold:
         score = self._world.score(vehicle_id)

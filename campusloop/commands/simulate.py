@@ -79,7 +79,9 @@ def _run_until_told(simulation: LiveSimulation) -> None:
 
 
 def _print_wiring(console: Console, vehicle_ids: tuple[str, ...], base_port: int, folder: Path) -> None:
-    table = Table("vehicle", "CAN channel", "device values", "scans", "words", "scan ring")
+    table = Table()
+    for heading in ("vehicle", "CAN channel", "device values", "scans", "words", "scan ring"):
+        table.add_column(heading, overflow="fold")
     for number, vehicle_id in enumerate(vehicle_ids):
         ports = ports_of(number, base_port)
         table.add_row(

@@ -1,0 +1,58 @@
+"""Things that are made to happen to a world: at a time of the scenario, or because somebody asked."""
+
+from dataclasses import dataclass
+
+from simulator.control import (
+    ByWireFault,
+    DriverActs,
+    GnssOutage,
+    Intervention,
+    PersonPlaced,
+    SeatPressed,
+    StopButton,
+)
+from simulator.ecus.safety_driver import SafetyDriver
+from simulator.world import SimWorld, WorldError
+
+
+def intervene(world: SimWorld, intervention: Intervention, now_ns: int) -> None:
+    """Make it happen. KeyError for an unknown vehicle, WorldError for a person where nobody walks."""
+    match intervention:
+        case SeatPressed(vehicle_id, seat):
+            world.riders.press_seat_button(vehicle_id, seat, now_ns)
+        case DriverActs(vehicle_id, brake_ratio, throttle_ratio, steer_rad):
+            world.module(vehicle_id).driver = SafetyDriver(brake_ratio, throttle_ratio, steer_rad)
+        case StopButton(vehicle_id, pressed):
+            world.module(vehicle_id).stop_pressed = pressed
+        case GnssOutage(vehicle_id, silent):
+            world.gnss[vehicle_id].silent = silent
+        case ByWireFault(vehicle_id, present):
+            world.module(vehicle_id).injected_fault = present
+        case PersonPlaced(x_m, y_m, waypoints):
+            if world.pedestrians is None:
+                raise WorldError("this world has nobody on foot; give it TrafficParams to place a person")
+            world.pedestrians.population.place(x_m, y_m, waypoints)
+
+
+@dataclass(frozen=True, slots=True)
+class Happening:
+    """at_ns: on the world's clock."""
+
+    at_ns: int
+    intervention: Intervention
+
+
+class Scenario:
+    """Plays happenings in order of time; those of one time in the order given."""
+
+    def __init__(self, happenings: tuple[Happening, ...]) -> None:
+        self._ahead = sorted(happenings, key=lambda happening: happening.at_ns)
+
+    @property
+    def is_over(self) -> bool:
+        return not self._ahead
+
+    def step(self, world: SimWorld, now_ns: int) -> None:
+        """Before the world's step at now_ns: everything due by then."""
+        while self._ahead and self._ahead[0].at_ns <= now_ns:
+            intervene(world, self._ahead.pop(0).intervention, now_ns)
