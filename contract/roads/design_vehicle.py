@@ -15,7 +15,9 @@ CURVATURE_TOLERANCE_1PM = 0.005
 REAR_OVERHANG_M = (LENGTH_M - WHEELBASE_M) / 2.0
 FRONT_REACH_M = LENGTH_M - REAR_OVERHANG_M
 
-# Kept between a standing body and the end of the section it stands in.
+# A shuttle stops so that its front is this far from the end of the last section that it holds, and lets go
+# of a section once its tail is this far past it. Sections exclude each other on these terms.
 STANDING_MARGIN_M = 0.5
+RELEASE_MARGIN_M = 0.25
 CLEARANCE_M = 0.3
 LATERAL_COMFORT_MPS2 = 0.5

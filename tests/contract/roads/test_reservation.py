@@ -16,9 +16,9 @@ from tests.contract.roads.made_maps import made_map
 
 
 def single_track(length: int) -> list[Section]:
-    """One track of `length` pieces, driven both ways: e0, e1, ... eastwards; w0 lies on e0. Bays at both ends.
+    """One track of `length` pieces, driven both ways: e0, e1, ... eastwards; w0 lies on e0.
 
-    west-bay and east-bay lie beside the track's ends.
+    The bays lie beside its two ends.
     """
     east = [Section(f"e{k}", "east", k, k + 1, (f"w{k}",)) for k in range(length)]
     west = [Section(f"w{k}", "west", k, k + 1, (f"e{k}",)) for k in range(length)]
