@@ -42,9 +42,15 @@ class LinkClient:
         self._now_ns = now_ns
         self._tls = tls
         self._to_send = asyncio.Event()
+        self._redial = False
 
     def wake(self) -> None:
         """The desk has something to send."""
+        self._to_send.set()
+
+    def redial(self) -> None:
+        """Give up the connection for a new one, whose hello says what the vehicle holds by then."""
+        self._redial = True
         self._to_send.set()
 
     async def run(self) -> None:
@@ -96,7 +102,11 @@ class LinkClient:
     async def _send_all(self, socket: ClientConnection) -> None:
         """Send whatever the session has, when woken and once a second."""
         session = self._desk.session
+        self._redial = False
         while True:
+            if self._redial:
+                await socket.close(1000, "the vehicle has started anew")
+                return
             session.elapsed(self._now_ns())
             if session.is_silent(self._now_ns()):
                 await socket.close(1001, "nothing heard")

@@ -14,6 +14,7 @@ from contract.wire.messages import VehicleEvent
 from contract.wire.sequence import EventLog, LoggedEvent
 
 REWRITE_AFTER_LINES = 2000
+MEMORY_FILE = "memory.msgpack"
 
 
 class OutboxError(Exception):
@@ -27,7 +28,7 @@ class Outbox:
         """sync=False leaves it to the operating system when bytes reach the disk (simulation)."""
         folder.mkdir(parents=True, exist_ok=True)
         self._path = folder / "events.jsonl"
-        self._memory_path = folder / "memory.msgpack"
+        self._memory_path = folder / MEMORY_FILE
         self._sync = sync
         self.log = EventLog(boot_id, self._read_earlier())
         self._lines = 0
@@ -60,7 +61,7 @@ class Outbox:
 
     def memory(self) -> bytes | None:
         """The mission's memory as last saved, or None on the first boot."""
-        return self._memory_path.read_bytes() if self._memory_path.exists() else None
+        return read_memory(self._memory_path.parent)
 
     def close(self) -> None:
         self._file.close()
@@ -86,6 +87,12 @@ class Outbox:
         _replace(self._path, b"".join(msgspec.json.encode(event) + b"\n" for event in pending), self._sync)
         self._file = self._path.open("ab")
         self._lines = len(pending)
+
+
+def read_memory(folder: Path) -> bytes | None:
+    """The mission's memory in an outbox folder, or None on the first boot; for who only reads."""
+    path = folder / MEMORY_FILE
+    return path.read_bytes() if path.exists() else None
 
 
 def _replace(path: Path, data: bytes, sync: bool) -> None:

@@ -56,7 +56,10 @@ class WorldModel(Protocol):
 
 
 class Mission(Protocol):
-    def initial(self) -> Any: ...
+    def initial(self, memory: Any = None) -> Any:
+        """memory: what the mission knew before a crash (`mission.memory`); it then comes up held."""
+        ...
+
     def step(
         self,
         state: Any,

@@ -13,6 +13,8 @@ from pathlib import Path
 import msgspec
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
+from contract.roads.load import load_map
+from contract.roads.model import RoadMap
 from vehicle_agent.config import Profile, load_profile
 from vehicle_agent.link.keys import load_or_make_key
 
@@ -26,13 +28,20 @@ class VehicleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     server_url          the server's address, e.g. https://shuttles.campus.edu
     can_channel         see `can_bus.open_bus`
+    values_port         loopback port on which device values come (see `device_feed`)
+    scans_port          loopback port on which finished scans are told
+    words_port          loopback port of screen, speaker and doors
+    scan_ring           file through which scans are handed over
     server_certificate  path of a certificate to trust, for a server with one of its own making
     """
 
     vehicle_id: str
     server_url: str
     can_channel: str
-    map_path: str
+    values_port: int
+    scans_port: int
+    words_port: int
+    scan_ring: str
     server_certificate: str = ""
 
 
@@ -65,14 +74,18 @@ class AgentFolder:
         path = self.root / "profile.toml"
         return load_profile(path) if path.exists() else Profile()
 
+    def road_map(self) -> RoadMap:
+        """Raises MapError."""
+        return load_map(self.root / "map.json")
+
     def key(self) -> Ed25519PrivateKey:
         return load_or_make_key(self.root / "key.pem")
 
-    def next_boot_id(self) -> str:
-        """A new id for every start, in order."""
-        path = self.root / "boots"
+    def next_boot_id(self, who: str = "boot") -> str:
+        """A new id for every start of the tick ("boot") or of the link ("link"), in order."""
+        path = self.root / f"{who}.count"
         number = int(path.read_text()) + 1 if path.exists() else 1
         fresh = path.with_suffix(".new")
         fresh.write_text(str(number))
         fresh.replace(path)
-        return f"boot-{number:06d}"
+        return f"{who}-{number:06d}"

@@ -20,7 +20,7 @@ from vehicle_agent.link.session import Identity
 from vehicle_agent.link.upload import SegmentUploader
 from vehicle_agent.runtime.agent_files import AgentFolder
 from vehicle_agent.runtime.mailbox import Deliveries, Delivery, Mailbox, TickReport
-from vehicle_agent.runtime.recorder import RunLogEntry
+from vehicle_agent.runtime.recorder import RunLogEntry, SegmentBegin
 from vehicle_agent.runtime.runlog_files import RunLogFiles, finished_segment
 from vehicle_agent.signals import LinkState, ServerWord
 
@@ -52,6 +52,7 @@ class VehicleLink:
         self._log_files = RunLogFiles(files.runs, vehicle.profile, vehicle.road_map)
         self._mailbox = Mailbox(vehicle.mail / "link")
         self._tick = vehicle.mail / "tick"
+        self._tick_boot_id = ""
         self._reports: asyncio.Queue[TickReport] = asyncio.Queue(maxsize=2000)
         self._http = httpx.AsyncClient(
             base_url=config.server_url, verify=self._tls if self._tls is not None else True
@@ -82,11 +83,20 @@ class VehicleLink:
 
     def _collect(self) -> None:
         for mail in self._mailbox.take():
-            if isinstance(mail, TickReport):
-                if self._reports.full():
-                    log.error("link.tick_report_lost", vehicle_id=self._identity.vehicle_id)
-                else:
-                    self._reports.put_nowait(mail)
+            if not isinstance(mail, TickReport):
+                continue
+            self._notice_boot(mail)
+            if self._reports.full():
+                log.error("link.tick_report_lost", vehicle_id=self._identity.vehicle_id)
+            else:
+                self._reports.put_nowait(mail)
+
+    def _notice_boot(self, report: TickReport) -> None:
+        """A tick that has started anew knows neither link nor grants: a new hello brings it everything."""
+        for entry in report.entries:
+            if isinstance(entry, SegmentBegin) and entry.header.boot_id != self._tick_boot_id:
+                self._tick_boot_id = entry.header.boot_id
+                self._client.redial()
 
     async def _work(self) -> None:
         while True:

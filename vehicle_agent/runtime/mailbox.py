@@ -12,7 +12,7 @@ import msgspec
 from contract.runlog.arrays import dec_hook, enc_hook
 from vehicle_agent.link.desk import TickNews
 from vehicle_agent.runtime.recorder import RunLogEntry
-from vehicle_agent.signals import CanFrame, InboxBody, Says
+from vehicle_agent.signals import CanFrame, InboxBody
 
 DATAGRAM_BYTES_MAX = 200_000
 BUFFER_BYTES = 4 * 1024 * 1024
@@ -43,13 +43,7 @@ class TickReport(msgspec.Struct, frozen=True, tag="tick_report"):
     entries: tuple[RunLogEntry, ...]
 
 
-class Shown(msgspec.Struct, frozen=True, tag="shown"):
-    """To the displays, speakers and doors."""
-
-    says: Says
-
-
-Mail = Deliveries | Commands | TickReport | Shown
+Mail = Deliveries | Commands | TickReport
 
 _encoder = msgspec.msgpack.Encoder(enc_hook=enc_hook)
 _decoder: msgspec.msgpack.Decoder[Mail] = msgspec.msgpack.Decoder(Mail, dec_hook=dec_hook)

@@ -13,17 +13,19 @@ import structlog
 
 from vehicle_agent.link.desk import TickNews
 from vehicle_agent.mission.memory import MissionMemory, holding
-from vehicle_agent.onboard.car import Car
 from vehicle_agent.onboard.rates import LATE_TICK_FAULT_NS, REPORT_EVERY_TICKS
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.inbox import Inbox
-from vehicle_agent.runtime.mailbox import Commands, Deliveries, Mailbox, Shown, TickReport
+from vehicle_agent.runtime.mailbox import Commands, Deliveries, Mailbox, TickReport
 from vehicle_agent.runtime.pacing import Pacer
 from vehicle_agent.signals import InboxBody, Outputs, Says
 
 log = structlog.get_logger()
 
-MemoryOf = Callable[[object], MissionMemory]
+# Screen, speaker and doors are told at every change, and again in case they were away.
+SHOW_EVERY_NS = 1_000_000_000
+
+Show = Callable[[Says], None]
 
 
 class Sensors(Protocol):
@@ -62,16 +64,17 @@ class TickNewsWriter:
 class TickProcess:
     """One vehicle's loop on the wall clock."""
 
-    def __init__(self, mail: Path, car: Car, computer: VehicleComputer, sensors: Sensors) -> None:
+    def __init__(self, mail: Path, computer: VehicleComputer, sensors: Sensors, show: Show) -> None:
         """mail: the folder of the vehicle's mailboxes."""
         self._mail = mail
         self._mailbox = Mailbox(mail / "tick")
-        self._car = car
         self._computer = computer
         self._sensors = sensors
+        self._show = show
         self._inbox = Inbox()
         self._news = TickNewsWriter()
         self._shown: Says | None = None
+        self._shown_ns = 0
         self._stopping = False
 
     def run(self) -> None:
@@ -105,10 +108,15 @@ class TickProcess:
     def _hand_out(self, outputs: Outputs, now_ns: int) -> None:
         """Frames first: everything else can wait."""
         self._mailbox.post(self._mail / "gate", Commands(outputs.frames))
-        if outputs.says != self._shown:
-            self._shown = outputs.says
-            self._mailbox.post(self._mail / "displays", Shown(outputs.says))
+        if outputs.says != self._shown or now_ns - self._shown_ns >= SHOW_EVERY_NS:
+            self._shown, self._shown_ns = outputs.says, now_ns
+            self._show(outputs.says)
         memory = self._computer.state.mission.memory
         news = self._news.news(outputs, memory, now_ns)
         if news is not None or self._computer.entries:
             self._mailbox.post(self._mail / "link", TickReport(news, tuple(self._computer.entries)))
+
+
+def utc_offset_now_ns() -> int:
+    """UTC minus the monotonic clock, by this computer's own idea of UTC."""
+    return time.time_ns() - time.monotonic_ns()

@@ -1,0 +1,121 @@
+"""A vehicle's processes: what runs on its computer, and how the pieces are wired.
+
+One vehicle has a tick, a gate, a worker and a link process. Simulated vehicles on one machine share one
+worker and one link process; each keeps a tick and a gate of its own.
+"""
+
+import asyncio
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from contract.roads.load import encode_map
+from contract.runlog.records import RunHeader
+from vehicle_agent.device_feed import DatagramPort, DeviceSensors, DeviceWords
+from vehicle_agent.link.outbox import read_memory
+from vehicle_agent.link.session import Identity
+from vehicle_agent.mission.memory import MissionMemory
+from vehicle_agent.onboard.car import initial_state
+from vehicle_agent.runtime.agent_files import AgentFolder
+from vehicle_agent.runtime.computer import VehicleComputer
+from vehicle_agent.runtime.gate_process import GateProcess
+from vehicle_agent.runtime.link_process import LinkedVehicle, serve_links
+from vehicle_agent.runtime.recorder import Recorder
+from vehicle_agent.runtime.supervisor import Job
+from vehicle_agent.runtime.tick_process import TickProcess, utc_offset_now_ns
+from vehicle_agent.runtime.worker_process import ScannedVehicle, serve_percepts
+from vehicle_agent.signals import Says
+from vehicle_agent.stacks.gem import gem, height_map
+
+SOFTWARE = "0.1.0"
+
+
+@dataclass(frozen=True, slots=True)
+class AgentPlace:
+    """folder: the vehicle's folder on disk; mail: where its mailboxes are made (short paths)."""
+
+    folder: Path
+    mail: Path
+
+
+def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
+    """The processes of these vehicles, in starting order: who brakes comes first."""
+    names = [AgentFolder(place.folder).vehicle().vehicle_id for place in places]
+    gates = [Job(f"gate {name}", run_gate, (place,)) for name, place in zip(names, places, strict=True)]
+    ticks = [Job(f"tick {name}", run_tick, (place,)) for name, place in zip(names, places, strict=True)]
+    return [*gates, Job("link", run_links, (places,)), Job("worker", run_worker, (places,)), *ticks]
+
+
+def run_gate(place: AgentPlace) -> None:
+    GateProcess(place.mail, AgentFolder(place.folder).vehicle().can_channel).run()
+
+
+def run_worker(places: tuple[AgentPlace, ...]) -> None:
+    scanned = []
+    for place in places:
+        files = AgentFolder(place.folder)
+        vehicle = files.vehicle()
+        scanned.append(
+            ScannedVehicle(
+                vehicle.vehicle_id,
+                place.mail,
+                vehicle.scans_port,
+                Path(vehicle.scan_ring),
+                height_map(files.profile()),
+            )
+        )
+    serve_percepts(tuple(scanned))
+
+
+def run_links(places: tuple[AgentPlace, ...]) -> None:
+    asyncio.run(serve_links([_linked(place) for place in places]))
+
+
+def run_tick(place: AgentPlace) -> None:
+    """A new boot: mission memory from disk, everything else from scratch."""
+    files = AgentFolder(place.folder)
+    vehicle, profile, road_map = files.vehicle(), files.profile(), files.road_map()
+    car = gem(profile, road_map)
+    state = initial_state(car)
+    memory = read_memory(files.outbox)
+    if memory is not None:
+        remembered = car.mission.initial(msgspec.msgpack.decode(memory, type=MissionMemory))
+        state = msgspec.structs.replace(state, mission=remembered)
+    offset_ns = utc_offset_now_ns()
+    header = RunHeader(
+        vehicle_id=vehicle.vehicle_id,
+        boot_id=files.next_boot_id(),
+        segment=0,
+        campus_id=road_map.campus_id,
+        map_version=road_map.map_version,
+        stack=profile.stack,
+        software=SOFTWARE,
+        utc_offset_ns=offset_ns,
+        first_tick=0,
+    )
+    computer = VehicleComputer(car, state, Recorder(header, profile.body), offset_ns)
+    speaker = DatagramPort()
+
+    def show(says: Says) -> None:
+        speaker.send(vehicle.words_port, DeviceWords(says))
+
+    TickProcess(place.mail, computer, DeviceSensors(vehicle.values_port), show).run()
+
+
+def _linked(place: AgentPlace) -> LinkedVehicle:
+    """The link numbers its own starts, and events are its: those of a killed link keep their number."""
+    files = AgentFolder(place.folder)
+    vehicle, profile, road_map = files.vehicle(), files.profile(), files.road_map()
+    identity = Identity(
+        vehicle_id=vehicle.vehicle_id,
+        boot_id=files.next_boot_id("link"),
+        software=SOFTWARE,
+        stack=profile.stack,
+        map_version=road_map.map_version,
+        seats=profile.body.seats,
+        wheelchair_places=profile.body.wheelchair_places,
+    )
+    return LinkedVehicle(
+        place.folder, place.mail, identity, msgspec.msgpack.encode(profile), encode_map(road_map)
+    )
