@@ -129,12 +129,11 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
         stop_m = task.stop_s_m - task.s_m
         command = lowest(self._commands(state, ego, world, task, free_m, stop_m))
         waypoints = state.waypoints
-        first = int(np.searchsorted(waypoints.s_m, task.s_m, side="right"))
-        last = int(np.searchsorted(waypoints.s_m, task.s_m + self.ahead_m, side="right"))
+        ahead = waypoints.ahead(task.s_m, self.ahead_m)
         return Path(
             stamp_ns=ego.stamp_ns,
-            points_map=waypoints.points_map[first:last],
-            speeds_mps=waypoints.speeds_mps[first:last],
+            points_map=waypoints.points_map[ahead],
+            speeds_mps=waypoints.speeds_mps[ahead],
             speed_mps=command.speed_mps,
             limited_by=command.name,
             obstacle_m=None if math.isinf(free_m) else free_m,
@@ -146,7 +145,7 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
     def _commands(
         self, state: Plan, ego: Ego, world: World, task: Task, free_m: float, stop_m: float
     ) -> list[SpeedCommand]:
-        commands = [self._cruise(state.waypoints, task.s_m, ego.speed_mps)]
+        commands = [cruise(state.waypoints, task.s_m, ego.speed_mps, self.delay_s)]
         name = (
             task.mode
             if task.mode != "drive"
@@ -177,11 +176,12 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
             commands.append(SpeedCommand("blind", 0.0, -self.approach.decel_mps2))
         return commands
 
-    def _cruise(self, waypoints: Waypoints, s_m: float, speed_mps: float) -> SpeedCommand:
-        """The waypoint file's speed where the vehicle will be when the actuators answer."""
-        s, v = waypoints.s_m, waypoints.speeds_mps
-        ahead_m = s_m + self.delay_s * speed_mps
-        wanted_mps = float(np.interp(ahead_m, s, v))
-        i = min(max(int(np.searchsorted(s, ahead_m, side="right")) - 1, 0), len(s) - 2)
-        slope_1ps = float((v[i + 1] - v[i]) / max(s[i + 1] - s[i], 1e-6))
-        return SpeedCommand("waypoints", wanted_mps, min(0.0, wanted_mps * slope_1ps))
+
+def cruise(waypoints: Waypoints, s_m: float, speed_mps: float, delay_s: float) -> SpeedCommand:
+    """The waypoints' speed where the vehicle will be when the actuators answer."""
+    s, v = waypoints.s_m, waypoints.speeds_mps
+    ahead_m = s_m + delay_s * speed_mps
+    wanted_mps = float(np.interp(ahead_m, s, v))
+    i = min(max(int(np.searchsorted(s, ahead_m, side="right")) - 1, 0), len(s) - 2)
+    slope_1ps = float((v[i + 1] - v[i]) / max(s[i + 1] - s[i], 1e-6))
+    return SpeedCommand("waypoints", wanted_mps, min(0.0, wanted_mps * slope_1ps))

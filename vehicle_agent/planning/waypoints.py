@@ -32,6 +32,11 @@ class Waypoints(msgspec.Struct, frozen=True):
     s_m: np.ndarray
     speeds_mps: np.ndarray
 
+    def ahead(self, s_m: float, length_m: float) -> slice:
+        """Which waypoints lie beyond s_m, at most length_m farther."""
+        first = int(np.searchsorted(self.s_m, s_m, side="right"))
+        return slice(first, int(np.searchsorted(self.s_m, s_m + length_m, side="right")))
+
 
 def waypoints_from_line(line: ReferenceLine, rules: WaypointRules) -> Waypoints:
     """Waypoints along the line and `overrun_m` beyond it; their s is the line's."""
@@ -42,10 +47,16 @@ def waypoints_from_line(line: ReferenceLine, rules: WaypointRules) -> Waypoints:
 
 
 def waypoints_from_points(points_map: Array, speeds_mps: Array, rules: WaypointRules) -> Waypoints:
-    """Recorded waypoints (n, 2) with their speeds (n,), those lowered where the line turns too tightly."""
+    """Recorded waypoints (n, 2) with their speeds (n,), lowered before slower ones.
+
+    Curves are left to the recorded speeds: a metre between noisy positions makes a poor curvature.
+    """
     points: Array = np.ascontiguousarray(points_map, dtype=np.float64)
+    s = arc_lengths(points)
     capped = np.minimum(np.asarray(speeds_mps, dtype=np.float64), rules.speed_mps_max)
-    return Waypoints(points, arc_lengths(points), allowed_speeds(points, capped, rules))
+    straight = np.zeros(len(points))
+    speeds = limited_speeds(s, straight, capped, rules.lateral_accel_mps2, rules.decel_mps2)
+    return Waypoints(points, s, speeds)
 
 
 def curve_speed_mps(radius_m: float, lateral_accel_mps2: float = 0.5) -> float:
