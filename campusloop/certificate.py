@@ -59,9 +59,7 @@ def self_signed(folder: Path, names: tuple[str, ...], now: datetime | None = Non
     return certificate_path, key_path
 
 
-def _certificate(
-    key: ec.EllipticCurvePrivateKey, names: tuple[str, ...], now: datetime
-) -> x509.Certificate:
+def _certificate(key: ec.EllipticCurvePrivateKey, names: tuple[str, ...], now: datetime) -> x509.Certificate:
     subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "Campusloop")])
     builder = (
         x509.CertificateBuilder()

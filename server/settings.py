@@ -26,6 +26,7 @@ class Settings(BaseModel):
     map_path: Path | None = Field(
         None, description="Campus map to make active at start; empty: keep the last."
     )
+    campus_id: str = Field("", max_length=64, description="Empty: the map's.")
     web_dist: Path = Field(Path("web/dist"), description="The built web pages.")
     public_url: str = Field(
         "", description="How the outside reaches us, for links; empty: from host and port."

@@ -1,0 +1,138 @@
+"""The live ports: database, bus, clock and chance as the settings name them, made ready to serve."""
+
+import secrets
+from dataclasses import dataclass, replace
+
+from sqlalchemy import Engine
+from sqlalchemy.exc import SQLAlchemyError
+
+from contract.roads.load import MapError, encode_map, load_map
+from contract.roads.model import RoadMap
+from server.adapters import Argon2Hasher, RandomIds, SystemClock
+from server.api.offload import Threads
+from server.app import Ports, standing_tasks
+from server.bus.in_process import InProcessBus
+from server.bus.nats import BusUnreachable, connect
+from server.domain.errors import DomainError
+from server.domain.rules import FleetRules
+from server.domain.timetable import Opening, ServiceHours
+from server.settings import Settings
+from server.store.engine import DatabaseUnsupported, open_engine
+from server.store.map_library import MapLibrary
+from server.store.schema import DatabaseTooNew, upgrade_to_head
+from server.store.transactions import GroupCommit, Pooled
+from server.store.unit_of_work import Context
+from server.usecases import campus, identity
+from server.usecases.ports import Bus, Transactions, UnitOfWork
+
+DAY_S = 86_400
+
+
+class CannotStart(Exception):
+    """The server cannot do its work with these settings; the text says what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class LivePorts:
+    """made_password: of the first operator, when none was set; it is shown once."""
+
+    ports: Ports
+    made_password: str = ""
+
+
+async def live_ports(settings: Settings) -> LivePorts:
+    """Migrate the database, bring the campus map into force, see to it that an operator can sign in.
+
+    Raises CannotStart.
+    """
+    road_map = _road_map(settings)
+    campus_id = settings.campus_id or road_map.campus_id
+    engine = _engine(settings)
+    bus = await _bus(settings)
+    rules = _rules(settings, road_map)
+    clock, ids = SystemClock(), RandomIds()
+    context = Context(campus_id, clock, ids, rules, Argon2Hasher(), MapLibrary(rules))
+    transactions: GroupCommit | Pooled
+    if engine.dialect.name == "sqlite":
+        transactions = GroupCommit(engine, context, bus)
+    else:
+        transactions = Pooled(engine, context, bus)
+
+    async def close() -> None:
+        await transactions.close()
+        await bus.close()
+
+    try:
+        made_password = await _prepare(transactions, settings, road_map)
+    except DomainError as error:
+        await close()
+        raise CannotStart(f"{error.code}: {error.detail}") from error
+    ports = Ports(campus_id, clock, ids, transactions, bus, Threads(), close=close)
+    loops = standing_tasks(ports) if settings.with_loops else ()
+    return LivePorts(replace(ports, loops=loops), made_password)
+
+
+def _road_map(settings: Settings) -> RoadMap:
+    if settings.map_path is None:
+        raise CannotStart("no campus map: give one with --map, e.g. maps/shanghai-university/map.json")
+    try:
+        return load_map(settings.map_path)
+    except MapError as error:
+        raise CannotStart(f"{settings.map_path}: {error.detail}") from error
+
+
+def _engine(settings: Settings) -> Engine:
+    settings.var_dir.mkdir(parents=True, exist_ok=True)
+    url = settings.database()
+    try:
+        engine = open_engine(url)
+        upgrade_to_head(engine)
+    except DatabaseUnsupported as error:
+        raise CannotStart(str(error)) from error
+    except DatabaseTooNew as error:
+        raise CannotStart(str(error)) from error
+    except SQLAlchemyError as error:
+        cause = str(error).splitlines()[0]
+        shown = open_engine(url).url.render_as_string(hide_password=True)
+        raise CannotStart(
+            f"the database {shown} cannot be used ({cause}); start it, or set CAMPUSLOOP_DATABASE_URL"
+        ) from error
+    return engine
+
+
+async def _bus(settings: Settings) -> Bus:
+    if not settings.bus_url:
+        return InProcessBus()
+    try:
+        return await connect(settings.bus_url)
+    except BusUnreachable as error:
+        raise CannotStart(str(error)) from error
+
+
+def _rules(settings: Settings, road_map: RoadMap) -> FleetRules:
+    opens_s, closes_s = _second(settings.service_opens), _second(settings.service_closes)
+    always = (opens_s, closes_s) == (0, DAY_S)
+    if not 0 <= opens_s < closes_s <= DAY_S:
+        raise CannotStart("service hours: CAMPUSLOOP_SERVICE_OPENS must lie before CAMPUSLOOP_SERVICE_CLOSES")
+    openings = () if always else tuple(Opening(weekday, opens_s, closes_s) for weekday in range(7))
+    hours = ServiceHours(road_map.timezone, openings)
+    return FleetRules(hours=hours, operator_session_s=settings.session_hours * 3600.0)
+
+
+def _second(clock_time: str) -> int:
+    hours, minutes = clock_time.split(":")
+    return int(hours) * 3600 + int(minutes) * 60
+
+
+async def _prepare(transactions: Transactions, settings: Settings, road_map: RoadMap) -> str:
+    password = settings.operator_password
+    made = secrets.token_urlsafe(9)
+
+    def work(uow: UnitOfWork) -> bool:
+        campus.load_map(uow, encode_map(road_map), "start-up", activate=True)
+        is_new = uow.identity.operator_by_name(settings.operator_name) is None
+        if password or is_new:
+            identity.set_password(uow, settings.operator_name, password or made)
+        return is_new and not password
+
+    return made if await transactions.run(work) else ""

@@ -1,0 +1,129 @@
+"""The whole server in virtual time over SQLite in memory, with requests through in-memory ASGI."""
+
+import json
+from collections.abc import Coroutine
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any, TypeVar
+
+import httpx
+
+from campusloop.conductor import Conductor
+from contract.roads.load import encode_map, load_map
+from contract.roads.model import RoadMap
+from server.adapters import SeededIds
+from server.api.offload import Inline as InlineOffload
+from server.app import Ports, create_app, services_of_app
+from server.bus.in_process import InProcessBus
+from server.domain.rules import FleetRules
+from server.settings import Settings
+from server.store.engine import open_engine
+from server.store.map_library import MapLibrary
+from server.store.schema import upgrade_to_head
+from server.store.transactions import Inline
+from server.store.unit_of_work import Context
+from server.usecases import campus, identity
+from server.usecases.ports import UnitOfWork
+
+T = TypeVar("T")
+START = datetime(2026, 9, 1, 8, 0, tzinfo=UTC)
+MAPS = Path(__file__).resolve().parents[3] / "maps"
+CAMPUS = "snow-lion"
+PASSWORD = "correct horse battery"
+
+
+class ConductedClock:
+    """Server time is START plus virtual time."""
+
+    def __init__(self, conductor: Conductor) -> None:
+        self._conductor = conductor
+
+    def now(self) -> datetime:
+        return START + timedelta(microseconds=self._conductor.now_ns // 1000)
+
+
+class PlainHasher:
+    """Quick, and readable in a failing test."""
+
+    def hash(self, password: str) -> str:
+        return f"plain:{password}"
+
+    def verify(self, password_hash: str, password: str) -> bool:
+        return password_hash == f"plain:{password}"
+
+
+def snow_lion() -> RoadMap:
+    return load_map(MAPS / "snow-lion" / "map.json")
+
+
+class ServerUnderTest:
+    """Start it, send requests, let time pass."""
+
+    def __init__(
+        self, var_dir: Path, rules: FleetRules | None = None, with_map: bool = True, **settings: Any
+    ) -> None:
+        self.conductor = Conductor(1)
+        self.clock = ConductedClock(self.conductor)
+        self.bus = InProcessBus()
+        self.settings = Settings(var_dir=var_dir, web_dist=var_dir / "dist", **settings)
+        rules = rules or FleetRules()
+        engine = open_engine("sqlite://")
+        upgrade_to_head(engine)
+        context = Context(CAMPUS, self.clock, SeededIds(2), rules, PlainHasher(), MapLibrary(rules))
+        self.transactions = Inline(engine, context, self.bus)
+        ports = Ports(CAMPUS, self.clock, SeededIds(1), self.transactions, self.bus, InlineOffload())
+        self.app = create_app(self.settings, ports)
+        self.services = services_of_app(self.app)
+        self.hub = self.services.hub
+        self.run(self._prepare(with_map))
+        self._lifespan = self.app.router.lifespan_context(self.app)
+        self.run(self._lifespan.__aenter__())
+        self.client = httpx.AsyncClient(
+            transport=httpx.ASGITransport(self.app), base_url="http://campus.test"
+        )
+
+    def run(self, work: Coroutine[Any, Any, T]) -> T:
+        return self.conductor.loop.run_now(work)
+
+    def close(self) -> None:
+        self.run(self._lifespan.__aexit__(None, None, None))
+
+    def elapse(self, seconds: float) -> None:
+        self.conductor.run_for(seconds)
+
+    def transact(self, work: Any) -> Any:
+        return self.run(self.transactions.run(work))
+
+    def request(self, method: str, path: str, **options: Any) -> httpx.Response:
+        return self.run(self.client.request(method, f"/api/v1{path}", **options))
+
+    def get(self, path: str, **options: Any) -> httpx.Response:
+        return self.request("GET", path, **options)
+
+    def post(self, path: str, body: object = None, **options: Any) -> httpx.Response:
+        if body is not None:
+            options["content"] = json.dumps(body)
+            options["headers"] = {"Content-Type": "application/json", **options.get("headers", {})}
+        return self.request("POST", path, **options)
+
+    def sign_in(self) -> dict[str, str]:
+        """The headers that a change needs; the cookie stays in the client."""
+        answer = self.post("/session", {"name": "operator", "password": PASSWORD})
+        assert answer.status_code == 200, answer.text
+        return {"X-CSRF-Token": answer.json()["csrf_token"]}
+
+    def enrol(self, vehicle_id: str, public_key: str) -> None:
+        def work(uow: UnitOfWork) -> str:
+            return identity.create_enrolment_code(uow, vehicle_id, vehicle_id.title(), "operator")
+
+        code = self.transact(work)
+        answer = self.post("/enrolments", {"code": code, "vehicle_id": vehicle_id, "public_key": public_key})
+        assert answer.status_code == 201, answer.text
+
+    async def _prepare(self, with_map: bool) -> None:
+        def work(uow: UnitOfWork) -> None:
+            identity.set_password(uow, "operator", PASSWORD)
+            if with_map:
+                campus.load_map(uow, encode_map(snow_lion()), "test", activate=True)
+
+        await self.transactions.run(work)
