@@ -12,7 +12,7 @@ _DECIMALS = 4
 
 @dataclass(slots=True)
 class LaneDraft:
-    """A lane in the making: points (n, 2) in the map frame; `layers` it runs on (OSM `layer`)."""
+    """A lane in the making: points (n, 2) in the map frame."""
 
     lane_id: str
     kind: LaneKind
@@ -21,7 +21,6 @@ class LaneDraft:
     speed_limit_mps: float
     can_pass: bool = False
     successors: list[str] = field(default_factory=list)
-    layers: frozenset[int] = frozenset({0})
     scenario: Scenario = "common_road"
     name: str = ""
     name_en: str = ""

@@ -20,7 +20,6 @@ class Edge:
     keys: tuple[int, ...]
     points: Array
     driving: Driving
-    layers: frozenset[int]
     way_ids: tuple[int, ...]
     name: str
     name_en: str
@@ -40,7 +39,6 @@ class Edge:
 class _Chain:
     keys: tuple[int, ...]
     driving: Driving
-    layers: frozenset[int]
     way_ids: tuple[int, ...]
     names: tuple[tuple[str, str, float], ...]
 
@@ -62,7 +60,6 @@ def edges_of(runs: Sequence[Run], positions: dict[int, Position]) -> list[Edge]:
                 chain.keys,
                 points,
                 chain.driving,
-                chain.layers,
                 chain.way_ids,
                 name,
                 name_en,
@@ -87,7 +84,7 @@ def _chains(runs: Sequence[Run], positions: dict[int, Position]) -> list[_Chain]
             piece = keys[first : last + 1]
             length = sum(math.dist(positions[a], positions[b]) for a, b in itertools.pairwise(piece))
             names = ((run.name, run.name_en, length),)
-            chains.append(_Chain(piece, how, frozenset({how.layer}), (run.way_id,), names))
+            chains.append(_Chain(piece, how, (run.way_id,), names))
     return chains
 
 
@@ -134,7 +131,6 @@ def _merge(one: _Chain, other: _Chain, key: int) -> _Chain:
     return _Chain(
         before + after[1:],
         replace(one.driving, width_m=width),
-        one.layers | other.layers,
         (*one.way_ids, *(way for way in other.way_ids if way not in one.way_ids)),
         one.names + other.names,
     )

@@ -168,7 +168,6 @@ def _lane(road: Road, way: str, points: Array) -> LaneDraft:
         edge.driving.speed_mps,
         edge.driving.can_pass,
         [],
-        edge.layers,
         edge.driving.scenario,
         edge.name,
         edge.name_en,

@@ -1,4 +1,7 @@
-"""Sections: every lane tiled, and which sections exclude each other because bodies would touch."""
+"""Sections: every lane tiled, and which sections exclude each other because bodies would touch.
+
+A road that passes over another one excludes it too: perception and localization are planar.
+"""
 
 import math
 from collections.abc import Sequence
@@ -103,8 +106,6 @@ def _conflicts(
     joints = _joints(spans, by_id)
     pairs = shapely.STRtree(regions).query(regions, predicate="intersects").T
     for i, k in ((int(a), int(b)) for a, b in pairs if a < b):
-        if not by_id[spans[i][1]].layers & by_id[spans[k][1]].layers:
-            continue
         shared = shapely.intersection(regions[i], regions[k])
         at_joints = [joints[pair] for pair in ((i, k), (k, i)) if pair in joints]
         for joint in at_joints:

@@ -47,7 +47,6 @@ def turnaround_lanes(
             min(before.speed_limit_mps, _LOOP_SPEED_MPS),
             False,
             [after.lane_id],
-            before.layers,
             "common_road",
             before.name,
             before.name_en,

@@ -64,7 +64,6 @@ def _turn(
         min(before.speed_limit_mps, after.speed_limit_mps, _TURN_SPEED_MPS),
         before.can_pass and after.can_pass,
         [after.lane_id],
-        before.layers | after.layers,
         "common_road" if len(junction.keys) == 1 and not junction.inner else "unprotected_intersection",
         after.name,
         after.name_en,
