@@ -15,7 +15,7 @@ from contract.runlog.records import RunHeader
 from vehicle_agent.device_feed import DatagramPort, DeviceSensors, DeviceWords
 from vehicle_agent.link.outbox import read_memory
 from vehicle_agent.link.session import Identity
-from vehicle_agent.mission.memory import MissionMemory
+from vehicle_agent.mission.memory import MissionMemory, holding
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.runtime.agent_files import AgentFolder
 from vehicle_agent.runtime.computer import VehicleComputer
@@ -78,10 +78,7 @@ def run_tick(place: AgentPlace) -> None:
     vehicle, profile, road_map = files.vehicle(), files.profile(), files.road_map()
     car = gem(profile, road_map)
     state = initial_state(car)
-    memory = read_memory(files.outbox)
-    if memory is not None:
-        remembered = car.mission.initial(msgspec.msgpack.decode(memory, type=MissionMemory))
-        state = msgspec.structs.replace(state, mission=remembered)
+    state = msgspec.structs.replace(state, mission=car.mission.initial(mission_memory(files)))
     offset_ns = utc_offset_now_ns()
     header = RunHeader(
         vehicle_id=vehicle.vehicle_id,
@@ -117,5 +114,16 @@ def _linked(place: AgentPlace) -> LinkedVehicle:
         wheelchair_places=profile.body.wheelchair_places,
     )
     return LinkedVehicle(
-        place.folder, place.mail, identity, msgspec.msgpack.encode(profile), encode_map(road_map)
+        folder=place.folder,
+        mail=place.mail,
+        identity=identity,
+        profile=msgspec.msgpack.encode(profile),
+        road_map=encode_map(road_map),
+        holding=holding(mission_memory(files)),
     )
+
+
+def mission_memory(files: AgentFolder) -> MissionMemory:
+    """What the mission knew when it last changed; empty on the first boot."""
+    data = read_memory(files.outbox)
+    return MissionMemory() if data is None else msgspec.msgpack.decode(data, type=MissionMemory)

@@ -13,6 +13,7 @@ from pathlib import Path
 import httpx
 import structlog
 
+from contract.wire.messages import Holding
 from vehicle_agent.link.client import LinkClient
 from vehicle_agent.link.desk import Desk, TickNews
 from vehicle_agent.link.keys import signature_text
@@ -29,13 +30,15 @@ log = structlog.get_logger()
 
 @dataclass(frozen=True, slots=True)
 class LinkedVehicle:
-    """What the link must know of one vehicle. mail: the folder of its mailboxes."""
+    """What the link must know of one vehicle. mail: the folder of its mailboxes; holding: what it follows, by
+    its memory on disk."""
 
     folder: Path
     mail: Path
     identity: Identity
     profile: bytes
     road_map: bytes
+    holding: Holding | None
 
 
 class VehicleLink:
@@ -47,7 +50,9 @@ class VehicleLink:
         key = files.key()
         self._identity = vehicle.identity
         self._tls = _tls_context(config.server_url, config.server_certificate)
-        self._desk = Desk(files.outbox, vehicle.identity, lambda text: signature_text(key, text))
+        self._desk = Desk(
+            files.outbox, vehicle.identity, lambda text: signature_text(key, text), vehicle.holding
+        )
         self._runs = files.runs
         self._log_files = RunLogFiles(files.runs, vehicle.profile, vehicle.road_map)
         self._mailbox = Mailbox(vehicle.mail / "link")

@@ -3,12 +3,16 @@
 A child that keeps ending is started less and less often; its exit is logged every time.
 """
 
+import ctypes
 import multiprocessing
+import os
 import signal
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from multiprocessing.context import SpawnProcess
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
@@ -21,16 +25,22 @@ LONGEST_PAUSE_S = 10.0
 STABLE_AFTER_S = 20.0
 STOP_WITHIN_S = 8.0
 LOOK_EVERY_S = 0.1
+PR_SET_PDEATHSIG = 1
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """A process to keep running: a module-level function and its arguments. restart: start it again."""
+    """A process to keep running: a module-level function and its arguments.
+
+    restart   start it again when it ends
+    log_file  where its output goes, appended; None: to ours
+    """
 
     name: str
-    target: Callable[..., None]
+    target: Callable[..., object]
     arguments: tuple[Any, ...] = ()
     restart: bool = True
+    log_file: Path | None = None
 
 
 @dataclass(slots=True)
@@ -108,9 +118,24 @@ class Supervisor:
         self.stop()
 
     def _spawn(self, job: Job) -> SpawnProcess:
-        process = self._context.Process(target=job.target, args=job.arguments, name=job.name, daemon=False)
+        process = self._context.Process(target=_run, args=(job, os.getpid()), name=job.name, daemon=False)
         process.start()
         return process
 
     def _stop(self, _number: int, _frame: FrameType | None) -> None:
         self._stopping = True
+
+
+def _run(job: Job, parent: int) -> None:
+    """In the child: out of the terminal's reach, so that Ctrl-C ends the parent, which then ends us in order;
+    and not without the parent."""
+    os.setsid()
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != parent:
+        return
+    if job.log_file is not None:
+        file = os.open(job.log_file, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+        os.dup2(file, 1)
+        os.dup2(file, 2)
+    job.target(*job.arguments)
