@@ -13,6 +13,8 @@ from contract.roads.design_vehicle import LATERAL_COMFORT_MPS2
 from contract.roads.model import Lane, RestingPlace, RoadMap, Section, Stop
 
 AT_SEA_M = 15.0
+# A destination this little behind the start on one lane is where the vehicle already is.
+SAME_PLACE_M = 1e-6
 _CELL_M = 15.0
 _CHUNK = 12
 # A quarter turn away from the lane weighs as much as this distance beside it.

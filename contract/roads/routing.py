@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contract.geometry import Array, arc_lengths, curvatures, pose_at
-from contract.roads.network import RoadNetwork
+from contract.roads.network import SAME_PLACE_M, RoadNetwork
 
-_SAME_PLACE_M = 1e-6
 _DISTINCT_M = 0.02
 
 
@@ -68,7 +67,7 @@ def find_route(
     to_s_m = min(max(to_s_m, 0.0), network.lines[to_lane].length_m)
     if (
         from_lane == to_lane
-        and to_s_m >= from_s_m - _SAME_PLACE_M
+        and to_s_m >= from_s_m - SAME_PLACE_M
         and network.is_open(from_lane, from_s_m, to_s_m, closed)
     ):
         time_s = network.time_between(from_lane, from_s_m, max(from_s_m, to_s_m), speed_cap_mps)

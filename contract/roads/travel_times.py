@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from contract.geometry import Array
-from contract.roads.network import RoadNetwork
+from contract.roads.network import SAME_PLACE_M, RoadNetwork
 
 Place = tuple[str, float]
 
@@ -92,8 +92,13 @@ def _arrival(
     if origin == destination:
         return 0.0, 0.0
     lane_id, s_m = destination
-    if origin[0] == lane_id and origin[1] <= s_m and network.is_open(lane_id, origin[1], s_m, closed):
-        return network.time_between(lane_id, origin[1], s_m, speed_cap_mps), s_m - origin[1]
+    if (
+        origin[0] == lane_id
+        and origin[1] <= s_m + SAME_PLACE_M
+        and network.is_open(lane_id, origin[1], s_m, closed)
+    ):
+        ahead_m = max(0.0, s_m - origin[1])
+        return network.time_between(lane_id, origin[1], origin[1] + ahead_m, speed_cap_mps), ahead_m
     if not network.is_open(lane_id, 0.0, s_m, closed):
         return math.inf, math.inf
     before = [ends[lane] for lane in network.predecessors(lane_id) if lane in ends]

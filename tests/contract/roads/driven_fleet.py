@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
-from contract.roads.reservation import Reservations
+from contract.roads.reservation import Grant, Reservations
 from contract.roads.routing import find_route, route_sections
 
 _MOST_HELD = 3
@@ -56,7 +56,7 @@ class DrivenFleet:
 
     def step(self, vehicle_id: str, limit: int) -> bool:
         """One turn of a vehicle: ask on, then drive to the end of what it holds. True when it moved."""
-        granted = ()
+        granted: tuple[Grant, ...] = ()
         if len(self.control.held(vehicle_id)) < _MOST_HELD:
             granted = self.control.grant(vehicle_id, limit)
         self.fences += [grant.fence for grant in granted]

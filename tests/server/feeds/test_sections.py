@@ -1,5 +1,6 @@
 """Sections against bodies: who holds what may stand where."""
 
+import itertools
 import math
 import random
 
@@ -107,5 +108,5 @@ def test_sections_that_follow_each_other_on_one_lane_do_not_exclude_each_other()
     network = RoadNetwork(made_map(1))
     for lane_id in network.lanes:
         sections = network.sections_of(lane_id)
-        for first, second in zip(sections, sections[1:], strict=False):
+        for first, second in itertools.pairwise(sections):
             assert second.section_id not in first.conflicts

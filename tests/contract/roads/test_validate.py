@@ -1,0 +1,90 @@
+"""Every defect of a map is found and named."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from msgspec.structs import replace
+
+from contract.roads.load import load_map
+from contract.roads.model import Lane, RestingPlace, RoadMap, Section, Stop, TimetableTrip
+from contract.roads.validate import problems
+from tests.contract.roads.made_maps import made_map
+from tests.contract.roads.ring_map import ring_map
+from tests.server.feeds.shipped import CAMPUS_MAP, SNOW_LION_MAP
+
+
+def _lane(change: Callable[[Lane], Lane], number: int = 0) -> Callable[[RoadMap], RoadMap]:
+    def changed(road_map: RoadMap) -> RoadMap:
+        lanes = list(road_map.lanes)
+        lanes[number] = change(lanes[number])
+        return replace(road_map, lanes=tuple(lanes))
+
+    return changed
+
+
+def _first_section(**changes: Any) -> Callable[[RoadMap], RoadMap]:
+    def changed(road_map: RoadMap) -> RoadMap:
+        first: Section = replace(road_map.sections[0], **changes)
+        return replace(road_map, sections=(first, *road_map.sections[1:]))
+
+    return changed
+
+
+def _bent(lane: Lane) -> Lane:
+    moved = tuple((x, y + 0.3 * (k % 2)) for k, (x, y) in enumerate(lane.points[1:-1]))
+    return replace(lane, points=(lane.points[0], *moved, lane.points[-1]))
+
+
+SECOND_PLACE = RestingPlace("r", "side-1", 20.0)
+
+DEFECTS: list[tuple[str, Callable[[RoadMap], RoadMap]]] = [
+    ("empty", lambda m: replace(m, stops=())),
+    ("empty", lambda m: replace(m, resting_places=())),
+    ("empty", lambda m: replace(m, lanes=(), sections=(), stops=(), resting_places=())),
+    ("doubled_id", lambda m: replace(m, stops=(*m.stops, m.stops[0]))),
+    ("dangling_id", _lane(lambda lane: replace(lane, successors=("nowhere",)))),
+    ("dangling_id", _first_section(lane_id="nowhere")),
+    ("dangling_id", _first_section(conflicts=("nowhere",))),
+    ("dangling_id", lambda m: replace(m, stops=(Stop("s", "S", "nowhere", 1.0),))),
+    ("dangling_id", lambda m: replace(m, resting_places=(RestingPlace("r", "nowhere", 1.0),))),
+    ("dangling_id", lambda m: replace(m, timetable=(TimetableTrip("t", (("nowhere", 0),)),))),
+    ("too_few_points", _lane(lambda lane: replace(lane, points=lane.points[:1]))),
+    ("not_finite", _lane(lambda lane: replace(lane, points=((math.nan, 0.0), *lane.points[1:])))),
+    ("bad_speed", _lane(lambda lane: replace(lane, speed_limit_mps=0.0))),
+    ("points_apart", _lane(lambda lane: replace(lane, points=(*lane.points[:40], *lane.points[45:])))),
+    ("points_doubled", _lane(lambda lane: replace(lane, points=(lane.points[0], *lane.points)))),
+    ("too_sharp", _lane(_bent)),
+    ("gap", _lane(lambda lane: replace(lane, points=lane.points[:-1]))),
+    ("kink", _lane(lambda lane: replace(lane, points=tuple((x, -0.3 * (100 - x)) for x, _ in lane.points)))),
+    ("untiled", lambda m: replace(m, sections=m.sections[1:])),
+    ("untiled", _first_section(s_to_m=20.0)),
+    ("lopsided_conflict", _first_section(conflicts=("side-2/0",))),
+    ("lopsided_conflict", _first_section(conflicts=("side-0/0",))),
+    ("off_lane", lambda m: replace(m, stops=(Stop("s", "S", "side-0", 101.0), *m.stops))),
+    ("cut_off", _lane(lambda lane: replace(lane, successors=()), number=3)),
+    ("broken_promise", lambda m: replace(m, resting_places=(*m.resting_places, SECOND_PLACE))),
+    ("tight_place", lambda m: replace(m, resting_places=(RestingPlace("r", "side-3", 24.0),))),
+]  # fmt: skip
+
+
+def test_a_sound_map_has_no_problems() -> None:
+    assert problems(ring_map()) == ()
+
+
+@pytest.mark.parametrize(("code", "damage"), DEFECTS)
+def test_each_defect_is_named(code: str, damage: Callable[[RoadMap], RoadMap]) -> None:
+    found = problems(damage(ring_map()))
+    assert code in {problem.code for problem in found}
+    assert all(problem.where and problem.detail for problem in found)
+
+
+@pytest.mark.parametrize("path", [CAMPUS_MAP, SNOW_LION_MAP], ids=["campus", "snow-lion"])
+def test_the_shipped_maps_are_sound(path: Any) -> None:
+    assert problems(load_map(path)) == ()
+
+
+@pytest.mark.parametrize("seed", range(6, 14))
+def test_made_up_campuses_become_sound_maps(seed: int) -> None:
+    assert problems(made_map(seed)) == ()
