@@ -1,0 +1,104 @@
+"""`campusloop agent`: the agent on a vehicle, from enrolment to driving."""
+
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Annotated, NoReturn
+
+import httpx
+import typer
+from rich.console import Console
+
+from contract.roads.load import MapError, load_map
+from vehicle_agent.config import ProfileError, load_profile
+from vehicle_agent.link.keys import VehicleKeyError, load_or_make_key, public_key_text
+from vehicle_agent.runtime.agent import AgentPlace, agent_jobs
+from vehicle_agent.runtime.agent_files import AgentFolder, AgentFolderError, VehicleFile
+from vehicle_agent.runtime.supervisor import Supervisor
+
+app = typer.Typer(no_args_is_help=True)
+console = Console()
+
+EXIT_BAD_INPUT = 2
+
+
+@app.command()
+def enrol(
+    folder: Annotated[Path, typer.Argument(help="The vehicle's folder; made if it is not there.")],
+    server: Annotated[str, typer.Option(help="The server's address, e.g. https://shuttles.campus.edu")],
+    vehicle_id: Annotated[str, typer.Option(help="As named on the console.")],
+    code: Annotated[str, typer.Option(help="The enrolment code from the console; works once.")],
+    campus_map: Annotated[Path, typer.Option("--map", help="The campus map that the server uses.")],
+    can: Annotated[str, typer.Option(help="SocketCAN interface, or udp:ADDRESS:PORT in simulation.")],
+    scan_ring: Annotated[Path, typer.Option(help="File through which the lidar driver hands over scans.")],
+    profile: Annotated[Path | None, typer.Option(help="Vehicle profile (TOML).")] = None,
+    values_port: Annotated[int, typer.Option(help="Loopback port of device values.")] = 47_300,
+    scans_port: Annotated[int, typer.Option(help="Loopback port of finished scans.")] = 47_400,
+    words_port: Annotated[int, typer.Option(help="Loopback port of screen, speaker and doors.")] = 47_500,
+    certificate: Annotated[str, typer.Option(help="Certificate to trust, if the server made its own.")] = "",
+) -> None:
+    """Make the vehicle's key and have the server take it in, once."""
+    vehicle = VehicleFile(
+        vehicle_id=vehicle_id,
+        server_url=server.rstrip("/"),
+        can_channel=can,
+        values_port=values_port,
+        scans_port=scans_port,
+        words_port=words_port,
+        scan_ring=str(scan_ring),
+        server_certificate=certificate,
+    )
+    try:
+        load_map(campus_map)
+        if profile is not None:
+            load_profile(profile)
+        key = load_or_make_key(folder / "key.pem")
+    except (MapError, ProfileError, VehicleKeyError) as error:
+        _refuse(str(error))
+    body = {"code": code, "vehicle_id": vehicle_id, "public_key": public_key_text(key)}
+    try:
+        verify = certificate or True
+        answer = httpx.post(f"{vehicle.server_url}/api/v1/enrolments", json=body, verify=verify, timeout=30)
+    except httpx.TransportError as error:
+        _refuse(f"{vehicle.server_url} does not answer ({error}); is the address right, is the server up?")
+    if answer.is_error:
+        problem = answer.json()
+        _refuse(f"{problem.get('title')}: {problem.get('detail')}")
+    prepare_folder(folder, vehicle, campus_map, profile)
+    console.print(f"{vehicle_id} is enrolled. Start it with: campusloop agent run {folder}")
+
+
+def prepare_folder(folder: Path, vehicle: VehicleFile, campus_map: Path, profile: Path | None) -> None:
+    """Write everything an agent needs beside its key."""
+    AgentFolder(folder).save_vehicle(vehicle)
+    shutil.copyfile(campus_map, folder / "map.json")
+    if profile is not None:
+        shutil.copyfile(profile, folder / "profile.toml")
+
+
+@app.command()
+def run(
+    folders: Annotated[list[Path], typer.Argument(help="One folder a vehicle; several share their workers.")],
+) -> None:
+    """Run the agent until SIGTERM or Ctrl-C: gate, link, worker and tick, restarted when they end."""
+    try:
+        for folder in folders:
+            files = AgentFolder(folder)
+            files.vehicle()
+            files.profile()
+            files.road_map()
+        with tempfile.TemporaryDirectory(prefix="campusloop-") as mail:
+            places = tuple(
+                AgentPlace(folder.resolve(), Path(mail) / str(number))
+                for number, folder in enumerate(folders)
+            )
+            jobs = agent_jobs(places)
+            console.print(f"driving {', '.join(folder.name for folder in folders)}; Ctrl-C ends it")
+            Supervisor(jobs).run()
+    except (AgentFolderError, ProfileError, MapError) as error:
+        _refuse(str(error))
+
+
+def _refuse(detail: str) -> NoReturn:
+    console.print(f"[red]{detail}[/red]", soft_wrap=True, highlight=False)
+    raise typer.Exit(EXIT_BAD_INPUT)

@@ -1,0 +1,80 @@
+"""An operator's hands for demos and tests: the console's requests without the console."""
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+import httpx
+
+from vehicle_agent.config import Body
+
+POLL_EVERY_S = 0.5
+
+
+class OperatorError(Exception):
+    """The server said no; the message is its problem's title and detail."""
+
+
+class OperatorClient:
+    """Signed in by `sign_in`; every method is one request and raises OperatorError for a problem."""
+
+    def __init__(self, client: httpx.AsyncClient) -> None:
+        """client: base URL of the server; its cookie jar keeps the session."""
+        self._client = client
+        self._csrf = ""
+
+    async def sign_in(self, name: str, password: str) -> None:
+        session = await self._post("/api/v1/session", {"name": name, "password": password})
+        self._csrf = session["csrf_token"]
+
+    async def enrol(self, vehicle_id: str, body: Body, public_key: str) -> None:
+        """Make a code for the vehicle and, as the vehicle, enrol its key with it."""
+        name = vehicle_id.replace("-", " ").capitalize()
+        made = await self._post(
+            "/api/v1/enrolments/codes",
+            {
+                "vehicle_id": vehicle_id,
+                "name": name,
+                "seats": body.seats,
+                "wheelchair_places": body.wheelchair_places,
+            },
+        )
+        enrolment = {"code": made["code"], "vehicle_id": vehicle_id, "public_key": public_key}
+        await self._post("/api/v1/enrolments", enrolment)
+
+    async def vehicle(self, vehicle_id: str) -> dict[str, Any]:
+        return _checked(await self._client.get(f"/api/v1/vehicles/{vehicle_id}"))
+
+    async def release(self, vehicle_id: str) -> None:
+        """Wait until the vehicle is connected and placed, resume it, and wait until it is not held."""
+        await self._until(vehicle_id, lambda vehicle: vehicle["connected"] and vehicle["placed"])
+        await self.command(vehicle_id, "resume")
+        await self._until(vehicle_id, lambda vehicle: not vehicle["held"])
+
+    async def _until(self, vehicle_id: str, holds: Callable[[dict[str, Any]], bool]) -> None:
+        vehicle = await self.vehicle(vehicle_id)
+        while not holds(vehicle):
+            await asyncio.sleep(POLL_EVERY_S)
+            vehicle = await self.vehicle(vehicle_id)
+
+    async def command(self, vehicle_id: str, verb: str) -> dict[str, Any]:
+        """hold, resume, stop-now, recall or release."""
+        return await self._post(f"/api/v1/vehicles/{vehicle_id}/{verb}", None)
+
+    async def incidents(self) -> list[dict[str, Any]]:
+        answer = await self._client.get("/api/v1/incidents")
+        if answer.is_error:
+            raise OperatorError(answer.text)
+        listed: list[dict[str, Any]] = answer.json()
+        return listed
+
+    async def _post(self, path: str, body: dict[str, Any] | None) -> dict[str, Any]:
+        headers = {"X-CSRF-Token": self._csrf} if self._csrf else {}
+        return _checked(await self._client.post(path, json=body, headers=headers))
+
+
+def _checked(answer: httpx.Response) -> dict[str, Any]:
+    body: dict[str, Any] = answer.json()
+    if answer.is_error:
+        raise OperatorError(f"{answer.request.url.path}: {body.get('title')}: {body.get('detail')}")
+    return body

@@ -1,0 +1,162 @@
+"""Simulated passengers: they book through the public API like anybody, and tell how it went.
+
+The same coroutines run in real time and in virtual time; how a body gets to the stop and through the doors
+is the simulator's business, behind `RiderPort`.
+"""
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import Any, Literal, Protocol
+
+import httpx
+import numpy as np
+
+POLL_EVERY_S = 1.0
+ENDED = frozenset({"completed", "refused", "cancelled", "no_show", "failed"})
+
+How = Literal["code", "tap", "sensor"]
+HOWS: tuple[How, ...] = ("code", "tap", "sensor")
+
+
+class ApiError(Exception):
+    """The server said no; the message is its problem's title and detail."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """A ride somebody wants, `after_s` seconds after the start."""
+
+    number: int
+    after_s: float
+    from_stop: str
+    to_stop: str
+    party: int
+    how: How
+
+
+@dataclass(slots=True)
+class Journey:
+    """What became of a wish. history: (moment, state) in order."""
+
+    wish: Wish
+    ride_id: str = ""
+    ride_code: str = ""
+    state: str = ""
+    reason: str = ""
+    vehicle_id: str = ""
+    promise: dict[str, str] | None = None
+    promise_broken: bool = False
+    history: list[tuple[datetime, str]] = field(default_factory=list)
+
+    def moment(self, state: str) -> datetime | None:
+        return next((at for at, name in self.history if name == state), None)
+
+    @property
+    def wait_s(self) -> float | None:
+        """From asking to sitting."""
+        return _between(self.moment("requested"), self.moment("aboard"))
+
+    @property
+    def ride_s(self) -> float | None:
+        return _between(self.moment("aboard"), self.moment("completed"))
+
+
+def _between(begin: datetime | None, end: datetime | None) -> float | None:
+    return (end - begin).total_seconds() if begin is not None and end is not None else None
+
+
+class RiderPort(Protocol):
+    """Puts a party of flesh and blood into the world."""
+
+    def add(self, ticket: dict[str, Any], wish: Wish) -> None: ...
+
+    def assigned(self, ride_id: str, vehicle_id: str) -> None:
+        """The phone now shows this vehicle."""
+        ...
+
+
+Tell = Callable[[Journey], None]
+Now = Callable[[], datetime]
+
+
+class Passengers:
+    """Lives of all simulated passengers of a demo."""
+
+    def __init__(self, client: httpx.AsyncClient, riders: RiderPort, now: Now, tell: Tell) -> None:
+        """client: base URL of the server; tell: called at every change of a journey."""
+        self._client = client
+        self._riders = riders
+        self._now = now
+        self._tell = tell
+        self._tokens: dict[str, str] = {}
+
+    async def live(self, journey: Journey) -> Journey:
+        """One party from wish to end of ride."""
+        wish = journey.wish
+        await asyncio.sleep(wish.after_s)
+        self._note(journey, "requested")
+        ticket = await self._book(wish)
+        journey.ride_id, journey.ride_code = ticket["ride_id"], ticket["ride_code"]
+        journey.promise = ticket["promise"]
+        self._tokens[journey.ride_id] = ticket["token"]
+        if ticket["state"] != "refused":
+            self._riders.add(ticket, wish)
+        self._update(journey, ticket)
+        while journey.state not in ENDED:
+            await asyncio.sleep(POLL_EVERY_S)
+            self._update(journey, await self._get(f"/api/v1/rides/{ticket['token']}"))
+        return journey
+
+    async def tap(self, ride_id: str, kind: Literal["board", "alight"]) -> None:
+        """The phone's button, pressed by the simulated passenger."""
+        path = f"/api/v1/rides/{self._tokens[ride_id]}/{kind}"
+        _body(await self._client.post(path), path)
+
+    async def _book(self, wish: Wish) -> dict[str, Any]:
+        request = {"from_stop": wish.from_stop, "to_stop": wish.to_stop, "party": wish.party}
+        return _body(await self._client.post("/api/v1/rides", json=request), "booking")
+
+    async def _get(self, path: str) -> dict[str, Any]:
+        return _body(await self._client.get(path), path)
+
+    def _update(self, journey: Journey, ride: dict[str, Any]) -> None:
+        vehicle_id = ride["vehicle_id"] or ""
+        if vehicle_id != journey.vehicle_id:
+            journey.vehicle_id = vehicle_id
+            self._riders.assigned(journey.ride_id, vehicle_id)
+        journey.reason = ride["reason_detail"] or ride["reason"]
+        journey.promise_broken = ride["promise_broken"]
+        if ride["state"] != journey.state:
+            self._note(journey, ride["state"])
+
+    def _note(self, journey: Journey, state: str) -> None:
+        journey.state = state
+        journey.history.append((self._now(), state))
+        self._tell(journey)
+
+
+def _body(answer: httpx.Response, what: str) -> dict[str, Any]:
+    body: dict[str, Any] = answer.json()
+    if answer.is_error:
+        raise ApiError(f"{what}: {body.get('title', answer.status_code)}: {body.get('detail', '')}")
+    return body
+
+
+def wishes(
+    count: int,
+    pairs: list[tuple[str, str]],
+    spacing_s: float,
+    rng: np.random.Generator,
+) -> list[Wish]:
+    """Random rides between the given pairs of stops, about spacing_s apart."""
+    made = []
+    after_s = 0.0
+    for number in range(1, count + 1):
+        from_stop, to_stop = pairs[int(rng.integers(len(pairs)))]
+        party = int(rng.choice([1, 1, 1, 2, 2, 3]))
+        how = HOWS[int(rng.integers(len(HOWS)))]
+        made.append(Wish(number, round(after_s, 1), from_stop, to_stop, party, how))
+        after_s += float(rng.exponential(spacing_s))
+    return made

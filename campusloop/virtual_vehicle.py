@@ -1,0 +1,150 @@
+"""One vehicle in virtual time: the same computer, gate and desk as on a real one, wired to the simulator."""
+
+import time
+from collections import deque
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from campusloop.conductor import STEP_NS
+from campusloop.room_timing import RoomTimes
+from campusloop.virtual_link import Dial, VirtualLink
+from contract.roads.load import encode_map
+from contract.roads.model import RoadMap
+from contract.runlog.records import RunHeader
+from simulator.world import SimWorld
+from vehicle_agent.config import Profile
+from vehicle_agent.link.desk import Desk
+from vehicle_agent.link.keys import load_or_make_key, signature_text
+from vehicle_agent.link.session import Identity
+from vehicle_agent.mission.memory import holding
+from vehicle_agent.onboard.car import initial_state
+from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
+from vehicle_agent.runtime.agent import SOFTWARE, mission_memory
+from vehicle_agent.runtime.agent_files import AgentFolder
+from vehicle_agent.runtime.computer import VehicleComputer
+from vehicle_agent.runtime.gate import Gate
+from vehicle_agent.runtime.inbox import Inbox
+from vehicle_agent.runtime.recorder import Recorder
+from vehicle_agent.runtime.runlog_files import RunLogFiles
+from vehicle_agent.runtime.tick_process import TickNewsWriter
+from vehicle_agent.signals import ObstaclePercept
+from vehicle_agent.stacks.gem import gem, height_map
+
+# What the worker takes for one scan, with the trip to it and back.
+PERCEPT_DELAY_NS = 2 * STEP_NS
+
+
+@dataclass(frozen=True, slots=True)
+class VirtualVehicleSetup:
+    """folder: the vehicle's disk. utc_offset_ns: UTC minus the virtual clock."""
+
+    vehicle_id: str
+    profile: Profile
+    road_map: RoadMap
+    folder: Path
+    utc_offset_ns: int
+
+
+class VirtualVehicle:
+    """boot by boot: `boot` starts a computer, `crash` takes it away, the disk stays."""
+
+    def __init__(self, setup: VirtualVehicleSetup, world: SimWorld, dial: Dial) -> None:
+        self.setup = setup
+        self._world = world
+        self._dial = dial
+        self._key = load_or_make_key(setup.folder / "key.pem")
+        self._boots = 0
+        self._map_json = encode_map(setup.road_map)
+        self._profile_bytes = msgspec.msgpack.encode(setup.profile)
+        self._height_map: HeightMap = height_map(setup.profile)
+        self._percepts: deque[tuple[int, ObstaclePercept]] = deque()
+        self.computer: VehicleComputer | None = None
+        self.times = RoomTimes()
+
+    def boot(self, now_ns: int) -> None:
+        """A new boot: mission memory from disk, everything else from scratch."""
+        self._boots += 1
+        setup = self.setup
+        boot_id = f"boot-{self._boots:06d}"
+        identity = Identity(
+            setup.vehicle_id,
+            boot_id,
+            SOFTWARE,
+            setup.profile.stack,
+            setup.road_map.map_version,
+            setup.profile.body.seats,
+            setup.profile.body.wheelchair_places,
+        )
+        memory = mission_memory(AgentFolder(setup.folder))
+        desk = Desk(
+            setup.folder / "outbox",
+            identity,
+            lambda text: signature_text(self._key, text),
+            holding(memory),
+            sync=False,
+        )
+        car = self.times.timed(gem(setup.profile, setup.road_map))
+        state = msgspec.structs.replace(initial_state(car), mission=car.mission.initial(memory))
+        header = RunHeader(
+            setup.vehicle_id,
+            boot_id,
+            0,
+            setup.road_map.campus_id,
+            setup.road_map.map_version,
+            setup.profile.stack,
+            SOFTWARE,
+            setup.utc_offset_ns,
+            0,
+        )
+        self.computer = VehicleComputer(car, state, Recorder(header, setup.profile.body), setup.utc_offset_ns)
+        self.run_log = RunLogFiles(setup.folder / "runs", self._profile_bytes, self._map_json)
+        self._desk, self._gate, self._inbox, self._news = desk, Gate(), Inbox(), TickNewsWriter()
+        self.link = VirtualLink(desk, self._dial)
+
+    def crash(self) -> None:
+        """SIGKILL of everything onboard: nothing is finished, nothing is said."""
+        self.link.drop()
+        self.computer = None
+        self._percepts.clear()
+
+    def step(self, now_ns: int) -> None:
+        """Sensors, inbox drain, tick, gate: what happens at this vehicle in one 20 ms step."""
+        reports = self._world.frames_to_vehicle(self.setup.vehicle_id)
+        items = self._world.sensor_items(self.setup.vehicle_id, now_ns)
+        self._look_around(now_ns)
+        if self.computer is None:
+            return
+        for frame in reports:
+            self._inbox.put(now_ns, "can", msgspec.structs.replace(frame, stamp_ns=now_ns))
+        for item in items:
+            self._inbox.put(now_ns, "sensors", item)
+        while self._percepts and self._percepts[0][0] <= now_ns:
+            self._inbox.put(now_ns, "worker", self._percepts.popleft()[1])
+        for word in self._desk.take_words():
+            self._inbox.put(now_ns, "link", word)
+        begun_ns = time.thread_time_ns()
+        outputs = self.computer.run_tick(self._inbox.drain(), now_ns)
+        self.times.whole.append(time.thread_time_ns() - begun_ns)
+        self._gate.take(outputs.frames, now_ns)
+        self._world.frames_from_vehicle(self.setup.vehicle_id, self._gate.step(now_ns))
+        self._world.show(self.setup.vehicle_id, outputs.says, now_ns)
+        news = self._news.news(outputs, self.computer.state.mission.memory, now_ns)
+        if news is not None:
+            self._desk.tick_news(news, now_ns)
+        self.run_log.write(self.computer.entries)
+        self.link.step(now_ns)
+
+    def _look_around(self, now_ns: int) -> None:
+        scan = self._world.scan(self.setup.vehicle_id, now_ns)
+        if scan is not None and self.computer is not None:
+            points = np.ascontiguousarray(scan[0])
+            percept = percept_from_scan(points, now_ns, self._height_map)
+            self._percepts.append((now_ns + PERCEPT_DELAY_NS, percept))
+
+    def shut_down(self) -> None:
+        """An orderly end: the open segment is finished."""
+        self.run_log.close()
+        self._desk.close()
