@@ -40,6 +40,7 @@ from vehicle_agent.runtime.agent_files import VehicleFile
 from vehicle_agent.runtime.supervisor import LOOK_EVERY_S, Job, Supervisor
 
 READY_WITHIN_S = 60.0
+POLL_EVERY_S = 0.2
 CPU_EVERY_S = 60.0
 RIDES_IN_ADVANCE = 10_000
 SPACING_S = 100.0
@@ -230,20 +231,19 @@ class LiveDemo:
         """What to verify the server's TLS with; a certificate of its own making is there after its start."""
         if self._certificate is None:
             return True
-        deadline_s = time.monotonic() + READY_WITHIN_S
-        while not self._certificate.exists() and time.monotonic() < deadline_s:
-            await asyncio.sleep(0.2)
+        for _ in range(round(READY_WITHIN_S / POLL_EVERY_S)):
+            if self._certificate.exists():
+                break
+            await asyncio.sleep(POLL_EVERY_S)
+        else:
+            raise DemoError(f"the server made no certificate at {self._certificate}; see its log")
         return ssl.create_default_context(cafile=self._certificate)
 
     async def _until_ready(self, client: httpx.AsyncClient) -> None:
-        deadline_s = time.monotonic() + READY_WITHIN_S
-        while time.monotonic() < deadline_s and not self._stopped.is_set():
-            try:
-                if (await client.get("/api/v1/ready")).is_success:
-                    return
-            except httpx.TransportError:
-                pass
-            await asyncio.sleep(0.2)
+        for _ in range(round(READY_WITHIN_S / POLL_EVERY_S)):
+            if await _is_ready(client):
+                return
+            await asyncio.sleep(POLL_EVERY_S)
         log = self._log_file("server").read_text()[-2000:]
         raise DemoError(f"the server did not come up within {READY_WITHIN_S:.0f} s; it said:\n{log}")
 
@@ -278,3 +278,11 @@ class LiveDemo:
         if self._certificate is None:
             return [self._local]
         return [f"https://{name}:{self._options.port}" for name in local_addresses(self._options.host)]
+
+
+async def _is_ready(client: httpx.AsyncClient) -> bool:
+    try:
+        return (await client.get("/api/v1/ready")).is_success
+    except httpx.TransportError:
+        # Not listening yet.
+        return False

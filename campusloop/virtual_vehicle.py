@@ -30,7 +30,7 @@ from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.runtime.recorder import Recorder
 from vehicle_agent.runtime.runlog_files import RunLogFiles
 from vehicle_agent.runtime.tick_process import TickNewsWriter
-from vehicle_agent.signals import ObstaclePercept
+from vehicle_agent.signals import LinkState, ObstaclePercept, ServerWord
 from vehicle_agent.stacks.gem import gem, height_map
 
 # What the worker takes for one scan, with the trip to it and back.
@@ -109,6 +109,10 @@ class VirtualVehicle:
         self.link.drop()
         self.computer = None
         self._percepts.clear()
+
+    def tell(self, now_ns: int, word: ServerWord | LinkState) -> None:
+        """Put a word into the inbox as if the link had brought it (for drives without a server)."""
+        self._inbox.put(now_ns, "link", word)
 
     def step(self, now_ns: int) -> None:
         """Sensors, inbox drain, tick, gate: what happens at this vehicle in one 20 ms step."""
