@@ -97,7 +97,9 @@ def conducted_hour(seed: int, duration_s: float = 3600.0) -> dict[str, str]:
         vehicles.append(vehicle)
     conductor.run_for(duration_s)
     hashes = {vehicle.name: vehicle.run_log.hexdigest() for vehicle in vehicles}
-    body = msgspec.json.encode([msgspec.to_builtins(row.body) | {"at": row.received_ns} for row in server.events.rows])
+    body = msgspec.json.encode(
+        [msgspec.to_builtins(row.body) | {"at": row.received_ns} for row in server.events.rows]
+    )
     hashes["events"] = f"{len(server.events.rows)}:{hashlib.sha256(body).hexdigest()}"
     return dict(sorted(hashes.items()))
 

@@ -57,7 +57,10 @@ def test_time_stands_still_while_tasks_run_and_sleeps_end_on_their_step() -> Non
 
     conductor.loop.create_task(sleeper())
     conductor.run_for(1.0)
-    assert seen == [80_000_000, 140_000_000]  # begun in the first step, ended in the steps after 70 and 130 ms
+    assert seen == [
+        80_000_000,
+        140_000_000,
+    ]  # begun in the first step, ended in the steps after 70 and 130 ms
 
 
 def test_a_thread_asked_for_in_virtual_time_fails_the_run() -> None:
