@@ -180,6 +180,6 @@ def _arc(centre: Array, begin: Array, end: Array, side: float) -> Array:
     radius = math.hypot(*(begin - centre))
     count = max(2, math.ceil(radius * sweep / 0.25) + 1)
     angles = a0 + side * np.linspace(0.0, sweep, count)
-    points: Array = centre + radius * np.column_stack((np.cos(angles), np.sin(angles)))
+    points: Array = np.round(centre + radius * np.column_stack((np.cos(angles), np.sin(angles))), 6)
     points[0], points[-1] = begin, end
     return points

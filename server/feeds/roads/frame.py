@@ -40,7 +40,8 @@ def frame_of(data: OsmData, log: ImportLog) -> Frame:
     )
     latitude = np.array([node.latitude_deg for node in data.nodes.values()])
     longitude = np.array([node.longitude_deg for node in data.nodes.values()])
-    points = map_from_wgs84(origin, latitude, longitude)
+    # Processors differ in the last bits of sines; rounded to a micrometre, equal files give equal maps.
+    points = np.round(map_from_wgs84(origin, latitude, longitude), 6) + 0.0
     corners = _corners(origin, bounds)
     return Frame(
         origin,
@@ -73,7 +74,8 @@ def _extent_of_roads(data: OsmData) -> Bounds:
 def _corners(origin: Origin, bounds: Bounds) -> Array:
     latitude = np.array([bounds.south_deg, bounds.south_deg, bounds.north_deg, bounds.north_deg])
     longitude = np.array([bounds.west_deg, bounds.east_deg, bounds.west_deg, bounds.east_deg])
-    return map_from_wgs84(origin, latitude, longitude)
+    corners: Array = np.round(map_from_wgs84(origin, latitude, longitude), 6)
+    return corners
 
 
 def inside(frame: Frame, points: Iterable[tuple[float, float]]) -> list[bool]:

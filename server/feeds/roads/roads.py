@@ -15,6 +15,8 @@ from server.feeds.roads.smoothing import largest_deviation_m, smooth
 
 WANTED_RADIUS_M = 6.5
 LAST_RADIUS_M = 5.3
+# Gentle enough that a road drawn with few vertices does not slow a shuttle down at each of them.
+_REACH_M = 3.0
 _FARTHEST_SHIFT_M = 4.0
 _TOLD_SHIFT_M = 1.0
 _LEAST_OFFSET_M, _MOST_OFFSET_M = 1.22, 1.75
@@ -98,7 +100,7 @@ def _aside(edge: Edge) -> float:
 
 def _smooth(edge: Edge, aside_m: float) -> Array | None:
     for radius_m in (WANTED_RADIUS_M, LAST_RADIUS_M):
-        line = smooth(edge.points, 1.0 / (radius_m + aside_m))
+        line = smooth(edge.points, 1.0 / (radius_m + aside_m), reach_m=_REACH_M)
         if line is not None:
             return line
     return None

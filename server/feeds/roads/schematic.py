@@ -86,7 +86,7 @@ def _meander(length_m: float) -> Array:
     path = np.vstack(
         ([0.0, 0.0], np.cumsum(step * np.column_stack((np.cos(middle), np.sin(middle))), axis=0))
     )
-    centred: Array = path - (path.min(axis=0) + path.max(axis=0)) / 2.0
+    centred: Array = np.round(path - (path.min(axis=0) + path.max(axis=0)) / 2.0, 6)
     return centred
 
 
