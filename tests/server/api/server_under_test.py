@@ -19,7 +19,7 @@ from server.domain.rules import FleetRules
 from server.settings import Settings
 from server.store.engine import open_engine
 from server.store.map_library import MapLibrary
-from server.store.schema import upgrade_to_head
+from server.store.tables import metadata
 from server.store.transactions import Inline
 from server.store.unit_of_work import Context
 from server.usecases import campus, identity
@@ -68,7 +68,7 @@ class ServerUnderTest:
         self.settings = Settings(var_dir=var_dir, web_dist=var_dir / "dist", **settings)
         rules = rules or FleetRules()
         engine = open_engine("sqlite://")
-        upgrade_to_head(engine)
+        metadata.create_all(engine)
         context = Context(CAMPUS, self.clock, SeededIds(2), rules, PlainHasher(), MapLibrary(rules))
         self.transactions = Inline(engine, context, self.bus)
         ports = Ports(CAMPUS, self.clock, SeededIds(1), self.transactions, self.bus, InlineOffload())

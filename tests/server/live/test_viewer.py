@@ -1,0 +1,124 @@
+import msgspec
+
+from server.live.scene import Delta, IncidentsScene, RideScene, SceneBoard, Snapshot, VehicleScene
+from server.live.viewer import EverythingScope, RideScope, Viewer
+
+
+def a_vehicle(vehicle_id: str = "shuttle-1", **changes: object) -> VehicleScene:
+    return msgspec.structs.replace(VehicleScene(vehicle_id, vehicle_id.title(), 6, located=True), **changes)
+
+
+def a_ride(ride_id: str = "ride-1", state: str = "assigned", vehicle_id: str = "shuttle-1") -> RideScene:
+    return RideScene(ride_id, "K7MQ3X", state, "gate", "library", 1, vehicle_id)
+
+
+def a_board() -> SceneBoard:
+    board = SceneBoard("campus")
+    board.map_version = "m1"
+    for number in (1, 2):
+        board.put_vehicle(a_vehicle(f"shuttle-{number}"))
+    board.put_ride(a_ride("ride-1", vehicle_id="shuttle-1"))
+    board.put_ride(a_ride("ride-2", vehicle_id="shuttle-2"))
+    return board
+
+
+def delta(message: object) -> Delta:
+    assert isinstance(message, Delta)
+    return message
+
+
+def test_an_operator_gets_everything_then_only_what_changed() -> None:
+    board, viewer = a_board(), Viewer(EverythingScope())
+    first = viewer.next_message(board, 1)
+    assert isinstance(first, Snapshot)
+    assert [vehicle.vehicle_id for vehicle in first.scene.vehicles] == ["shuttle-1", "shuttle-2"]
+    assert len(first.scene.rides) == 2
+    assert viewer.next_message(board, 2) is None
+    board.put_vehicle(a_vehicle("shuttle-2", x_m=5.0))
+    second = delta(viewer.next_message(board, 3))
+    assert [(vehicle.vehicle_id, vehicle.x_m) for vehicle in second.vehicles] == [("shuttle-2", 5.0)]
+    assert second.rides == ()
+    assert second.incidents is None
+
+
+def test_a_slow_viewer_gets_the_newest_state_and_nothing_in_between() -> None:
+    board, viewer = a_board(), Viewer(EverythingScope())
+    viewer.next_message(board, 1)
+    for metre in range(100):
+        board.put_vehicle(a_vehicle("shuttle-1", x_m=float(metre)))
+    assert [vehicle.x_m for vehicle in delta(viewer.next_message(board, 2)).vehicles] == [99.0]
+
+
+def test_what_is_put_again_unchanged_is_no_news() -> None:
+    board, viewer = a_board(), Viewer(EverythingScope())
+    viewer.next_message(board, 1)
+    board.put_vehicle(a_vehicle("shuttle-1"))
+    board.put_ride(a_ride("ride-1"))
+    assert viewer.next_message(board, 2) is None
+
+
+def test_what_is_gone_is_named_once() -> None:
+    board, viewer = a_board(), Viewer(EverythingScope())
+    viewer.next_message(board, 1)
+    board.remove_vehicle("shuttle-2")
+    board.remove_ride("ride-2")
+    news = delta(viewer.next_message(board, 2))
+    assert (news.vehicles_gone, news.rides_gone) == (("shuttle-2",), ("ride-2",))
+    assert viewer.next_message(board, 3) is None
+
+
+def test_a_passenger_sees_the_own_ride_and_its_shuttle_alone() -> None:
+    board, viewer = a_board(), Viewer(RideScope("ride-1"))
+    board.incidents = IncidentsScene(open=3)
+    board.put_vehicle(a_vehicle("shuttle-1", aboard=("ride-1", "ride-9"), faults=("gnss_lost",), battery_ratio=0.5))
+    first = viewer.next_message(board, 1)
+    assert isinstance(first, Snapshot)
+    assert [ride.ride_id for ride in first.scene.rides] == ["ride-1"]
+    (shuttle,) = first.scene.vehicles
+    assert (shuttle.vehicle_id, shuttle.aboard, shuttle.faults) == ("shuttle-1", ("ride-1",), ())
+    assert first.scene.incidents == IncidentsScene()
+    board.put_vehicle(a_vehicle("shuttle-2", x_m=9.0))
+    board.put_ride(a_ride("ride-2", "aboard", "shuttle-2"))
+    assert viewer.next_message(board, 2) is None
+
+
+def test_a_passenger_changes_shuttles_with_the_ride_and_loses_it_at_the_end() -> None:
+    board, viewer = a_board(), Viewer(RideScope("ride-1"))
+    viewer.next_message(board, 1)
+    board.put_ride(a_ride("ride-1", "assigned", "shuttle-2"))
+    moved = delta(viewer.next_message(board, 2))
+    assert [vehicle.vehicle_id for vehicle in moved.vehicles] == ["shuttle-2"]
+    assert moved.vehicles_gone == ("shuttle-1",)
+    board.put_ride(a_ride("ride-1", "completed", "shuttle-2"))
+    ended = delta(viewer.next_message(board, 3))
+    assert ended.vehicles_gone == ("shuttle-2",)
+    assert [ride.state for ride in ended.rides] == ["completed"]
+
+
+def test_another_map_begins_with_a_new_snapshot() -> None:
+    board, viewer = a_board(), Viewer(EverythingScope())
+    viewer.next_message(board, 1)
+    board.map_version = "m2"
+    again = viewer.next_message(board, 2)
+    assert isinstance(again, Snapshot)
+    assert again.scene.map_version == "m2"
+
+
+def test_a_viewer_that_applies_every_message_ends_with_the_boards_scene() -> None:
+    board, viewer = a_board(), Viewer(EverythingScope())
+    shown: dict[str, VehicleScene] = {}
+    for step in range(40):
+        name = f"shuttle-{step % 4}"
+        if step % 7 == 3:
+            board.remove_vehicle(name)
+        else:
+            board.put_vehicle(a_vehicle(name, x_m=float(step)))
+        if step % 3 == 0:
+            message = viewer.next_message(board, step)
+            if isinstance(message, Snapshot):
+                shown = {vehicle.vehicle_id: vehicle for vehicle in message.scene.vehicles}
+            elif message is not None:
+                shown |= {vehicle.vehicle_id: vehicle for vehicle in message.vehicles}
+                for gone in message.vehicles_gone:
+                    del shown[gone]
+    assert shown == {key: vehicle for key, (_, vehicle) in board.vehicles.items()}
