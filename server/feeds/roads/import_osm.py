@@ -25,6 +25,8 @@ from server.feeds.roads.stops import place_stops
 from server.feeds.roads.turnarounds import turnaround_lanes
 from server.feeds.roads.turns import turn_lanes
 
+_FEWEST_STOPS = 2
+_FEWEST_PLACES = 2
 OSM_ATTRIBUTION = "© OpenStreetMap contributors, ODbL 1.0"
 
 
@@ -170,7 +172,7 @@ def _finish(
 ) -> ImportReport:
     tiles = sections.tile(drafts)
     stops = place_stops(data, frame, found, drafts, options.names_en, log, left_hand=options.left_hand)
-    if len(stops) < 2:
+    if len(stops) < _FEWEST_STOPS:
         raise MapError("no_stops", "no room for two stops on the roads that are left; export a larger area")
     road_map = RoadMap(
         campus_id=options.campus_id,
@@ -184,16 +186,27 @@ def _finish(
         timezone=options.timezone,
         attribution=options.attribution,
     )
-    places = resting_places(road_map)
+    road_map = _with_resting_places(road_map, log)
+    road_map = with_version(msgspec.structs.replace(road_map, repairs=tuple(log.repairs)))
+    defects = problems(road_map)
+    if defects:
+        raise MapError("unsound", f"{defects[0].where}: {defects[0].detail}; please report this file")
+    return ImportReport(road_map, tuple(log.repairs), tuple(log.dropped))
+
+
+def _with_resting_places(road_map: RoadMap, log: ImportLog) -> RoadMap:
+    """Room to rest; on a small map, stops placed by rule give way to it, the last one first."""
+    while True:
+        places = resting_places(road_map)
+        spare = [stop for stop in road_map.stops if stop.placed_by == "rule"]
+        if len(places) >= _FEWEST_PLACES or not spare or len(road_map.stops) <= _FEWEST_STOPS:
+            break
+        log.repairs.append(f"stop {spare[-1].name}: given up, since it left no room for shuttles to rest")
+        kept = tuple(stop for stop in road_map.stops if stop is not spare[-1])
+        road_map = msgspec.structs.replace(road_map, stops=kept)
     if not places:
         raise MapError(
             "no_resting_places",
             "nowhere to stand without cutting a stop off; export a larger area with more than one circuit",
         )
-    road_map = with_version(
-        msgspec.structs.replace(road_map, resting_places=places, repairs=tuple(log.repairs))
-    )
-    defects = problems(road_map)
-    if defects:
-        raise MapError("unsound", f"{defects[0].where}: {defects[0].detail}; please report this file")
-    return ImportReport(road_map, tuple(log.repairs), tuple(log.dropped))
+    return msgspec.structs.replace(road_map, resting_places=places)

@@ -92,6 +92,9 @@ def rest(
             break
         if i not in chosen and _holds(graph, [*chosen, i], wanted):
             chosen.append(i)
+    if not chosen:
+        # Alone on a strongly connected map, a shuttle gets everywhere from wherever it stands.
+        chosen = candidates[:1]
     return tuple(_place(graph, i, number) for number, i in enumerate(chosen, start=1))
 
 

@@ -25,6 +25,7 @@ _STRAIGHT_TRIM_M = 3.0
 _MOST_TRIM_M = 20.0
 _LOOP_TRIM_M = 11.0
 _LEAST_LANE_M = 1.6
+_LEAST_EDGE_M = 3.0
 _HEADING_BASE_M = 7.0
 SHARPEST_TURN_RAD = math.radians(150.0)
 
@@ -77,6 +78,9 @@ def smooth_roads(edges: Iterable[Edge], log: ImportLog) -> list[Road]:
     """The edges that can be made drivable without leaving their roads."""
     roads = []
     for edge in edges:
+        if edge.length_m < _LEAST_EDGE_M:
+            log.dropped.append(f"{edge.label}: only {edge.length_m:.1f} m long")
+            continue
         aside = _aside(edge) if edge.driving.can_pass else 0.0
         centre = _smooth(edge, aside)
         if centre is None:

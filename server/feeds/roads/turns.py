@@ -82,6 +82,8 @@ def _drivable(
     before: LaneDraft, after: LaneDraft, guide: Array, aside_m: float, ground: Ground
 ) -> Array | str:
     """The turn's points, or why it cannot be made."""
+    if len(guide) < 2:
+        return "its roads are too short to turn between"
     start, end = end_poses(before.points)[1], end_poses(after.points)[0]
     turned = abs(wrap_angle(float(end[2] - start[2])))
     if turned > SHARPEST_TURN_RAD and shapely.LineString(guide).length < _LONG_WAY_ROUND_M:

@@ -382,6 +382,21 @@ def test_a_file_without_a_circuit_is_refused(tmp_path: Path, ways: Ways, code: s
     assert caught.value.code == code
 
 
+def test_on_a_single_road_there_is_room_for_a_single_shuttle(tmp_path: Path) -> None:
+    path = tmp_path / "line.osm"
+    path.write_text(osm_text({1: (0, 0), 2: (250, 0)}, {100: ([1, 2], SERVICE)}), encoding="utf-8")
+    report = import_osm(path)
+    assert len(report.map.resting_places) == 1
+    assert len(report.map.stops) >= 2
+
+
+def test_roads_too_short_to_drive_do_not_stop_an_import(tmp_path: Path) -> None:
+    points: Points = {20: (101.0, -1.0), 21: (200.5, 200.5)}
+    report = imported(tmp_path, points=points, ways={110: ([5, 20], SERVICE), 111: ([4, 21], SERVICE)})
+    assert any("way 110" in line for line in report.dropped)
+    assert any("way 111" in line for line in report.dropped)
+
+
 def test_every_stop_of_a_made_up_campus_can_be_reached_from_every_other(tmp_path: Path) -> None:
     path = tmp_path / "campus.osm"
     path.write_bytes(generated_osm(3))
