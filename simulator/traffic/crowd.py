@@ -35,6 +35,7 @@ _BODY_M = RADIUS_M + 0.2
 _SLOW_MPS = 1.2
 _STANDING_MPS = 0.3
 _WAITING_GAP_M = 12.0
+_CROSSING_MPS = 0.4
 _ASIDE_M = 2.4
 _EXIT_M = 6.0
 
@@ -118,14 +119,18 @@ def _mind(
     if doing[i] == GONE and off > half + 1.3:
         return ux, uy
     if off < half + 1.3 and 0.0 < gap < _WAITING_GAP_M and doing[i] != ASIDE:
-        meets = off < half + _BODY_M and gap < 6.0 and ux * tx + uy * ty < -0.3
-        if speed < _SLOW_MPS:
+        along = abs(outward) < _CROSSING_MPS and ux * tx + uy * ty < -0.3
+        meets = along and off < half + _BODY_M and gap < 6.0
+        if speed < _SLOW_MPS and abs(p[VX] * nx + p[VY] * ny) < _CROSSING_MPS:
             p[WAITED] += dt
         if meets or p[WAITED] > p[PATIENCE]:
             _step_aside(p, doing, route, way, i, nx, ny, half + _ASIDE_M - off, outward, d)
             return 0.0, 0.0
     if doing[i] == WALK and off > half + _BODY_M and outward < 0.0 and off + outward < half + _BODY_M + 0.3:
-        return _at_the_edge(ux, uy, tx, ty, gap, length, speed, look_m, p[PACE])
+        return _at_the_edge(ux, uy, tx, ty, -nx, -ny, gap, length, speed, look_m, p[PACE])
+    if doing[i] == WALK and off < half + _BODY_M and abs(outward) > _CROSSING_MPS and 0.0 < gap < 4.0:
+        # across first, so that the way around a standing shuttle does not lead along its bumper
+        return math.copysign(p[PACE], outward) * nx, math.copysign(p[PACE], outward) * ny
     if speed > _STANDING_MPS and half < off < half + 0.9 and 0.0 < gap < 8.0 and abs(outward) < 0.5:
         ux, uy = ux + 0.8 * nx, uy + 0.8 * ny
     if speed > 0.05 and -length - 0.5 < gap <= 0.3 and off < half + 0.9:
@@ -139,6 +144,8 @@ def _at_the_edge(
     uy: float,
     tx: float,
     ty: float,
+    inward_x: float,
+    inward_y: float,
     gap: float,
     length: float,
     speed: float,
@@ -151,6 +158,8 @@ def _at_the_edge(
     if -length - 0.8 < gap < 2.5:
         way = 1.0 if gap > -0.5 * length else -1.0
         return way * pace * tx, way * pace * ty
+    if 2.5 <= gap < 4.0:
+        return pace * inward_x, pace * inward_y
     return ux, uy
 
 
