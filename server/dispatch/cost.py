@@ -17,7 +17,7 @@ def route_cost(
     to its arrival; who is aboard already rides from the snapshot on."""
     drive_s = wait_s = ride_s = 0.0
     place = vehicle.start
-    picked_up = {request_id: vehicle.ready_s for request_id in vehicle.aboard}
+    picked_up = dict.fromkeys(vehicle.aboard, vehicle.ready_s)
     for call, time in zip(calls, times, strict=True):
         drive_s += float(vehicle.times[place, call.place])
         place = call.place

@@ -60,7 +60,7 @@ def cheapest_insertion(problem: Problem, routes: Sequence[Route], request: Reque
 
 
 def candidates(vehicle: VehicleState, calls: Calls, request: Request, dwell_s: float) -> Iterator[Calls]:
-    """Every way to serve the request in this route: at a call that is there, or at a new one between calls."""
+    """Every way to serve the request in this route: at a call that is there, or at a new one."""
     for at, boarded in _with_stop(calls, request.pickup, vehicle.locked, request.request_id, (), dwell_s):
         for _, served in _with_stop(boarded, request.dropoff, at + 1, "", (request.request_id,), dwell_s):
             yield served

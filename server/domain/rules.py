@@ -21,6 +21,8 @@ class FleetRules:
     departure_lead_s      how long before its first call a departure gets its shuttle
     grant_ahead_m         sections are granted so far ahead of a shuttle
     braking_mps2, reaction_s  a new visit lies at least a stopping distance ahead of a moving shuttle
+    reassign_after_s      a vehicle unavailable for so long loses the rides that wait for it to others
+    held_back_s           a resting shuttle leaves so much earlier than its first timed visit demands
     silent_after_s        not heard for so long: an incident
     order_valid_s         a vehicle accepts an order within this time
     booking_ahead_s_max   how far ahead rides can be booked
@@ -43,8 +45,9 @@ class FleetRules:
     grant_ahead_m: float = 80.0
     braking_mps2: float = 0.8
     reaction_s: float = 1.5
+    reassign_after_s: float = 60.0
+    held_back_s: float = 90.0
     silent_after_s: float = 5.0
-    at_sea_m: float = 25.0
     order_valid_s: float = 60.0
     booking_ahead_s_max: float = 7 * 86400.0
     operator_session_s: float = 12 * 3600.0

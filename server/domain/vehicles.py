@@ -17,6 +17,7 @@ class Vehicle:
     mode        what the vehicle said last
     held        it stands until an operator resumes it
     in_service  it may get new rides; a recalled vehicle finishes those aboard and rests
+    unavailable_since  since when it has been held or out of reach, None while it is neither
     placed      it holds the ground under its body, so that it can be given a route
     """
 
@@ -37,6 +38,12 @@ class Vehicle:
     in_service: bool = True
     placed: bool = False
     retired: bool = False
+    unavailable_since: datetime | None = None
+
+    @property
+    def accepts_rides(self) -> bool:
+        """New rides may be promised on it."""
+        return self.in_service and self.placed and self.connected and not self.held and not self.retired
 
 
 @dataclass(frozen=True, slots=True)

@@ -86,6 +86,7 @@ vehicles = Table(
     Column("in_service", Boolean, nullable=False),
     Column("placed", Boolean, nullable=False),
     Column("retired", Boolean, nullable=False),
+    _later("unavailable_since"),
 )
 
 whereabouts = Table(

@@ -25,6 +25,7 @@ from server.store.runs import Runs
 from server.store.sections import Sections
 from server.store.vehicles import Vehicles
 from server.store.views import SqlViews
+from server.usecases.fleet_roads import FleetRoads
 from server.usecases.ports import (
     Clock,
     DepartureRepository,
@@ -104,23 +105,26 @@ class SqlUnitOfWork:
         self.history: HistoryRepository = History(connection, campus_id, False)
         self.views: Views = SqlViews(connection, campus_id, False)
         self._library = context.library
-        self._network: RoadNetwork | None = None
+        self._roads: FleetRoads | None = None
 
     def network(self) -> RoadNetwork:
-        if self._network is None:
-            self._network = self._active_network()
-        return self._network
+        return self.roads().network
+
+    def roads(self) -> FleetRoads:
+        if self._roads is None:
+            self._roads = self._active_roads()
+        return self._roads
 
     def network_of(self, content: bytes) -> RoadNetwork:
-        return self._library.decode(content)
+        return self._library.decode(content).network
 
     def publish(self, topic: str, **fields: str | int) -> None:
         self.outgoing.add(topic, fields)
 
     def map_changed(self) -> None:
-        self._network = None
+        self._roads = None
 
-    def _active_network(self) -> RoadNetwork:
+    def _active_roads(self) -> FleetRoads:
         version = self.maps.active_version()
         if version is None:
             raise CampusUnknown(f"campus {self.campus_id} has no map; import one and activate it")

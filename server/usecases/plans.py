@@ -1,18 +1,120 @@
-"""How the fleet is assigned: every change of a vehicle's plan goes through here."""
+"""How the fleet is assigned: every change of a vehicle's plan goes through here.
 
-from server.domain.plans import Plan
-from server.domain.rides import Ride
+A decision is a snapshot of the fleet, solved, and its changed routes stored by compare and set; the changed
+vehicles then get new orders as soon as their new routes are safe.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import timedelta
+
+import numpy as np
+
+from server.dispatch.problem import Problem
+from server.dispatch.solve import Budget, Solution, solve
+from server.domain.errors import (
+    StopUnknown,
+    StopUnreachable,
+    VehicleNotPlaced,
+    VehicleOutOfService,
+    VehicleUnknown,
+)
+from server.domain.events import ServerEvent
+from server.domain.incidents import IncidentKind
+from server.domain.plans import Plan, PlannedVisit, next_version
+from server.domain.rides import Ride, RideState, ended, unassigned
+from server.domain.timetable import Departure
+from server.usecases import orders, sections, topics
+from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
+from server.usecases.routes import is_news, refresh_times, save_route
+from server.usecases.snapshot import Snapshot, take_snapshot
+
+_INSERT_ONLY = Budget(improvements=0)
 
 
 def plan_of(uow: UnitOfWork, vehicle_id: str) -> Plan:
     """Raises VehicleUnknown."""
-    raise NotImplementedError
+    plan = uow.plans.get(vehicle_id)
+    if plan is not None:
+        return plan
+    if uow.vehicles.get(vehicle_id) is None:
+        raise VehicleUnknown(f"no vehicle {vehicle_id} is enrolled")
+    return Plan(uow.campus_id, vehicle_id, 0)
+
+
+def insert_ride(uow: UnitOfWork, ride: Ride) -> tuple[Ride, str]:
+    """The ride with a vehicle and expected times, and ""; or as it was, and the rule that binds."""
+    snapshot = take_snapshot(uow, wanted=(ride,))
+    solution = _solved(snapshot)
+    if ride.ride_id in solution.refused:
+        return ride, solution.refused[ride.ride_id]
+    commit(uow, snapshot, solution)
+    return snapshot.rides[ride.ride_id], ""
+
+
+def insert_departures(uow: UnitOfWork, departures: Sequence[Departure]) -> frozenset[str]:
+    """Give each departure a vehicle that can keep it; the ids of those that got one."""
+    snapshot = take_snapshot(uow, departures=departures)
+    solution = _solved(snapshot)
+    commit(uow, snapshot, solution)
+    return frozenset(d.departure_id for d in departures) - solution.refused.keys()
+
+
+def replan(uow: UnitOfWork, vehicle_id: str) -> None:
+    """Make a vehicle's plan fit what has happened: ended rides leave it, riders aboard are let out."""
+    snapshot = take_snapshot(uow)
+    if not any(vehicle.vehicle_id == vehicle_id for vehicle in snapshot.problem.vehicles):
+        if snapshot.footings.get(vehicle_id) is None:
+            return
+        release_waiting(uow, vehicle_id)
+        snapshot = take_snapshot(uow)
+    solution = _solved(snapshot)
+    mine = tuple(route for route in solution.routes if route.vehicle_id == vehicle_id)
+    commit(uow, snapshot, replace(solution, routes=mine))
+
+
+def send_home(uow: UnitOfWork, vehicle_id: str) -> None:
+    """Give a vehicle that has just been placed a plan: to the nearest free resting place, or to stay there.
+
+    Raises NoRestingPlaceFree.
+    """
+    snapshot = take_snapshot(uow)
+    for route in _solved(snapshot).routes:
+        if route.vehicle_id == vehicle_id:
+            save_route(uow, snapshot, route)
+            _carry_out(uow, snapshot, (vehicle_id,))
 
 
 def assign_waiting(uow: UnitOfWork) -> tuple[Ride, ...]:
-    """Give every ride that has lost its vehicle to another one; answers those that got one."""
-    raise NotImplementedError
+    """Give every ride that has lost its vehicle to another one; answers those that got one.
+
+    A promise that nobody can keep any more gives way to the earliest pickup that somebody can make. A ride
+    that nobody could take within the longest wait fails, which is an incident.
+    """
+    found = []
+    for ride in (*uow.rides.in_states([RideState.REQUESTED]), *_stranded(uow)):
+        free = ride if ride.state is RideState.REQUESTED else unassigned(ride)
+        taken, rule = insert_ride(uow, free)
+        if rule and ride.state is RideState.REQUESTED:
+            late = replace(free, promise=None, requested_at=uow.now)
+            taken, rule = insert_ride(uow, late)
+            if not rule:
+                taken = replace(taken, promise=ride.promise, requested_at=ride.requested_at)
+                uow.rides.save(taken)
+        if not rule:
+            found.append(taken)
+        elif ride.state is RideState.REQUESTED:
+            _give_up_late(uow, ride, rule)
+    return tuple(found)
+
+
+def release_waiting(uow: UnitOfWork, vehicle_id: str) -> None:
+    """Take a vehicle's rides from it that are not aboard; `assign_waiting` finds them another one."""
+    for ride in uow.rides.of_vehicle(vehicle_id, [RideState.ASSIGNED, RideState.BOARDING]):
+        uow.rides.save(unassigned(ride))
+        uow.publish(topics.ride(uow.campus_id, ride.ride_id))
+    uow.publish(topics.dispatch(uow.campus_id))
 
 
 def send_to_stop(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> Plan:
@@ -20,4 +122,134 @@ def send_to_stop(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> Pla
 
     Raises VehicleUnknown, VehicleNotPlaced, VehicleOutOfService, StopUnknown, StopUnreachable.
     """
-    raise NotImplementedError
+    plan = plan_of(uow, vehicle_id)
+    vehicle = uow.vehicles.get(vehicle_id)
+    roads = uow.roads()
+    stop = roads.network.stops.get(stop_id)
+    if stop is None:
+        raise StopUnknown(f"the map has no stop {stop_id}")
+    if vehicle is None or not vehicle.placed:
+        raise VehicleNotPlaced(f"nobody knows where {vehicle_id} stands; place it first")
+    if not vehicle.in_service:
+        raise VehicleOutOfService(f"{vehicle_id} has been recalled; return it to service first")
+    snapshot = take_snapshot(uow)
+    state = next((v for v in snapshot.problem.vehicles if v.vehicle_id == vehicle_id), None)
+    place = roads.stop_numbers[stop_id]
+    origin = None if state is None else (state.calls[-1].place if state.calls else state.start)
+    if state is None or origin is None or not np.isfinite(state.times[origin, place]):
+        raise StopUnreachable(f"{vehicle_id} finds no way to stop {stop.name}")
+    visit = PlannedVisit(
+        uow.ids.new_id("visit"), "stop", stop_id, stop.lane_id, stop.s_m, dwell_s=uow.rules.dwell_s
+    )
+    stops = tuple(v for v in plan.visits if v.kind == "stop" or v.state == "under_way")
+    rests = tuple(v for v in plan.visits if v.kind == "rest" and v.state == "pending")
+    uow.plans.save(next_version(plan, (*stops, visit, *rests)), plan.version)
+    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, "vehicle.sent", vehicle_id, by, stop_id))
+    _resettle(uow, vehicle_id)
+    return plan_of(uow, vehicle_id)
+
+
+def refresh_expected(uow: UnitOfWork) -> None:
+    """Bring expected times up to where the vehicles are now."""
+    snapshot = take_snapshot(uow)
+    for route in _solved(snapshot).routes:
+        if not is_news(snapshot.plans[route.vehicle_id], route):
+            refresh_times(uow, snapshot, route)
+
+
+# ---------------------------------------------------------------- improvement
+
+
+@dataclass(frozen=True, slots=True)
+class Improvement:
+    """A problem to be improved outside a transaction, and the plan versions that it was made from."""
+
+    problem: Problem
+    versions: dict[str, int]
+
+
+def improvement_of(uow: UnitOfWork) -> Improvement | None:
+    """The fleet as it is, if there is anything to move: two waiting rides, or one and two vehicles."""
+    snapshot = take_snapshot(uow)
+    accepting = sum(vehicle.accepts for vehicle in snapshot.problem.vehicles)
+    waiting = sum(len(call.board) for vehicle in snapshot.problem.vehicles for call in vehicle.calls)
+    if waiting == 0 or waiting + accepting < 3:
+        return None
+    versions = {vehicle_id: plan.version for vehicle_id, plan in snapshot.plans.items()}
+    return Improvement(snapshot.problem, versions)
+
+
+def adopt_improvement(uow: UnitOfWork, improvement: Improvement, solution: Solution) -> tuple[str, ...]:
+    """Store the improved routes whose plans have not changed meanwhile; all of them or none.
+
+    Answers the vehicles whose plans changed. A late answer is dropped.
+    """
+    snapshot = take_snapshot(uow)
+    versions = {vehicle_id: plan.version for vehicle_id, plan in snapshot.plans.items()}
+    if versions != improvement.versions:
+        return ()
+    return commit(uow, snapshot, solution)
+
+
+# ---------------------------------------------------------------- carrying out
+
+
+def commit(uow: UnitOfWork, snapshot: Snapshot, solution: Solution) -> tuple[str, ...]:
+    """Store what the solution changes, and issue the orders that are safe; the changed vehicles.
+
+    Raises PlanChanged, NoRestingPlaceFree.
+    """
+    changed = []
+    for route in solution.routes:
+        if is_news(snapshot.plans[route.vehicle_id], route):
+            save_route(uow, snapshot, route)
+            changed.append(route.vehicle_id)
+    _carry_out(uow, snapshot, changed)
+    return tuple(changed)
+
+
+def _carry_out(uow: UnitOfWork, snapshot: Snapshot, vehicle_ids: Sequence[str]) -> None:
+    for vehicle_id in vehicle_ids:
+        orders.reissue(uow, vehicle_id, snapshot.desk)
+    if vehicle_ids:
+        sections.grant_ahead(uow, snapshot.desk)
+
+
+def _resettle(uow: UnitOfWork, vehicle_id: str) -> None:
+    """A plan that was extended by hand: choose its resting place and times anew, and carry it out."""
+    snapshot = take_snapshot(uow)
+    for route in _solved(snapshot).routes:
+        if route.vehicle_id == vehicle_id:
+            save_route(uow, snapshot, route)
+    _carry_out(uow, snapshot, (vehicle_id,))
+
+
+def _solved(snapshot: Snapshot) -> Solution:
+    # Without improvement moves nothing is drawn from the generator.
+    return solve(snapshot.problem, _INSERT_ONLY, np.random.default_rng(0))
+
+
+def _stranded(uow: UnitOfWork) -> list[Ride]:
+    """Rides that wait for a vehicle which has been unavailable for long."""
+    limit = uow.now - timedelta(seconds=uow.rules.reassign_after_s)
+    return [
+        ride
+        for vehicle in uow.vehicles.all()
+        if vehicle.unavailable_since is not None and vehicle.unavailable_since <= limit
+        for ride in uow.rides.of_vehicle(vehicle.vehicle_id, [RideState.ASSIGNED])
+    ]
+
+
+def _give_up_late(uow: UnitOfWork, ride: Ride, rule: str) -> None:
+    wanted = ride.earliest if ride.promise is None else ride.promise.pickup_to
+    if uow.now <= wanted + timedelta(seconds=uow.rules.wait_s_max):
+        return
+    uow.rides.save(ended(ride, RideState.FAILED, uow.now, rule, "no shuttle could take over the ride"))
+    uow.publish(topics.ride(uow.campus_id, ride.ride_id))
+    open_incident(
+        uow,
+        IncidentKind.RIDE_FAILED,
+        ride.ride_id,
+        f"ride {ride.ride_code}: no shuttle could take it over ({rule})",
+        ride_id=ride.ride_id,
+    )

@@ -23,6 +23,7 @@ from server.domain.runs import Run, Segment
 from server.domain.sections import Occupancy
 from server.domain.timetable import Departure
 from server.domain.vehicles import StatusReport, Vehicle, VehicleCommand, Whereabouts
+from server.usecases.fleet_roads import FleetRoads
 from server.usecases.views import Views
 
 T = TypeVar("T")
@@ -67,9 +68,9 @@ class PasswordHasher(Protocol):
 class MapLibrary(Protocol):
     """Decoded maps, each kept for the life of the process: a version never changes."""
 
-    def known(self, map_version: str) -> RoadNetwork | None: ...
+    def known(self, map_version: str) -> FleetRoads | None: ...
 
-    def decode(self, content: bytes) -> RoadNetwork:
+    def decode(self, content: bytes) -> FleetRoads:
         """Raises MapInvalid."""
         ...
 
@@ -343,6 +344,10 @@ class UnitOfWork(Protocol):
 
     def network(self) -> RoadNetwork:
         """The active map, decoded. Raises CampusUnknown."""
+        ...
+
+    def roads(self) -> FleetRoads:
+        """The active map as the fleet uses it. Raises CampusUnknown."""
         ...
 
     def network_of(self, content: bytes) -> RoadNetwork:

@@ -1,0 +1,96 @@
+"""The active map as the fleet uses it: travel times, and ways that keep clear of others' resting places.
+
+A shuttle drives only where it could go if every resting place but its own were taken; such a way can be
+driven to its end whatever the others do (docs/roads.md). Travel times are those of such ways.
+"""
+
+import numpy as np
+
+from contract.geometry import Array
+from contract.roads.model import RestingPlace
+from contract.roads.network import RoadNetwork
+from contract.roads.reservation import Reservations
+from contract.roads.routing import Route, find_route
+from contract.roads.travel_times import Place, travel_time_matrix, travel_times_from
+
+Own = frozenset[str]
+
+
+class FleetRoads:
+    """One map version. Everything that is worked out is kept: a version never changes.
+
+    speed_cap_mps  what a shuttle drives at most; slack: planned over free-flow travel time
+    """
+
+    def __init__(self, network: RoadNetwork, speed_cap_mps: float, slack: float) -> None:
+        self.network = network
+        self.stop_ids = tuple(stop.stop_id for stop in network.road_map.stops)
+        self.stop_numbers = {stop_id: i for i, stop_id in enumerate(self.stop_ids)}
+        self._stop_places: list[Place] = [(stop.lane_id, stop.s_m) for stop in network.road_map.stops]
+        self._speed_cap_mps = speed_cap_mps
+        self._slack = slack
+        self._kept_clear: dict[Own, frozenset[str]] = {}
+        self._stop_times: dict[Own, Array] = {}
+        self._to_rest: dict[tuple[Place, str], float] = {}
+        self._empty = Reservations(network.road_map.sections)
+
+    def reservations(self) -> Reservations:
+        """A controller for this map with nobody on it."""
+        return self._empty.emptied()
+
+    def kept_clear(self, own: Own) -> frozenset[str]:
+        """What the owner of these resting places may not drive through."""
+        if own not in self._kept_clear:
+            self._kept_clear[own] = self.network.kept_clear(own)
+        return self._kept_clear[own]
+
+    def direct_s(self, from_stop: str, to_stop: str) -> float:
+        """Planned seconds from stop to stop on an empty campus; infinite where no road leads there."""
+        times = self._stop_times_with(frozenset(self.network.resting_places))
+        return float(times[self.stop_numbers[from_stop], self.stop_numbers[to_stop]])
+
+    def stop_times(self, own: Own) -> Array:
+        """(n, n) planned seconds between all stops, in map order, for the owner of these resting places.
+
+        Where its way would lead through another one's resting place the time of that way is given.
+        """
+        times = self._stop_times_with(own)
+        if np.isfinite(times).all():
+            return times
+        return np.where(
+            np.isfinite(times), times, self._stop_times_with(frozenset(self.network.resting_places))
+        )
+
+    def times_to_stops(self, place: Place, own: Own, opened: frozenset[str]) -> Array:
+        """(n,) planned seconds from a place on the road to every stop.
+
+        opened  sections that the vehicle may drive through all the same: those of its present route
+        """
+        blocked = self.kept_clear(own) - opened
+        times = travel_times_from(self.network, place, self._stop_places, self._speed_cap_mps, blocked)
+        if not np.isfinite(times).all():
+            anyhow = travel_times_from(self.network, place, self._stop_places, self._speed_cap_mps)
+            times = np.where(np.isfinite(times), times, anyhow)
+        planned: Array = times * self._slack
+        return planned
+
+    def time_to_rest(self, place: Place, rest: RestingPlace) -> float:
+        """Planned seconds from a place to a resting place; infinite where the others are in the way."""
+        key = (place, rest.place_id)
+        if key not in self._to_rest:
+            blocked = self.kept_clear(frozenset({rest.place_id}))
+            there: list[Place] = [(rest.lane_id, rest.s_m)]
+            self._to_rest[key] = self._slack * float(
+                travel_times_from(self.network, place, there, self._speed_cap_mps, blocked)[0]
+            )
+        return self._to_rest[key]
+
+    def route(self, origin: Place, destination: Place, blocked: frozenset[str]) -> Route | None:
+        return find_route(self.network, *origin, *destination, blocked, speed_cap_mps=self._speed_cap_mps)
+
+    def _stop_times_with(self, own: Own) -> Array:
+        if own not in self._stop_times:
+            blocked = self.kept_clear(own)
+            times, _ = travel_time_matrix(self.network, self._stop_places, self._speed_cap_mps, blocked)
+            self._stop_times[own] = times * self._slack
+        return self._stop_times[own]

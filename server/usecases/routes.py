@@ -1,0 +1,158 @@
+"""A route that the dispatcher decided, made into a vehicle's plan and its riders' expected times."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import timedelta
+
+from server.dispatch.problem import Call
+from server.dispatch.schedule import CallTime
+from server.dispatch.solve import VehicleRoute
+from server.domain.plans import Plan, PlannedVisit, next_version
+from server.domain.rides import Ride, RideState, assigned, unassigned
+from server.domain.timetable import given_to
+from server.usecases import topics
+from server.usecases.ports import UnitOfWork
+from server.usecases.resting import rest_visit, resting_place_for, rests_at
+from server.usecases.snapshot import Snapshot, moment
+
+# A party's expected times are told again when they have moved by this much.
+_NEWS_S = 10.0
+
+
+def is_news(plan: Plan, route: VehicleRoute) -> bool:
+    """The route differs from the plan in its stops, their order or their riders."""
+    stops = [(v.visit_id, v.board, v.alight) for v in plan.visits if v.kind == "stop"]
+    return [(c.call_id, c.board, c.alight) for c in route.calls] != stops
+
+
+def save_route(uow: UnitOfWork, snapshot: Snapshot, route: VehicleRoute) -> Plan:
+    """Store the route as the vehicle's next plan, ending at a resting place, and assign its riders.
+
+    Raises PlanChanged, NoRestingPlaceFree.
+    """
+    plan = snapshot.plans[route.vehicle_id]
+    visits = tuple(
+        _visit(uow, snapshot, plan, call, time) for call, time in zip(route.calls, route.times, strict=True)
+    )
+    after = _ended(uow, snapshot, plan, visits)
+    uow.plans.save(after, plan.version)
+    snapshot.plans[route.vehicle_id] = after
+    _assign(uow, snapshot, route)
+    _give_departures(uow, snapshot, route)
+    uow.publish(topics.vehicle(uow.campus_id, route.vehicle_id), plan_version=after.version)
+    return after
+
+
+def refresh_times(uow: UnitOfWork, snapshot: Snapshot, route: VehicleRoute) -> None:
+    """Expected times of a route that is the plan already; the plan keeps its version."""
+    plan = snapshot.plans[route.vehicle_id]
+    etas = {call.call_id: time.arrive_s for call, time in zip(route.calls, route.times, strict=True)}
+    visits = tuple(
+        replace(visit, eta=moment(etas[visit.visit_id])) if visit.visit_id in etas else visit
+        for visit in plan.visits
+    )
+    if any(_differs(old, new) for old, new in zip(plan.visits, visits, strict=True)):
+        uow.plans.save(replace(plan, visits=visits), plan.version)
+        _assign(uow, snapshot, route)
+
+
+def _visit(uow: UnitOfWork, snapshot: Snapshot, plan: Plan, call: Call, time: CallTime) -> PlannedVisit:
+    known = plan.visit(call.call_id) if call.call_id else None
+    visit = known or _new_visit(uow, snapshot, call)
+    not_before = visit.not_before
+    if not visit.departure_id:
+        not_before = None
+        if call.board:
+            opens_s = max(snapshot.problem.requests[ride_id].pickup_from_s for ride_id in call.board)
+            not_before = moment(opens_s + call.dwell_s)
+    return replace(
+        visit,
+        board=call.board,
+        alight=call.alight,
+        dwell_s=call.dwell_s,
+        not_before=not_before,
+        eta=moment(time.arrive_s),
+    )
+
+
+def _new_visit(uow: UnitOfWork, snapshot: Snapshot, call: Call) -> PlannedVisit:
+    roads = uow.roads()
+    stop = roads.network.stops[roads.stop_ids[call.place]]
+    visit = PlannedVisit(uow.ids.new_id("visit"), "stop", stop.stop_id, stop.lane_id, stop.s_m)
+    chained = snapshot.chained.get(call.call_id)
+    if chained is None:
+        return visit
+    departure, number = chained
+    leave_at = departure.calls[number].leave_at
+    return replace(
+        visit,
+        departure_id=departure.departure_id,
+        call=number,
+        not_before=leave_at,
+        latest=leave_at + timedelta(seconds=uow.rules.departure_tolerance_s - call.dwell_s),
+    )
+
+
+def _ended(uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[PlannedVisit, ...]) -> Plan:
+    """The plan with its rest: the visits, then a resting place; none when it rests there already."""
+    here = snapshot.footings[plan.vehicle_id]
+    place_here = (here.lane_id, here.s_m)
+    last = (visits[-1].lane_id, visits[-1].s_m) if visits else place_here
+    place = resting_place_for(uow, plan, last, snapshot.desk)
+    resting = tuple(visit for visit in plan.visits if visit.kind == "rest")
+    arriving = tuple(visit for visit in resting if visit.state == "under_way")
+    if not visits and (arriving or rests_at(plan, place, place_here)):
+        return next_version(plan, arriving, place.place_id)
+    same = [v for v in resting if (v.lane_id, v.s_m) == (place.lane_id, place.s_m) and v not in arriving]
+    rest = same[0] if same else rest_visit(uow, place)
+    return next_version(plan, (*arriving, *visits, rest), place.place_id)
+
+
+def _assign(uow: UnitOfWork, snapshot: Snapshot, route: VehicleRoute) -> None:
+    pickups: dict[str, float] = {}
+    arrivals: dict[str, float] = {}
+    for call, time in zip(route.calls, route.times, strict=True):
+        for ride_id in call.board:
+            opens_s = snapshot.problem.requests[ride_id].pickup_from_s
+            pickups[ride_id] = max(time.arrive_s, opens_s)
+        for ride_id in call.alight:
+            arrivals[ride_id] = time.arrive_s
+    for ride_id, arrival_s in arrivals.items():
+        before = snapshot.rides[ride_id]
+        after = _with_times(before, route.vehicle_id, pickups.get(ride_id), arrival_s)
+        if after != before:
+            uow.rides.save(after)
+            snapshot.rides[ride_id] = after
+            uow.publish(topics.ride(uow.campus_id, ride_id), vehicle_id=route.vehicle_id)
+
+
+def _with_times(ride: Ride, vehicle_id: str, pickup_s: float | None, arrival_s: float) -> Ride:
+    pickup_eta = ride.pickup_eta if pickup_s is None else moment(pickup_s)
+    arrival_eta = moment(arrival_s)
+    if ride.vehicle_id != vehicle_id and ride.state is not RideState.ABOARD and pickup_eta is not None:
+        free = ride if ride.state is RideState.REQUESTED else unassigned(ride)
+        return assigned(free, vehicle_id, pickup_eta, arrival_eta)
+    return replace(ride, pickup_eta=pickup_eta, arrival_eta=arrival_eta)
+
+
+def _give_departures(uow: UnitOfWork, snapshot: Snapshot, route: VehicleRoute) -> None:
+    given: dict[str, None] = dict.fromkeys(
+        snapshot.chained[call.call_id][0].departure_id
+        for call in route.calls
+        if call.call_id in snapshot.chained
+    )
+    for departure_id in given:
+        departure = uow.departures.get(departure_id)
+        if departure is not None:
+            uow.departures.save(given_to(departure, route.vehicle_id))
+
+
+def _differs(old: PlannedVisit, new: PlannedVisit) -> bool:
+    if old.eta is None or new.eta is None:
+        return old.eta is not new.eta
+    return abs((new.eta - old.eta).total_seconds()) >= _NEWS_S
+
+
+def visits_of(plans: Sequence[Plan], ride_id: str) -> list[str]:
+    """The vehicles whose plans name this ride."""
+    return [plan.vehicle_id for plan in plans if ride_id in plan.ride_ids]

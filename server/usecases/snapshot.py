@@ -1,0 +1,208 @@
+"""The fleet as the dispatcher sees it: rows of the store made into a problem of numbers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+import numpy as np
+
+from contract.geometry import Array
+from contract.wire.messages import Status
+from server.dispatch.loosen import loosened, possible
+from server.dispatch.problem import Call, Chain, Problem, Request, VehicleState
+from server.domain.plans import Plan, PlannedVisit
+from server.domain.rides import Ride, RideState
+from server.domain.sections import Occupancy
+from server.domain.timetable import Departure
+from server.domain.vehicles import Vehicle
+from server.usecases.fleet_roads import FleetRoads
+from server.usecases.ground import ARRIVED_M, Footing, footing
+from server.usecases.order_payload import EPOCH
+from server.usecases.ports import UnitOfWork
+from server.usecases.section_desk import SectionDesk
+
+ON_THE_WAY = (RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """problem's vehicles are those that are placed, by id; chained: call_id -> (departure, its call)."""
+
+    problem: Problem
+    plans: dict[str, Plan]
+    rides: dict[str, Ride]
+    footings: dict[str, Footing]
+    chained: dict[str, tuple[Departure, int]]
+    desk: SectionDesk
+
+
+def take_snapshot(
+    uow: UnitOfWork, wanted: Sequence[Ride] = (), departures: Sequence[Departure] = ()
+) -> Snapshot:
+    """Everything under way, and the rides and departures that want a vehicle, in the order given."""
+    desk = SectionDesk(uow)
+    plans = {plan.vehicle_id: plan for plan in uow.plans.all()}
+    rides = {ride.ride_id: ride for ride in (*uow.rides.in_states(ON_THE_WAY), *wanted)}
+    vehicles: list[VehicleState] = []
+    footings: dict[str, Footing] = {}
+    for vehicle in uow.vehicles.all():
+        status = _status(uow, vehicle)
+        if status is None:
+            continue
+        plan = plans.setdefault(vehicle.vehicle_id, Plan(uow.campus_id, vehicle.vehicle_id, 0))
+        occupancy = desk.occupancy(vehicle.vehicle_id)
+        here = footing(uow.network(), occupancy.held_ids, status)
+        footings[vehicle.vehicle_id] = here
+        vehicles.append(_vehicle(uow, vehicle, plan, occupancy, here, rides))
+    requests = {ride.ride_id: _request(uow, ride) for ride in rides.values()}
+    chains, chained = _chains(uow.roads(), departures, uow.rules.departure_tolerance_s, uow.rules.dwell_s)
+    problem = Problem(
+        vehicles=tuple(vehicles),
+        requests=requests,
+        open_requests=tuple(ride.ride_id for ride in wanted),
+        open_chains=chains,
+        dwell_s=uow.rules.dwell_s,
+    )
+    return Snapshot(possible(loosened(problem)), plans, rides, footings, chained, desk)
+
+
+def seconds(moment: datetime) -> float:
+    return (moment - EPOCH).total_seconds()
+
+
+def moment(seconds_s: float) -> datetime:
+    return EPOCH + timedelta(seconds=seconds_s)
+
+
+def _status(uow: UnitOfWork, vehicle: Vehicle) -> Status | None:
+    where = uow.vehicles.whereabouts(vehicle.vehicle_id) if vehicle.placed else None
+    return None if where is None else where.status
+
+
+def _vehicle(
+    uow: UnitOfWork,
+    vehicle: Vehicle,
+    plan: Plan,
+    occupancy: Occupancy,
+    here: Footing,
+    rides: dict[str, Ride],
+) -> VehicleState:
+    roads = uow.roads()
+    mine = {ride_id: ride for ride_id, ride in rides.items() if ride.vehicle_id == vehicle.vehicle_id}
+    visits = [visit for visit in plan.visits if visit.kind == "stop" and _is_needed(visit, mine)]
+    inside = tuple(ride_id for ride_id, ride in mine.items() if ride.state is RideState.ABOARD)
+    return VehicleState(
+        vehicle_id=vehicle.vehicle_id,
+        start=len(roads.stop_ids),
+        ready_s=seconds(uow.now),
+        seats=vehicle.seats,
+        wheelchair_places=vehicle.wheelchair_places,
+        times=_times(roads, plan, visits, occupancy, here),
+        aboard=inside,
+        calls=(
+            *(_call(roads, visit, mine) for visit in visits),
+            *_forgotten(roads, visits, mine, uow.rules.dwell_s),
+        ),
+        locked=1 if visits and visits[0].state == "under_way" else 0,
+        accepts=vehicle.accepts_rides,
+    )
+
+
+def _is_needed(visit: PlannedVisit, mine: dict[str, Ride]) -> bool:
+    """Not only made for riders who are no longer this vehicle's."""
+    riders = (*visit.board, *visit.alight)
+    return (
+        visit.state == "under_way"
+        or bool(visit.departure_id)
+        or not riders
+        or any(ride_id in mine for ride_id in riders)
+    )
+
+
+def _forgotten(
+    roads: FleetRoads, visits: Sequence[PlannedVisit], mine: dict[str, Ride], dwell_s: float
+) -> list[Call]:
+    """Calls for riders aboard whom no visit lets out any more."""
+    let_out = {ride_id for visit in visits for ride_id in visit.alight}
+    return [
+        Call(roads.stop_numbers[ride.to_stop], (), (ride_id,), dwell_s)
+        for ride_id, ride in mine.items()
+        if ride.state is RideState.ABOARD and ride_id not in let_out
+    ]
+
+
+def _times(
+    roads: FleetRoads, plan: Plan, visits: Sequence[PlannedVisit], occupancy: Occupancy, here: Footing
+) -> Array:
+    """(stops + 1, stops + 1) planned seconds; the last row is the vehicle's own place."""
+    own = frozenset({plan.resting_place_id})
+    opened = frozenset((*occupancy.held_ids, *occupancy.ahead))
+    n = len(roads.stop_ids)
+    times: Array = np.zeros((n + 1, n + 1))
+    times[:n, :n] = roads.stop_times(own)
+    times[n, :n] = roads.times_to_stops((here.lane_id, here.s_m), own, opened)
+    if visits and _is_there(visits[0], here):
+        times[n, roads.stop_numbers[visits[0].stop_id]] = 0.0
+    return times
+
+
+def _is_there(visit: PlannedVisit, here: Footing) -> bool:
+    """It stands at the visit, or has come to it within the noise of its position."""
+    beyond_m = here.s_m - visit.s_m if here.lane_id == visit.lane_id else -1.0
+    return visit.state == "under_way" or 0.0 <= beyond_m <= ARRIVED_M
+
+
+def _call(roads: FleetRoads, visit: PlannedVisit, mine: dict[str, Ride]) -> Call:
+    timed = bool(visit.departure_id)
+    return Call(
+        place=roads.stop_numbers[visit.stop_id],
+        board=tuple(r for r in visit.board if r in mine and mine[r].state is not RideState.ABOARD),
+        alight=tuple(r for r in visit.alight if r in mine),
+        dwell_s=visit.dwell_s,
+        leave_from_s=seconds(visit.not_before) if timed and visit.not_before else -np.inf,
+        arrive_by_s=seconds(visit.latest) if timed and visit.latest else np.inf,
+        fixed=timed or not (visit.board or visit.alight),
+        call_id=visit.visit_id,
+    )
+
+
+def _request(uow: UnitOfWork, ride: Ride) -> Request:
+    roads, rules = uow.roads(), uow.rules
+    direct_s = roads.direct_s(ride.from_stop, ride.to_stop)
+    promise = ride.promise
+    earliest_s = seconds(max(ride.earliest, ride.requested_at))
+    return Request(
+        request_id=ride.ride_id,
+        pickup=roads.stop_numbers[ride.from_stop],
+        dropoff=roads.stop_numbers[ride.to_stop],
+        party=ride.party,
+        wheelchairs=ride.wheelchairs,
+        pickup_from_s=earliest_s if promise is None else seconds(promise.pickup_from),
+        pickup_to_s=earliest_s + rules.wait_s_max if promise is None else seconds(promise.pickup_to),
+        arrive_by_s=np.inf if promise is None else seconds(promise.arrive_by),
+        ride_s_max=max(rules.detour_ratio_max * direct_s, direct_s + rules.detour_s_min),
+    )
+
+
+def _chains(
+    roads: FleetRoads, departures: Sequence[Departure], tolerance_s: float, dwell_s: float
+) -> tuple[tuple[Chain, ...], dict[str, tuple[Departure, int]]]:
+    chains: list[Chain] = []
+    chained: dict[str, tuple[Departure, int]] = {}
+    for departure in departures:
+        calls = []
+        for number, call in enumerate(departure.calls):
+            call_id = f"{departure.departure_id}#{number}"
+            chained[call_id] = departure, number
+            calls.append(
+                Call(
+                    place=roads.stop_numbers[call.stop_id],
+                    dwell_s=dwell_s,
+                    leave_from_s=seconds(call.leave_at),
+                    arrive_by_s=seconds(call.leave_at) + tolerance_s - dwell_s,
+                    fixed=True,
+                    call_id=call_id,
+                )
+            )
+        chains.append(Chain(departure.departure_id, tuple(calls)))
+    return tuple(chains), chained

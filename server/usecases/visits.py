@@ -1,0 +1,73 @@
+"""What vehicles say about their visits; it wins over what the plan says."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from contract.wire.messages import VisitProgress, VisitState
+from server.domain.errors import IllegalTransition
+from server.domain.events import ServerEvent
+from server.domain.orders import OrderState
+from server.domain.plans import Plan, PlannedVisit, with_visit_state
+from server.domain.rides import RideState, moved
+from server.domain.timetable import DepartureState
+from server.usecases import topics
+from server.usecases.ports import UnitOfWork
+
+
+def change(uow: UnitOfWork, vehicle_id: str, visit_id: str, state: VisitState) -> PlannedVisit | None:
+    """Take over one visit's state; the visit, or None when that was no news.
+
+    A visit going backwards is no news either: the plan keeps the later state.
+    """
+    plan = uow.plans.get(vehicle_id)
+    if plan is None:
+        return None
+    try:
+        after = with_visit_state(plan, visit_id, state)
+    except IllegalTransition as error:
+        uow.events.add_server_event(
+            ServerEvent(uow.campus_id, uow.now, "visit.backwards", vehicle_id, "", error.detail)
+        )
+        return None
+    if after is plan:
+        return None
+    uow.plans.save(after, plan.version)
+    follow(uow, plan, after)
+    visit = plan.visit(visit_id)
+    if visit is not None:
+        _tell(uow, vehicle_id, visit, state)
+    return visit
+
+
+def take_over(uow: UnitOfWork, vehicle_id: str, progress: Iterable[VisitProgress]) -> None:
+    """All of a vehicle's word on its visits, in its order."""
+    for visit in progress:
+        if visit.state != "pending":
+            change(uow, vehicle_id, visit.visit_id, visit.state)
+
+
+def follow(uow: UnitOfWork, before: Plan, after: Plan) -> None:
+    """The plan went on by the vehicle's own word: the order that it follows needs no revision for that."""
+    order = uow.orders.current(before.vehicle_id)
+    if order is None or order.plan_version != before.version or order.state is OrderState.DONE:
+        return
+    state = order.state if after.visits else OrderState.DONE
+    uow.orders.save(replace(order, plan_version=after.version, state=state))
+
+
+def _tell(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitState) -> None:
+    if state == "under_way":
+        for ride_id in visit.board:
+            ride = uow.rides.get(ride_id)
+            if ride is not None and ride.state is RideState.ASSIGNED and ride.vehicle_id == vehicle_id:
+                uow.rides.save(moved(ride, RideState.BOARDING))
+                uow.publish(topics.ride(uow.campus_id, ride_id), vehicle_id=vehicle_id)
+    elif state == "done" and visit.departure_id:
+        _call_made(uow, visit)
+    uow.publish(topics.vehicle(uow.campus_id, vehicle_id), visit_id=visit.visit_id, visit_state=state)
+
+
+def _call_made(uow: UnitOfWork, visit: PlannedVisit) -> None:
+    departure = uow.departures.get(visit.departure_id)
+    if departure is not None and visit.call == len(departure.calls) - 1:
+        uow.departures.save(replace(departure, state=DepartureState.DONE))
