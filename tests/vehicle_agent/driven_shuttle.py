@@ -58,7 +58,9 @@ class DrivenShuttle:
         self.network = RoadNetwork(road_map)
         self.name = "s1"
         pose = Pose2(*self.network.pose(*start))
-        self.world = SimWorld(road_map, {self.name: profile}, {self.name: pose}, seed, SilentPhone(self.name), options)
+        self.world = SimWorld(
+            road_map, {self.name: profile}, {self.name: pose}, seed, SilentPhone(self.name), options
+        )
         self.car = gem(profile, road_map)
         self.state = initial_state(self.car)
         self.now_ns = TICK_NS
@@ -78,7 +80,9 @@ class DrivenShuttle:
     def resume(self) -> None:
         self.say(Command(1, f"resume-{self.now_ns}", "resume"))
 
-    def visit(self, name: str, lane_id: str, s_m: float, previous: tuple[str, float], **fields: object) -> Visit:
+    def visit(
+        self, name: str, lane_id: str, s_m: float, previous: tuple[str, float], **fields: object
+    ) -> Visit:
         route = find_route(self.network, previous[0], previous[1], lane_id, s_m)
         assert route is not None
         return Visit(

@@ -34,7 +34,7 @@ class WaypointControl(msgspec.Struct, frozen=True):
         if not motion.enabled:
             state = Hands(np.full_like(state.steers_rad, motion.steer_rad), Aim(), Pedals())
         if path.emergency:
-            pedals = self.twist.full_stop(state.pedals, ego.accel_mps2)
+            pedals = self.twist.full_stop()
         else:
             pedals = self.twist.step(
                 state.pedals, path.speed_mps, path.accel_mps2, ego.speed_mps, ego.accel_mps2

@@ -21,7 +21,8 @@ class TwistController(msgspec.Struct, frozen=True):
     """speed error -> P -> limited acceleration command -> PI throttle, or the open-loop brake map.
 
     speed_gain_1ps    acceleration command per speed error
-    accel_filter_s    low-pass on the IMU; the paper's tau is 2 s, identify it per vehicle
+    accel_filter_s    low-pass on the IMU; the paper's tau is 2 s, identify it per vehicle. It starts anew
+                      after braking: the throttle would push against a deceleration remembered that long
     throttle_per_mps2, throttle_integral   PI on the acceleration error (1/(m/s2), 1/(m/s2)/s)
     throttle_feed     pedal per commanded acceleration, so that the PI has only the rest to do
     throttle_filter_s the output filter "in favour of a smooth ride"
@@ -50,23 +51,20 @@ class TwistController(msgspec.Struct, frozen=True):
         self, state: Pedals, wanted_mps: float, slope_mps2: float, speed_mps: float, accel_mps2: float
     ) -> Pedals:
         """The pedals for the speed `wanted_mps`, itself changing by `slope_mps2`."""
-        filtered = _low_pass(state.accel_filtered_mps2, accel_mps2, self.accel_filter_s, self.dt_s)
         if wanted_mps <= 0.0 and speed_mps < self.hold_below_mps:
-            return Pedals(
-                0.0, filtered, 0.0, 0.0, _towards(state.brake_ratio, self.hold_ratio, 2.0 * self.dt_s)
-            )
+            return Pedals(0.0, 0.0, 0.0, 0.0, _towards(state.brake_ratio, self.hold_ratio, 2.0 * self.dt_s))
         asked = slope_mps2 + self.speed_gain_1ps * (wanted_mps - speed_mps)
         limited = min(max(asked, -self.decel_mps2_max), self.accel_mps2_max)
         command = _towards(state.accel_command_mps2, limited, self.jerk_mps3_max * self.dt_s)
         if command < -self.coast_mps2:
             brake = self.brakes.brake_ratio(-command - self.coast_mps2)
-            return Pedals(command, filtered, 0.0, 0.0, brake)
+            return Pedals(command, 0.0, 0.0, 0.0, brake)
+        filtered = _low_pass(state.accel_filtered_mps2, accel_mps2, self.accel_filter_s, self.dt_s)
         return self._throttled(state, command, filtered)
 
-    def full_stop(self, state: Pedals, accel_mps2: float) -> Pedals:
+    def full_stop(self) -> Pedals:
         """Brake as hard as the vehicle can."""
-        filtered = _low_pass(state.accel_filtered_mps2, accel_mps2, self.accel_filter_s, self.dt_s)
-        return Pedals(-self.decel_mps2_max, filtered, 0.0, 0.0, 1.0)
+        return Pedals(-self.decel_mps2_max, 0.0, 0.0, 0.0, 1.0)
 
     def _throttled(self, state: Pedals, command: float, filtered: float) -> Pedals:
         error = command - filtered

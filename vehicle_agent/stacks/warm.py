@@ -1,0 +1,63 @@
+"""Compiles every kernel used onboard into numba's cache, so that no tick meets the compiler."""
+
+import numpy as np
+
+from contract.geometry import Pose2
+from contract.roads.load import decode_map, encode_map
+from contract.roads.model import Lane, Origin, RestingPlace, RoadMap, Section
+from contract.roads.projection import unproject
+from contract.wire.messages import Command, Order, SectionGrant, Visit
+from vehicle_agent.config import Profile
+from vehicle_agent.onboard.car import initial_state
+from vehicle_agent.onboard.tick import tick
+from vehicle_agent.perception.height_map import percept_from_scan
+from vehicle_agent.signals import GnssFix, ImuSample, Inputs, LinkState, OtherVehicle, SeatButton, ServerWord
+from vehicle_agent.stacks.gem import gem, height_map
+
+_TICK_NS = 20_000_000
+_TICKS = 20
+
+
+def warm_kernels() -> None:
+    """Drive a straight road for a moment: each kernel is called with the very types that a tick gives it."""
+    profile, road_map = Profile(), straight_road()
+    car = gem(profile, road_map)
+    state = initial_state(car)
+    params = height_map(profile)
+    points = np.array([[9.0, 0.0, z] for z in (0.0, 0.8, 1.6)] * 3, dtype=np.float32)
+    words: tuple[ServerWord, ...] = (_order(road_map), Command(1, "go", "resume"))
+    for number in range(1, _TICKS):
+        now_ns = number * _TICK_NS
+        percepts = (percept_from_scan(points, now_ns, params),) if number % 5 == 0 else ()
+        inputs = Inputs(
+            stamp_ns=now_ns,
+            poses=(_fix(road_map.origin, now_ns), ImuSample(now_ns, 0.0, 0.0)),
+            percepts=percepts,
+            infrastructure=(OtherVehicle(now_ns, "mate", Pose2(40.0, 0.0, 0.0), 0.0),),
+            words=words if number == 5 else (),
+            pressed=(SeatButton(now_ns, 1),) if number == 10 else (),
+            link=LinkState(now_ns, True, 1, 0),
+        )
+        state, _ = tick(state, inputs, car)
+
+
+def straight_road(length_m: float = 100.0) -> RoadMap:
+    """One straight lane to the east in two sections, without a way back."""
+    points = tuple((float(x), 0.0) for x in range(round(length_m) + 1))
+    lane = Lane("east", "road", points, 3.0, 3.0, False, ())
+    half_m = 0.5 * length_m
+    sections = (Section("east/0", "east", 0.0, half_m), Section("east/1", "east", half_m, length_m))
+    place = RestingPlace("rest", "east", length_m - 10.0)
+    road_map = RoadMap("warm", "warm", Origin(31.3, 121.4), (lane,), sections, (), (place,))
+    return decode_map(encode_map(road_map))
+
+
+def _order(road_map: RoadMap) -> Order:
+    rest = Visit("rest", "rest", "", "east", 80.0, ("east",))
+    grants = tuple(SectionGrant(section.section_id, 1) for section in road_map.sections)
+    return Order(1, "warm", 1, road_map.map_version, (rest,), grants, 2**62)
+
+
+def _fix(origin: Origin, now_ns: int) -> GnssFix:
+    latitude_deg, longitude_deg = unproject(origin, 20.0, 0.0)
+    return GnssFix(now_ns, latitude_deg, longitude_deg, 0.0, 2.0, 0.0, 0.02)
