@@ -211,16 +211,22 @@ class VirtualCampus:
         self._lifespan = self.conductor.loop.create_task(live())
         self.conductor.loop.run_now(started.wait())
 
+    def stop_server(self) -> None:
+        """Take the server away; vehicles drive on with what they hold, and requests find nobody."""
+        self.network.hub = None
+        self._server.app = None
+        self._leave.set()
+        assert self._lifespan is not None
+        self.conductor.run_until(self._lifespan.done, 30.0)
+        self._lifespan.result()
+
     def stop(self) -> None:
         """Finish every run log, then the server."""
         self.conductor.remove("fleet")
         for vehicle in self.vehicles.values():
             vehicle.link.drop()
             vehicle.shut_down()
-        self._leave.set()
-        assert self._lifespan is not None
-        self.conductor.run_until(self._lifespan.done, 30.0)
-        self._lifespan.result()
+        self.stop_server()
 
     # ------------------------------------------------------------ people
 

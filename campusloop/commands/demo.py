@@ -11,7 +11,8 @@ from rich.console import Console
 
 from campusloop.commands.serve import DEFAULT_MAP
 from campusloop.headless import run_headless
-from campusloop.live_demo import DemoError, DemoOptions, LiveDemo
+from campusloop.live_campus import CampusStartError, LiveOptions
+from campusloop.live_demo import LiveDemo
 from campusloop.virtual_campus import CampusOptions
 from contract.roads.load import MapError, load_map
 
@@ -39,9 +40,9 @@ def demo(
         if headless:
             _headless(console, campus_map, count, rides, seed)
             return
-        options = DemoOptions(campus_map, folder, count, host, port, tls_cert, tls_key, seed, people)
-        asyncio.run(LiveDemo(options, console).run())
-    except (MapError, DemoError) as error:
+        options = LiveOptions(campus_map, folder, count, host, port, tls_cert, tls_key, seed)
+        asyncio.run(LiveDemo(options, console, people_book=people).run())
+    except (MapError, CampusStartError) as error:
         console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
 

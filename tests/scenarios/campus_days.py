@@ -1,0 +1,53 @@
+"""A small campus in virtual time, for scenarios: one shuttle or two, rides booked through the API."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from campusloop.headless import ride_pairs
+from campusloop.passengers import ENDED, Journey, Wish
+from campusloop.virtual_campus import CampusOptions, VirtualCampus
+from contract.roads.load import load_map
+
+ROOT = Path(__file__).resolve().parents[2]
+SHIPPED = ROOT / "maps" / "shanghai-university" / "map.json"
+STEP_CHECK_S = 0.5
+
+
+class CampusDay:
+    """A started campus and the rides asked for on it."""
+
+    def __init__(self, folder: Path, seed: int = 1, vehicles: int = 1, **options: Any) -> None:
+        road_map = load_map(SHIPPED)
+        self.campus = VirtualCampus(
+            CampusOptions(
+                road_map, folder, seed, vehicles, database_url=f"sqlite:///{folder / 'campus.db'}", **options
+            )
+        )
+        self.pairs = ride_pairs(road_map, 150.0)
+        self.told: list[tuple[int, str]] = []
+        self.campus.start()
+        self._passengers = self.campus.passengers(self._tell)
+
+    def _tell(self, journey: Journey) -> None:
+        self.told.append((journey.wish.number, journey.state))
+
+    def ask(self, number: int = 1, pair: int = 0, party: int = 1, how: Any = "code") -> Journey:
+        """A passenger wants to ride, now."""
+        journey = Journey(Wish(number, 0.0, *self.pairs[pair], party, how))
+        self.campus.conductor.loop.create_task(self._passengers.live(journey))
+        return journey
+
+    def until(self, condition: Callable[[], bool], timeout_s: float = 1200.0) -> None:
+        """Let time pass until the condition holds; fails when it does not in time."""
+        assert self.campus.conductor.run_until(condition, timeout_s), f"not within {timeout_s} s: {self.told}"
+
+    def until_state(self, journey: Journey, state: str, timeout_s: float = 1200.0) -> None:
+        self.until(lambda: journey.state == state or journey.state in ENDED, timeout_s)
+        assert journey.state == state, (journey.state, journey.reason, self.told)
+
+    def run_for(self, seconds: float) -> None:
+        self.campus.conductor.run_for(seconds)
+
+    def kinds_of_incidents(self) -> list[str]:
+        return [incident["kind"] for incident in self.campus.call(self.campus.operator.incidents())]

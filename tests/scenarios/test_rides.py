@@ -1,0 +1,59 @@
+from pathlib import Path
+
+from rich.console import Console
+
+from campusloop.headless import run_headless
+from campusloop.virtual_campus import CampusOptions
+from contract.roads.load import load_map
+from tests.scenarios.campus_days import SHIPPED, CampusDay
+from vehicle_agent.runtime.replay import replay_segment
+from vehicle_agent.stacks.gem import gem
+
+
+def test_two_rides_are_booked_driven_through_people_and_replayed(tmp_path: Path) -> None:
+    console = Console(quiet=True)
+    result = run_headless(CampusOptions(load_map(SHIPPED), tmp_path, seed=1, vehicles=2), 2, console)
+    assert result.failures == []
+    assert [journey.state for journey in result.journeys] == ["completed", "completed"]
+    for journey in result.journeys:
+        assert [state for _, state in journey.history][-3:] == ["boarding", "aboard", "completed"]
+
+
+def test_a_link_that_is_cut_while_riding_changes_nothing_for_the_passenger(tmp_path: Path) -> None:
+    day = CampusDay(tmp_path)
+    journey = day.ask()
+    day.until_state(journey, "aboard")
+    day.campus.network.cut("shuttle-1")
+    day.run_for(20.0)
+    day.campus.network.mend("shuttle-1")
+    day.until_state(journey, "completed")
+    assert [state for number, state in day.told].count("aboard") == 1
+
+
+def test_a_server_that_restarts_while_riding_loses_no_ride(tmp_path: Path) -> None:
+    day = CampusDay(tmp_path)
+    journey = day.ask()
+    day.until_state(journey, "aboard")
+    day.campus.stop_server()
+    day.campus.start_server()
+    day.until_state(journey, "completed")
+
+
+def test_a_vehicle_that_crashes_while_riding_stands_held_until_an_operator_resumes_it(tmp_path: Path) -> None:
+    day = CampusDay(tmp_path)
+    journey = day.ask()
+    day.until_state(journey, "aboard")
+    day.run_for(5.0)
+    vehicle = day.campus.vehicles["shuttle-1"]
+    vehicle.crash()
+    day.run_for(2.0)
+    vehicle.boot(day.campus.conductor.now_ns)
+    day.run_for(30.0)
+    assert journey.state == "aboard"
+    assert abs(day.campus.world.truth("shuttle-1").speed_mps) < 0.01
+    day.campus.call(day.campus.operator.release("shuttle-1"))
+    day.until_state(journey, "completed")
+    assert [state for number, state in day.told].count("completed") == 1
+    day.campus.stop()
+    for segment in sorted((tmp_path / "shuttle-1" / "runs").rglob("*.mcap")):
+        assert replay_segment(segment, gem).difference is None
