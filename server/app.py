@@ -17,6 +17,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from server.api.offload import Offload
 from server.api.pages import page_response, read_pages
+from server.api.plain_refusals import PlainRefusals
 from server.api.rate_limit import RateLimit
 from server.api.routers import bare_app
 from server.api.security_headers import SecurityHeaders
@@ -63,6 +64,7 @@ def create_app(settings: Settings, ports: Ports) -> FastAPI:
     services = _services(settings, ports)
     app = bare_app(lifespan=_lifespan(services, ports))
     app.state.services = services
+    app.add_middleware(PlainRefusals)
     app.add_middleware(SecurityHeaders, with_tls=settings.has_tls())
     app.router.default = _pages(services, app.router.default)
     return app

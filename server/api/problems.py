@@ -169,6 +169,12 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(Exception, _crashed)
 
 
+def http_problem(status: HTTPStatus, detail: str, headers: Mapping[str, str] | None = None) -> JSONResponse:
+    """A refusal by HTTP itself, its code made of the status's phrase: `not_found`."""
+    code = status.phrase.lower().replace(" ", "_").replace("-", "_")
+    return _response(_body(status, code, detail), headers)
+
+
 def status_of(error: DomainError) -> int:
     """Raises KeyError for an error that has no row in the table."""
     return STATUS[type(error)]
@@ -197,9 +203,7 @@ async def _not_valid(_: Request, error: Exception) -> JSONResponse:
 
 async def _http(_: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
-    phrase = HTTPStatus(error.status_code).phrase
-    code = phrase.lower().replace(" ", "_").replace("-", "_")
-    return _response(_body(error.status_code, code, str(error.detail)), dict(error.headers or {}))
+    return http_problem(HTTPStatus(error.status_code), str(error.detail), error.headers)
 
 
 async def _crashed(_: Request, __: Exception) -> JSONResponse:

@@ -35,10 +35,9 @@ def bare_app(**options: Any) -> FastAPI:
         openapi_url=f"{PREFIX}/openapi.json",
         docs_url=None,  # the interactive pages load scripts from elsewhere, which our policy forbids
         redoc_url=None,
-        max_body_size=REQUEST_BYTES_MAX,
         **options,
     )
-    api = APIRouter(prefix=PREFIX)
+    api = APIRouter(prefix=PREFIX, max_body_size=REQUEST_BYTES_MAX)
     for router in (
         campus.router,
         rides.router,

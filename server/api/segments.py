@@ -31,11 +31,15 @@ from server.usecases import runs, vehicles
 
 router = APIRouter(prefix="/runs/segments", tags=["runs"])
 
+# Above every setting of segment_bytes_max, which is what counts.
+SEGMENT_BYTES_LIMIT = 1 << 40
+
 
 @router.put(
     "/{sha256}",
     operation_id="put_segment",
     status_code=201,
+    max_body_size=SEGMENT_BYTES_LIMIT,
     responses=problems(
         SegmentHashWrong,
         SegmentUnreadable,
