@@ -2,8 +2,29 @@
 
 from dataclasses import dataclass
 
+from contract.wire.messages import (
+    Blocked,
+    CodeRefused,
+    CommandDone,
+    DoorsChanged,
+    FaultRaised,
+    ModeChanged,
+    RiderAlighted,
+    RiderBoarded,
+    RiderDidNotAlight,
+    RiderNoShow,
+    SeatButtonPressed,
+    SectionReleased,
+    TapAnswered,
+    VehicleEvent,
+    VisitChanged,
+)
 from contract.wire.sequence import is_new
+from server.domain.errors import VehicleUnknown
 from server.domain.events import RecordedEvent
+from server.domain.plans import PlannedVisit
+from server.domain.vehicles import Vehicle
+from server.usecases import boarding, conditions, plans, sections, topics, visits
 from server.usecases.ports import EventStore, UnitOfWork
 
 
@@ -28,4 +49,69 @@ def record_event(events: EventStore, event: RecordedEvent) -> bool:
 
 def apply_event(uow: UnitOfWork, event: RecordedEvent) -> Effects:
     """Store the event and let it have its effect, once. Raises SequenceGap, VehicleUnknown."""
-    raise NotImplementedError
+    vehicle = uow.vehicles.get(event.vehicle_id)
+    if vehicle is None:
+        raise VehicleUnknown(f"no vehicle {event.vehicle_id} is enrolled")
+    new = record_event(uow.events, event)
+    if new:
+        uow.vehicles.heard(event.vehicle_id, uow.now)
+        _take_effect(uow, vehicle, event.body)
+        uow.publish(topics.vehicle(uow.campus_id, event.vehicle_id), sequence=event.sequence)
+    return Effects(new, uow.events.count(event.vehicle_id, event.boot_id))
+
+
+def _take_effect(uow: UnitOfWork, vehicle: Vehicle, body: VehicleEvent) -> None:
+    vehicle_id = vehicle.vehicle_id
+    match body:
+        case VisitChanged():
+            _visit_changed(uow, vehicle_id, body)
+        case RiderBoarded():
+            boarding.rider_boarded(uow, vehicle_id, body)
+        case RiderAlighted():
+            boarding.rider_alighted(uow, vehicle_id, body)
+        case RiderNoShow():
+            boarding.rider_no_show(uow, vehicle_id, body)
+        case RiderDidNotAlight():
+            boarding.rider_did_not_alight(uow, vehicle_id, body)
+        case SectionReleased():
+            sections.released(uow, vehicle_id, body.section_id, body.fence)
+        case ModeChanged():
+            conditions.mode_changed(uow, vehicle, body)
+        case Blocked():
+            conditions.blocked(uow, vehicle, body)
+        case FaultRaised():
+            conditions.fault_raised(uow, vehicle, body)
+        case SeatButtonPressed():
+            conditions.seat_button(uow, vehicle, body)
+        case CommandDone():
+            conditions.command_done(uow, vehicle, body)
+        case TapAnswered():
+            conditions.tap_answered(uow, vehicle, body)
+        case CodeRefused():
+            conditions.code_refused(uow, vehicle, body)
+        case DoorsChanged():
+            pass  # shown from the status; the event is kept for the record
+
+
+def _visit_changed(uow: UnitOfWork, vehicle_id: str, event: VisitChanged) -> None:
+    """A visit left behind opens the road ahead; riders whom it left out are planned for anew."""
+    visit = visits.change(uow, vehicle_id, event.visit_id, event.state)
+    if visit is None or event.state not in ("done", "skipped"):
+        return
+    if event.state == "skipped":
+        plans.requeue(uow, vehicle_id, visit.board)
+    if _left_somebody(uow, vehicle_id, visit):
+        plans.replan(uow, vehicle_id)
+    sections.extend_grants(uow)
+
+
+def _left_somebody(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> bool:
+    """Somebody was to get in or out here and did not."""
+    rides = (uow.rides.get(ride_id) for ride_id in (*visit.board, *visit.alight))
+    return any(
+        ride is not None
+        and ride.vehicle_id == vehicle_id
+        and not ride.has_ended
+        and (ride.ride_id in visit.alight or ride.boarded_at is None)
+        for ride in rides
+    )

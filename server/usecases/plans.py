@@ -22,8 +22,8 @@ from server.domain.errors import (
 from server.domain.events import ServerEvent
 from server.domain.incidents import IncidentKind
 from server.domain.plans import Plan, PlannedVisit, next_version
-from server.domain.rides import Ride, RideState, ended, unassigned
-from server.domain.timetable import Departure
+from server.domain.rides import WAITING, Ride, RideState, ended, unassigned
+from server.domain.timetable import Departure, without_vehicle
 from server.usecases import orders, sections, topics
 from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
@@ -111,10 +111,35 @@ def assign_waiting(uow: UnitOfWork) -> tuple[Ride, ...]:
 
 def release_waiting(uow: UnitOfWork, vehicle_id: str) -> None:
     """Take a vehicle's rides from it that are not aboard; `assign_waiting` finds them another one."""
-    for ride in uow.rides.of_vehicle(vehicle_id, [RideState.ASSIGNED, RideState.BOARDING]):
-        uow.rides.save(unassigned(ride))
-        uow.publish(topics.ride(uow.campus_id, ride.ride_id))
+    waiting = uow.rides.of_vehicle(vehicle_id, sorted(WAITING))
+    requeue(uow, vehicle_id, [ride.ride_id for ride in waiting])
+
+
+def requeue(uow: UnitOfWork, vehicle_id: str, ride_ids: Sequence[str]) -> None:
+    """Riders whom a vehicle will not fetch after all wait for another one."""
+    for ride_id in ride_ids:
+        ride = uow.rides.get(ride_id)
+        if ride is not None and ride.vehicle_id == vehicle_id and ride.state in WAITING:
+            uow.rides.save(unassigned(ride))
+            uow.publish(topics.ride(uow.campus_id, ride_id))
     uow.publish(topics.dispatch(uow.campus_id))
+
+
+def release_departures(uow: UnitOfWork, vehicle_id: str) -> None:
+    """Take its departures from a vehicle that has not begun them; the others it still finishes."""
+    plan = uow.plans.get(vehicle_id)
+    if plan is None:
+        return
+    begun = {visit.departure_id for visit in plan.visits if visit.call > 0} - {
+        visit.departure_id for visit in plan.visits if visit.departure_id and visit.call == 0
+    }
+    kept = [visit for visit in plan.visits if not visit.departure_id or visit.departure_id in begun]
+    if len(kept) == len(plan.visits):
+        return
+    uow.plans.save(next_version(plan, kept), plan.version)
+    for departure in uow.departures.unfinished():
+        if departure.vehicle_id == vehicle_id and departure.departure_id not in begun:
+            uow.departures.save(without_vehicle(departure))
 
 
 def send_to_stop(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> Plan:

@@ -1,8 +1,40 @@
 """What a passenger can do with a ride: book, cancel, tap aboard, call for help."""
 
-from server.domain.incidents import Incident
-from server.domain.rides import BookRide, Ride, Tap, TapKind
+import math
+from dataclasses import replace
+from datetime import timedelta
+
+from server.domain.errors import (
+    BookingTooFarAhead,
+    IdempotencyMismatch,
+    NoRestingPlaceFree,
+    PartyInvalid,
+    PartyTooLarge,
+    RideAlreadyAboard,
+    RideEnded,
+    RideNotAboard,
+    RideNotAssigned,
+    RideUnknown,
+    SameStop,
+    StopUnknown,
+    StopUnreachable,
+    VehicleNotConnected,
+)
+from server.domain.events import ServerEvent
+from server.domain.incidents import Incident, IncidentKind
+from server.domain.rides import BookRide, Promise, Ride, RideState, Tap, TapKind, cancelled, ended
+from server.usecases import plans, topics
+from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
+
+_WORDS = {
+    "no_vehicle_free": "no shuttle is in service now",
+    "seats": "no shuttle has so many seats",
+    "wheelchair": "no shuttle has so many wheelchair places",
+    "pickup_window": "every shuttle is too busy to pick you up in time",
+    "ride_time": "the ride would take too long",
+    "arrival": "no shuttle could bring you there in time",
+}
 
 
 def book(uow: UnitOfWork, request: BookRide) -> Ride:
@@ -10,15 +42,35 @@ def book(uow: UnitOfWork, request: BookRide) -> Ride:
 
     A repeated idempotency_key gives the earlier ride. A refused ride is kept, so that operators see what
     was asked for in vain; its `reason` is no_vehicle_free | seats | wheelchair | pickup_window |
-    ride_time. Raises what cannot even be asked: StopUnknown, SameStop, StopUnreachable, PartyInvalid,
-    PartyTooLarge, OutsideServiceHours, BookingTooFarAhead, IdempotencyMismatch, CampusUnknown.
+    ride_time | arrival. Raises what cannot even be asked: StopUnknown, SameStop, StopUnreachable,
+    PartyInvalid, PartyTooLarge, OutsideServiceHours, BookingTooFarAhead, IdempotencyMismatch, CampusUnknown.
     """
-    raise NotImplementedError
+    known = _booked_before(uow, request)
+    if known is not None:
+        return known
+    _require_bookable(uow, request)
+    ride = _requested(uow, request)
+    uow.rides.add(ride)
+    try:
+        taken, rule = plans.insert_ride(uow, ride)
+    except NoRestingPlaceFree:
+        taken, rule = ride, "no_vehicle_free"
+    answer = ended(ride, RideState.REFUSED, uow.now, rule, _WORDS[rule]) if rule else _promised(uow, taken)
+    uow.rides.save(answer)
+    detail = f"{request.from_stop} to {request.to_stop}, party of {request.party} {answer.reason}".rstrip()
+    _tell(uow, answer, "ride.refused" if rule else "ride.booked", request.source, detail)
+    return answer
 
 
 def cancel(uow: UnitOfWork, ride_id: str, by: str) -> Ride:
     """by: "passenger" | "operator" | "developer". Raises RideUnknown, RideAlreadyAboard, RideEnded."""
-    raise NotImplementedError
+    ride = ride_of(uow, ride_id)
+    gone = cancelled(ride, by, uow.now)
+    uow.rides.save(gone)
+    _tell(uow, gone, "ride.cancelled", by)
+    if ride.vehicle_id is not None:
+        plans.replan(uow, ride.vehicle_id)
+    return gone
 
 
 def tap(uow: UnitOfWork, ride_id: str, kind: TapKind) -> Tap:
@@ -27,24 +79,141 @@ def tap(uow: UnitOfWork, ride_id: str, kind: TapKind) -> Tap:
     Raises RideUnknown, RideEnded, RideNotAssigned, RideAlreadyAboard (board), RideNotAboard (alight),
     VehicleNotConnected.
     """
-    raise NotImplementedError
+    ride = ride_of(uow, ride_id)
+    vehicle_id = _tapped_vehicle(ride, kind)
+    vehicle = uow.vehicles.get(vehicle_id)
+    if vehicle is None or not vehicle.connected:
+        raise VehicleNotConnected("the shuttle cannot be reached now; type your code on its screen")
+    made = Tap(uow.campus_id, uow.ids.new_id("tap"), ride_id, vehicle_id, kind, uow.now)
+    uow.rides.add_tap(made)
+    uow.publish(topics.vehicle_outbox(uow.campus_id, vehicle_id))
+    return made
 
 
 def call_help(uow: UnitOfWork, ride_id: str, text: str) -> Incident:
     """Put the passenger's call on top of the incidents; an open call is kept. Raises RideUnknown."""
-    raise NotImplementedError
+    ride = ride_of(uow, ride_id)
+    said = text.strip() or "no words"
+    incident = open_incident(
+        uow,
+        IncidentKind.HELP_CALL,
+        ride_id,
+        f"ride {ride.ride_code} ({ride.state}) calls for help: {said}",
+        vehicle_id=ride.vehicle_id,
+        ride_id=ride_id,
+    )
+    _tell(uow, ride, "ride.help_called", "passenger", said)
+    return incident
 
 
 def ride_of(uow: UnitOfWork, ride_id: str) -> Ride:
     """Raises RideUnknown."""
-    raise NotImplementedError
+    return _found(uow.rides.get(ride_id), f"there is no ride {ride_id}")
 
 
 def ride_by_code(uow: UnitOfWork, ride_code: str) -> Ride:
     """Codes are read without regard to case and spaces. Raises RideUnknown."""
-    raise NotImplementedError
+    code = "".join(ride_code.split()).upper()
+    return _found(uow.rides.by_code(code), f"no ride has the code {code}; look at it again")
 
 
 def ride_by_token(uow: UnitOfWork, token: str) -> Ride:
     """Raises RideUnknown."""
-    raise NotImplementedError
+    return _found(uow.rides.by_token(token), "this link belongs to no ride")
+
+
+def _found(ride: Ride | None, detail: str) -> Ride:
+    if ride is None:
+        raise RideUnknown(detail)
+    return ride
+
+
+def _booked_before(uow: UnitOfWork, request: BookRide) -> Ride | None:
+    if request.idempotency_key is None:
+        return None
+    ride = uow.rides.by_idempotency_key(request.idempotency_key)
+    if ride is None:
+        return None
+    same = (ride.from_stop, ride.to_stop, ride.party, ride.wheelchairs) == (
+        request.from_stop,
+        request.to_stop,
+        request.party,
+        request.wheelchairs,
+    )
+    if not same:
+        raise IdempotencyMismatch("this Idempotency-Key belongs to another booking; use a new one")
+    return ride
+
+
+def _require_bookable(uow: UnitOfWork, request: BookRide) -> None:
+    roads, rules = uow.roads(), uow.rules
+    for stop_id in (request.from_stop, request.to_stop):
+        if stop_id not in roads.stop_numbers:
+            raise StopUnknown(f"the map has no stop {stop_id}")
+    if request.from_stop == request.to_stop:
+        raise SameStop("from and to are the same stop")
+    if request.party < 1 or not 0 <= request.wheelchairs <= request.party:
+        raise PartyInvalid("a party has at least one person, and no more wheelchairs than people")
+    if request.party > rules.seats_max:
+        raise PartyTooLarge(f"a shuttle seats {rules.seats_max}; split your party into several bookings")
+    earliest = max(uow.now, request.earliest or uow.now)
+    if (earliest - uow.now).total_seconds() > rules.booking_ahead_s_max:
+        days = rules.booking_ahead_s_max / 86400.0
+        raise BookingTooFarAhead(f"rides can be booked {days:.0f} days ahead at most")
+    rules.hours.require_open(earliest)
+    if math.isinf(roads.direct_s(request.from_stop, request.to_stop)):
+        raise StopUnreachable("no road leads from the one stop to the other")
+
+
+def _requested(uow: UnitOfWork, request: BookRide) -> Ride:
+    code = uow.ids.ride_code()
+    while uow.rides.code_in_use(code):
+        code = uow.ids.ride_code()
+    return Ride(
+        campus_id=uow.campus_id,
+        ride_id=uow.ids.new_id("ride"),
+        ride_code=code,
+        token=uow.ids.token(),
+        boarding_code=uow.ids.boarding_code(),
+        state=RideState.REQUESTED,
+        from_stop=request.from_stop,
+        to_stop=request.to_stop,
+        party=request.party,
+        wheelchairs=request.wheelchairs,
+        earliest=max(uow.now, request.earliest or uow.now),
+        requested_at=uow.now,
+        source=request.source,
+        idempotency_key=request.idempotency_key,
+    )
+
+
+def _promised(uow: UnitOfWork, ride: Ride) -> Ride:
+    """The planned times with room for later riders, people in the way and waiting for the road."""
+    if ride.pickup_eta is None or ride.arrival_eta is None:
+        raise ValueError(f"ride {ride.ride_id} was assigned without expected times")
+    rules = uow.rules
+    on_board_s = (ride.arrival_eta - ride.pickup_eta).total_seconds()
+    slack_s = rules.arrival_slack_s + rules.arrival_slack_ratio * on_board_s
+    promise = Promise(
+        pickup_from=max(ride.earliest, ride.pickup_eta - timedelta(seconds=rules.pickup_early_s)),
+        pickup_to=ride.pickup_eta + timedelta(seconds=rules.pickup_slack_s),
+        arrive_by=ride.arrival_eta + timedelta(seconds=slack_s),
+    )
+    return replace(ride, promise=promise)
+
+
+def _tapped_vehicle(ride: Ride, kind: TapKind) -> str:
+    if ride.has_ended:
+        raise RideEnded(f"ride {ride.ride_code} is {ride.state}")
+    if ride.vehicle_id is None:
+        raise RideNotAssigned("no shuttle has this ride yet")
+    if kind == "board" and ride.state is RideState.ABOARD:
+        raise RideAlreadyAboard("you are aboard already")
+    if kind == "alight" and ride.state is not RideState.ABOARD:
+        raise RideNotAboard("you are not aboard yet")
+    return ride.vehicle_id
+
+
+def _tell(uow: UnitOfWork, ride: Ride, name: str, by: str, detail: str = "") -> None:
+    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, ride.ride_id, by, detail))
+    uow.publish(topics.ride(uow.campus_id, ride.ride_id), state=str(ride.state))
