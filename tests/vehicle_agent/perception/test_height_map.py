@@ -1,0 +1,109 @@
+"""The height map: who is seen, what ground is not, and how fast."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+from contract.geometry import Pose2
+from contract.roads.model import Building
+from simulator.sensors.lidar import Lidar, LidarNoise
+from simulator.sensors.walls import WallScene
+from vehicle_agent.config import Body, LidarMount
+from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
+
+PARAMS = HeightMap()
+FAR_AWAY = Building(((300.0, -5.0), (300.0, 5.0), (310.0, 0.0)), 9.0)
+
+
+def a_scan(
+    boxes: list[tuple[float, float, float, float]], slope: float = 0.0, noise_m: float = 0.02
+) -> np.ndarray:
+    """One VLP-16 turn over sloping ground with boxes (x, y, side, height), by ray and slab, base frame."""
+    rng = np.random.default_rng(3)
+    elevation = np.radians(np.repeat(np.arange(-15.0, 16.0, 2.0), 1800))
+    azimuth = np.tile(np.arange(1800) * math.tau / 1800, 16)
+    rays = np.column_stack(
+        (np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation))
+    )
+    origin = np.array([3.2, 0.0, 2.28])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        down = rays[:, 2] - slope * rays[:, 0]
+        ranges = np.where(down < 0.0, (slope * origin[0] - origin[2]) / down, np.inf)
+        for x, y, side, height in boxes:
+            low = np.array([x - side / 2, y - side / 2, slope * x])
+            high = np.array([x + side / 2, y + side / 2, slope * x + height])
+            near, far = (low - origin) / rays, (high - origin) / rays
+            enter = np.nanmax(np.minimum(near, far), axis=1)
+            leave = np.nanmin(np.maximum(near, far), axis=1)
+            ranges = np.where((enter < leave) & (enter > 0.0), np.minimum(ranges, enter), ranges)
+    seen = np.isfinite(ranges) & (ranges < 100.0)
+    ranges = ranges[seen] + noise_m * rng.standard_normal(int(seen.sum()))
+    points: np.ndarray = (origin + rays[seen] * ranges[:, None]).astype(np.float32)
+    return points
+
+
+@pytest.mark.parametrize("distance_m", [5.0, 7.5, 10.0, 12.5, 15.0, 17.5, 20.0])
+@pytest.mark.parametrize("bearing_rad", [0.0, 0.3])
+def test_a_person_is_found_where_he_stands(distance_m: float, bearing_rad: float) -> None:
+    x = 3.5 + distance_m * math.cos(bearing_rad)
+    y = distance_m * math.sin(bearing_rad)
+    percept = percept_from_scan(a_scan([(x, y, 0.5, 1.7)]), 1, PARAMS)
+    away = np.hypot(percept.cells_base[:, 0] - x, percept.cells_base[:, 1] - y)
+    assert len(away) > 0
+    assert away.max() < 0.6, "nothing but the person"
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.05, -0.05])
+def test_ground_is_no_obstacle_level_or_sloping(slope: float) -> None:
+    percept = percept_from_scan(a_scan([], slope), 1, PARAMS)
+    assert percept.points_used > 1000
+    assert len(percept.cells_base) == 0
+
+
+def test_what_is_above_the_shuttle_does_not_count() -> None:
+    roof = np.array([[8.0, 0.0, 2.5], [8.0, 0.0, 3.0], [8.1, 0.1, 2.9]], dtype=np.float32)
+    percept = percept_from_scan(roof, 1, PARAMS)
+    assert percept.points_used == 0
+
+
+def test_the_own_body_is_left_out() -> None:
+    body = np.array([[x, 0.7, z] for x in (0.0, 1.0, 3.4) for z in (0.3, 1.5)], dtype=np.float32)
+    assert percept_from_scan(body, 1, PARAMS).points_used == 0
+
+
+def test_a_single_return_is_no_obstacle() -> None:
+    lone = np.array([[8.0, 0.0, 1.0]], dtype=np.float32)
+    assert len(percept_from_scan(lone, 1, PARAMS).cells_base) == 0
+
+
+def test_an_empty_scan_says_that_the_sensor_is_blind() -> None:
+    percept = percept_from_scan(np.empty((0, 3), np.float32), 7, PARAMS)
+    assert (percept.points_used, percept.stamp_ns, len(percept.cells_base)) == (0, 7, 0)
+
+
+def test_a_scan_of_another_shape_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"\(n, 3\)"):
+        percept_from_scan(np.zeros((4, 4), np.float32), 1, PARAMS)
+
+
+def test_the_simulated_lidar_shows_a_pedestrian_too() -> None:
+    lidar = Lidar(LidarMount(), Body(), WallScene((FAR_AWAY,)), LidarNoise())
+    people = np.array([[15.0, 0.5, 0.25, 1.7]])
+    scan = lidar.scan(Pose2(0.0, 0.0, 0.0), np.empty((0, 7)), people, np.random.default_rng(2))
+    cells = percept_from_scan(scan[0], 1, PARAMS).cells_base
+    assert np.min(np.hypot(cells[:, 0] - 15.0, cells[:, 1] - 0.5)) < 0.4
+    assert np.max(np.hypot(cells[:, 0] - 15.0, cells[:, 1] - 0.5)) < 0.8
+
+
+def test_a_whole_scan_takes_a_few_milliseconds_at_most() -> None:
+    points = a_scan([(10.0, 0.0, 0.5, 1.7), (12.0, 3.0, 2.0, 2.0)])
+    percept_from_scan(points, 1, PARAMS)
+    times = []
+    for _ in range(20):
+        began_s = time.process_time()
+        percept_from_scan(points, 1, PARAMS)
+        times.append(time.process_time() - began_s)
+    assert min(times) < 5e-3
+    print(f"height map: {1e3 * min(times):.2f} ms for {len(points)} points")
