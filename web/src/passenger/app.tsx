@@ -1,0 +1,87 @@
+import { useSignalEffect } from "@preact/signals";
+import { campus, campusProblem, loadCampus } from "../shared/api/campus";
+import type { Campus } from "../shared/api/campus";
+import { LoopMark } from "../shared/ui/icons";
+import { LanguageSwitch } from "../shared/ui/language_switch";
+import { Loading, ProblemNote } from "../shared/ui/notes";
+import { BookingPanel } from "./booking_panel";
+import { CodePanel } from "./code_panel";
+import { follow, followed, forgetRide } from "./followed_ride";
+import { HelpButton, HelpReceived } from "./help_call";
+import { address } from "./navigation";
+import { RidePanel } from "./ride_panel";
+import { Stage } from "./stage";
+import { words } from "./words";
+
+export function App() {
+  useSignalEffect(() => {
+    document.title = words.value.title;
+  });
+  useSignalEffect(() => {
+    follow(address.value.view === "ride" ? address.value.token : null);
+  });
+  useSignalEffect(() => {
+    const ride = followed.value;
+    if (ride?.story.value?.ended === true) forgetRide(ride.token);
+  });
+  useSignalEffect(() => {
+    const drawn = campus.peek()?.shape.map_version;
+    const needed = followed.value?.link.scene.value?.map_version;
+    if (drawn !== undefined && needed !== undefined && needed !== drawn) void loadCampus();
+  });
+  const ride = followed.value;
+  const has_help = ride?.story.value?.ended === false;
+  return (
+    <>
+      <a class="skip" href="#panel" onClick={skipToPanel}>
+        {words.value.skip_to_panel}
+      </a>
+      <header class="top">
+        <LoopMark />
+        <strong>{words.value.title}</strong>
+        <LanguageSwitch />
+        {has_help && <HelpButton ride={ride} />}
+      </header>
+      <main>{campus.value === null ? <Starting /> : <Page campus={campus.value} />}</main>
+    </>
+  );
+}
+
+/** The fragment says which page this is, so a plain anchor would leave it. */
+function skipToPanel(event: Event): void {
+  event.preventDefault();
+  document.getElementById("panel")?.focus();
+}
+
+function Page({ campus }: { readonly campus: Campus }) {
+  const ride = followed.value;
+  const here = address.value;
+  return (
+    <div class={`page ${here.view}`}>
+      <Stage campus={campus} />
+      <div class="panel" id="panel" tabIndex={-1}>
+        {ride !== null && <HelpReceived ride={ride} timezone={campus.view.timezone} />}
+        {ride !== null ? (
+          <RidePanel ride={ride} campus={campus} />
+        ) : here.view === "find" ? (
+          <CodePanel code={here.code} campus={campus} />
+        ) : (
+          <BookingPanel campus={campus} />
+        )}
+      </div>
+    </div>
+  );
+}
+
+function Starting() {
+  const problem = campusProblem.value;
+  if (problem === null) return <Loading text={words.value.loading_campus} />;
+  return (
+    <div class="starting">
+      <ProblemNote problem={problem} />
+      <button type="button" class="button main" onClick={() => void loadCampus()}>
+        {words.value.try_again}
+      </button>
+    </div>
+  );
+}

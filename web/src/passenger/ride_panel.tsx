@@ -1,0 +1,186 @@
+import type { Campus } from "../shared/api/campus";
+import { second } from "../shared/live/clock";
+import { nameOfStop } from "../shared/map/campus_shape";
+import { conditionOf } from "../shared/scene/condition";
+import { Loading, Note, ProblemNote } from "../shared/ui/notes";
+import { language } from "../shared/words/language";
+import { momentNear } from "../shared/words/moments";
+import { clearEnds } from "./booking_form";
+import type { FollowedRide, Ticket } from "./followed_ride";
+import { goTo } from "./navigation";
+import { RideActions } from "./ride_actions";
+import type { Story } from "./ride_story";
+import { minutesUntil } from "./ride_story";
+import { TicketCard } from "./ticket_card";
+import { words } from "./words";
+
+interface RidePanelProps {
+  readonly ride: FollowedRide;
+  readonly campus: Campus;
+}
+
+export function RidePanel({ ride, campus }: RidePanelProps) {
+  const [ticket, story] = [ride.ticket.value, ride.story.value];
+  const say = words.value;
+  if (ride.problem.value !== null)
+    return (
+      <section class="ride">
+        <ProblemNote problem={ride.problem.value} />
+        <BookAnother />
+      </section>
+    );
+  if (ticket === null || story === null) return <Loading text={say.looking_up_ride} />;
+  const title = titleOf(ride, ticket, story, campus.view.timezone);
+  return (
+    <section class="ride">
+      <p class="unseen" role="status">
+        {plainTitle(story, ride, ticket)}
+      </p>
+      <h1>{title}</h1>
+      <Details ride={ride} ticket={ticket} story={story} />
+      <LinkNote ride={ride} story={story} />
+      {ticket.promise !== null && (
+        <TicketCard
+          ticket={ticket}
+          vehicle={vehicleName(ride, ticket)}
+          from={nameOfStop(campus.shape.stops, ticket.from_stop, language.value)}
+          to={nameOfStop(campus.shape.stops, ticket.to_stop, language.value)}
+          view={campus.view}
+          ended={story.ended}
+        />
+      )}
+      {story.ended ? <BookAnother /> : <RideActions ride={ride} story={story} />}
+    </section>
+  );
+}
+
+function vehicleName(ride: FollowedRide, ticket: Ticket): string {
+  return ride.vehicle.value?.name ?? ticket.vehicle_id ?? words.value.shuttle;
+}
+
+/** The headline with its time, which changes every minute. */
+function titleOf(ride: FollowedRide, ticket: Ticket, story: Story, timezone: string): string {
+  const say = words.value;
+  const { chapter, eta_ms } = story;
+  if (eta_ms === null || (chapter !== "coming" && chapter !== "riding"))
+    return plainTitle(story, ride, ticket);
+  const now_ms = second.value > 0 ? (ride.link.now_ms() ?? Date.now()) : Date.now();
+  const minutes = minutesUntil(eta_ms, now_ms);
+  const name = vehicleName(ride, ticket);
+  if (minutes >= 60) {
+    const time = momentNear(eta_ms, now_ms, language.value, timezone);
+    return chapter === "coming" ? say.coming_at(name, time) : say.riding_at(time);
+  }
+  const soon = minutes === 0 ? say.under_a_minute : say.in_minutes(minutes);
+  return chapter === "coming" ? say.coming_in(name, soon) : say.riding_in(soon);
+}
+
+/** The headline without times: what a screen reader is told, once for each change. */
+function plainTitle(story: Story, ride: FollowedRide, ticket: Ticket): string {
+  const say = words.value;
+  switch (story.chapter) {
+    case "coming":
+      return say.coming(vehicleName(ride, ticket));
+    case "here":
+      return say.here(vehicleName(ride, ticket));
+    default:
+      return say[story.chapter];
+  }
+}
+
+function Details({
+  ride,
+  ticket,
+  story,
+}: {
+  readonly ride: FollowedRide;
+  readonly ticket: Ticket;
+  readonly story: Story;
+}) {
+  const say = words.value;
+  const text = detailOf(ticket, story);
+  const delay = delayOf(ride, story);
+  return (
+    <>
+      {text !== "" && <p class="lead">{text}</p>}
+      {ticket.promise_broken && <Note tone="warning">{say.late}</Note>}
+      {delay !== "" && <Note tone="warning">{delay}</Note>}
+    </>
+  );
+}
+
+function detailOf(ticket: Ticket, story: Story): string {
+  const say = words.value;
+  switch (story.chapter) {
+    case "looking":
+      return say.looking_more;
+    case "here":
+      return say.here_more;
+    case "arrived":
+      return say.arrived_more;
+    case "done":
+      return ticket.left_early ? say.done_early : say.done_more;
+    case "refused":
+      return say.reasons[ticket.reason] ?? ticket.reason_detail;
+    case "cancelled":
+      return ticket.reason === "cancelled_by_operator" ? say.cancelled_operator : "";
+    case "missed":
+      return say.missed_more;
+    case "failed":
+      return say.failed_more;
+    default:
+      return "";
+  }
+}
+
+/** Why the shuttle does not move, when that needs an explanation. */
+function delayOf(ride: FollowedRide, story: Story): string {
+  const vehicle = ride.vehicle.value;
+  if (vehicle === null || (story.chapter !== "coming" && story.chapter !== "riding")) return "";
+  const say = words.value;
+  switch (conditionOf(vehicle)) {
+    case "offline":
+      return say.out_of_reach;
+    case "held":
+    case "manual":
+    case "fault":
+    case "minimal_risk":
+      return say.held;
+    case "blocked":
+      return say.waits_for_person;
+    case "waiting":
+      return say.waits_for_road;
+    default:
+      return "";
+  }
+}
+
+function LinkNote({ ride, story }: { readonly ride: FollowedRide; readonly story: Story }) {
+  const state = ride.link.state.value;
+  const heard_ms = ride.link.heard_ms.value;
+  if (state === "open" || story.ended) return null;
+  const say = words.value;
+  if (state === "refused") return <Note>{say.link_refused}</Note>;
+  if (state === "connecting" || heard_ms === null) return <Note>{say.connecting}</Note>;
+  const ago_s = Math.max(0, Math.round((second.value - heard_ms) / 1000));
+  return (
+    <div class="note warning" data-stale>
+      {say.last_seen(ago_s)}
+    </div>
+  );
+}
+
+function BookAnother() {
+  return (
+    <button
+      type="button"
+      class="button main large wide"
+      onClick={() => {
+        clearEnds();
+        goTo({ view: "book" });
+      }}
+    >
+      {words.value.book_another}
+    </button>
+  );
+}

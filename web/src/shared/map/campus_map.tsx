@@ -1,0 +1,90 @@
+import { useEffect, useRef } from "preact/hooks";
+import type { Point } from "../scene/scene";
+import { FitIcon, MinusIcon, PlusIcon } from "../ui/icons";
+import type { Padding } from "./camera";
+import type { CampusShape } from "./campus_shape";
+import type { Look, Picked } from "./map_view";
+import { MapView } from "./map_view";
+
+export interface MapWords {
+  readonly map: string;
+  readonly zoom_in: string;
+  readonly zoom_out: string;
+  readonly whole: string;
+}
+
+interface CampusMapProps {
+  readonly shape: CampusShape;
+  readonly look: Look;
+  readonly words: MapWords;
+  /** What the camera shows when it is free; a new `focus_key` frees it and looks there at once. */
+  readonly focus: readonly Point[];
+  readonly focus_key: string;
+  readonly padding?: Padding;
+  readonly attribution: string;
+  readonly onPick: (what: Picked) => void;
+}
+
+const ZOOM_STEP = 1.6;
+
+/** The campus on a canvas, with buttons for those who cannot or would rather not pinch. */
+export function CampusMap(props: CampusMapProps) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const view = useRef<MapView | null>(null);
+  const latest = useRef(props);
+  const taken = useRef(false);
+  latest.current = props;
+
+  useEffect(() => {
+    const made = new MapView(canvas.current!, {
+      picked: (what) => latest.current.onPick(what),
+      taken: () => {
+        taken.current = true;
+      },
+    });
+    view.current = made;
+    return () => made.leave();
+  }, []);
+
+  useEffect(() => view.current?.showCampus(props.shape), [props.shape]);
+  useEffect(() => view.current?.show(props.look), [props.look]);
+  useEffect(() => {
+    taken.current = false;
+  }, [props.focus_key]);
+  useEffect(() => {
+    if (!taken.current) view.current?.fit(props.focus, props.padding);
+  }, [props.focus, props.focus_key]);
+
+  const refit = () => {
+    taken.current = false;
+    view.current?.fit(props.focus, props.padding);
+  };
+  const { words } = props;
+  return (
+    <div class="map">
+      <canvas ref={canvas} tabIndex={0} role="application" aria-label={words.map} />
+      <div class="map-buttons">
+        <button
+          type="button"
+          aria-label={words.zoom_in}
+          title={words.zoom_in}
+          onClick={() => view.current?.zoom(ZOOM_STEP)}
+        >
+          <PlusIcon />
+        </button>
+        <button
+          type="button"
+          aria-label={words.zoom_out}
+          title={words.zoom_out}
+          onClick={() => view.current?.zoom(1 / ZOOM_STEP)}
+        >
+          <MinusIcon />
+        </button>
+        <button type="button" aria-label={words.whole} title={words.whole} onClick={refit}>
+          <FitIcon />
+        </button>
+      </div>
+      {props.attribution !== "" && <p class="map-credit">{props.attribution}</p>}
+    </div>
+  );
+}

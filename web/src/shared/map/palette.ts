@@ -1,0 +1,43 @@
+import type { Urgency } from "../scene/condition";
+
+/** The map's colours, taken from the page's custom properties, so that dark mode is decided in one place. */
+export interface Palette {
+  readonly ground: string;
+  readonly building: string;
+  readonly road: string;
+  readonly road_edge: string;
+  readonly route: string;
+  readonly ink: string;
+  readonly halo: string;
+  readonly stop: string;
+  readonly pickup: string;
+  readonly destination: string;
+  readonly vehicle: Record<Urgency, string>;
+  readonly on_vehicle: string;
+  readonly font: string;
+}
+
+export function readPalette(element: Element): Palette {
+  const style = getComputedStyle(element);
+  const value = (name: string) => style.getPropertyValue(name).trim();
+  return {
+    ground: value("--map-ground"),
+    building: value("--map-building"),
+    road: value("--map-road"),
+    road_edge: value("--map-road-edge"),
+    route: value("--map-route"),
+    ink: value("--ink"),
+    halo: value("--map-halo"),
+    stop: value("--map-stop"),
+    pickup: value("--accent"),
+    destination: value("--ink"),
+    vehicle: {
+      danger: value("--danger"),
+      warning: value("--warning"),
+      good: value("--accent"),
+      calm: value("--ink-soft"),
+    },
+    on_vehicle: value("--surface"),
+    font: style.fontFamily,
+  };
+}

@@ -1,0 +1,51 @@
+import type { VehicleScene } from "./scene";
+
+/** What a shuttle is doing, in the one word that decides its colour, its sign and its wording. */
+export type Condition =
+  | "offline"
+  | "fault"
+  | "minimal_risk"
+  | "manual"
+  | "held"
+  | "boarding"
+  | "blocked"
+  | "waiting"
+  | "driving"
+  | "standing";
+
+/** How much attention a condition asks for; colour always comes with the sign and the word. */
+export type Urgency = "danger" | "warning" | "good" | "calm";
+
+const MOVING_MPS = 0.15;
+/** A shuttle keeps about a metre in front of what it stands for; beyond this nothing blocks it. */
+const BLOCKED_WITHIN_M = 6;
+
+export function conditionOf(vehicle: VehicleScene): Condition {
+  if (!vehicle.connected) return "offline";
+  if (vehicle.mode === "fault") return "fault";
+  if (vehicle.mode === "minimal_risk") return "minimal_risk";
+  if (vehicle.mode === "manual") return "manual";
+  if (vehicle.held || vehicle.mode === "held") return "held";
+  if (vehicle.doors_open) return "boarding";
+  if (Math.abs(vehicle.speed_mps) >= MOVING_MPS) return "driving";
+  if (vehicle.waiting_for !== "") return "waiting";
+  if (vehicle.obstacle_m !== null && vehicle.obstacle_m <= BLOCKED_WITHIN_M) return "blocked";
+  return "standing";
+}
+
+const URGENCY: Record<Condition, Urgency> = {
+  offline: "danger",
+  fault: "danger",
+  minimal_risk: "danger",
+  manual: "warning",
+  held: "warning",
+  blocked: "warning",
+  waiting: "calm",
+  boarding: "good",
+  driving: "good",
+  standing: "calm",
+};
+
+export function urgencyOf(condition: Condition): Urgency {
+  return URGENCY[condition];
+}
