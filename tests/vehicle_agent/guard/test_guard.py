@@ -1,0 +1,228 @@
+"""The guard, as a table: what is wrong, and what it does about it."""
+
+import math
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from contract.geometry import Pose2
+from contract.wire.messages import Blocked, FaultRaised, ModeChanged
+from vehicle_agent.config import Profile
+from vehicle_agent.guard.bumper import distance_on_arc
+from vehicle_agent.guard.guard import Watch
+from vehicle_agent.signals import Actuation, Ages, Ego, Fault, Guarded, Path, Task, VehicleMotion, Wish, World
+from vehicle_agent.stacks.gem import guard
+
+GUARD = guard(Profile())
+TICK_NS = 20_000_000
+FRESH = Ages(0, 0, 0, 0)
+CRUISE = Wish(0.0, 0.3, 0.0, 0.1)
+
+
+class Bench:
+    """A guard and its last state; every input has a healthy default."""
+
+    def __init__(self) -> None:
+        self.state = GUARD.initial()
+        self.now_ns = 0
+        self.events: list[Any] = []
+
+    def step(
+        self,
+        wish: Wish = CRUISE,
+        ages: Ages = FRESH,
+        points: tuple[tuple[float, float], ...] = (),
+        blind: bool = False,
+        **changes: Any,
+    ) -> tuple[Actuation, Guarded]:
+        self.now_ns += changes.pop("tick_ns", TICK_NS)
+        ego = Ego(self.now_ns, Pose2(0, 0, 0), 2.0, 0.0, 0.0, 0.0, 0.02, self.now_ns, True)
+        motion = VehicleMotion(self.now_ns, 2.0, 0.0, 0.0, 0.0, True, False, True, 0.9)
+        task = Task(
+            "drive", None, 1, 0.0, 0.0, 50.0, "l", 0.0, "o", 1, "v", "", "", False, (), "", "", resumed_ns=1
+        )
+        path = Path(self.now_ns, np.empty((0, 2)), np.empty(0), 2.0, "waypoints", None, 50.0, False)
+        values = {"ego": ego, "motion": motion, "task": task, "path": path}
+        for name, value in changes.items():
+            kind, _, field = name.partition("_")
+            values[kind] = msgspec.structs.replace(values[kind], **{field: value})
+        world = World(self.now_ns, self.now_ns, np.array(points).reshape(-1, 2), (), (), blind)
+        act, verdict, self.state = GUARD.step(
+            self.state, wish, values["motion"], values["ego"], world, values["task"], values["path"], ages
+        )
+        self.events += GUARD.events(self.state)
+        return act, verdict
+
+
+def driving() -> Bench:
+    bench = Bench()
+    for _ in range(3):
+        act, verdict = bench.step()
+    assert (act.enable, act.throttle_ratio, verdict.mode) == (True, 0.3, "autonomous")
+    return bench
+
+
+CAUSES: dict[str, dict[str, Any]] = {
+    "motion_stale": {"ages": Ages(160_000_000, 0, 0, 0)},
+    "pose_stale": {"ages": Ages(0, 310_000_000, 0, 0)},
+    "percept_stale": {"ages": Ages(0, 0, 410_000_000, 0)},
+    "percept_missing": {"ages": Ages(0, 0, -1, 0)},
+    "path_stale": {"ages": Ages(0, 0, 0, 210_000_000)},
+    "lidar_blind": {"blind": True},
+    "command_not_finite": {"wish": Wish(math.nan, 0.3, 0.0, 0.0)},
+    "pose_jump": {"ego_faults": (Fault("pose_jump", "stop", 5),)},
+    "emergency_stop_pressed": {"motion_faults": (Fault("emergency_stop_pressed", "stop", 5),)},
+    "tick_lost": {"tick_ns": 600_000_000},
+}
+
+
+@pytest.mark.parametrize("code", CAUSES)
+def test_a_stop_fault_brakes_latches_and_waits_for_a_resume_after_the_cause(code: str) -> None:
+    bench = driving()
+    act, verdict = bench.step(**CAUSES[code])
+    assert verdict.mode == "minimal_risk"
+    assert code in [fault.code for fault in verdict.faults]
+    assert (act.throttle_ratio, act.brake_ratio) == (0.0, GUARD.stop_ratio)
+    act, verdict = bench.step()
+    assert (verdict.mode, act.throttle_ratio) == ("minimal_risk", 0.0), "the cause is gone, the latch is not"
+    again = {**CAUSES[code], "task_resumed_ns": bench.now_ns}
+    if code != "tick_lost":
+        assert bench.step(**again)[1].mode == "minimal_risk", (
+            "a resume does not help while the cause is there"
+        )
+    act, verdict = bench.step(task_resumed_ns=bench.now_ns + 1)
+    assert (verdict.mode, act.throttle_ratio) == ("autonomous", 0.3)
+
+
+def test_a_fault_is_told_once_and_once_more_when_it_is_over() -> None:
+    bench = driving()
+    bench.events.clear()
+    for _ in range(5):
+        bench.step(blind=True)
+    for _ in range(5):
+        bench.step()
+    told = [event for event in bench.events if isinstance(event, FaultRaised)]
+    assert [(event.fault.code, event.cleared) for event in told] == [
+        ("lidar_blind", False),
+        ("lidar_blind", True),
+    ]
+
+
+def test_two_faults_never_cancel() -> None:
+    bench = driving()
+    act, verdict = bench.step(blind=True, path_emergency=True, wish=Wish(0.0, 1.0, 0.1, 0.0))
+    assert (act.throttle_ratio, act.brake_ratio) == (0.0, 1.0)
+    assert verdict.mode == "minimal_risk"
+
+
+def test_a_warning_does_not_stop_the_vehicle() -> None:
+    act, verdict = driving().step(tick_ns=70_000_000)
+    assert verdict.mode == "autonomous"
+    assert [fault.code for fault in verdict.faults] == ["tick_late"]
+    assert act.throttle_ratio == 0.3
+
+
+def test_an_override_is_a_takeover_until_the_next_resume() -> None:
+    bench = driving()
+    act, verdict = bench.step(motion_overridden=True)
+    assert (act.enable, verdict.mode) == (False, "manual")
+    for _ in range(10):
+        act, verdict = bench.step(motion_enabled=False)
+        assert (act.enable, verdict.mode) == (False, "manual")
+    assert any(
+        isinstance(e, ModeChanged) and e.mode == "manual" and "takeover" in e.reason for e in bench.events
+    )
+    resumed_ns = bench.now_ns
+    act, verdict = bench.step(motion_enabled=False, motion_overridden=True, task_resumed_ns=resumed_ns)
+    assert (act.enable, act.throttle_ratio, act.brake_ratio) == (True, 0.0, 0.0)
+    act, verdict = bench.step(task_resumed_ns=resumed_ns)
+    assert (act.throttle_ratio, verdict.mode) == (0.3, "autonomous")
+
+
+def test_a_driver_who_does_not_let_go_keeps_the_vehicle() -> None:
+    bench = driving()
+    bench.step(motion_overridden=True)
+    resumed_ns = bench.now_ns
+    for _ in range(150):
+        _, verdict = bench.step(motion_enabled=False, motion_overridden=True, task_resumed_ns=resumed_ns)
+    assert verdict.mode == "manual"
+
+
+def test_by_wire_that_is_not_given_is_a_fault() -> None:
+    bench = driving()
+    for _ in range(150):
+        act, verdict = bench.step(motion_enabled=False)
+    assert verdict.mode == "fault"
+    assert "by_wire_not_given" in [fault.code for fault in verdict.faults]
+
+
+def test_after_boot_nothing_is_enabled_before_the_first_resume() -> None:
+    act, verdict = Bench().step(task_mode="hold", task_resumed_ns=0)
+    assert (act.enable, act.gear, verdict.mode) == (False, "park", "held")
+
+
+def test_a_held_vehicle_stands_on_its_brake() -> None:
+    bench = driving()
+    act, verdict = bench.step(task_mode="hold", ego_speed_mps=0.0, motion_speed_mps=0.0)
+    assert (act.throttle_ratio, act.brake_ratio, verdict.mode) == (0.0, GUARD.hold_ratio, "held")
+
+
+def test_something_within_braking_distance_is_braked_for_whatever_planning_says() -> None:
+    act, verdict = driving().step(points=((4.5, 0.2),))
+    assert (act.brake_ratio, act.throttle_ratio, verdict.intervened) == (1.0, 0.0, "obstacle")
+    act, verdict = driving().step(points=((4.5, 1.4), (20.0, 0.0), (1.0, 0.9)))
+    assert verdict.intervened == ""
+
+
+def test_overspeed_is_braked() -> None:
+    act, verdict = driving().step(ego_speed_mps=4.5)
+    assert (act.brake_ratio, verdict.intervened) == (GUARD.stop_ratio, "overspeed")
+
+
+@given(st.lists(st.tuples(*[st.floats(-10.0, 10.0)] * 3, st.booleans(), st.booleans()), max_size=30))
+def test_every_command_is_within_limits(ticks: list[tuple[float, float, float, bool, bool]]) -> None:
+    bench, steer = Bench(), 0.0
+    for wished, throttle, brake, enabled, emergency in ticks:
+        act, _ = bench.step(
+            Wish(wished, throttle, brake, 0.0), motion_enabled=enabled, path_emergency=emergency
+        )
+        assert 0.0 <= act.throttle_ratio <= GUARD.throttle_ratio_max
+        assert 0.0 <= act.brake_ratio <= 1.0
+        assert act.throttle_ratio == 0.0 or act.brake_ratio == 0.0
+        assert abs(act.steer_rad) <= GUARD.steer_rad_max
+        if enabled:
+            assert abs(act.steer_rad - steer) <= GUARD.steer_rate_radps_max * 0.02 + 1e-9
+        steer = act.steer_rad
+
+
+def test_a_minute_behind_an_obstacle_is_told_once_and_its_end_once() -> None:
+    bench = driving()
+    standing = {
+        "ego_speed_mps": 0.0,
+        "motion_speed_mps": 0.0,
+        "path_limited_by": "obstacle",
+        "path_obstacle_m": 4.0,
+    }
+    for _ in range(61 * 50):
+        bench.step(**standing)
+    for _ in range(10):
+        bench.step()
+    blocked = [event for event in bench.events if isinstance(event, Blocked)]
+    assert [event.cleared for event in blocked] == [False, True]
+    assert blocked[0].obstacle_m == 4.0
+
+
+def test_on_a_curve_the_guard_looks_along_the_arc() -> None:
+    left, right = np.array([[6.0, 3.0]]), np.array([[6.0, -3.0]])
+    assert distance_on_arc(left, 0.15, 3.5, 0.9, 10.0) < 4.0
+    assert math.isinf(distance_on_arc(right, 0.15, 3.5, 0.9, 10.0))
+    assert distance_on_arc(right, -0.15, 3.5, 0.9, 10.0) < 4.0
+    assert distance_on_arc(np.array([[5.0, 0.0]]), 0.0, 3.5, 0.9, 10.0) == 1.5
+
+
+def test_the_watch_of_a_new_guard_is_held() -> None:
+    assert Watch().mode == "held"
