@@ -193,10 +193,11 @@ def print_summary(
             kept,
         )
     console.print(rides)
-    console.print(_vehicle_table(campus))
+    print_vehicles(console, campus)
 
 
-def _vehicle_table(campus: VirtualCampus) -> Table:
+def print_vehicles(console: Console, campus: VirtualCampus) -> None:
+    """What each vehicle did, by ground truth."""
     table = Table(title="Vehicles", title_justify="left")
     for heading in (
         "vehicle",
@@ -225,7 +226,7 @@ def _vehicle_table(campus: VirtualCampus) -> Table:
             f"{np.percentile(planning_ms, 99):.2f}",
             f"{np.percentile(ticks_ms, 50):.2f} / {np.percentile(ticks_ms, 99):.2f}",
         )
-    return table
+    console.print(table)
 
 
 def _seconds(value: float | None) -> str:

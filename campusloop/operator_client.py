@@ -48,7 +48,8 @@ class OperatorClient:
     async def release(self, vehicle_id: str) -> None:
         """Wait until the vehicle is connected and placed, resume it, and wait until it is not held."""
         await self._until(vehicle_id, lambda vehicle: vehicle["connected"] and vehicle["placed"])
-        await self.command(vehicle_id, "resume")
+        if (await self.vehicle(vehicle_id))["held"]:
+            await self.command(vehicle_id, "resume")
         await self._until(vehicle_id, lambda vehicle: not vehicle["held"])
 
     async def _until(self, vehicle_id: str, holds: Callable[[dict[str, Any]], bool]) -> None:

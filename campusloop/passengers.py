@@ -106,7 +106,9 @@ class Passengers:
         self._update(journey, ticket)
         while journey.state not in ENDED:
             await asyncio.sleep(POLL_EVERY_S)
-            self._update(journey, await self._get(f"/api/v1/rides/{ticket['token']}"))
+            ride = await self._ride(ticket["token"])
+            if ride is not None:
+                self._update(journey, ride)
         return journey
 
     async def tap(self, ride_id: str, kind: Literal["board", "alight"]) -> None:
@@ -118,8 +120,12 @@ class Passengers:
         request = {"from_stop": wish.from_stop, "to_stop": wish.to_stop, "party": wish.party}
         return _body(await self._client.post("/api/v1/rides", json=request), "booking")
 
-    async def _get(self, path: str) -> dict[str, Any]:
-        return _body(await self._client.get(path), path)
+    async def _ride(self, token: str) -> dict[str, Any] | None:
+        """The ride as the phone sees it; None while the server cannot be reached, and the phone asks again."""
+        try:
+            return _body(await self._client.get(f"/api/v1/rides/{token}"), "ride")
+        except httpx.TransportError:
+            return None
 
     def _update(self, journey: Journey, ride: dict[str, Any]) -> None:
         vehicle_id = ride["vehicle_id"] or ""

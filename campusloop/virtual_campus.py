@@ -198,18 +198,18 @@ class VirtualCampus:
         )
         app = create_app(settings, ports)
         self._server.app = app
-        started = asyncio.Event()
         self._leave = asyncio.Event()
         leave = self._leave
 
         async def live() -> None:
             async with app.router.lifespan_context(app):
                 self.network.hub = services_of_app(app).hub
-                started.set()
                 await leave.wait()
 
         self._lifespan = self.conductor.loop.create_task(live())
-        self.conductor.loop.run_now(started.wait())
+        self.conductor.loop.run_until_idle(self.conductor.now_ns)
+        if self._lifespan.done():
+            self._lifespan.result()
 
     def stop_server(self) -> None:
         """Take the server away; vehicles drive on with what they hold, and requests find nobody."""

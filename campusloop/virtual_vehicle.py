@@ -14,6 +14,7 @@ from campusloop.virtual_link import Dial, VirtualLink
 from contract.roads.load import encode_map
 from contract.roads.model import RoadMap
 from contract.runlog.records import RunHeader
+from contract.wire.messages import VehicleEvent
 from simulator.world import SimWorld
 from vehicle_agent.config import Profile
 from vehicle_agent.link.desk import Desk
@@ -49,7 +50,10 @@ class VirtualVehicleSetup:
 
 
 class VirtualVehicle:
-    """boot by boot: `boot` starts a computer, `crash` takes it away, the disk stays."""
+    """boot by boot: `boot` starts a computer, `crash` takes it away, the disk stays.
+
+    happened: every event with the time of its tick; times: CPU of every room.
+    """
 
     def __init__(self, setup: VirtualVehicleSetup, world: SimWorld, dial: Dial) -> None:
         self.setup = setup
@@ -63,6 +67,7 @@ class VirtualVehicle:
         self._percepts: deque[tuple[int, ObstaclePercept]] = deque()
         self.computer: VehicleComputer | None = None
         self.times = RoomTimes()
+        self.happened: list[tuple[int, VehicleEvent]] = []
 
     def boot(self, now_ns: int) -> None:
         """A new boot: mission memory from disk, everything else from scratch."""
@@ -135,6 +140,7 @@ class VirtualVehicle:
         self._gate.take(outputs.frames, now_ns)
         self._world.frames_from_vehicle(self.setup.vehicle_id, self._gate.step(now_ns))
         self._world.show(self.setup.vehicle_id, outputs.says, now_ns)
+        self.happened.extend((now_ns, event) for event in outputs.events)
         news = self._news.news(outputs, self.computer.state.mission.memory, now_ns)
         if news is not None:
             self._desk.tick_news(news, now_ns)

@@ -5,6 +5,7 @@ import os
 import tempfile
 from pathlib import Path
 from typing import Annotated
+from zoneinfo import ZoneInfo
 
 import typer
 from rich.console import Console
@@ -13,6 +14,7 @@ from campusloop.commands.serve import DEFAULT_MAP
 from campusloop.headless import run_headless
 from campusloop.live_campus import CampusStartError, LiveOptions
 from campusloop.live_demo import LiveDemo
+from campusloop.timetable_run import local_moment, run_timetable
 from campusloop.virtual_campus import CampusOptions
 from contract.roads.load import MapError, load_map
 
@@ -32,11 +34,16 @@ def demo(
     campus_map: Annotated[Path, typer.Option("--map", help="Campus map.")] = DEFAULT_MAP,
     folder: Annotated[Path, typer.Option(help="Where runs, logs and the database go.")] = Path("var/demo"),
     people: Annotated[bool, typer.Option(help="Simulated passengers book rides.")] = True,
+    begin: Annotated[str, typer.Option("--from", help="Headless timetable from HH:MM, campus time.")] = "",
+    end: Annotated[str, typer.Option("--to", help="... to HH:MM.")] = "",
 ) -> None:
     """Run a campus: book at the printed address, watch at /console."""
     console = Console()
     count = vehicles or (2 if (os.cpu_count() or 1) <= 2 else 3)
     try:
+        if headless and begin and end:
+            _timetable(console, campus_map, count, seed, begin, end)
+            return
         if headless:
             _headless(console, campus_map, count, rides, seed)
             return
@@ -45,6 +52,27 @@ def demo(
     except (MapError, CampusStartError) as error:
         console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
+
+
+def _timetable(console: Console, campus_map: Path, vehicles: int, seed: int, begin: str, end: str) -> None:
+    road_map = load_map(campus_map)
+    zone = ZoneInfo(road_map.timezone)
+    if not road_map.timetable:
+        console.print(f"[red]{road_map.name} has no timetable[/red]; try maps/snow-lion/map.json")
+        raise typer.Exit(EXIT_BAD_INPUT)
+    with tempfile.TemporaryDirectory(prefix="campusloop-demo-") as folder:
+        options = CampusOptions(road_map, Path(folder), seed, vehicles)
+        try:
+            begins, ends = (local_moment(options.begins, moment, zone) for moment in (begin, end))
+        except ValueError as error:
+            console.print(f"[red]{error}[/red]; give times as HH:MM")
+            raise typer.Exit(EXIT_BAD_INPUT) from error
+        calls, failures = run_timetable(options, begins, ends, console)
+    for failure in failures:
+        console.print(f"[red]{failure}[/red]", soft_wrap=True, highlight=False)
+    if failures:
+        raise typer.Exit(EXIT_FAILED)
+    console.print(f"all {len(calls)} calls kept, every run replays exactly")
 
 
 def _headless(console: Console, campus_map: Path, vehicles: int, rides: int, seed: int) -> None:

@@ -1,0 +1,64 @@
+"""Long and random campaigns: `python -m tests.soak [NAME ...]`. Seeds are printed; exit 1 when one fails."""
+
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+CAMPUSLOOP = (sys.executable, "-m", "campusloop")
+SNOW_LION = str(ROOT / "maps" / "snow-lion" / "map.json")
+
+
+@dataclass(frozen=True, slots=True)
+class Campaign:
+    name: str
+    what: str
+    command: tuple[str, ...]
+
+
+CAMPAIGNS = (
+    *(
+        Campaign(
+            f"rides-{seed}",
+            f"six rides among people, seed {seed}",
+            (*CAMPUSLOOP, "demo", "--headless", "--rides", "6", "--seed", str(seed)),
+        )
+        for seed in range(1, 6)
+    ),
+    Campaign(
+        "morning",
+        "Table 1's morning on the schematic map, seed 1",
+        (*CAMPUSLOOP, "demo", "--headless", "--map", SNOW_LION, "--from", "07:58", "--to", "10:05"),
+    ),
+    Campaign(
+        "missions",
+        "1,000 random missions for three shuttles on the shipped and on generated maps",
+        (sys.executable, "-m", "tests.contract.roads.random_missions", "--missions", "1000"),
+    ),
+)
+
+
+def main() -> None:
+    wanted = sys.argv[1:]
+    unknown = set(wanted) - {campaign.name for campaign in CAMPAIGNS}
+    if unknown:
+        names = ", ".join(campaign.name for campaign in CAMPAIGNS)
+        sys.exit(f"no campaign {', '.join(sorted(unknown))}; there are: {names}")
+    failed = []
+    for campaign in CAMPAIGNS:
+        if wanted and campaign.name not in wanted:
+            continue
+        print(f"== {campaign.name}: {campaign.what}", flush=True)
+        begun = time.monotonic()
+        code = subprocess.run(campaign.command, cwd=ROOT, check=False).returncode
+        print(f"== {campaign.name}: exit {code} after {time.monotonic() - begun:.0f} s", flush=True)
+        if code != 0:
+            failed.append(campaign.name)
+    if failed:
+        sys.exit(f"failed: {', '.join(failed)}")
+
+
+if __name__ == "__main__":
+    main()
