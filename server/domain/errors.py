@@ -288,3 +288,9 @@ class ScopeMissing(DomainError):
     """The developer token does not allow this."""
 
     code = "scope_missing"
+
+
+class LeaseLost(DomainError):
+    """Another replica has taken over the task."""
+
+    code = "lease_lost"

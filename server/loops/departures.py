@@ -1,0 +1,29 @@
+"""Timetable departures get their shuttles in time."""
+
+from server.loops.pulse import Pulse
+from server.usecases import departures
+from server.usecases.ports import Transactions
+
+LEASE = "departures"
+PERIOD_S = 5.0
+LEASE_S = 20.0
+
+
+class DepartureClerk:
+    def __init__(self, transactions: Transactions, holder: str) -> None:
+        self._transactions = transactions
+        self._holder = holder
+        self._pulse = Pulse("departures", self.beat, PERIOD_S)
+
+    async def run(self) -> None:
+        await self._pulse.run()
+
+    async def beat(self) -> None:
+        """Under the lease, in one transaction with it: only one replica enters a day's departures."""
+        await self._transactions.run(
+            lambda uow: (
+                departures.plan_departures(uow)
+                if uow.leases.take(LEASE, self._holder, uow.now, LEASE_S) is not None
+                else ()
+            )
+        )

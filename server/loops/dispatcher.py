@@ -1,0 +1,81 @@
+"""How the fleet is assigned, beat by beat. One dispatcher a campus: it holds a lease, others stand by.
+
+A booking is decided at once by whoever takes it (`usecases.rides.book`); this loop does what remains:
+rides that have lost their vehicle, routes and grants that were not safe yet, expected times and promises,
+and moving waiting rides to where they cost less.
+"""
+
+from collections.abc import Callable
+from typing import TypeVar
+
+from server.dispatch.solve import Budget
+from server.domain.errors import LeaseLost
+from server.loops.pulse import Pulse
+from server.usecases import plans, promises, sections, topics
+from server.usecases.ports import Bus, Ids, Solver, Transactions, UnitOfWork
+
+T = TypeVar("T")
+
+LEASE = "dispatcher"
+PERIOD_S = 1.0
+LEASE_S = 10.0
+# Expected times and improvement, every so many beats.
+SLOW_BEATS = 5
+
+
+class Dispatcher:
+    """improvements: relocation moves tried in one slot, a count and never a time."""
+
+    def __init__(
+        self,
+        transactions: Transactions,
+        bus: Bus,
+        solver: Solver,
+        ids: Ids,
+        campus_id: str,
+        improvements: int = 60,
+    ) -> None:
+        self._transactions = transactions
+        self._solver = solver
+        self._ids = ids
+        self._budget = Budget(improvements)
+        self._holder = ids.new_id("dispatcher")
+        self._token = 0
+        self._beats = 0
+        heard = (topics.dispatch(campus_id),)
+        self._pulse = Pulse("dispatcher", self.beat, PERIOD_S, bus, heard)
+
+    async def run(self) -> None:
+        await self._pulse.run()
+
+    async def beat(self) -> None:
+        """Keep the lease, then do everything that is due."""
+        token = await self._transactions.run(
+            lambda uow: uow.leases.take(LEASE, self._holder, uow.now, LEASE_S)
+        )
+        if token is None:
+            return
+        self._token = token
+        await self._fenced(plans.assign_waiting)
+        await self._fenced(sections.extend_grants)
+        await self._fenced(promises.check_promises)
+        self._beats += 1
+        if self._beats % SLOW_BEATS == 0:
+            await self._fenced(plans.refresh_expected)
+            await self._improve()
+
+    async def _improve(self) -> None:
+        """Solve outside any transaction; an answer that comes too late is dropped."""
+        improvement = await self._transactions.read(plans.improvement_of)
+        if improvement is None or self._budget.improvements == 0:
+            return
+        solution = await self._solver.solve(improvement.problem, self._budget, self._ids.seed())
+        await self._fenced(lambda uow: plans.adopt_improvement(uow, improvement, solution))
+
+    async def _fenced(self, work: Callable[[UnitOfWork], T]) -> T:
+        def under_lease(uow: UnitOfWork) -> T:
+            if uow.leases.token(LEASE) != self._token:
+                raise LeaseLost("another dispatcher has taken over")
+            return work(uow)
+
+        return await self._transactions.run(under_lease)

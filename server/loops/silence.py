@@ -1,0 +1,19 @@
+"""Vehicles that are not heard any more."""
+
+from server.loops.pulse import Pulse
+from server.usecases import vehicle_sessions
+from server.usecases.ports import Transactions
+
+PERIOD_S = 1.0
+
+
+class SilenceWatch:
+    def __init__(self, transactions: Transactions) -> None:
+        self._transactions = transactions
+        self._pulse = Pulse("silence", self.beat, PERIOD_S)
+
+    async def run(self) -> None:
+        await self._pulse.run()
+
+    async def beat(self) -> None:
+        await self._transactions.run(vehicle_sessions.note_silence)
