@@ -121,7 +121,7 @@ class Passengers:
         return _body(await self._client.post("/api/v1/rides", json=request), "booking")
 
     async def _ride(self, token: str) -> dict[str, Any] | None:
-        """The ride as the phone sees it; None while the server cannot be reached, and the phone asks again."""
+        """The ride as the phone sees it; None while the server cannot be reached: the phone asks again."""
         try:
             return _body(await self._client.get(f"/api/v1/rides/{token}"), "ride")
         except httpx.TransportError:

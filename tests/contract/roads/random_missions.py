@@ -29,9 +29,8 @@ def run(name: str, road_map: RoadMap, missions: int, seed: int) -> None:
                 assert fleet.send(vehicle_id, rng.randrange(1000), rng.randrange(1000)), "refused from rest"
         rounds += fleet.finish(rng)
     done = sum(fleet.missions.values())
-    print(
-        f"{name}: {done} missions, {rounds} rounds, 0 deadlocks, seed {seed}, {time.monotonic() - begun:.1f} s"
-    )
+    took_s = time.monotonic() - begun
+    print(f"{name}: {done} missions, {rounds} rounds, 0 deadlocks, seed {seed}, {took_s:.1f} s")
 
 
 def main() -> None:

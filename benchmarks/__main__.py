@@ -1,0 +1,52 @@
+"""`make bench`: the short form of every benchmark; refreshes the table in benchmarks/README.md."""
+
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+FOLDER = Path(__file__).resolve().parent
+README = FOLDER / "README.md"
+BEGIN, END = "<!-- figures -->", "<!-- end of figures -->"
+
+SHORT_FORMS: tuple[tuple[str, ...], ...] = (
+    ("benchmarks.loop", "--seconds", "20", "--virtual-seconds", "40"),
+    ("benchmarks.tracking",),
+)
+
+
+def main() -> None:
+    rows = []
+    for module, *arguments in SHORT_FORMS:
+        with tempfile.TemporaryDirectory() as folder:
+            out = Path(folder) / "report.json"
+            command = [sys.executable, "-m", module, *arguments, "--json", str(out)]
+            subprocess.run(command, check=True, cwd=FOLDER.parent)
+            report = json.loads(out.read_text())
+        rows += _rows(module, arguments, report)
+    _refresh(rows, report["machine"], report["commit"])
+
+
+def _rows(module: str, arguments: list[str], report: dict[str, Any]) -> list[str]:
+    command = " ".join(["python -m", module, *arguments])
+    return [f"| `{command}` | `{name}` | {_figure(value)} |" for name, value in report["summary"].items()]
+
+
+def _figure(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _refresh(rows: list[str], machine: dict[str, Any], commit: str) -> None:
+    """Replace what stands between the two marks."""
+    text = README.read_text(encoding="utf-8")
+    before, _, rest = text.partition(BEGIN)
+    _, _, after = rest.partition(END)
+    facts = f"{machine['cpu']}, {machine['system']}, Python {machine['python']}; commit {commit}"
+    table = "\n".join(["| command | figure | value |", "|---|---|---|", *rows])
+    README.write_text(f"{before}{BEGIN}\nMeasured on {facts}.\n\n{table}\n{END}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
