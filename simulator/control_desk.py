@@ -89,9 +89,6 @@ class ControlDesk:
                 received.append(self._socket.recvfrom(DATAGRAM_BYTES_MAX))
             except BlockingIOError:
                 return received
-            except ConnectionRefusedError:
-                # a listener that went away; the next Subscribe brings it back
-                self._listeners.clear()
 
     def _obey(self, message: ToSimulation, address: Address, now_ns: int) -> None:
         world = self._world

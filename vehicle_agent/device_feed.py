@@ -69,7 +69,7 @@ _decoder: msgspec.msgpack.Decoder[Datagram] = msgspec.msgpack.Decoder(Datagram)
 
 
 class DatagramPort:
-    """A non-blocking loopback socket. lost: sends that the kernel refused; malformed: datagrams not ours."""
+    """A non-blocking loopback socket. lost: sends for which the kernel had no room; malformed: not ours."""
 
     def __init__(self, port: int = 0) -> None:
         """port 0: any, for who only sends. DeviceFeedError when it is taken."""
@@ -97,7 +97,7 @@ class DatagramPort:
         """Never waits."""
         try:
             self._socket.sendto(_encoder.encode(datagram), (HOST, port))
-        except (BlockingIOError, ConnectionRefusedError):
+        except BlockingIOError:
             self.lost += 1
 
     def take(self) -> list[Datagram]:
@@ -108,10 +108,6 @@ class DatagramPort:
                 data = self._socket.recv(DATAGRAM_BYTES_MAX)
             except BlockingIOError:
                 return taken
-            except ConnectionRefusedError:
-                # an earlier send found nobody listening
-                self.lost += 1
-                continue
             try:
                 taken.append(_decoder.decode(data))
             except msgspec.DecodeError:
@@ -153,8 +149,10 @@ class ScanRing:
         try:
             if create:
                 path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_bytes(b"")
-                os.truncate(path, size)
+                path.touch()
+                # Never shorter than it was: a reader that has it mapped would be killed.
+                if path.stat().st_size != size:
+                    os.truncate(path, size)
             with path.open("r+b") as file:
                 self._map = mmap.mmap(file.fileno(), size)
         except (OSError, ValueError) as error:
