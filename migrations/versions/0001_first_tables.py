@@ -376,6 +376,7 @@ def upgrade() -> None:
         sa.Column("in_service", sa.Boolean(), nullable=False),
         sa.Column("placed", sa.Boolean(), nullable=False),
         sa.Column("retired", sa.Boolean(), nullable=False),
+        sa.Column("unavailable_since", sa.DateTime(timezone=True), nullable=True),
         sa.PrimaryKeyConstraint("campus_id", "vehicle_id", name=op.f("pk_vehicles")),
     )
     op.create_table(
