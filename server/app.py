@@ -25,8 +25,13 @@ from server.api.services import Limits, Services
 from server.fleet.hub import Hub
 from server.fleet.segment_files import SegmentFiles
 from server.live.feed import SceneFeed
+from server.loops.departures import DepartureClerk
+from server.loops.dispatcher import Dispatcher
+from server.loops.retention import Retention
+from server.loops.silence import SilenceWatch
+from server.loops.solver import InlineSolver
 from server.settings import Settings
-from server.usecases.ports import Bus, Clock, Ids, Transactions
+from server.usecases.ports import Bus, Clock, Ids, Solver, Transactions
 
 log = structlog.get_logger("server")
 
@@ -45,6 +50,7 @@ async def _nothing_to_close() -> None:
 class Ports:
     """Everything slow, random or outside.
 
+    solver  where the dispatcher's long computations run
     loops   standing tasks, started with the application
     close   called last, after every task has ended
     """
@@ -55,6 +61,7 @@ class Ports:
     transactions: Transactions
     bus: Bus
     offload: Offload
+    solver: Solver = field(default_factory=InlineSolver)
     loops: tuple[StandingTask, ...] = ()
     close: Callable[[], Awaitable[None]] = field(default=_nothing_to_close)
 
@@ -72,7 +79,13 @@ def create_app(settings: Settings, ports: Ports) -> FastAPI:
 
 def standing_tasks(ports: Ports) -> tuple[StandingTask, ...]:
     """The loops that run beside the endpoints, over the same ports."""
-    return ()
+    transactions, ids = ports.transactions, ports.ids
+    return (
+        Dispatcher(transactions, ports.bus, ports.solver, ids, ports.campus_id),
+        DepartureClerk(transactions, ids.new_id("departures")),
+        SilenceWatch(transactions),
+        Retention(transactions),
+    )
 
 
 def services_of_app(app: FastAPI) -> Services:

@@ -16,6 +16,7 @@ from server.bus.nats import BusUnreachable, connect
 from server.domain.errors import DomainError
 from server.domain.rules import FleetRules
 from server.domain.timetable import Opening, ServiceHours
+from server.loops.solver import ProcessSolver
 from server.settings import Settings
 from server.store.engine import DatabaseUnsupported, open_engine
 from server.store.map_library import MapLibrary
@@ -58,7 +59,10 @@ async def live_ports(settings: Settings) -> LivePorts:
     else:
         transactions = Pooled(engine, context, bus)
 
+    solver = ProcessSolver()
+
     async def close() -> None:
+        solver.close()
         await transactions.close()
         await bus.close()
 
@@ -67,7 +71,7 @@ async def live_ports(settings: Settings) -> LivePorts:
     except DomainError as error:
         await close()
         raise CannotStart(f"{error.code}: {error.detail}") from error
-    ports = Ports(campus_id, clock, ids, transactions, bus, Threads(), close=close)
+    ports = Ports(campus_id, clock, ids, transactions, bus, Threads(), solver, close=close)
     loops = standing_tasks(ports) if settings.with_loops else ()
     return LivePorts(replace(ports, loops=loops), made_password)
 

@@ -59,10 +59,16 @@ def _live_schemas() -> dict[str, Any]:
 def _declare_invalid_payload(operation: dict[str, Any]) -> None:
     responses = operation.get("responses", {})
     if "422" in responses:
-        responses["422"] = {
-            "description": "The request does not fit its schema.",
-            "content": {MEDIA_TYPE: {"schema": {"$ref": SCHEMA_REF.format(name="Problem")}}},
-        }
+        responses["422"] = _problem_response("The request does not fit its schema.")
+    if "requestBody" in operation:
+        responses.setdefault("400", _problem_response("The body is not even text."))
+        responses.setdefault("413", _problem_response("The body is larger than any request needs to be."))
+        operation["responses"] = dict(sorted(responses.items()))
+
+
+def _problem_response(description: str) -> dict[str, Any]:
+    schema = {"$ref": SCHEMA_REF.format(name="Problem")}
+    return {"description": description, "content": {MEDIA_TYPE: {"schema": schema}}}
 
 
 def _need_all_schemes(operation: dict[str, Any]) -> None:

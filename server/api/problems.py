@@ -87,6 +87,7 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.NoRestingPlaceFree: 409,
     errors.SectionsTaken: 409,
     errors.CommandUnknown: 404,
+    errors.LeaseLost: 409,
     errors.SessionFenced: 409,
     errors.RunUnknown: 404,
     errors.SegmentUnknown: 404,

@@ -2,6 +2,7 @@
 
 import asyncio
 from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 
 import numpy as np
 
@@ -20,7 +21,8 @@ class ProcessSolver:
     """In a child process, so that a long search does not hold up bookings. Same seed, same answer."""
 
     def __init__(self) -> None:
-        self._pool = ProcessPoolExecutor(max_workers=1)
+        # Spawned: a fork would copy the store's threads and their locks in the middle of their work.
+        self._pool = ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn"))
 
     async def solve(self, problem: Problem, budget: Budget, seed: int) -> Solution:
         return await asyncio.get_running_loop().run_in_executor(

@@ -163,8 +163,10 @@ def test_a_notification_of_ours_has_no_id() -> None:
 @given(
     st.recursive(
         st.none() | st.booleans() | st.integers(-5, 5) | st.sampled_from(["2.0", "subtract", "refuse", "x"]),
-        lambda inner: st.lists(inner, max_size=4)
-        | st.dictionaries(st.sampled_from(["jsonrpc", "method", "params", "id", "minuend"]), inner),
+        lambda inner: (
+            st.lists(inner, max_size=4)
+            | st.dictionaries(st.sampled_from(["jsonrpc", "method", "params", "id", "minuend"]), inner)
+        ),
         max_leaves=10,
     )
 )

@@ -3,7 +3,6 @@ from pathlib import Path
 import pytest
 
 from server.domain.rules import FleetRules
-
 from tests.server.api.server_under_test import PASSWORD, ServerUnderTest
 
 CREDENTIALS = {"name": "operator", "password": PASSWORD}

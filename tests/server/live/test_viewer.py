@@ -70,7 +70,7 @@ def test_what_is_gone_is_named_once() -> None:
 def test_a_passenger_sees_the_own_ride_and_its_shuttle_alone() -> None:
     board, viewer = a_board(), Viewer(RideScope("ride-1"))
     board.incidents = IncidentsScene(open=3)
-    board.put_vehicle(a_vehicle("shuttle-1", aboard=("ride-1", "ride-9"), faults=("gnss_lost",), battery_ratio=0.5))
+    board.put_vehicle(a_vehicle("shuttle-1", aboard=("ride-1", "ride-9"), faults=("gnss_lost",)))
     first = viewer.next_message(board, 1)
     assert isinstance(first, Snapshot)
     assert [ride.ride_id for ride in first.scene.rides] == ["ride-1"]
