@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from contract.geometry import Pose2
-from contract.roads.model import Building, Origin, RoadMap
+from contract.geometry import Pose2, wrap_angle
+from contract.roads.model import Building, Lane, Origin, RoadMap
 from contract.roads.network import RoadNetwork
 from simulator.corridor import SAMPLES, Corridor
 from simulator.metrics import relations
@@ -22,11 +22,13 @@ def warm_kernels() -> None:
     plant = Plant((PlantParams(),), (here,))
     plant.step(0.02)
     assert plant.commands.shape == (1, COMMAND_SIZE)
+    wrap_angle(4.0)
     rng = np.random.default_rng(0)
     walls = WallScene((Building(((30.0, -5.0), (30.0, 5.0), (40.0, 0.0)), 9.0),))
     boxes = np.array([[10.0, 0.0, 0.0, 0.85, 3.5, 0.8, 2.2]])
     Lidar(LidarMount(), Body(), walls).scan(here, boxes, np.array([[8.0, 0.0, 0.25, 1.7]]), rng)
-    corridor = Corridor(RoadNetwork(RoadMap("warm", "warm", Origin(0.0, 0.0), (), (), (), ())))
+    lane = Lane("lane", "road", ((0.0, 0.0), (1.0, 0.0), (2.0, 0.0)), 4.0, 4.0, False, ())
+    corridor = Corridor(RoadNetwork(RoadMap("warm", "warm", Origin(0.0, 0.0), (lane,), (), (), ())))
     corridor.update(here)
     corridor.follow(np.array([[0.0, 0.0], [50.0, 0.0]]))
     corridor.update(here)
@@ -36,6 +38,6 @@ def warm_kernels() -> None:
     crowd = Population(TrafficParams(), rng)
     crowd.add_crosser(ahead[0], 10.0, 0.8)
     step_crowd(crowd.people, crowd.doing, crowd.ways, crowd.way, vehicles, ahead, 8.0, 0.02)
-    relations(vehicles[0], ahead[0], crowd.people[:, :2])
+    relations(vehicles[0], ahead[0], crowd.people[:, :2].copy())
     outlines_overlap(vehicles[0], vehicles[0])
     outline_meets_edges(vehicles[0], np.zeros((1, 4)))

@@ -27,7 +27,7 @@ class Pedestrians:
     @property
     def places(self) -> Array:
         """(n, 2) where everybody stands, map frame."""
-        return self.population.people[:, X : Y + 1]
+        return self.population.people[:, X : Y + 1].copy()
 
     @property
     def numbers(self) -> Ints:

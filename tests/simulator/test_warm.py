@@ -1,0 +1,44 @@
+"""Set-up compiles what the simulator runs, so that no step meets the compiler."""
+
+from types import ModuleType
+
+import contract.geometry
+import simulator.corridor
+import simulator.metrics
+import simulator.outlines
+import simulator.plant
+import simulator.sensors.ray_hits
+import simulator.traffic.crowd
+from simulator.warm import warm_kernels
+from simulator.world import WorldOptions
+from tests.simulator.careful_driver import CarefulDriver
+from tests.simulator.street import a_world
+
+MODULES: tuple[ModuleType, ...] = (
+    contract.geometry,
+    simulator.corridor,
+    simulator.metrics,
+    simulator.outlines,
+    simulator.plant,
+    simulator.sensors.ray_hits,
+    simulator.traffic.crowd,
+)
+
+
+def compiled() -> dict[str, int]:
+    """How many argument types each kernel has been compiled for."""
+    return {
+        f"{module.__name__}.{name}": len(value.signatures)
+        for module in MODULES
+        for name, value in vars(module).items()
+        if hasattr(value, "signatures")
+    }
+
+
+def test_a_world_uses_no_kernel_that_warming_left_out() -> None:
+    warm_kernels()
+    before = compiled()
+    assert len(before) > 15
+    CarefulDriver(a_world(WorldOptions())).drive(30.0)
+    # test modules that ran earlier in this process may only have compiled more, never fewer
+    assert compiled() == before
