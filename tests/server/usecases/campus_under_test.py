@@ -1,0 +1,90 @@
+"""A campus with its server's record and no server: use cases run inline, time moves by hand."""
+
+import asyncio
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from typing import TypeVar
+
+from sqlalchemy import Engine
+
+from contract.roads.load import encode_map
+from contract.roads.model import RoadMap
+from server.adapters import SeededIds
+from server.bus.in_process import InProcessBus
+from server.domain.rules import FleetRules
+from server.store.engine import open_engine
+from server.store.map_library import MapLibrary
+from server.store.schema import upgrade_to_head
+from server.store.transactions import Inline
+from server.store.unit_of_work import Context
+from server.usecases import campus, identity
+from server.usecases.ports import UnitOfWork
+
+T = TypeVar("T")
+MORNING = datetime(2026, 11, 23, 0, 0, tzinfo=UTC)
+
+
+class HandClock:
+    def __init__(self, now: datetime = MORNING) -> None:
+        self.time = now
+
+    def now(self) -> datetime:
+        return self.time
+
+    def advance(self, seconds: float) -> None:
+        self.time += timedelta(seconds=seconds)
+
+
+class PlainHasher:
+    """Passwords as they are, so that tests need no argon2."""
+
+    def hash(self, password: str) -> str:
+        return f"plain:{password}"
+
+    def verify(self, password_hash: str, password: str) -> bool:
+        return password_hash == f"plain:{password}"
+
+
+class CampusUnderTest:
+    """`do` runs a use case in its own transaction."""
+
+    def __init__(
+        self,
+        road_map: RoadMap,
+        rules: FleetRules | None = None,
+        engine: Engine | None = None,
+        seed: int = 1,
+        now: datetime = MORNING,
+    ) -> None:
+        self.road_map = road_map
+        self.clock = HandClock(now)
+        self.rules = rules or FleetRules()
+        self.ids = SeededIds(seed)
+        self.bus = InProcessBus()
+        self.engine = engine or open_engine("sqlite://")
+        upgrade_to_head(self.engine)
+        self.context = Context(
+            road_map.campus_id, self.clock, self.ids, self.rules, PlainHasher(), MapLibrary(self.rules)
+        )
+        self._loop = asyncio.new_event_loop()
+        self.transactions = Inline(self.engine, self.context, self.bus)
+        self.do(lambda uow: campus.load_map(uow, encode_map(road_map), "test", activate=True))
+
+    def do(self, work: Callable[[UnitOfWork], T]) -> T:
+        return self._loop.run_until_complete(self.transactions.run(work))
+
+    def read(self, work: Callable[[UnitOfWork], T]) -> T:
+        return self._loop.run_until_complete(self.transactions.read(work))
+
+    def enrol(self, vehicle_id: str, seats: int = 6, wheelchair_places: int = 0) -> None:
+        """Enter the vehicle as an operator does; its key is not needed here."""
+        self.do(
+            lambda uow: identity.create_enrolment_code(
+                uow, vehicle_id, vehicle_id, "test", seats=seats, wheelchair_places=wheelchair_places
+            )
+        )
+
+    def close(self) -> None:
+        self._loop.run_until_complete(self.transactions.close())
+        self._loop.close()
+        self.engine.dispose()

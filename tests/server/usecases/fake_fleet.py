@@ -1,0 +1,80 @@
+"""Some fake shuttles on one campus, stepped together with the server's standing work."""
+
+from collections.abc import Sequence
+
+from contract.roads.model import RoadMap
+from contract.roads.network import RoadNetwork
+from server.domain.rides import BookRide, Ride
+from server.usecases import plans, promises, rides, sections
+from tests.server.usecases.campus_under_test import CampusUnderTest
+from tests.server.usecases.fake_shuttle import STEP_S, FakeShuttle
+from vehicle_agent.mission.order_line import Place
+
+
+class FakeFleet:
+    def __init__(self, campus: CampusUnderTest, road_map: RoadMap, count: int) -> None:
+        self.campus = campus
+        self.network = RoadNetwork(road_map)
+        self.shuttles: list[FakeShuttle] = []
+        for number, rest in enumerate(road_map.resting_places[:count]):
+            vehicle_id = f"shuttle-{number + 1}"
+            campus.enrol(vehicle_id)
+            place = Place(rest.lane_id, rest.s_m)
+            self.shuttles.append(FakeShuttle(campus, vehicle_id, self.network, place))
+
+    def start(self) -> "FakeFleet":
+        for shuttle in self.shuttles:
+            shuttle.connect()
+            shuttle.resume()
+        return self
+
+    def step(self) -> None:
+        self.campus.clock.advance(STEP_S)
+        for shuttle in self.shuttles:
+            shuttle.step()
+        self.campus.do(plans.assign_waiting)
+        self.campus.do(sections.extend_grants)
+        self.campus.do(promises.check_promises)
+        self.require_apart()
+
+    def run_until_idle(self, limit_s: float) -> None:
+        """AssertionError when somebody still has a visit to make after limit_s."""
+        waited_s = 0.0
+        while any(shuttle.next_visit() for shuttle in self.shuttles) or self.waiting():
+            assert waited_s < limit_s, self.stuck()
+            self.step()
+            waited_s += STEP_S
+
+    def waiting(self) -> list[Ride]:
+        return [ride for ride in self.rides() if not ride.has_ended]
+
+    def rides(self) -> tuple[Ride, ...]:
+        return self.campus.read(lambda uow: uow.views.rides(limit=10_000))
+
+    def book(self, from_stop: str, to_stop: str, party: int = 1, **more: object) -> Ride:
+        request = BookRide(from_stop, to_stop, party, **more)  # type: ignore[arg-type]
+        return self.campus.do(lambda uow: rides.book(uow, request))
+
+    def ride(self, ride_id: str) -> Ride:
+        return self.campus.read(lambda uow: rides.ride_of(uow, ride_id))
+
+    def require_apart(self) -> None:
+        """No two shuttles hold the same section or conflicting ones."""
+        occupancies = self.campus.read(lambda uow: uow.sections.all())
+        for number, one in enumerate(occupancies):
+            for other in occupancies[number + 1 :]:
+                assert not _shadow(self.network, one.held_ids) & set(other.held_ids)
+
+    def stuck(self) -> str:
+        return "; ".join(
+            f"{s.vehicle_id} at {s.place.lane_id} {s.place.s_m:.1f} m {s.mode} waits for {s.waited_for!r}, "
+            f"next {s.next_visit() and s.next_visit().visit_id}"  # type: ignore[union-attr]
+            for s in self.shuttles
+        )
+
+
+def _shadow(network: RoadNetwork, held: Sequence[str]) -> set[str]:
+    shadow: set[str] = set()
+    for section_id in held:
+        shadow |= network.shadow(section_id)
+    return shadow

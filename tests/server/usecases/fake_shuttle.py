@@ -1,0 +1,257 @@
+"""A shuttle that obeys its orders section by section, at planned speed, and tells what happens to it.
+
+Its way and its leave are computed by the onboard mission's own functions; everything else is a stand-in.
+"""
+
+from dataclasses import dataclass, field
+
+from contract.geometry import Pose2
+from contract.roads.network import RoadNetwork
+from contract.wire.messages import (
+    BootLog,
+    Holding,
+    ModeChanged,
+    Order,
+    RiderAlighted,
+    RiderBoarded,
+    RiderNoShow,
+    RiderTask,
+    SectionGrant,
+    SectionReleased,
+    Status,
+    VehicleEvent,
+    Visit,
+    VisitChanged,
+    VisitProgress,
+    VisitState,
+)
+from server.domain.events import RecordedEvent
+from server.domain.orders import OrderState
+from server.domain.vehicles import StatusReport
+from server.usecases import events, orders, outbox, vehicle_sessions
+from server.usecases.order_payload import utc_ns
+from server.usecases.vehicle_sessions import HelloFacts
+from tests.server.usecases.campus_under_test import CampusUnderTest
+from vehicle_agent.mission.order_line import OrderLine, Place, order_line
+from vehicle_agent.mission.sections import Body, leave_to_drive
+
+STEP_S = 1.0
+BODY = Body()
+MARGIN_M = 0.5
+
+
+@dataclass
+class FakeShuttle:
+    """place: where the rear axle is. no_shows: rides that nobody boards for."""
+
+    campus: CampusUnderTest
+    vehicle_id: str
+    network: RoadNetwork
+    place: Place
+    speed_mps: float = 3.0
+    boot_id: str = "boot-1"
+    seats: int = 6
+    wheelchair_places: int = 0
+    mode: str = "held"
+    epoch: int = 0
+    sequence: int = 0
+    order: Order | None = None
+    line: OrderLine | None = None
+    s_m: float = 0.0
+    states: dict[str, VisitState] = field(default_factory=dict)
+    grants: tuple[SectionGrant, ...] = ()
+    gone: list[SectionGrant] = field(default_factory=list)
+    aboard: dict[str, RiderTask] = field(default_factory=dict)
+    no_shows: set[str] = field(default_factory=set)
+    refuses: bool = False
+    dwelt_s: float = 0.0
+    told: list[VehicleEvent] = field(default_factory=list)
+    driven_m: float = 0.0
+    waited_for: str = ""
+    held_spans: set[str] = field(default_factory=set)
+    connected: bool = False
+
+    # ------------------------------------------------------------ link
+
+    def connect(self) -> None:
+        """Say hello with what it holds, then report where it is."""
+        holding = None
+        if self.order is not None:
+            progress = tuple(VisitProgress(v, s) for v, s in self.states.items())
+            holding = Holding(self.order.order_id, self.order.revision, progress)
+        hello = HelloFacts(
+            self.vehicle_id,
+            self.boot_id,
+            "test",
+            "fake",
+            self.network.map_version,
+            (BootLog(self.boot_id, self.sequence),),
+            holding,
+            self.seats,
+            self.wheelchair_places,
+        )
+        session = self.campus.do(lambda uow: vehicle_sessions.open_session(uow, hello))
+        self.epoch = session.epoch
+        self.connected = True
+        self.report()
+
+    def disconnect(self) -> None:
+        self.connected = False
+        self.campus.do(lambda uow: vehicle_sessions.close_session(uow, self.vehicle_id, self.epoch))
+
+    def resume(self) -> None:
+        self.mode = "autonomous"
+        self.say(ModeChanged("autonomous", "resumed"))
+
+    def hold(self) -> None:
+        self.mode = "held"
+        self.say(ModeChanged("held", "test"))
+
+    def say(self, body: VehicleEvent) -> None:
+        now = utc_ns(self.campus.clock.now())
+        event = RecordedEvent(self.vehicle_id, self.boot_id, self.sequence, now, now, body)
+        self.sequence += 1
+        self.told.append(body)
+        effects = self.campus.do(lambda uow: events.apply_event(uow, event))
+        assert effects.is_new
+        assert effects.next_sequence == self.sequence
+
+    def report(self) -> None:
+        report = StatusReport(self.vehicle_id, self.boot_id, self.campus.clock.now(), self.status())
+        self.campus.do(lambda uow: vehicle_sessions.record_status(uow, [report]))
+
+    def status(self) -> Status:
+        x_m, y_m, yaw_rad = self.network.pose(self.place.lane_id, self.place.s_m)
+        return Status(
+            epoch=self.epoch,
+            stamp_ns=utc_ns(self.campus.clock.now()),
+            pose_map=Pose2(x_m, y_m, yaw_rad),
+            speed_mps=0.0 if self.mode == "held" or self.waited_for else self.speed_mps,
+            accel_mps2=0.0,
+            steer_rad=0.0,
+            mode=self.mode,  # type: ignore[arg-type]
+            battery_ratio=1.0,
+            doors_open=False,
+            lane_id=self.place.lane_id,
+            s_m=self.place.s_m,
+            order_id="" if self.order is None else self.order.order_id,
+            revision=0 if self.order is None else self.order.revision,
+            visit_id="",
+            aboard=tuple(self.aboard),
+            waiting_for=self.waited_for,
+        )
+
+    def fetch(self) -> None:
+        """Take what the outbox holds."""
+        waiting = self.campus.do(lambda uow: outbox.outbox_of(uow, self.vehicle_id))
+        if waiting.order is not None:
+            self.take(waiting.order)
+        if waiting.grants is not None and self.order is not None:
+            assert waiting.grants.order_id == self.order.order_id
+            self.grants = tuple(g for g in waiting.grants.sections if g not in self.gone)
+
+    def take(self, order: Order) -> None:
+        under_way = [v for v, s in self.states.items() if s == "under_way"]
+        assert not under_way or order.visits[0].visit_id == under_way[0]
+        done = {v for v, s in self.states.items() if s in ("done", "skipped")}
+        assert not done & {visit.visit_id for visit in order.visits}
+        self.line = order_line(self.network, order.visits, self.place, 1)
+        assert self.line.line.lane_ids == _lanes(order, self.place.lane_id), "the route was not followed"
+        self.s_m = self.place.s_m
+        for visit in order.visits:
+            self.states.setdefault(visit.visit_id, "pending")
+        self.order = order
+        self.grants = tuple(g for g in order.sections if g not in self.gone)
+        number = (order.order_id, order.revision)
+        self.campus.do(lambda uow: orders.accepted(uow, self.vehicle_id, *number))
+
+    # ------------------------------------------------------------ driving
+
+    def step(self) -> None:
+        """One second of life."""
+        if self.connected:
+            self.fetch()
+        visit = self.next_visit()
+        if visit is not None and self.mode == "autonomous":
+            if self.states[visit.visit_id] == "under_way":
+                self._dwell(visit)
+            else:
+                self._drive(visit)
+        if self.connected:
+            self.report()
+
+    def next_visit(self) -> Visit | None:
+        if self.order is None:
+            return None
+        return next(
+            (v for v in self.order.visits if self.states[v.visit_id] in ("pending", "under_way")), None
+        )
+
+    def _drive(self, visit: Visit) -> None:
+        assert self.line is not None
+        spans = self.line.line.sections
+        leave = leave_to_drive(spans, self.grants, self.s_m, BODY, MARGIN_M)
+        target_m = self.line.visit_s(visit.visit_id)
+        assert target_m is not None
+        self.waited_for = leave.waiting_for if leave.hold_s_m < min(target_m, self.s_m + 0.01) else ""
+        reach_m = min(target_m, leave.hold_s_m, self.s_m + self.speed_mps * STEP_S)
+        if reach_m > self.s_m:
+            self.driven_m += reach_m - self.s_m
+            self.s_m = reach_m
+            self.place = self.line.place(self.s_m)
+        self._release(spans)
+        if abs(self.s_m - target_m) < 0.01:
+            self._arrive(visit)
+
+    def _release(self, spans: tuple[tuple[str, float, float], ...]) -> None:
+        rear_m = self.s_m - BODY.back_m
+        ahead = {section for section, _, to_m in spans if to_m > rear_m}
+        for grant in self.grants:
+            left = [to_m for section, _, to_m in spans if section == grant.section_id]
+            behind = (left and max(left) <= rear_m - 0.5) or not left
+            if behind and grant.section_id not in ahead and len(self.grants) > 1:
+                self.grants = tuple(g for g in self.grants if g != grant)
+                self.gone.append(grant)
+                self.say(SectionReleased(grant.section_id, grant.fence))
+
+    def _arrive(self, visit: Visit) -> None:
+        self.states[visit.visit_id] = "under_way"
+        self.dwelt_s = 0.0
+        self.say(VisitChanged(visit.visit_id, visit.stop_id, "under_way"))
+        if visit.kind == "rest":
+            self._leave(visit)
+
+    def _dwell(self, visit: Visit) -> None:
+        self.dwelt_s += STEP_S
+        if self.dwelt_s == STEP_S:
+            for rider in visit.alight:
+                if rider.ride_id in self.aboard:
+                    del self.aboard[rider.ride_id]
+                    self.say(RiderAlighted(rider.ride_id, "code"))
+        now_ns = utc_ns(self.campus.clock.now())
+        if self.dwelt_s >= visit.dwell_s and now_ns >= visit.not_before_ns:
+            for rider in visit.board:
+                if rider.ride_id in self.no_shows:
+                    self.say(RiderNoShow(rider.ride_id))
+                elif rider.ride_id not in self.aboard:
+                    self.aboard[rider.ride_id] = rider
+                    self.say(RiderBoarded(rider.ride_id, "code"))
+            assert sum(rider.party for rider in self.aboard.values()) <= self.seats
+            self._leave(visit)
+
+    def _leave(self, visit: Visit) -> None:
+        self.states[visit.visit_id] = "done"
+        self.say(VisitChanged(visit.visit_id, visit.stop_id, "done"))
+
+
+def _lanes(order: Order, here: str) -> tuple[str, ...]:
+    """The order's own lanes from the vehicle's lane on."""
+    lanes: list[str] = []
+    for visit in order.visits:
+        lanes += visit.route[1:] if lanes and lanes[-1] == visit.route[0] else visit.route
+    return tuple(lanes[lanes.index(here) :])
+
+
+def states_of_order(campus: CampusUnderTest, vehicle_id: str) -> OrderState | None:
+    order = campus.read(lambda uow: orders.current_order(uow, vehicle_id))
+    return None if order is None else order.state
