@@ -3,6 +3,7 @@
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import SeatButtonPressed
 from vehicle_agent.mission import boarding
+from vehicle_agent.mission.progress import doors_moved
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.seat_button import TemporaryStop, cut
 from vehicle_agent.mission.sections import Leave
@@ -22,7 +23,8 @@ def press(
     is_open = state.doors.phase == "open"
     match item:
         case DoorState():
-            return state.after(doors=state.doors.sense(item.open))
+            # At once: who gets on in this very tick gets on through an open door.
+            return doors_moved(state.after(doors=state.doors.sense(item.open)), rules)
         case SeatSensor():
             memory, seats, events = boarding.sit(
                 state.memory, state.seats, state.visit_here(), item.occupied, is_open

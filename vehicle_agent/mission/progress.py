@@ -14,7 +14,7 @@ from vehicle_agent.signals import Ego, World
 
 def progress(state: MissionState, rules: MissionRules, ego: Ego, world: World) -> MissionState:
     """One tick of the stop that the vehicle is at, if it is at one."""
-    state = _doors_moved(state, rules)
+    state = doors_moved(state, rules)
     match state.stage:
         case "driving":
             return _arrived(state, rules)
@@ -29,7 +29,8 @@ def is_standing(state: MissionState, rules: MissionRules) -> bool:
     return 0 < state.standing_since_ns <= state.stamp_ns - rules.standing_ns
 
 
-def _doors_moved(state: MissionState, rules: MissionRules) -> MissionState:
+def doors_moved(state: MissionState, rules: MissionRules) -> MissionState:
+    """Believe the doors to be open or closed as soon as they are, and tell it."""
     doors = state.doors.step(state.stamp_ns, rules.door_travel_ns)
     if doors.phase == state.doors.phase:
         return state.after(doors=doors)

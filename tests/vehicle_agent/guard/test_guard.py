@@ -155,7 +155,7 @@ def test_a_driver_who_does_not_let_go_keeps_the_vehicle() -> None:
 def test_by_wire_that_is_not_given_is_a_fault() -> None:
     bench = driving()
     for _ in range(150):
-        act, verdict = bench.step(motion_enabled=False)
+        _act, verdict = bench.step(motion_enabled=False)
     assert verdict.mode == "fault"
     assert "by_wire_not_given" in [fault.code for fault in verdict.faults]
 

@@ -74,7 +74,8 @@ def test_something_just_beside_the_path_is_passed_slowly() -> None:
 def test_the_obstacle_comes_nearer_between_two_looks() -> None:
     path, state = planned(ROOM.initial(), 1, a_world((20.0 + 3.5 + 12.5, 0.0)), a_task())
     after, _ = planned(state, 2, a_world((20.0 + 3.5 + 12.5, 0.0)), a_task(20.06))
-    assert path.obstacle_m is not None and after.obstacle_m is not None
+    assert path.obstacle_m is not None
+    assert after.obstacle_m is not None
     assert abs(path.obstacle_m - after.obstacle_m - 0.06) < 1e-9
 
 

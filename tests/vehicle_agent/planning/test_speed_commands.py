@@ -30,8 +30,11 @@ def test_the_obstacle_rule_is_a_fifth_of_the_distance_less_one(distance_m: float
 
 def test_within_five_metres_the_command_is_an_emergency() -> None:
     near, far = RULE.command(4.9), RULE.command(5.1)
-    assert near is not None and near.emergency and near.speed_mps == 0.0
-    assert far is not None and not far.emergency
+    assert near is not None
+    assert near.emergency
+    assert near.speed_mps == 0.0
+    assert far is not None
+    assert not far.emergency
     assert RULE.command(math.inf) is None
 
 
@@ -100,7 +103,8 @@ def test_the_gap_is_between_bumpers_and_leaves_five_metres() -> None:
     assert lead is not None
     assert lead.gap_m == pytest.approx(9.0)
     command = ROOM.gap.command(lead)
-    assert command is not None and command.speed_mps == pytest.approx(2.0)
+    assert command is not None
+    assert command.speed_mps == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize("pose", [Pose2(10.0, 0.0, 0.0), Pose2(40.0, 3.0, 0.0), Pose2(90.0, 0.0, 0.0)])

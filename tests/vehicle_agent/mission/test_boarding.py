@@ -1,0 +1,158 @@
+"""Doors and riders: by code, tap and seat."""
+
+import pytest
+
+from contract.wire.messages import (
+    CodeRefused,
+    DoorsChanged,
+    PassengerTap,
+    RiderAlighted,
+    RiderBoarded,
+    RiderDidNotAlight,
+    RiderNoShow,
+    RiderTask,
+    TapAnswered,
+    VisitChanged,
+)
+from tests.vehicle_agent.mission.ring import OFFSET_NS, RingShuttle, a_visit, an_order, rest
+from vehicle_agent.signals import CodeTyped, SeatSensor
+
+ANN, BOB = RiderTask("ann", 1, "1111"), RiderTask("bob", 2, "2222")
+ON, OFF = ("south", 40.0), ("north", 30.0)
+
+
+def at_the_stop(not_before_ns: int = 0) -> RingShuttle:
+    """Standing at the first stop with open doors."""
+    visits = (
+        a_visit("on", *ON, board=(ANN, BOB), not_before_ns=not_before_ns),
+        a_visit("off", *OFF, ON, alight=(ANN, BOB)),
+        rest(OFF),
+    )
+    shuttle = RingShuttle()
+    shuttle.go(an_order(visits))
+    while shuttle.state.doors.phase != "open":
+        shuttle.step()
+    return shuttle
+
+
+def to_the_next_stop(shuttle: RingShuttle) -> None:
+    shuttle.run(2)
+    while shuttle.state.doors.phase != "closed":
+        shuttle.step()
+    while shuttle.state.doors.phase != "open":
+        shuttle.run(0.1)
+
+
+def test_doors_open_only_while_standing_at_the_stop() -> None:
+    visits = (a_visit("on", *ON, board=(ANN,)), rest(ON))
+    shuttle = RingShuttle()
+    shuttle.go(an_order(visits))
+    for _ in range(1200):
+        task = shuttle.step()
+        if task.doors_open:
+            assert shuttle.speed_mps == 0.0
+            assert abs(task.s_m - 40.0) < 0.5
+    doors = [event.open for event in shuttle.of(DoorsChanged)]  # type: ignore[attr-defined]
+    assert doors == [True, False]
+
+
+def test_a_code_boards_its_party_once() -> None:
+    shuttle = at_the_stop()
+    shuttle.step(CodeTyped(1, "2222"))
+    shuttle.step(CodeTyped(1, "9999"))
+    assert shuttle.of(RiderBoarded) == [RiderBoarded("bob", "code")]
+    assert shuttle.of(CodeRefused) == [CodeRefused("on")]
+    assert shuttle.task is not None
+    assert shuttle.task.aboard == ("bob",)
+
+
+def test_seats_board_the_next_party_that_fits() -> None:
+    shuttle = at_the_stop()
+    shuttle.step(SeatSensor(1, 1))
+    assert shuttle.of(RiderBoarded) == [RiderBoarded("ann", "sensor")]
+    shuttle.step(SeatSensor(1, 2))
+    assert len(shuttle.of(RiderBoarded)) == 1, "one of two is not a party yet"
+    shuttle.step(SeatSensor(1, 3))
+    assert shuttle.of(RiderBoarded)[-1] == RiderBoarded("bob", "sensor")
+
+
+def test_a_party_that_typed_its_code_does_not_board_another_when_it_sits_down() -> None:
+    shuttle = at_the_stop()
+    shuttle.step(CodeTyped(1, "2222"))
+    shuttle.step(SeatSensor(1, 2))
+    assert shuttle.of(RiderBoarded) == [RiderBoarded("bob", "code")]
+
+
+def test_a_tap_is_answered_once_and_only_with_open_doors() -> None:
+    shuttle = at_the_stop()
+    for _ in range(2):
+        shuttle.step(PassengerTap(1, "t1", "ann", "board"))
+    assert shuttle.of(TapAnswered) == [TapAnswered("t1", "ann", True)]
+    assert shuttle.of(RiderBoarded) == [RiderBoarded("ann", "tap")]
+    while shuttle.state.doors.phase != "closed":
+        shuttle.step()
+    shuttle.step(PassengerTap(1, "t2", "bob", "board"))
+    answer = shuttle.of(TapAnswered)[-1]
+    assert isinstance(answer, TapAnswered)
+    assert (answer.accepted, answer.reason != "") == (False, True)
+
+
+def test_who_does_not_come_is_a_no_show_at_the_end_of_the_dwell() -> None:
+    shuttle = at_the_stop()
+    shuttle.step(CodeTyped(1, "1111"))
+    shuttle.run(4)
+    assert shuttle.of(RiderNoShow) == []
+    shuttle.run(2)
+    assert shuttle.of(RiderNoShow) == [RiderNoShow("bob")]
+    shuttle.step(CodeTyped(1, "2222"))
+    assert len(shuttle.of(RiderBoarded)) == 1
+
+
+def test_nobody_leaves_before_the_departure_of_the_timetable() -> None:
+    shuttle = at_the_stop(not_before_ns=OFFSET_NS + 60 * 10**9)
+    while shuttle.now_ns < 59.9e9:
+        task = shuttle.step()
+        assert task.mode == "dwell"
+        assert task.doors_open
+    shuttle.run(5)
+    assert shuttle.task is not None
+    assert shuttle.task.mode == "drive"
+
+
+def test_riders_alight_by_seat_by_tap_and_by_code() -> None:
+    shuttle = at_the_stop()
+    shuttle.step(SeatSensor(1, 3))
+    to_the_next_stop(shuttle)
+    shuttle.step(SeatSensor(1, 2))
+    shuttle.step(PassengerTap(1, "t", "bob", "alight"))
+    shuttle.step(SeatSensor(1, 0))
+    assert shuttle.of(RiderAlighted) == [RiderAlighted("ann", "sensor"), RiderAlighted("bob", "tap")]
+    assert shuttle.state.memory.aboard == ()
+
+
+def test_who_stays_in_is_told_once_and_the_shuttle_goes_on() -> None:
+    shuttle = at_the_stop()
+    shuttle.step(SeatSensor(1, 3))
+    to_the_next_stop(shuttle)
+    shuttle.step(SeatSensor(1, 2))
+    shuttle.run(100)
+    assert shuttle.of(RiderDidNotAlight) == [RiderDidNotAlight("bob")]
+    done = [e.visit_id for e in shuttle.of(VisitChanged) if e.state == "done"]  # type: ignore[attr-defined]
+    assert done == ["on", "off", "rest"]
+
+
+def test_the_shuttle_does_not_leave_with_a_door_that_does_not_close() -> None:
+    shuttle = at_the_stop()
+    shuttle.door_sensor = False
+    shuttle.run(30)
+    assert shuttle.task is not None
+    assert (shuttle.task.mode, shuttle.task.s_m) == ("dwell", pytest.approx(40.0, abs=0.5))
+
+
+def test_without_a_door_sensor_the_doors_are_believed_after_their_travel_time() -> None:
+    visits = (a_visit("on", *ON), rest(ON))
+    shuttle = RingShuttle()
+    shuttle.door_sensor = False
+    shuttle.go(an_order(visits))
+    shuttle.run(60)
+    assert [e.open for e in shuttle.of(DoorsChanged)] == [True, False]  # type: ignore[attr-defined]

@@ -1,0 +1,197 @@
+"""Orders: accepted, repeated, replaced, refused."""
+
+import msgspec
+import pytest
+
+from contract.geometry import Pose2
+from contract.wire.messages import Command, CommandDone, OrderAccepted, OrderRejected, Visit, VisitChanged
+from tests.vehicle_agent.mission.ring import OFFSET_NS, RingShuttle, a_visit, an_order, rest
+from vehicle_agent.mission.memory import holding
+from vehicle_agent.mission.mission import persistent
+
+STOP = ("south", 40.0)
+
+
+def two_visits() -> tuple[Visit, ...]:
+    return a_visit("a", *STOP), rest(STOP)
+
+
+def test_an_order_is_driven_to_its_end_visit_by_visit() -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(two_visits()))
+    shuttle.run(200)
+    changes = [(e.visit_id, e.state) for e in shuttle.of(VisitChanged)]  # type: ignore[attr-defined]
+    assert changes == [("a", "under_way"), ("a", "done"), ("rest", "under_way"), ("rest", "done")]
+    assert shuttle.task is not None
+    assert shuttle.task.mode == "idle"
+
+
+def test_a_new_vehicle_is_held_until_it_is_told_to_resume() -> None:
+    shuttle = RingShuttle()
+    shuttle.step()
+    shuttle.step(an_order(two_visits()))
+    shuttle.run(10)
+    assert shuttle.task is not None
+    assert (shuttle.task.mode, shuttle.task.s_m) == ("hold", pytest.approx(5.0))
+    shuttle.step(Command(1, "c", "resume"))
+    shuttle.run(5)
+    assert shuttle.task.s_m > 6.0
+
+
+def test_a_repeat_is_accepted_again_and_changes_nothing() -> None:
+    shuttle, order = RingShuttle(), an_order(two_visits())
+    shuttle.go(order)
+    shuttle.run(5)
+    memory, line = shuttle.state.memory, shuttle.state.route
+    shuttle.step(order)
+    assert shuttle.answers == [OrderAccepted(1, "o", 1)] * 2
+    assert shuttle.state.memory is memory
+    assert shuttle.state.route is line
+
+
+def test_a_higher_revision_replaces_the_lower_one_mid_way() -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(two_visits()))
+    shuttle.run(5)
+    farther = ("south", 60.0)
+    shuttle.step(an_order((a_visit("b", *farther), rest(farther)), revision=2))
+    shuttle.run(200)
+    assert [e.visit_id for e in shuttle.of(VisitChanged) if e.state == "done"] == ["b", "rest"]  # type: ignore[attr-defined]
+
+
+REFUSED = {
+    "stale_revision": an_order(two_visits(), revision=1),
+    "expired": an_order(two_visits(), revision=3, expires_ns=OFFSET_NS),
+    "map_version": an_order(two_visits(), revision=3, map_version="another"),
+}
+
+
+@pytest.mark.parametrize("code", REFUSED)
+def test_what_cannot_be_taken_is_refused_and_the_old_order_stays(code: str) -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(two_visits(), revision=2))
+    memory = shuttle.state.memory
+    shuttle.step(REFUSED[code])
+    answer = shuttle.answers[-1]
+    assert isinstance(answer, OrderRejected)
+    assert answer.code == code
+    assert [progress.visit_id for progress in answer.visits] == ["a", "rest"]
+    assert shuttle.state.memory is memory
+
+
+@pytest.mark.parametrize(
+    "visits",
+    [
+        (),
+        (a_visit("a", *STOP),),
+        (a_visit("a", *STOP), a_visit("a", "north", 70.0, STOP, "rest")),
+    ],
+)
+def test_a_malformed_order_is_refused(visits: tuple[Visit, ...]) -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(visits, sections=()))
+    answer = shuttle.answers[-1]
+    assert isinstance(answer, OrderRejected)
+    assert answer.code == "malformed"
+
+
+def test_a_revision_must_keep_the_visit_at_which_the_vehicle_stands() -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(two_visits()))
+    while shuttle.state.memory.under_way == "":
+        shuttle.step()
+    other = ("south", 60.0)
+    shuttle.step(an_order((a_visit("b", *other), rest(other)), revision=2))
+    answer = shuttle.answers[-1]
+    assert isinstance(answer, OrderRejected)
+    assert answer.code == "visit_under_way"
+    assert answer.visits[0].state == "under_way"
+    shuttle.step(an_order((*two_visits()[:1], a_visit("b", *other, STOP), rest(other)), revision=2))
+    assert isinstance(shuttle.answers[-1], OrderAccepted)
+
+
+def test_a_visit_that_is_done_cannot_come_back() -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(two_visits()))
+    shuttle.run(40)
+    shuttle.step(an_order(two_visits(), revision=2))
+    answer = shuttle.answers[-1]
+    assert isinstance(answer, OrderRejected)
+    assert answer.code == "visit_under_way"
+
+
+def test_an_order_without_routes_is_driven_by_a_star() -> None:
+    bare = tuple(msgspec.structs.replace(visit, route=()) for visit in two_visits())
+    shuttle = RingShuttle()
+    shuttle.go(an_order(bare))
+    shuttle.run(200)
+    assert shuttle.state.memory.open_visits() == ()
+
+
+def test_a_stop_just_passed_is_reached_by_going_around() -> None:
+    shuttle = RingShuttle(start=("south", 50.0))
+    visits = (a_visit("a", "south", 40.0, ("south", 50.0)), rest(STOP))
+    shuttle.go(an_order(visits))
+    assert shuttle.state.route is not None
+    assert shuttle.state.route.line.lane_ids[:5] == ("south", "east", "north", "west", "south")
+
+
+def test_an_order_that_comes_before_the_first_position_waits_for_it() -> None:
+    shuttle = RingShuttle()
+    shuttle.valid = False
+    shuttle.step(an_order(two_visits()))
+    assert shuttle.answers == []
+    shuttle.valid = True
+    shuttle.step()
+    assert shuttle.answers == [OrderAccepted(1, "o", 1)]
+
+
+def test_after_a_crash_the_order_is_still_there_and_the_vehicle_held() -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(two_visits()))
+    shuttle.run(8)
+    again = RingShuttle(persistent(shuttle.state))
+    again.pose = shuttle.pose
+    again.run(3)
+    assert again.task is not None
+    assert again.task.mode == "hold"
+    known = holding(again.state.memory)
+    assert known is not None
+    assert (known.order_id, known.revision) == ("o", 1)
+    again.step(Command(1, "c", "resume"))
+    again.run(200)
+    assert again.state.memory.open_visits() == ()
+
+
+def test_a_resume_without_a_position_is_refused_with_what_to_do() -> None:
+    shuttle = RingShuttle()
+    shuttle.valid = False
+    shuttle.step(Command(1, "c", "resume"))
+    done = shuttle.of(CommandDone)[-1]
+    assert isinstance(done, CommandDone)
+    assert not done.done
+    assert "wait" in done.detail
+    shuttle.valid = True
+    shuttle.step(Command(1, "c", "resume"))
+    assert shuttle.of(CommandDone)[-1] == CommandDone("c", True)
+
+
+def test_hold_brakes_comfortably_and_stop_now_at_once() -> None:
+    for kind, most_m in (("hold", 12.0), ("stop_now", 0.5)):
+        shuttle = RingShuttle()
+        shuttle.go(an_order(two_visits()))
+        shuttle.run(6)
+        at_m = shuttle.state.s_m
+        task = shuttle.step(Command(1, "c", kind))  # type: ignore[arg-type]
+        assert task.mode == "hold"
+        assert task.stop_s_m - at_m < most_m
+
+
+def test_a_vehicle_at_sea_refuses_orders() -> None:
+    shuttle = RingShuttle()
+    shuttle.pose = Pose2(5000.0, 5000.0, 0.0)
+    shuttle.step()
+    shuttle.step(an_order(two_visits()))
+    answer = shuttle.answers[-1]
+    assert isinstance(answer, OrderRejected)
+    assert answer.code == "unreachable"

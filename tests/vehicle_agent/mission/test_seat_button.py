@@ -1,0 +1,107 @@
+"""The seat button: where the shuttle stops, and when it goes on."""
+
+import numpy as np
+
+from contract.wire.messages import DoorsChanged, SeatButtonPressed
+from tests.vehicle_agent.mission.ring import NETWORK, RingShuttle, a_visit, all_sections, an_order, rest
+from vehicle_agent.signals import SeatButton
+
+STOP = ("north", 40.0)
+VISITS = (a_visit("a", *STOP), rest(STOP))
+
+
+def driving(seconds: float, sections: int | None = None) -> RingShuttle:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(VISITS, sections=all_sections(VISITS)[:sections]))
+    shuttle.run(seconds)
+    return shuttle
+
+
+def pressed(shuttle: RingShuttle) -> SeatButtonPressed:
+    shuttle.step(SeatButton(shuttle.now_ns, 2))
+    answer = shuttle.of(SeatButtonPressed)[-1]
+    assert isinstance(answer, SeatButtonPressed)
+    return answer
+
+
+def test_the_shuttle_stops_at_once_comfortably_dwells_eight_seconds_and_goes_on() -> None:
+    shuttle = driving(6)
+    speed, at_m = shuttle.speed_mps, shuttle.state.s_m
+    answer = pressed(shuttle)
+    assert answer.accepted
+    assert answer.lane_id == "south"
+    assert at_m + speed**2 / 1.2 <= answer.s_m <= at_m + speed**2 / 1.2 + 4.0
+    while shuttle.state.doors.phase != "open":
+        shuttle.step()
+    assert abs(shuttle.state.s_m - answer.s_m) < 0.5
+    opened_ns = shuttle.now_ns
+    while shuttle.state.doors.phase == "open":
+        shuttle.step()
+    assert 7.9e9 <= shuttle.now_ns - opened_ns <= 8.3e9
+    assert {e.visit_id for e in shuttle.of(DoorsChanged)} == {answer.visit_id}  # type: ignore[attr-defined]
+    shuttle.run(10)
+    assert shuttle.speed_mps > 1.0
+
+
+def test_nobody_gets_out_in_a_junction() -> None:
+    shuttle = driving(20)
+    answer = pressed(shuttle)
+    assert answer.accepted
+    place = NETWORK.section_at(answer.lane_id, answer.s_m)
+    assert NETWORK.lanes[answer.lane_id].kind == "road"
+    assert place.section_id != "south/3", "the turn crosses there"
+    rear = answer.s_m - 0.85
+    assert answer.lane_id == "north"
+    assert rear >= -1e-9
+
+
+def test_no_stop_is_made_beyond_the_grants() -> None:
+    shuttle = driving(9, sections=2)
+    answer = pressed(shuttle)
+    assert not answer.accepted
+    assert answer.reason != ""
+
+
+def test_just_before_the_next_stop_the_button_is_refused() -> None:
+    shuttle = RingShuttle()
+    near = ("south", 22.0)
+    shuttle.go(an_order((a_visit("a", *near), rest(near))))
+    shuttle.run(5)
+    assert not pressed(shuttle).accepted
+
+
+def test_a_button_at_a_stop_or_while_held_is_refused() -> None:
+    assert not pressed(RingShuttle()).accepted
+    shuttle = driving(6)
+    while not shuttle.state.memory.under_way:
+        shuttle.step()
+    assert pressed(shuttle).reason == "the shuttle stands at a stop"
+
+
+def test_a_second_press_asks_for_the_same_stop() -> None:
+    shuttle = driving(6)
+    assert pressed(shuttle) == pressed(shuttle)
+
+
+def test_the_shuttle_waits_for_people_beside_it_but_not_for_ever() -> None:
+    shuttle = driving(6)
+    pressed(shuttle)
+    while shuttle.state.doors.phase != "open":
+        shuttle.step()
+    pose = shuttle.pose
+    shuttle.points = np.array([[pose.x_m + 1.0, pose.y_m + 1.5]])
+    shuttle.run(25)
+    assert shuttle.speed_mps == 0.0
+    assert shuttle.task is not None
+    assert shuttle.task.reason == "people near"
+    shuttle.points = np.empty((0, 2))
+    shuttle.run(4)
+    assert shuttle.speed_mps > 0.0
+
+
+def test_a_new_order_keeps_the_stop_that_was_asked_for() -> None:
+    shuttle = driving(6)
+    answer = pressed(shuttle)
+    shuttle.step(an_order(VISITS, revision=2))
+    assert shuttle.state.temporary is not None
+    assert abs(shuttle.state.temporary.s_m - answer.s_m) < 0.01

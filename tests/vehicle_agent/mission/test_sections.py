@@ -1,0 +1,101 @@
+"""Section grants: hold points, releases, fences."""
+
+import pytest
+
+from contract.wire.messages import Grants, SectionGrant, SectionReleased
+from tests.vehicle_agent.mission.ring import NETWORK, RingShuttle, a_visit, all_sections, an_order, rest
+from vehicle_agent.mission.sections import Body, leave_to_drive
+
+STOP = ("north", 30.0)
+VISITS = (a_visit("a", *STOP), rest(STOP))
+SPANS = (("a", 0.0, 20.0), ("b", 20.0, 40.0), ("c", 40.0, 60.0), ("a", 60.0, 80.0))
+BODY = Body(3.5, 0.85)
+
+
+def grants(*names: str) -> tuple[SectionGrant, ...]:
+    return tuple(SectionGrant(name, i + 1) for i, name in enumerate(names))
+
+
+@pytest.mark.parametrize(
+    ("granted", "hold_s_m", "waiting"),
+    [
+        ("ab", 40.0 - 4.0, "c"),
+        ("ac", 20.0 - 4.0, "b"),
+        ("", 0.0 - 4.0, "a"),
+        ("abc", 60.0 - 4.0, "a"),
+        ("abca", float("inf"), ""),
+    ],
+)
+def test_the_bumper_stays_half_a_metre_before_the_first_section_without_a_grant(
+    granted: str, hold_s_m: float, waiting: str
+) -> None:
+    leave = leave_to_drive(SPANS, grants(*granted), 5.0, BODY, 0.5)
+    assert (leave.hold_s_m, leave.waiting_for) == (hold_s_m, waiting)
+
+
+def test_a_section_that_only_the_rear_is_in_needs_no_grant() -> None:
+    assert leave_to_drive(SPANS[:3], grants("b", "c"), 20.5, BODY, 0.5).waiting_for == ""
+
+
+def test_a_shuttle_waits_for_its_grant_and_goes_on_with_it() -> None:
+    shuttle = RingShuttle()
+    every = all_sections(VISITS)
+    shuttle.go(an_order(VISITS, sections=every[:2]))
+    shuttle.run(60)
+    assert shuttle.task is not None
+    assert shuttle.task.waiting_for == every[2].section_id
+    front_m = shuttle.task.s_m + BODY.front_m
+    assert front_m == pytest.approx(40.0 - 0.5, abs=0.05)
+    shuttle.step(Grants(1, "o", every))
+    shuttle.run(5)
+    assert shuttle.task.waiting_for == ""
+    assert shuttle.task.s_m > 38.0
+
+
+def test_a_grant_taken_back_under_the_nose_stops_at_once() -> None:
+    shuttle = RingShuttle()
+    every = all_sections(VISITS)
+    shuttle.go(an_order(VISITS, sections=every))
+    shuttle.run(8)
+    task = shuttle.step(Grants(1, "o", every[:1]))
+    assert task.stop_s_m < task.s_m + 12.0
+    assert task.waiting_for == every[1].section_id
+
+
+def test_grants_of_another_order_are_ignored() -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(VISITS))
+    before = shuttle.state.memory.grants
+    shuttle.step(Grants(1, "another", ()))
+    assert shuttle.state.memory.grants == before
+
+
+def test_every_section_left_is_given_back_once_with_its_fence_after_the_rear_has_left() -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(VISITS))
+    told: list[tuple[str, int]] = []
+    for _ in range(1500):
+        shuttle.run(0.1)
+        news = [e for e in shuttle.events[len(shuttle.events) - 3 :] if isinstance(e, SectionReleased)]
+        for event in news:
+            if (event.section_id, event.fence) not in told:
+                told.append((event.section_id, event.fence))
+                section = NETWORK.sections[event.section_id]
+                assert shuttle.state.place.lane_id != section.lane_id or (
+                    shuttle.state.place.s_m - BODY.back_m >= section.s_to_m
+                )
+    released = [(e.section_id, e.fence) for e in shuttle.of(SectionReleased)]  # type: ignore[attr-defined]
+    assert released == told == [(g.section_id, g.fence) for g in all_sections(VISITS)[: len(told)]]
+    assert len(told) >= 7
+
+
+def test_a_late_message_cannot_bring_back_a_section_that_was_given_back() -> None:
+    shuttle = RingShuttle()
+    every = all_sections(VISITS)
+    shuttle.go(an_order(VISITS, sections=every))
+    while not shuttle.of(SectionReleased):
+        shuttle.step()
+    shuttle.step(Grants(1, "o", every))
+    assert every[0] not in shuttle.state.memory.grants
+    shuttle.step(Grants(1, "o", (*every, SectionGrant(every[0].section_id, 99))))
+    assert SectionGrant(every[0].section_id, 99) in shuttle.state.memory.grants
