@@ -24,7 +24,7 @@ BAD_SETTING = 2
 BACKLOG = 512
 DEFAULT_MAP = Path(__file__).resolve().parents[2] / "maps" / "shanghai-university" / "map.json"
 
-console = Console(stderr=True, highlight=False)
+console = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 def serve(
@@ -117,6 +117,7 @@ def _uvicorn(settings: Settings, live: LivePorts) -> uvicorn.Config:
         ws_max_size=2 * MAX_MESSAGE_BYTES,  # above our own limit, so that it is answered with a goodbye
         ssl_certfile=settings.tls_cert,
         ssl_keyfile=settings.tls_key,
+        server_header=False,
         proxy_headers=False,
         access_log=False,  # a ride's link is a secret and would be in it
         log_level="warning",

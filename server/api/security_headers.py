@@ -9,7 +9,7 @@ CONTENT_SECURITY_POLICY = "; ".join(
         "script-src 'self'",
         "style-src 'self' 'unsafe-inline'",  # inline style attributes place map labels
         "img-src 'self' data: blob:",
-        "connect-src 'self' ws: wss:",  # 'self' does not cover websockets in older Safari
+        "connect-src 'self'",
         "worker-src 'self'",
         "manifest-src 'self'",
         "object-src 'none'",
