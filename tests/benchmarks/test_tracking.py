@@ -1,0 +1,67 @@
+"""The tracking benchmark keeps the paper's figure, and reads recordings that others bring."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.reference_paths import PathFileError, lemniscate, recorded_path
+from contract.geometry import curvatures, resample
+
+ROOT = Path(__file__).resolve().parents[2]
+SHARED = Path(os.environ.get("CAMPUSLOOP_SHARED", ROOT.parent / "shared"))
+
+
+def test_the_lemniscates_least_radius_is_what_was_asked_for() -> None:
+    path = lemniscate(18.0, 1)
+    kappa = curvatures(resample(path.points, 0.5))
+    assert 1.0 / np.abs(kappa).max() == pytest.approx(18.0, rel=0.01)
+    assert path.length_m == pytest.approx(5.2441151 * 54.0, rel=1e-4)
+
+
+def test_cross_track_is_measured_against_the_curve_even_where_it_crosses_itself() -> None:
+    path = lemniscate(18.0, 2)
+    beside = path.points[::50] + np.array([0.0, 0.05])
+    errors = path.cross_track_m(beside)
+    assert np.abs(errors).max() <= 0.05 + 1e-9
+    assert np.abs(path.cross_track_m(path.points[::50])).max() < 1e-9
+
+
+def test_two_laps_stay_within_the_papers_twelve_centimetres(tmp_path: Path) -> None:
+    report = tmp_path / "tracking.json"
+    subprocess.run(
+        [sys.executable, "-m", "benchmarks.tracking", "--seeds", "1", "--json", report, "--traces", tmp_path],
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+    )
+    found = json.loads(report.read_text())
+    assert set(found) == {"name", "machine", "commit", "arguments", "rows", "summary"}
+    assert found["summary"]["gem.peak_cross_track_m"] < 0.06
+    assert all(row["finished"] for row in found["rows"])
+    trace = next(tmp_path.glob("*ours*.csv")).read_text().splitlines()
+    assert trace[0] == "t_s,x_m,y_m,yaw_rad,v_mps,a_mps2,steer_rad"
+    assert len(trace) > 9000
+
+
+def test_a_recorded_loop_is_thinned_to_a_metre_and_its_standing_left_out() -> None:
+    file = SHARED / "data" / "waypoints" / "gem_e2_loop.csv"
+    if not file.exists():
+        pytest.skip(
+            "the recorded loop is not here; set CAMPUSLOOP_SHARED to the folder that has data/waypoints"
+        )
+    path = recorded_path(file)
+    assert path.length_m == pytest.approx(182.0, abs=4.0)
+    assert np.all(np.hypot(*np.diff(path.points, axis=0).T) < 0.03)
+
+
+@pytest.mark.parametrize("text", ["", "a,b,c\n", "1.0\n", "0,0\n0,0\n", "nan,1\n"])
+def test_what_is_no_recording_is_refused(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "broken.csv"
+    file.write_text(text)
+    with pytest.raises(PathFileError, match=r"broken\.csv"):
+        recorded_path(file)
