@@ -118,14 +118,14 @@ class Reservations:
                 )
         self._vehicles[vehicle_id] = _Vehicle(list(held), [])
 
-    def restore(self, vehicle_id: str, held: Sequence[str], ahead: Sequence[str]) -> None:
-        """Put back a vehicle exactly as it was stored: its sections and the rest of its adopted route.
+    def restore(self, vehicle_id: str, held: Sequence[str], ahead: Sequence[str], goal: str | None) -> None:
+        """Put back a vehicle exactly as it was stored: its sections, the rest of its route, and its end.
 
         Nothing is tested, since routes that are safe together need not be safe one by one. Raises
         ReservationError: unknown_section.
         """
-        self._check_known((*held, *ahead))
-        self._vehicles[vehicle_id] = _Vehicle(list(held), list(ahead))
+        self._check_known((*held, *ahead, *(() if goal is None else (goal,))))
+        self._vehicles[vehicle_id] = _Vehicle(list(held), list(ahead), goal)
 
     def remove(self, vehicle_id: str) -> None:
         """Forget a vehicle that has been taken off the roads."""

@@ -258,6 +258,7 @@ def upgrade() -> None:
         sa.Column("campus_id", sa.String(length=64), nullable=False),
         sa.Column("vehicle_id", sa.String(length=64), nullable=False),
         sa.Column("ahead", sa.Text(), nullable=False),
+        sa.Column("goal", sa.String(length=200), nullable=True),
         sa.PrimaryKeyConstraint("campus_id", "vehicle_id", name=op.f("pk_section_routes")),
     )
     op.create_table(

@@ -13,11 +13,15 @@ class HeldSection:
 
 @dataclass(frozen=True, slots=True)
 class Occupancy:
-    """One vehicle on the road: what it holds, in driving order, and what its route still needs."""
+    """One vehicle on the road: what it holds, in driving order, and what its route still needs.
+
+    goal   the section in which its route ends, None for a vehicle that has been placed and has no route
+    """
 
     vehicle_id: str
     held: tuple[HeldSection, ...]
     ahead: tuple[str, ...]
+    goal: str | None = None
 
     @property
     def held_ids(self) -> tuple[str, ...]:

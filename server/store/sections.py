@@ -24,12 +24,14 @@ class Sections(Repository):
         held: dict[str, list[HeldSection]] = {}
         for row in self._many(self._select(tables.held_sections).order_by(_held.fence)):
             held.setdefault(row.vehicle_id, []).append(HeldSection(row.section_id, row.fence))
-        ahead = {
-            row.vehicle_id: from_json(row.ahead, tuple[str, ...])
-            for row in self._many(self._select(tables.section_routes))
-        }
+        routes = {row.vehicle_id: row for row in self._many(self._select(tables.section_routes))}
         return tuple(
-            Occupancy(vehicle_id, tuple(sections), ahead.get(vehicle_id, ()))
+            Occupancy(
+                vehicle_id,
+                tuple(sections),
+                from_json(routes[vehicle_id].ahead, tuple[str, ...]),
+                routes[vehicle_id].goal,
+            )
             for vehicle_id, sections in sorted(held.items())
         )
 
@@ -46,7 +48,12 @@ class Sections(Repository):
             ],
         )
         self._put(
-            tables.section_routes, {"vehicle_id": occupancy.vehicle_id, "ahead": to_json(occupancy.ahead)}
+            tables.section_routes,
+            {
+                "vehicle_id": occupancy.vehicle_id,
+                "ahead": to_json(occupancy.ahead),
+                "goal": occupancy.goal,
+            },
         )
 
     def remove(self, vehicle_id: str) -> None:

@@ -226,6 +226,7 @@ section_routes = Table(
     _campus(),
     _key("vehicle_id"),
     _text("ahead"),
+    Column("goal", String(200), nullable=True),
 )
 
 counters = Table(

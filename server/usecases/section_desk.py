@@ -1,6 +1,7 @@
 """The reservation controller of one transaction: rebuilt from the store, its changes stored at once."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from contract.roads.reservation import ReservationError, Reservations
 from server.domain.errors import SectionsTaken, VehicleNotPlaced
@@ -17,7 +18,7 @@ class SectionDesk:
         self._occupancies = {occupancy.vehicle_id: occupancy for occupancy in uow.sections.all()}
         self._controller: Reservations = uow.roads().reservations()
         for occupancy in self._occupancies.values():
-            self._controller.restore(occupancy.vehicle_id, occupancy.held_ids, occupancy.ahead)
+            self._restore(occupancy)
 
     def occupancy(self, vehicle_id: str) -> Occupancy:
         """Raises VehicleNotPlaced."""
@@ -51,7 +52,8 @@ class SectionDesk:
         occupancy = self.occupancy(vehicle_id)
         if not self._controller.adopt(vehicle_id, route):
             return False
-        self._store(Occupancy(vehicle_id, occupancy.held, self._controller.ahead(vehicle_id)))
+        ahead = self._controller.ahead(vehicle_id)
+        self._store(Occupancy(vehicle_id, occupancy.held, ahead, route[-1]))
         return True
 
     def grant(self, vehicle_id: str, count: int) -> int:
@@ -61,7 +63,7 @@ class SectionDesk:
         if granted:
             held = tuple(HeldSection(grant.section_id, self._uow.sections.next_fence()) for grant in granted)
             ahead = self._controller.ahead(vehicle_id)
-            self._store(Occupancy(vehicle_id, occupancy.held + held, ahead))
+            self._store(Occupancy(vehicle_id, occupancy.held + held, ahead, occupancy.goal))
         return len(granted)
 
     def release(self, vehicle_id: str, section_id: str, fence: int) -> bool:
@@ -74,8 +76,9 @@ class SectionDesk:
         if occupancy is None or gone not in occupancy.held or len(occupancy.held) == 1:
             return False
         held = tuple(section for section in occupancy.held if section != gone)
-        self._controller.restore(vehicle_id, [section.section_id for section in held], occupancy.ahead)
-        self._store(Occupancy(vehicle_id, held, occupancy.ahead))
+        kept = replace(occupancy, held=held)
+        self._restore(kept)
+        self._store(kept)
         return True
 
     def remove(self, vehicle_id: str) -> None:
@@ -89,6 +92,9 @@ class SectionDesk:
     def waits_for(self, vehicle_id: str) -> tuple[str, ...]:
         """The vehicles that keep this one from its next section."""
         return self._controller.blocked_by(vehicle_id)
+
+    def _restore(self, occupancy: Occupancy) -> None:
+        self._controller.restore(occupancy.vehicle_id, occupancy.held_ids, occupancy.ahead, occupancy.goal)
 
     def _store(self, occupancy: Occupancy) -> Occupancy:
         self._occupancies[occupancy.vehicle_id] = occupancy
