@@ -1,1 +1,11 @@
-export {};
+import { render } from "preact";
+import { loadCampus } from "../shared/api/campus";
+import "../shared/ui/theme.css";
+import "../shared/ui/controls.css";
+import "./console.css";
+import { App } from "./app";
+import { restoreSession } from "./session";
+
+void loadCampus();
+void restoreSession();
+render(<App />, document.getElementById("app")!);

@@ -1,0 +1,131 @@
+import { useSignalEffect } from "@preact/signals";
+import type { Campus } from "../shared/api/campus";
+import { campus, campusProblem, loadCampus } from "../shared/api/campus";
+import { Loading, ProblemNote } from "../shared/ui/notes";
+import { AccessPage } from "./access_page";
+import { IncidentsPage } from "./incidents_page";
+import { incidents, rides } from "./lists";
+import { LivePage } from "./live_page";
+import { fragmentOf, place } from "./navigation";
+import { ReplayPage } from "./replay_page";
+import { RidesPage } from "./rides_page";
+import { RunsPage } from "./runs_page";
+import { link, restoreSession, session, sessionProblem } from "./session";
+import { SignIn } from "./sign_in";
+import { TopBar } from "./top_bar";
+import { words } from "./words";
+
+export function App() {
+  useSignalEffect(() => {
+    document.title = words.value.title;
+  });
+  if (session.value === null) return <SignIn />;
+  if (session.value === undefined) return <Door />;
+  return <Console />;
+}
+
+function Door() {
+  const problem = sessionProblem.value;
+  if (problem === null) return <Loading text={words.value.checking_session} />;
+  return (
+    <main class="door">
+      <ProblemNote problem={problem} />
+      <button type="button" class="button main" onClick={() => void restoreSession()}>
+        {words.value.try_again}
+      </button>
+    </main>
+  );
+}
+
+function Console() {
+  useSignalEffect(() => {
+    const serial = link.value?.scene.value?.incidents.serial;
+    if (serial !== undefined) refreshIncidents(serial);
+  });
+  useSignalEffect(() => {
+    const shown = link.value?.scene.value?.rides;
+    if (shown !== undefined) refreshRides(shown);
+  });
+  useSignalEffect(() => {
+    const drawn = campus.peek()?.shape.map_version;
+    const needed = link.value?.scene.value?.map_version;
+    if (drawn !== undefined && needed !== undefined && needed !== drawn) void loadCampus();
+  });
+  return (
+    <div class="console">
+      <TopBar />
+      <HelpBanner />
+      <main>{campus.value === null ? <NoCampus /> : <CurrentPage campus={campus.value} />}</main>
+    </div>
+  );
+}
+
+let known_serial = -1;
+let known_rides: unknown = null;
+
+/** The scene tells only that incidents changed; the list itself is asked for. */
+function refreshIncidents(serial: number): void {
+  if (serial === known_serial) return;
+  known_serial = serial;
+  void incidents.refresh();
+}
+
+function refreshRides(shown: unknown): void {
+  if (shown === known_rides) return;
+  known_rides = shown;
+  if (place.peek().page === "rides") void rides.refresh();
+}
+
+function CurrentPage({ campus: shown }: { readonly campus: Campus }) {
+  const { page, parts } = place.value;
+  const [vehicle_id, boot_id] = parts;
+  switch (page) {
+    case "rides":
+      return <RidesPage />;
+    case "incidents":
+      return <IncidentsPage />;
+    case "runs":
+      return vehicle_id !== undefined && boot_id !== undefined ? (
+        <ReplayPage
+          key={`${vehicle_id}/${boot_id}`}
+          campus={shown}
+          vehicle_id={vehicle_id}
+          boot_id={boot_id}
+        />
+      ) : (
+        <RunsPage />
+      );
+    case "access":
+      return <AccessPage />;
+    case "live":
+      return <LivePage campus={shown} />;
+  }
+}
+
+/** Stays on every page until somebody has acknowledged each call. */
+function HelpBanner() {
+  const calls = link.value?.scene.value?.incidents.help_calls ?? 0;
+  if (calls === 0) return null;
+  const say = words.value;
+  return (
+    <div class="help-banner" role="alert">
+      <strong>{say.help_banner(calls)}</strong>
+      <a class="button small" href={fragmentOf("incidents")}>
+        {say.look}
+      </a>
+    </div>
+  );
+}
+
+function NoCampus() {
+  const problem = campusProblem.value;
+  if (problem === null) return <Loading text={words.value.loading} />;
+  return (
+    <div class="sheet narrow">
+      <ProblemNote problem={problem} />
+      <button type="button" class="button main" onClick={() => void loadCampus()}>
+        {words.value.try_again}
+      </button>
+    </div>
+  );
+}

@@ -1,0 +1,48 @@
+import { useSignal } from "@preact/signals";
+import type { Problem } from "../shared/api/problem";
+import { LoopMark } from "../shared/ui/icons";
+import { LanguageSwitch } from "../shared/ui/language_switch";
+import { ProblemNote } from "../shared/ui/notes";
+import { signIn } from "./session";
+import { TextField } from "./text_field";
+import { words } from "./words";
+
+export function SignIn() {
+  const name = useSignal("");
+  const password = useSignal("");
+  const busy = useSignal(false);
+  const problem = useSignal<Problem | null>(null);
+  const say = words.value;
+  const submit = async (event: Event) => {
+    event.preventDefault();
+    busy.value = true;
+    problem.value = await signIn(name.value, password.value);
+    busy.value = false;
+  };
+  return (
+    <main class="door">
+      <form class="card" onSubmit={(event) => void submit(event)}>
+        <header>
+          <LoopMark />
+          <LanguageSwitch />
+        </header>
+        <h1>{say.title}</h1>
+        <p class="hint">{say.sign_in_lead}</p>
+        <TextField
+          label={say.name}
+          value={name}
+          input={{ required: true, autocomplete: "username", autocapitalize: "none" }}
+        />
+        <TextField
+          label={say.password}
+          value={password}
+          input={{ required: true, type: "password", autocomplete: "current-password" }}
+        />
+        {problem.value !== null && <ProblemNote problem={problem.value} />}
+        <button class="button main large wide" disabled={busy.value}>
+          {busy.value ? say.signing_in : say.sign_in}
+        </button>
+      </form>
+    </main>
+  );
+}

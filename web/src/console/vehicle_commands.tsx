@@ -1,0 +1,194 @@
+import { useSignal } from "@preact/signals";
+import { useId } from "preact/hooks";
+import { campus } from "../shared/api/campus";
+import { answerOf, api } from "../shared/api/client";
+import type { Answer, Problem } from "../shared/api/problem";
+import { stopName } from "../shared/map/campus_shape";
+import type { VehicleScene } from "../shared/scene/scene";
+import { Question } from "../shared/ui/dialog";
+import { ProblemNote } from "../shared/ui/notes";
+import { language } from "../shared/words/language";
+import { words } from "./words";
+
+type Command = "hold" | "resume" | "stop-now" | "recall" | "release";
+
+function send(vehicle_id: string, command: Command): Promise<Answer<unknown>> {
+  const path = { params: { path: { vehicle_id } } };
+  switch (command) {
+    case "hold":
+      return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/hold", path));
+    case "resume":
+      return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/resume", path));
+    case "stop-now":
+      return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/stop-now", path));
+    case "recall":
+      return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/recall", path));
+    case "release":
+      return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/release", path));
+  }
+}
+
+export function VehicleCommands({ vehicle }: { readonly vehicle: VehicleScene }) {
+  const problem = useSignal<Problem | null>(null);
+  const said = useSignal("");
+  const asking = useSignal<"stop-now" | "recall" | null>(null);
+  const say = words.value;
+  const { vehicle_id, name } = vehicle;
+  const finish = (answer: Answer<unknown>, text: string) => {
+    problem.value = answer.ok ? null : answer.problem;
+    said.value = answer.ok ? text : "";
+  };
+  const run = async (command: Command, title: string) =>
+    finish(await send(vehicle_id, command), say.commanded(title));
+  const is_held = vehicle.held || vehicle.mode !== "autonomous";
+  return (
+    <div class="commands">
+      <div class="buttons">
+        <button
+          type="button"
+          class={`button ${is_held ? "main" : ""}`}
+          disabled={!is_held}
+          onClick={() => void run("resume", say.resume)}
+        >
+          {say.resume}
+        </button>
+        <button
+          type="button"
+          class="button"
+          disabled={vehicle.held}
+          onClick={() => void run("hold", say.hold)}
+        >
+          {say.hold}
+        </button>
+        <button
+          type="button"
+          class="button danger"
+          onClick={() => {
+            asking.value = "stop-now";
+          }}
+        >
+          {say.stop_now}
+        </button>
+        {vehicle.in_service ? (
+          <button
+            type="button"
+            class="button"
+            onClick={() => {
+              asking.value = "recall";
+            }}
+          >
+            {say.recall}
+          </button>
+        ) : (
+          <button type="button" class="button" onClick={() => void run("release", say.release)}>
+            {say.release}
+          </button>
+        )}
+      </div>
+      <Announce vehicle_id={vehicle_id} onDone={(answer) => finish(answer, say.announced)} />
+      <SendToStop vehicle_id={vehicle_id} onDone={(answer) => finish(answer, say.sent)} />
+      <p class="said" role="status">
+        {said.value}
+      </p>
+      {problem.value !== null && <ProblemNote problem={problem.value} />}
+      {asking.value !== null && (
+        <Question
+          danger
+          title={asking.value === "recall" ? say.recall_title(name) : say.stop_now_title(name)}
+          text={asking.value === "recall" ? say.recall_text : say.stop_now_text}
+          yes={asking.value === "recall" ? say.recall : say.stop_now}
+          no={say.cancel}
+          onNo={() => {
+            asking.value = null;
+          }}
+          onYes={() => {
+            const command = asking.value!;
+            asking.value = null;
+            void run(command, command === "recall" ? say.recall : say.stop_now);
+          }}
+        />
+      )}
+    </div>
+  );
+}
+
+interface WordProps {
+  readonly vehicle_id: string;
+  readonly onDone: (answer: Answer<unknown>) => void;
+}
+
+function Announce({ vehicle_id, onDone }: WordProps) {
+  const text = useSignal("");
+  const id = useId();
+  const say = words.value;
+  const submit = async (event: Event) => {
+    event.preventDefault();
+    const answer = await answerOf(
+      api.POST("/api/v1/vehicles/{vehicle_id}/announce", {
+        params: { path: { vehicle_id } },
+        body: { text: text.value },
+      }),
+    );
+    if (answer.ok) text.value = "";
+    onDone(answer);
+  };
+  return (
+    <form class="line" onSubmit={(event) => void submit(event)}>
+      <label class="unseen" for={id}>
+        {say.announce_text}
+      </label>
+      <input
+        id={id}
+        class="input"
+        placeholder={say.announce_text}
+        maxLength={500}
+        required
+        value={text.value}
+        onInput={(event) => {
+          text.value = event.currentTarget.value;
+        }}
+      />
+      <button class="button">{say.announce}</button>
+    </form>
+  );
+}
+
+function SendToStop({ vehicle_id, onDone }: WordProps) {
+  const stop_id = useSignal("");
+  const id = useId();
+  const say = words.value;
+  const submit = async (event: Event) => {
+    event.preventDefault();
+    const answer = await answerOf(
+      api.POST("/api/v1/vehicles/{vehicle_id}/send", {
+        params: { path: { vehicle_id }, query: { stop_id: stop_id.value } },
+      }),
+    );
+    if (answer.ok) stop_id.value = "";
+    onDone(answer);
+  };
+  return (
+    <form class="line" onSubmit={(event) => void submit(event)}>
+      <label class="unseen" for={id}>
+        {say.send}
+      </label>
+      <select
+        id={id}
+        class="input"
+        required
+        value={stop_id.value}
+        onChange={(event) => {
+          stop_id.value = event.currentTarget.value;
+        }}
+      >
+        <option value="">{say.choose_stop}</option>
+        {campus.value?.shape.stops.map((stop) => (
+          <option key={stop.stop_id} value={stop.stop_id}>
+            {stopName(stop, language.value)}
+          </option>
+        ))}
+      </select>
+      <button class="button">{say.go}</button>
+    </form>
+  );
+}
