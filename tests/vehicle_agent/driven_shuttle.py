@@ -71,6 +71,7 @@ class DrivenShuttle:
         self.granted: list[SectionGrant] = []
         self.inbox = Inbox()
         self.params = height_map(profile)
+        self._followed = 0
         self._pending: list[InboxBody] = [LinkState(TICK_NS, True, 1, SERVER_OFFSET_NS)]
 
     def say(self, body: InboxBody) -> None:
@@ -130,6 +131,10 @@ class DrivenShuttle:
             self.inbox.put(self.now_ns, "test", body)
         self._pending.clear()
         self.state, outputs = tick(self.state, inputs_from(self.inbox.drain(), self.now_ns), self.car)
+        route = self.state.mission.route
+        if route is not None and route.line_id != self._followed:
+            self.world.follow(self.name, route.line.points[self.state.mission.segment :])
+            self._followed = route.line_id
         self.world.frames_from_vehicle(self.name, outputs.frames)
         self.world.show(self.name, outputs.says, self.now_ns)
         self.world.step(self.now_ns)
