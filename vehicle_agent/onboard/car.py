@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from contract.wire.messages import OrderAccepted, OrderRejected, VehicleEvent
 from vehicle_agent.onboard.state import OnboardState
 from vehicle_agent.signals import (
     Actuation,
@@ -15,15 +16,12 @@ from vehicle_agent.signals import (
     Infrastructure,
     LinkState,
     ObstaclePercept,
-    OrderAccepted,
-    OrderRejected,
     Path,
     Pressed,
     Says,
     Seen,
     ServerWord,
     Task,
-    VehicleEvent,
     VehicleMotion,
     Wish,
     World,

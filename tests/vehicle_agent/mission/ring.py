@@ -40,7 +40,7 @@ def ring() -> RoadMap:
     turn = np.column_stack((RADIUS_M * np.cos(k), RADIUS_M + RADIUS_M * np.sin(k)))
     south = np.column_stack((np.linspace(0, STRAIGHT_M, 81), np.zeros(81)))
     north = np.column_stack((np.linspace(STRAIGHT_M, 0, 81), np.full(81, 2 * RADIUS_M)))
-    east, west = (*turn, STRAIGHT_M, 0.0), np.column_stack((-turn[:, 0], 2 * RADIUS_M - turn[:, 1]))
+    east, west = turn + np.array([STRAIGHT_M, 0.0]), np.column_stack((-turn[:, 0], 2 * RADIUS_M - turn[:, 1]))
     shapes = {"south": south, "east": east, "north": north, "west": west}
     follows = {"south": "east", "east": "north", "north": "west", "west": "south"}
     lanes, sections = [], []
