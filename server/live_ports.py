@@ -1,7 +1,9 @@
 """The live ports: database, bus, clock and chance as the settings name them, made ready to serve."""
 
+import asyncio
 import secrets
 from dataclasses import dataclass, replace
+from urllib.parse import urlsplit
 
 from sqlalchemy import Engine
 from sqlalchemy.exc import SQLAlchemyError
@@ -27,6 +29,8 @@ from server.usecases import campus, identity
 from server.usecases.ports import Bus, Transactions, UnitOfWork
 
 DAY_S = 86_400
+BUS_TIMEOUT_S = 5.0
+NATS_PORT = 4222
 
 
 class CannotStart(Exception):
@@ -107,10 +111,17 @@ def _engine(settings: Settings) -> Engine:
 async def _bus(settings: Settings) -> Bus:
     if not settings.bus_url:
         return InProcessBus()
+    address = urlsplit(settings.bus_url)
     try:
+        # The client itself would go on trying for ever; at the start nobody there is a mistake to tell.
+        async with asyncio.timeout(BUS_TIMEOUT_S):
+            _, probe = await asyncio.open_connection(address.hostname, address.port or NATS_PORT)
+        probe.close()
         return await connect(settings.bus_url)
-    except BusUnreachable as error:
-        raise CannotStart(str(error)) from error
+    except (OSError, TimeoutError, BusUnreachable) as error:
+        raise CannotStart(
+            f"no NATS server at {settings.bus_url} ({error}); start it, or leave CAMPUSLOOP_BUS_URL empty"
+        ) from error
 
 
 def _rules(settings: Settings, road_map: RoadMap) -> FleetRules:

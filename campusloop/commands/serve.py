@@ -104,10 +104,11 @@ async def _serve(settings: Settings, listening: socket.socket) -> None:
         listening.close()
         _refuse(str(error))
     _greet(settings, live)
-    await uvicorn.Server(_uvicorn(settings, live)).serve(sockets=[listening])
+    await uvicorn.Server(uvicorn_config(settings, live)).serve(sockets=[listening])
 
 
-def _uvicorn(settings: Settings, live: LivePorts) -> uvicorn.Config:
+def uvicorn_config(settings: Settings, live: LivePorts) -> uvicorn.Config:
+    """How the server is run wherever it is run live."""
     return uvicorn.Config(
         create_app(settings, live.ports),
         lifespan="on",
