@@ -89,24 +89,24 @@ function RideRow({ ride }: { readonly ride: Ride }) {
       <th scope="row" class="mono">
         {ride.ride_code}
       </th>
-      <td>
+      <td data-label={say.state}>
         <span class={`chip ${toneOf(ride)}`}>{say.states[ride.state]}</span>
         {ride.reason !== "" && (
           <small title={ride.reason_detail}>{say.reasons[ride.reason] ?? ride.reason}</small>
         )}
       </td>
-      <td>
+      <td data-label={say.trip}>
         {stopTitle(ride.from_stop)} – {stopTitle(ride.to_stop)}
       </td>
-      <td>{ride.party}</td>
-      <td>
+      <td data-label={say.people}>{ride.party}</td>
+      <td data-label={say.vehicle}>
         {ride.vehicle_id !== null && (
           <button type="button" class="plain-link" onClick={() => goTo("live", ride.vehicle_id!)}>
             {ride.vehicle_id}
           </button>
         )}
       </td>
-      <td>
+      <td data-label={say.pickup}>
         {promise !== null && (
           <Moments
             promised={`${near(promise.pickup_from)}–${near(promise.pickup_to)}`}
@@ -115,7 +115,7 @@ function RideRow({ ride }: { readonly ride: Ride }) {
           />
         )}
       </td>
-      <td>
+      <td data-label={say.arrival}>
         {promise !== null && (
           <Moments
             promised={say.by(near(promise.arrive_by))}

@@ -6,6 +6,8 @@ import { LiveLink } from "../shared/live/live_link";
 
 type Session = Schemas["SessionView"];
 
+const SIGNED_IN = "campusloop.signed_in";
+
 /** undefined: not asked yet; null: signed out. */
 export const session = signal<Session | null | undefined>(undefined);
 export const sessionProblem = signal<Problem | null>(null);
@@ -23,8 +25,12 @@ api.use({
   },
 });
 
-/** After a reload: the cookie may still open the session. */
+/** After a reload the cookie, which a page cannot see, may still open the session. */
 export async function restoreSession(): Promise<void> {
+  if (localStorage.getItem(SIGNED_IN) === null) {
+    enter(null);
+    return;
+  }
   sessionProblem.value = null;
   const answer = await answerOf(api.GET("/api/v1/session"));
   if (answer.ok) enter(answer.value);
@@ -48,4 +54,6 @@ function enter(opened: Session | null): void {
   link.value?.leave();
   link.value = opened === null ? null : new LiveLink("");
   session.value = opened;
+  if (opened === null) localStorage.removeItem(SIGNED_IN);
+  else localStorage.setItem(SIGNED_IN, "yes");
 }

@@ -34,7 +34,7 @@ export const en = {
   runs: "Runs",
   access: "Access",
   campus_time: "Campus time",
-  link_open: "Live",
+  link_open: "Connected",
   link_connecting: "Connecting…",
   link_lost: (seconds: number) => `Lost, last seen ${seconds} s ago`,
   link_refused: "Live view closed",

@@ -21,7 +21,7 @@ export const zh: ConsoleWords = {
   runs: "运行记录",
   access: "接入",
   campus_time: "校园时间",
-  link_open: "实时",
+  link_open: "已连接",
   link_connecting: "正在连接…",
   link_lost: (seconds) => `连接断开，${seconds} 秒前更新`,
   link_refused: "实时画面已关闭",

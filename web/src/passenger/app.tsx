@@ -57,7 +57,7 @@ function Page({ campus }: { readonly campus: Campus }) {
   const ride = followed.value;
   const here = address.value;
   return (
-    <div class={`page ${here.view}`}>
+    <div class={`page view-${here.view}`}>
       <Stage campus={campus} />
       <div class="panel" id="panel" tabIndex={-1}>
         {ride !== null && <HelpReceived ride={ride} timezone={campus.view.timezone} />}

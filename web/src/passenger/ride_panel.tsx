@@ -49,7 +49,11 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
           ended={story.ended}
         />
       )}
-      {story.ended ? <BookAnother /> : <RideActions ride={ride} story={story} />}
+      {story.ended ? (
+        <BookAnother keep={story.chapter === "refused"} />
+      ) : (
+        <RideActions ride={ride} story={story} />
+      )}
     </section>
   );
 }
@@ -170,17 +174,18 @@ function LinkNote({ ride, story }: { readonly ride: FollowedRide; readonly story
   );
 }
 
-function BookAnother() {
+/** keep: what was asked for stays filled in, to be changed where it was refused. */
+function BookAnother({ keep = false }: { readonly keep?: boolean }) {
   return (
     <button
       type="button"
       class="button main large wide"
       onClick={() => {
-        clearEnds();
+        if (!keep) clearEnds();
         goTo({ view: "book" });
       }}
     >
-      {words.value.book_another}
+      {keep ? words.value.change_booking : words.value.book_another}
     </button>
   );
 }

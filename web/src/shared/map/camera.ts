@@ -32,10 +32,6 @@ const PX_PER_M_MAX = 24;
 /** Fitting two points that nearly coincide must not end in a view of a single paving stone. */
 const FIT_PX_PER_M_MAX = 5;
 
-export function evenPadding(px: number): Padding {
-  return { top: px, right: px, bottom: px, left: px };
-}
-
 /** Screen pixels (y down) of a map point. */
 export function toScreen(camera: Camera, size: Size, x_m: number, y_m: number): Point {
   return [

@@ -1,7 +1,6 @@
 import { useEffect, useRef } from "preact/hooks";
 import type { Point } from "../scene/scene";
 import { FitIcon, MinusIcon, PlusIcon } from "../ui/icons";
-import type { Padding } from "./camera";
 import type { CampusShape } from "./campus_shape";
 import type { Look, Picked } from "./map_view";
 import { MapView } from "./map_view";
@@ -20,7 +19,6 @@ interface CampusMapProps {
   /** What the camera shows when it is free; a new `focus_key` frees it and looks there at once. */
   readonly focus: readonly Point[];
   readonly focus_key: string;
-  readonly padding?: Padding;
   readonly attribution: string;
   readonly onPick: (what: Picked) => void;
 }
@@ -52,12 +50,12 @@ export function CampusMap(props: CampusMapProps) {
     taken.current = false;
   }, [props.focus_key]);
   useEffect(() => {
-    if (!taken.current) view.current?.fit(props.focus, props.padding);
+    if (!taken.current) view.current?.fit(props.focus);
   }, [props.focus, props.focus_key]);
 
   const refit = () => {
     taken.current = false;
-    view.current?.fit(props.focus, props.padding);
+    view.current?.fit(props.focus);
   };
   const { words } = props;
   return (

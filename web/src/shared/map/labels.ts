@@ -1,3 +1,4 @@
+import type { Size } from "./camera";
 import type { Palette } from "./palette";
 
 export interface Label {
@@ -21,12 +22,13 @@ const HEIGHT_PX = 16;
 
 /**
  * Writes labels in the order given, each right of, left of, above or below its mark, and leaves out what would
- * cover an earlier one: the most important come first.
+ * cover an earlier one or reach over the edge: the most important come first.
  */
 export function drawLabels(
   pen: CanvasRenderingContext2D,
   palette: Palette,
   labels: readonly Label[],
+  size: Size,
 ): void {
   const taken: Box[] = labels.map((label) => around(label.x_px, label.y_px, label.reach_px));
   pen.textBaseline = "middle";
@@ -36,7 +38,8 @@ export function drawLabels(
     pen.font = `${label.strong ? 600 : 400} ${TEXT_PX}px ${palette.font}`;
     const own = taken[labels.indexOf(label)];
     const box = placesFor(label, pen.measureText(label.text).width).find(
-      (place) => !taken.some((other) => other !== own && overlap(place, other)),
+      (place) =>
+        inside(place, size) && !taken.some((other) => other !== own && overlap(place, other)),
     );
     if (box === undefined) continue;
     taken.push(box);
@@ -69,6 +72,12 @@ export function placesFor(label: Label, width_px: number): Box[] {
 
 function around(x: number, y: number, reach: number): Box {
   return { left: x - reach, top: y - reach, right: x + reach, bottom: y + reach };
+}
+
+function inside(box: Box, size: Size): boolean {
+  return (
+    box.left >= 0 && box.top >= 0 && box.right <= size.width_px && box.bottom <= size.height_px
+  );
 }
 
 function overlap(a: Box, b: Box): boolean {

@@ -2,7 +2,7 @@ import { conditionOf } from "../scene/condition";
 import { Motion } from "../scene/motion";
 import type { Point, Scene, VehicleScene } from "../scene/scene";
 import type { Bounds, Camera, Padding, Size } from "./camera";
-import { boundsOf, evenPadding, fitted, toScreen, zoomedAt } from "./camera";
+import { boundsOf, fitted, toScreen, zoomedAt } from "./camera";
 import type { CampusShape } from "./campus_shape";
 import { stopName } from "./campus_shape";
 import { Gestures } from "./gestures";
@@ -35,6 +35,8 @@ export interface MapEvents {
   taken(): void;
 }
 
+/** Room for marks and labels, and on the right for the buttons. */
+const FREE_EDGE: Padding = { top: 32, right: 72, bottom: 36, left: 36 };
 const FINGERTIP_PX = 24;
 const MOUSE_PX = 12;
 
@@ -98,7 +100,7 @@ export class MapView {
   }
 
   /** Shows all of these points, now and after every change of size, until a person takes the camera. */
-  fit(points: Iterable<Point>, padding: Padding = evenPadding(36)): void {
+  fit(points: Iterable<Point>, padding: Padding = FREE_EDGE): void {
     const bounds = boundsOf(points);
     if (bounds === null) return;
     this.wanted = { bounds, padding };
@@ -152,7 +154,7 @@ export class MapView {
     pen.restore();
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     const labels = [...this.drawVehicles(now_ms), ...this.drawStops()];
-    drawLabels(pen, palette, labels);
+    drawLabels(pen, palette, labels, size);
     if (this.motion.isMoving(now_ms)) this.soon();
   }
 

@@ -1,0 +1,64 @@
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from tests.e2e.chromium import LAUNCH_FLAGS, chromium_path
+from tests.e2e.scripted_shuttle import ScriptedShuttle
+from tests.e2e.server_process import ROOT, ServerProcess
+
+OpenPage = Callable[..., Page]
+
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+DESKTOP = {"viewport": {"width": 1440, "height": 900}}
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=chromium_path(), args=list(LAUNCH_FLAGS))
+        yield started
+        started.close()
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
+    assert (ROOT / "web" / "dist" / "index.html").exists(), "the web pages are not built: run `make web`"
+    with ServerProcess(tmp_path_factory.mktemp("server")) as running:
+        yield running
+
+
+@pytest.fixture(scope="session")
+def shuttle(server: ServerProcess) -> ScriptedShuttle:
+    return server.add_shuttle("shuttle-1", "Shuttle 1", resting_place=0)
+
+
+@pytest.fixture
+def open_page(browser: Browser, server: ServerProcess) -> Iterator[OpenPage]:
+    """open_page(path, **context options): a page that may say nothing on the browser's console.
+
+    Answers to deliberate mistakes are logged by the browser as failed loads; `allowed` names their statuses.
+    """
+    contexts = []
+    complaints: list[str] = []
+
+    def opened(path: str, allowed: tuple[int, ...] = (), **options: Any) -> Page:
+        context = browser.new_context(**({"locale": "en-GB"} | DESKTOP | options))
+        context.set_default_timeout(15_000)
+        contexts.append(context)
+        page = context.new_page()
+
+        def heard(kind: str, text: str) -> None:
+            if kind in ("error", "warning") and not any(f"status of {code}" in text for code in allowed):
+                complaints.append(text)
+
+        page.on("console", lambda message: heard(message.type, message.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.goto(f"{server.origin}{path}")
+        return page
+
+    yield opened
+    for context in contexts:
+        context.close()
+    assert complaints == []

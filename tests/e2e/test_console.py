@@ -1,0 +1,110 @@
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.e2e.conftest import PHONE, OpenPage
+from tests.e2e.operator import show_vehicle, sign_in
+from tests.e2e.passenger import book, cancel
+from tests.e2e.scripted_shuttle import ScriptedShuttle
+from tests.e2e.server_process import ServerProcess
+
+pytestmark = [pytest.mark.browser, pytest.mark.real]
+
+
+@pytest.fixture
+def console(open_page: OpenPage, shuttle: ScriptedShuttle) -> Page:
+    page = open_page("/console")
+    sign_in(page)
+    expect(page.get_by_text("Connected")).to_be_visible()
+    return page
+
+
+def test_a_wrong_password_is_said_in_words(open_page: OpenPage) -> None:
+    page = open_page("/console", allowed=(401,))
+    sign_in(page, "not the password")
+    expect(page.get_by_role("alert")).to_have_text("Name and password do not fit.")
+
+
+def test_a_session_survives_a_reload_and_ends_with_signing_out(console: Page) -> None:
+    console.reload()
+    expect(console.get_by_text("Connected")).to_be_visible()
+    console.get_by_role("button", name="Sign out").click()
+    expect(console.get_by_role("button", name="Sign in")).to_be_visible()
+
+
+def test_a_vehicle_is_held_and_resumed(console: Page) -> None:
+    panel = show_vehicle(console, "Shuttle 1")
+    panel.get_by_role("button", name="Hold").click()
+    expect(panel.locator(".chip").first).to_have_text("Held")
+    panel.get_by_role("button", name="Resume").click()
+    expect(panel.locator(".chip").first).not_to_have_text("Held")
+
+
+def test_an_announcement_appears_as_spoken_on_board(console: Page) -> None:
+    panel = show_vehicle(console, "Shuttle 1")
+    panel.get_by_label("Text to say and show on board").fill("We wait for a delivery van.")
+    panel.get_by_role("button", name="Announce").click()
+    expect(panel.locator(".spoken")).to_contain_text("We wait for a delivery van.")
+
+
+def test_a_call_for_help_goes_to_the_top_until_it_is_closed(console: Page, open_page: OpenPage) -> None:
+    phone = open_page("/", **PHONE)
+    code = book(phone, "Main Library", "Gymnasium")
+    phone.get_by_role("button", name="Help").click()
+    phone.get_by_label("What has happened?").fill("The door does not open.")
+    phone.get_by_role("button", name="Call for help").click()
+    expect(phone.get_by_text("Help call received at")).to_be_visible()
+    expect(console.get_by_role("alert")).to_contain_text("A passenger calls for help")
+    console.get_by_role("link", name="Incidents").click()
+    top = console.locator(".incident").first
+    expect(top).to_have_attribute("data-kind", "help_call")
+    expect(top).to_contain_text("The door does not open.")
+    expect(top).to_contain_text(code)
+    top.get_by_role("button", name="Acknowledge").click()
+    expect(top).to_contain_text("Seen by operator")
+    top.get_by_role("button", name="Close").click()
+    expect(console.locator("[data-kind=help_call]")).to_have_count(0)
+    cancel(phone)
+
+
+def test_a_ride_appears_and_is_cancelled_by_the_operator(console: Page, open_page: OpenPage) -> None:
+    phone = open_page("/", **PHONE)
+    code = book(phone, "Main Library", "Gymnasium")
+    console.get_by_role("link", name="Rides").click()
+    row = console.locator(f"[data-ride={code}]")
+    expect(row).to_contain_text("Assigned")
+    expect(row).to_contain_text("Main Library – Gymnasium")
+    row.get_by_role("button", name="Cancel").click()
+    console.get_by_role("dialog").get_by_role("button", name="Cancel the ride").click()
+    expect(row).to_have_count(0)
+    expect(phone.get_by_text("The operators cancelled this ride")).to_be_visible()
+
+
+def test_an_enrolment_code_and_a_token_are_made_and_the_token_revoked(console: Page) -> None:
+    console.get_by_role("link", name="Access").click()
+    console.get_by_label("Vehicle id").fill("shuttle-9")
+    console.get_by_label("Name on the screen").fill("Shuttle 9")
+    console.get_by_role("button", name="Make a code").click()
+    expect(console.get_by_text("Code for shuttle-9")).to_be_visible()
+    console.get_by_label("Token name").fill("night-tests")
+    console.get_by_role("button", name="Make a token").click()
+    expect(console.get_by_text("Copy it now")).to_be_visible()
+    line = console.locator(".token", has_text="night-tests")
+    line.get_by_role("button", name="Revoke").click()
+    console.get_by_role("dialog").get_by_role("button", name="Revoke").click()
+    expect(line).to_contain_text("revoked")
+
+
+def test_the_console_speaks_chinese(console: Page) -> None:
+    console.get_by_role("button", name="中文").click()
+    expect(console.locator("html")).to_have_attribute("lang", "zh-CN")
+    expect(console.get_by_role("link", name="行程")).to_be_visible()
+
+
+@pytest.mark.parametrize("place", ["live", "live/shuttle-1", "rides", "incidents", "runs", "access"])
+def test_nothing_sticks_out_on_a_phone(open_page: OpenPage, server: ServerProcess, place: str) -> None:
+    page = open_page("/console", **(PHONE | {"viewport": {"width": 360, "height": 740}}))
+    sign_in(page)
+    expect(page.locator(".console")).to_be_visible()
+    page.goto(f"{server.origin}/console#/{place}")
+    expect(page.locator("main h1, main h2, main canvas").first).to_be_visible()
+    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")

@@ -1,0 +1,128 @@
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.e2e.conftest import PHONE, OpenPage
+from tests.e2e.passenger import book, cancel, choose_stop, fill_booking
+from tests.e2e.scripted_shuttle import ScriptedShuttle
+from tests.e2e.server_process import ServerProcess
+
+pytestmark = [pytest.mark.browser, pytest.mark.real]
+
+QUICK_MPS = 60.0
+
+
+def test_a_booking_is_answered_with_vehicle_window_and_codes_and_can_be_cancelled(
+    open_page: OpenPage, shuttle: ScriptedShuttle
+) -> None:
+    page = open_page("/", **PHONE)
+    code = book(page, "Main Library", "Gymnasium")
+    assert re.fullmatch(r"[A-Z0-9]{6}", code)
+    expect(page.locator("[data-boarding-code]")).to_have_text(re.compile(r"^\d{4}$"))
+    expect(page.locator("h1")).to_contain_text("Shuttle 1")
+    expect(page.locator(".trip")).to_contain_text(re.compile(r"Pickup between \d\d:\d\d and \d\d:\d\d"))
+    expect(page.locator(".trip")).to_contain_text(re.compile(r"There by \d\d:\d\d"))
+    cancel(page)
+
+
+def test_a_ride_comes_back_after_a_reload_and_by_its_code(
+    open_page: OpenPage, shuttle: ScriptedShuttle
+) -> None:
+    page = open_page("/", **PHONE)
+    code = book(page, "Main Library", "Gymnasium")
+    page.reload()
+    expect(page.locator("[data-ride-code]")).to_have_text(code)
+    other = open_page("/", **PHONE)
+    other.get_by_role("button", name="I have a ride code").click()
+    other.get_by_label("Ride code").fill(code.lower())
+    other.get_by_role("button", name="Find the ride").click()
+    expect(other.locator("[data-ride-code]")).to_have_text(code)
+    expect(other.locator("[data-boarding-code]")).to_have_count(0)
+    cancel(page)
+
+
+def test_a_ride_is_boarded_and_left_by_taps_that_open_when_the_shuttle_stands_there(
+    open_page: OpenPage, shuttle: ScriptedShuttle
+) -> None:
+    page = open_page("/", **PHONE)
+    shuttle.speed_mps = 0.0
+    book(page, "Main Library", "Gymnasium")
+    aboard = page.get_by_role("button", name="I’m on board")
+    expect(aboard).to_be_disabled()
+    shuttle.speed_mps = QUICK_MPS
+    expect(aboard).to_be_enabled(timeout=60_000)
+    expect(page.get_by_role("heading", name="Shuttle 1 is at your stop")).to_be_visible()
+    aboard.click()
+    off = page.get_by_role("button", name="I’m off")
+    expect(off).to_be_enabled(timeout=60_000)
+    expect(page.get_by_role("heading", name="You have arrived")).to_be_visible()
+    off.click()
+    expect(page.get_by_role("heading", name="Ride completed")).to_be_visible()
+
+
+def test_a_refusal_names_the_rule_and_keeps_what_was_filled_in(
+    open_page: OpenPage, shuttle: ScriptedShuttle
+) -> None:
+    page = open_page("/", **PHONE)
+    fill_booking(page, "Main Library", "Gymnasium")
+    people = page.get_by_role("group", name="People")
+    chairs = page.get_by_role("group", name="Wheelchairs")
+    people.get_by_role("button", name="One more").click()
+    for _ in range(2):
+        chairs.get_by_role("button", name="One more").click()
+    page.get_by_role("button", name="Book the ride").click()
+    expect(page.get_by_role("heading", name="No shuttle can take this ride")).to_be_visible()
+    expect(page.locator(".ride")).to_contain_text("wheelchair places")
+    page.get_by_role("button", name="Change the booking").click()
+    expect(page.get_by_role("button", name="From Main Library")).to_be_visible()
+
+
+def test_a_stop_is_chosen_by_a_tap_on_the_map(open_page: OpenPage, server: ServerProcess) -> None:
+    page = open_page("/", **PHONE)
+    stops = server.http.get("/stops").json()
+    box = page.locator(".map canvas").bounding_box()
+    assert box is not None
+    xs, ys = [stop["x_m"] for stop in stops], [stop["y_m"] for stop in stops]
+    # The page shows all stops inside its free edge; the westernmost one lies on that edge.
+    west = min(stops, key=lambda stop: stop["x_m"])
+    scale = min(
+        (box["width"] - 36 - 72) / (max(xs) - min(xs)), (box["height"] - 32 - 36) / (max(ys) - min(ys))
+    )
+    x_px = box["x"] + 36 + (box["width"] - 108) / 2 - scale * ((max(xs) + min(xs)) / 2 - west["x_m"])
+    y_px = box["y"] + 32 + (box["height"] - 68) / 2 + scale * ((max(ys) + min(ys)) / 2 - west["y_m"])
+    page.touchscreen.tap(x_px, y_px)
+    expect(page.get_by_role("button", name=f"From {west['name_en']}")).to_be_visible()
+
+
+def test_the_language_is_switched_and_remembered(open_page: OpenPage) -> None:
+    page = open_page("/", **PHONE)
+    page.get_by_role("button", name="中文").click()
+    expect(page.locator("html")).to_have_attribute("lang", "zh-CN")
+    expect(page.get_by_role("heading", name="您要去哪里？")).to_be_visible()
+    page.reload()
+    expect(page.get_by_role("heading", name="您要去哪里？")).to_be_visible()
+
+
+def test_a_lost_connection_is_said_and_mended(open_page: OpenPage, shuttle: ScriptedShuttle) -> None:
+    page = open_page("/", **PHONE)
+    book(page, "Main Library", "Gymnasium")
+    expect(page.locator("h1")).to_contain_text("Shuttle 1")
+    page.context.set_offline(True)
+    expect(page.locator("[data-stale]")).to_contain_text("Last seen")
+    page.context.set_offline(False)
+    expect(page.locator("[data-stale]")).to_have_count(0)
+    cancel(page)
+
+
+def test_an_unknown_link_is_explained(open_page: OpenPage) -> None:
+    page = open_page("/#ride=AAAAAAAAAAAAAAAAAAAAAAAA", allowed=(404,))
+    expect(page.get_by_role("alert")).to_contain_text("There is no ride with this code or link")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_nothing_sticks_out_of_a_narrow_phone(open_page: OpenPage, scheme: str) -> None:
+    page = open_page("/", **(PHONE | {"viewport": {"width": 360, "height": 640}, "color_scheme": scheme}))
+    expect(page.get_by_role("heading", name="Where to?")).to_be_visible()
+    choose_stop(page, "From", "Precision")
+    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
