@@ -26,7 +26,7 @@ S = RideState
 
 # What the server may decide, and what a vehicle may report about its own rides.
 TRANSITIONS: Mapping[RideState, frozenset[RideState]] = {
-    S.REQUESTED: frozenset({S.ASSIGNED, S.REFUSED, S.CANCELLED, S.FAILED}),
+    S.REQUESTED: frozenset({S.ASSIGNED, S.ABOARD, S.REFUSED, S.CANCELLED, S.FAILED}),
     S.ASSIGNED: frozenset({S.REQUESTED, S.BOARDING, S.ABOARD, S.CANCELLED, S.NO_SHOW, S.FAILED}),
     S.BOARDING: frozenset({S.REQUESTED, S.ABOARD, S.CANCELLED, S.NO_SHOW, S.FAILED}),
     S.ABOARD: frozenset({S.COMPLETED, S.FAILED}),

@@ -47,12 +47,19 @@ def take_over(uow: UnitOfWork, vehicle_id: str, progress: Iterable[VisitProgress
 
 
 def follow(uow: UnitOfWork, before: Plan, after: Plan) -> None:
-    """The plan went on by the vehicle's own word: the order that it follows needs no revision for that."""
+    """The plan went on by the vehicle's own word: the order that it follows needs no revision for that.
+
+    One that it has not accepted yet, and that still names a visit which is behind it, does.
+    """
     order = uow.orders.current(before.vehicle_id)
     if order is None or order.plan_version != before.version or order.state is OrderState.DONE:
         return
-    state = order.state if after.visits else OrderState.DONE
-    uow.orders.save(replace(order, plan_version=after.version, state=state))
+    if not after.visits:
+        uow.orders.save(replace(order, plan_version=after.version, state=OrderState.DONE))
+        return
+    ordered = {visit.visit_id for visit in order.payload.visits}
+    if order.state is OrderState.ACCEPTED or ordered == {visit.visit_id for visit in after.visits}:
+        uow.orders.save(replace(order, plan_version=after.version))
 
 
 def _tell(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitState) -> None:

@@ -12,12 +12,12 @@ from contract.wire.messages import (
     Holding,
     ModeChanged,
     Order,
+    OrderRejected,
     RiderAlighted,
     RiderBoarded,
     RiderNoShow,
     RiderTask,
     SectionGrant,
-    SectionReleased,
     Status,
     VehicleEvent,
     Visit,
@@ -29,15 +29,18 @@ from server.domain.events import RecordedEvent
 from server.domain.orders import OrderState
 from server.domain.vehicles import StatusReport
 from server.usecases import events, orders, outbox, vehicle_sessions
+from server.usecases.events import Effects
 from server.usecases.order_payload import utc_ns
 from server.usecases.vehicle_sessions import HelloFacts
 from tests.server.usecases.campus_under_test import CampusUnderTest
+from vehicle_agent.mission.memory import MissionMemory
 from vehicle_agent.mission.order_line import OrderLine, Place, order_line
-from vehicle_agent.mission.sections import Body, leave_to_drive
+from vehicle_agent.mission.sections import Body, Footing, footings, leave_to_drive, released
 
-STEP_S = 1.0
+STEP_S = 2.0
 BODY = Body()
-MARGIN_M = 0.5
+MARGIN_M = 0.3
+ARRIVED_M = 0.3
 
 
 @dataclass
@@ -60,15 +63,15 @@ class FakeShuttle:
     s_m: float = 0.0
     states: dict[str, VisitState] = field(default_factory=dict)
     grants: tuple[SectionGrant, ...] = ()
-    gone: list[SectionGrant] = field(default_factory=list)
+    gone: tuple[SectionGrant, ...] = ()
+    footing: tuple[Footing, ...] = ()
     aboard: dict[str, RiderTask] = field(default_factory=dict)
     no_shows: set[str] = field(default_factory=set)
-    refuses: bool = False
     dwelt_s: float = 0.0
+    rejected: list[str] = field(default_factory=list)
     told: list[VehicleEvent] = field(default_factory=list)
     driven_m: float = 0.0
     waited_for: str = ""
-    held_spans: set[str] = field(default_factory=set)
     connected: bool = False
 
     # ------------------------------------------------------------ link
@@ -85,7 +88,7 @@ class FakeShuttle:
             "test",
             "fake",
             self.network.map_version,
-            (BootLog(self.boot_id, self.sequence),),
+            (BootLog(self.boot_id, self.sequence, len(self.told)),),
             holding,
             self.seats,
             self.wheelchair_places,
@@ -93,6 +96,7 @@ class FakeShuttle:
         session = self.campus.do(lambda uow: vehicle_sessions.open_session(uow, hello))
         self.epoch = session.epoch
         self.connected = True
+        self.flush()
         self.report()
 
     def disconnect(self) -> None:
@@ -108,13 +112,20 @@ class FakeShuttle:
         self.say(ModeChanged("held", "test"))
 
     def say(self, body: VehicleEvent) -> None:
-        now = utc_ns(self.campus.clock.now())
-        event = RecordedEvent(self.vehicle_id, self.boot_id, self.sequence, now, now, body)
-        self.sequence += 1
+        """Tell the server, at once or when the link is there again."""
         self.told.append(body)
-        effects = self.campus.do(lambda uow: events.apply_event(uow, event))
-        assert effects.is_new
-        assert effects.next_sequence == self.sequence
+        if self.connected:
+            self.flush()
+
+    def flush(self) -> None:
+        while self.sequence < len(self.told):
+            self.send(self.sequence)
+            self.sequence += 1
+
+    def send(self, sequence: int) -> Effects:
+        now = utc_ns(self.campus.clock.now())
+        event = RecordedEvent(self.vehicle_id, self.boot_id, sequence, now, now, self.told[sequence])
+        return self.campus.do(lambda uow: events.apply_event(uow, event))
 
     def report(self) -> None:
         report = StatusReport(self.vehicle_id, self.boot_id, self.campus.clock.now(), self.status())
@@ -151,10 +162,12 @@ class FakeShuttle:
             self.grants = tuple(g for g in waiting.grants.sections if g not in self.gone)
 
     def take(self, order: Order) -> None:
-        under_way = [v for v, s in self.states.items() if s == "under_way"]
-        assert not under_way or order.visits[0].visit_id == under_way[0]
         done = {v for v, s in self.states.items() if s in ("done", "skipped")}
-        assert not done & {visit.visit_id for visit in order.visits}
+        under_way = [v for v, s in self.states.items() if s == "under_way"]
+        clash = done & {visit.visit_id for visit in order.visits}
+        if clash or (under_way and order.visits[0].visit_id != under_way[0]):
+            self.reject(order, "visit_under_way", f"{sorted(clash)} {under_way}")
+            return
         self.line = order_line(self.network, order.visits, self.place, 1)
         assert self.line.line.lane_ids == _lanes(order, self.place.lane_id), "the route was not followed"
         self.s_m = self.place.s_m
@@ -164,6 +177,19 @@ class FakeShuttle:
         self.grants = tuple(g for g in order.sections if g not in self.gone)
         number = (order.order_id, order.revision)
         self.campus.do(lambda uow: orders.accepted(uow, self.vehicle_id, *number))
+
+    def reject(self, order: Order, code: str, detail: str) -> None:
+        self.rejected.append(f"{code}: {detail}")
+        progress = tuple(VisitProgress(v, s) for v, s in self.states.items())
+        answer = OrderRejected(
+            self.epoch,
+            order.order_id,
+            order.revision,
+            code,
+            detail,
+            progress,  # type: ignore[arg-type]
+        )
+        self.campus.do(lambda uow: orders.rejected(uow, self.vehicle_id, answer))
 
     # ------------------------------------------------------------ driving
 
@@ -190,6 +216,7 @@ class FakeShuttle:
     def _drive(self, visit: Visit) -> None:
         assert self.line is not None
         spans = self.line.line.sections
+        self._release(spans)
         leave = leave_to_drive(spans, self.grants, self.s_m, BODY, MARGIN_M)
         target_m = self.line.visit_s(visit.visit_id)
         assert target_m is not None
@@ -200,19 +227,16 @@ class FakeShuttle:
             self.s_m = reach_m
             self.place = self.line.place(self.s_m)
         self._release(spans)
-        if abs(self.s_m - target_m) < 0.01:
+        if abs(self.s_m - target_m) <= ARRIVED_M:
             self._arrive(visit)
 
     def _release(self, spans: tuple[tuple[str, float, float], ...]) -> None:
-        rear_m = self.s_m - BODY.back_m
-        ahead = {section for section, _, to_m in spans if to_m > rear_m}
-        for grant in self.grants:
-            left = [to_m for section, _, to_m in spans if section == grant.section_id]
-            behind = (left and max(left) <= rear_m - 0.5) or not left
-            if behind and grant.section_id not in ahead and len(self.grants) > 1:
-                self.grants = tuple(g for g in self.grants if g != grant)
-                self.gone.append(grant)
-                self.say(SectionReleased(grant.section_id, grant.fence))
+        memory = MissionMemory(grants=self.grants, released=self.gone)
+        standing = footings(self.footing, spans, self.grants, self.s_m, self.driven_m, BODY)
+        memory, self.footing, said = released(memory, standing, self.driven_m, 0.3)
+        self.grants, self.gone = memory.grants, memory.released
+        for event in said:
+            self.say(event)
 
     def _arrive(self, visit: Visit) -> None:
         self.states[visit.visit_id] = "under_way"
@@ -222,12 +246,12 @@ class FakeShuttle:
             self._leave(visit)
 
     def _dwell(self, visit: Visit) -> None:
-        self.dwelt_s += STEP_S
-        if self.dwelt_s == STEP_S:
+        if self.dwelt_s == 0.0:
             for rider in visit.alight:
                 if rider.ride_id in self.aboard:
                     del self.aboard[rider.ride_id]
                     self.say(RiderAlighted(rider.ride_id, "code"))
+        self.dwelt_s += STEP_S
         now_ns = utc_ns(self.campus.clock.now())
         if self.dwelt_s >= visit.dwell_s and now_ns >= visit.not_before_ns:
             for rider in visit.board:
