@@ -60,9 +60,12 @@ class VirtualLink:
         if end is None:
             return
         self._end, self._closed, self._received = end, False, []
-        end.on_message = self._received.append
+        end.on_message = self._on_message
         end.on_close = self._on_close
         self._session.connected(now_ns)
+
+    def _on_message(self, data: bytes) -> None:
+        self._received.append(data)
 
     def _on_close(self, _reason: str) -> None:
         self._closed = True

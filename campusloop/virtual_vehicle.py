@@ -31,7 +31,7 @@ from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.runtime.recorder import Recorder
 from vehicle_agent.runtime.runlog_files import RunLogFiles
 from vehicle_agent.runtime.tick_process import TickNewsWriter
-from vehicle_agent.signals import LinkState, ObstaclePercept, ServerWord
+from vehicle_agent.signals import LinkState, ObstaclePercept, ServerWord, Task
 from vehicle_agent.stacks.gem import gem, height_map
 
 # What the worker takes for one scan, with the trip to it and back.
@@ -66,6 +66,7 @@ class VirtualVehicle:
         self._height_map: HeightMap = height_map(setup.profile)
         self._percepts: deque[tuple[int, ObstaclePercept]] = deque()
         self.computer: VehicleComputer | None = None
+        self._line_id = -1
         self.times = RoomTimes()
         self.happened: list[tuple[int, VehicleEvent]] = []
 
@@ -140,12 +141,22 @@ class VirtualVehicle:
         self._gate.take(outputs.frames, now_ns)
         self._world.frames_from_vehicle(self.setup.vehicle_id, self._gate.step(now_ns))
         self._world.show(self.setup.vehicle_id, outputs.says, now_ns)
+        self._show_way(outputs.flow.task, self.computer.state.mission.segment)
         self.happened.extend((now_ns, event) for event in outputs.events)
         news = self._news.news(outputs, self.computer.state.mission.memory, now_ns)
         if news is not None:
             self._desk.tick_news(news, now_ns)
         self.run_log.write(self.computer.entries)
         self.link.step(now_ns)
+
+    def _show_way(self, task: Task, segment: int) -> None:
+        """People see where a shuttle means to go; the score needs to know it at forks.
+
+        segment: of the line's points that the vehicle is at
+        """
+        if task.line is not None and task.line_id != self._line_id:
+            self._line_id = task.line_id
+            self._world.follow(self.setup.vehicle_id, task.line.points[segment:])
 
     def _look_around(self, now_ns: int) -> None:
         scan = self._world.scan(self.setup.vehicle_id, now_ns)

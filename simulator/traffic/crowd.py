@@ -38,6 +38,10 @@ _WAITING_GAP_M = 12.0
 _CROSSING_MPS = 0.4
 _ASIDE_M = 2.4
 _EXIT_M = 6.0
+_AT_REST_MPS = 0.05
+_FACED_M = 10.0
+_FACED_HALF_M = 2.5
+_HINT_S = 4.0
 
 
 @njit(cache=True)
@@ -104,6 +108,13 @@ def _mind(
     """The wished velocity after a look at one shuttle."""
     half, length = vehicle[V_HALF], vehicle[V_REAR] + vehicle[V_FRONT]
     speed = abs(vehicle[V_SPEED])
+    if speed < _AT_REST_MPS and doing[i] != ASIDE and _is_faced(p, vehicle):
+        # Where it means to drive is a guess; that it waits for somebody here is plain to see.
+        p[WAITED] += dt
+        if p[WAITED] > p[PATIENCE] + _HINT_S:
+            nx, ny, off = _away_from_heading(p, vehicle)
+            _step_aside(p, doing, route, way, i, nx, ny, max(half + _ASIDE_M - off, _ASIDE_M), 0.0, off)
+            return 0.0, 0.0
     s, d, tx, ty = place_in_corridor(ahead, p[X], p[Y])
     gap = s - vehicle[V_FRONT]
     side = 1.0 if d >= 0.0 else -1.0
@@ -136,6 +147,27 @@ def _mind(
     if speed > 0.05 and -length - 0.5 < gap <= 0.3 and off < half + 0.9:
         ux, uy = ux + 1.2 * nx, uy + 1.2 * ny
     return ux, uy
+
+
+@njit(cache=True)
+def _is_faced(p: Array, vehicle: Array) -> bool:
+    """Stands still before the shuttle, near enough to be what it waits for."""
+    if math.hypot(p[VX], p[VY]) > _STANDING_MPS:
+        return False
+    cos, sin = math.cos(vehicle[V_YAW]), math.sin(vehicle[V_YAW])
+    dx, dy = p[X] - vehicle[V_X], p[Y] - vehicle[V_Y]
+    before = cos * dx + sin * dy - vehicle[V_FRONT]
+    lateral = abs(-sin * dx + cos * dy)
+    return bool(-0.5 < before < _FACED_M and lateral < max(_FACED_HALF_M, before))
+
+
+@njit(cache=True)
+def _away_from_heading(p: Array, vehicle: Array) -> tuple[float, float, float]:
+    """(nx, ny, distance): sideways from the line the shuttle looks along, on the person's side."""
+    cos, sin = math.cos(vehicle[V_YAW]), math.sin(vehicle[V_YAW])
+    lateral = -sin * (p[X] - vehicle[V_X]) + cos * (p[Y] - vehicle[V_Y])
+    side = 1.0 if lateral >= 0.0 else -1.0
+    return -sin * side, cos * side, abs(lateral)
 
 
 @njit(cache=True)
