@@ -1,9 +1,11 @@
 """From when to when a segment reaches, without decoding what is in it."""
 
+import struct
 from pathlib import Path
 
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
+from mcap.records import Statistics
 
 from contract.runlog.reader import RunLogError, messages
 
@@ -14,13 +16,8 @@ def extent(path: Path) -> tuple[int, int]:
     A segment that was closed says so in its summary; one that a kill cut short is read through as far as it
     is sound. Raises RunLogError when it is damaged.
     """
-    with path.open("rb") as file:
-        try:
-            summary = make_reader(file).get_summary()
-        except McapError:
-            summary = None  # cut short: there is no footer
-    if summary is not None and summary.statistics is not None:
-        statistics = summary.statistics
+    statistics = _statistics(path)
+    if statistics is not None:
         return statistics.message_start_time, statistics.message_end_time
     first_ns = last_ns = 0
     try:
@@ -31,3 +28,15 @@ def extent(path: Path) -> tuple[int, int]:
         if error.code != "truncated":
             raise
     return first_ns, last_ns
+
+
+def _statistics(path: Path) -> Statistics | None:
+    """None for a file without a sound footer: cut short, or no segment at all."""
+    if not path.exists():
+        return None
+    with path.open("rb") as file:
+        try:
+            summary = make_reader(file).get_summary()
+        except (McapError, struct.error, ValueError):
+            return None
+    return None if summary is None else summary.statistics

@@ -1,0 +1,104 @@
+"""Every message both ways, and what is none."""
+
+import typing
+
+import msgspec
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from contract.wire.codec import MAX_MESSAGE_BYTES, WireError, decode_from_server, decode_from_vehicle, encode
+from contract.wire.messages import Message, ServerMessage, VehicleEvent, VehicleMessage
+
+VEHICLE_KINDS: tuple[type[Message], ...] = typing.get_args(VehicleMessage)
+SERVER_KINDS: tuple[type[Message], ...] = typing.get_args(ServerMessage)
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+INTEGERS = st.integers(-(2**63), 2**63 - 1)
+st.register_type_strategy(float, FINITE)
+st.register_type_strategy(int, INTEGERS)
+
+
+def built(kind: type) -> st.SearchStrategy[object]:
+    """Any value of a struct, from its own type hints."""
+    hints = typing.get_type_hints(kind)
+    return st.builds(kind, **{name: of_hint(hints[name]) for name in kind.__struct_fields__})
+
+
+def of_hint(hint: object) -> st.SearchStrategy[object]:
+    if isinstance(hint, type) and issubclass(hint, msgspec.Struct):
+        return st.deferred(lambda: built(hint))
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is tuple and len(arguments) == 2 and arguments[1] is Ellipsis:
+        return st.lists(of_hint(arguments[0]), max_size=3).map(tuple)
+    if origin is typing.Literal:
+        return st.sampled_from(arguments)
+    if arguments:
+        return st.one_of(*(of_hint(argument) for argument in arguments))
+    if hint is type(None):
+        return st.none()
+    return st.from_type(hint)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("kind", VEHICLE_KINDS, ids=lambda kind: kind.__name__)
+@settings(max_examples=25, deadline=None)
+@given(st.data())
+def test_what_a_vehicle_says_arrives_as_it_was(kind: type[Message], data: st.DataObject) -> None:
+    message = data.draw(built(kind))
+    assert decode_from_vehicle(encode(message)) == message  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("kind", SERVER_KINDS, ids=lambda kind: kind.__name__)
+@settings(max_examples=25, deadline=None)
+@given(st.data())
+def test_what_the_server_says_arrives_as_it_was(kind: type[Message], data: st.DataObject) -> None:
+    message = data.draw(built(kind))
+    assert decode_from_server(encode(message)) == message  # type: ignore[arg-type]
+
+
+def test_every_message_and_every_event_has_a_tag_of_its_own() -> None:
+    tags = [kind.__struct_config__.tag for kind in (*VEHICLE_KINDS, *SERVER_KINDS)]
+    assert len(set(tags)) == len(tags)
+    events = [kind.__struct_config__.tag for kind in typing.get_args(VehicleEvent)]
+    assert len(set(events)) == len(events)
+
+
+def test_nobody_speaks_with_the_others_voice() -> None:
+    for kind in SERVER_KINDS:
+        with pytest.raises(WireError):
+            decode_from_vehicle(f'{{"type":"{kind.__struct_config__.tag}"}}')
+
+
+def test_a_newer_peers_additional_field_is_no_error() -> None:
+    assert decode_from_vehicle('{"type":"clock_probe","vehicle_ns":7,"mood":"good"}') is not None
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        b"{}",
+        b'{"type":"clock_probe"}',
+        b'{"type":"clock_probe","vehicle_ns":1e999}',
+        b'{"type":"clock_probe","vehicle_ns":NaN}',
+        b'{"type":"teleport"}',
+        b"\xff",
+        b'{"type":"clock_probe","x":' + b"[" * 100_000,
+        b" " * (MAX_MESSAGE_BYTES + 1),
+    ],
+)
+def test_what_is_no_message_is_an_error_that_says_so(data: bytes) -> None:
+    for decode in (decode_from_vehicle, decode_from_server):
+        with pytest.raises(WireError) as error:
+            decode(data)
+        assert error.value.detail
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.binary(max_size=300))
+def test_no_bytes_raise_anything_else(data: bytes) -> None:
+    for decode in (decode_from_vehicle, decode_from_server):
+        try:
+            decode(data)
+        except WireError as error:
+            assert error.detail
