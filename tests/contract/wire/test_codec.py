@@ -1,5 +1,6 @@
 """Every message both ways, and what is none."""
 
+import contextlib
 import typing
 
 import msgspec
@@ -98,7 +99,5 @@ def test_what_is_no_message_is_an_error_that_says_so(data: bytes) -> None:
 @given(st.binary(max_size=300))
 def test_no_bytes_raise_anything_else(data: bytes) -> None:
     for decode in (decode_from_vehicle, decode_from_server):
-        try:
+        with contextlib.suppress(WireError):
             decode(data)
-        except WireError as error:
-            assert error.detail

@@ -1,6 +1,5 @@
 """Booking and following a ride, and every booking that cannot be."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,12 +16,12 @@ WISH = {"from_stop": "NN20", "to_stop": "C6", "party": 2}
 
 
 @pytest.fixture
-def campus(server: ServerUnderTest) -> Iterator[ServerUnderTest]:
+def campus(server: ServerUnderTest) -> ServerUnderTest:
     """With one shuttle that stands ready."""
     server.enrol("shuttle-1", VehicleKeyPair("shuttle-1").public_base64)
     server.vehicle = SpokenVehicle(server).dial().hello()  # type: ignore[attr-defined]
     at_rest(server, server.vehicle)  # type: ignore[attr-defined]
-    yield server
+    return server
 
 
 def book(server: ServerUnderTest, **changes: object) -> dict[str, object]:
