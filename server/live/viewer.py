@@ -12,6 +12,9 @@ from server.live.scene import Delta, IncidentsScene, RideScene, Scene, SceneBoar
 
 T = TypeVar("T")
 
+# A screen that hears nothing for longer takes its connection for dead and dials again.
+HEARTBEAT_MS = 5_000
+
 
 @dataclass(frozen=True, slots=True)
 class EverythingScope:
@@ -37,9 +40,21 @@ class Viewer:
         self._vehicles: dict[str, int] = {}
         self._rides: dict[str, int] = {}
         self._incidents: IncidentsScene | None = None
+        self._spoke_ms = 0
 
     def next_message(self, board: SceneBoard, now_ms: int) -> Snapshot | Delta | None:
-        """A snapshot first and after a change of map, then deltas; None when nothing changed."""
+        """A snapshot first and after a change of map, then deltas; None when nothing changed.
+
+        After HEARTBEAT_MS without a change comes a delta of the time alone.
+        """
+        message = self._news_since(board, now_ms)
+        if message is None and now_ms - self._spoke_ms >= HEARTBEAT_MS:
+            message = Delta(now_ms)
+        if message is not None:
+            self._spoke_ms = now_ms
+        return message
+
+    def _news_since(self, board: SceneBoard, now_ms: int) -> Snapshot | Delta | None:
         if self._map_version != board.map_version:
             return self._snapshot(board, now_ms)
         vehicles, rides = self._visible(board)

@@ -1,7 +1,7 @@
 import msgspec
 
 from server.live.scene import Delta, IncidentsScene, RideScene, SceneBoard, Snapshot, VehicleScene
-from server.live.viewer import EverythingScope, RideScope, Viewer
+from server.live.viewer import HEARTBEAT_MS, EverythingScope, RideScope, Viewer
 
 
 def a_vehicle(vehicle_id: str = "shuttle-1", **changes: object) -> VehicleScene:
@@ -122,3 +122,11 @@ def test_a_viewer_that_applies_every_message_ends_with_the_boards_scene() -> Non
                 for gone in message.vehicles_gone:
                     del shown[gone]
     assert shown == {key: vehicle for key, (_, vehicle) in board.vehicles.items()}
+
+
+def test_a_quiet_campus_still_tells_the_time_now_and_then() -> None:
+    board, viewer = a_board(), Viewer(EverythingScope())
+    viewer.next_message(board, 1_000)
+    assert viewer.next_message(board, 1_000 + HEARTBEAT_MS - 1) is None
+    assert viewer.next_message(board, 1_000 + HEARTBEAT_MS) == Delta(1_000 + HEARTBEAT_MS)
+    assert viewer.next_message(board, 1_001 + HEARTBEAT_MS) is None
