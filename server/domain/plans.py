@@ -1,4 +1,4 @@
-"""What a vehicle shall do next: its ordered visits, ending at a resting place that is its own."""
+"""What a vehicle shall do next: its visits in driving order, a resting place of its own among them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -51,8 +51,11 @@ class PlannedVisit:
 class Plan:
     """One vehicle's open visits in driving order; visits done or skipped are left out.
 
+    The first stops are followed by a rest: so far its order goes. Later stops come after it, and when a stop
+    is done the rest moves on behind the next one. A vehicle that cannot go on yet thus has a place to wait.
+
     version    raised by every change; a writer states the version it read (compare and set)
-    resting_place_id  where the last visit ends, this vehicle's alone; "" while it has none
+    resting_place_id  where its rest visit is, this vehicle's alone; "" while it has none
     """
 
     campus_id: str
@@ -63,6 +66,14 @@ class Plan:
 
     def visit(self, visit_id: str) -> PlannedVisit | None:
         return next((visit for visit in self.visits if visit.visit_id == visit_id), None)
+
+    @property
+    def ordered(self) -> tuple[PlannedVisit, ...]:
+        """What its order holds: everything up to and including the next rest that is still ahead."""
+        for number, visit in enumerate(self.visits):
+            if visit.kind == "rest" and visit.state == "pending":
+                return self.visits[: number + 1]
+        return ()
 
     @property
     def under_way(self) -> PlannedVisit | None:

@@ -22,6 +22,7 @@ class FleetRules:
     grant_ahead_m         sections are granted so far ahead of a shuttle
     braking_mps2, reaction_s  a new visit lies at least a stopping distance ahead of a moving shuttle
     reassign_after_s      a vehicle unavailable for so long loses the rides that wait for it to others
+    order_stops           an order holds so many stops, then a resting place: short routes are safe sooner
     held_back_s           a resting shuttle leaves so much earlier than its first timed visit demands
     silent_after_s        not heard for so long: an incident
     order_valid_s         a vehicle accepts an order within this time
@@ -46,6 +47,7 @@ class FleetRules:
     braking_mps2: float = 0.8
     reaction_s: float = 1.5
     reassign_after_s: float = 60.0
+    order_stops: int = 2
     held_back_s: float = 90.0
     silent_after_s: float = 5.0
     order_valid_s: float = 60.0

@@ -102,6 +102,7 @@ def _visit_changed(uow: UnitOfWork, vehicle_id: str, event: VisitChanged) -> Non
         plans.requeue(uow, vehicle_id, visit.board)
     if _left_somebody(uow, vehicle_id, visit):
         plans.replan(uow, vehicle_id)
+    plans.go_on(uow, vehicle_id)
     sections.extend_grants(uow)
 
 

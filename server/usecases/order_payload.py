@@ -27,7 +27,7 @@ def order_payload(
         order_id=order_id,
         revision=revision,
         map_version=uow.network().map_version,
-        visits=tuple(_visit(uow, visit, leg) for visit, leg in zip(plan.visits, legs, strict=True)),
+        visits=tuple(_visit(uow, visit, leg) for visit, leg in zip(plan.ordered, legs, strict=True)),
         sections=grants_on_the_wire(desk, vehicle.vehicle_id),
         expires_ns=expiry_ns(uow),
     )

@@ -32,7 +32,7 @@ def reissue(uow: UnitOfWork, vehicle_id: str, desk: SectionDesk | None = None) -
         raise VehicleUnknown(f"no vehicle {vehicle_id} is enrolled")
     plan = uow.plans.get(vehicle_id)
     present = uow.orders.current(vehicle_id)
-    if plan is None or not plan.visits or not vehicle.placed or not _is_behind(present, plan):
+    if plan is None or not plan.ordered or not vehicle.placed or not _is_behind(present, plan):
         return None
     where = uow.vehicles.whereabouts(vehicle_id)
     if where is None or where.status is None:
@@ -146,7 +146,7 @@ def _way(
             roads,
             occupancy.held_ids,
             here,
-            plan.visits,
+            plan.ordered,
             blocked_for(roads, own, driven),
             stopping_m=stopping_m,
             heading_for=heading_for,

@@ -13,6 +13,7 @@ import numpy as np
 from server.dispatch.problem import Problem
 from server.dispatch.solve import Budget, Solution, solve
 from server.domain.errors import (
+    NoRestingPlaceFree,
     StopUnknown,
     StopUnreachable,
     VehicleNotPlaced,
@@ -27,6 +28,7 @@ from server.domain.timetable import Departure, without_vehicle
 from server.usecases import orders, sections, topics
 from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
+from server.usecases.promises import make_promise
 from server.usecases.routes import is_news, refresh_times, save_route
 from server.usecases.snapshot import Snapshot, take_snapshot
 
@@ -44,11 +46,16 @@ def plan_of(uow: UnitOfWork, vehicle_id: str) -> Plan:
 
 
 def insert_ride(uow: UnitOfWork, ride: Ride) -> tuple[Ride, str]:
-    """The ride with a vehicle and expected times, and ""; or as it was, and the rule that binds."""
+    """The ride with a vehicle, a promise and expected times, and ""; or as it was, and the binding rule.
+
+    A ride that has its promise keeps it.
+    """
     snapshot = take_snapshot(uow, wanted=(ride,))
     solution = _solved(snapshot)
     if ride.ride_id in solution.refused:
         return ride, solution.refused[ride.ride_id]
+    if ride.promise is None:
+        make_promise(snapshot, solution, ride, uow.rules)
     commit(uow, snapshot, solution)
     return snapshot.rides[ride.ride_id], ""
 
@@ -172,6 +179,22 @@ def send_to_stop(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> Pla
     uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, "vehicle.sent", vehicle_id, by, stop_id))
     _resettle(uow, vehicle_id)
     return plan_of(uow, vehicle_id)
+
+
+def go_on(uow: UnitOfWork, vehicle_id: str) -> None:
+    """A stop is behind the vehicle: move its rest on behind the next ones, so that its order goes on."""
+    plan = uow.plans.get(vehicle_id)
+    if plan is None:
+        return
+    stops = [visit for visit in plan.visits if visit.kind == "stop"]
+    ordered = [visit for visit in plan.ordered if visit.kind == "stop"]
+    if len(ordered) < min(len(stops), uow.rules.order_stops):
+        try:
+            _resettle(uow, vehicle_id)
+        except NoRestingPlaceFree as error:
+            uow.events.add_server_event(
+                ServerEvent(uow.campus_id, uow.now, "plan.waits", vehicle_id, "", error.detail)
+            )
 
 
 def refresh_expected(uow: UnitOfWork) -> None:

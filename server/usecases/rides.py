@@ -1,8 +1,6 @@
 """What a passenger can do with a ride: book, cancel, tap aboard, call for help."""
 
 import math
-from dataclasses import replace
-from datetime import timedelta
 
 from server.domain.errors import (
     BookingTooFarAhead,
@@ -22,7 +20,7 @@ from server.domain.errors import (
 )
 from server.domain.events import ServerEvent
 from server.domain.incidents import Incident, IncidentKind
-from server.domain.rides import BookRide, Promise, Ride, RideState, Tap, TapKind, cancelled, ended
+from server.domain.rides import BookRide, Ride, RideState, Tap, TapKind, cancelled, ended
 from server.usecases import plans, topics
 from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
@@ -55,7 +53,7 @@ def book(uow: UnitOfWork, request: BookRide) -> Ride:
         taken, rule = plans.insert_ride(uow, ride)
     except NoRestingPlaceFree:
         taken, rule = ride, "no_vehicle_free"
-    answer = ended(ride, RideState.REFUSED, uow.now, rule, _WORDS[rule]) if rule else _promised(uow, taken)
+    answer = ended(ride, RideState.REFUSED, uow.now, rule, _WORDS[rule]) if rule else taken
     uow.rides.save(answer)
     detail = f"{request.from_stop} to {request.to_stop}, party of {request.party} {answer.reason}".rstrip()
     _tell(uow, answer, "ride.refused" if rule else "ride.booked", request.source, detail)
@@ -185,21 +183,6 @@ def _requested(uow: UnitOfWork, request: BookRide) -> Ride:
         source=request.source,
         idempotency_key=request.idempotency_key,
     )
-
-
-def _promised(uow: UnitOfWork, ride: Ride) -> Ride:
-    """The planned times with room for later riders, people in the way and waiting for the road."""
-    if ride.pickup_eta is None or ride.arrival_eta is None:
-        raise ValueError(f"ride {ride.ride_id} was assigned without expected times")
-    rules = uow.rules
-    on_board_s = (ride.arrival_eta - ride.pickup_eta).total_seconds()
-    slack_s = rules.arrival_slack_s + rules.arrival_slack_ratio * on_board_s
-    promise = Promise(
-        pickup_from=max(ride.earliest, ride.pickup_eta - timedelta(seconds=rules.pickup_early_s)),
-        pickup_to=ride.pickup_eta + timedelta(seconds=rules.pickup_slack_s),
-        arrive_by=ride.arrival_eta + timedelta(seconds=slack_s),
-    )
-    return replace(ride, promise=promise)
 
 
 def _tapped_vehicle(ride: Ride, kind: TapKind) -> str:

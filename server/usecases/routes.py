@@ -94,10 +94,11 @@ def _new_visit(uow: UnitOfWork, snapshot: Snapshot, call: Call) -> PlannedVisit:
 
 
 def _ended(uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[PlannedVisit, ...]) -> Plan:
-    """The plan with its rest: the visits, then a resting place; none when it rests there already."""
+    """The plan with its rest behind the first stops; without one when it rests there already."""
     here = snapshot.footings[plan.vehicle_id]
     place_here = (here.lane_id, here.s_m)
-    last = (visits[-1].lane_id, visits[-1].s_m) if visits else place_here
+    count = _stops_ahead(uow, visits)
+    last = (visits[count - 1].lane_id, visits[count - 1].s_m) if visits else place_here
     place = resting_place_for(uow, plan, last, snapshot.desk)
     resting = tuple(visit for visit in plan.visits if visit.kind == "rest")
     arriving = tuple(visit for visit in resting if visit.state == "under_way")
@@ -105,7 +106,17 @@ def _ended(uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[Planne
         return next_version(plan, arriving, place.place_id)
     same = [v for v in resting if (v.lane_id, v.s_m) == (place.lane_id, place.s_m) and v not in arriving]
     rest = same[0] if same else rest_visit(uow, place)
-    return next_version(plan, (*arriving, *visits, rest), place.place_id)
+    return next_version(plan, (*arriving, *visits[:count], rest, *visits[count:]), place.place_id)
+
+
+def _stops_ahead(uow: UnitOfWork, visits: tuple[PlannedVisit, ...]) -> int:
+    """How many stops the next order holds: a shuttle rather rests than waits long at a later stop."""
+    for number, visit in enumerate(visits[: uow.rules.order_stops]):
+        if number > 0 and visit.not_before is not None and visit.eta is not None:
+            idle_s = (visit.not_before - visit.eta).total_seconds() - visit.dwell_s
+            if idle_s > uow.rules.held_back_s:
+                return number
+    return min(len(visits), uow.rules.order_stops)
 
 
 def _assign(uow: UnitOfWork, snapshot: Snapshot, route: VehicleRoute) -> None:

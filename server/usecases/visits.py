@@ -54,11 +54,11 @@ def follow(uow: UnitOfWork, before: Plan, after: Plan) -> None:
     order = uow.orders.current(before.vehicle_id)
     if order is None or order.plan_version != before.version or order.state is OrderState.DONE:
         return
-    if not after.visits:
-        uow.orders.save(replace(order, plan_version=after.version, state=OrderState.DONE))
-        return
     ordered = {visit.visit_id for visit in order.payload.visits}
-    if order.state is OrderState.ACCEPTED or ordered == {visit.visit_id for visit in after.visits}:
+    open_now = {visit.visit_id for visit in after.visits}
+    if not ordered & open_now:
+        uow.orders.save(replace(order, plan_version=after.version, state=OrderState.DONE))
+    elif order.state is OrderState.ACCEPTED or ordered <= open_now:
         uow.orders.save(replace(order, plan_version=after.version))
 
 
