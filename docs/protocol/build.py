@@ -28,7 +28,7 @@ from server.live.scene import Delta, Snapshot
 FOLDER = Path(__file__).parent
 REF = "#/components/schemas/{name}"
 
-VEHICLE_TEXT = f"""Protocol version {PROTOCOL_VERSION}. Text frames of JSON, one message each, tagged by `type`.
+VEHICLE_TEXT = f"""Protocol version {PROTOCOL_VERSION}. Text frames of JSON, one message each, tagged `type`.
 
 The server speaks first (challenge). The vehicle answers with a hello whose signature is Ed25519 over
 "campusloop-hello", the protocol version, the nonce, the vehicle id and the boot id, joined by line feeds.
