@@ -23,6 +23,7 @@ def test_a_booking_is_answered_with_vehicle_window_and_codes_and_can_be_cancelle
     expect(page.locator("h1")).to_contain_text("Shuttle 1")
     expect(page.locator(".trip")).to_contain_text(re.compile(r"Pickup between \d\d:\d\d and \d\d:\d\d"))
     expect(page.locator(".trip")).to_contain_text(re.compile(r"There by \d\d:\d\d"))
+    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
     cancel(page)
 
 
@@ -87,10 +88,10 @@ def test_a_stop_is_chosen_by_a_tap_on_the_map(open_page: OpenPage, server: Serve
     # The page shows all stops inside its free edge; the westernmost one lies on that edge.
     west = min(stops, key=lambda stop: stop["x_m"])
     scale = min(
-        (box["width"] - 36 - 72) / (max(xs) - min(xs)), (box["height"] - 32 - 36) / (max(ys) - min(ys))
+        (box["width"] - 36 - 88) / (max(xs) - min(xs)), (box["height"] - 32 - 40) / (max(ys) - min(ys))
     )
-    x_px = box["x"] + 36 + (box["width"] - 108) / 2 - scale * ((max(xs) + min(xs)) / 2 - west["x_m"])
-    y_px = box["y"] + 32 + (box["height"] - 68) / 2 + scale * ((max(ys) + min(ys)) / 2 - west["y_m"])
+    x_px = box["x"] + 36 + (box["width"] - 124) / 2 - scale * ((max(xs) + min(xs)) / 2 - west["x_m"])
+    y_px = box["y"] + 32 + (box["height"] - 72) / 2 + scale * ((max(ys) + min(ys)) / 2 - west["y_m"])
     page.touchscreen.tap(x_px, y_px)
     expect(page.get_by_role("button", name=f"From {west['name_en']}")).to_be_visible()
 

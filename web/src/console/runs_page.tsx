@@ -3,7 +3,7 @@ import type { Schemas } from "../shared/api/client";
 import { Loading, Note, ProblemNote } from "../shared/ui/notes";
 import { day } from "./clocks";
 import { runs } from "./lists";
-import { fragmentOf } from "./navigation";
+import { fragmentOf } from "./place";
 import { words } from "./words";
 
 export function RunsPage() {

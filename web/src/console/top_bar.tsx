@@ -3,8 +3,9 @@ import { second } from "../shared/live/clock";
 import { LoopMark } from "../shared/ui/icons";
 import { LanguageSwitch } from "../shared/ui/language_switch";
 import { now_ms, seconds } from "./clocks";
-import type { Page } from "./navigation";
-import { fragmentOf, place } from "./navigation";
+import { place } from "./navigation";
+import type { Page } from "./place";
+import { fragmentOf } from "./place";
 import { link, session, signOut } from "./session";
 import { words } from "./words";
 

@@ -46,7 +46,7 @@ export function VehicleCommands({ vehicle }: { readonly vehicle: VehicleScene })
       <div class="buttons">
         <button
           type="button"
-          class={`button ${is_held ? "main" : ""}`}
+          class={`button small ${is_held ? "main" : ""}`}
           disabled={!is_held}
           onClick={() => void run("resume", say.resume)}
         >
@@ -54,7 +54,7 @@ export function VehicleCommands({ vehicle }: { readonly vehicle: VehicleScene })
         </button>
         <button
           type="button"
-          class="button"
+          class="button small"
           disabled={vehicle.held}
           onClick={() => void run("hold", say.hold)}
         >
@@ -62,7 +62,7 @@ export function VehicleCommands({ vehicle }: { readonly vehicle: VehicleScene })
         </button>
         <button
           type="button"
-          class="button danger"
+          class="button small danger"
           onClick={() => {
             asking.value = "stop-now";
           }}
@@ -72,7 +72,7 @@ export function VehicleCommands({ vehicle }: { readonly vehicle: VehicleScene })
         {vehicle.in_service ? (
           <button
             type="button"
-            class="button"
+            class="button small"
             onClick={() => {
               asking.value = "recall";
             }}
@@ -80,7 +80,11 @@ export function VehicleCommands({ vehicle }: { readonly vehicle: VehicleScene })
             {say.recall}
           </button>
         ) : (
-          <button type="button" class="button" onClick={() => void run("release", say.release)}>
+          <button
+            type="button"
+            class="button small"
+            onClick={() => void run("release", say.release)}
+          >
             {say.release}
           </button>
         )}

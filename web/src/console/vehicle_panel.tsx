@@ -33,6 +33,7 @@ export function VehicleFacts({ vehicle, scene, now_ms }: VehiclePanelProps) {
     [say.speed, say.kmh((vehicle.speed_mps * 3.6).toFixed(1))],
     [say.mode, say.modes[vehicle.mode] ?? vehicle.mode],
     [say.battery, `${(vehicle.battery_ratio * 100).toFixed(0)} %`],
+    [say.heard, vehicle.heard_ms === 0 ? say.never : say.ago(heard_s)],
     [say.doors, vehicle.doors_open ? say.doors_open : say.doors_closed],
     [say.next_stop, next],
     [say.aboard, [say.seats_taken(vehicle.people_aboard, vehicle.seats), ...aboard].join(" · ")],
@@ -41,8 +42,6 @@ export function VehicleFacts({ vehicle, scene, now_ms }: VehiclePanelProps) {
       vehicle.obstacle_m === null ? say.none : say.metres(vehicle.obstacle_m.toFixed(1)),
     ],
     [say.waits_for, vehicle.waiting_for || say.none],
-    [say.order, vehicle.order_id || say.none],
-    [say.heard, vehicle.heard_ms === 0 ? say.never : say.ago(heard_s)],
   ];
   return (
     <>
@@ -54,6 +53,10 @@ export function VehicleFacts({ vehicle, scene, now_ms }: VehiclePanelProps) {
             <dd>{value}</dd>
           </div>
         ))}
+        <div class="long">
+          <dt>{say.order}</dt>
+          <dd>{vehicle.order_id || say.none}</dd>
+        </div>
       </dl>
       {vehicle.faults.length > 0 && (
         <div class="note danger">

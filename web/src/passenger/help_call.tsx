@@ -78,6 +78,7 @@ function HelpDialog({
         <button
           type="button"
           class="button main danger"
+          autofocus
           disabled={busy.value}
           onClick={() => void call()}
         >

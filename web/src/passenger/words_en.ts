@@ -112,7 +112,8 @@ export const en = {
   help_yes: "Call for help",
   help_no: "Not now",
   help_calling: "Calling…",
-  help_received: (time: string) => `Help call received at ${time}. An operator sees it.`,
+  help_received: (time: string) =>
+    `Help call received at ${time}. It is on top of the operators’ list.`,
   help_emergency: "In danger to life, call the emergency number first.",
   help_again: "Add to the call",
 

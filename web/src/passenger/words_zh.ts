@@ -113,7 +113,7 @@ export const zh: PassengerWords = {
   help_yes: "发出求助",
   help_no: "暂不",
   help_calling: "正在呼叫…",
-  help_received: (time) => `求助已于 ${time} 收到，调度员可以看到。`,
+  help_received: (time) => `求助已于 ${time} 收到，已列在调度员列表最上方。`,
   help_emergency: "如有生命危险，请先拨打急救电话。",
   help_again: "补充说明",
 

@@ -21,7 +21,7 @@ const TEXT_PX = 12;
 const HEIGHT_PX = 16;
 
 /**
- * Writes labels in the order given, each right of, left of, above or below its mark, and leaves out what would
+ * Writes labels in the order given, each beside, above or below its mark, and leaves out what would
  * cover an earlier one or reach over the edge: the most important come first.
  */
 export function drawLabels(
@@ -30,13 +30,14 @@ export function drawLabels(
   labels: readonly Label[],
   size: Size,
 ): void {
-  const taken: Box[] = labels.map((label) => around(label.x_px, label.y_px, label.reach_px));
+  const marks = labels.map((label) => around(label.x_px, label.y_px, label.reach_px));
+  const taken: Box[] = [...marks, ...furniture(size)];
   pen.textBaseline = "middle";
   pen.textAlign = "left";
   pen.lineJoin = "round";
-  for (const label of labels) {
+  for (const [index, label] of labels.entries()) {
     pen.font = `${label.strong ? 600 : 400} ${TEXT_PX}px ${palette.font}`;
-    const own = taken[labels.indexOf(label)];
+    const own = marks[index];
     const box = placesFor(label, pen.measureText(label.text).width).find(
       (place) =>
         inside(place, size) && !taken.some((other) => other !== own && overlap(place, other)),
@@ -67,6 +68,19 @@ export function placesFor(label: Label, width_px: number): Box[] {
     at(label.x_px - gap - width_px, middle),
     at(centred, label.y_px + gap),
     at(centred, label.y_px - gap - HEIGHT_PX),
+    at(label.x_px - label.reach_px, label.y_px + gap),
+    at(label.x_px - label.reach_px, label.y_px - gap - HEIGHT_PX),
+    at(label.x_px + label.reach_px - width_px, label.y_px + gap),
+    at(label.x_px + label.reach_px - width_px, label.y_px - gap - HEIGHT_PX),
+  ];
+}
+
+/** The zoom buttons and the map's credit, which lie over the canvas. */
+function furniture(size: Size): Box[] {
+  const { width_px, height_px } = size;
+  return [
+    { left: width_px - 62, top: 0, right: width_px, bottom: 160 },
+    { left: 0, top: height_px - 22, right: 260, bottom: height_px },
   ];
 }
 

@@ -9,7 +9,7 @@ import { Gestures } from "./gestures";
 import type { Label } from "./labels";
 import { drawLabels } from "./labels";
 import type { StopRole } from "./marks";
-import { bodyLength_px, drawStop, drawVehicle, stopReach_px } from "./marks";
+import { bodyLength_px, drawStop, drawVehicle, stopReach_px, vehicleReach_px } from "./marks";
 import type { Palette } from "./palette";
 import { readPalette } from "./palette";
 import { Ground, drawLine, useMapMetres } from "./roads";
@@ -36,7 +36,7 @@ export interface MapEvents {
 }
 
 /** Room for marks and labels, and on the right for the buttons. */
-const FREE_EDGE: Padding = { top: 32, right: 72, bottom: 36, left: 36 };
+const FREE_EDGE: Padding = { top: 32, right: 88, bottom: 40, left: 36 };
 const FINGERTIP_PX = 24;
 const MOUSE_PX = 12;
 
@@ -201,15 +201,17 @@ export class MapView {
     return this.located().map((vehicle) => {
       const pose = this.motion.pose(vehicle, now_ms);
       const [x, y] = toScreen(this.camera, this.size, pose.x_m, pose.y_m);
+      const chosen = vehicle.vehicle_id === this.look?.chosen_vehicle;
       drawVehicle(this.pen, this.palette, {
         x,
         y,
         heading_rad: pose.yaw_rad,
         length,
         condition: conditionOf(vehicle),
-        chosen: vehicle.vehicle_id === this.look?.chosen_vehicle,
+        chosen,
       });
-      return { text: vehicle.name, x_px: x, y_px: y, reach_px: length * 0.55 + 4, strong: true };
+      const reach_px = vehicleReach_px(length, chosen);
+      return { text: vehicle.name, x_px: x, y_px: y, reach_px, strong: true };
     });
   }
 

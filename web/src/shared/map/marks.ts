@@ -48,6 +48,15 @@ export function bodyLength_px(px_per_m: number): number {
   return Math.max(BODY_LENGTH_M * px_per_m, BODY_PX_MIN);
 }
 
+function ringRadius_px(length_px: number): number {
+  return length_px * 0.72 + 4;
+}
+
+/** How far a shuttle's mark, with its ring when it is chosen, reaches from its centre. */
+export function vehicleReach_px(length_px: number, chosen: boolean): number {
+  return chosen ? ringRadius_px(length_px) + 2 : length_px * 0.55 + 4;
+}
+
 /** A shuttle seen from above, its nose forward; heading_rad is counter-clockwise from the screen's right. */
 export function drawVehicle(
   pen: CanvasRenderingContext2D,
@@ -65,7 +74,7 @@ export function drawVehicle(
   const width = Math.max((length * BODY_WIDTH_M) / BODY_LENGTH_M, 11);
   pen.save();
   pen.translate(mark.x, mark.y);
-  if (mark.chosen) ring(pen, palette, length * 0.72 + 4);
+  if (mark.chosen) ring(pen, palette, ringRadius_px(length));
   pen.rotate(-mark.heading_rad);
   pen.beginPath();
   pen.roundRect(-length / 2, -width / 2, length * 0.78, width, width * 0.28);

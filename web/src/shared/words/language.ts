@@ -1,18 +1,11 @@
 import { effect, signal } from "@preact/signals";
 
-export type Language = "en" | "zh-CN";
+import type { Language } from "./preference";
+import { preferredLanguage } from "./preference";
+
+export type { Language };
 
 const KEY = "campusloop.language";
-
-/** The language chosen before, else the browser's first one that we speak. */
-export function preferredLanguage(stored: string | null, browser: readonly string[]): Language {
-  if (stored === "en" || stored === "zh-CN") return stored;
-  for (const tag of browser) {
-    if (tag.startsWith("zh")) return "zh-CN";
-    if (tag.startsWith("en")) return "en";
-  }
-  return "en";
-}
 
 export const language = signal<Language>(
   preferredLanguage(localStorage.getItem(KEY), navigator.languages),

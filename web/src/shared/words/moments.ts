@@ -1,4 +1,4 @@
-import type { Language } from "./language";
+import type { Language } from "./preference";
 
 type Moment = string | number;
 

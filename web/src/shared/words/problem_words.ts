@@ -1,4 +1,4 @@
-import type { Language } from "./language";
+import type { Language } from "./preference";
 
 /** What each refusal of the server means for the person at the screen, by its code. */
 const PROBLEMS: Record<Language, Readonly<Record<string, string>>> = {

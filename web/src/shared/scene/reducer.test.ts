@@ -1,0 +1,54 @@
+import { expect, test } from "vitest";
+import { nextScene } from "./reducer";
+import type { SceneMessage } from "./scene";
+import { aRide, aScene, aVehicle } from "./scene_builders";
+
+function aDelta(changes: Partial<Extract<SceneMessage, { type: "delta" }>>): SceneMessage {
+  return {
+    type: "delta",
+    at_ms: 5,
+    vehicles: [],
+    vehicles_gone: [],
+    rides: [],
+    rides_gone: [],
+    incidents: null,
+    ...changes,
+  };
+}
+
+const two = aScene({
+  vehicles: [aVehicle({ vehicle_id: "a" }), aVehicle({ vehicle_id: "b" })],
+  rides: [aRide()],
+});
+
+test("a snapshot replaces everything", () => {
+  expect(nextScene(two, { type: "snapshot", scene: aScene({ at_ms: 9 }) })).toEqual(
+    aScene({ at_ms: 9 }),
+  );
+});
+
+test("a delta without a scene before it changes nothing", () => {
+  expect(nextScene(null, aDelta({}))).toBeNull();
+});
+
+test("changed items keep their place, new ones come last, gone ones leave", () => {
+  const scene = nextScene(
+    two,
+    aDelta({
+      vehicles: [aVehicle({ vehicle_id: "c" }), aVehicle({ vehicle_id: "a", x_m: 7 })],
+      vehicles_gone: ["b"],
+    }),
+  )!;
+  expect(scene.vehicles.map((vehicle) => [vehicle.vehicle_id, vehicle.x_m])).toEqual([
+    ["a", 7],
+    ["c", 0],
+  ]);
+  expect(scene.at_ms).toBe(5);
+});
+
+test("lists that did not change stay the same objects, so that nothing is drawn again", () => {
+  const scene = nextScene(two, aDelta({}))!;
+  expect(scene.vehicles).toBe(two.vehicles);
+  expect(scene.rides).toBe(two.rides);
+  expect(scene.incidents).toBe(two.incidents);
+});
