@@ -1,12 +1,14 @@
 """`campusloop demo`: a campus on this machine, live or in virtual time."""
 
 import asyncio
+import logging
 import os
 import tempfile
 from pathlib import Path
 from typing import Annotated
 from zoneinfo import ZoneInfo
 
+import structlog
 import typer
 from rich.console import Console
 
@@ -39,6 +41,8 @@ def demo(
 ) -> None:
     """Run a campus: book at the printed address, watch at /console."""
     console = Console()
+    if headless:
+        structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.ERROR))
     count = vehicles or (2 if (os.cpu_count() or 1) <= 2 else 3)
     try:
         if headless and begin and end:
