@@ -42,7 +42,7 @@ class FleetRules:
     arrival_slack_s: float = 300.0
     arrival_slack_ratio: float = 0.5
     departure_tolerance_s: float = 120.0
-    departure_lead_s: float = 1200.0
+    departure_lead_s: float = 3600.0
     grant_ahead_m: float = 80.0
     braking_mps2: float = 0.8
     reaction_s: float = 1.5

@@ -16,6 +16,7 @@ from sqlalchemy import Connection, Engine
 from sqlalchemy.exc import OperationalError
 
 from server.domain.errors import PlanChanged
+from server.store.engine import read_only
 from server.store.unit_of_work import Context, Published, SqlUnitOfWork
 from server.usecases.ports import Bus, UnitOfWork
 
@@ -43,7 +44,7 @@ class Inline:
         return result
 
     async def read(self, work: Work[T]) -> T:
-        with self._connection.begin():
+        with read_only(self._connection):
             return work(SqlUnitOfWork(self._connection, self._context, writes=False))
 
     async def close(self) -> None:
@@ -198,7 +199,7 @@ def _nothing(_uow: UnitOfWork) -> None:
 
 
 def _read(engine: Engine, context: Context, work: Work[T]) -> T:
-    with engine.connect().execution_options(reading=True) as connection, connection.begin():
+    with engine.connect() as connection, read_only(connection):
         return work(SqlUnitOfWork(connection, context, writes=False))
 
 

@@ -45,6 +45,24 @@ class PlainHasher:
         return password_hash == f"plain:{password}"
 
 
+class NotingBus(InProcessBus):
+    """Also notes the topics, for whoever looks now and then."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.said: set[str] = set()
+
+    async def publish(self, topic: str, payload: bytes) -> None:
+        self.said.add(topic)
+        await super().publish(topic, payload)
+
+    def heard(self, topic: str) -> bool:
+        """Something was said on the topic since the last time."""
+        fresh = topic in self.said
+        self.said.discard(topic)
+        return fresh
+
+
 class CampusUnderTest:
     """`do` runs a use case in its own transaction."""
 
@@ -60,7 +78,7 @@ class CampusUnderTest:
         self.clock = HandClock(now)
         self.rules = rules or FleetRules()
         self.ids = SeededIds(seed)
-        self.bus = InProcessBus()
+        self.bus = NotingBus()
         self.engine = engine or open_engine("sqlite://")
         upgrade_to_head(self.engine)
         self.context = Context(
@@ -84,7 +102,11 @@ class CampusUnderTest:
             )
         )
 
-    def close(self) -> None:
+    def release(self) -> None:
+        """Let go of the database, so that others can use it."""
         self._loop.run_until_complete(self.transactions.close())
         self._loop.close()
+
+    def close(self) -> None:
+        self.release()
         self.engine.dispose()

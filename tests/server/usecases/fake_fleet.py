@@ -5,7 +5,9 @@ from collections.abc import Sequence
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from server.domain.rides import BookRide, Ride
-from server.usecases import plans, promises, rides, sections
+from server.domain.vehicles import StatusReport
+from server.usecases import plans, promises, rides, sections, vehicle_sessions
+from server.usecases.ports import UnitOfWork
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_shuttle import STEP_S, FakeShuttle
 from vehicle_agent.mission.order_line import Place
@@ -15,6 +17,7 @@ class FakeFleet:
     def __init__(self, campus: CampusUnderTest, road_map: RoadMap, count: int) -> None:
         self.campus = campus
         self.network = RoadNetwork(road_map)
+        self.beats = 0
         self.shuttles: list[FakeShuttle] = []
         for number, rest in enumerate(road_map.resting_places[:count]):
             vehicle_id = f"shuttle-{number + 1}"
@@ -32,10 +35,18 @@ class FakeFleet:
         self.campus.clock.advance(STEP_S)
         for shuttle in self.shuttles:
             shuttle.step()
-        self.campus.do(plans.assign_waiting)
-        self.campus.do(sections.extend_grants)
-        self.campus.do(promises.check_promises)
+        reports = [shuttle.status_report() for shuttle in self.shuttles if shuttle.connected]
+        self.campus.do(lambda uow: self.beat(uow, reports))
         self.require_apart()
+
+    def beat(self, uow: UnitOfWork, reports: Sequence[StatusReport]) -> None:
+        """What the dispatcher does from second to second, in one transaction."""
+        vehicle_sessions.record_status(uow, reports)
+        self.beats += 1
+        if self.beats % 2 == 0:
+            plans.assign_waiting(uow)
+            sections.extend_grants(uow)
+            promises.check_promises(uow)
 
     def run_until_idle(self, limit_s: float) -> None:
         """AssertionError when somebody still has a visit to make after limit_s."""

@@ -28,7 +28,7 @@ from contract.wire.messages import (
 from server.domain.events import RecordedEvent
 from server.domain.orders import OrderState
 from server.domain.vehicles import StatusReport
-from server.usecases import events, orders, outbox, vehicle_sessions
+from server.usecases import events, orders, outbox, topics, vehicle_sessions
 from server.usecases.events import Effects
 from server.usecases.order_payload import utc_ns
 from server.usecases.vehicle_sessions import HelloFacts
@@ -73,6 +73,7 @@ class FakeShuttle:
     driven_m: float = 0.0
     waited_for: str = ""
     connected: bool = False
+    is_fresh: bool = True
 
     # ------------------------------------------------------------ link
 
@@ -96,6 +97,7 @@ class FakeShuttle:
         session = self.campus.do(lambda uow: vehicle_sessions.open_session(uow, hello))
         self.epoch = session.epoch
         self.connected = True
+        self.is_fresh = True
         self.flush()
         self.report()
 
@@ -110,6 +112,13 @@ class FakeShuttle:
     def hold(self) -> None:
         self.mode = "held"
         self.say(ModeChanged("held", "test"))
+
+    def recover(self) -> None:
+        """Be there again, and driving."""
+        if not self.connected:
+            self.connect()
+        if self.mode != "autonomous":
+            self.resume()
 
     def say(self, body: VehicleEvent) -> None:
         """Tell the server, at once or when the link is there again."""
@@ -128,8 +137,11 @@ class FakeShuttle:
         return self.campus.do(lambda uow: events.apply_event(uow, event))
 
     def report(self) -> None:
-        report = StatusReport(self.vehicle_id, self.boot_id, self.campus.clock.now(), self.status())
+        report = self.status_report()
         self.campus.do(lambda uow: vehicle_sessions.record_status(uow, [report]))
+
+    def status_report(self) -> StatusReport:
+        return StatusReport(self.vehicle_id, self.boot_id, self.campus.clock.now(), self.status())
 
     def status(self) -> Status:
         x_m, y_m, yaw_rad = self.network.pose(self.place.lane_id, self.place.s_m)
@@ -195,7 +207,9 @@ class FakeShuttle:
 
     def step(self) -> None:
         """One second of life."""
-        if self.connected:
+        told = self.campus.bus.heard(topics.vehicle_outbox(self.campus.road_map.campus_id, self.vehicle_id))
+        if self.connected and (told or self.is_fresh):
+            self.is_fresh = False
             self.fetch()
         visit = self.next_visit()
         if visit is not None and self.mode == "autonomous":
@@ -203,8 +217,6 @@ class FakeShuttle:
                 self._dwell(visit)
             else:
                 self._drive(visit)
-        if self.connected:
-            self.report()
 
     def next_visit(self) -> Visit | None:
         if self.order is None:

@@ -1,0 +1,202 @@
+"""One use case, one transaction: all or nothing, messages after the commit, conflicts decided again."""
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from dataclasses import replace
+
+import pytest
+from sqlalchemy import Engine
+from sqlalchemy.exc import DBAPIError
+
+from contract.roads.load import encode_map
+from server.adapters import SeededIds
+from server.bus.in_process import InProcessBus, LocalSubscription
+from server.domain.errors import PlanChanged, VehicleUnknown
+from server.domain.incidents import IncidentKind
+from server.domain.plans import Plan
+from server.domain.rides import BookRide, RideState
+from server.domain.rules import FleetRules
+from server.store.map_library import MapLibrary
+from server.store.transactions import GroupCommit, Inline, Pooled
+from server.store.unit_of_work import Context
+from server.usecases import campus, commands, incidents, rides
+from server.usecases.ports import UnitOfWork
+from tests.server.usecases.campus_under_test import CampusUnderTest, HandClock, PlainHasher
+from tests.server.usecases.fake_fleet import FakeFleet
+from tests.server.usecases.shipped_maps import shipped_map
+
+Live = GroupCommit | Pooled
+
+
+class NamedIds(SeededIds):
+    """Ids that no other transactions on the same database have made."""
+
+    def new_id(self, kind: str) -> str:
+        return f"live-{super().new_id(kind)}"
+
+
+@asynccontextmanager
+async def live(engine: Engine, seed: int = 7) -> AsyncIterator[tuple[Live, LocalSubscription]]:
+    """The live transactions of this database, and all that is published."""
+    rules = FleetRules()
+    context = Context("snow-lion", HandClock(), NamedIds(seed), rules, PlainHasher(), MapLibrary(rules))
+    bus = InProcessBus()
+    heard = await bus.subscribe("campus/>")
+    kind = GroupCommit if engine.dialect.name == "sqlite" else Pooled
+    transactions = kind(engine, context, bus)
+    yield transactions, heard
+    await transactions.close()
+
+
+def opened(name: str) -> Callable[[UnitOfWork], str]:
+    def work(uow: UnitOfWork) -> str:
+        return incidents.open_incident(uow, IncidentKind.TAKEOVER, name, "test").incident_id
+
+    return work
+
+
+def count_open(uow: UnitOfWork) -> int:
+    return len(uow.views.incidents())
+
+
+def test_many_use_cases_at_once_are_all_stored(engine: Engine) -> None:
+    async def scenario() -> None:
+        async with live(engine) as (transactions, _):
+            ids = await asyncio.gather(*(transactions.run(opened(f"v{k}")) for k in range(40)))
+            assert len(set(ids)) == 40
+            assert await transactions.read(count_open) == 40
+
+    asyncio.run(scenario())
+
+
+def test_one_that_fails_takes_nothing_with_it_and_says_nothing(engine: Engine) -> None:
+    def fails(uow: UnitOfWork) -> None:
+        opened("lost")(uow)
+        commands.send_command(uow, "ghost", "hold", "test")
+
+    async def scenario() -> None:
+        async with live(engine) as (transactions, heard):
+            results = await asyncio.gather(
+                transactions.run(opened("one")),
+                transactions.run(fails),
+                transactions.run(opened("two")),
+                return_exceptions=True,
+            )
+            assert isinstance(results[1], VehicleUnknown)
+            assert await transactions.read(count_open) == 2
+            topics = [(await anext(heard))[1] for _ in range(2)]
+            assert all(b"takeover" in payload for payload in topics)
+
+    asyncio.run(scenario())
+
+
+def test_a_caller_that_gives_up_does_not_undo_what_it_asked_for(engine: Engine) -> None:
+    async def scenario() -> None:
+        async with live(engine) as (transactions, heard):
+            task = asyncio.create_task(transactions.run(opened("one")))
+            await asyncio.sleep(0)
+            task.cancel()
+            await transactions.run(opened("two"))
+            payloads = {(await asyncio.wait_for(anext(heard), 5.0))[1] for _ in range(2)}
+            assert len(payloads) == 2
+            assert await transactions.read(count_open) == 2
+
+    asyncio.run(scenario())
+
+
+def test_reading_cannot_write(engine: Engine) -> None:
+    async def scenario() -> None:
+        async with live(engine) as (transactions, _):
+            with pytest.raises(DBAPIError):
+                await transactions.read(opened("sly"))
+            assert await transactions.read(count_open) == 0
+
+    asyncio.run(scenario())
+
+
+def test_a_plan_is_saved_only_over_the_version_that_was_read(engine: Engine) -> None:
+    async def scenario() -> None:
+        async with live(engine) as (transactions, _):
+            first = Plan("snow-lion", "shuttle-1", 1, (), "rest-1")
+            await transactions.run(lambda uow: uow.plans.save(first, 0))
+            for stale in (0, 2):
+                with pytest.raises(PlanChanged):
+                    await transactions.run(
+                        lambda uow, stale=stale: uow.plans.save(replace(first, version=9), stale)
+                    )
+            await transactions.run(lambda uow: uow.plans.save(replace(first, version=2), 1))
+            assert (await transactions.read(lambda uow: uow.plans.get("shuttle-1"))).version == 2
+
+    asyncio.run(scenario())
+
+
+def test_no_two_vehicles_ever_have_one_resting_place(engine: Engine) -> None:
+    async def scenario() -> None:
+        async with live(engine) as (transactions, _):
+            await transactions.run(lambda uow: uow.plans.save(Plan("snow-lion", "a", 1, (), "rest-1"), 0))
+            with pytest.raises(PlanChanged):
+                await transactions.run(lambda uow: uow.plans.save(Plan("snow-lion", "b", 1, (), "rest-1"), 0))
+            await transactions.run(lambda uow: uow.plans.save(Plan("snow-lion", "b", 1, (), ""), 0))
+            await transactions.run(lambda uow: uow.plans.save(Plan("snow-lion", "c", 1, (), ""), 0))
+
+    asyncio.run(scenario())
+
+
+def test_a_conflict_is_decided_again_on_what_is_there_then(engine: Engine) -> None:
+    """Two who raise the same counter by compare and set both get through."""
+
+    def raise_version(uow: UnitOfWork) -> int:
+        plan = uow.plans.get("shuttle-1") or Plan("snow-lion", "shuttle-1", 0)
+        uow.plans.save(replace(plan, version=plan.version + 1), plan.version)
+        return plan.version + 1
+
+    async def scenario() -> None:
+        async with live(engine) as (transactions, _):
+            await transactions.run(raise_version)
+            versions = await asyncio.gather(*(transactions.run(raise_version) for _ in range(4)))
+            assert sorted(versions) == [2, 3, 4, 5]
+
+    asyncio.run(scenario())
+
+
+def test_bookings_at_the_same_moment_never_share_what_is_there_once(engine: Engine) -> None:
+    """Three shuttles are on the road; six people book at once."""
+    road_map = shipped_map("snow-lion")
+    inline = CampusUnderTest(road_map, engine=engine)
+    FakeFleet(inline, road_map, 3).start()
+    inline.release()
+    stops = [stop.stop_id for stop in road_map.stops]
+
+    async def scenario() -> None:
+        async with live(engine) as (transactions, _):
+            made = await asyncio.gather(
+                *(
+                    transactions.run(
+                        lambda uow, k=k: rides.book(uow, BookRide(stops[k], stops[k + 1], party=2))
+                    )
+                    for k in range(6)
+                )
+            )
+            assert {ride.state for ride in made} <= {RideState.ASSIGNED, RideState.REFUSED}
+            assert sum(ride.state is RideState.ASSIGNED for ride in made) >= 3
+            plans = await transactions.read(lambda uow: uow.plans.all())
+            for ride in made:
+                if ride.state is RideState.ASSIGNED:
+                    holders = [plan.vehicle_id for plan in plans if ride.ride_id in plan.ride_ids]
+                    assert holders == [ride.vehicle_id]
+            places = [plan.resting_place_id for plan in plans]
+            assert len(set(places)) == len(places)
+
+    asyncio.run(scenario())
+
+
+def test_inline_transactions_roll_back_as_well() -> None:
+    campus_ = CampusUnderTest(shipped_map("snow-lion"))
+    with pytest.raises(VehicleUnknown):
+        campus_.do(lambda uow: (opened("lost")(uow), commands.send_command(uow, "ghost", "hold", "x")))
+    assert campus_.read(count_open) == 0
+    assert isinstance(campus_.transactions, Inline)
+    content = encode_map(shipped_map("snow-lion"))
+    assert campus_.do(lambda uow: campus.load_map(uow, content, "test")).active
+    campus_.close()
