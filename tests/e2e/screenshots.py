@@ -1,6 +1,7 @@
-"""`python -m tests.e2e.screenshots [FOLDER]`: pictures of both pages with shuttles on the road, for README.
+"""`python -m tests.e2e.screenshots [FOLDER]`: pictures of both pages with shuttles on the road.
 
-Starts a server with scripted shuttles, books rides as passengers do, and writes PNG files to docs/images.
+Starts a server with scripted shuttles and books rides as passengers do. Without FOLDER it refreshes the few
+pictures that README shows, in docs/images; with one it writes every page there, to look at.
 """
 
 import sys
@@ -13,28 +14,35 @@ from playwright.sync_api import Browser, Page, sync_playwright
 from tests.e2e.chromium import LAUNCH_FLAGS, chromium_path
 from tests.e2e.operator import show_vehicle, sign_in
 from tests.e2e.passenger import book, fill_booking
+from tests.e2e.recorded_run import record_run, upload_run
 from tests.e2e.scripted_shuttle import ScriptedShuttle
 from tests.e2e.server_process import ROOT, ServerProcess
 
-PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
-DESKTOP = {"viewport": {"width": 1440, "height": 900}}
-LOOKS = (("", {}), ("-dark", {"color_scheme": "dark"}))
+PHONE: dict[str, Any] = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+DESKTOP: dict[str, Any] = {"viewport": {"width": 1440, "height": 900}, "device_scale_factor": 1}
+LOOKS: tuple[tuple[str, dict[str, Any]], ...] = (("", {}), ("-dark", {"color_scheme": "dark"}))
 SETTLE_MS = 1500
+README_PICTURES = frozenset(
+    {"phone-booking", "phone-ride", "phone-ride-dark-zh", "console-vehicle", "console-replay"}
+)
 
 
 class Camera:
     """Opens pages and files their pictures under names."""
 
-    def __init__(self, browser: Browser, server: ServerProcess, folder: Path) -> None:
-        self._browser, self._server, self._folder = browser, server, folder
+    def __init__(self, browser: Browser, server: ServerProcess, folder: Path, wanted: frozenset[str]) -> None:
+        """wanted: names of the pictures to take; empty for all."""
+        self._browser, self._server, self._folder, self._wanted = browser, server, folder, wanted
 
     def open(self, path: str, **options: Any) -> Page:
-        shape = {"locale": "en-GB", "timezone_id": "Asia/Shanghai", "device_scale_factor": 2}
+        shape: dict[str, Any] = {"locale": "en-GB", "timezone_id": "Asia/Shanghai", "device_scale_factor": 2}
         page = self._browser.new_context(**(shape | options)).new_page()
         page.goto(self._server.origin + path)
         return page
 
     def take(self, page: Page, name: str) -> None:
+        if self._wanted and name not in self._wanted:
+            return
         page.wait_for_timeout(SETTLE_MS)
         page.screenshot(path=self._folder / f"{name}.png")
         print(self._folder / f"{name}.png")
@@ -81,6 +89,9 @@ def photograph_console(camera: Camera) -> None:
         for title in ("Rides", "Incidents", "Runs", "Access"):
             console.get_by_role("link", name=title).click()
             camera.take(console, f"console-{title.lower()}{suffix}")
+        console.goto(console.url.split("#")[0] + "#/runs/shuttle-1/boot-1")
+        console.get_by_role("button", name="Play").click()
+        camera.take(console, f"console-replay{suffix}")
     phone = camera.open("/console", **PHONE)
     sign_in(phone)
     phone.locator(".row").first.wait_for()
@@ -91,7 +102,7 @@ def photograph_console(camera: Camera) -> None:
     camera.take(phone, "console-phone-rides")
 
 
-def main(folder: Path) -> None:
+def main(folder: Path, wanted: frozenset[str]) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     with (
         tempfile.TemporaryDirectory() as var,
@@ -102,10 +113,15 @@ def main(folder: Path) -> None:
             server.add_shuttle(f"shuttle-{number}", f"Shuttle {number}", resting_place=4 * number)
             for number in (1, 2, 3)
         ]
+        record_run(Path(var) / "0.mcap", "shuttle-1", "boot-1", server.network, seconds=300)
+        upload_run(shuttles[0], Path(var) / "0.mcap", server.http)
         browser = playwright.chromium.launch(executable_path=chromium_path(), args=list(LAUNCH_FLAGS))
-        photograph(Camera(browser, server, folder), shuttles)
+        photograph(Camera(browser, server, folder, wanted), shuttles)
         browser.close()
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "images")
+    if len(sys.argv) > 1:
+        main(Path(sys.argv[1]), frozenset())
+    else:
+        main(ROOT / "docs" / "images", README_PICTURES)

@@ -99,9 +99,12 @@ class ScriptedShuttle:
     def public_key(self) -> str:
         return public_key_text(self._key)
 
+    def sign(self, text: bytes) -> str:
+        return signature_text(self._key, text)
+
     def start(self, url: str) -> None:
         identity = Identity(self.vehicle_id, "boot-1", "0.1.0", "scripted", self._network.map_version, 6, 1)
-        self._desk = Desk(self._folder, identity, lambda text: signature_text(self._key, text), sync=False)
+        self._desk = Desk(self._folder, identity, self.sign, sync=False)
         self._client = LinkClient(url, self._desk, self._hear, time.monotonic_ns)
         self._thread.start()
         asyncio.run_coroutine_threadsafe(self._begin(), self._loop).result(10)

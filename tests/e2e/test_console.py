@@ -1,9 +1,12 @@
+from pathlib import Path
+
 import pytest
 from playwright.sync_api import Page, expect
 
 from tests.e2e.conftest import PHONE, OpenPage
 from tests.e2e.operator import show_vehicle, sign_in
 from tests.e2e.passenger import book, cancel
+from tests.e2e.recorded_run import record_run, upload_run
 from tests.e2e.scripted_shuttle import ScriptedShuttle
 from tests.e2e.server_process import ServerProcess
 
@@ -92,6 +95,27 @@ def test_an_enrolment_code_and_a_token_are_made_and_the_token_revoked(console: P
     line.get_by_role("button", name="Revoke").click()
     console.get_by_role("dialog").get_by_role("button", name="Revoke").click()
     expect(line).to_contain_text("revoked")
+
+
+def test_a_recorded_run_is_replayed_at_any_moment_and_speed(
+    console: Page, server: ServerProcess, shuttle: ScriptedShuttle, tmp_path: Path
+) -> None:
+    record_run(tmp_path / "0.mcap", "shuttle-1", "boot-1", server.network, seconds=40)
+    upload_run(shuttle, tmp_path / "0.mcap", server.http)
+    console.get_by_role("link", name="Runs").click()
+    console.get_by_role("link", name="Replay").first.click()
+    screen = console.locator(".led")
+    expect(screen).to_contain_text("second 0")
+    console.get_by_label("Speed").select_option("10")
+    console.get_by_role("button", name="Play").click()
+    expect(screen).to_contain_text("second 40", timeout=10_000)
+    slider = console.get_by_label("Moment of the run")
+    slider.evaluate(
+        "(range, part) => { range.value = Number(range.min) + (range.max - range.min) * part;"
+        " range.dispatchEvent(new Event('input', { bubbles: true })); }",
+        0.5,
+    )
+    expect(screen).to_contain_text("second 20")
 
 
 def test_the_console_speaks_chinese(console: Page) -> None:

@@ -52,7 +52,7 @@ function RunRow({ run }: { readonly run: Schemas["RunView"] }) {
     <tr>
       <th scope="row">{run.vehicle_id}</th>
       <td data-label={say.started}>{day(run.started_at)}</td>
-      <td data-label={say.length}>{lengthOf(run.duration_s)}</td>
+      <td data-label={say.length}>{run.segments.length === 0 ? "–" : lengthOf(run.duration_s)}</td>
       <td data-label={say.stack}>{run.stack}</td>
       <td data-label={say.size}>
         {run.segments.length === 0 ? say.not_uploaded : say.megabytes((bytes / 1e6).toFixed(1))}

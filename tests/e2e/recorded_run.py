@@ -1,0 +1,75 @@
+"""A recorded minute of a shuttle driving along a lane, as its agent would upload it."""
+
+import hashlib
+from pathlib import Path
+
+import httpx
+import msgspec
+import zstandard
+
+from contract.geometry import Pose2
+from contract.roads.network import RoadNetwork
+from contract.runlog.records import REPORT_TOPIC, RunHeader, TickRecord
+from contract.runlog.writer import SegmentWriter
+from contract.wire.codec import encode
+from contract.wire.messages import Status
+from contract.wire.upload import SIGNATURE_HEADER, segment_path, signed_segment
+from tests.e2e.scripted_shuttle import ScriptedShuttle
+
+TICK_NS = 20_000_000
+TICKS_PER_REPORT = 10
+UTC_OFFSET_NS = 1_790_000_000_000_000_000
+SPEED_MPS = 3.0
+
+
+def record_run(path: Path, vehicle_id: str, boot_id: str, network: RoadNetwork, seconds: int) -> None:
+    """The screen names the second, so that a picture tells its moment."""
+    lane_id = max(network.lines, key=lambda lane: network.lines[lane].length_m)
+    header = RunHeader(
+        vehicle_id,
+        boot_id,
+        0,
+        network.road_map.campus_id,
+        network.map_version,
+        "gem",
+        "0.1.0",
+        UTC_OFFSET_NS,
+        1,
+    )
+    writer = SegmentWriter(path, header, b"", b"", zstandard.compress(b"{}"))
+    for tick in range(1, seconds * 50 + 1):
+        stamp_ns = tick * TICK_NS
+        writer.add_tick(TickRecord(tick, stamp_ns, 0, msgspec.Raw(b"\x90"), msgspec.Raw(b"\xc0")))
+        if tick % TICKS_PER_REPORT == 0:
+            s_m = min(SPEED_MPS * stamp_ns / 1e9, network.lines[lane_id].length_m)
+            writer.add(REPORT_TOPIC, stamp_ns, encode(_status(stamp_ns, network, lane_id, s_m)))
+    writer.close()
+
+
+def upload_run(shuttle: ScriptedShuttle, path: Path, http: httpx.Client) -> None:
+    data = path.read_bytes()
+    sha256 = hashlib.sha256(data).hexdigest()
+    signature = shuttle.sign(signed_segment(shuttle.vehicle_id, sha256))
+    headers = {"Vehicle-Id": shuttle.vehicle_id, SIGNATURE_HEADER: signature}
+    answer = http.put(f"{http.base_url.copy_with(path=segment_path(sha256))}", content=data, headers=headers)
+    assert answer.is_success, answer.text
+
+
+def _status(stamp_ns: int, network: RoadNetwork, lane_id: str, s_m: float) -> Status:
+    return Status(
+        epoch=1,
+        stamp_ns=stamp_ns,
+        pose_map=Pose2(*network.pose(lane_id, s_m)),
+        speed_mps=SPEED_MPS,
+        accel_mps2=0.0,
+        steer_rad=0.0,
+        mode="autonomous",
+        battery_ratio=0.8,
+        doors_open=False,
+        lane_id=lane_id,
+        s_m=s_m,
+        order_id="",
+        revision=0,
+        visit_id="",
+        screen=f"second {stamp_ns // 1_000_000_000}",
+    )
