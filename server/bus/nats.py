@@ -1,11 +1,12 @@
 """The bus between replicas: NATS core, fire and forget. Whoever misses a message reads the store."""
 
-import nats
 from nats.aio.client import Client
 from nats.aio.subscription import Subscription as NatsFeed
-from nats.errors import ConnectionClosedError, NoServersError
+from nats.errors import BadSubscriptionError, ConnectionClosedError, NoServersError
+from nats.errors import TimeoutError as NatsTimeout
 
 PENDING_MAX = 4096
+FIRST_ATTEMPTS = 3
 
 
 class BusUnreachable(ConnectionError):
@@ -25,8 +26,11 @@ class NatsSubscription:
         return _topic(message.subject), message.data
 
     async def close(self) -> None:
-        if not self._feed._closed:
-            await self._feed.unsubscribe()
+        """What has arrived is still delivered, then the reader ends."""
+        try:
+            await self._feed.drain()  # type: ignore[no-untyped-call]
+        except (ConnectionClosedError, BadSubscriptionError):
+            return
 
 
 class NatsBus:
@@ -52,13 +56,15 @@ class NatsBus:
 
 
 async def connect(url: str) -> NatsBus:
-    """Raises BusUnreachable."""
+    """Raises BusUnreachable when nobody answers at first; later cuts are mended by reconnecting for ever."""
+    client = Client()
     try:
-        client = await nats.connect(url, max_reconnect_attempts=-1, allow_reconnect=True)
-    except (OSError, NoServersError) as error:
+        await client.connect(url, max_reconnect_attempts=FIRST_ATTEMPTS, reconnect_time_wait=1)
+    except (OSError, NoServersError, NatsTimeout) as error:
         raise BusUnreachable(
             f"no NATS server at {url} ({error}): start one, or use the in-process bus"
         ) from error
+    client.options["max_reconnect_attempts"] = -1
     return NatsBus(client)
 
 

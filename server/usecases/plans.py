@@ -103,7 +103,7 @@ def assign_waiting(uow: UnitOfWork) -> tuple[Ride, ...]:
     for ride in (*uow.rides.in_states([RideState.REQUESTED]), *_stranded(uow)):
         free = ride if ride.state is RideState.REQUESTED else unassigned(ride)
         taken, rule = insert_ride(uow, free)
-        if rule and ride.state is RideState.REQUESTED:
+        if rule and (ride.state is RideState.REQUESTED or _has_lapsed(uow, ride)):
             late = replace(free, promise=None, requested_at=uow.now)
             taken, rule = insert_ride(uow, late)
             if not rule:
@@ -275,6 +275,11 @@ def _resettle(uow: UnitOfWork, vehicle_id: str) -> None:
 def _solved(snapshot: Snapshot) -> Solution:
     # Without improvement moves nothing is drawn from the generator.
     return solve(snapshot.problem, _INSERT_ONLY, np.random.default_rng(0))
+
+
+def _has_lapsed(uow: UnitOfWork, ride: Ride) -> bool:
+    """The promised pickup is past: whoever can come first is better than waiting on."""
+    return ride.promise is not None and uow.now > ride.promise.pickup_to
 
 
 def _stranded(uow: UnitOfWork) -> list[Ride]:

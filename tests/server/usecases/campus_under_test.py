@@ -1,9 +1,9 @@
 """A campus with its server's record and no server: use cases run inline, time moves by hand."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from datetime import UTC, datetime, timedelta
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from sqlalchemy import Engine
 
@@ -93,6 +93,9 @@ class CampusUnderTest:
 
     def read(self, work: Callable[[UnitOfWork], T]) -> T:
         return self._loop.run_until_complete(self.transactions.read(work))
+
+    def wait_for(self, coroutine: Coroutine[Any, Any, T]) -> T:
+        return self._loop.run_until_complete(coroutine)
 
     def enrol(self, vehicle_id: str, seats: int = 6, wheelchair_places: int = 0) -> None:
         """Enter the vehicle as an operator does; its key is not needed here."""

@@ -73,6 +73,7 @@ class FakeShuttle:
     driven_m: float = 0.0
     waited_for: str = ""
     connected: bool = False
+    astray: Pose2 | None = None
     is_fresh: bool = True
 
     # ------------------------------------------------------------ link
@@ -100,6 +101,12 @@ class FakeShuttle:
         self.is_fresh = True
         self.flush()
         self.report()
+
+    def connect_at(self, pose_map: Pose2) -> None:
+        """Say hello and report a position that has nothing to do with where it is."""
+        self.astray = pose_map
+        self.connect()
+        self.astray = None
 
     def disconnect(self) -> None:
         self.connected = False
@@ -148,7 +155,7 @@ class FakeShuttle:
         return Status(
             epoch=self.epoch,
             stamp_ns=utc_ns(self.campus.clock.now()),
-            pose_map=Pose2(x_m, y_m, yaw_rad),
+            pose_map=self.astray or Pose2(x_m, y_m, yaw_rad),
             speed_mps=0.0 if self.mode == "held" or self.waited_for else self.speed_mps,
             accel_mps2=0.0,
             steer_rad=0.0,

@@ -1,0 +1,146 @@
+"""The standing tasks on a virtual loop, over inline transactions."""
+
+import asyncio
+from collections.abc import Iterator
+
+import pytest
+from structlog.testing import capture_logs
+
+from campusloop.virtual_loop import VirtualLoop
+from server.bus.in_process import InProcessBus
+from server.domain.errors import LeaseLost, NoVehicleFree
+from server.domain.incidents import IncidentKind
+from server.domain.rides import RideState
+from server.loops.departures import DepartureClerk
+from server.loops.dispatcher import LEASE, LEASE_S, Dispatcher
+from server.loops.pulse import Pulse
+from server.loops.retention import Retention
+from server.loops.silence import SilenceWatch
+from server.loops.solver import InlineSolver, ProcessSolver
+from server.usecases import plans, vehicles
+from tests.server.usecases.campus_under_test import CampusUnderTest
+from tests.server.usecases.fake_fleet import FakeFleet
+from tests.server.usecases.shipped_maps import shipped_map
+
+
+@pytest.fixture
+def fleet() -> Iterator[FakeFleet]:
+    campus = CampusUnderTest(shipped_map("snow-lion"))
+    yield FakeFleet(campus, shipped_map("snow-lion"), 3).start()
+    campus.close()
+
+
+def a_dispatcher(fleet: FakeFleet, improvements: int = 20) -> Dispatcher:
+    campus = fleet.campus
+    return Dispatcher(campus.transactions, campus.bus, InlineSolver(), campus.ids, "snow-lion", improvements)
+
+
+def test_a_beat_comes_every_period_and_at_once_when_the_bus_says_so() -> None:
+    loop, bus, beats = VirtualLoop(), InProcessBus(), []
+
+    async def beat() -> None:
+        beats.append(loop.time())
+
+    task = loop.create_task(Pulse("test", beat, 1.0, bus, ("campus/x/>",)).run())
+    for now_ns in range(0, 2_500_000_000, 100_000_000):
+        loop.run_until_idle(now_ns)
+        if now_ns == 300_000_000:
+            loop.create_task(bus.publish("campus/x/dispatch", b""))
+            loop.create_task(bus.publish("campus/y/dispatch", b""))
+            loop.run_until_idle(now_ns)
+    task.cancel()
+    loop.run_until_idle(2_500_000_000)
+    assert [round(at, 1) for at in beats] == [0.0, 0.3, 1.3, 2.3]
+
+
+def test_a_refused_beat_is_logged_and_a_defect_ends_the_task() -> None:
+    loop = VirtualLoop()
+    answers: list[Exception] = [NoVehicleFree("none"), ZeroDivisionError("defect")]
+
+    async def beat() -> None:
+        raise answers.pop(0)
+
+    task = loop.create_task(Pulse("test", beat, 1.0).run())
+    with capture_logs() as logs:
+        loop.run_until_idle(0)
+        assert not task.done()
+        loop.run_until_idle(1_500_000_000)
+    assert [entry["event"] for entry in logs] == ["loop.refused"]
+    assert isinstance(task.exception(), ZeroDivisionError)
+
+
+def test_the_dispatcher_finds_another_shuttle_for_rides_that_lost_theirs(fleet: FakeFleet) -> None:
+    ride = fleet.book("NN20", "C6")
+    fleet.campus.do(lambda uow: plans.release_waiting(uow, ride.vehicle_id or ""))
+    assert fleet.ride(ride.ride_id).state is RideState.REQUESTED
+    fleet.campus.wait_for(a_dispatcher(fleet).beat())
+    assert fleet.ride(ride.ride_id).state is RideState.ASSIGNED
+
+
+def test_only_the_holder_of_the_lease_dispatches_and_a_fenced_one_stops(fleet: FakeFleet) -> None:
+    campus = fleet.campus
+    first, second = a_dispatcher(fleet), a_dispatcher(fleet)
+    campus.wait_for(first.beat())
+    token = campus.read(lambda uow: uow.leases.token(LEASE))
+    campus.wait_for(second.beat())
+    assert campus.read(lambda uow: uow.leases.token(LEASE)) == token
+    campus.clock.advance(LEASE_S + 1.0)
+    campus.wait_for(second.beat())
+    assert campus.read(lambda uow: uow.leases.token(LEASE)) == token + 1
+    with pytest.raises(LeaseLost):
+        campus.wait_for(first._fenced(lambda uow: uow.now))
+
+
+def test_improvement_moves_waiting_rides_only_to_where_they_cost_less(fleet: FakeFleet) -> None:
+    campus = fleet.campus
+    for from_stop, to_stop in (("NN20", "C6"), ("C6", "NN7"), ("GYM", "C1"), ("NN20", "SE13")):
+        fleet.book(from_stop, to_stop)
+    improvement = campus.read(plans.improvement_of)
+    assert improvement is not None
+    dispatcher = a_dispatcher(fleet, 40)
+    for _ in range(5):
+        campus.wait_for(dispatcher.beat())
+    rides = fleet.rides()
+    assert all(ride.state in (RideState.ASSIGNED, RideState.REFUSED) for ride in rides)
+    assert not any(ride.promise_broken for ride in rides)
+
+
+def test_a_late_improvement_is_dropped(fleet: FakeFleet) -> None:
+    campus = fleet.campus
+    fleet.book("NN20", "C6")
+    improvement = campus.read(plans.improvement_of)
+    assert improvement is not None
+    solution = campus.wait_for(InlineSolver().solve(improvement.problem, a_dispatcher(fleet)._budget, 1))
+    fleet.book("NN20", "GYM")
+    before = campus.read(lambda uow: uow.plans.all())
+    assert campus.do(lambda uow: plans.adopt_improvement(uow, improvement, solution)) == ()
+    assert campus.read(lambda uow: uow.plans.all()) == before
+
+
+def test_a_child_process_gives_the_same_answer_as_inline(fleet: FakeFleet) -> None:
+    fleet.book("NN20", "C6")
+    improvement = fleet.campus.read(plans.improvement_of)
+    assert improvement is not None
+    budget = a_dispatcher(fleet)._budget
+
+    async def both() -> bool:
+        child = ProcessSolver()
+        there = await child.solve(improvement.problem, budget, 5)
+        here = await InlineSolver().solve(improvement.problem, budget, 5)
+        child.close()
+        return there == here
+
+    assert asyncio.run(both())
+
+
+def test_silence_departures_and_retention_do_their_work_in_a_beat(fleet: FakeFleet) -> None:
+    campus = fleet.campus
+    campus.clock.advance(60.0)
+    campus.wait_for(SilenceWatch(campus.transactions).beat())
+    open_now = campus.read(lambda uow: uow.views.incidents())
+    assert {incident.kind for incident in open_now} == {IncidentKind.VEHICLE_SILENT}
+    campus.wait_for(DepartureClerk(campus.transactions, "me").beat())
+    campus.wait_for(DepartureClerk(campus.transactions, "somebody else").beat())
+    assert len(campus.read(lambda uow: uow.views.departures())) > 0
+    campus.wait_for(Retention(campus.transactions).beat())
+    assert campus.read(lambda uow: vehicles.vehicle_of(uow, "shuttle-1")).placed
