@@ -23,7 +23,7 @@ DESKTOP: dict[str, Any] = {"viewport": {"width": 1440, "height": 900}, "device_s
 LOOKS: tuple[tuple[str, dict[str, Any]], ...] = (("", {}), ("-dark", {"color_scheme": "dark"}))
 SETTLE_MS = 1500
 README_PICTURES = frozenset(
-    {"phone-booking", "phone-ride", "phone-ride-dark-zh", "console-vehicle", "console-replay"}
+    {"phone-booking", "phone-ride", "phone-ride-dark-zh", "console-vehicle", "console-live"}
 )
 
 

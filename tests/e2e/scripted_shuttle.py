@@ -25,6 +25,7 @@ from contract.wire.messages import (
     PassengerTap,
     RiderAlighted,
     RiderBoarded,
+    RiderNoShow,
     RiderTask,
     SectionGrant,
     Status,
@@ -48,6 +49,7 @@ STEP_S = 0.2
 MARGIN_M = 0.5
 SLACK_M = 0.3
 BODY = Body()
+PATIENCE_S = 12.0
 SCREEN_TO = "→ {name}"
 SCREEN_REST = "CAMPUSLOOP"
 
@@ -74,7 +76,8 @@ class Journey:
 class ScriptedShuttle:
     """start(), stop(); `speed_mps` may be changed while it drives; 0 makes it stand where it is.
 
-    Its doors stay open at a stop until everybody who has to board or alight there has tapped.
+    Its doors stay open at a stop until everybody who has to board or alight there has tapped, or until its
+    patience is over: then who is missing did not show up.
     """
 
     def __init__(
@@ -90,6 +93,7 @@ class ScriptedShuttle:
         self._doors_open = False
         self._aboard: dict[str, RiderTask] = {}
         self._spoken = ""
+        self._stood_s = 0.0
         self._events: list[VehicleEvent] = []
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
@@ -196,7 +200,11 @@ class ScriptedShuttle:
     def _everybody_done(self, visit: Visit) -> bool:
         waiting = [rider for rider in visit.board if rider.ride_id not in self._aboard]
         staying = [rider for rider in visit.alight if rider.ride_id in self._aboard]
-        return not waiting and not staying
+        self._stood_s += STEP_S
+        if self._stood_s < PATIENCE_S:
+            return not waiting and not staying
+        self._events += [RiderNoShow(rider.ride_id) for rider in waiting]
+        return not staying
 
     def _drive(self, visit: Visit) -> None:
         journey, line = self._journey, self._journey.line
@@ -224,6 +232,7 @@ class ScriptedShuttle:
 
     def _arrive(self, visit: Visit) -> None:
         self._journey.states[visit.visit_id] = "under_way"
+        self._stood_s = 0.0
         self._events.append(VisitChanged(visit.visit_id, visit.stop_id, "under_way"))
         if visit.kind == "stop":
             self._doors_open = True

@@ -52,11 +52,11 @@ def test_a_ride_is_boarded_and_left_by_taps_that_open_when_the_shuttle_stands_th
     aboard = page.get_by_role("button", name="I’m on board")
     expect(aboard).to_be_disabled()
     shuttle.speed_mps = QUICK_MPS
-    expect(aboard).to_be_enabled(timeout=60_000)
+    expect(aboard).to_be_enabled(timeout=90_000)
     expect(page.get_by_role("heading", name="Shuttle 1 is at your stop")).to_be_visible()
     aboard.click()
     off = page.get_by_role("button", name="I’m off")
-    expect(off).to_be_enabled(timeout=60_000)
+    expect(off).to_be_enabled(timeout=90_000)
     expect(page.get_by_role("heading", name="You have arrived")).to_be_visible()
     off.click()
     expect(page.get_by_role("heading", name="Ride completed")).to_be_visible()
