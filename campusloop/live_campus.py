@@ -65,6 +65,8 @@ class LiveCampus:
         made = options.folder / "tls" / "certificate.pem" if exposed else None
         self.certificate = options.tls_cert or made
         self.origin = f"{'https' if exposed else 'http'}://127.0.0.1:{options.port}"
+        self.client = httpx.AsyncClient(base_url=self.origin)
+        self.operator = OperatorClient(self.client)
 
     @property
     def vehicle_ids(self) -> list[str]:
@@ -83,9 +85,10 @@ class LiveCampus:
         shutil.rmtree(self.options.folder, ignore_errors=True)
         (self.options.folder / "logs").mkdir(parents=True)
         self._supervise([self._server_job()])
-        self.client = httpx.AsyncClient(base_url=self.origin, verify=await self._trusted(), timeout=30.0)
-        await self._until_ready()
+        trusted = await self._trusted()
+        self.client = httpx.AsyncClient(base_url=self.origin, verify=trusted, timeout=30.0)
         self.operator = OperatorClient(self.client)
+        await self._until_ready()
         await self.operator.sign_in(OPERATOR, self.password)
         places = [await self._enrol(number, name) for number, name in enumerate(self.vehicle_ids)]
         self._supervise([self._simulator_job()])
@@ -107,8 +110,7 @@ class LiveCampus:
         """Agents, simulator, server; each in order, nothing is left running."""
         for supervisor in reversed(self._supervisors):
             await asyncio.to_thread(supervisor.stop)
-        if self._supervisors:
-            await self.client.aclose()
+        await self.client.aclose()
         shutil.rmtree(self._mail, ignore_errors=True)
         shutil.rmtree(self._scans, ignore_errors=True)
 

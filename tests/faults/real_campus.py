@@ -10,15 +10,31 @@ from collections.abc import AsyncIterator, Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
-from campusloop.headless import ride_pairs
 from campusloop.live_campus import LiveCampus, LiveOptions
 from campusloop.passengers import ENDED, Journey, Passengers, Wish
 from campusloop.simulated_people import SimulatedPeople
+from contract.roads.model import RoadMap
+from contract.roads.network import RoadNetwork
+from contract.roads.routing import find_route
 from simulator.live_ports import control_port
 
 ROOT = Path(__file__).resolve().parents[2]
 SHIPPED = ROOT / "maps" / "shanghai-university" / "map.json"
 RIDE_WITHIN_S = 240.0
+
+
+def nearest_pair(road_map: RoadMap) -> tuple[str, str]:
+    """The shortest ride there is from where the first shuttle rests, the way to its start included."""
+    network = RoadNetwork(road_map)
+    rest = road_map.resting_places[0]
+    lengths = {}
+    for origin in road_map.stops:
+        approach = find_route(network, rest.lane_id, rest.s_m, origin.lane_id, origin.s_m)
+        for target in road_map.stops:
+            ride = find_route(network, origin.lane_id, origin.s_m, target.lane_id, target.s_m)
+            if origin is not target and approach is not None and ride is not None:
+                lengths[origin.stop_id, target.stop_id] = approach.length_m + ride.length_m
+    return min(lengths, key=lambda pair: lengths[pair])
 
 
 def free_port() -> int:
@@ -31,12 +47,11 @@ def free_port() -> int:
 class RealCampus:
     """One shuttle without pedestrians, so that a ride takes a known while."""
 
-    def __init__(self, campus: LiveCampus, passengers: Passengers) -> None:
+    def __init__(self, campus: LiveCampus, passengers: Passengers, told: list[str]) -> None:
         self.campus = campus
         self._passengers = passengers
-        self.told: list[str] = []
-        pairs = ride_pairs(campus.road_map, 120.0)
-        self.pair = pairs[0]
+        self.told = told
+        self.pair = nearest_pair(campus.road_map)
         self._lives: list[asyncio.Task[Journey]] = []
 
     def ask(self) -> Journey:
@@ -50,11 +65,20 @@ class RealCampus:
             for life in self._lives:
                 if life.done():
                     life.result()
-            assert time.monotonic() < deadline_s, f"not within {within_s} s; {self._said()}"
+            assert time.monotonic() < deadline_s, f"not within {within_s} s; {self.told} {self._said()}"
             await asyncio.sleep(0.2)
 
+    async def keep_going(self) -> None:
+        """A watchful operator: resume the shuttle whenever it has stopped for its safety."""
+        if (await self.campus.operator.vehicle("shuttle-1"))["held"]:
+            await self.campus.operator.command("shuttle-1", "resume")
+
     async def until_state(self, journey: Journey, state: str, within_s: float = RIDE_WITHIN_S) -> None:
-        await self.until(lambda: journey.state == state or journey.state in ENDED, within_s)
+        deadline_s = time.monotonic() + within_s
+        while journey.state != state and journey.state not in ENDED:
+            assert time.monotonic() < deadline_s, f"not within {within_s} s; {self.told} {self._said()}"
+            await self.keep_going()
+            await asyncio.sleep(2.0)
         assert journey.state == state, (journey.history, journey.reason)
 
     def kill(self, name: str) -> int:
@@ -88,10 +112,13 @@ async def a_real_campus(folder: Path, base_port: int) -> AsyncIterator[RealCampu
         await campus.start()
         watch = asyncio.create_task(campus.watch())
         await asyncio.wait_for(campus.release_all(), 60.0)
+        told: list[str] = []
         people = SimulatedPeople(campus.road_map, control_port(base_port))
-        passengers = Passengers(campus.client, people, lambda: datetime.now(UTC), lambda _: None)
+        passengers = Passengers(
+            campus.client, people, lambda: datetime.now(UTC), lambda journey: told.append(journey.state)
+        )
         async with people.listening(passengers.tap):
-            real = RealCampus(campus, passengers)
+            real = RealCampus(campus, passengers, told)
             try:
                 yield real
             finally:

@@ -9,7 +9,7 @@ from tests.faults.real_campus import RealCampus, a_real_campus
 from vehicle_agent.runtime.replay import replay_segment
 from vehicle_agent.stacks.gem import gem
 
-pytestmark = pytest.mark.real
+pytestmark = pytest.mark.faults
 
 
 async def speed_mps(real: RealCampus) -> float:

@@ -4,10 +4,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from campusloop.headless import ride_pairs
 from campusloop.passengers import ENDED, Journey, Wish
 from campusloop.virtual_campus import CampusOptions, VirtualCampus
 from contract.roads.load import load_map
+from tests.faults.real_campus import nearest_pair
 
 ROOT = Path(__file__).resolve().parents[2]
 SHIPPED = ROOT / "maps" / "shanghai-university" / "map.json"
@@ -24,7 +24,7 @@ class CampusDay:
                 road_map, folder, seed, vehicles, database_url=f"sqlite:///{folder / 'campus.db'}", **options
             )
         )
-        self.pairs = ride_pairs(road_map, 150.0)
+        self.pair = nearest_pair(road_map)
         self.told: list[tuple[int, str]] = []
         self.campus.start()
         self._passengers = self.campus.passengers(self._tell)
@@ -32,9 +32,9 @@ class CampusDay:
     def _tell(self, journey: Journey) -> None:
         self.told.append((journey.wish.number, journey.state))
 
-    def ask(self, number: int = 1, pair: int = 0, party: int = 1, how: Any = "code") -> Journey:
+    def ask(self, number: int = 1, party: int = 1, how: Any = "code") -> Journey:
         """A passenger wants to ride, now."""
-        journey = Journey(Wish(number, 0.0, *self.pairs[pair], party, how))
+        journey = Journey(Wish(number, 0.0, *self.pair, party, how))
         self.campus.conductor.loop.create_task(self._passengers.live(journey))
         return journey
 
