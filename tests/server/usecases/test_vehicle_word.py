@@ -195,8 +195,8 @@ def test_rides_waiting_for_a_vehicle_that_is_lost_are_given_to_another(driven_fl
     driven_fleet.shuttles.remove(shuttle)
     assert ride.promise is not None
     while driven_fleet.campus.clock.now() <= ride.promise.pickup_to:
-        driven_fleet.step()
         assert driven_fleet.ride(ride.ride_id).vehicle_id == shuttle.vehicle_id
+        driven_fleet.step()
     for _ in range(5):
         driven_fleet.step()
     moved = driven_fleet.ride(ride.ride_id)
