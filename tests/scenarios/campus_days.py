@@ -26,6 +26,7 @@ class CampusDay:
         )
         self.pair = nearest_pair(road_map)
         self.told: list[tuple[int, str]] = []
+        self._closed = False
         self.campus.start()
         self._passengers = self.campus.passengers(self._tell)
 
@@ -45,6 +46,12 @@ class CampusDay:
     def until_state(self, journey: Journey, state: str, timeout_s: float = 1200.0) -> None:
         self.until(lambda: journey.state == state or journey.state in ENDED, timeout_s)
         assert journey.state == state, (journey.state, journey.reason, self.told)
+
+    def close(self) -> None:
+        """Finish run logs and server, once."""
+        if not self._closed:
+            self._closed = True
+            self.campus.stop()
 
     def run_for(self, seconds: float) -> None:
         self.campus.conductor.run_for(seconds)

@@ -19,8 +19,7 @@ def test_two_rides_are_booked_driven_through_people_and_replayed(tmp_path: Path)
         assert [state for _, state in journey.history][-3:] == ["boarding", "aboard", "completed"]
 
 
-def test_a_link_that_is_cut_while_riding_changes_nothing_for_the_passenger(tmp_path: Path) -> None:
-    day = CampusDay(tmp_path)
+def test_a_link_that_is_cut_while_riding_changes_nothing_for_the_passenger(day: CampusDay) -> None:
     journey = day.ask()
     day.until_state(journey, "aboard")
     day.campus.network.cut("shuttle-1")
@@ -30,8 +29,7 @@ def test_a_link_that_is_cut_while_riding_changes_nothing_for_the_passenger(tmp_p
     assert [state for number, state in day.told].count("aboard") == 1
 
 
-def test_a_server_that_restarts_while_riding_loses_no_ride(tmp_path: Path) -> None:
-    day = CampusDay(tmp_path)
+def test_a_server_that_restarts_while_riding_loses_no_ride(day: CampusDay) -> None:
     journey = day.ask()
     day.until_state(journey, "aboard")
     day.campus.stop_server()
@@ -39,8 +37,9 @@ def test_a_server_that_restarts_while_riding_loses_no_ride(tmp_path: Path) -> No
     day.until_state(journey, "completed")
 
 
-def test_a_vehicle_that_crashes_while_riding_stands_held_until_an_operator_resumes_it(tmp_path: Path) -> None:
-    day = CampusDay(tmp_path)
+def test_a_vehicle_that_crashes_while_riding_stands_held_until_an_operator_resumes_it(
+    day: CampusDay, tmp_path: Path
+) -> None:
     journey = day.ask()
     day.until_state(journey, "aboard")
     day.run_for(5.0)
@@ -54,6 +53,6 @@ def test_a_vehicle_that_crashes_while_riding_stands_held_until_an_operator_resum
     day.campus.call(day.campus.operator.release("shuttle-1"))
     day.until_state(journey, "completed")
     assert [state for number, state in day.told].count("completed") == 1
-    day.campus.stop()
+    day.close()
     for segment in sorted((tmp_path / "shuttle-1" / "runs").rglob("*.mcap")):
         assert replay_segment(segment, gem).difference is None
