@@ -71,7 +71,9 @@ def arc_lengths(points: Array) -> Array:
 
 
 @njit(cache=True)
-def project(points: Array, s: Array, x_m: float, y_m: float, first: int, last: int) -> tuple[float, float, int]:
+def project(
+    points: Array, s: Array, x_m: float, y_m: float, first: int, last: int
+) -> tuple[float, float, int]:
     """The polyline's nearest point to (x, y), seen from segments first..last-1 only.
 
     points (n, 2), s (n,) from `arc_lengths`; first, last clipped to [0, n - 1].
@@ -138,7 +140,7 @@ def resample(points: Array, spacing_m: float) -> Array:
     """The polyline with evenly spaced points, at most spacing_m apart, ends kept."""
     s = arc_lengths(points)
     total = s[-1]
-    count = max(2, int(math.ceil(total / spacing_m)) + 1)
+    count = max(2, math.ceil(total / spacing_m) + 1)
     out = np.empty((count, 2))
     for k in range(count):
         x, y, _ = pose_at(points, s, total * k / (count - 1))

@@ -18,7 +18,7 @@ def enc_hook(value: Any) -> Any:
 
 
 def dec_hook(kind: Any, value: Any) -> Any:
-    """For `msgspec` decoders; gives a writable, C-contiguous copy, which is what the kernels are compiled for."""
+    """For `msgspec` decoders; gives a writable, C-contiguous copy: what the kernels are compiled for."""
     if getattr(kind, "__origin__", kind) is np.ndarray:
         shape, dtype, data = value
         return np.frombuffer(data, dtype=np.dtype(dtype)).reshape(shape).copy()
