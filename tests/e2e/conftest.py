@@ -2,11 +2,14 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from tests.e2e.chromium import LAUNCH_FLAGS, chromium_path
 from tests.e2e.scripted_shuttle import ScriptedShuttle
 from tests.e2e.server_process import ROOT, ServerProcess
+
+WITHIN_MS = 15_000
+expect.set_options(timeout=WITHIN_MS)
 
 OpenPage = Callable[..., Page]
 
@@ -45,7 +48,7 @@ def open_page(browser: Browser, server: ServerProcess) -> Iterator[OpenPage]:
 
     def opened(path: str, allowed: tuple[int, ...] = (), **options: Any) -> Page:
         context = browser.new_context(**({"locale": "en-GB"} | DESKTOP | options))
-        context.set_default_timeout(15_000)
+        context.set_default_timeout(WITHIN_MS)
         contexts.append(context)
         page = context.new_page()
 
