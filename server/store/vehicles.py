@@ -52,6 +52,9 @@ class Vehicles(Repository):
     def heard(self, vehicle_id: str, at: datetime) -> None:
         self._put(tables.whereabouts, {"vehicle_id": vehicle_id, "heard_at": at})
 
+    def save_position(self, vehicle_id: str, status: Status) -> None:
+        self._update(tables.whereabouts, {"status": to_json(status)}, _where.vehicle_id == vehicle_id)
+
     def save_status(self, reports: Sequence[StatusReport]) -> None:
         newest = {report.vehicle_id: report for report in reports}
         for vehicle_id, report in sorted(newest.items()):

@@ -32,6 +32,7 @@ class FleetRoads:
         self._kept_clear: dict[Own, frozenset[str]] = {}
         self._stop_times: dict[Own, Array] = {}
         self._to_rest: dict[tuple[Place, str], float] = {}
+        self._from_rest: dict[str, Array] = {}
         self._empty = Reservations(network.road_map.sections)
 
     def reservations(self) -> Reservations:
@@ -84,6 +85,14 @@ class FleetRoads:
                 travel_times_from(self.network, place, there, self._speed_cap_mps, blocked)[0]
             )
         return self._to_rest[key]
+
+    def times_from_rest(self, rest: RestingPlace) -> Array:
+        """(n,) planned seconds from a resting place to every stop, for the vehicle that rests there."""
+        if rest.place_id not in self._from_rest:
+            self._from_rest[rest.place_id] = self.times_to_stops(
+                (rest.lane_id, rest.s_m), frozenset({rest.place_id}), frozenset()
+            )
+        return self._from_rest[rest.place_id]
 
     def route(self, origin: Place, destination: Place, blocked: frozenset[str]) -> Route | None:
         return find_route(self.network, *origin, *destination, blocked, speed_cap_mps=self._speed_cap_mps)

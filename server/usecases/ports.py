@@ -9,6 +9,7 @@ from datetime import datetime
 from typing import Protocol, TypeVar
 
 from contract.roads.network import RoadNetwork
+from contract.wire.messages import Status
 from server.dispatch.problem import Problem
 from server.dispatch.solve import Budget, Solution
 from server.domain.events import RecordedEvent, ServerEvent
@@ -204,6 +205,10 @@ class VehicleRepository(Protocol):
     def all_whereabouts(self) -> tuple[Whereabouts, ...]: ...
 
     def heard(self, vehicle_id: str, at: datetime) -> None: ...
+
+    def save_position(self, vehicle_id: str, status: Status) -> None:
+        """A better word on where it is than its newest report; no history."""
+        ...
 
     def save_status(self, reports: Sequence[StatusReport]) -> None:
         """The newest of each vehicle becomes its whereabouts; all of them become history."""

@@ -6,27 +6,31 @@ from contract.roads.model import RestingPlace
 from contract.roads.travel_times import Place
 from server.domain.errors import NoRestingPlaceFree
 from server.domain.plans import Plan, PlannedVisit
+from server.usecases.fleet_roads import FleetRoads
 from server.usecases.ground import ARRIVED_M
 from server.usecases.ports import UnitOfWork
 from server.usecases.section_desk import SectionDesk
 
 
-def resting_place_for(uow: UnitOfWork, plan: Plan, last: Place, desk: SectionDesk) -> RestingPlace:
-    """The nearest place from `last` that is reserved for nobody else; free ones before occupied ones.
+def resting_place_for(
+    uow: UnitOfWork, plan: Plan, last: Place, onward: PlannedVisit | None, desk: SectionDesk
+) -> tuple[RestingPlace, float]:
+    """The place that is the least way round, of those reserved for nobody else; and that way in seconds.
 
-    Raises NoRestingPlaceFree.
+    The way goes from `last` to the place, and on to the next stop where there is one. Free places come
+    before occupied ones. Raises NoRestingPlaceFree.
     """
-    roads = uow.roads()
+    network = uow.network()
     reserved = {other.resting_place_id for other in uow.plans.all() if other.vehicle_id != plan.vehicle_id}
     occupied = desk.held_by_others(plan.vehicle_id)
     best: tuple[tuple[bool, float, str], RestingPlace] | None = None
-    for place in roads.network.road_map.resting_places:
+    for place in network.road_map.resting_places:
         if place.place_id in reserved:
             continue
-        time_s = roads.time_to_rest(last, place)
+        time_s = _way_round_s(uow.roads(), last, place, onward)
         if math.isinf(time_s):
             continue
-        section_id = roads.network.section_at(place.lane_id, place.s_m).section_id
+        section_id = network.section_at(place.lane_id, place.s_m).section_id
         key = (section_id in occupied, time_s, place.place_id)
         if best is None or key < best[0]:
             best = key, place
@@ -34,18 +38,26 @@ def resting_place_for(uow: UnitOfWork, plan: Plan, last: Place, desk: SectionDes
         raise NoRestingPlaceFree(
             f"every resting place that {plan.vehicle_id} can reach belongs to another shuttle"
         )
-    return best[1]
+    return best[1], best[0][1]
+
+
+def _way_round_s(roads: FleetRoads, last: Place, place: RestingPlace, onward: PlannedVisit | None) -> float:
+    there_s = roads.time_to_rest(last, place)
+    if onward is None or math.isinf(there_s):
+        return there_s
+    return there_s + float(roads.times_from_rest(place)[roads.stop_numbers[onward.stop_id]])
 
 
 def rest_visit(uow: UnitOfWork, place: RestingPlace) -> PlannedVisit:
     return PlannedVisit(uow.ids.new_id("visit"), "rest", "", place.lane_id, place.s_m, dwell_s=0.0)
 
 
-def rests_at(plan: Plan, place: RestingPlace, here: Place) -> bool:
-    """The vehicle, with nothing left to do, stands at its resting place."""
+def rests_at(uow: UnitOfWork, plan: Plan, here: Place) -> RestingPlace | None:
+    """The resting place at which the vehicle stands, unless it is reserved for another one."""
     lane_id, s_m = here
-    return (
-        plan.resting_place_id == place.place_id
-        and lane_id == place.lane_id
-        and abs(s_m - place.s_m) <= ARRIVED_M
-    )
+    reserved = {other.resting_place_id for other in uow.plans.all() if other.vehicle_id != plan.vehicle_id}
+    for place in uow.network().road_map.resting_places:
+        is_here = place.lane_id == lane_id and abs(place.s_m - s_m) <= ARRIVED_M
+        if is_here and place.place_id not in reserved:
+            return place
+    return None

@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from datetime import timedelta
+from datetime import datetime, timedelta
 
+from contract.roads.model import RestingPlace
 from server.dispatch.problem import Call
 from server.dispatch.schedule import CallTime
 from server.dispatch.solve import VehicleRoute
@@ -83,13 +84,12 @@ def _new_visit(uow: UnitOfWork, snapshot: Snapshot, call: Call) -> PlannedVisit:
     if chained is None:
         return visit
     departure, number = chained
-    leave_at = departure.calls[number].leave_at
     return replace(
         visit,
         departure_id=departure.departure_id,
         call=number,
-        not_before=leave_at,
-        latest=leave_at + timedelta(seconds=uow.rules.departure_tolerance_s - call.dwell_s),
+        not_before=departure.calls[number].leave_at,
+        latest=moment(call.arrive_by_s),
     )
 
 
@@ -97,26 +97,58 @@ def _ended(uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[Planne
     """The plan with its rest behind the first stops; without one when it rests there already."""
     here = snapshot.footings[plan.vehicle_id]
     place_here = (here.lane_id, here.s_m)
-    count = _stops_ahead(uow, visits)
-    last = (visits[count - 1].lane_id, visits[count - 1].s_m) if visits else place_here
-    place = resting_place_for(uow, plan, last, snapshot.desk)
     resting = tuple(visit for visit in plan.visits if visit.kind == "rest")
     arriving = tuple(visit for visit in resting if visit.state == "under_way")
-    if not visits and (arriving or rests_at(plan, place, place_here)):
-        return next_version(plan, arriving, place.place_id)
+    standing = rests_at(uow, plan, place_here)
+    if not visits and standing is not None:
+        return next_version(plan, arriving, standing.place_id)
+    at_rest = bool(arriving) or standing is not None
+    count = _stops_ahead(uow, snapshot, plan, visits, at_rest)
+    place, _ = _rest_after(uow, snapshot, plan, visits, count)
     same = [v for v in resting if (v.lane_id, v.s_m) == (place.lane_id, place.s_m) and v not in arriving]
     rest = same[0] if same else rest_visit(uow, place)
     return next_version(plan, (*arriving, *visits[:count], rest, *visits[count:]), place.place_id)
 
 
-def _stops_ahead(uow: UnitOfWork, visits: tuple[PlannedVisit, ...]) -> int:
-    """How many stops the next order holds: a shuttle rather rests than waits long at a later stop."""
-    for number, visit in enumerate(visits[: uow.rules.order_stops]):
-        if number > 0 and visit.not_before is not None and visit.eta is not None:
-            idle_s = (visit.not_before - visit.eta).total_seconds() - visit.dwell_s
-            if idle_s > uow.rules.held_back_s:
-                return number
-    return min(len(visits), uow.rules.order_stops)
+def _stops_ahead(
+    uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[PlannedVisit, ...], at_rest: bool
+) -> int:
+    """How many stops the next order holds: none where a shuttle can rest before it has to be at the first.
+
+    A shuttle that stands at a stop before its time keeps the road from those behind it.
+    """
+    most = min(len(visits), uow.rules.order_stops)
+    for number, visit in enumerate(visits[:most]):
+        starts = number == 0 and (at_rest or visit.state == "under_way")
+        if starts or visit.not_before is None or visit.eta is None:
+            continue
+        idle_s = (visit.not_before - visit.eta).total_seconds() - visit.dwell_s
+        if idle_s <= uow.rules.held_back_s:
+            continue
+        begun = uow.now if number == 0 else _left_at(visits[number - 1])
+        free_s = (visit.not_before - begun).total_seconds() - visit.dwell_s - uow.rules.held_back_s
+        _, way_s = _rest_after(uow, snapshot, plan, visits, number)
+        if way_s <= free_s:
+            return number
+    return most
+
+
+def _left_at(visit: PlannedVisit) -> datetime:
+    """When a visit is left as planned."""
+    if visit.eta is None:
+        raise ValueError(f"visit {visit.visit_id} has no expected time")
+    leaves = visit.eta + timedelta(seconds=visit.dwell_s)
+    return leaves if visit.not_before is None else max(leaves, visit.not_before)
+
+
+def _rest_after(
+    uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[PlannedVisit, ...], count: int
+) -> tuple[RestingPlace, float]:
+    """The resting place behind the first `count` stops, and the seconds by way of it to the next stop."""
+    here = snapshot.footings[plan.vehicle_id]
+    last = (visits[count - 1].lane_id, visits[count - 1].s_m) if count else (here.lane_id, here.s_m)
+    onward = visits[count] if count < len(visits) else None
+    return resting_place_for(uow, plan, last, onward, snapshot.desk)
 
 
 def _assign(uow: UnitOfWork, snapshot: Snapshot, route: VehicleRoute) -> None:

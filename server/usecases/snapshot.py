@@ -187,19 +187,31 @@ def _request(uow: UnitOfWork, ride: Ride) -> Request:
 def _chains(
     roads: FleetRoads, departures: Sequence[Departure], tolerance_s: float, dwell_s: float
 ) -> tuple[tuple[Chain, ...], dict[str, tuple[Departure, int]]]:
+    """Each departure as timed calls.
+
+    The first one has to be made within the tolerance. Where planned driving is slower than the timetable the
+    later ones follow as fast as it allows: a timetable is not refused for a careful plan.
+    """
+    every = frozenset(roads.network.resting_places)
+    drive = roads.stop_times(every)
     chains: list[Chain] = []
     chained: dict[str, tuple[Departure, int]] = {}
     for departure in departures:
-        calls = []
+        calls: list[Call] = []
+        arrive_s = -np.inf
         for number, call in enumerate(departure.calls):
             call_id = f"{departure.departure_id}#{number}"
             chained[call_id] = departure, number
+            place, leave_s = roads.stop_numbers[call.stop_id], seconds(call.leave_at)
+            if calls:
+                left_s = max(calls[-1].leave_from_s, arrive_s + dwell_s)
+                arrive_s = left_s + float(drive[calls[-1].place, place])
             calls.append(
                 Call(
-                    place=roads.stop_numbers[call.stop_id],
+                    place=place,
                     dwell_s=dwell_s,
-                    leave_from_s=seconds(call.leave_at),
-                    arrive_by_s=seconds(call.leave_at) + tolerance_s - dwell_s,
+                    leave_from_s=leave_s,
+                    arrive_by_s=max(leave_s - dwell_s, arrive_s) + tolerance_s,
                     fixed=True,
                     call_id=call_id,
                 )

@@ -1,8 +1,12 @@
 """What vehicles say about their visits; it wins over what the plan says."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
 
+import msgspec
+
+from contract.geometry import Pose2
 from contract.wire.messages import VisitProgress, VisitState
 from server.domain.errors import IllegalTransition
 from server.domain.events import ServerEvent
@@ -12,6 +16,8 @@ from server.domain.rides import RideState, moved
 from server.domain.timetable import DepartureState
 from server.usecases import topics
 from server.usecases.ports import UnitOfWork
+
+NEAR_M = 15.0
 
 
 def change(uow: UnitOfWork, vehicle_id: str, visit_id: str, state: VisitState) -> PlannedVisit | None:
@@ -35,6 +41,8 @@ def change(uow: UnitOfWork, vehicle_id: str, visit_id: str, state: VisitState) -
     follow(uow, plan, after)
     visit = plan.visit(visit_id)
     if visit is not None:
+        if state != "skipped":
+            _stand_at(uow, vehicle_id, visit)
         _tell(uow, vehicle_id, visit, state)
     return visit
 
@@ -60,6 +68,27 @@ def follow(uow: UnitOfWork, before: Plan, after: Plan) -> None:
         uow.orders.save(replace(order, plan_version=after.version, state=OrderState.DONE))
     elif order.state is OrderState.ACCEPTED or ordered <= open_now:
         uow.orders.save(replace(order, plan_version=after.version))
+
+
+def _stand_at(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> None:
+    """Positions come in batches, so the newest may be from before the stop: the vehicle stands at the visit.
+
+    One farther away is left as it is: the event is an old one, told late.
+    """
+    where = uow.vehicles.whereabouts(vehicle_id)
+    if where is None or where.status is None:
+        return
+    pose = where.status.pose_map
+    x_m, y_m, yaw_rad = uow.network().pose(visit.lane_id, visit.s_m)
+    if math.hypot(pose.x_m - x_m, pose.y_m - y_m) <= NEAR_M:
+        stands = msgspec.structs.replace(
+            where.status,
+            pose_map=Pose2(x_m, y_m, yaw_rad),
+            lane_id=visit.lane_id,
+            s_m=visit.s_m,
+            speed_mps=0.0,
+        )
+        uow.vehicles.save_position(vehicle_id, stands)
 
 
 def _tell(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitState) -> None:
