@@ -51,8 +51,10 @@ def released(uow: UnitOfWork, vehicle_id: str, section_id: str, fence: int) -> N
 
 def _wanted(uow: UnitOfWork, vehicle: Vehicle, desk: SectionDesk) -> int:
     occupancy = desk.occupancy(vehicle.vehicle_id)
+    if not occupancy.ahead:
+        return 0
     where = uow.vehicles.whereabouts(vehicle.vehicle_id)
-    if not occupancy.ahead or where is None or where.status is None:
+    if where is None or where.status is None:
         return 0
     network = uow.network()
     here = footing(network, occupancy.held_ids, where.status)

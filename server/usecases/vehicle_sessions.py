@@ -94,11 +94,12 @@ def report_key_conflict(uow: UnitOfWork, vehicle_id: str, detail: str) -> None:
 
 def record_status(uow: UnitOfWork, reports: Sequence[StatusReport]) -> None:
     """Keep a batch of positions. A vehicle's first position on a lane places it on the road."""
-    known = [report for report in reports if uow.vehicles.get(report.vehicle_id) is not None]
+    vehicles = {vehicle.vehicle_id: vehicle for vehicle in uow.vehicles.all()}
+    known = [report for report in reports if report.vehicle_id in vehicles]
     uow.vehicles.save_status(known)
     newest = {report.vehicle_id: report for report in known}
     for vehicle_id, report in sorted(newest.items()):
-        _look_at(uow, vehicle_id, report.status)
+        _look_at(uow, vehicles[vehicle_id], report.status)
         uow.publish(topics.vehicle_status(uow.campus_id, vehicle_id))
 
 
@@ -145,10 +146,8 @@ def _reconcile(uow: UnitOfWork, hello: HelloFacts) -> None:
         orders.repeat(uow, hello.vehicle_id)
 
 
-def _look_at(uow: UnitOfWork, vehicle_id: str, status: Status) -> None:
-    vehicle = uow.vehicles.get(vehicle_id)
-    if vehicle is None or vehicle.retired:
-        return
+def _look_at(uow: UnitOfWork, vehicle: Vehicle, status: Status) -> None:
+    vehicle_id = vehicle.vehicle_id
     try:
         network = uow.network()
     except CampusUnknown:
