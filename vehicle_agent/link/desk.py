@@ -44,10 +44,6 @@ class Desk:
         self._outbox = Outbox(folder, identity.boot_id, sync=sync)
         self.session = VehicleSession(identity, sign, self._outbox.log, holding)
 
-    def memory(self) -> bytes | None:
-        """The mission's memory from before the last crash or restart."""
-        return self._outbox.memory()
-
     def tick_news(self, news: TickNews, now_ns: int) -> None:
         """All three steps at once, for who may block (virtual time)."""
         lines = self.number(news)

@@ -59,10 +59,6 @@ class Outbox:
         """Replace the mission's memory; returns when it is on disk."""
         _replace(self._memory_path, memory, self._sync)
 
-    def memory(self) -> bytes | None:
-        """The mission's memory as last saved, or None on the first boot."""
-        return read_memory(self._memory_path.parent)
-
     def close(self) -> None:
         self._file.close()
 
