@@ -48,8 +48,8 @@ def _way_round_s(roads: FleetRoads, last: Place, place: RestingPlace, onward: Pl
     return there_s + float(roads.times_from_rest(place)[roads.stop_numbers[onward.stop_id]])
 
 
-def rest_visit(uow: UnitOfWork, place: RestingPlace) -> PlannedVisit:
-    return PlannedVisit(uow.ids.new_id("visit"), "rest", "", place.lane_id, place.s_m, dwell_s=0.0)
+def rest_visit(uow: UnitOfWork, lane_id: str, s_m: float) -> PlannedVisit:
+    return PlannedVisit(uow.ids.new_id("visit"), "rest", "", lane_id, s_m, dwell_s=0.0)
 
 
 def rests_at(uow: UnitOfWork, plan: Plan, here: Place) -> RestingPlace | None:

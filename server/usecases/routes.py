@@ -8,6 +8,7 @@ from contract.roads.model import RestingPlace
 from server.dispatch.problem import Call
 from server.dispatch.schedule import CallTime
 from server.dispatch.solve import VehicleRoute
+from server.domain.orders import OrderState
 from server.domain.plans import Plan, PlannedVisit, next_version
 from server.domain.rides import Ride, RideState, assigned, unassigned
 from server.domain.timetable import given_to
@@ -94,20 +95,29 @@ def _new_visit(uow: UnitOfWork, snapshot: Snapshot, call: Call) -> PlannedVisit:
 
 
 def _ended(uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[PlannedVisit, ...]) -> Plan:
-    """The plan with its rest behind the first stops; without one when it rests there already."""
+    """The plan with its rest behind the first stops; without one when it rests there already.
+
+    A shuttle that stands at rest but was ordered away, for a ride that is no more, is ordered to stay.
+    """
     here = snapshot.footings[plan.vehicle_id]
     place_here = (here.lane_id, here.s_m)
     resting = tuple(visit for visit in plan.visits if visit.kind == "rest")
     arriving = tuple(visit for visit in resting if visit.state == "under_way")
     standing = rests_at(uow, plan, place_here)
     if not visits and standing is not None:
-        return next_version(plan, arriving, standing.place_id)
+        stay = () if arriving or not _is_ordered_away(uow, plan) else (rest_visit(uow, *place_here),)
+        return next_version(plan, (*arriving, *stay), standing.place_id)
     at_rest = bool(arriving) or standing is not None
     count = _stops_ahead(uow, snapshot, plan, visits, at_rest)
     place, _ = _rest_after(uow, snapshot, plan, visits, count)
     same = [v for v in resting if (v.lane_id, v.s_m) == (place.lane_id, place.s_m) and v not in arriving]
-    rest = same[0] if same else rest_visit(uow, place)
+    rest = same[0] if same else rest_visit(uow, place.lane_id, place.s_m)
     return next_version(plan, (*arriving, *visits[:count], rest, *visits[count:]), place.place_id)
+
+
+def _is_ordered_away(uow: UnitOfWork, plan: Plan) -> bool:
+    order = uow.orders.current(plan.vehicle_id)
+    return order is not None and order.state is not OrderState.DONE
 
 
 def _stops_ahead(
