@@ -7,23 +7,22 @@ replayed at the end. Nothing is taken on trust: the summary comes from ground tr
 import time
 from dataclasses import dataclass
 from datetime import datetime
-from pathlib import Path
 from zoneinfo import ZoneInfo
 
 import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from campusloop.passengers import Journey, wishes
+from campusloop.run_proof import RunProof, replay_failures, ride_progress
 from campusloop.virtual_campus import CampusOptions, VirtualCampus
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import find_route
-from vehicle_agent.runtime.replay import ReplayResult, replay_segment
-from vehicle_agent.stacks.gem import gem
 
 RIDE_M_MIN = 500.0
+# Longer ways than this are few people's wish of a shuttle that drives 3 m/s.
+RIDE_M_MAX = 1500.0
 SPACING_S = 90.0
 RIDE_TIMEOUT_S = 3600.0
 STEPS_PER_REFRESH = 250
@@ -58,14 +57,14 @@ class RideScores:
         return self._ended[number][1] - self._begun[number][1] if number in self._ended else 0
 
 
-def ride_pairs(road_map: RoadMap, least_m: float) -> list[tuple[str, str]]:
-    """Pairs of stops with at least so much road between them, in map order."""
+def ride_pairs(road_map: RoadMap, least_m: float, most_m: float) -> list[tuple[str, str]]:
+    """Pairs of stops with so much road between them, in map order."""
     network = RoadNetwork(road_map)
     pairs = []
     for origin in road_map.stops:
         for target in road_map.stops:
             route = find_route(network, origin.lane_id, origin.s_m, target.lane_id, target.s_m)
-            if origin is not target and route is not None and route.length_m >= least_m:
+            if origin is not target and route is not None and least_m <= route.length_m <= most_m:
                 pairs.append((origin.stop_id, target.stop_id))
     return pairs
 
@@ -83,20 +82,24 @@ def run_headless(options: CampusOptions, rides: int, console: Console) -> DemoRe
         console.print(timeline_line(journey, campus.now(), clock), highlight=False, soft_wrap=True)
 
     campus.start()
-    pairs = ride_pairs(options.road_map, RIDE_M_MIN)
+    pairs = ride_pairs(options.road_map, RIDE_M_MIN, RIDE_M_MAX)
     wanted = wishes(rides, pairs, SPACING_S, campus.conductor.rng("passengers"))
     passengers = campus.passengers(tell)
     tasks = [campus.conductor.loop.create_task(passengers.live(Journey(wish))) for wish in wanted]
-    with _progress(console) as progress:
-        bar = progress.add_task("rides", total=rides, clock="")
-        deadline_ns = campus.conductor.now_ns + round(RIDE_TIMEOUT_S * 1e9)
-        while not all(task.done() for task in tasks) and campus.conductor.now_ns < deadline_ns:
-            for _ in range(STEPS_PER_REFRESH):
-                campus.conductor.step()
-            done = sum(task.done() for task in tasks)
-            progress.update(bar, completed=done, clock=f"{campus.now().astimezone(clock):%H:%M:%S}")
-    virtual_s = (campus.conductor.now_ns - 1_000_000_000) / 1e9
-    campus.stop()
+    with RunProof(options.folder) as proof:
+        with ride_progress(console) as progress:
+            bar = progress.add_task("rides", total=rides, clock="")
+            deadline_ns = campus.conductor.now_ns + round(RIDE_TIMEOUT_S * 1e9)
+            while not all(task.done() for task in tasks) and campus.conductor.now_ns < deadline_ns:
+                for _ in range(STEPS_PER_REFRESH):
+                    campus.conductor.step()
+                proof.look()
+                done = sum(task.done() for task in tasks)
+                progress.update(bar, completed=done, clock=f"{campus.now().astimezone(clock):%H:%M:%S}")
+        virtual_s = (campus.conductor.now_ns - 1_000_000_000) / 1e9
+        campus.stop()
+        wall_s = time.perf_counter() - started
+        replays = proof.results(console)
     journeys = [task.result() for task in tasks if task.done()]
     failures = [
         f"ride {wish.number} did not end" for wish, task in zip(wanted, tasks, strict=True) if not task.done()
@@ -104,8 +107,7 @@ def run_headless(options: CampusOptions, rides: int, console: Console) -> DemoRe
     failures += [
         f"ride {j.wish.number} ended as {j.state} ({j.reason})" for j in journeys if j.state != "completed"
     ]
-    wall_s = time.perf_counter() - started
-    replays = replay_all(options.folder, console)
+    failures += contacts(campus)
     failures += [f"{path} {what}" for path, what in replay_failures(replays)]
     print_summary(console, campus, journeys, scores)
     ticks = sum(result.ticks for _, result in replays)
@@ -115,6 +117,12 @@ def run_headless(options: CampusOptions, rides: int, console: Console) -> DemoRe
         f"{time.perf_counter() - started:.0f} s in all"
     )
     return DemoResult(journeys, failures)
+
+
+def contacts(campus: VirtualCampus) -> list[str]:
+    """Whoever touched anybody or anything, by ground truth."""
+    scores = {vehicle_id: campus.world.score(vehicle_id) for vehicle_id in campus.vehicles}
+    return [f"{name} made {score.contacts} contacts" for name, score in scores.items() if score.contacts]
 
 
 def timeline_line(journey: Journey, now: datetime, clock: ZoneInfo) -> str:
@@ -141,23 +149,6 @@ def _promise(journey: Journey, clock: ZoneInfo) -> str:
     return f", pickup {pickup_from:%H:%M}-{pickup_to:%H:%M}, there by {arrive_by:%H:%M}"
 
 
-def replay_all(folder: Path, console: Console) -> list[tuple[Path, ReplayResult]]:
-    """Replay every segment below the folder."""
-    paths = sorted(folder.rglob("*.mcap"))
-    results = []
-    with _progress(console) as progress:
-        bar = progress.add_task("replaying runs", total=len(paths), clock="")
-        for path in paths:
-            results.append((path, replay_segment(path, gem)))
-            progress.advance(bar)
-    return results
-
-
-def replay_failures(replays: list[tuple[Path, ReplayResult]]) -> list[tuple[Path, str]]:
-    failures = [(path, f"differs at {r.difference}") for path, r in replays if r.difference is not None]
-    return failures + [(path, r.cut_short) for path, r in replays if r.cut_short]
-
-
 def print_summary(
     console: Console, campus: VirtualCampus, journeys: list[Journey], scores: RideScores
 ) -> None:
@@ -175,7 +166,8 @@ def print_summary(
         "encounters",
         "promise",
     ):
-        rides.add_column(heading, justify="right" if heading.endswith(" s") else "left")
+        is_figure = heading in ("waited s", "rode s", "rode m", "encounters")
+        rides.add_column(heading, justify="right" if is_figure else "left", no_wrap=not is_figure)
     for journey in journeys:
         wish = journey.wish
         kept = "" if journey.promise is None else ("broken" if journey.promise_broken else "kept")
@@ -231,14 +223,3 @@ def print_vehicles(console: Console, campus: VirtualCampus) -> None:
 
 def _seconds(value: float | None) -> str:
     return "" if value is None else f"{value:.0f}"
-
-
-def _progress(console: Console) -> Progress:
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed}/{task.total} {task.fields[clock]}"),
-        TimeElapsedColumn(),
-        console=console,
-        transient=True,
-    )

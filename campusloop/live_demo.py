@@ -13,7 +13,7 @@ import numpy as np
 from rich.console import Console
 
 from campusloop.certificate import local_addresses
-from campusloop.headless import RIDE_M_MIN, ride_pairs, timeline_line
+from campusloop.headless import RIDE_M_MAX, RIDE_M_MIN, ride_pairs, timeline_line
 from campusloop.live_campus import OPERATOR, LiveCampus, LiveOptions
 from campusloop.passengers import Journey, Passengers, wishes
 from campusloop.simulated_people import SimulatedPeople
@@ -81,7 +81,7 @@ class LiveDemo:
             self._say(timeline_line(journey, datetime.now(UTC), self._clock))
 
         passengers = Passengers(self._campus.client, people, lambda: datetime.now(UTC), tell)
-        pairs = ride_pairs(self._campus.road_map, RIDE_M_MIN)
+        pairs = ride_pairs(self._campus.road_map, RIDE_M_MIN, RIDE_M_MAX)
         rng = np.random.default_rng(options.seed)
         async with people.listening(passengers.tap), asyncio.TaskGroup() as lives:
             for wish in wishes(PEOPLE, pairs, SPACING_S, rng):

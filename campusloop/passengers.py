@@ -13,7 +13,10 @@ from typing import Any, Literal, Protocol
 import httpx
 import numpy as np
 
-POLL_EVERY_S = 1.0
+POLL_EVERY_S = 2.0
+# Whom no shuttle can take now asks again after a while, so often at most.
+ASK_AGAIN_S = 120.0
+ASKS_MAX = 12
 ENDED = frozenset({"completed", "refused", "cancelled", "no_show", "failed"})
 
 How = Literal["code", "tap", "sensor"]
@@ -38,7 +41,7 @@ class Wish:
 
 @dataclass(slots=True)
 class Journey:
-    """What became of a wish. history: (moment, state) in order."""
+    """What became of a wish. history: (moment, state) in order; whoever is refused asks more than once."""
 
     wish: Wish
     ride_id: str = ""
@@ -96,14 +99,12 @@ class Passengers:
         """One party from wish to end of ride."""
         wish = journey.wish
         await asyncio.sleep(wish.after_s)
-        self._note(journey, "requested")
-        ticket = await self._book(wish)
-        journey.ride_id, journey.ride_code = ticket["ride_id"], ticket["ride_code"]
-        journey.promise = ticket["promise"]
-        self._tokens[journey.ride_id] = ticket["token"]
-        if ticket["state"] != "refused":
-            self._riders.add(ticket, wish)
-        self._update(journey, ticket)
+        ticket = await self._ask(journey)
+        for _ in range(ASKS_MAX - 1):
+            if ticket["state"] != "refused":
+                break
+            await asyncio.sleep(ASK_AGAIN_S)
+            ticket = await self._ask(journey)
         while journey.state not in ENDED:
             await asyncio.sleep(POLL_EVERY_S)
             ride = await self._ride(ticket["token"])
@@ -118,6 +119,18 @@ class Passengers:
         if answer.status_code != httpx.codes.CONFLICT:
             # A conflict is no news to a rider: the seat sensor was faster than the thumb.
             _body(answer, path)
+
+    async def _ask(self, journey: Journey) -> dict[str, Any]:
+        wish = journey.wish
+        self._note(journey, "requested")
+        ticket = await self._book(wish)
+        journey.ride_id, journey.ride_code = ticket["ride_id"], ticket["ride_code"]
+        journey.promise = ticket["promise"]
+        self._tokens[journey.ride_id] = ticket["token"]
+        if ticket["state"] != "refused":
+            self._riders.add(ticket, wish)
+        self._update(journey, ticket)
+        return ticket
 
     async def _book(self, wish: Wish) -> dict[str, Any]:
         request = {"from_stop": wish.from_stop, "to_stop": wish.to_stop, "party": wish.party}

@@ -13,7 +13,8 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from campusloop.headless import print_vehicles, replay_all, replay_failures
+from campusloop.headless import contacts, print_vehicles
+from campusloop.run_proof import RunProof, replay_failures
 from campusloop.virtual_campus import START_NS, CampusOptions, VirtualCampus
 from contract.roads.model import RoadMap
 from contract.wire.messages import VisitChanged
@@ -60,21 +61,24 @@ def run_timetable(
     options = replace(options, begins=(begins - WARM_UP).astimezone(UTC))
     campus = VirtualCampus(options)
     campus.start()
-    with Progress(console=console, transient=True) as progress:
-        bar = progress.add_task("morning", total=(ends - campus.now()).total_seconds())
-        while campus.now() < ends:
-            campus.conductor.run_for(5.0)
-            progress.advance(bar, 5.0)
-    virtual_s = (campus.conductor.now_ns - START_NS) / 1e9
-    calls = _calls(campus, options.road_map, begins, ends)
-    campus.stop()
-    replays = replay_all(options.folder, console)
+    with RunProof(options.folder) as proof:
+        with Progress(console=console, transient=True) as progress:
+            bar = progress.add_task("morning", total=(ends - campus.now()).total_seconds())
+            while campus.now() < ends:
+                campus.conductor.run_for(5.0)
+                proof.look()
+                progress.advance(bar, 5.0)
+        virtual_s = (campus.conductor.now_ns - START_NS) / 1e9
+        calls = _calls(campus, options.road_map, begins, ends)
+        campus.stop()
+        replays = proof.results(console)
     failures = [
         f"{call.trip_id} at {call.stop_id}: "
         + ("nobody came" if call.late_s is None else f"{call.late_s:+.0f} s")
         for call in calls
         if not call.is_kept
     ]
+    failures += contacts(campus)
     failures += [f"{path} {what}" for path, what in replay_failures(replays)]
     _print(console, calls, ZoneInfo(options.road_map.timezone))
     print_vehicles(console, campus)

@@ -31,7 +31,7 @@ from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.runtime.recorder import Recorder
 from vehicle_agent.runtime.runlog_files import RunLogFiles
 from vehicle_agent.runtime.tick_process import TickNewsWriter
-from vehicle_agent.signals import LinkState, ObstaclePercept, ServerWord, Task
+from vehicle_agent.signals import LinkWord, ObstaclePercept, Task
 from vehicle_agent.stacks.gem import gem, height_map
 
 # What the worker takes for one scan, with the trip to it and back.
@@ -116,7 +116,7 @@ class VirtualVehicle:
         self.computer = None
         self._percepts.clear()
 
-    def tell(self, now_ns: int, word: ServerWord | LinkState) -> None:
+    def tell(self, now_ns: int, word: LinkWord) -> None:
         """Put a word into the inbox as if the link had brought it (for drives without a server)."""
         self._inbox.put(now_ns, "link", word)
 
@@ -135,9 +135,9 @@ class VirtualVehicle:
             self._inbox.put(now_ns, "worker", self._percepts.popleft()[1])
         for word in self._desk.take_words():
             self._inbox.put(now_ns, "link", word)
-        begun_ns = time.thread_time_ns()
+        begun_ns = time.perf_counter_ns()
         outputs = self.computer.run_tick(self._inbox.drain(), now_ns)
-        self.times.whole.append(time.thread_time_ns() - begun_ns)
+        self.times.whole.append(time.perf_counter_ns() - begun_ns)
         self._gate.take(outputs.frames, now_ns)
         self._world.frames_from_vehicle(self.setup.vehicle_id, self._gate.step(now_ns))
         self._world.show(self.setup.vehicle_id, outputs.says, now_ns)

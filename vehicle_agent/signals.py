@@ -125,6 +125,8 @@ class PedestrianPresence(msgspec.Struct, frozen=True, tag="pedestrian_presence")
 
 
 ServerWord = Order | Grants | Command | PassengerTap
+# What the link brings the tick.
+LinkWord = ServerWord | LinkState | OtherVehicle
 Pressed = SeatButton | CodeTyped | SeatSensor | DoorState
 Infrastructure = OtherVehicle | PedestrianPresence
 InboxBody = (

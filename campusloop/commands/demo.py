@@ -20,6 +20,9 @@ from campusloop.timetable_run import local_moment, run_timetable
 from campusloop.virtual_campus import CampusOptions
 from contract.roads.load import MapError, load_map
 
+# Of tables that go to a file or to another program.
+WIDTH_ELSEWHERE = 120
+
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2
 
@@ -41,6 +44,8 @@ def demo(
 ) -> None:
     """Run a campus: book at the printed address, watch at /console."""
     console = Console()
+    if not console.is_terminal:
+        console = Console(width=WIDTH_ELSEWHERE)
     if headless:
         structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.ERROR))
     count = vehicles or (2 if (os.cpu_count() or 1) <= 2 else 3)

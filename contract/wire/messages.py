@@ -186,6 +186,19 @@ class PassengerTap(Message, frozen=True, tag="passenger_tap"):
     kind: Literal["board", "alight"]
 
 
+class Mate(Message, frozen=True, tag="mate"):
+    """Where a fleet mate nearby is. Never acknowledged nor repeated: the next one comes with its next status.
+
+    server_ns: when the server heard the mate's own word
+    """
+
+    epoch: int
+    vehicle_id: str
+    server_ns: int
+    pose_map: Pose2
+    speed_mps: float
+
+
 class EventsAcknowledged(Message, frozen=True, tag="events_acknowledged"):
     """The server has stored every event of this boot below `next_sequence`."""
 
@@ -377,7 +390,16 @@ class EventReport(Message, frozen=True, tag="event"):
 
 VehicleMessage = Hello | ClockProbe | Status | OrderAccepted | OrderRejected | EventReport
 ServerMessage = (
-    Challenge | Welcome | ClockSample | Order | Grants | Command | PassengerTap | EventsAcknowledged | Goodbye
+    Challenge
+    | Welcome
+    | ClockSample
+    | Order
+    | Grants
+    | Command
+    | PassengerTap
+    | Mate
+    | EventsAcknowledged
+    | Goodbye
 )
 
 

@@ -55,3 +55,7 @@ class FleetRules:
     operator_session_s: float = 12 * 3600.0
     enrolment_code_s: float = 24 * 3600.0
     history_days: float = 30.0
+
+    def stopping_m(self, speed_mps: float) -> float:
+        """How far ahead of a shuttle the first place is at which it can still be told to stop."""
+        return speed_mps * self.reaction_s + speed_mps**2 / (2.0 * self.braking_mps2)

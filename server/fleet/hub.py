@@ -12,10 +12,11 @@ import msgspec
 import structlog
 
 from contract.wire.closing import ClosingCode
-from contract.wire.codec import encode
-from contract.wire.messages import EventReport
+from contract.wire.codec import decode_from_vehicle, encode
+from contract.wire.messages import EventReport, Status
 from server.domain.vehicles import StatusReport
 from server.fleet.link import Link, LinkPorts, Transport
+from server.fleet.nearby import Nearby
 from server.fleet.stamps import ns_of
 from server.usecases import topics, vehicle_sessions
 from server.usecases.ports import Bus, Clock, Ids, Subscription, Transactions
@@ -24,6 +25,8 @@ FLUSH_EVERY_S = 0.5
 PUSH_EVERY_S = 1.0
 # Whoever was heard within this time still runs: a second boot beside it is a second agent.
 ALIVE_NS = 2_000_000_000
+# Shuttles hear of each other within this distance: as far as a shuttle looks ahead, and both bodies.
+MATES_M = 60.0
 
 log = structlog.get_logger("fleet.hub")
 
@@ -59,6 +62,7 @@ class Hub:
         )
         self._links: dict[str, Link] = {}
         self._greeting: list[Link] = []
+        self._nearby = Nearby(MATES_M)
         self._statuses: dict[str, StatusReport] = {}
         self._tasks: dict[asyncio.Task[None], _Job] = {}
         self._subscriptions: list[Subscription] = []
@@ -67,6 +71,7 @@ class Hub:
         for topic, heard in (
             (topics.vehicle_outbox(self.campus_id, "*"), self._outbox_changed),
             (topics.vehicle_session(self.campus_id, "*"), self._session_opened),
+            (topics.vehicle_live(self.campus_id, "*"), self._vehicle_moved),
         ):
             subscription = await self._bus.subscribe(topic)
             self._subscriptions.append(subscription)
@@ -146,6 +151,16 @@ class Hub:
         epoch = msgspec.json.decode(payload, type=_SessionOpened).epoch
         if link is not None and link.session.epoch < epoch:
             link.end("superseded", f"session {epoch} of {link.vehicle_id} is newer")
+
+    def _vehicle_moved(self, topic: str, payload: bytes) -> None:
+        """Tell the shuttles around, whichever replica they are linked to."""
+        status = decode_from_vehicle(payload)
+        assert isinstance(status, Status), f"{topic} carries a {type(status).__name__}"
+        vehicle_id, pose = _vehicle_of(topic), status.pose_map
+        for other in self._nearby.move(vehicle_id, pose.x_m, pose.y_m):
+            link = self._links.get(other)
+            if link is not None:
+                link.tell_mate(vehicle_id, pose, status.speed_mps)
 
     # ---------------------------------------------------------------- standing tasks
 

@@ -9,9 +9,19 @@ from typing import Protocol
 
 import structlog
 
+from contract.geometry import Pose2
 from contract.wire.closing import ClosingCode, closing
 from contract.wire.codec import encode
-from contract.wire.messages import BootLog, EventReport, Goodbye, Hello, OrderAccepted, OrderRejected, Status
+from contract.wire.messages import (
+    BootLog,
+    EventReport,
+    Goodbye,
+    Hello,
+    Mate,
+    OrderAccepted,
+    OrderRejected,
+    Status,
+)
 from contract.wire.sequence import SequenceGap
 from server.domain.errors import KeyUnknown, OrderUnknown, SessionFenced, VehicleUnknown
 from server.domain.events import RecordedEvent
@@ -105,6 +115,13 @@ class Link:
         if not self._push_due:
             self._push_due = True
             self._frames.put_nowait(_Word.PUSH)
+
+    def tell_mate(self, vehicle_id: str, pose_map: Pose2, speed_mps: float) -> None:
+        """Where a fleet mate is now; lost without harm while nobody listens."""
+        word = Mate(self.session.epoch, vehicle_id, self._now_ns(), pose_map, speed_mps)
+        for action in self.session.tell(word):
+            assert isinstance(action, Send)
+            self._transport.send(encode(action.message))
 
     def end(self, code: ClosingCode, detail: str) -> None:
         """Say goodbye from outside the link's own task."""

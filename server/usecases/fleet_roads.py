@@ -4,6 +4,9 @@ A shuttle drives only where it could go if every resting place but its own were 
 driven to its end whatever the others do (docs/roads.md). Travel times are those of such ways.
 """
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 
 from contract.geometry import Array
@@ -75,6 +78,33 @@ class FleetRoads:
         planned: Array = times * self._slack
         return planned
 
+    def times_over_held(
+        self, held: Sequence[str], place: Place, own: Own, opened: frozenset[str], stopping_m: float
+    ) -> Array:
+        """(n,) planned seconds to every stop from a place on the first of the held sections.
+
+        A shuttle drives what it holds to its end, so a way that turns off begins there. A stop on it is
+        come by on the way, if it lies stopping_m ahead at least.
+        """
+        passed = np.full(len(self.stop_ids), np.inf)
+        clock_s, travelled_m = 0.0, 0.0
+        lane_id, s_m = place
+        for section_id in held:
+            section = self.network.sections[section_id]
+            if section.lane_id != lane_id or not section.s_from_m <= s_m <= section.s_to_m:
+                lane_id, s_m = section.lane_id, section.s_from_m
+            for number, (stop_lane_id, stop_s_m) in enumerate(self._stop_places):
+                ahead_m = travelled_m + stop_s_m - s_m
+                is_on_it = stop_lane_id == lane_id and s_m <= stop_s_m <= section.s_to_m
+                if is_on_it and ahead_m >= stopping_m and math.isinf(passed[number]):
+                    passed[number] = clock_s + self._time_between(lane_id, s_m, stop_s_m)
+            clock_s += self._time_between(lane_id, s_m, section.s_to_m)
+            travelled_m += section.s_to_m - s_m
+            s_m = section.s_to_m
+        beyond = self.times_to_stops((lane_id, s_m), own, opened) + clock_s * self._slack
+        times: Array = np.where(np.isfinite(passed), passed * self._slack, beyond)
+        return times
+
     def time_to_rest(self, place: Place, rest: RestingPlace) -> float:
         """Planned seconds from a place to a resting place; infinite where the others are in the way."""
         key = (place, rest.place_id)
@@ -96,6 +126,9 @@ class FleetRoads:
 
     def route(self, origin: Place, destination: Place, blocked: frozenset[str]) -> Route | None:
         return find_route(self.network, *origin, *destination, blocked, speed_cap_mps=self._speed_cap_mps)
+
+    def _time_between(self, lane_id: str, s_from_m: float, s_to_m: float) -> float:
+        return self.network.time_between(lane_id, s_from_m, s_to_m, self._speed_cap_mps)
 
     def _stop_times_with(self, own: Own) -> Array:
         if own not in self._stop_times:

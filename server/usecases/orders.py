@@ -137,7 +137,6 @@ def _way(
     heading_for = ""
     if going and present is not None and plan.visits[0].visit_id in _visit_ids(present):
         heading_for = plan.visits[0].visit_id
-    stopping_m = speed_mps * rules.reaction_s + speed_mps**2 / (2.0 * rules.braking_mps2)
     driven = (*occupancy.held_ids, *occupancy.ahead)
     others = {p.resting_place_id for p in uow.plans.all() if p.vehicle_id != plan.vehicle_id}
     unreserved = frozenset(roads.network.resting_places) - others
@@ -148,7 +147,7 @@ def _way(
             here,
             plan.ordered,
             blocked_for(roads, own, driven),
-            stopping_m=stopping_m,
+            stopping_m=rules.stopping_m(speed_mps),
             heading_for=heading_for,
         )
         if way is not None:

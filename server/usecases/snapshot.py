@@ -53,7 +53,8 @@ def take_snapshot(
         occupancy = desk.occupancy(vehicle.vehicle_id)
         here = footing(uow.network(), occupancy.held_ids, status)
         footings[vehicle.vehicle_id] = here
-        vehicles.append(_vehicle(uow, vehicle, plan, occupancy, here, rides))
+        stopping_m = uow.rules.stopping_m(status.speed_mps)
+        vehicles.append(_vehicle(uow, vehicle, plan, occupancy, here, stopping_m, rides))
     requests = {ride.ride_id: _request(uow, ride) for ride in rides.values()}
     chains, chained = _chains(uow.roads(), departures, uow.rules.departure_tolerance_s, uow.rules.dwell_s)
     problem = Problem(
@@ -85,6 +86,7 @@ def _vehicle(
     plan: Plan,
     occupancy: Occupancy,
     here: Footing,
+    stopping_m: float,
     rides: dict[str, Ride],
 ) -> VehicleState:
     roads = uow.roads()
@@ -97,7 +99,7 @@ def _vehicle(
         ready_s=seconds(uow.now),
         seats=vehicle.seats,
         wheelchair_places=vehicle.wheelchair_places,
-        times=_times(roads, plan, visits, occupancy, here),
+        times=_times(roads, plan, visits, occupancy, here, stopping_m),
         aboard=inside,
         calls=(
             *(_call(roads, visit, mine) for visit in visits),
@@ -132,7 +134,12 @@ def _forgotten(
 
 
 def _times(
-    roads: FleetRoads, plan: Plan, visits: Sequence[PlannedVisit], occupancy: Occupancy, here: Footing
+    roads: FleetRoads,
+    plan: Plan,
+    visits: Sequence[PlannedVisit],
+    occupancy: Occupancy,
+    here: Footing,
+    stopping_m: float,
 ) -> Array:
     """(stops + 1, stops + 1) planned seconds; the last row is the vehicle's own place."""
     own = frozenset({plan.resting_place_id})
@@ -140,7 +147,8 @@ def _times(
     n = len(roads.stop_ids)
     times: Array = np.zeros((n + 1, n + 1))
     times[:n, :n] = roads.stop_times(own)
-    times[n, :n] = roads.times_to_stops((here.lane_id, here.s_m), own, opened)
+    held = occupancy.held_ids[here.index :]
+    times[n, :n] = roads.times_over_held(held, (here.lane_id, here.s_m), own, opened, stopping_m)
     if visits and _is_there(visits[0], here):
         times[n, roads.stop_numbers[visits[0].stop_id]] = 0.0
     return times

@@ -6,10 +6,8 @@ import numpy as np
 
 from contract.geometry import Array, Pose2
 from simulator.sensors.ray_hits import (
-    WALL,
     Array32,
     Kinds,
-    fan_directions,
     ground_ranges,
     hit_boxes,
     hit_cylinders,
@@ -46,8 +44,6 @@ class Lidar:
         self._cos_el, self._sin_el = np.cos(elevations), np.sin(elevations)
         self._mount_base = np.array([mount.x_m, mount.y_m, mount.z_m])
         rays = mount.rings * mount.columns
-        self._directions: Array32 = np.empty((rays, 3), dtype=np.float32)
-        self._origins: Array32 = np.empty((rays, 3), dtype=np.float32)
         self._still_ranges: Array32 = np.empty(rays, dtype=np.float32)
         self._still_kinds: Kinds = np.empty(rays, dtype=np.int8)
         self._see_own_vehicle(body)
@@ -69,10 +65,8 @@ class Lidar:
             ]
         )
         fan = (sensor, pose_map.yaw_rad, self._cos_el, self._sin_el, mount.columns)
-        fan_directions(self._cos_el, self._sin_el, mount.columns, pose_map.yaw_rad, self._directions)
-        self._origins[:] = sensor
-        ranges = self._walls.cast(self._origins, self._directions, self._still_ranges.copy())
-        kinds = np.where(ranges < self._still_ranges, np.int8(WALL), self._still_kinds)
+        ranges, kinds = self._still_ranges.copy(), self._still_kinds.copy()
+        self._walls.shorten(sensor, pose_map.yaw_rad, self._cos_el, self._sin_el, ranges, kinds)
         hit_boxes(boxes, *fan, ranges, kinds)
         hit_cylinders(cylinders, *fan, ranges, kinds)
         rays = len(ranges)

@@ -23,18 +23,6 @@ TWO_PI = 2.0 * math.pi
 
 
 @njit(cache=True)
-def fan_directions(cos_el: Array, sin_el: Array, columns: int, yaw_rad: float, out: Array32) -> None:
-    """Unit vectors (rings * columns, 3) of the fan turned by yaw_rad, written into out."""
-    rings = cos_el.shape[0]
-    for c in range(columns):
-        azimuth = yaw_rad + TWO_PI * c / columns
-        ca, sa = math.cos(azimuth), math.sin(azimuth)
-        for r in range(rings):
-            k = r * columns + c
-            out[k, 0], out[k, 1], out[k, 2] = cos_el[r] * ca, cos_el[r] * sa, sin_el[r]
-
-
-@njit(cache=True)
 def ground_ranges(
     sin_el: Array, columns: int, height_m: float, range_max_m: float, ranges: Array32, kinds: Kinds
 ) -> None:

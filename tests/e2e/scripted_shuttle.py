@@ -43,7 +43,7 @@ from vehicle_agent.link.session import Identity
 from vehicle_agent.mission.memory import MissionMemory
 from vehicle_agent.mission.order_line import OrderLine, Place, order_line
 from vehicle_agent.mission.sections import Body, Footing, footings, leave_to_drive, released
-from vehicle_agent.signals import LinkState, ServerWord
+from vehicle_agent.signals import LinkWord
 
 STEP_S = 0.2
 MARGIN_M = 0.5
@@ -135,7 +135,7 @@ class ScriptedShuttle:
 
     # ------------------------------------------------------------ hearing
 
-    def _hear(self, word: ServerWord | LinkState) -> None:
+    def _hear(self, word: LinkWord) -> None:
         if isinstance(word, Order):
             self._take(word)
         elif isinstance(word, Grants):

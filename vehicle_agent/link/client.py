@@ -13,7 +13,7 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
 
 from contract.wire.codec import MAX_MESSAGE_BYTES, WireError
 from vehicle_agent.link.desk import Desk
-from vehicle_agent.signals import LinkState, ServerWord
+from vehicle_agent.signals import LinkWord
 
 log = structlog.get_logger()
 
@@ -22,7 +22,7 @@ LONGEST_WAIT_S = 15.0
 ELAPSED_EVERY_S = 1.0
 
 Monotonic = Callable[[], int]
-Deliver = Callable[[ServerWord | LinkState], None]
+Deliver = Callable[[LinkWord], None]
 
 
 class LinkClient:

@@ -11,7 +11,7 @@ import msgspec
 from contract.wire.messages import Holding, OrderAccepted, OrderRejected, Status, VehicleEvent
 from vehicle_agent.link.outbox import Outbox
 from vehicle_agent.link.session import Identity, Sign, VehicleSession
-from vehicle_agent.signals import LinkState, ServerWord
+from vehicle_agent.signals import LinkWord
 
 
 class TickNews(msgspec.Struct, frozen=True):
@@ -72,7 +72,7 @@ class Desk:
         if news.report is not None:
             self.session.report(news.report)
 
-    def take_words(self) -> list[ServerWord | LinkState]:
+    def take_words(self) -> list[LinkWord]:
         return self.session.take_words()
 
     def close(self) -> None:

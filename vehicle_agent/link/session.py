@@ -21,6 +21,7 @@ from contract.wire.messages import (
     Grants,
     Hello,
     Holding,
+    Mate,
     Message,
     Order,
     OrderAccepted,
@@ -32,7 +33,7 @@ from contract.wire.messages import (
 )
 from contract.wire.sequence import EventLog, LoggedEvent
 from vehicle_agent.link.clock import ClockOffset
-from vehicle_agent.signals import LinkState, ServerWord
+from vehicle_agent.signals import LinkState, LinkWord, OtherVehicle
 
 SECOND_NS = 1_000_000_000
 PROBE_EVERY_NS = 10 * SECOND_NS
@@ -71,7 +72,7 @@ class VehicleSession:
         self._sign = sign
         self._clock = ClockOffset()
         self._outgoing: list[bytes] = []
-        self._words: list[ServerWord | LinkState] = []
+        self._words: list[LinkWord] = []
         self._sent: dict[str, int] = {}
         self._heard_ns = 0
         self._probed_ns = 0
@@ -109,6 +110,15 @@ class VehicleSession:
             self.refusal = message
         elif isinstance(message, Order | Grants | Command | PassengerTap) and message.epoch == self.epoch:
             self._words.append(message)
+        elif isinstance(message, Mate) and message.epoch == self.epoch:
+            self._words.append(
+                OtherVehicle(
+                    message.server_ns - self._clock.offset_ns,
+                    message.vehicle_id,
+                    message.pose_map,
+                    message.speed_mps,
+                )
+            )
 
     def elapsed(self, now_ns: int) -> None:
         """Time has passed: probe the clock, and repeat what was never acknowledged."""
@@ -129,7 +139,7 @@ class VehicleSession:
         outgoing, self._outgoing = self._outgoing, []
         return outgoing
 
-    def take_words(self) -> list[ServerWord | LinkState]:
+    def take_words(self) -> list[LinkWord]:
         """What the vehicle has to learn, in order."""
         words, self._words = self._words, []
         return words

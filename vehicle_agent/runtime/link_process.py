@@ -23,7 +23,7 @@ from vehicle_agent.runtime.agent_files import AgentFolder
 from vehicle_agent.runtime.mailbox import Deliveries, Delivery, Mailbox, TickReport
 from vehicle_agent.runtime.recorder import RunLogEntry, SegmentBegin
 from vehicle_agent.runtime.runlog_files import RunLogFiles, finished_segment
-from vehicle_agent.signals import LinkState, ServerWord
+from vehicle_agent.signals import LinkWord
 
 log = structlog.get_logger()
 
@@ -123,7 +123,7 @@ class VehicleLink:
     def _write_log(self, entries: list[RunLogEntry]) -> None:
         self._log_files.write(entries)
 
-    def _deliver(self, word: ServerWord | LinkState) -> None:
+    def _deliver(self, word: LinkWord) -> None:
         delivery = Delivery(time.monotonic_ns(), "link", word)
         if not self._mailbox.post(self._tick, Deliveries((delivery,))):
             log.warning("link.word_lost", vehicle_id=self._identity.vehicle_id, word=type(word).__name__)

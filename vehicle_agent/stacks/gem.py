@@ -82,7 +82,7 @@ def planning(profile: Profile) -> WaypointPlanning:
             check_m_fixed=15.0 if paper else 0.0,
             along="arc" if paper else "line",
         ),
-        gap=GapRule(body.front_overhang_m, body.rear_overhang_m),
+        gap=GapRule(body.front_overhang_m, body.rear_overhang_m, 0.5 * body.width_m),
         approach=Approach(
             decel_mps2=driving.stop_decel_mps2,
             decel_mps2_firm=limits.decel_mps2_max * 0.45,

@@ -1,11 +1,15 @@
 """Buildings and water as polygons, and buildings as the simulator's obstacles."""
 
+import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import shapely
 
+from contract.geometry import Array, Pose2, arc_lengths, pose_at, transform_points
+from contract.roads.design_vehicle import FRONT_REACH_M, REAR_OVERHANG_M, WIDTH_M
 from contract.roads.model import Building
 from server.feeds.roads.drafts import ImportLog, LaneDraft
 from server.feeds.roads.drivable import metres
@@ -16,7 +20,11 @@ LEVEL_M = 3.2
 ASSUMED_HEIGHT_M = 9.0
 _SIMPLIFY_M = 0.3
 _LEAST_AREA_M2 = 4.0
-_LANE_ROOM_M = 1.5
+# What a shuttle keeps to its sides while it drives (0.4 m), and room for its sensors' and its steering's
+# errors: nothing that stands nearer may be left, or every shuttle waits for a wall to step aside.
+_BODY_ROOM_M = 0.9
+_POSE_STEP_M = 0.5
+_REACH_M = FRONT_REACH_M + WIDTH_M + 2.0 * _BODY_ROOM_M
 _OVERHEAD = ("no", "roof", "canopy", "carport")
 
 
@@ -89,9 +97,11 @@ def obstacles(found: Sequence[Feature], drafts: Sequence[LaneDraft], log: Import
         if not is_building(feature):
             continue
         shape = shapely.simplify(feature.outline, _SIMPLIFY_M)
-        near = tree.query(shape, predicate="dwithin", distance=_LANE_ROOM_M)
-        if len(near):
-            corridor = shapely.union_all([lanes[int(i)].buffer(_LANE_ROOM_M) for i in sorted(near)])
+        near = tree.query(shape, predicate="dwithin", distance=_REACH_M)
+        bodies = [_bodies(drafts[int(i)].points) for i in sorted(near)]
+        in_the_way = [body for along in bodies for body in along[shapely.intersects(along, shape)]]
+        if in_the_way:
+            corridor = shapely.union_all(in_the_way)
             shape = shapely.simplify(shapely.difference(shape, corridor), _SIMPLIFY_M / 3.0)
             log.repairs.append(f"building {_label(feature)}: cut back where a lane passes")
         for polygon in _polygons(shape):
@@ -99,6 +109,18 @@ def obstacles(found: Sequence[Feature], drafts: Sequence[LaneDraft], log: Import
             outline = tuple((round(float(x), 2), round(float(y), 2)) for x, y in ring)
             kept.append(Building(outline, height_m(feature.tags), feature.tags.get("name", "")))
     return tuple(kept)
+
+
+def _bodies(points: Array) -> Array:
+    """Shuttles with room on each side, as polygons, along the (n, 2) way of their rear axle."""
+    s = arc_lengths(points)
+    axles = np.linspace(0.0, float(s[-1]), max(2, math.ceil(float(s[-1]) / _POSE_STEP_M) + 1))
+    back, front = -REAR_OVERHANG_M, FRONT_REACH_M + _BODY_ROOM_M
+    half = WIDTH_M / 2.0 + _BODY_ROOM_M
+    outline = np.array([(back, -half), (front, -half), (front, half), (back, half)])
+    placed = [transform_points(Pose2(*pose_at(points, s, axle)), outline) for axle in axles]
+    polygons: Array = shapely.polygons(np.array(placed))
+    return polygons
 
 
 def _label(feature: Feature) -> str:

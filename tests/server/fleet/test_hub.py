@@ -2,6 +2,7 @@
 
 import pytest
 
+from contract.geometry import Pose2
 from contract.roads.network import RoadNetwork
 from contract.wire.closing import closing
 from contract.wire.codec import MAX_MESSAGE_BYTES, encode
@@ -13,6 +14,7 @@ from contract.wire.messages import (
     CommandDone,
     Goodbye,
     Grants,
+    Mate,
     ModeChanged,
     Order,
     OrderAccepted,
@@ -21,7 +23,7 @@ from contract.wire.messages import (
 from server.usecases.ports import UnitOfWork
 from tests.server.api.server_under_test import ServerUnderTest, snow_lion
 from tests.server.fleet.spoken_vehicle import SpokenVehicle
-from tests.server.fleet.vehicle_key import a_hello
+from tests.server.fleet.vehicle_key import VehicleKeyPair, a_hello
 
 ROADS = RoadNetwork(snow_lion())
 
@@ -254,3 +256,18 @@ def test_a_server_that_stops_says_so(server: ServerUnderTest) -> None:
     server.run(server.hub.close())
     server.elapse(0.2)
     assert vehicle.goodbye == "server_leaving"
+
+
+def test_shuttles_hear_of_each_other_while_they_are_near(server: ServerUnderTest) -> None:
+    server.enrol("shuttle-2", VehicleKeyPair("shuttle-2").public_base64)
+    one = SpokenVehicle(server).dial().hello()
+    two = SpokenVehicle(server, "shuttle-2").dial().hello()
+    one.status(0.0, 0.0, 0.0)
+    two.status(50.0, 0.0, 0.5)
+    server.elapse(0.5)
+    mate = one.last(Mate)
+    assert (mate.vehicle_id, mate.pose_map, mate.epoch) == ("shuttle-2", Pose2(50.0, 0.0, 0.5), one.epoch)
+    assert not [message for message in two.heard if isinstance(message, Mate)]
+    two.status(90.0, 0.0, 0.5)
+    server.elapse(0.5)
+    assert one.last(Mate) is mate

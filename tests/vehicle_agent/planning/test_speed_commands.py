@@ -112,6 +112,13 @@ def test_a_mate_behind_beside_or_far_ahead_is_no_lead(pose: Pose2) -> None:
     assert ROOM.gap.lead(LINE.points, LINE.s, 20.0, 19, (OtherVehicle(1, "b", pose, 0.0),)) is None
 
 
+def test_a_mate_that_stands_across_the_line_is_a_lead_though_its_rear_axle_is_beside_it() -> None:
+    mate = OtherVehicle(1, "b", Pose2(35.0, -3.0, 0.5 * math.pi), 0.0)
+    lead = ROOM.gap.lead(LINE.points, LINE.s, 20.0, 19, (mate,))
+    assert lead is not None
+    assert 10.0 < lead.gap_m < 11.5
+
+
 def test_curve_speed_is_the_root_of_half_the_radius() -> None:
     assert curve_speed_mps(18.0) == pytest.approx(3.0)
     assert curve_speed_mps(8.0) == pytest.approx(2.0)

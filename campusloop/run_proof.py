@@ -1,0 +1,81 @@
+"""Every recorded segment run again, on the cores that the campus leaves idle."""
+
+import multiprocessing
+import os
+from concurrent.futures import Future, ProcessPoolExecutor
+from pathlib import Path
+from types import TracebackType
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from vehicle_agent.runtime.replay import ReplayResult, replay_segment
+from vehicle_agent.stacks.gem import gem
+
+Replays = list[tuple[Path, ReplayResult]]
+
+
+class RunProof:
+    """Replays segments while further ones are still being recorded."""
+
+    def __init__(self, folder: Path) -> None:
+        """folder: every segment below it is replayed."""
+        self._folder = folder
+        # A fork would take the running campus along.
+        spawning = multiprocessing.get_context("spawn")
+        self._pool = ProcessPoolExecutor(os.cpu_count() or 1, mp_context=spawning)
+        self._begun: dict[Path, Future[ReplayResult]] = {}
+
+    def __enter__(self) -> "RunProof":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._pool.shutdown(cancel_futures=True)
+
+    def look(self) -> None:
+        """Begin with the segments that nobody writes to any more: all but the last one of a boot."""
+        for boot in {path.parent for path in self._folder.rglob("*.mcap")}:
+            for path in sorted(boot.glob("*.mcap"))[:-1]:
+                self._begin(path)
+
+    def results(self, console: Console) -> Replays:
+        """Once every run has ended: all segments, in the order of their paths."""
+        paths = sorted(self._folder.rglob("*.mcap"))
+        for path in paths:
+            self._begin(path)
+        results = []
+        with ride_progress(console) as progress:
+            bar = progress.add_task("replaying runs", total=len(paths), clock="")
+            for path in paths:
+                results.append((path, self._begun[path].result()))
+                progress.advance(bar)
+        return results
+
+    def _begin(self, path: Path) -> None:
+        if path not in self._begun:
+            self._begun[path] = self._pool.submit(replay_one, path)
+
+
+def replay_one(path: Path) -> ReplayResult:
+    """Raises RunLogError."""
+    return replay_segment(path, gem)
+
+
+def replay_failures(replays: Replays) -> list[tuple[Path, str]]:
+    """The segments that did not run as recorded to their end, and how they differ."""
+    failures = [(path, f"differs at {r.difference}") for path, r in replays if r.difference is not None]
+    return failures + [(path, r.cut_short) for path, r in replays if r.cut_short]
+
+
+def ride_progress(console: Console) -> Progress:
+    """A bar with a count, the campus's clock and the time gone by; add_task(..., clock=...)."""
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed}/{task.total} {task.fields[clock]}"),
+        TimeElapsedColumn(),
+        console=console,
+        transient=True,
+    )

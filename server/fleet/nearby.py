@@ -1,0 +1,44 @@
+"""Which vehicles are near each other, from their latest positions."""
+
+import math
+from collections import defaultdict
+
+Cell = tuple[int, int]
+
+
+class Nearby:
+    """Positions in square cells: a word about one vehicle costs its neighbourhood and not the fleet."""
+
+    def __init__(self, radius_m: float) -> None:
+        self._radius_m = radius_m
+        self._places: dict[str, tuple[float, float]] = {}
+        self._cells: defaultdict[Cell, set[str]] = defaultdict(set)
+
+    def move(self, vehicle_id: str, x_m: float, y_m: float) -> list[str]:
+        """Put the vehicle there; the others within the radius, by id."""
+        self.remove(vehicle_id)
+        cell = self._cell(x_m, y_m)
+        self._places[vehicle_id] = (x_m, y_m)
+        self._cells[cell].add(vehicle_id)
+        around = [(cell[0] + i, cell[1] + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+        return sorted(
+            other
+            for near in around
+            for other in self._cells.get(near, ())
+            if other != vehicle_id and self._distance_m(vehicle_id, other) <= self._radius_m
+        )
+
+    def remove(self, vehicle_id: str) -> None:
+        """Forget it; no harm when it is not known."""
+        place = self._places.pop(vehicle_id, None)
+        if place is not None:
+            cell = self._cell(*place)
+            self._cells[cell].discard(vehicle_id)
+            if not self._cells[cell]:
+                del self._cells[cell]
+
+    def _cell(self, x_m: float, y_m: float) -> Cell:
+        return math.floor(x_m / self._radius_m), math.floor(y_m / self._radius_m)
+
+    def _distance_m(self, one: str, other: str) -> float:
+        return math.dist(self._places[one], self._places[other])
