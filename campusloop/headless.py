@@ -21,8 +21,8 @@ from contract.roads.network import RoadNetwork
 from contract.roads.routing import find_route
 
 RIDE_M_MIN = 500.0
-# Longer ways than this are few people's wish of a shuttle that drives 3 m/s.
-RIDE_M_MAX = 1500.0
+# Who has farther to go than this does not wait for a shuttle that drives 3 m/s.
+RIDE_M_MAX = 1000.0
 SPACING_S = 90.0
 RIDE_TIMEOUT_S = 3600.0
 STEPS_PER_REFRESH = 250

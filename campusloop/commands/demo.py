@@ -3,7 +3,7 @@
 import asyncio
 import logging
 import os
-import tempfile
+import shutil
 from pathlib import Path
 from typing import Annotated
 from zoneinfo import ZoneInfo
@@ -23,6 +23,8 @@ from contract.roads.load import MapError, load_map
 # Of tables that go to a file or to another program.
 WIDTH_ELSEWHERE = 120
 
+HEADLESS = Path("var/headless")
+
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2
 
@@ -37,7 +39,10 @@ def demo(
     tls_cert: Annotated[Path | None, typer.Option(help="PEM certificate chain.")] = None,
     tls_key: Annotated[Path | None, typer.Option(help="PEM private key.")] = None,
     campus_map: Annotated[Path, typer.Option("--map", help="Campus map.")] = DEFAULT_MAP,
-    folder: Annotated[Path, typer.Option(help="Where runs, logs and the database go.")] = Path("var/demo"),
+    folder: Annotated[
+        Path | None,
+        typer.Option(help="Where runs, logs and the database go; var/demo, headless var/headless (emptied)."),
+    ] = None,
     people: Annotated[bool, typer.Option(help="Simulated passengers book rides.")] = True,
     begin: Annotated[str, typer.Option("--from", help="Headless timetable from HH:MM, campus time.")] = "",
     end: Annotated[str, typer.Option("--to", help="... to HH:MM.")] = "",
@@ -51,45 +56,58 @@ def demo(
     count = vehicles or (2 if (os.cpu_count() or 1) <= 2 else 3)
     try:
         if headless and begin and end:
-            _timetable(console, campus_map, count, seed, begin, end)
+            _timetable(console, campus_map, count, seed, begin, end, folder or HEADLESS)
             return
         if headless:
-            _headless(console, campus_map, count, rides, seed)
+            _headless(console, campus_map, count, rides, seed, folder or HEADLESS)
             return
-        options = LiveOptions(campus_map, folder, count, host, port, tls_cert, tls_key, seed)
+        options = LiveOptions(
+            campus_map, folder or Path("var/demo"), count, host, port, tls_cert, tls_key, seed
+        )
         asyncio.run(LiveDemo(options, console, people_book=people).run())
     except (MapError, CampusStartError) as error:
         console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
 
 
-def _timetable(console: Console, campus_map: Path, vehicles: int, seed: int, begin: str, end: str) -> None:
+def _timetable(
+    console: Console, campus_map: Path, vehicles: int, seed: int, begin: str, end: str, folder: Path
+) -> None:
     road_map = load_map(campus_map)
     zone = ZoneInfo(road_map.timezone)
     if not road_map.timetable:
         console.print(f"[red]{road_map.name} has no timetable[/red]; try maps/snow-lion/map.json")
         raise typer.Exit(EXIT_BAD_INPUT)
-    with tempfile.TemporaryDirectory(prefix="campusloop-demo-") as folder:
-        options = CampusOptions(road_map, Path(folder), seed, vehicles)
-        try:
-            begins, ends = (local_moment(options.begins, moment, zone) for moment in (begin, end))
-        except ValueError as error:
-            console.print(f"[red]{error}[/red]; give times as HH:MM")
-            raise typer.Exit(EXIT_BAD_INPUT) from error
-        calls, failures = run_timetable(options, begins, ends, console)
+    options = CampusOptions(road_map, _emptied(folder), seed, vehicles)
+    try:
+        begins, ends = (local_moment(options.begins, moment, zone) for moment in (begin, end))
+    except ValueError as error:
+        console.print(f"[red]{error}[/red]; give times as HH:MM")
+        raise typer.Exit(EXIT_BAD_INPUT) from error
+    calls, failures = run_timetable(options, begins, ends, console)
     for failure in failures:
         console.print(f"[red]{failure}[/red]", soft_wrap=True, highlight=False)
     if failures:
         raise typer.Exit(EXIT_FAILED)
-    console.print(f"all {len(calls)} calls kept, every run replays exactly")
+    console.print(f"all {len(calls)} calls kept, every run replays exactly; the runs are in {folder}")
 
 
-def _headless(console: Console, campus_map: Path, vehicles: int, rides: int, seed: int) -> None:
-    with tempfile.TemporaryDirectory(prefix="campusloop-demo-") as folder:
-        options = CampusOptions(load_map(campus_map), Path(folder), seed, vehicles)
-        result = run_headless(options, rides, console)
+def _headless(console: Console, campus_map: Path, vehicles: int, rides: int, seed: int, folder: Path) -> None:
+    options = CampusOptions(load_map(campus_map), _emptied(folder), seed, vehicles)
+    result = run_headless(options, rides, console)
     for failure in result.failures:
         console.print(f"[red]{failure}[/red]", soft_wrap=True, highlight=False)
     if result.failures:
         raise typer.Exit(EXIT_FAILED)
-    console.print(f"all {rides} rides completed, every run replays exactly")
+    console.print(f"all {rides} rides completed, every run replays exactly; the runs are in {folder}")
+
+
+def _emptied(folder: Path) -> Path:
+    """The folder without what an earlier run left there; one with anything else in it is left alone."""
+    marker = folder / "headless-run"
+    if folder.exists() and any(folder.iterdir()) and not marker.exists():
+        raise CampusStartError(f"{folder} is not empty and no earlier headless run's; name another --folder")
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    marker.touch()
+    return folder

@@ -63,4 +63,8 @@ def _tell(path: Path, result: ReplayResult) -> None:
         console.print(f"[red]{path} differs at {result.difference}[/red]", soft_wrap=True)
         raise typer.Exit(EXIT_DIFFERENT)
     if result.cut_short:
-        console.print(f"[yellow]{result.cut_short}; replayed the {result.ticks} ticks before it[/yellow]")
+        console.print(
+            f"[yellow]{result.cut_short}; the {result.ticks} ticks before it replay as recorded. "
+            "A kill while recording leaves such a file; if it was whole, use the server's copy[/yellow]",
+            soft_wrap=True,
+        )

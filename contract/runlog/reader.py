@@ -146,7 +146,10 @@ def _records(path: Path) -> Iterator[object]:
                 last_ns = record.log_time
             yield record
     except (McapError, zstandard.ZstdError, struct.error, ValueError) as error:
-        if stream.tell() == len(data) and not isinstance(error, CRCValidationError):
+        # A file with its closing magic was finished: what seems to run past its end is a damaged length.
+        is_finished = len(data) > 2 * len(MCAP_MAGIC) and data.endswith(MCAP_MAGIC)
+        at_end = stream.tell() == len(data) and not isinstance(error, CRCValidationError)
+        if at_end and not is_finished:
             detail = f"{path}: ends in the middle of a record after log time {last_ns} ns"
             raise RunLogError("truncated", detail, last_ns) from error
         detail = f"{path}: damaged after log time {last_ns} ns ({error}); use the copy on the server"

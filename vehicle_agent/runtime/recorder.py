@@ -34,7 +34,7 @@ from vehicle_agent.runtime.snapshot import encode_state
 from vehicle_agent.signals import Flow, GnssFix, InboxItem, Outputs, Seen
 
 SEGMENT_TICKS = 5 * 60 * 50
-ROOMS = (*Flow.__struct_fields__, "frames", "events", "answers")
+SIGNALS = (*Flow.__struct_fields__, "frames", "events", "answers")
 
 
 class SegmentBegin(msgspec.Struct, frozen=True, tag="segment_begin"):

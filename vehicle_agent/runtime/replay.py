@@ -14,26 +14,47 @@ from contract.runlog.reader import RunLogError, open_segment, ticks
 from vehicle_agent.config import Profile
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.runtime.computer import VehicleComputer
-from vehicle_agent.runtime.recorder import ROOMS, FlowEncoder
+from vehicle_agent.runtime.recorder import SIGNALS, FlowEncoder
 from vehicle_agent.runtime.snapshot import decode_state
 from vehicle_agent.signals import InboxItem
+
+# Which room gives each recorded signal.
+ROOM_OF = {
+    "motion": "can",
+    "ego": "localization",
+    "seen": "perception",
+    "world": "world",
+    "task": "mission",
+    "path": "planning",
+    "wish": "control",
+    "act": "guard",
+    "verdict": "guard",
+    "says": "hmi",
+    "frames": "can",
+    "events": "mission or guard",
+    "answers": "mission",
+}
 
 BuildCar = Callable[[Profile, RoadMap], Car]
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """Where a replay left the recorded run. Values are as recorded and as computed now."""
+    """Where a replay left the recorded run. Values are as recorded and as computed now.
+
+    room: whose output it is; signal: which one of the flow's
+    """
 
     tick: int
     room: str
+    signal: str
     field: str
     recorded: object
     computed: object
 
     def __str__(self) -> str:
         return (
-            f"tick {self.tick}, room {self.room}, field {self.field}: "
+            f"tick {self.tick}, room {self.room}, field {self.signal}.{self.field}: "
             f"recorded {self.recorded!r}, now {self.computed!r}"
         )
 
@@ -93,12 +114,12 @@ def _first_difference(tick: int, recorded: msgspec.Raw, computed: msgspec.Raw) -
     """In flow order, then in the order of the signal's fields, descending into structs and lists."""
     before: dict[str, Any] = msgspec.msgpack.decode(recorded)
     after: dict[str, Any] = msgspec.msgpack.decode(computed)
-    for room in ROOMS:
-        found = _differing("", before.get(room), after.get(room))
+    for signal in SIGNALS:
+        found = _differing("", before.get(signal), after.get(signal))
         if found is not None:
             field, old, new = found
-            return Difference(tick, room, field.lstrip("."), old, new)
-    return Difference(tick, "?", "encoding", len(recorded), len(computed))
+            return Difference(tick, ROOM_OF[signal], signal, field.lstrip("."), old, new)
+    return Difference(tick, "?", "?", "encoding", len(recorded), len(computed))
 
 
 def _differing(name: str, old: Any, new: Any) -> tuple[str, object, object] | None:
