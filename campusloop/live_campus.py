@@ -17,6 +17,7 @@ from campusloop.commands.agent import prepare_folder
 from campusloop.commands.serve import serve
 from campusloop.commands.simulate import simulate
 from campusloop.operator_client import OperatorClient
+from campusloop.run_folder import emptied
 from contract.roads.load import load_map
 from simulator.live import scan_ring_path
 from simulator.live_ports import BASE_PORT, ports_of
@@ -80,10 +81,9 @@ class LiveCampus:
     async def start(self) -> None:
         """Everything up, enrolled and connected to nobody's surprise; vehicles are still held.
 
-        Raises CampusStartError.
+        Raises CampusStartError, NotOurFolder.
         """
-        shutil.rmtree(self.options.folder, ignore_errors=True)
-        (self.options.folder / "logs").mkdir(parents=True)
+        (emptied(self.options.folder) / "logs").mkdir()
         self._supervise([self._server_job()])
         trusted = await self._trusted()
         self.client = httpx.AsyncClient(base_url=self.origin, verify=trusted, timeout=30.0)

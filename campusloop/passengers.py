@@ -29,7 +29,7 @@ class ApiError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Wish:
-    """A ride somebody wants, `after_s` seconds after the start."""
+    """A ride somebody wants, `after_s` seconds after the start. turns_up: at the stop, to ride it."""
 
     number: int
     after_s: float
@@ -37,11 +37,15 @@ class Wish:
     to_stop: str
     party: int
     how: How
+    turns_up: bool = True
 
 
 @dataclass(slots=True)
 class Journey:
-    """What became of a wish. history: (moment, state) in order; whoever is refused asks more than once."""
+    """What became of a wish. boards: the shuttle they would get on now.
+
+    history: (moment, state) in order; whoever is refused asks more than once.
+    """
 
     wish: Wish
     ride_id: str = ""
@@ -49,6 +53,7 @@ class Journey:
     state: str = ""
     reason: str = ""
     vehicle_id: str = ""
+    boards: str = ""
     promise: dict[str, str] | None = None
     promise_broken: bool = False
     history: list[tuple[datetime, str]] = field(default_factory=list)
@@ -76,7 +81,7 @@ class RiderPort(Protocol):
     def add(self, ticket: dict[str, Any], wish: Wish) -> None: ...
 
     def assigned(self, ride_id: str, vehicle_id: str) -> None:
-        """The phone now shows this vehicle."""
+        """The phone now says to get on this vehicle, "" for none."""
         ...
 
 
@@ -120,6 +125,14 @@ class Passengers:
             # A conflict is no news to a rider: the seat sensor was faster than the thumb.
             _body(answer, path)
 
+    async def cancel(self, ride_id: str) -> None:
+        path = f"/api/v1/rides/{self._tokens[ride_id]}/cancel"
+        _body(await self._client.post(path), path)
+
+    async def call_help(self, ride_id: str, text: str) -> None:
+        path = f"/api/v1/rides/{self._tokens[ride_id]}/help"
+        _body(await self._client.post(path, json={"text": text}), path)
+
     async def _ask(self, journey: Journey) -> dict[str, Any]:
         wish = journey.wish
         self._note(journey, "requested")
@@ -127,7 +140,7 @@ class Passengers:
         journey.ride_id, journey.ride_code = ticket["ride_id"], ticket["ride_code"]
         journey.promise = ticket["promise"]
         self._tokens[journey.ride_id] = ticket["token"]
-        if ticket["state"] != "refused":
+        if ticket["state"] != "refused" and wish.turns_up:
             self._riders.add(ticket, wish)
         self._update(journey, ticket)
         return ticket
@@ -144,14 +157,21 @@ class Passengers:
             return None
 
     def _update(self, journey: Journey, ride: dict[str, Any]) -> None:
-        vehicle_id = ride["vehicle_id"] or ""
-        if vehicle_id != journey.vehicle_id:
-            journey.vehicle_id = vehicle_id
-            self._riders.assigned(journey.ride_id, vehicle_id)
+        journey.vehicle_id = ride["vehicle_id"] or ""
+        boards = journey.vehicle_id if self._is_due(journey, ride["state"]) else ""
+        if boards != journey.boards:
+            journey.boards = boards
+            self._riders.assigned(journey.ride_id, boards)
         journey.reason = ride["reason_detail"] or ride["reason"]
         journey.promise_broken = ride["promise_broken"]
         if ride["state"] != journey.state:
             self._note(journey, ride["state"])
+
+    def _is_due(self, journey: Journey, state: str) -> bool:
+        """The phone says that the shuttle is here, or by the promise it may be: nobody gets on before."""
+        if state == "boarding" or journey.promise is None:
+            return state == "boarding"
+        return self._now() >= datetime.fromisoformat(journey.promise["pickup_from"])
 
     def _note(self, journey: Journey, state: str) -> None:
         journey.state = state

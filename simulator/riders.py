@@ -18,7 +18,7 @@ class Phone(Protocol):
     """What a rider can see and do on the phone; given by the composition."""
 
     def vehicle_of(self, ride_id: str) -> str:
-        """The vehicle that comes for the ride, "" while none is known."""
+        """The vehicle that the ride's party gets on when it stands at the stop, "" for none."""
         ...
 
     def tap(self, ride_id: str, kind: Literal["board", "alight"]) -> None: ...

@@ -3,7 +3,6 @@
 import asyncio
 import logging
 import os
-import shutil
 from pathlib import Path
 from typing import Annotated
 from zoneinfo import ZoneInfo
@@ -16,6 +15,7 @@ from campusloop.commands.serve import DEFAULT_MAP
 from campusloop.headless import run_headless
 from campusloop.live_campus import CampusStartError, LiveOptions
 from campusloop.live_demo import LiveDemo
+from campusloop.run_folder import NotOurFolder, emptied
 from campusloop.timetable_run import local_moment, run_timetable
 from campusloop.virtual_campus import CampusOptions
 from contract.roads.load import MapError, load_map
@@ -65,7 +65,7 @@ def demo(
             campus_map, folder or Path("var/demo"), count, host, port, tls_cert, tls_key, seed
         )
         asyncio.run(LiveDemo(options, console, people_book=people).run())
-    except (MapError, CampusStartError) as error:
+    except (MapError, CampusStartError, NotOurFolder) as error:
         console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
 
@@ -78,7 +78,7 @@ def _timetable(
     if not road_map.timetable:
         console.print(f"[red]{road_map.name} has no timetable[/red]; try maps/snow-lion/map.json")
         raise typer.Exit(EXIT_BAD_INPUT)
-    options = CampusOptions(road_map, _emptied(folder), seed, vehicles)
+    options = CampusOptions(road_map, emptied(folder), seed, vehicles)
     try:
         begins, ends = (local_moment(options.begins, moment, zone) for moment in (begin, end))
     except ValueError as error:
@@ -93,21 +93,10 @@ def _timetable(
 
 
 def _headless(console: Console, campus_map: Path, vehicles: int, rides: int, seed: int, folder: Path) -> None:
-    options = CampusOptions(load_map(campus_map), _emptied(folder), seed, vehicles)
+    options = CampusOptions(load_map(campus_map), emptied(folder), seed, vehicles)
     result = run_headless(options, rides, console)
     for failure in result.failures:
         console.print(f"[red]{failure}[/red]", soft_wrap=True, highlight=False)
     if result.failures:
         raise typer.Exit(EXIT_FAILED)
     console.print(f"all {rides} rides completed, every run replays exactly; the runs are in {folder}")
-
-
-def _emptied(folder: Path) -> Path:
-    """The folder without what an earlier run left there; one with anything else in it is left alone."""
-    marker = folder / "headless-run"
-    if folder.exists() and any(folder.iterdir()) and not marker.exists():
-        raise CampusStartError(f"{folder} is not empty and no earlier headless run's; name another --folder")
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
-    marker.touch()
-    return folder

@@ -28,15 +28,15 @@ class CampusDay:
         self.told: list[tuple[int, str]] = []
         self._closed = False
         self.campus.start()
-        self._passengers = self.campus.passengers(self._tell)
+        self.passengers = self.campus.passengers(self._tell)
 
     def _tell(self, journey: Journey) -> None:
         self.told.append((journey.wish.number, journey.state))
 
-    def ask(self, number: int = 1, party: int = 1, how: Any = "code") -> Journey:
+    def ask(self, number: int = 1, party: int = 1, how: Any = "code", turns_up: bool = True) -> Journey:
         """A passenger wants to ride, now."""
-        journey = Journey(Wish(number, 0.0, *self.pair, party, how))
-        self.campus.conductor.loop.create_task(self._passengers.live(journey))
+        journey = Journey(Wish(number, 0.0, *self.pair, party, how, turns_up))
+        self.campus.conductor.loop.create_task(self.passengers.live(journey))
         return journey
 
     def until(self, condition: Callable[[], bool], timeout_s: float = 1200.0) -> None:
