@@ -119,7 +119,8 @@ class Visit(msgspec.Struct, frozen=True):
                 both ends included; empty when the vehicle already stands there
     s_m         where the rear axle shall stand on `lane_id`
     dwell_s     how long doors stay open at least, once standing
-    not_before_ns  server time before which the vehicle shall not leave (a timetable departure), 0 for none
+    not_before_ns  server time up to which the vehicle waits for those who board here, 0 for none
+    timed       a timetable departure: nobody is waited for by name, and nobody's being aboard ends the wait
     """
 
     visit_id: str
@@ -132,6 +133,7 @@ class Visit(msgspec.Struct, frozen=True):
     alight: tuple[RiderTask, ...] = ()
     dwell_s: float = 15.0
     not_before_ns: int = 0
+    timed: bool = False
     name: str = ""
     name_en: str = ""
 

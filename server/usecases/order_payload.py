@@ -51,6 +51,7 @@ def _visit(uow: UnitOfWork, visit: PlannedVisit, leg: tuple[str, ...]) -> Visit:
         alight=_tasks(uow, visit.alight),
         dwell_s=visit.dwell_s,
         not_before_ns=0 if visit.not_before is None else utc_ns(visit.not_before),
+        timed=bool(visit.departure_id),
         name="" if stop is None else stop.name,
         name_en="" if stop is None else stop.name_en,
     )

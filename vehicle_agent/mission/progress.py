@@ -97,7 +97,8 @@ def _dwell_is_over(state: MissionState, rules: MissionRules) -> bool:
     if open_ns < round(visit.dwell_s * 1e9):
         return False
     server_now_ns = state.server_now_ns()
-    if server_now_ns is not None and server_now_ns < visit.not_before_ns:
+    is_early = server_now_ns is not None and server_now_ns < visit.not_before_ns
+    if is_early and (visit.timed or boarding.waiting(visit, state.memory)):
         return False
     late_ns = open_ns - round(visit.dwell_s * 1e9)
     return late_ns >= rules.alight_grace_ns or not _expected_to_alight(state, visit)

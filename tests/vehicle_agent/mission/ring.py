@@ -79,11 +79,23 @@ def a_visit(
     alight: Sequence[RiderTask] = (),
     dwell_s: float = 5.0,
     not_before_ns: int = 0,
+    timed: bool = False,
 ) -> Visit:
     route = find_route(NETWORK, *after, lane, s_m)
     assert route is not None
     return Visit(
-        name, kind, name, lane, s_m, route.lane_ids, tuple(board), tuple(alight), dwell_s, not_before_ns, name
+        name,
+        kind,
+        name,
+        lane,
+        s_m,
+        route.lane_ids,
+        tuple(board),
+        tuple(alight),
+        dwell_s,
+        not_before_ns,
+        timed,
+        name,
     )
 
 

@@ -21,10 +21,10 @@ ANN, BOB = RiderTask("ann", 1, "1111"), RiderTask("bob", 2, "2222")
 ON, OFF = ("south", 40.0), ("north", 30.0)
 
 
-def at_the_stop(not_before_ns: int = 0) -> RingShuttle:
+def at_the_stop(not_before_ns: int = 0, timed: bool = False) -> RingShuttle:
     """Standing at the first stop with open doors."""
     visits = (
-        a_visit("on", *ON, board=(ANN, BOB), not_before_ns=not_before_ns),
+        a_visit("on", *ON, board=(ANN, BOB), not_before_ns=not_before_ns, timed=timed),
         a_visit("off", *OFF, ON, alight=(ANN, BOB)),
         rest(OFF),
     )
@@ -109,7 +109,8 @@ def test_who_does_not_come_is_a_no_show_at_the_end_of_the_dwell() -> None:
 
 
 def test_nobody_leaves_before_the_departure_of_the_timetable() -> None:
-    shuttle = at_the_stop(not_before_ns=OFFSET_NS + 60 * 10**9)
+    shuttle = at_the_stop(not_before_ns=OFFSET_NS + 60 * 10**9, timed=True)
+    shuttle.step(SeatSensor(1, 3))
     while shuttle.now_ns < 59.9e9:
         task = shuttle.step()
         assert task.mode == "dwell"
@@ -117,6 +118,18 @@ def test_nobody_leaves_before_the_departure_of_the_timetable() -> None:
     shuttle.run(5)
     assert shuttle.task is not None
     assert shuttle.task.mode == "drive"
+
+
+def test_a_shuttle_that_is_early_waits_for_its_riders_and_leaves_with_the_last_of_them() -> None:
+    shuttle = at_the_stop(not_before_ns=OFFSET_NS + 60 * 10**9)
+    shuttle.step(CodeTyped(1, "1111"))
+    while shuttle.now_ns < 30e9:
+        assert shuttle.step().mode == "dwell"
+    shuttle.step(CodeTyped(1, "2222"))
+    shuttle.run(5)
+    assert shuttle.task is not None
+    assert shuttle.task.mode == "drive"
+    assert shuttle.of(RiderNoShow) == []
 
 
 def test_riders_alight_by_seat_by_tap_and_by_code() -> None:
