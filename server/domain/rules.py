@@ -32,7 +32,7 @@ class FleetRules:
     hours: ServiceHours = field(default_factory=ServiceHours)
     seats_max: int = 6
     speed_cap_mps: float = 3.0
-    travel_time_factor: float = 1.7
+    travel_time_factor: float = 1.55
     dwell_s: float = 15.0
     wait_s_max: float = 1800.0
     detour_ratio_max: float = 2.0
