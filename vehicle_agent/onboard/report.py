@@ -15,7 +15,8 @@ def ages(now_ns: int, motion: VehicleMotion, ego: Ego, seen: Seen, path: Path) -
 
 
 def _age(now_ns: int, stamp_ns: int) -> int:
-    return now_ns - stamp_ns if stamp_ns > 0 else -1
+    # What arrives between the tick's stamp and its draining of the inbox is newer than the tick.
+    return max(0, now_ns - stamp_ns) if stamp_ns > 0 else -1
 
 
 def status(
