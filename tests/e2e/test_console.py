@@ -73,7 +73,7 @@ def test_a_ride_appears_and_is_cancelled_by_the_operator(console: Page, open_pag
     phone = open_page("/", **PHONE)
     code = book(phone, "Main Library", "Gymnasium")
     console.get_by_role("link", name="Rides").click()
-    row = console.locator(f"[data-ride={code}]")
+    row = console.locator(f'[data-ride="{code}"]')
     expect(row).to_contain_text("Assigned")
     expect(row).to_contain_text("Main Library – Gymnasium")
     row.get_by_role("button", name="Cancel").click()

@@ -1,4 +1,4 @@
-"""A small campus in virtual time, for scenarios: one shuttle or two, rides booked through the API."""
+"""A small ring in virtual time, for scenarios: one shuttle, people on foot, rides booked through the API."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import Any
 
 from campusloop.passengers import ENDED, Journey, Wish
 from campusloop.virtual_campus import CampusOptions, VirtualCampus
-from contract.roads.load import load_map
+from tests.contract.roads.ring_map import ring_map
 from tests.faults.real_campus import nearest_pair
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -18,7 +18,7 @@ class CampusDay:
     """A started campus and the rides asked for on it."""
 
     def __init__(self, folder: Path, seed: int = 1, vehicles: int = 1, **options: Any) -> None:
-        road_map = load_map(SHIPPED)
+        road_map = ring_map()
         self.campus = VirtualCampus(
             CampusOptions(
                 road_map, folder, seed, vehicles, database_url=f"sqlite:///{folder / 'campus.db'}", **options

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 MINUTES_S = 90.0
 
@@ -28,6 +30,7 @@ def hashes(process: "subprocess.Popen[str]") -> dict[str, str]:
     return found
 
 
+@pytest.mark.long
 def test_a_campus_repeats_bit_for_bit_in_another_process_with_another_hash_seed(tmp_path: Path) -> None:
     first, second = begin(tmp_path / "a", 7, "1"), begin(tmp_path / "b", 7, "2")
     assert hashes(first) == hashes(second)

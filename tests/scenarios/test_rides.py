@@ -1,5 +1,6 @@
 from pathlib import Path
 
+import pytest
 from rich.console import Console
 
 from campusloop.headless import run_headless
@@ -10,6 +11,7 @@ from vehicle_agent.runtime.replay import replay_segment
 from vehicle_agent.stacks.gem import gem
 
 
+@pytest.mark.long
 def test_two_rides_are_booked_driven_through_people_and_replayed(tmp_path: Path) -> None:
     console = Console(quiet=True)
     result = run_headless(CampusOptions(load_map(SHIPPED), tmp_path, seed=1, vehicles=2), 2, console)

@@ -23,7 +23,10 @@ def some_bookings(fleet: FakeFleet, chance: random.Random, count: int) -> None:
             fleet.step()
 
 
-@pytest.mark.parametrize(("name", "seed"), [("shanghai-university", 1), ("snow-lion", 1)])
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [pytest.param("shanghai-university", 1, marks=pytest.mark.long), ("snow-lion", 1)],
+)
 def test_every_promise_is_kept_while_travel_times_are_as_planned(name: str, seed: int) -> None:
     campus = CampusUnderTest(shipped_map(name), seed=seed)
     fleet = FakeFleet(campus, shipped_map(name), 3).start()
@@ -87,6 +90,7 @@ def test_no_ride_is_lost_through_no_shows_cancellations_holds_and_broken_links(s
     campus.close()
 
 
+@pytest.mark.long
 def test_the_morning_timetable_is_kept_and_never_left_early() -> None:
     """Table 1 of the Snow Lion paper: five trips between 08:00 and 10:00, local time."""
     road_map = shipped_map("snow-lion")
