@@ -2,6 +2,9 @@
 
 import math
 
+import numpy as np
+
+from contract.geometry import Array
 from contract.roads.model import Origin
 
 _SEMI_MAJOR_M = 6_378_137.0
@@ -42,6 +45,21 @@ def unproject(origin: Origin, x_m: float, y_m: float) -> tuple[float, float]:
         latitude_deg += math.degrees(missing_y_m / meridian_m)
         longitude_deg += math.degrees(missing_x_m / (normal_m * math.cos(math.radians(latitude_deg))))
     return latitude_deg, longitude_deg
+
+
+def map_from_wgs84(origin: Origin, latitude_deg: Array, longitude_deg: Array) -> Array:
+    """(n, 2) metres east and north of the origin, from (n,) degrees; see `project`."""
+    pairs = zip(np.atleast_1d(latitude_deg), np.atleast_1d(longitude_deg), strict=True)
+    projected = [project(origin, float(latitude), float(longitude)) for latitude, longitude in pairs]
+    points: Array = np.array(projected, dtype=np.float64).reshape(-1, 2)
+    return points
+
+
+def wgs84_from_map(origin: Origin, points_map: Array) -> tuple[Array, Array]:
+    """(latitude_deg, longitude_deg), each (n,), of (n, 2) points; the inverse of `map_from_wgs84`."""
+    points = np.asarray(points_map, dtype=np.float64).reshape(-1, 2)
+    degrees = np.array([unproject(origin, float(x_m), float(y_m)) for x_m, y_m in points]).reshape(-1, 2)
+    return degrees[:, 0], degrees[:, 1]
 
 
 def _normal_radius_m(latitude_rad: float) -> float:

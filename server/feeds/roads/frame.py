@@ -8,7 +8,7 @@ import numpy as np
 from contract.geometry import Array
 from contract.roads.load import MapError
 from contract.roads.model import Origin
-from contract.roads.wgs84 import map_from_wgs84
+from contract.roads.projection import map_from_wgs84
 from server.feeds.roads.drafts import ImportLog
 from server.feeds.roads.drivable import ROADS
 from server.feeds.roads.osm_file import Bounds, OsmData

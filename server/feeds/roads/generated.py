@@ -8,7 +8,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from contract.roads.model import Origin
-from contract.roads.wgs84 import wgs84_from_map
+from contract.roads.projection import wgs84_from_map
 
 _ORIGIN = Origin(31.0, 121.0)
 _BLOCK_M = 120.0

@@ -6,7 +6,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from contract.roads.model import Origin
-from contract.roads.wgs84 import wgs84_from_map
+from contract.roads.projection import wgs84_from_map
 
 ORIGIN = Origin(31.0, 121.0)
 Points = dict[int, tuple[float, float]]

@@ -13,8 +13,8 @@ from contract.geometry import Array, curvatures
 from contract.roads.load import MapError, encode_map, load_map
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
+from contract.roads.projection import map_from_wgs84
 from contract.roads.routing import find_route
-from contract.roads.wgs84 import map_from_wgs84
 from server.feeds.roads.generated import generated_osm
 from server.feeds.roads.import_osm import ImportOptions, ImportReport, import_osm
 from server.feeds.roads.osm_file import Bounds

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from pyproj import Transformer
 
 from contract.roads.model import Origin
-from contract.roads.wgs84 import map_from_wgs84, wgs84_from_map
+from contract.roads.projection import map_from_wgs84, wgs84_from_map
 
 origins = st.builds(Origin, st.floats(-70.0, 70.0), st.floats(-179.0, 179.0))
 offsets = st.tuples(st.floats(-2000.0, 2000.0), st.floats(-2000.0, 2000.0))
