@@ -96,7 +96,8 @@ class LiveDemo:
     def _greet(self) -> None:
         options = self._campus.options
         names = local_addresses(options.host) if self._campus.certificate else []
-        for origin in [f"https://{name}:{options.port}" for name in names] or [self._campus.origin]:
+        hosts = [f"[{name}]" if ":" in name else name for name in names]
+        for origin in [f"https://{host}:{options.port}" for host in hosts] or [self._campus.origin]:
             self._say(f"passengers  {origin}/")
             self._say(f"operators   {origin}/console")
         self._say(f"operator's name: {OPERATOR}   password: {self._campus.password}")
