@@ -47,6 +47,7 @@ from vehicle_agent.signals import LinkWord
 
 STEP_S = 0.2
 MARGIN_M = 0.5
+FOOTSTEP_M = 1.0
 SLACK_M = 0.3
 BODY = Body()
 PATIENCE_S = 12.0
@@ -214,11 +215,13 @@ class ScriptedShuttle:
         assert target_m is not None
         leave = leave_to_drive(spans, journey.grants, journey.s_m, BODY, MARGIN_M)
         reach_m = min(target_m, leave.hold_s_m, journey.s_m + self.speed_mps * STEP_S)
-        if reach_m > journey.s_m:
-            journey.driven_m += reach_m - journey.s_m
-            journey.s_m = reach_m
-            journey.place = line.place(reach_m)
-        self._release(spans)
+        # However quick it is, it sets foot on every section, or it could not give a short one back.
+        while journey.s_m < reach_m:
+            step_m = min(FOOTSTEP_M, reach_m - journey.s_m)
+            journey.driven_m += step_m
+            journey.s_m += step_m
+            self._release(spans)
+        journey.place = line.place(journey.s_m)
         if abs(journey.s_m - target_m) < 0.01:
             self._arrive(visit)
 
