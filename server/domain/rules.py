@@ -23,7 +23,8 @@ class FleetRules:
     braking_mps2, reaction_s  a new visit lies at least a stopping distance ahead of a moving shuttle
     reassign_after_s      a vehicle unavailable for so long loses the rides that wait for it to others
     order_stops           an order holds so many stops, then a resting place: short routes are safe sooner
-    held_back_s           a resting shuttle leaves so much earlier than its first timed visit demands
+    held_back_s           a resting shuttle leaves so much earlier than a promised pickup demands
+    departure_early_s     the same for a timetable call, which nobody can be told to come later for
     silent_after_s        not heard for so long: an incident
     order_valid_s         a vehicle accepts an order within this time
     booking_ahead_s_max   how far ahead rides can be booked
@@ -49,12 +50,17 @@ class FleetRules:
     reassign_after_s: float = 60.0
     order_stops: int = 2
     held_back_s: float = 90.0
+    departure_early_s: float = 300.0
     silent_after_s: float = 5.0
     order_valid_s: float = 60.0
     booking_ahead_s_max: float = 7 * 86400.0
     operator_session_s: float = 12 * 3600.0
     enrolment_code_s: float = 24 * 3600.0
     history_days: float = 30.0
+
+    def early_s(self, *, timed: bool) -> float:
+        """How much earlier than planned a shuttle sets out; timed: to a timetable call."""
+        return self.departure_early_s if timed else self.held_back_s
 
     def stopping_m(self, speed_mps: float) -> float:
         """How far ahead of a shuttle the first place is at which it can still be told to stop."""

@@ -133,10 +133,11 @@ def _stops_ahead(
         if starts or visit.not_before is None or visit.eta is None:
             continue
         idle_s = (visit.not_before - visit.eta).total_seconds() - visit.dwell_s
-        if idle_s <= uow.rules.held_back_s:
+        early_s = uow.rules.early_s(timed=bool(visit.departure_id))
+        if idle_s <= early_s:
             continue
         begun = uow.now if number == 0 else _left_at(visits[number - 1])
-        free_s = (visit.not_before - begun).total_seconds() - visit.dwell_s - uow.rules.held_back_s
+        free_s = (visit.not_before - begun).total_seconds() - visit.dwell_s - early_s
         _, way_s = _rest_after(uow, snapshot, plan, visits, number)
         if way_s <= free_s:
             return number

@@ -1,5 +1,7 @@
 """What passengers do besides riding along: buttons, calls for help, changing their mind, not turning up."""
 
+import pytest
+
 from contract.wire.messages import DoorsChanged, SeatButtonPressed
 from tests.scenarios.campus_days import CampusDay
 
@@ -37,6 +39,7 @@ def test_a_call_for_help_is_the_first_of_the_incidents(day: CampusDay) -> None:
     assert "somebody is unwell" in incidents[0]["cause"]
 
 
+@pytest.mark.long
 def test_a_ride_that_is_cancelled_frees_the_shuttle_for_the_next(day: CampusDay) -> None:
     journey = day.ask()
     day.until_state(journey, "assigned")
@@ -48,6 +51,7 @@ def test_a_ride_that_is_cancelled_frees_the_shuttle_for_the_next(day: CampusDay)
     day.until_state(day.ask(2), "boarding")
 
 
+@pytest.mark.long
 def test_whoever_does_not_turn_up_is_a_no_show_and_the_shuttle_goes_on(day: CampusDay) -> None:
     journey = day.ask(turns_up=False)
     day.until(lambda: journey.state == "no_show")

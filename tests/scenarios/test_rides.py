@@ -39,6 +39,7 @@ def test_a_server_that_restarts_while_riding_loses_no_ride(day: CampusDay) -> No
     day.until_state(journey, "completed")
 
 
+@pytest.mark.long
 def test_a_vehicle_that_crashes_while_riding_stands_held_until_an_operator_resumes_it(
     day: CampusDay, tmp_path: Path
 ) -> None:

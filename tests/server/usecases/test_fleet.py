@@ -25,7 +25,10 @@ def some_bookings(fleet: FakeFleet, chance: random.Random, count: int) -> None:
 
 @pytest.mark.parametrize(
     ("name", "seed"),
-    [pytest.param("shanghai-university", 1, marks=pytest.mark.long), ("snow-lion", 1)],
+    [
+        pytest.param("shanghai-university", 1, marks=pytest.mark.long),
+        pytest.param("snow-lion", 1, marks=pytest.mark.long),
+    ],
 )
 def test_every_promise_is_kept_while_travel_times_are_as_planned(name: str, seed: int) -> None:
     campus = CampusUnderTest(shipped_map(name), seed=seed)
