@@ -23,13 +23,8 @@ def some_bookings(fleet: FakeFleet, chance: random.Random, count: int) -> None:
             fleet.step()
 
 
-@pytest.mark.parametrize(
-    ("name", "seed"),
-    [
-        pytest.param("shanghai-university", 1, marks=pytest.mark.long),
-        pytest.param("snow-lion", 1, marks=pytest.mark.long),
-    ],
-)
+@pytest.mark.long
+@pytest.mark.parametrize(("name", "seed"), [("shanghai-university", 1), ("snow-lion", 1)])
 def test_every_promise_is_kept_while_travel_times_are_as_planned(name: str, seed: int) -> None:
     campus = CampusUnderTest(shipped_map(name), seed=seed)
     fleet = FakeFleet(campus, shipped_map(name), 3).start()
