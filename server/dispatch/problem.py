@@ -83,11 +83,15 @@ class VehicleState:
 
 @dataclass(frozen=True, slots=True)
 class CostWeights:
-    """What a second is worth. Driving counts as cost; waiting and riding count for each person."""
+    """What a second is worth. Driving counts as cost; waiting and riding count for each person.
+
+    late  a second after its time at which a timetable call is left: rather another vehicle drives far
+    """
 
     drive: float = 1.0
     wait: float = 0.5
     ride: float = 0.25
+    late: float = 20.0
 
 
 @dataclass(frozen=True, slots=True)
