@@ -15,7 +15,7 @@ from rich.table import Table
 
 from campusloop.passengers import Journey, wishes
 from campusloop.run_proof import RunProof, replay_failures, ride_progress
-from campusloop.virtual_campus import CampusOptions, VirtualCampus
+from campusloop.virtual_campus import START_NS, CampusOptions, VirtualCampus
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import find_route
@@ -96,7 +96,7 @@ def run_headless(options: CampusOptions, rides: int, console: Console) -> DemoRe
                 proof.look()
                 done = sum(task.done() for task in tasks)
                 progress.update(bar, completed=done, clock=f"{campus.now().astimezone(clock):%H:%M:%S}")
-        virtual_s = (campus.conductor.now_ns - 1_000_000_000) / 1e9
+        virtual_s = (campus.conductor.now_ns - START_NS) / 1e9
         campus.stop()
         wall_s = time.perf_counter() - started
         replays = proof.results(console)

@@ -23,7 +23,7 @@ TIMED = ("step", "decode", "encode")
 class RoomTimes:
     """Wall time of every call, in ns, by room; `whole` is the complete tick with its recording.
 
-    The thread's CPU clock would cost more to read than most rooms take.
+    The thread's CPU clock is a system call, and nearly all that runs in virtual time is this thread.
     """
 
     def __init__(self) -> None:

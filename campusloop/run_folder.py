@@ -15,7 +15,8 @@ def emptied(folder: Path) -> Path:
     marker = folder / MARKER
     if folder.exists() and any(folder.iterdir()) and not marker.exists():
         raise NotOurFolder(f"{folder} holds files that no demo wrote; name another one with --folder")
-    shutil.rmtree(folder, ignore_errors=True)
+    if folder.exists():
+        shutil.rmtree(folder)
     folder.mkdir(parents=True)
     marker.touch()
     return folder

@@ -27,7 +27,7 @@ class RiderComes(msgspec.Struct, frozen=True, tag="rider_comes"):
 
 
 class RideAssigned(msgspec.Struct, frozen=True, tag="ride_assigned"):
-    """The rider's phone now shows this vehicle."""
+    """The rider now gets on this vehicle when it stands at the stop; "" for none."""
 
     ride_id: str
     vehicle_id: str

@@ -78,12 +78,13 @@ def _timetable(
     if not road_map.timetable:
         console.print(f"[red]{road_map.name} has no timetable[/red]; try maps/snow-lion/map.json")
         raise typer.Exit(EXIT_BAD_INPUT)
-    options = CampusOptions(road_map, emptied(folder), seed, vehicles)
+    options = CampusOptions(road_map, folder, seed, vehicles)
     try:
         begins, ends = (local_moment(options.begins, moment, zone) for moment in (begin, end))
     except ValueError as error:
         console.print(f"[red]{error}[/red]; give times as HH:MM")
         raise typer.Exit(EXIT_BAD_INPUT) from error
+    emptied(folder)
     calls, failures = run_timetable(options, begins, ends, console)
     for failure in failures:
         console.print(f"[red]{failure}[/red]", soft_wrap=True, highlight=False)

@@ -22,8 +22,6 @@ from contract.roads.routing import find_route
 from simulator.live_ports import control_port
 from tests.contract.roads.ring_map import ring_map
 
-ROOT = Path(__file__).resolve().parents[2]
-SHIPPED = ROOT / "maps" / "shanghai-university" / "map.json"
 RIDE_WITHIN_S = 240.0
 
 

@@ -9,8 +9,6 @@ from campusloop.virtual_campus import CampusOptions, VirtualCampus
 from tests.contract.roads.ring_map import ring_map
 from tests.faults.real_campus import nearest_pair
 
-ROOT = Path(__file__).resolve().parents[2]
-SHIPPED = ROOT / "maps" / "shanghai-university" / "map.json"
 STEP_CHECK_S = 0.5
 
 

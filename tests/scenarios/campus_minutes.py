@@ -14,14 +14,14 @@ from campusloop.passengers import Journey, Wish
 from campusloop.virtual_campus import CampusOptions, VirtualCampus
 from contract.roads.load import load_map
 from tests.faults.real_campus import nearest_pair
-from tests.scenarios.campus_days import SHIPPED
+from tests.server.feeds.shipped import CAMPUS_MAP
 
 # What happened and what was decided; keys are made by the vehicles and differ.
 KEPT = ("rides", "plans", "orders", "incidents", "vehicle_events", "server_events", "runs", "segments")
 
 
 def campus_minutes(folder: Path, seed: int, duration_s: float) -> dict[str, str]:
-    road_map = load_map(SHIPPED)
+    road_map = load_map(CAMPUS_MAP)
     database = folder / "campus.db"
     campus = VirtualCampus(CampusOptions(road_map, folder, seed, 2, database_url=f"sqlite:///{database}"))
     campus.start()

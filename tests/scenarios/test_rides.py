@@ -6,7 +6,8 @@ from rich.console import Console
 from campusloop.headless import run_headless
 from campusloop.virtual_campus import CampusOptions
 from contract.roads.load import load_map
-from tests.scenarios.campus_days import SHIPPED, CampusDay
+from tests.scenarios.campus_days import CampusDay
+from tests.server.feeds.shipped import CAMPUS_MAP
 from vehicle_agent.runtime.replay import replay_segment
 from vehicle_agent.stacks.gem import gem
 
@@ -14,7 +15,7 @@ from vehicle_agent.stacks.gem import gem
 @pytest.mark.long
 def test_two_rides_are_booked_driven_through_people_and_replayed(tmp_path: Path) -> None:
     console = Console(quiet=True)
-    result = run_headless(CampusOptions(load_map(SHIPPED), tmp_path, seed=1, vehicles=2), 2, console)
+    result = run_headless(CampusOptions(load_map(CAMPUS_MAP), tmp_path, seed=1, vehicles=2), 2, console)
     assert result.failures == []
     assert [journey.state for journey in result.journeys] == ["completed", "completed"]
     for journey in result.journeys:
