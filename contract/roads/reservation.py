@@ -1,21 +1,26 @@
 """Who may drive into which section, so that shuttles never collide and never wait for each other in a ring.
 
 A vehicle has the sections it holds (its body is in them, or was granted them) and the sections still ahead
-on its route, whose last one is where it will stand. A state is *safe* when the vehicles can, in some order,
-one after another, run their whole routes while all others stand where they are, or where they ended
-(the banker's algorithm: Dijkstra, EWD 108, 1965; Habermann 1969). Only grants and routes that keep the
-state safe are given; docs/roads.md proves that a fleet which starts at resting places never gets stuck.
+on its route, whose last one is where it will stand. A state is *safe* when the vehicles can, moving one at a
+time while all others stand, all come to the ends of their routes; on the way they wait only where they are in
+nobody's way (the banker's algorithm: Dijkstra, EWD 108, 1965; Habermann 1969). Only grants and routes that
+keep the state safe are given; docs/roads.md proves that a fleet which starts at resting places never gets
+stuck.
 
 Sets of sections are integers, one bit a section.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import msgspec
 
+from contract.roads.design_vehicle import LENGTH_M, RELEASE_MARGIN_M, STANDING_MARGIN_M
 from contract.roads.load import MapError
 from contract.roads.model import Section
+
+# What a vehicle lies over that has driven up to the end of what it holds.
+_STANDING_M = LENGTH_M + STANDING_MARGIN_M + RELEASE_MARGIN_M
 
 
 class Grant(msgspec.Struct, frozen=True):
@@ -53,6 +58,8 @@ class _Claim:
 
     vehicle_id: str
     is_moving: bool
+    foremost: str
+    ahead: Sequence[str]
     need: int
     shadow_now: int
     shadow_end: int
@@ -75,13 +82,14 @@ class Reservations:
         except KeyError as error:
             raise MapError("dangling_id", f"a section conflicts with unknown section {error}") from error
         self._bits = bits
+        self._followed_by = _places_to_wait(listed)
         self._vehicles: dict[str, _Vehicle] = {}
         self.last_fence = last_fence
 
     def emptied(self) -> "Reservations":
         """The same map with nobody on it; what was worked out of the map is shared."""
         empty = Reservations(())
-        empty._shadows, empty._bits = self._shadows, self._bits
+        empty._shadows, empty._bits, empty._followed_by = self._shadows, self._bits, self._followed_by
         return empty
 
     @property
@@ -135,6 +143,9 @@ class Reservations:
     def adopt(self, vehicle_id: str, route_sections: Sequence[str]) -> bool:
         """Replace the vehicle's route; False, and nothing changed, where that would be unsafe.
 
+        A vehicle that was placed and has no route yet may take one that cannot be finished now, as long as
+        it locks in nobody else: two that stand in each other's way can only be freed by both routes.
+
         route_sections  in order, up to where the vehicle will stand. It must contain a section which the
         vehicle holds; what lies before the first such section is behind the vehicle. Held sections that are
         not on the new route stay held until they are released. Raises ReservationError: unknown_vehicle,
@@ -149,7 +160,8 @@ class Reservations:
             )
         before = self._stuck(self._claims())
         turned = _Vehicle(vehicle.held, ahead, route_sections[-1])
-        if not self._stuck(self._claims(vehicle_id, turned)) <= before - {vehicle_id}:
+        tolerated = before | {vehicle_id} if vehicle.goal is None else before - {vehicle_id}
+        if not self._stuck(self._claims(vehicle_id, turned)) <= tolerated:
             return False
         self._vehicles[vehicle_id] = turned
         return True
@@ -221,32 +233,66 @@ class Reservations:
             )
             now = self._shadow(vehicle.held)
             end = now if vehicle.goal is None else self._shadows[vehicle.goal]
-            claims.append(_Claim(vehicle_id, vehicle.is_moving, self._mask(vehicle.ahead), now, end))
+            need = self._mask(vehicle.ahead)
+            claims.append(
+                _Claim(vehicle_id, vehicle.is_moving, vehicle.held[-1], vehicle.ahead, need, now, end)
+            )
         return claims
 
-    @staticmethod
-    def _stuck(claims: list[_Claim]) -> frozenset[str]:
-        """The vehicles that no order of runs brings to their ends.
+    def _stuck(self, claims: list[_Claim]) -> frozenset[str]:
+        """The vehicles that no order of moves brings to their ends.
 
-        A vehicle may run when nobody's shadow lies on its way, and when its end does not lie on the way of
-        one still to run, which would have to go first. Whoever runs under this rule only shrinks what the
-        rest is kept out of, so choosing greedily finds an order whenever there is one.
+        A vehicle may move to its end, or up to where it stands in nobody's way; and one that is in nobody's
+        way and whose way no end and no standing vehicle will block may go last. Each of these only shrinks
+        what the rest is kept out of, so choosing greedily finds an order whenever there is one of this kind.
         """
         waiting = [claim for claim in claims if claim.is_moving]
         standing = {claim.vehicle_id: claim.shadow_now for claim in claims}
         while waiting:
-            for claim in waiting:
-                others = [other for other in waiting if other is not claim]
-                if any(claim.shadow_end & other.need for other in others):
-                    continue
+            for place, claim in enumerate(waiting):
+                others = waiting[:place] + waiting[place + 1 :]
+                wanted = _union(other.need for other in others)
                 in_the_way = _union(s for other_id, s in standing.items() if other_id != claim.vehicle_id)
-                if not claim.need & in_the_way:
+                if not claim.need & in_the_way and not claim.shadow_end & wanted:
                     standing[claim.vehicle_id] = claim.shadow_end
                     waiting = others
+                    break
+                if not claim.shadow_now & wanted and not claim.need & self._final(others, standing, claim):
+                    waiting = others
+                    break
+                moved = self._part_of_the_way(claim, in_the_way, wanted)
+                if moved is not None:
+                    standing[claim.vehicle_id] = moved.shadow_now
+                    waiting[place] = moved
                     break
             else:
                 return frozenset(claim.vehicle_id for claim in waiting)
         return frozenset()
+
+    @staticmethod
+    def _final(waiting: Sequence[_Claim], standing: Mapping[str, int], claim: _Claim) -> int:
+        """What the others keep out of once all that still wait are at their ends and `claim` goes last."""
+        ends = {other.vehicle_id: other.shadow_end for other in waiting}
+        return _union(
+            ends.get(other_id, shadow)
+            for other_id, shadow in standing.items()
+            if other_id != claim.vehicle_id
+        )
+
+    def _part_of_the_way(self, claim: _Claim, in_the_way: int, wanted: int) -> _Claim | None:
+        """The vehicle at the farthest place that it can reach and nobody else wants; None for nowhere."""
+        free = 0
+        while free < len(claim.ahead) and not self._bits[claim.ahead[free]] & in_the_way:
+            free += 1
+        way = (claim.foremost, *claim.ahead)
+        for count in range(min(free, len(claim.ahead) - 1), -1, -1):
+            here = way[count]
+            shadow = self._shadows[here]
+            is_move = count > 0 or shadow != claim.shadow_now
+            if is_move and not shadow & wanted and self._followed_by.get(here) == way[count + 1]:
+                ahead = claim.ahead[count:]
+                return replace(claim, foremost=here, ahead=ahead, need=self._mask(ahead), shadow_now=shadow)
+        return None
 
     def _vehicle(self, vehicle_id: str) -> _Vehicle:
         try:
@@ -268,6 +314,19 @@ class Reservations:
     def _next_fence(self) -> int:
         self.last_fence += 1
         return self.last_fence
+
+
+def _places_to_wait(sections: list[Section]) -> dict[str, str]:
+    """Sections that hold a whole vehicle, and the one that follows on the same lane.
+
+    Only there a vehicle is known to lie over nothing else: at a lane's end it could be about to turn off.
+    """
+    starts = {(section.lane_id, section.s_from_m): section.section_id for section in sections}
+    return {
+        section.section_id: starts[section.lane_id, section.s_to_m]
+        for section in sections
+        if section.s_to_m - section.s_from_m >= _STANDING_M and (section.lane_id, section.s_to_m) in starts
+    }
 
 
 def _moved(vehicle: _Vehicle, count: int) -> _Vehicle:

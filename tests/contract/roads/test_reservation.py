@@ -4,7 +4,7 @@ import random
 from itertools import pairwise
 
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
@@ -172,6 +172,83 @@ def test_a_stranded_vehicle_holds_up_only_those_who_need_its_place() -> None:
     control.place("stranded", ("e3",))
     assert not control.adopt("b", westwards(4))
     assert len(control.grant("a", 5)) == 3
+
+
+def ring(length: int) -> Reservations:
+    """A one-way ring r0, r1, ..., with a bay beside r0 and one beside the middle."""
+    sections = [Section(f"r{k}", "ring", 24 * k, 24 * (k + 1)) for k in range(length)]
+    return Reservations([*sections, Section("bay", "bay", 0, 24), Section("far-bay", "far-bay", 0, 24)])
+
+
+def test_a_shuttle_sets_out_round_a_ring_ahead_of_one_that_stands_at_a_stop() -> None:
+    """Its round leads back to where the other stands, which goes on long before."""
+    control = ring(8)
+    control.place("standing", ("r7",))
+    control.place("leaving", ("bay",))
+    assert control.adopt("standing", ("r7", "r0", "r1", "r2", "far-bay"))
+    assert control.adopt("leaving", ("bay", *(f"r{k}" for k in range(1, 8)), "r0", "bay"))
+    # It goes no farther than round to the one that stands, and there is nobody's way to wait in.
+    assert len(control.grant("leaving", 20)) == 6
+    assert control.is_safe()
+
+
+def test_two_that_were_put_in_each_others_way_get_free_by_both_routes() -> None:
+    control = ring(8)
+    control.place("a", ("r1",))
+    control.place("b", ("r5",))
+    assert control.adopt("a", ("r1", "r2", "r3", "r4", "r5", "r6", "bay"))
+    assert control.grant("a", 1) == ()
+    assert control.adopt("b", ("r5", "r6", "r7", "r0", "r1", "r2", "far-bay"))
+    assert control.is_safe()
+    assert control.grant("a", 1)
+
+
+@st.composite
+def _claims(draw: st.DrawFn) -> tuple[list[Section], dict[str, list[str]]]:
+    """Lanes whose sections exclude each other at random; a route over some of them for each vehicle."""
+    lanes = [[f"{lane}{k}" for k in range(draw(st.integers(1, 4)))] for lane in "pqr"]
+    names = [name for lane in lanes for name in lane]
+    pairs = draw(st.lists(st.tuples(st.sampled_from(names), st.sampled_from(names)), max_size=6))
+    conflicts: dict[str, set[str]] = {name: set() for name in names}
+    for one, other in pairs:
+        if one != other:
+            conflicts[one].add(other)
+            conflicts[other].add(one)
+    length_m = draw(st.sampled_from((24.0, 3.0)))
+    sections = [
+        Section(name, name[0], k * length_m, (k + 1) * length_m, tuple(sorted(conflicts[name])))
+        for lane in lanes
+        for k, name in enumerate(lane)
+    ]
+    taken: set[str] = set()
+    routes = {}
+    for vehicle_id in ("a", "b", "c")[: draw(st.integers(2, 3))]:
+        order = draw(st.permutations(lanes))
+        way = [name for lane in order[: draw(st.integers(1, 3))] for name in lane]
+        way = way[draw(st.integers(0, len(order[0]) - 1)) :]
+        if way[0] not in taken:
+            taken |= {way[0]} | conflicts[way[0]]
+            routes[vehicle_id] = way
+    return sections, routes
+
+
+@given(_claims())
+@settings(max_examples=400, deadline=None)
+def test_what_is_called_safe_can_be_driven_to_the_end(
+    drawn: tuple[list[Section], dict[str, list[str]]],
+) -> None:
+    sections, routes = drawn
+    control = Reservations(sections)
+    for vehicle_id, way in routes.items():
+        control.restore(vehicle_id, way[:1], way[1:], way[-1])
+    assume(control.is_safe())
+    while left := sum(len(control.ahead(v)) for v in routes):
+        for vehicle_id in routes:
+            control.grant(vehicle_id, 1)
+            while len(control.held(vehicle_id)) > 1:
+                control.release(vehicle_id, control.held(vehicle_id)[0])
+            assert control.is_safe()
+        assert sum(len(control.ahead(v)) for v in routes) < left, "nobody may go on"
 
 
 @pytest.mark.parametrize("seed", range(6))
