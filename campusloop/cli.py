@@ -1,28 +1,42 @@
 """The command line. Each command is a file in `commands/`; this one only hangs them up."""
 
+import sys
+from collections.abc import Iterable
+from importlib import import_module
+
 import typer
 
-from campusloop.commands import agent, demo, openapi, replay, serve, simulate, warm
-from campusloop.commands import map as campus_map
+_COMMANDS = ("demo", "map", "serve", "agent", "simulate", "replay", "openapi", "warm")
+_GROUPS = {
+    "map": "Campus maps: import, check, rebuild.",
+    "agent": "The agent on a vehicle: enrol, run.",
+}
+_HIDDEN = ("warm",)
 
-app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    help="A campus fleet of autonomous shuttles: booking, dispatch, driving, live view and replay.",
-)
-app.add_typer(campus_map.app, name="map", help="Campus maps: import, check, rebuild.")
-app.add_typer(agent.app, name="agent", help="The agent on a vehicle: enrol, run.")
-app.command("demo")(demo.demo)
-app.command("serve")(serve.serve)
-app.command("simulate")(simulate.simulate)
-app.command("replay")(replay.replay)
-app.command("openapi")(openapi.openapi)
-app.command("warm", hidden=True)(warm.warm)
+
+def app_of(names: Iterable[str] = _COMMANDS) -> typer.Typer:
+    """The command line with these commands; only their files are imported."""
+    app = typer.Typer(
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        help="A campus fleet of autonomous shuttles: booking, dispatch, driving, live view and replay.",
+    )
+    # Without a callback, an app of one command would take that command's name for an argument.
+    app.callback()(lambda: None)
+    for name in names:
+        module = import_module(f"campusloop.commands.{name}")
+        if name in _GROUPS:
+            app.add_typer(module.app, name=name, help=_GROUPS[name])
+        else:
+            app.command(name, hidden=name in _HIDDEN)(getattr(module, name))
+    return app
 
 
 def main() -> None:
-    app()
+    """A command that is named first is imported alone: the others bring a server or a vehicle along."""
+    named = [name for name in sys.argv[1:2] if name in _COMMANDS]
+    app_of(named or _COMMANDS)()
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from campusloop.passengers import Journey, wishes
-from campusloop.run_proof import RunProof, replay_failures, ride_progress
+from campusloop.run_proof import RunProof, flaws, ride_progress
 from campusloop.virtual_campus import START_NS, CampusOptions, VirtualCampus
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
@@ -99,7 +99,7 @@ def run_headless(options: CampusOptions, rides: int, console: Console) -> DemoRe
         virtual_s = (campus.conductor.now_ns - START_NS) / 1e9
         campus.stop()
         wall_s = time.perf_counter() - started
-        replays = proof.results(console)
+        proofs = proof.results(console)
     journeys = [task.result() for task in tasks if task.done()]
     failures = [
         f"ride {wish.number} did not end" for wish, task in zip(wanted, tasks, strict=True) if not task.done()
@@ -108,12 +108,12 @@ def run_headless(options: CampusOptions, rides: int, console: Console) -> DemoRe
         f"ride {j.wish.number} ended as {j.state} ({j.reason})" for j in journeys if j.state != "completed"
     ]
     failures += contacts(campus)
-    failures += [f"{path} {what}" for path, what in replay_failures(replays)]
+    failures += flaws(proofs)
     print_summary(console, campus, journeys, scores)
-    ticks = sum(result.ticks for _, result in replays)
+    ticks = sum(proof.ticks for proof in proofs)
     console.print(
         f"{virtual_s:.0f} virtual s in {wall_s:.0f} s wall ({virtual_s / wall_s:.1f} x); "
-        f"{len(replays)} segments with {ticks} ticks replayed; "
+        f"{len(proofs)} segments with {ticks} ticks replayed; "
         f"{time.perf_counter() - started:.0f} s in all"
     )
     return DemoResult(journeys, failures)

@@ -3,16 +3,25 @@
 import multiprocessing
 import os
 from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from vehicle_agent.runtime.replay import ReplayResult, replay_segment
+from contract.runlog.reader import RunLogError
+from vehicle_agent.runtime.replay import replay_segment
 from vehicle_agent.stacks.gem import gem
 
-Replays = list[tuple[Path, ReplayResult]]
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """One segment replayed. flaw: how it differs or why it cannot be read to its end; "" for none."""
+
+    path: Path
+    ticks: int
+    flaw: str
 
 
 class RunProof:
@@ -24,7 +33,7 @@ class RunProof:
         # A fork would take the running campus along.
         spawning = multiprocessing.get_context("spawn")
         self._pool = ProcessPoolExecutor(os.cpu_count() or 1, mp_context=spawning)
-        self._begun: dict[Path, Future[ReplayResult]] = {}
+        self._begun: dict[Path, Future[Proof]] = {}
 
     def __enter__(self) -> "RunProof":
         return self
@@ -40,7 +49,7 @@ class RunProof:
             for path in sorted(boot.glob("*.mcap"))[:-1]:
                 self._begin(path)
 
-    def results(self, console: Console) -> Replays:
+    def results(self, console: Console) -> list[Proof]:
         """Once every run has ended: all segments, in the order of their paths."""
         paths = sorted(self._folder.rglob("*.mcap"))
         for path in paths:
@@ -49,24 +58,28 @@ class RunProof:
         with ride_progress(console) as progress:
             bar = progress.add_task("replaying runs", total=len(paths), clock="")
             for path in paths:
-                results.append((path, self._begun[path].result()))
+                results.append(self._begun[path].result())
                 progress.advance(bar)
         return results
 
     def _begin(self, path: Path) -> None:
         if path not in self._begun:
-            self._begun[path] = self._pool.submit(replay_one, path)
+            self._begun[path] = self._pool.submit(prove, path)
 
 
-def replay_one(path: Path) -> ReplayResult:
-    """Raises RunLogError."""
-    return replay_segment(path, gem)
+def prove(path: Path) -> Proof:
+    """Replay one segment; a damaged one is a flaw to be told like any other."""
+    try:
+        result = replay_segment(path, gem)
+    except RunLogError as error:
+        return Proof(path, 0, str(error))
+    flaw = f"differs at {result.difference}" if result.difference is not None else result.cut_short
+    return Proof(path, result.ticks, flaw)
 
 
-def replay_failures(replays: Replays) -> list[tuple[Path, str]]:
-    """The segments that did not run as recorded to their end, and how they differ."""
-    failures = [(path, f"differs at {r.difference}") for path, r in replays if r.difference is not None]
-    return failures + [(path, r.cut_short) for path, r in replays if r.cut_short]
+def flaws(proofs: list[Proof]) -> list[str]:
+    """The segments that did not run as recorded to their end, and why."""
+    return [f"{proof.path}: {proof.flaw}" for proof in proofs if proof.flaw]
 
 
 def ride_progress(console: Console) -> Progress:

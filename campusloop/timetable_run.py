@@ -14,7 +14,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from campusloop.headless import contacts, print_vehicles
-from campusloop.run_proof import RunProof, replay_failures
+from campusloop.run_proof import RunProof, flaws
 from campusloop.virtual_campus import START_NS, CampusOptions, VirtualCampus
 from contract.roads.model import RoadMap
 from contract.wire.messages import VisitChanged
@@ -71,7 +71,7 @@ def run_timetable(
         virtual_s = (campus.conductor.now_ns - START_NS) / 1e9
         calls = _calls(campus, options.road_map, begins, ends)
         campus.stop()
-        replays = proof.results(console)
+        proofs = proof.results(console)
     failures = [
         f"{call.trip_id} at {call.stop_id}: "
         + ("nobody came" if call.late_s is None else f"{call.late_s:+.0f} s")
@@ -79,11 +79,11 @@ def run_timetable(
         if not call.is_kept
     ]
     failures += contacts(campus)
-    failures += [f"{path} {what}" for path, what in replay_failures(replays)]
+    failures += flaws(proofs)
     _print(console, calls, ZoneInfo(options.road_map.timezone))
     print_vehicles(console, campus)
     wall_s = time.perf_counter() - started
-    console.print(f"{virtual_s:.0f} virtual s in {wall_s:.0f} s wall, {len(replays)} segments replayed")
+    console.print(f"{virtual_s:.0f} virtual s in {wall_s:.0f} s wall, {len(proofs)} segments replayed")
     return calls, failures
 
 

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from campusloop.cli import app
+from campusloop.cli import app_of
 from campusloop.solo_drive import VEHICLE_ID, SoloDrive
 from contract.roads.load import load_map
 from contract.runlog.reader import messages, open_segment
@@ -51,7 +51,7 @@ def rewritten(segment: Path, path: Path, change: Callable[[TickRecord], TickReco
 
 
 def test_a_run_replays_exactly(segment: Path) -> None:
-    done = RUN.invoke(app, ["replay", str(segment.parent)])
+    done = RUN.invoke(app_of(), ["replay", str(segment.parent)])
     assert done.exit_code == 0, done.output
     assert "exactly as recorded" in done.output
 
@@ -59,7 +59,7 @@ def test_a_run_replays_exactly(segment: Path) -> None:
 def test_one_changed_gain_is_named_by_tick_room_and_field(segment: Path, tmp_path: Path) -> None:
     profile = tmp_path / "other.toml"
     profile.write_text(PROFILE.read_text().replace("heading_gain_1ps = 2.4", "heading_gain_1ps = 2.5"))
-    done = RUN.invoke(app, ["replay", str(segment), "--profile", str(profile)])
+    done = RUN.invoke(app_of(), ["replay", str(segment), "--profile", str(profile)])
     assert done.exit_code == 1
     assert "room control" in done.output
     assert "tick" in done.output
@@ -82,7 +82,7 @@ def test_one_flipped_bit_of_a_recorded_input_is_named_where_it_first_shows(
     other = tmp_path / "flipped.mcap"
     rewritten(segment, other, flip)
     assert flipped_at
-    done = RUN.invoke(app, ["replay", str(other)])
+    done = RUN.invoke(app_of(), ["replay", str(other)])
     assert done.exit_code == 1, done.output
     assert f"tick {flipped_at[0]}, room " in done.output
 
@@ -90,7 +90,7 @@ def test_one_flipped_bit_of_a_recorded_input_is_named_where_it_first_shows(
 def test_a_cut_run_is_replayed_up_to_the_cut_and_said_to_be_cut(segment: Path, tmp_path: Path) -> None:
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(segment.read_bytes()[: segment.stat().st_size * 3 // 4])
-    done = RUN.invoke(app, ["replay", str(cut)])
+    done = RUN.invoke(app_of(), ["replay", str(cut)])
     assert "ends in the middle of a record" in done.output
     assert "the server's copy" in done.output
 
@@ -105,7 +105,7 @@ def test_a_damaged_byte_never_passes_for_the_run(
     data = bytearray(damaged.read_bytes())
     data[int(where * len(data))] ^= 1 << bit
     damaged.write_bytes(data)
-    done = RUN.invoke(app, ["replay", str(damaged)])
+    done = RUN.invoke(app_of(), ["replay", str(damaged)])
     intact = [m.data for m in messages(segment) if m.topic == TICK_TOPIC]
     if done.exit_code == 0:
         # The byte was in an index, which replay does not read.
