@@ -1,11 +1,15 @@
-"""`python -m tests.e2e.screenshots [FOLDER]`: pictures of both pages with shuttles on the road.
+"""Pictures of both pages, with rides booked as passengers book them.
 
-Starts a server with scripted shuttles and books rides as passengers do. Without FOLDER it refreshes the few
-pictures that README shows, in docs/images; with one it writes every page there, to look at.
+`python -m tests.e2e.screenshots FOLDER` starts a server with scripted shuttles and writes every page, to look
+at. `... --live ORIGIN --password WORD` refreshes the pictures that README shows, from a demo that is running
+without passengers of its own: `make demo ARGS=--no-people`.
 """
 
-import sys
+import argparse
+import re
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -22,27 +26,22 @@ PHONE: dict[str, Any] = {"viewport": {"width": 390, "height": 844}, "has_touch":
 DESKTOP: dict[str, Any] = {"viewport": {"width": 1440, "height": 900}, "device_scale_factor": 1}
 LOOKS: tuple[tuple[str, dict[str, Any]], ...] = (("", {}), ("-dark", {"color_scheme": "dark"}))
 SETTLE_MS = 1500
-README_PICTURES = frozenset(
-    {"phone-booking", "phone-ride", "phone-ride-dark-zh", "console-vehicle", "console-live"}
-)
+FULL_SPEED_WITHIN_MS = 120_000
 
 
 class Camera:
     """Opens pages and files their pictures under names."""
 
-    def __init__(self, browser: Browser, server: ServerProcess, folder: Path, wanted: frozenset[str]) -> None:
-        """wanted: names of the pictures to take; empty for all."""
-        self._browser, self._server, self._folder, self._wanted = browser, server, folder, wanted
+    def __init__(self, browser: Browser, origin: str, folder: Path) -> None:
+        self._browser, self._origin, self._folder = browser, origin, folder
 
     def open(self, path: str, **options: Any) -> Page:
         shape: dict[str, Any] = {"locale": "en-GB", "timezone_id": "Asia/Shanghai", "device_scale_factor": 2}
         page = self._browser.new_context(**(shape | options)).new_page()
-        page.goto(self._server.origin + path)
+        page.goto(self._origin + path)
         return page
 
     def take(self, page: Page, name: str) -> None:
-        if self._wanted and name not in self._wanted:
-            return
         page.wait_for_timeout(SETTLE_MS)
         page.screenshot(path=self._folder / f"{name}.png")
         print(self._folder / f"{name}.png")
@@ -58,6 +57,26 @@ def photograph(camera: Camera, shuttles: list[ScriptedShuttle]) -> None:
     ride_codes = photograph_rides(camera, chinese)
     print("rides:", ", ".join(ride_codes))
     photograph_console(camera)
+
+
+def photograph_live(camera: Camera, password: str) -> None:
+    """Two rides on a running campus, their shuttles under way."""
+    phone = camera.open("/", **PHONE)
+    fill_booking(phone, "Main Library", "Life Sciences")
+    camera.take(phone, "phone-booking")
+    other = camera.open("/", **PHONE, color_scheme="dark")
+    book(other, "Academy of Fine Arts", "Management Building")
+    other.get_by_role("button", name="中文").click()
+    phone.get_by_role("button", name="Book the ride").click()
+    console = camera.open("/console", **DESKTOP)
+    sign_in(console, password)
+    moving = console.locator(".row", has_text=re.compile(r"[5-9] km/h|1\d km/h"))
+    moving.first.wait_for(timeout=FULL_SPEED_WITHIN_MS)
+    camera.take(console, "console-live")
+    moving.first.click()
+    camera.take(console, "console-vehicle")
+    camera.take(phone, "phone-ride")
+    camera.take(other, "phone-ride-dark-zh")
 
 
 def photograph_rides(camera: Camera, chinese: Page) -> list[str]:
@@ -102,12 +121,11 @@ def photograph_console(camera: Camera) -> None:
     camera.take(phone, "console-phone-rides")
 
 
-def main(folder: Path, wanted: frozenset[str]) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
+def photograph_scripted(folder: Path) -> None:
     with (
         tempfile.TemporaryDirectory() as var,
         ServerProcess(Path(var)) as server,
-        sync_playwright() as playwright,
+        chromium() as browser,
     ):
         shuttles = [
             server.add_shuttle(f"shuttle-{number}", f"Shuttle {number}", resting_place=4 * number)
@@ -115,13 +133,30 @@ def main(folder: Path, wanted: frozenset[str]) -> None:
         ]
         record_run(Path(var) / "0.mcap", "shuttle-1", "boot-1", server.network, seconds=300)
         upload_run(shuttles[0], Path(var) / "0.mcap", server.http)
+        photograph(Camera(browser, server.origin, folder), shuttles)
+
+
+@contextmanager
+def chromium() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium_path(), args=list(LAUNCH_FLAGS))
-        photograph(Camera(browser, server, folder, wanted), shuttles)
+        yield browser
         browser.close()
 
 
-if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        main(Path(sys.argv[1]), frozenset())
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("folder", type=Path, nargs="?", default=ROOT / "docs" / "images")
+    parser.add_argument("--live", default="", metavar="ORIGIN", help="of a running demo")
+    parser.add_argument("--password", default="", help="the operator's, as the demo prints it")
+    asked = parser.parse_args()
+    asked.folder.mkdir(parents=True, exist_ok=True)
+    if asked.live:
+        with chromium() as browser:
+            photograph_live(Camera(browser, asked.live, asked.folder), asked.password)
     else:
-        main(ROOT / "docs" / "images", README_PICTURES)
+        photograph_scripted(asked.folder)
+
+
+if __name__ == "__main__":
+    main()
