@@ -1,21 +1,23 @@
 """Recorded runs: listed and replayed by operators."""
 
+from dataclasses import dataclass
 from typing import Annotated
 
 import msgspec
 from fastapi import APIRouter, Query, Response
 
+from contract.roads.network import RoadNetwork
 from server.api.access import ReadingOperator
 from server.api.formats import NAME_PATTERN, BootId, VehicleId
 from server.api.problems import problems
 from server.api.run_schemas import RunView, run_view
 from server.api.services import Given, Services
 from server.domain.errors import RunUnknown, SessionExpired, VehicleUnknown
+from server.domain.orders import IssuedOrder
 from server.domain.rides import Ride
 from server.domain.runs import Run
 from server.domain.vehicles import Vehicle
-from server.live.recorded import recorded_scenes
-from server.live.scene import Scene
+from server.live.recorded import OrderKey, Report, recorded_reports, recorded_scenes
 from server.usecases import vehicles
 from server.usecases.ports import UnitOfWork
 
@@ -73,18 +75,19 @@ async def get_run_scenes(
 ) -> Response:
     """What the live view showed of this run, in the same shape."""
     run = await _find_run(services, vehicle_id, boot_id)
-    vehicle, rides = await services.transactions.read(lambda uow: _context(uow, vehicle_id))
     paths = tuple(
         services.segments.path(segment.sha256)
         for segment in run.segments
         if services.segments.has(segment.sha256)
     )
+    found = await services.offload.run(lambda: recorded_reports(paths, from_ms, to_ms, step_ms, limit))
+    context = await services.transactions.read(lambda uow: _context(uow, run, found))
 
-    def work() -> tuple[Scene, ...]:
-        return recorded_scenes(run, vehicle, rides, paths, from_ms, to_ms, step_ms, limit)
+    def work() -> bytes:
+        scenes = recorded_scenes(run, context.vehicle, found, context.rides, context.orders, context.network)
+        return msgspec.json.encode(scenes)
 
-    scenes = await services.offload.run(work)
-    return Response(msgspec.json.encode(scenes), media_type="application/json")
+    return Response(await services.offload.run(work), media_type="application/json")
 
 
 async def _find_run(services: Services, vehicle_id: str, boot_id: str) -> Run:
@@ -94,6 +97,25 @@ async def _find_run(services: Services, vehicle_id: str, boot_id: str) -> Run:
     return run
 
 
-def _context(uow: UnitOfWork, vehicle_id: str) -> tuple[Vehicle, dict[str, Ride]]:
-    rides = {ride.ride_id: ride for ride in uow.views.rides(vehicle_id=vehicle_id, limit=500)}
-    return vehicles.vehicle_of(uow, vehicle_id), rides
+@dataclass(frozen=True, slots=True)
+class _Context:
+    """What the store knows beside the recording."""
+
+    vehicle: Vehicle
+    rides: dict[str, Ride]
+    orders: dict[OrderKey, IssuedOrder]
+    network: RoadNetwork | None
+
+
+def _context(uow: UnitOfWork, run: Run, found: tuple[Report, ...]) -> _Context:
+    vehicle_id = run.vehicle_id
+    followed = {
+        key: uow.orders.find(vehicle_id, *key) for key in sorted({report.order_key for report in found})
+    }
+    stored = uow.maps.get(run.map_version)
+    return _Context(
+        vehicle=vehicles.vehicle_of(uow, vehicle_id),
+        rides={ride.ride_id: ride for ride in uow.views.rides(vehicle_id=vehicle_id, limit=500)},
+        orders={key: order for key, order in followed.items() if order is not None},
+        network=None if stored is None else uow.network_of(stored.content),
+    )

@@ -1,10 +1,11 @@
 """What a vehicle was told to do, exactly as it went over the wire."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
 
-from contract.wire.messages import Order
+from contract.wire.messages import Order, Visit
 
 
 class OrderState(StrEnum):
@@ -31,3 +32,13 @@ class IssuedOrder:
     payload: Order
     issued_at: datetime
     reason: str = ""
+
+
+def lanes_of(visits: Sequence[Visit]) -> tuple[str, ...]:
+    """The lanes to drive, in order, over all these visits."""
+    lanes: list[str] = []
+    for visit in visits:
+        for lane_id in visit.route:
+            if not lanes or lanes[-1] != lane_id:
+                lanes.append(lane_id)
+    return tuple(lanes)

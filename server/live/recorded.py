@@ -1,44 +1,82 @@
 """A recorded run as scenes, in the shape that screens know from live."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
+
+from contract.roads.network import RoadNetwork
 from contract.runlog.reader import RunLogError, reports
 from contract.wire.messages import Status
+from server.domain.orders import IssuedOrder, lanes_of
 from server.domain.rides import Ride
 from server.domain.runs import Run
 from server.domain.vehicles import Vehicle
 from server.live.projection import ride_scene, vehicle_in_status
+from server.live.route_shape import route_ahead
 from server.live.scene import Scene, VehicleScene
 
 MS_NS = 1_000_000
 
+OrderKey = tuple[str, int]
 
-def recorded_scenes(
-    run: Run,
-    vehicle: Vehicle,
-    rides: Mapping[str, Ride],
-    segments: tuple[Path, ...],
-    from_ms: int,
-    to_ms: int,
-    step_ms: int,
-    limit: int,
-) -> tuple[Scene, ...]:
-    """One scene at most each step_ms of [from_ms, to_ms), from the vehicle's own reports.
 
-    rides   those that may have been aboard, by id
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What a vehicle said of itself at a moment of its own clock, and the order that it followed."""
+
+    at_ms: int
+    status: Status
+
+    @property
+    def order_key(self) -> OrderKey:
+        return self.status.order_id, self.status.revision
+
+
+def recorded_reports(
+    segments: tuple[Path, ...], from_ms: int, to_ms: int, step_ms: int, limit: int
+) -> tuple[Report, ...]:
+    """The reports of [from_ms, to_ms), at most one each step_ms.
+
     A damaged or cut segment ends where it is no longer sound.
     """
-    scenes: list[Scene] = []
+    found: list[Report] = []
     next_ms = from_ms
     for log_ns, status in _reports(segments, from_ms * MS_NS, to_ms * MS_NS):
         at_ms = log_ns // MS_NS
         if at_ms < next_ms:
             continue
-        scenes.append(_scene(run, vehicle, rides, at_ms, status))
-        if len(scenes) == limit:
+        found.append(Report(at_ms, status))
+        if len(found) == limit:
             break
         next_ms = at_ms + step_ms
+    return tuple(found)
+
+
+def recorded_scenes(
+    run: Run,
+    vehicle: Vehicle,
+    found: tuple[Report, ...],
+    rides: Mapping[str, Ride],
+    orders: Mapping[OrderKey, IssuedOrder],
+    network: RoadNetwork | None,
+) -> tuple[Scene, ...]:
+    """One scene a report.
+
+    rides    those that may have been aboard, by id
+    orders   those that the reports name
+    network  the map that was driven on; without it no route is drawn
+    """
+    blank = VehicleScene(vehicle.vehicle_id, vehicle.name, vehicle.seats, connected=True)
+    scenes: list[Scene] = []
+    task, task_key = blank, None
+    for report in found:
+        key = (report.order_key, report.status.visit_id)
+        if key != task_key:
+            order = orders.get(report.order_key)
+            task, task_key = _with_task(blank, order, network, report.status), key
+        scenes.append(_scene(run, report, task, rides))
     return tuple(scenes)
 
 
@@ -51,19 +89,29 @@ def _reports(segments: tuple[Path, ...], from_ns: int, to_ns: int) -> Iterator[t
                 raise
 
 
-def _scene(run: Run, vehicle: Vehicle, rides: Mapping[str, Ride], at_ms: int, status: Status) -> Scene:
-    aboard = [rides[ride_id] for ride_id in status.aboard if ride_id in rides]
-    facts = VehicleScene(
-        vehicle_id=vehicle.vehicle_id,
-        name=vehicle.name,
-        seats=vehicle.seats,
-        connected=True,
-        people_aboard=sum(ride.party for ride in aboard),
-    )
+def _with_task(
+    blank: VehicleScene, order: IssuedOrder | None, network: RoadNetwork | None, status: Status
+) -> VehicleScene:
+    """Where it goes from here, by the order it follows."""
+    visits = () if order is None else order.payload.visits
+    present = next((k for k, visit in enumerate(visits) if visit.visit_id == status.visit_id), None)
+    if present is None:
+        return blank
+    next_stop = next((visit.stop_id for visit in visits[present:] if visit.stop_id), "")
+    task = msgspec.structs.replace(blank, next_stop=next_stop)
+    if network is None:
+        return task
+    route = route_ahead(network.lines, lanes_of(visits[present:]), visits[-1].s_m, status.lane_id, status.s_m)
+    return msgspec.structs.replace(task, route=route)
+
+
+def _scene(run: Run, report: Report, task: VehicleScene, rides: Mapping[str, Ride]) -> Scene:
+    aboard = [rides[ride_id] for ride_id in report.status.aboard if ride_id in rides]
+    facts = msgspec.structs.replace(task, people_aboard=sum(ride.party for ride in aboard))
     return Scene(
-        at_ms=at_ms,
+        at_ms=report.at_ms,
         campus_id=run.campus_id,
         map_version=run.map_version,
-        vehicles=(vehicle_in_status(facts, status, at_ms),),
+        vehicles=(vehicle_in_status(facts, report.status, report.at_ms),),
         rides=tuple(ride_scene(ride, state="aboard") for ride in aboard),
     )

@@ -8,7 +8,7 @@ from sqlalchemy import case
 
 from server.domain.events import RecordedEvent, ServerEvent
 from server.domain.incidents import Incident
-from server.domain.orders import IssuedOrder
+from server.domain.orders import IssuedOrder, lanes_of
 from server.domain.plans import Plan
 from server.domain.rides import Ride, RideState
 from server.domain.runs import Run
@@ -148,14 +148,5 @@ def _joined(
         revision=0 if order is None else order.revision,
         order_state=None if order is None else order.state,
         order_waits=order is not None and order.plan_version < plan.version,
-        route=() if order is None else _route(order),
+        route=() if order is None else lanes_of(order.payload.visits),
     )
-
-
-def _route(order: IssuedOrder) -> tuple[str, ...]:
-    lanes: list[str] = []
-    for visit in order.payload.visits:
-        for lane_id in visit.route:
-            if not lanes or lanes[-1] != lane_id:
-                lanes.append(lane_id)
-    return tuple(lanes)
