@@ -1,26 +1,17 @@
 """Who may drive into which section, so that shuttles never collide and never wait for each other in a ring.
 
 A vehicle has the sections it holds (its body is in them, or was granted them) and the sections still ahead
-on its route, whose last one is where it will stand. A state is *safe* when the vehicles can, moving one at a
-time while all others stand, all come to the ends of their routes; on the way they wait only where they are in
-nobody's way (the banker's algorithm: Dijkstra, EWD 108, 1965; Habermann 1969). Only grants and routes that
-keep the state safe are given; docs/roads.md proves that a fleet which starts at resting places never gets
-stuck.
-
-Sets of sections are integers, one bit a section.
+on its route, whose last one is where it will stand. Only grants and routes that keep the state safe are given
+(`safety`); docs/roads.md proves that a fleet which starts at resting places never gets stuck.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import msgspec
 
-from contract.roads.design_vehicle import LENGTH_M, RELEASE_MARGIN_M, STANDING_MARGIN_M
-from contract.roads.load import MapError
 from contract.roads.model import Section
-
-# What a vehicle lies over that has driven up to the end of what it holds.
-_STANDING_M = LENGTH_M + STANDING_MARGIN_M + RELEASE_MARGIN_M
+from contract.roads.safety import Claim, Ground, union
 
 
 class Grant(msgspec.Struct, frozen=True):
@@ -52,19 +43,6 @@ class _Vehicle:
         return bool(self.ahead) or (self.goal is not None and self.held != [self.goal])
 
 
-@dataclass(frozen=True, slots=True)
-class _Claim:
-    """One vehicle as the safety test sees it: what it keeps others out of now and at its route's end."""
-
-    vehicle_id: str
-    is_moving: bool
-    foremost: str
-    ahead: Sequence[str]
-    need: int
-    shadow_now: int
-    shadow_end: int
-
-
 class Reservations:
     """The sections of one map and the vehicles on them. Vehicles are visited in the order of their ids.
 
@@ -72,24 +50,14 @@ class Reservations:
     """
 
     def __init__(self, sections: Iterable[Section], last_fence: int = 0) -> None:
-        listed = list(sections)
-        bits = {section.section_id: 1 << i for i, section in enumerate(listed)}
-        try:
-            self._shadows = {
-                section.section_id: bits[section.section_id] | _union(bits[c] for c in section.conflicts)
-                for section in listed
-            }
-        except KeyError as error:
-            raise MapError("dangling_id", f"a section conflicts with unknown section {error}") from error
-        self._bits = bits
-        self._followed_by = _places_to_wait(listed)
+        self._ground = Ground(sections)
         self._vehicles: dict[str, _Vehicle] = {}
         self.last_fence = last_fence
 
     def emptied(self) -> "Reservations":
         """The same map with nobody on it; what was worked out of the map is shared."""
         empty = Reservations(())
-        empty._shadows, empty._bits, empty._followed_by = self._shadows, self._bits, self._followed_by
+        empty._ground = self._ground
         return empty
 
     @property
@@ -106,7 +74,7 @@ class Reservations:
 
     def is_safe(self) -> bool:
         """Every vehicle can still finish its route."""
-        return not self._stuck(self._claims())
+        return not self._ground.stuck(self._claims())
 
     def place(self, vehicle_id: str, held: Sequence[str]) -> None:
         """Set what a vehicle holds and forget its route: a vehicle that appears, or says so after a restart.
@@ -117,9 +85,9 @@ class Reservations:
         if not held:
             raise ReservationError("holds_nothing", f"{vehicle_id} must hold the section it stands in")
         self._check_known(held)
-        wanted = self._mask(held)
+        wanted = self._ground.mask(held)
         for other_id in self.vehicle_ids:
-            if other_id != vehicle_id and self._shadow(self._vehicles[other_id].held) & wanted:
+            if other_id != vehicle_id and self._ground.shadow(self._vehicles[other_id].held) & wanted:
                 raise ReservationError(
                     "conflict",
                     f"{vehicle_id} and {other_id} claim the same ground; hold both and move one by hand",
@@ -158,10 +126,10 @@ class Reservations:
             raise ReservationError(
                 "off_route", f"the route of {vehicle_id} does not touch a section it holds: {vehicle.held}"
             )
-        before = self._stuck(self._claims())
+        before = self._ground.stuck(self._claims())
         turned = _Vehicle(vehicle.held, ahead, route_sections[-1])
         tolerated = before | {vehicle_id} if vehicle.goal is None else before - {vehicle_id}
-        if not self._stuck(self._claims(vehicle_id, turned)) <= tolerated:
+        if not self._ground.stuck(self._claims(vehicle_id, turned)) <= tolerated:
             return False
         self._vehicles[vehicle_id] = turned
         return True
@@ -172,10 +140,10 @@ class Reservations:
         free = self._free_count(vehicle_id, limit)
         if free == 0:
             return ()
-        before = self._stuck(self._claims())
+        before = self._ground.stuck(self._claims())
         for count in range(free, 0, -1):
             moved = _moved(vehicle, count)
-            if self._stuck(self._claims(vehicle_id, moved)) <= before - {vehicle_id}:
+            if self._ground.stuck(self._claims(vehicle_id, moved)) <= before - {vehicle_id}:
                 granted = tuple(vehicle.ahead[:count])
                 self._vehicles[vehicle_id] = moved
                 return tuple(Grant(section_id, self._next_fence()) for section_id in granted)
@@ -199,100 +167,45 @@ class Reservations:
         vehicle = self._vehicle(vehicle_id)
         if not vehicle.ahead:
             return ()
-        next_bit = self._bits[vehicle.ahead[0]]
+        next_bit = self._ground.bits[vehicle.ahead[0]]
         in_the_way = tuple(
             other_id
             for other_id in self.vehicle_ids
-            if other_id != vehicle_id and self._shadow(self._vehicles[other_id].held) & next_bit
+            if other_id != vehicle_id and self._ground.shadow(self._vehicles[other_id].held) & next_bit
         )
         if in_the_way:
             return in_the_way
-        stuck = self._stuck(self._claims(vehicle_id, _moved(vehicle, 1)))
-        if not stuck - self._stuck(self._claims()) and vehicle_id not in stuck:
+        stuck = self._ground.stuck(self._claims(vehicle_id, _moved(vehicle, 1)))
+        if not stuck - self._ground.stuck(self._claims()) and vehicle_id not in stuck:
             return ()
         return tuple(sorted(stuck - {vehicle_id}))
 
     def _free_count(self, vehicle_id: str, limit: int) -> int:
         """How many sections ahead, at most `limit`, are in nobody's shadow."""
-        others = _union(
-            self._shadow(vehicle.held)
+        others = union(
+            self._ground.shadow(vehicle.held)
             for other_id, vehicle in self._vehicles.items()
             if other_id != vehicle_id
         )
         ahead = self._vehicles[vehicle_id].ahead[: max(0, limit)]
         for count, section_id in enumerate(ahead):
-            if self._bits[section_id] & others:
+            if self._ground.bits[section_id] & others:
                 return count
         return len(ahead)
 
-    def _claims(self, changed_id: str = "", changed: _Vehicle | None = None) -> list[_Claim]:
+    def _claims(self, changed_id: str = "", changed: _Vehicle | None = None) -> list[Claim]:
         claims = []
         for vehicle_id in self.vehicle_ids:
             vehicle = (
                 changed if changed is not None and vehicle_id == changed_id else self._vehicles[vehicle_id]
             )
-            now = self._shadow(vehicle.held)
-            end = now if vehicle.goal is None else self._shadows[vehicle.goal]
-            need = self._mask(vehicle.ahead)
+            now = self._ground.shadow(vehicle.held)
+            end = now if vehicle.goal is None else self._ground.shadows[vehicle.goal]
+            need = self._ground.mask(vehicle.ahead)
             claims.append(
-                _Claim(vehicle_id, vehicle.is_moving, vehicle.held[-1], vehicle.ahead, need, now, end)
+                Claim(vehicle_id, vehicle.is_moving, vehicle.held[-1], vehicle.ahead, need, now, end)
             )
         return claims
-
-    def _stuck(self, claims: list[_Claim]) -> frozenset[str]:
-        """The vehicles that no order of moves brings to their ends.
-
-        A vehicle may move to its end, or up to where it stands in nobody's way; and one that is in nobody's
-        way and whose way no end and no standing vehicle will block may go last. Each of these only shrinks
-        what the rest is kept out of, so choosing greedily finds an order whenever there is one of this kind.
-        """
-        waiting = [claim for claim in claims if claim.is_moving]
-        standing = {claim.vehicle_id: claim.shadow_now for claim in claims}
-        while waiting:
-            for place, claim in enumerate(waiting):
-                others = waiting[:place] + waiting[place + 1 :]
-                wanted = _union(other.need for other in others)
-                in_the_way = _union(s for other_id, s in standing.items() if other_id != claim.vehicle_id)
-                if not claim.need & in_the_way and not claim.shadow_end & wanted:
-                    standing[claim.vehicle_id] = claim.shadow_end
-                    waiting = others
-                    break
-                if not claim.shadow_now & wanted and not claim.need & self._final(others, standing, claim):
-                    waiting = others
-                    break
-                moved = self._part_of_the_way(claim, in_the_way, wanted)
-                if moved is not None:
-                    standing[claim.vehicle_id] = moved.shadow_now
-                    waiting[place] = moved
-                    break
-            else:
-                return frozenset(claim.vehicle_id for claim in waiting)
-        return frozenset()
-
-    @staticmethod
-    def _final(waiting: Sequence[_Claim], standing: Mapping[str, int], claim: _Claim) -> int:
-        """What the others keep out of once all that still wait are at their ends and `claim` goes last."""
-        ends = {other.vehicle_id: other.shadow_end for other in waiting}
-        return _union(
-            ends.get(other_id, shadow)
-            for other_id, shadow in standing.items()
-            if other_id != claim.vehicle_id
-        )
-
-    def _part_of_the_way(self, claim: _Claim, in_the_way: int, wanted: int) -> _Claim | None:
-        """The vehicle at the farthest place that it can reach and nobody else wants; None for nowhere."""
-        free = 0
-        while free < len(claim.ahead) and not self._bits[claim.ahead[free]] & in_the_way:
-            free += 1
-        way = (claim.foremost, *claim.ahead)
-        for count in range(min(free, len(claim.ahead) - 1), -1, -1):
-            here = way[count]
-            shadow = self._shadows[here]
-            is_move = count > 0 or shadow != claim.shadow_now
-            if is_move and not shadow & wanted and self._followed_by.get(here) == way[count + 1]:
-                ahead = claim.ahead[count:]
-                return replace(claim, foremost=here, ahead=ahead, need=self._mask(ahead), shadow_now=shadow)
-        return None
 
     def _vehicle(self, vehicle_id: str) -> _Vehicle:
         try:
@@ -302,31 +215,12 @@ class Reservations:
 
     def _check_known(self, section_ids: Iterable[str]) -> None:
         for section_id in section_ids:
-            if section_id not in self._bits:
+            if section_id not in self._ground.bits:
                 raise ReservationError("unknown_section", f"the map has no section {section_id}")
-
-    def _mask(self, section_ids: Iterable[str]) -> int:
-        return _union(self._bits[section_id] for section_id in section_ids)
-
-    def _shadow(self, section_ids: Iterable[str]) -> int:
-        return _union(self._shadows[section_id] for section_id in section_ids)
 
     def _next_fence(self) -> int:
         self.last_fence += 1
         return self.last_fence
-
-
-def _places_to_wait(sections: list[Section]) -> dict[str, str]:
-    """Sections that hold a whole vehicle, and the one that follows on the same lane.
-
-    Only there a vehicle is known to lie over nothing else: at a lane's end it could be about to turn off.
-    """
-    starts = {(section.lane_id, section.s_from_m): section.section_id for section in sections}
-    return {
-        section.section_id: starts[section.lane_id, section.s_to_m]
-        for section in sections
-        if section.s_to_m - section.s_from_m >= _STANDING_M and (section.lane_id, section.s_to_m) in starts
-    }
 
 
 def _moved(vehicle: _Vehicle, count: int) -> _Vehicle:
@@ -350,10 +244,3 @@ def _rest_of_route(held: list[str], route: Sequence[str]) -> list[str] | None:
             match += 1
         best = max(best, match)
     return list(route[start + best :])
-
-
-def _union(masks: Iterable[int]) -> int:
-    union = 0
-    for mask in masks:
-        union |= mask
-    return union

@@ -1,0 +1,136 @@
+"""Whether vehicles that share single tracks can all come to the ends of their routes.
+
+A state is *safe* when the vehicles can, moving one at a time while all others stand, all come to the ends of
+their routes; on the way they wait only where they are in nobody's way (the banker's algorithm: Dijkstra,
+EWD 108, 1965; Habermann 1969). docs/roads.md has the proofs.
+
+Sets of sections are integers, one bit a section.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from contract.roads.design_vehicle import LENGTH_M, RELEASE_MARGIN_M, STANDING_MARGIN_M
+from contract.roads.load import MapError
+from contract.roads.model import Section
+
+# What a vehicle lies over that has driven up to the end of what it holds.
+_STANDING_M = LENGTH_M + STANDING_MARGIN_M + RELEASE_MARGIN_M
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """One vehicle as the safety test sees it.
+
+    foremost    the last section it holds
+    ahead       the sections of its route after that one; need: the same as a set
+    shadow_now  what it keeps others out of where it is; shadow_end: at its route's end
+    """
+
+    vehicle_id: str
+    is_moving: bool
+    foremost: str
+    ahead: Sequence[str]
+    need: int
+    shadow_now: int
+    shadow_end: int
+
+
+class Ground:
+    """The sections of one map as bits, and what a vehicle in each of them keeps others out of.
+
+    Raises MapError for a section that conflicts with an unknown one.
+    """
+
+    def __init__(self, sections: Iterable[Section]) -> None:
+        listed = list(sections)
+        self.bits = {section.section_id: 1 << i for i, section in enumerate(listed)}
+        try:
+            self.shadows = {
+                section.section_id: self.mask((section.section_id, *section.conflicts)) for section in listed
+            }
+        except KeyError as error:
+            raise MapError("dangling_id", f"a section conflicts with unknown section {error}") from error
+        self._followed_by = _places_to_wait(listed)
+
+    def mask(self, section_ids: Iterable[str]) -> int:
+        return union(self.bits[section_id] for section_id in section_ids)
+
+    def shadow(self, section_ids: Iterable[str]) -> int:
+        return union(self.shadows[section_id] for section_id in section_ids)
+
+    def stuck(self, claims: Sequence[Claim]) -> frozenset[str]:
+        """The vehicles that no order of moves brings to their ends.
+
+        A vehicle may move to its end, or up to where it stands in nobody's way; and one that is in nobody's
+        way and whose way no end and no standing vehicle will block may go last. Each of these only shrinks
+        what the rest is kept out of, so choosing greedily finds an order whenever there is one of this kind.
+        """
+        waiting = [claim for claim in claims if claim.is_moving]
+        standing = {claim.vehicle_id: claim.shadow_now for claim in claims}
+        while waiting:
+            for place, claim in enumerate(waiting):
+                others = waiting[:place] + waiting[place + 1 :]
+                wanted = union(other.need for other in others)
+                in_the_way = union(s for other_id, s in standing.items() if other_id != claim.vehicle_id)
+                if not claim.need & in_the_way and not claim.shadow_end & wanted:
+                    standing[claim.vehicle_id] = claim.shadow_end
+                    waiting = others
+                    break
+                if not claim.shadow_now & wanted and not claim.need & self._final(others, standing, claim):
+                    waiting = others
+                    break
+                moved = self._part_of_the_way(claim, in_the_way, wanted)
+                if moved is not None:
+                    standing[claim.vehicle_id] = moved.shadow_now
+                    waiting[place] = moved
+                    break
+            else:
+                return frozenset(claim.vehicle_id for claim in waiting)
+        return frozenset()
+
+    @staticmethod
+    def _final(waiting: Sequence[Claim], standing: Mapping[str, int], claim: Claim) -> int:
+        """What the others keep out of once all that still wait are at their ends and `claim` goes last."""
+        ends = {other.vehicle_id: other.shadow_end for other in waiting}
+        return union(
+            ends.get(other_id, shadow)
+            for other_id, shadow in standing.items()
+            if other_id != claim.vehicle_id
+        )
+
+    def _part_of_the_way(self, claim: Claim, in_the_way: int, wanted: int) -> Claim | None:
+        """The vehicle at the farthest place that it can reach and nobody else wants; None for nowhere."""
+        free = 0
+        while free < len(claim.ahead) and not self.bits[claim.ahead[free]] & in_the_way:
+            free += 1
+        way = (claim.foremost, *claim.ahead)
+        for count in range(min(free, len(claim.ahead) - 1), -1, -1):
+            here = way[count]
+            shadow = self.shadows[here]
+            is_move = count > 0 or shadow != claim.shadow_now
+            if is_move and not shadow & wanted and self._followed_by.get(here) == way[count + 1]:
+                ahead = claim.ahead[count:]
+                return replace(claim, foremost=here, ahead=ahead, need=self.mask(ahead), shadow_now=shadow)
+        return None
+
+
+def _places_to_wait(sections: list[Section]) -> dict[str, str]:
+    """Sections that hold a whole vehicle, and the one that follows on the same lane.
+
+    Only there a vehicle is known to lie over nothing else: at a lane's end it could be about to turn off.
+    """
+    starts = {(section.lane_id, section.s_from_m): section.section_id for section in sections}
+    return {
+        section.section_id: starts[section.lane_id, section.s_to_m]
+        for section in sections
+        if section.s_to_m - section.s_from_m >= _STANDING_M and (section.lane_id, section.s_to_m) in starts
+    }
+
+
+def union(masks: Iterable[int]) -> int:
+    """All of them together."""
+    together = 0
+    for mask in masks:
+        together |= mask
+    return together
