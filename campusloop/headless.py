@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from campusloop.passengers import Journey, wishes
-from campusloop.run_proof import RunProof, flaws, ride_progress
+from campusloop.run_proof import RunProof, flaws, virtual_progress
 from campusloop.virtual_campus import START_NS, CampusOptions, VirtualCampus
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
@@ -87,7 +87,7 @@ def run_headless(options: CampusOptions, rides: int, console: Console) -> DemoRe
     passengers = campus.passengers(tell)
     tasks = [campus.conductor.loop.create_task(passengers.live(Journey(wish))) for wish in wanted]
     with RunProof(options.folder) as proof:
-        with ride_progress(console) as progress:
+        with virtual_progress(console) as progress:
             bar = progress.add_task("rides", total=rides, clock="")
             deadline_ns = campus.conductor.now_ns + round(RIDE_TIMEOUT_S * 1e9)
             while not all(task.done() for task in tasks) and campus.conductor.now_ns < deadline_ns:

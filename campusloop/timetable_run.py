@@ -10,11 +10,10 @@ from datetime import UTC, datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from rich.console import Console
-from rich.progress import Progress
 from rich.table import Table
 
 from campusloop.headless import contacts, print_vehicles
-from campusloop.run_proof import RunProof, flaws
+from campusloop.run_proof import RunProof, flaws, virtual_progress
 from campusloop.virtual_campus import START_NS, CampusOptions, VirtualCampus
 from contract.roads.model import RoadMap
 from contract.wire.messages import VisitChanged
@@ -59,15 +58,16 @@ def run_timetable(
     """Drive the timetable between two moments; the calls, and everything that was not kept."""
     started = time.perf_counter()
     options = replace(options, begins=(begins - WARM_UP).astimezone(UTC))
+    zone = ZoneInfo(options.road_map.timezone)
     campus = VirtualCampus(options)
     campus.start()
     with RunProof(options.folder) as proof:
-        with Progress(console=console, transient=True) as progress:
-            bar = progress.add_task("morning", total=(ends - campus.now()).total_seconds())
+        with virtual_progress(console) as progress:
+            bar = progress.add_task("virtual s", total=round((ends - campus.now()).total_seconds()), clock="")
             while campus.now() < ends:
                 campus.conductor.run_for(5.0)
                 proof.look()
-                progress.advance(bar, 5.0)
+                progress.update(bar, advance=5, clock=f"{campus.now().astimezone(zone):%H:%M:%S}")
         virtual_s = (campus.conductor.now_ns - START_NS) / 1e9
         calls = _calls(campus, options.road_map, begins, ends)
         campus.stop()
@@ -80,7 +80,7 @@ def run_timetable(
     ]
     failures += contacts(campus)
     failures += flaws(proofs)
-    _print(console, calls, ZoneInfo(options.road_map.timezone))
+    _print(console, calls, zone)
     print_vehicles(console, campus)
     wall_s = time.perf_counter() - started
     console.print(f"{virtual_s:.0f} virtual s in {wall_s:.0f} s wall, {len(proofs)} segments replayed")

@@ -5,14 +5,18 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
+from contract.geometry import Array
 from contract.roads.model import Origin
 from contract.roads.projection import project, unproject
+from contract.roads.routing import ReferenceLine
 from vehicle_agent.planning.waypoints import (
     WaypointRules,
     Waypoints,
     curve_speed_mps,
+    waypoints_from_line,
     waypoints_from_points,
 )
 from vehicle_agent.waypoints.recorder import Waypoint
@@ -33,19 +37,44 @@ def write_recording(
     folder: Path, route: str, recorded: Sequence[Waypoint], origin: Origin, speeds_mps: Sequence[float]
 ) -> list[Path]:
     """One file for each desired speed; each waypoint no faster than sqrt(0.5 r) allows."""
-    folder.mkdir(parents=True, exist_ok=True)
+    points = np.array([(waypoint.x_m, waypoint.y_m) for waypoint in recorded])
+    allowed = np.array([curve_speed_mps(waypoint.radius_m) for waypoint in recorded])
+    return [
+        _written(folder, route, speed_mps, points, np.minimum(allowed, speed_mps), origin)
+        for speed_mps in speeds_mps
+    ]
+
+
+def write_route(
+    folder: Path,
+    route: str,
+    line: ReferenceLine,
+    origin: Origin,
+    speeds_mps: Sequence[float],
+    rules: WaypointRules,
+) -> list[Path]:
+    """One file for each desired speed; each waypoint no faster than the road and its curve allow."""
     written = []
     for speed_mps in speeds_mps:
-        path = folder / file_name(route, speed_mps)
-        with path.open("w", newline="", encoding="utf-8") as file:
-            rows = csv.writer(file)
-            rows.writerow(_HEADER)
-            for waypoint in recorded:
-                latitude_deg, longitude_deg = unproject(origin, waypoint.x_m, waypoint.y_m)
-                allowed_mps = min(speed_mps, curve_speed_mps(waypoint.radius_m))
-                rows.writerow([f"{latitude_deg:.9f}", f"{longitude_deg:.9f}", f"{allowed_mps:.3f}"])
-        written.append(path)
+        waypoints = waypoints_from_line(
+            line, msgspec.structs.replace(rules, speed_mps_max=speed_mps, overrun_m=0.0)
+        )
+        written.append(_written(folder, route, speed_mps, waypoints.points_map, waypoints.speeds_mps, origin))
     return written
+
+
+def _written(
+    folder: Path, route: str, speed_mps: float, points_map: Array, speeds_mps: Array, origin: Origin
+) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / file_name(route, speed_mps)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        rows.writerow(_HEADER)
+        for (x_m, y_m), allowed_mps in zip(points_map, speeds_mps, strict=True):
+            latitude_deg, longitude_deg = unproject(origin, float(x_m), float(y_m))
+            rows.writerow([f"{latitude_deg:.9f}", f"{longitude_deg:.9f}", f"{allowed_mps:.3f}"])
+    return path
 
 
 def read_waypoints(path: Path, origin: Origin, rules: WaypointRules) -> Waypoints:
