@@ -13,6 +13,7 @@ import numpy as np
 from rich.console import Console
 
 from campusloop.certificate import local_addresses
+from campusloop.demo_operator import DemoOperator
 from campusloop.headless import RIDE_M_MAX, RIDE_M_MIN, ride_pairs, timeline_line
 from campusloop.live_campus import OPERATOR, LiveCampus, LiveOptions
 from campusloop.passengers import Journey, Passengers, wishes
@@ -54,7 +55,7 @@ class LiveDemo:
         """Until told to stop, or until one of the tasks fails."""
         tasks = [
             asyncio.create_task(work)
-            for work in (self._campus.watch(), self._serve_people(), self._tell_cpu())
+            for work in (self._campus.watch(), self._serve_people(), self._tell_cpu(), self._operate())
         ]
         waiting = asyncio.create_task(stopped.wait())
         await asyncio.wait([waiting, *tasks], return_when=asyncio.FIRST_COMPLETED)
@@ -87,6 +88,12 @@ class LiveDemo:
             for wish in wishes(PEOPLE, pairs, SPACING_S, rng):
                 lives.create_task(passengers.live(Journey(replace(wish, after_s=0.0))))
                 await asyncio.sleep(max(SPACING_S_MIN, float(rng.exponential(SPACING_S))))
+
+    async def _operate(self) -> None:
+        def tell(text: str) -> None:
+            self._say(f"{datetime.now(self._clock):%H:%M:%S}  {text}")
+
+        await DemoOperator(self._campus.operator, tell).run()
 
     async def _tell_cpu(self) -> None:
         while True:

@@ -1,0 +1,65 @@
+"""The operator of a demo: somebody has to let shuttles drive on that stopped because the machine was busy.
+
+In real time on a laptop, starting a browser can starve the simulator for a few tenths of a second. To a
+vehicle that is a by-wire module or a sensor gone silent: it stops and waits for an operator, as it must.
+"""
+
+import asyncio
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import httpx
+
+from campusloop.operator_client import OperatorError
+
+LOOK_EVERY_S = 2.0
+# The endings of faults that a starved machine causes: something came late or not at all.
+_LATENESS = ("_lost", "_late", "_missing", "_stale", "_timeout")
+
+
+class OperatorPort(Protocol):
+    """What of an operator's hands is needed here (`OperatorClient`)."""
+
+    async def incidents(self) -> list[dict[str, Any]]: ...
+
+    async def release(self, vehicle_id: str) -> None: ...
+
+
+class DemoOperator:
+    """Releases such a vehicle when its incident has been open for one look, and says so.
+
+    An incident that somebody has acknowledged on the console is theirs.
+    """
+
+    def __init__(self, operator: OperatorPort, tell: Callable[[str], None]) -> None:
+        self._operator = operator
+        self._tell = tell
+        self._seen: frozenset[str] = frozenset()
+
+    async def run(self) -> None:
+        """Until cancelled."""
+        while True:
+            await asyncio.sleep(LOOK_EVERY_S)
+            try:
+                await self.look()
+            except (httpx.TransportError, OperatorError) as error:
+                self._tell(f"the demo's operator could not help: {error}")
+
+    async def look(self) -> None:
+        """Raises OperatorError, httpx.TransportError."""
+        stopped = {i["incident_id"]: i for i in await self._operator.incidents() if is_from_lateness(i)}
+        for incident_id in sorted(self._seen & stopped.keys()):
+            vehicle_id, cause = stopped[incident_id]["vehicle_id"], stopped[incident_id]["cause"]
+            self._tell(
+                f"{vehicle_id} stopped for safety because this machine was busy ({cause}); "
+                "the demo's operator lets it drive on"
+            )
+            await self._operator.release(vehicle_id)
+        self._seen = frozenset(stopped)
+
+
+def is_from_lateness(incident: dict[str, Any]) -> bool:
+    """A minimal-risk stop that nobody looks after, all of whose causes are things that came late."""
+    causes = str(incident["cause"]).split(", ")
+    is_ours = incident["kind"] == "minimal_risk_stop" and incident["acknowledged_at"] is None
+    return is_ours and incident["closed_at"] is None and all(cause.endswith(_LATENESS) for cause in causes)
