@@ -4,6 +4,7 @@ import time
 from pathlib import Path
 
 from simulator.control_desk import CarriedPhones, ControlDesk
+from simulator.ecus.command_watch import COMMAND_TIMEOUT_NS
 from simulator.fleet import STEP_NS
 from simulator.live_bus import LiveBus
 from simulator.live_ports import VehiclePorts, control_port, ports_of
@@ -16,6 +17,9 @@ LATE_MAX_NS = 5 * STEP_NS
 SCORES_EVERY_STEPS = 50
 # Arrival stamps jitter by the scheduler's doing; only real crowding counts.
 LIVE_FRAME_GAP_NS = FRAME_GAP_NS // 4
+# A module has a processor to itself; here it shares one with everything else, and a pause of a tenth of a
+# second is the machine's doing and not the vehicle computer's.
+LIVE_COMMAND_TIMEOUT_NS = 2 * COMMAND_TIMEOUT_NS
 
 
 class VehicleWiring:
@@ -70,7 +74,8 @@ class LiveSimulation:
             for number, vehicle_id in enumerate(world.vehicle_ids)
         ]
         for vehicle_id in world.vehicle_ids:
-            world.module(vehicle_id).watch.gap_ns_min = LIVE_FRAME_GAP_NS
+            watch = world.module(vehicle_id).watch
+            watch.gap_ns_min, watch.timeout_ns = LIVE_FRAME_GAP_NS, LIVE_COMMAND_TIMEOUT_NS
         self._due_ns = time.monotonic_ns() + STEP_NS
         self._stopping = False
 

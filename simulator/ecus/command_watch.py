@@ -7,6 +7,7 @@ from vehicle_agent.can.commands import COMMANDS, COUNTER_STEPS, FRAME_GAP_NS
 from vehicle_agent.can.dbc import FrameError, MessageLayout, layouts
 from vehicle_agent.signals import CanFrame
 
+# Three periods of 30 Hz.
 COMMAND_TIMEOUT_NS = 100_000_000
 COUNTED = frozenset({"global_command", "supervisory_command"})
 
@@ -17,10 +18,11 @@ class CommandWatch:
 
     A counted frame is accepted when its complement is right and its counter follows the last one seen; a
     repeated frame therefore never counts as life. Frames closer than `gap_ns_min` are lost, as on a module
-    whose receive buffer is one deep.
+    whose receive buffer is one deep. A command is late once it is `timeout_ns` old.
     """
 
     gap_ns_min: int = FRAME_GAP_NS
+    timeout_ns: int = COMMAND_TIMEOUT_NS
     crowded: int = 0
     malformed: int = 0
     miscounted: int = 0
@@ -57,10 +59,10 @@ class CommandWatch:
 
     def is_late(self, command: str, now_ns: int) -> bool:
         stamp_ns = self._stamps_ns.get(command)
-        return stamp_ns is None or now_ns - stamp_ns > COMMAND_TIMEOUT_NS
+        return stamp_ns is None or now_ns - stamp_ns > self.timeout_ns
 
     def late(self, now_ns: int) -> tuple[str, ...]:
-        """Commands that have not come for three periods of 30 Hz."""
+        """Commands that have not come in time."""
         return tuple(name for name in COMMANDS if self.is_late(name, now_ns))
 
     def _counts(self, name: str, values: dict[str, float]) -> bool:

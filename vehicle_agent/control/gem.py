@@ -18,12 +18,16 @@ class Hands(msgspec.Struct, frozen=True):
 
 
 class WaypointControl(msgspec.Struct, frozen=True):
-    """steer_delay_s: from a steering command to the wheels; the follower aims from where it will be then."""
+    """steer_delay_s: from a steering command to the wheels; the follower aims from where it will be then.
+
+    released_brake_ratio: a reported brake below this lets the standing vehicle start
+    """
 
     follower: WaypointFollower = WaypointFollower()
     steering: BicycleSteering = BicycleSteering()
     twist: TwistController = TwistController()
     steer_delay_s: float = 0.25
+    released_brake_ratio: float = 0.2
     dt_s: float = 0.02
 
     def initial(self) -> Hands:
@@ -33,6 +37,8 @@ class WaypointControl(msgspec.Struct, frozen=True):
         """Follow the path's waypoints at its speed. Without by-wire the memory starts from what is."""
         if not motion.enabled:
             state = Hands(np.full_like(state.steers_rad, motion.steer_rad), Aim(), Pedals())
+        elif path.speed_mps > 0.0 and self._is_held(ego, motion):
+            state = Hands(state.steers_rad, state.aim, Pedals())
         if path.emergency:
             pedals = self.twist.full_stop()
         else:
@@ -60,3 +66,8 @@ class WaypointControl(msgspec.Struct, frozen=True):
             ),
         )
         return wish, Hands(np.append(state.steers_rad[1:], steer_rad), aim, pedals)
+
+    def _is_held(self, ego: Ego, motion: VehicleMotion) -> bool:
+        """The brake keeps the vehicle standing: the guard's perhaps, for minutes. Throttle that were wound
+        up against it meanwhile would make the vehicle leap forward once it is let go."""
+        return ego.speed_mps < self.twist.hold_below_mps and motion.brake_ratio > self.released_brake_ratio
