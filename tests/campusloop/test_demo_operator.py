@@ -41,7 +41,7 @@ def looked(hands: Hands, times: int) -> list[str]:
 
 
 def test_a_shuttle_that_a_busy_machine_stopped_is_released_once() -> None:
-    hands = Hands([incident(1), incident(2)])
+    hands = Hands([incident(1), incident(2, cause="motion_stale, bywire_refuses_enable")])
     told = looked(hands, 4)
     assert hands.released == ["shuttle-1", "shuttle-2"]
     assert ["this machine was busy" in line for line in told] == [True, True]
@@ -59,6 +59,7 @@ def test_it_is_given_a_moment_first() -> None:
         {"cause": "collision_imminent"},
         {"cause": "bywire_lost, override"},
         {"cause": ""},
+        {"cause": "bywire_refuses_enable"},
         {"kind": "takeover"},
         {"acknowledged_at": "2026-09-01T08:00:00Z"},
         {"closed_at": "2026-09-01T08:00:00Z"},
