@@ -58,6 +58,7 @@ class VehicleLink:
         self._mailbox = Mailbox(vehicle.mail / "link")
         self._tick = vehicle.mail / "tick"
         self._tick_boot_id = ""
+        self._tick_heard = asyncio.Event()
         self._reports: asyncio.Queue[TickReport] = asyncio.Queue(maxsize=2000)
         self._http = httpx.AsyncClient(
             base_url=config.server_url, verify=self._tls if self._tls is not None else True
@@ -74,7 +75,7 @@ class VehicleLink:
         self._queue_earlier_segments()
         try:
             async with asyncio.TaskGroup() as tasks:
-                tasks.create_task(self._client.run())
+                tasks.create_task(self._dial())
                 tasks.create_task(self._work())
                 tasks.create_task(self._uploader.run())
         finally:
@@ -86,11 +87,17 @@ class VehicleLink:
             self._mailbox.close()
             await self._http.aclose()
 
+    async def _dial(self) -> None:
+        """Not before the tick can hear what the server says."""
+        await self._tick_heard.wait()
+        await self._client.run()
+
     def _collect(self) -> None:
         for mail in self._mailbox.take():
             if not isinstance(mail, TickReport):
                 continue
             self._notice_boot(mail)
+            self._tick_heard.set()
             if self._reports.full():
                 log.error("link.tick_report_lost", vehicle_id=self._identity.vehicle_id)
             else:
@@ -101,7 +108,8 @@ class VehicleLink:
         for entry in report.entries:
             if isinstance(entry, SegmentBegin) and entry.header.boot_id != self._tick_boot_id:
                 self._tick_boot_id = entry.header.boot_id
-                self._client.redial()
+                if self._tick_heard.is_set():
+                    self._client.redial()
 
     async def _work(self) -> None:
         while True:
