@@ -13,6 +13,8 @@ import httpx
 from campusloop.operator_client import OperatorError
 
 LOOK_EVERY_S = 2.0
+# One vehicle that cannot be released must not keep the others waiting.
+RELEASE_WITHIN_S = 10.0
 # The endings of faults that a starved machine causes: something came late or not at all.
 _LATENESS = ("_lost", "_late", "_missing", "_stale", "_timeout")
 # What a by-wire module without a life sign does next.
@@ -33,8 +35,14 @@ class DemoOperator:
     An incident that somebody has acknowledged on the console is theirs.
     """
 
-    def __init__(self, operator: OperatorPort, tell: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        operator: OperatorPort,
+        tell: Callable[[str], None],
+        release_within_s: float = RELEASE_WITHIN_S,
+    ) -> None:
         self._operator = operator
+        self._release_within_s = release_within_s
         self._tell = tell
         self._seen: frozenset[str] = frozenset()
 
@@ -47,6 +55,13 @@ class DemoOperator:
             except (httpx.TransportError, OperatorError) as error:
                 self._tell(f"the demo's operator could not help: {error}")
 
+    async def _release(self, vehicle_id: str) -> None:
+        try:
+            async with asyncio.timeout(self._release_within_s):
+                await self._operator.release(vehicle_id)
+        except TimeoutError:
+            self._tell(f"{vehicle_id} could not be released; look at the console")
+
     async def look(self) -> None:
         """Raises OperatorError, httpx.TransportError."""
         stopped = {i["incident_id"]: i for i in await self._operator.incidents() if is_from_lateness(i)}
@@ -56,7 +71,7 @@ class DemoOperator:
                 f"{vehicle_id} stopped for safety, as this machine was busy; "
                 "the demo's operator lets it drive on"
             )
-            await self._operator.release(vehicle_id)
+            await self._release(vehicle_id)
         self._seen = frozenset(stopped)
 
 

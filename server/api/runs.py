@@ -112,10 +112,9 @@ def _context(uow: UnitOfWork, run: Run, found: tuple[Report, ...]) -> _Context:
     followed = {
         key: uow.orders.find(vehicle_id, *key) for key in sorted({report.order_key for report in found})
     }
-    stored = uow.maps.get(run.map_version)
     return _Context(
         vehicle=vehicles.vehicle_of(uow, vehicle_id),
         rides={ride.ride_id: ride for ride in uow.views.rides(vehicle_id=vehicle_id, limit=500)},
         orders={key: order for key, order in followed.items() if order is not None},
-        network=None if stored is None else uow.network_of(stored.content),
+        network=uow.network_at(run.map_version),
     )

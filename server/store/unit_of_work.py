@@ -9,7 +9,6 @@ from sqlalchemy import Connection
 
 from contract.roads.network import RoadNetwork
 from server.domain.errors import CampusUnknown
-from server.domain.maps import StoredMap
 from server.domain.rules import FleetRules
 from server.store.departures import Departures
 from server.store.events import Events
@@ -118,6 +117,10 @@ class SqlUnitOfWork:
     def network_of(self, content: bytes) -> RoadNetwork:
         return self._library.decode(content).network
 
+    def network_at(self, map_version: str) -> RoadNetwork | None:
+        roads = self._roads_at(map_version)
+        return None if roads is None else roads.network
+
     def publish(self, topic: str, **fields: str | int) -> None:
         self.outgoing.add(topic, fields)
 
@@ -128,11 +131,15 @@ class SqlUnitOfWork:
         version = self.maps.active_version()
         if version is None:
             raise CampusUnknown(f"campus {self.campus_id} has no map; import one and activate it")
-        known = self._library.known(version)
-        return known if known is not None else self._library.decode(self._stored(version).content)
-
-    def _stored(self, version: str) -> StoredMap:
-        stored = self.maps.get(version)
-        if stored is None:
+        roads = self._roads_at(version)
+        if roads is None:
             raise CampusUnknown(f"the active map {version} is missing from the store; import it again")
-        return stored
+        return roads
+
+    def _roads_at(self, version: str) -> FleetRoads | None:
+        """Decoded once for the life of the process; None for a map that is not stored."""
+        known = self._library.known(version)
+        if known is not None:
+            return known
+        stored = self.maps.get(version)
+        return None if stored is None else self._library.decode(stored.content)

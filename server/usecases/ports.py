@@ -359,6 +359,10 @@ class UnitOfWork(Protocol):
         """The map in these bytes, decoded and kept. Raises MapInvalid."""
         ...
 
+    def network_at(self, map_version: str) -> RoadNetwork | None:
+        """A stored map, active or not, decoded once; None for one that is not stored."""
+        ...
+
     def map_changed(self) -> None:
         """Another map is active now: `network` has to look again."""
         ...

@@ -53,6 +53,25 @@ def test_it_is_given_a_moment_first() -> None:
     assert hands.released == []
 
 
+class Stuck(Hands):
+    """shuttle-1 never answers."""
+
+    async def release(self, vehicle_id: str) -> None:
+        if vehicle_id == "shuttle-1":
+            await asyncio.Event().wait()
+        await super().release(vehicle_id)
+
+
+def test_a_shuttle_that_cannot_be_released_does_not_keep_the_others_waiting() -> None:
+    hands = Stuck([incident(1), incident(2)])
+    told: list[str] = []
+    operator = DemoOperator(hands, told.append, release_within_s=0.01)
+    for _ in range(2):
+        asyncio.run(operator.look())
+    assert hands.released == ["shuttle-2"]
+    assert any("shuttle-1 could not be released" in line for line in told)
+
+
 @pytest.mark.parametrize(
     "changes",
     [
