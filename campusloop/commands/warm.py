@@ -4,6 +4,7 @@ import time
 
 import typer
 
+from server.dispatch.engine.warm import warm_kernels as warm_dispatch
 from simulator.warm import warm_kernels as warm_simulator
 from vehicle_agent.stacks.warm import warm_kernels as warm_vehicle
 
@@ -13,4 +14,5 @@ def warm() -> None:
     started = time.perf_counter()
     warm_vehicle()
     warm_simulator()
+    warm_dispatch()
     typer.echo(f"kernels ready after {time.perf_counter() - started:.1f} s")

@@ -1,0 +1,46 @@
+"""What the benchmarks on published instances share: finding them, their best known costs, writing routes."""
+
+import csv
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from server.dispatch.instance import Instance, InstanceBroken
+from server.feeds.instances.load import load_instance
+
+_SUFFIXES = {".txt", ".json", ""}
+
+
+def instances_in(folder: Path) -> list[Instance]:
+    """Every instance of a folder, or the one in a file. A file that is none ends the program with its
+    reason."""
+    paths = [folder] if folder.is_file() else sorted(p for p in folder.glob("*") if p.suffix in _SUFFIXES)
+    files = [path for path in paths if path.is_file()]
+    if not files:
+        sys.exit(f"{folder}: no instance files (.txt or .json) here")
+    try:
+        return [load_instance(path) for path in files]
+    except InstanceBroken as error:
+        sys.exit(str(error))
+
+
+def best_known(folder: Path, table: Path | None, column: str) -> dict[str, float]:
+    """instance -> the column's number, from the table or from best_known.csv in the folder or beside it."""
+    base = folder.parent if folder.is_file() else folder
+    places = [table] if table else [base / "best_known.csv", base.parent / "best_known.csv"]
+    found = next((place for place in places if place.is_file()), None)
+    if found is None:
+        if table:
+            sys.exit(f"{table}: there is no such file")
+        return {}
+    with found.open(encoding="utf-8", newline="") as file:
+        return {row["instance"]: float(row[column]) for row in csv.DictReader(file)}
+
+
+def write_routes(folder: Path | None, name: str, routes: Sequence[Sequence[int]]) -> None:
+    """One file an instance, one line a vehicle: node numbers in order, the depot left out."""
+    if folder is None:
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    lines = (" ".join(str(node) for node in route) for route in routes)
+    (folder / f"{name}.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -1,0 +1,144 @@
+"""Where a request fits into a route, and at what cost.
+
+For each pair of positions a few comparisons with the route's earliest and latest times, its loads and
+the best
+cost so far settle nearly every case; only a pair that would be the new best is timed exactly. So a test takes
+constant time, amortised (the idea of Savelsbergh 1992 and Gschwind and Drexl 2019; the exact check is ours).
+"""
+
+import numpy as np
+from numba import njit
+
+from server.dispatch.arrays import AnyArray
+from server.dispatch.engine.draw import uniform
+from server.dispatch.engine.plan import Plan, Scratch, refresh
+from server.dispatch.engine.task import EPSILON_S, LOAD_KINDS, Task, drive_s, stand_s
+from server.dispatch.engine.timing import least_times
+
+
+@njit(cache=True)
+def _fits(load: AnyArray, more: AnyArray, capacity: AnyArray) -> bool:
+    for kind in range(LOAD_KINDS):  # noqa: SIM110 - compiled: a loop, not a generator
+        if load[kind] + more[kind] > capacity[kind]:
+            return False
+    return True
+
+
+@njit(cache=True)
+def exact_cost(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int, j: int) -> float:
+    """Cost of route v with r's pickup after position i and its drop-off after j (both as they are now); inf
+    where a rule breaks."""
+    n = plan.length[v]
+    nodes, at_s = scratch.nodes, scratch.at_s
+    route, least = plan.route[v], plan.least_s[v]
+    for k in range(i + 1):
+        nodes[k] = route[k]
+        at_s[k] = least[k]
+    nodes[i + 1] = 2 * r
+    at_s[i + 1] = -np.inf
+    for k in range(i + 1, j + 1):
+        nodes[k + 1] = route[k]
+        at_s[k + 1] = least[k]
+    nodes[j + 2] = 2 * r + 1
+    at_s[j + 2] = -np.inf
+    for k in range(j + 1, n):
+        nodes[k + 2] = route[k]
+        at_s[k + 2] = least[k]
+    if not least_times(task, nodes, n + 2, i + 1, at_s, scratch.leg_s, scratch.elapsed_s, scratch.where):
+        return np.inf
+    driven, cost = 0.0, task.vehicle_cost[v]
+    for k in range(1, n + 2):
+        b = nodes[k]
+        driven += drive_s(task, nodes[k - 1], b)
+        if task.delay_cost[b] != 0.0:
+            cost += task.delay_cost[b] * (at_s[k] - task.early_s[b])
+    return driven + cost if driven <= task.drive_s_max[v] else np.inf
+
+
+@njit(cache=True)
+def best_place(
+    task: Task, plan: Plan, scratch: Scratch, v: int, r: int, below: float, blink: float, rng: AnyArray
+) -> tuple[float, int, int]:
+    """(extra cost, i, j) of the cheapest way to serve r with vehicle v: pickup after position i, drop-off
+    after j. Only what costs less than `below` counts; (inf, 0, 0) where nothing does.
+
+    blink   chance to overlook a place that would be the best so far (Christiaens and Vanden Berghe 2020)
+    """
+    p, d = 2 * r, 2 * r + 1
+    n = plan.length[v]
+    if n + 2 > plan.route.shape[1]:
+        return np.inf, 0, 0
+    route, least, most, load = plan.route[v], plan.least_s[v], plan.most_s[v], plan.load[v]
+    capacity, more = task.capacity[v], task.load[p]
+    best, best_i, best_j = below, -1, -1
+    opening = task.vehicle_cost[v] if n == 2 else 0.0
+    ride_max = task.ride_s_max[p] + task.service_s[p]
+    for i in range(plan.locked[v] - 1, n - 1):
+        # Most positions are hours away: they are told by the times alone.
+        if most[i + 1] < task.early_s[p]:
+            continue
+        if least[i] > task.late_s[p]:
+            break
+        a, b = route[i], route[i + 1]
+        at_p = max(task.early_s[p], least[i] + stand_s(task, a, p) + drive_s(task, a, p))
+        if at_p > task.late_s[p] + EPSILON_S:
+            break
+        if not _fits(load[i], more, capacity):
+            continue
+        to_p = drive_s(task, a, p)
+        skipped = drive_s(task, a, b)
+        waited = opening + task.delay_cost[p] * (at_p - task.early_s[p])
+        p_to_b = drive_s(task, p, b)
+        latest_p = min(task.late_s[p], most[i + 1] - stand_s(task, p, b) - p_to_b)
+        # Straight on to the drop-off.
+        p_to_d, d_to_b = drive_s(task, p, d), drive_s(task, d, b)
+        at_d = max(task.early_s[d], at_p + stand_s(task, p, d) + p_to_d)
+        extra = waited + to_p + p_to_d + d_to_b - skipped + task.delay_cost[d] * (at_d - task.early_s[d])
+        if (
+            extra < best
+            and at_d <= task.late_s[d] + EPSILON_S
+            and at_d + stand_s(task, d, b) + d_to_b <= most[i + 1] + EPSILON_S
+        ):
+            cost = exact_cost(task, plan, scratch, v, r, i, i) - plan.cost[v]
+            if cost < best and (blink == 0.0 or uniform(rng) >= blink):
+                best, best_i, best_j = cost, i, i
+        # With others in between.
+        at = at_p + stand_s(task, p, b) + p_to_b
+        detour = waited + to_p + p_to_b - skipped
+        if at > most[i + 1] + EPSILON_S or detour >= best:
+            continue
+        for j in range(i + 1, n - 1):
+            at = max(at, least[j])
+            a, b = route[j], route[j + 1]
+            if at > most[j] + EPSILON_S or not _fits(load[j], more, capacity):
+                break
+            to_d = drive_s(task, a, d)
+            at_d = max(task.early_s[d], at + stand_s(task, a, d) + to_d)
+            if at_d > task.late_s[d] + EPSILON_S or at_d - latest_p > ride_max + EPSILON_S:
+                break
+            d_to_b, a_to_b = drive_s(task, d, b), drive_s(task, a, b)
+            extra = detour + to_d + d_to_b - a_to_b + task.delay_cost[d] * (at_d - task.early_s[d])
+            if extra < best and at_d + stand_s(task, d, b) + d_to_b <= most[j + 1] + EPSILON_S:
+                cost = exact_cost(task, plan, scratch, v, r, i, j) - plan.cost[v]
+                if cost < best and (blink == 0.0 or uniform(rng) >= blink):
+                    best, best_i, best_j = cost, i, j
+            at += stand_s(task, a, b) + a_to_b
+    if best_i < 0:
+        return np.inf, 0, 0
+    return best, best_i, best_j
+
+
+@njit(cache=True)
+def insert(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int, j: int) -> None:
+    """Put r into route v at a place that `best_place` has found."""
+    n = plan.length[v]
+    route = plan.route[v]
+    for k in range(n - 1, j, -1):
+        route[k + 2] = route[k]
+    route[j + 2] = 2 * r + 1
+    for k in range(j, i, -1):
+        route[k + 1] = route[k]
+    route[i + 1] = 2 * r
+    plan.length[v] = n + 2
+    plan.vehicle_of[r] = v
+    refresh(task, plan, scratch, v)

@@ -1,0 +1,144 @@
+"""The whole search, slice by slice: anneal, remember routes, put the best of them together, begin again.
+
+A slice is a count of attempts, so that a search repeats. The edge owns time: it runs slices until its
+deadline
+and records how many there were.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from server.dispatch.engine.draw import seeded
+from server.dispatch.engine.nearness import near_requests
+from server.dispatch.engine.partition import Partitioning, repartition
+from server.dispatch.engine.plan import Plan, copy_plan, empty_plan, refresh, scratch_for, total_cost
+from server.dispatch.engine.pool import empty_pool, remember
+from server.dispatch.engine.recreate import no_offers
+from server.dispatch.engine.ruin import undo_for
+from server.dispatch.engine.search import Annealing, anneal
+from server.dispatch.engine.task import Task
+
+_NEIGHBOURS = 100
+_ENDS = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Counts and shares, no seconds.
+
+    attempts     ruin and recreate attempts in a slice
+    cycle        slices from hot to cold the first time; each further cycle has `growth` times as many
+    hot, cold    temperatures as shares of a typical direct drive
+    mean_out     requests taken out in an attempt, on average; longest: visits in a string at most
+    blink        chance to overlook a vehicle
+    regretful    share of attempts that put requests back by regret
+    promising    routes of attempts that cost at most so much more (share of a direct drive) are remembered
+    columns, visits   room in the pool
+    """
+
+    attempts: int = 1000
+    cycle: int = 10
+    growth: float = 1.6
+    hot: float = 0.5
+    cold: float = 0.006
+    mean_out: float = 15.0
+    longest: float = 10.0
+    blink: float = 0.01
+    regretful: float = 0.1
+    promising: float = 0.4
+    columns: int = 200_000
+    visits: int = 5_000_000
+    partitioning: Partitioning = field(default_factory=Partitioning)
+
+
+class Optimiser:
+    """Improves a plan of a task. The same task, seed and number of slices give the same plan.
+
+    best      the cheapest plan so far
+    slices    how many have run
+    bound_of_pool   least cost of any mix of the remembered routes: not a bound of the task
+    """
+
+    def __init__(self, task: Task, seed: int, settings: Settings | None = None) -> None:
+        self.task = task
+        self.slices = 0
+        self.bound_of_pool = -np.inf
+        self._settings = settings or Settings()
+        room = 2 * task.requests + _ENDS
+        self._scratch = scratch_for(task, room)
+        self.best, self._plan, before = (self._without_requests(room) for _ in range(3))
+        self._undo = undo_for(before)
+        self._offers = no_offers(task)
+        self._pool = empty_pool(task, self._settings.columns, self._settings.visits)
+        self._near = near_requests(task, _NEIGHBOURS)
+        self._rng = seeded(seed)
+        self._unit = _typical_drive_s(task)
+        self._in_cycle, self._cycle = 0, self._settings.cycle
+
+    @property
+    def cost(self) -> float:
+        return float(total_cost(self.task, self.best))
+
+    @property
+    def at_rest(self) -> bool:
+        """A cycle has just ended."""
+        return self._in_cycle == 0
+
+    def run_slice(self) -> None:
+        """So many attempts; at the end of a cycle the remembered routes are put together anew."""
+        how = self._settings
+        began, ends = self._in_cycle / self._cycle, (self._in_cycle + 1) / self._cycle
+        heat = how.hot * self._unit
+        fall = how.cold / how.hot
+        anneal(
+            self.task,
+            self._plan,
+            self.best,
+            self._scratch,
+            self._undo,
+            self._offers,
+            self._pool,
+            self._near,
+            self._rng,
+            Annealing(
+                attempts=how.attempts,
+                hot=heat * fall**began,
+                cold=heat * fall**ends,
+                mean_out=how.mean_out,
+                longest=how.longest,
+                blink=how.blink,
+                regretful=how.regretful,
+                promising=how.promising * self._unit,
+            ),
+        )
+        self.slices += 1
+        self._in_cycle += 1
+        if self._in_cycle == self._cycle:
+            self.put_together()
+            copy_plan(self._plan, self.best)
+            self._in_cycle, self._cycle = 0, max(self._cycle + 1, round(self._cycle * how.growth))
+
+    def put_together(self) -> bool:
+        """Make the best plan from all the routes that are remembered; whether it became cheaper."""
+        for v in range(self.task.vehicles):
+            remember(self.task, self._pool, self.best, v)
+        changed, master = repartition(
+            self.task, self.best, self._pool, self._scratch, self._settings.partitioning
+        )
+        self.bound_of_pool = master.bound
+        return changed
+
+    def _without_requests(self, room: int) -> Plan:
+        plan = empty_plan(self.task, room)
+        for v in range(self.task.vehicles):
+            refresh(self.task, plan, self._scratch, v)
+        return plan
+
+
+def _typical_drive_s(task: Task) -> float:
+    """Median direct drive from pickup to drop-off."""
+    pickups, dropoffs = task.place[0 : 2 * task.requests : 2], task.place[1 : 2 * task.requests : 2]
+    if len(task.travel_s):
+        return float(np.median(task.travel_s[pickups, dropoffs]))
+    return float(np.median(task.slowness * np.linalg.norm(task.xy[pickups] - task.xy[dropoffs], axis=1)))

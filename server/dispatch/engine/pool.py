@@ -1,0 +1,116 @@
+"""Routes worth remembering: one for each set of requests, the cheapest order that was met."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, uint64
+
+from server.dispatch.arrays import AnyArray
+from server.dispatch.engine.draw import bits, seeded
+from server.dispatch.engine.plan import Plan
+from server.dispatch.engine.task import Task
+
+_EMPTY = -1
+# Sets are told apart by 64-bit sums of random marks (Zobrist 1970); they are the same in every run.
+_MARKS_SEED = 0x5E7
+
+
+class Pool(NamedTuple):
+    """Columns of a set partitioning.
+
+    marks, kind_marks   (R,), (V,) uint64
+    table       (H,) hash table of column numbers, a power of two
+    key, cost, kind, first, length   (C,) of each column: its nodes are store[first : first + length]
+    store       (S,) int32
+    counts      columns and store in use
+    """
+
+    marks: AnyArray
+    kind_marks: AnyArray
+    table: AnyArray
+    key: AnyArray
+    cost: AnyArray
+    kind: AnyArray
+    first: AnyArray
+    length: AnyArray
+    store: AnyArray
+    counts: AnyArray
+
+
+def empty_pool(task: Task, columns: int, visits: int) -> Pool:
+    """Room for so many columns with so many visits in all; further ones are not kept."""
+    state = seeded(_MARKS_SEED)
+    size = 1 << (2 * columns - 1).bit_length()
+    return Pool(
+        marks=np.array([bits(state) for _ in range(task.requests)], dtype=np.uint64),
+        kind_marks=np.array([bits(state) for _ in range(task.vehicles)], dtype=np.uint64),
+        table=np.full(size, _EMPTY, np.int32),
+        key=np.zeros(columns, np.uint64),
+        cost=np.zeros(columns),
+        kind=np.zeros(columns, np.int32),
+        first=np.zeros(columns, np.int64),
+        length=np.zeros(columns, np.int32),
+        store=np.zeros(visits, np.int32),
+        counts=np.zeros(2, np.int64),
+    )
+
+
+@njit(cache=True)
+def remember(task: Task, pool: Pool, plan: Plan, v: int) -> None:
+    """Keep a vehicle's route if it is new, or cheaper than the one with the same requests."""
+    n = plan.length[v]
+    if n == plan.locked[v] + 1:
+        return
+    kind = task.kind[v]
+    key = pool.kind_marks[kind]
+    requests = len(pool.marks)
+    for k in range(plan.locked[v], n - 1):
+        node = plan.route[v, k]
+        if node < 2 * requests and node & 1 == 0:
+            key ^= pool.marks[node >> 1]
+    mask = uint64(len(pool.table) - 1)
+    place = np.int64(key & mask)
+    column = pool.table[place]
+    while column != _EMPTY and pool.key[column] != key:
+        place = np.int64((uint64(place) + uint64(1)) & mask)
+        column = pool.table[place]
+    if column == _EMPTY:
+        column = pool.counts[0]
+        first = pool.counts[1]
+        if column == len(pool.key) or first + n > len(pool.store):
+            return
+        pool.counts[0] += 1
+        pool.counts[1] += n
+        pool.table[place] = column
+        pool.key[column], pool.kind[column] = key, kind
+        pool.first[column], pool.length[column] = first, n
+    elif pool.cost[column] <= plan.cost[v]:
+        return
+    pool.cost[column] = plan.cost[v]
+    first = pool.first[column]
+    for k in range(n):
+        pool.store[first + k] = plan.route[v, k]
+
+
+def keep_only(pool: Pool, columns: AnyArray) -> None:
+    """Forget every column but these ((k,), ascending)."""
+    used = 0
+    for number, column in enumerate(columns):
+        first, n = pool.first[column], pool.length[column]
+        pool.store[used : used + n] = pool.store[first : first + n].copy()
+        pool.key[number], pool.cost[number] = pool.key[column], pool.cost[column]
+        pool.kind[number], pool.length[number], pool.first[number] = pool.kind[column], n, used
+        used += n
+    pool.counts[0], pool.counts[1] = len(columns), used
+    pool.table[:] = _EMPTY
+    _index(pool.table, pool.key, len(columns))
+
+
+@njit(cache=True)
+def _index(table: AnyArray, key: AnyArray, columns: int) -> None:
+    mask = uint64(len(table) - 1)
+    for column in range(columns):
+        place = np.int64(key[column] & mask)
+        while table[place] != _EMPTY:
+            place = np.int64((uint64(place) + uint64(1)) & mask)
+        table[place] = column

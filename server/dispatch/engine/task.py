@@ -1,0 +1,87 @@
+"""What has to be driven, as flat arrays.
+
+Nodes are numbered so that a partner is one bit away: node 2r picks request r up and node 2r + 1 sets it down;
+with R requests, node 2(R + v) is where vehicle v starts and 2(R + v) + 1 where it ends. A vehicle on
+duty is thus
+a rider of itself: its longest duty is kept by the same test as everybody's longest ride. Even numbers from
+2(R + V) on are timed calls, which belong to no request.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from server.dispatch.arrays import AnyArray
+
+SEATS, WHEELCHAIRS = 0, 1
+LOAD_KINDS = 2
+# Times are compared with this tolerance. Sums of Euclidean legs differ by far less.
+EPSILON_S = 1e-6
+NOWHERE = -1
+
+
+class Task(NamedTuple):
+    """Arrays over N nodes, R requests, V vehicles and P places. Seconds; float64 and int32 unless said.
+
+    place       (N,) row of the travel table, NOWHERE for an end that may be anywhere
+    early_s, late_s   (N,) window in which the visit begins; waiting is allowed
+    service_s   (N,) how long the vehicle stands from the visit's beginning on
+    load        (N, 2) change of occupied seats and wheelchair places
+    ride_s_max  (N,) at even nodes: longest time from the end of service there to the beginning at the partner
+    delay_cost  (N,) cost of each second after early_s
+    capacity    (V, 2)
+    kind        (V,) vehicles of one kind are the same while they are empty
+    drive_s_max (V,) driving left in the battery
+    vehicle_cost (V,) for having any visit at all
+    absent_cost (R,) for leaving a request out
+    travel_s    (P, P) between places; empty where coordinates are used instead
+    xy          (P, 2) used with `slowness` (seconds per unit) where travel_s is empty
+    joined      whether visits at one place that follow each other share one dwell
+    """
+
+    place: AnyArray
+    early_s: AnyArray
+    late_s: AnyArray
+    service_s: AnyArray
+    load: AnyArray
+    ride_s_max: AnyArray
+    delay_cost: AnyArray
+    capacity: AnyArray
+    kind: AnyArray
+    drive_s_max: AnyArray
+    vehicle_cost: AnyArray
+    absent_cost: AnyArray
+    travel_s: AnyArray
+    xy: AnyArray
+    slowness: float
+    joined: bool
+
+    @property
+    def requests(self) -> int:
+        return len(self.absent_cost)
+
+    @property
+    def vehicles(self) -> int:
+        return len(self.kind)
+
+
+@njit(cache=True, inline="always")
+def drive_s(task: Task, a: int, b: int) -> float:
+    """Driving from node a to node b."""
+    p, q = task.place[a], task.place[b]
+    if p < 0 or q < 0:
+        return 0.0
+    if task.travel_s.shape[0] > 0:
+        return float(task.travel_s[p, q])
+    x = task.xy[p, 0] - task.xy[q, 0]
+    y = task.xy[p, 1] - task.xy[q, 1]
+    return float(task.slowness * np.sqrt(x * x + y * y))
+
+
+@njit(cache=True, inline="always")
+def stand_s(task: Task, a: int, b: int) -> float:
+    """Standing at node a before going on to node b. Who gets on or off at one place does so side by side."""
+    if task.joined and task.place[a] == task.place[b]:
+        return float(max(0.0, task.service_s[a] - task.service_s[b]))
+    return float(task.service_s[a])

@@ -1,0 +1,1 @@
+"""Published instances as files, so that anyone can check the dispatcher."""
