@@ -4,7 +4,7 @@ import time
 
 import typer
 
-from server.dispatch.engine.warm import warm_kernels as warm_dispatch
+from server.dispatch.warm import warm_kernels as warm_dispatch
 from simulator.warm import warm_kernels as warm_simulator
 from vehicle_agent.stacks.warm import warm_kernels as warm_vehicle
 

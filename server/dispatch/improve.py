@@ -1,68 +1,48 @@
-"""Moving one request at a time to where it costs less; every promise stays a window."""
+"""Improving what is planned: requests change places and vehicles; every promise stays a window."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
-from server.dispatch.insertion import Route, cheapest_insertion, evaluated, without_request
-from server.dispatch.problem import Problem, VehicleState
-from server.dispatch.schedule import Broken
+from server.dispatch.board import Board
+from server.dispatch.engine.optimise import Optimiser, Settings
+from server.dispatch.engine.plan import ABSENT, total_cost
 
 _WORTH_S = 1.0
+# A plan in use is good already: what is far from it is not worth a visit.
+_HOT = 0.1
+# Routes are not put together anew here, so hardly any are remembered.
+_COLUMNS, _VISITS = 16, 1024
 
 
-def improve(
-    problem: Problem, routes: Sequence[Route], moves: int, rng: np.random.Generator
-) -> tuple[list[Route], int]:
-    """Routes of no higher cost, and how many moves were tried: at most `moves`.
+@dataclass(frozen=True, slots=True)
+class Cooling:
+    """From hot to cold in so many slices of so many attempts each."""
 
-    A move takes a request that is not aboard out of its route and inserts it at the cheapest place of all.
+    slices: int
+    attempts: int
+
+
+def improve(board: Board, cooling: Cooling, seed: int, most: int, go_on: Callable[[], bool]) -> int:
+    """Make the board's routes cheaper by `most` slices while `go_on` says so; how many ran.
+
+    Requests that nobody carries are tried again. The routes stay as they are unless they become cheaper by a
+    second at least: people are not told new times for nothing.
     """
-    best = list(routes)
-    movable = [
-        (number, request_id)
-        for number, (vehicle, route) in enumerate(zip(problem.vehicles, best, strict=True))
-        for request_id in _movable(vehicle, route)
-    ]
-    if not movable:
-        return best, 0
-    home = {request_id: number for number, request_id in movable}
-    names = [request_id for _, request_id in movable]
-    for tried in range(moves):
-        request_id = names[int(rng.integers(len(names)))]
-        number = home[request_id]
-        moved = _relocated(problem, best, number, request_id)
-        if moved is not None:
-            best, home[request_id] = moved
-        if len(names) == 1:
-            return best, tried + 1
-    return best, moves
-
-
-def _movable(vehicle: VehicleState, route: Route) -> list[str]:
-    return [
-        request_id
-        for call in route.calls[vehicle.locked :]
-        for request_id in call.board
-        if not any(request_id in locked.alight for locked in route.calls[: vehicle.locked])
-    ]
-
-
-def _relocated(
-    problem: Problem, routes: list[Route], number: int, request_id: str
-) -> tuple[list[Route], int] | None:
-    """The routes with the request elsewhere and its new vehicle's number; None where that is not cheaper."""
-    vehicle = problem.vehicles[number]
-    emptied = evaluated(problem, vehicle, without_request(routes[number].calls, request_id))
-    if isinstance(emptied, Broken):
-        return None
-    trial = list(routes)
-    trial[number] = emptied
-    found = cheapest_insertion(problem, trial, problem.requests[request_id])
-    if found is None:
-        return None
-    saved = routes[number].cost - emptied.cost
-    if found.extra_cost > saved - _WORTH_S:
-        return None
-    trial[found.vehicle] = found.route
-    return trial, found.vehicle
+    used = [board.rows[name] for name in board.rows]
+    movable = [r for r in used if board.plan.movable[r]]
+    if cooling.slices == 0 or not movable or not board.accepts.any():
+        return 0
+    absent = [r for r in used if board.plan.vehicle_of[r] == ABSENT]
+    if len(movable) == 1 and np.count_nonzero(board.accepts) == 1 and not absent:
+        return 0
+    settings = Settings(
+        attempts=cooling.attempts, cycle=cooling.slices + 1, hot=_HOT, columns=_COLUMNS, visits=_VISITS
+    )
+    search = Optimiser(board.task, seed, settings, start=board.plan)
+    while search.slices < most and go_on():
+        search.run_slice()
+    if search.cost < float(total_cost(board.task, board.plan)) - _WORTH_S:
+        board.adopt(search.best)
+    return search.slices

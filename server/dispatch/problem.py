@@ -9,12 +9,27 @@ from dataclasses import dataclass, field
 
 from contract.geometry import Array
 
+# Driving that no road allows. Finite, so that sums and differences of it stay numbers; no window is so long.
+CUT_OFF_S = 1e7
+
+
+@dataclass(frozen=True, slots=True)
+class Walk:
+    """Another stop that a party could walk from or to, and the seconds that takes."""
+
+    place: int
+    walk_s: float
+
 
 @dataclass(frozen=True, slots=True)
 class Request:
     """A party to be carried. Windows are hard: a solution that breaks one is none.
 
-    ride_s_max   longest time between leaving the pickup place and arriving
+    pickup_from_s, pickup_to_s  the vehicle comes to the pickup within these
+    arrive_by_s  it comes to the drop-off no later
+    ride_s_max   longest time between the end of boarding and coming to the drop-off
+    pickup_walks, dropoff_walks  other stops that would do; whoever walks is later at the pickup, and wants
+                 to be earlier at the drop-off, by as much
     """
 
     request_id: str
@@ -26,6 +41,8 @@ class Request:
     pickup_to_s: float
     arrive_by_s: float
     ride_s_max: float = math.inf
+    pickup_walks: tuple[Walk, ...] = ()
+    dropoff_walks: tuple[Walk, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +67,14 @@ class Call:
 
 
 @dataclass(frozen=True, slots=True)
+class CallTime:
+    """When a call is made under the plan."""
+
+    arrive_s: float
+    leave_s: float
+
+
+@dataclass(frozen=True, slots=True)
 class Chain:
     """Calls that one vehicle makes in this order, others between them allowed: a timetable departure."""
 
@@ -61,35 +86,39 @@ class Chain:
 class VehicleState:
     """A vehicle at the moment of the snapshot.
 
-    start, ready_s  the place from which, and the time at which, it can drive to its next call
+    to_places_s  (P,) seconds from where it is to every place
+    ready_s      when it can drive to its next call
     aboard       requests in the vehicle now
     calls        its present route, resting left out
     locked       so many leading calls stay as they are (it stands at the first one)
     accepts      new requests may be given to it
-    times        (n, n) seconds between places for this vehicle; row `start` is its own position
+    on_duty_to_s when its shift ends: its last call is left by then
+    drive_s_max  driving that its battery allows above the reserve
     """
 
     vehicle_id: str
-    start: int
+    to_places_s: Array
     ready_s: float
     seats: int
     wheelchair_places: int
-    times: Array
     aboard: tuple[str, ...] = ()
     calls: tuple[Call, ...] = ()
     locked: int = 0
     accepts: bool = True
+    on_duty_to_s: float = math.inf
+    drive_s_max: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)
 class CostWeights:
-    """What a second is worth. Driving counts as cost; waiting and riding count for each person.
+    """What a second is worth. Driving counts as cost; waiting, walking and riding for each person.
 
     late  a second after its time at which a timetable call is left: rather another vehicle drives far
     """
 
     drive: float = 1.0
     wait: float = 0.5
+    walk: float = 0.75
     ride: float = 0.25
     late: float = 20.0
 
@@ -98,6 +127,7 @@ class CostWeights:
 class Problem:
     """What is to be decided.
 
+    times         (P, P) planned seconds between places; infinite where no road leads
     requests      every request named anywhere, by id
     open_requests, open_chains  those that nobody carries yet, in the order in which they are served
     dwell_s       how long a call made for a request lasts
@@ -105,7 +135,17 @@ class Problem:
 
     vehicles: tuple[VehicleState, ...]
     requests: dict[str, Request]
+    times: Array
     open_requests: tuple[str, ...] = ()
     open_chains: tuple[Chain, ...] = ()
     dwell_s: float = 0.0
     weights: CostWeights = field(default_factory=CostWeights)
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleRoute:
+    """A vehicle's calls in order, each with its times."""
+
+    vehicle_id: str
+    calls: tuple[Call, ...]
+    times: tuple[CallTime, ...]

@@ -1,39 +1,87 @@
 """Why a request cannot be carried: the rule that binds, in one word."""
 
-import math
-from collections.abc import Sequence
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 
-from server.dispatch.insertion import Route
-from server.dispatch.problem import Call, Problem, Request
-from server.dispatch.schedule import Broken, schedule
+import numpy as np
+
+from server.dispatch.board import Board
+from server.dispatch.decide import offers_for
+from server.dispatch.engine.task import SEATS, WHEELCHAIRS
+from server.dispatch.problem import CUT_OFF_S, Request
+
+NO_VEHICLE, SEATS_RULE, WHEELCHAIR, WINDOW = "no_vehicle_free", "seats", "wheelchair", "pickup_window"
+RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, CLOSED = "ride_time", "arrival", "timetable", "battery", "closed_road"
+RULES = (NO_VEHICLE, SEATS_RULE, WHEELCHAIR, WINDOW, RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, CLOSED)
+# Asked in this order: the first rule without which somebody could carry the request is the one that binds.
+# With more time nearly everything passes, so the window comes last.
+_LOOSENED = (SEATS_RULE, WHEELCHAIR, RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, WINDOW)
 
 
-def binding_rule(problem: Problem, routes: Sequence[Route], request: Request) -> str:
-    """no_vehicle_free | seats | wheelchair | pickup_window | ride_time | arrival.
+def binding_rule(board: Board, request_id: str) -> str:
+    """One of RULES, for a request on the board that nobody can carry.
 
-    The vehicle that would be there first after everything it has promised is asked what keeps it from
-    serving the request then; nobody else's promise can be in its way.
+    Rules that no time can change come first. Then each of the others is lifted alone; where no single one
+    would help, the pickup window is named.
     """
-    accepting = [(v, r) for v, r in zip(problem.vehicles, routes, strict=True) if v.accepts]
-    if not accepting:
-        return "no_vehicle_free"
-    if all(vehicle.seats < request.party for vehicle, _ in accepting):
-        return "seats"
-    fitting = [(v, r) for v, r in accepting if v.seats >= request.party]
-    if all(vehicle.wheelchair_places < request.wheelchairs for vehicle, _ in fitting):
-        return "wheelchair"
-    fitting = [(v, r) for v, r in fitting if v.wheelchair_places >= request.wheelchairs]
-    best_s, rule = math.inf, "no_vehicle_free"
-    for vehicle, route in fitting:
-        place = route.calls[-1].place if route.calls else vehicle.start
-        free_s = route.times[-1].leave_s if route.times else vehicle.ready_s
-        there_s = free_s + float(vehicle.times[place, request.pickup])
-        if there_s < best_s:
-            calls = (
-                *route.calls,
-                Call(request.pickup, (request.request_id,), (), problem.dwell_s),
-                Call(request.dropoff, (), (request.request_id,), problem.dwell_s),
-            )
-            broken = schedule(vehicle, calls, problem.requests)
-            best_s, rule = there_s, broken.rule if isinstance(broken, Broken) else "no_vehicle_free"
-    return rule
+    task, r = board.task, board.rows[request_id]
+    request = board.requests[r]
+    able = board.accepts
+    if not able.any():
+        return NO_VEHICLE
+    able = able & (task.capacity[:, SEATS] >= request.party)
+    if not able.any():
+        return SEATS_RULE
+    able = able & (task.capacity[:, WHEELCHAIRS] >= request.wheelchairs)
+    if not able.any():
+        return WHEELCHAIR
+    starts = 2 * (task.requests + np.flatnonzero(able))
+    to_pickup_s = task.travel_s[task.place[starts], request.pickup]
+    if task.travel_s[request.pickup, request.dropoff] >= CUT_OFF_S or to_pickup_s.min() >= CUT_OFF_S:
+        return CLOSED
+    for rule in _LOOSENED:
+        with _without(board, r, rule):
+            if offers_for(board, request_id).best is not None:
+                return rule
+    return WINDOW
+
+
+@contextmanager
+def _without(board: Board, r: int, rule: str) -> Iterator[None]:
+    """The board with one rule lifted, put back at the end."""
+    task, request = board.task, board.requests[r]
+    kept = task.load[2 * r : 2 * r + 2].copy()
+    drive_s_max = task.drive_s_max.copy()
+    fixed = slice(2 * (task.requests + task.vehicles), None, 2)
+    late_s, most_s = task.late_s[fixed].copy(), board.plan.most_s.copy()
+    board.write(r, _lifted(request, rule))
+    if rule == SEATS_RULE:
+        task.load[2 * r : 2 * r + 2, SEATS] = 0
+    elif rule == WHEELCHAIR:
+        task.load[2 * r : 2 * r + 2, WHEELCHAIRS] = 0
+    elif rule == BATTERY:
+        task.drive_s_max[:] = np.inf
+    elif rule == TIMETABLE:
+        task.late_s[fixed] += CUT_OFF_S
+        board.retime()
+    try:
+        yield
+    finally:
+        board.write(r, request)
+        task.load[2 * r : 2 * r + 2] = kept
+        task.drive_s_max[:] = drive_s_max
+        if rule == TIMETABLE:
+            task.late_s[fixed] = late_s
+            board.plan.most_s[:] = most_s
+
+
+def _lifted(request: Request, rule: str) -> Request:
+    far_s = request.pickup_from_s + 0.25 * CUT_OFF_S
+    if rule == WINDOW:
+        return replace(request, pickup_to_s=far_s)
+    if rule == ARRIVAL:
+        return replace(request, arrive_by_s=far_s)
+    if rule == RIDE_TIME:
+        return replace(request, ride_s_max=far_s)
+    return request

@@ -1,91 +1,81 @@
-"""The dispatcher's door: a snapshot in, routes out. The same problem, budget and rng give the same answer."""
+"""The dispatcher's door: a snapshot in, routes out. Same problem, budget and seed: the same answer."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-
-from server.dispatch.improve import improve
-from server.dispatch.insertion import Route, cheapest_chain, cheapest_insertion, evaluated
-from server.dispatch.problem import Call, Problem
+from server.dispatch.board import Board
+from server.dispatch.chains import insert_chain
+from server.dispatch.decide import offers_for, take
+from server.dispatch.improve import Cooling, improve
+from server.dispatch.problem import Problem, VehicleRoute
 from server.dispatch.refusal import binding_rule
-from server.dispatch.schedule import Broken, CallTime
 
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """Counts, never seconds, so that a decision can be repeated. improvements: moves tried at most."""
+    """Counts, never seconds, so that a decision can be repeated.
 
-    improvements: int = 0
+    slices      of improvement, each of so many attempts to take a few requests out and put them back
+    stop_after  slices after which it ended all the same: what the edge writes down when its time was out
+    """
 
-
-@dataclass(frozen=True, slots=True)
-class VehicleRoute:
-    """A vehicle's calls in order, each with its times."""
-
-    vehicle_id: str
-    calls: tuple[Call, ...]
-    times: tuple[CallTime, ...]
+    slices: int = 0
+    attempts: int = 50
+    stop_after: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """routes as the problem's vehicles are ordered; refused: request or chain id -> the rule that binds.
+    """routes of all vehicles but those in `impossible`, in the problem's order.
 
-    cost     weighted seconds of all routes; tried: how many improvement moves were tried
+    refused     request or chain id -> the rule that binds
+    impossible  vehicles with more people than seats; overdue: requests whose promise cannot be kept
+    cost        weighted seconds of all routes, up to a constant of the problem
+    slices      of improvement that ran
     """
 
     routes: tuple[VehicleRoute, ...]
     refused: dict[str, str]
+    impossible: tuple[str, ...]
+    overdue: frozenset[str]
     cost: float
-    tried: int
+    slices: int
 
 
-class RouteInfeasible(ValueError):
-    """A vehicle's present route breaks a rule already: the caller must loosen what cannot be kept."""
-
-    def __init__(self, vehicle_id: str, broken: Broken) -> None:
-        super().__init__(f"{vehicle_id}: {broken.rule} of {broken.whose or 'a call'}")
-        self.vehicle_id, self.broken = vehicle_id, broken
+def forever() -> bool:
+    """For those who have no deadline."""
+    return True
 
 
-def solve(problem: Problem, budget: Budget, rng: np.random.Generator) -> Solution:
-    """Routes that carry every request and departure they can, none of the present ones broken or dropped.
+def solve(problem: Problem, budget: Budget, seed: int, go_on: Callable[[], bool] = forever) -> Solution:
+    """Routes that carry every request and departure they can, none of the present ones dropped.
 
-    Departures first, then requests, each in the order given, by cheapest insertion; then relocations as the
-    budget allows. Raises RouteInfeasible.
+    Departures first, then requests, each in the order given, by cheapest insertion; then improvement as the
+    budget allows, which also tries again to carry what was left over.
+
+    go_on  asked before each slice; the answer says after how many it was no
     """
-    routes = _present_routes(problem)
+    board = Board(problem, spare=0)
     refused: dict[str, str] = {}
     for chain in problem.open_chains:
-        found = cheapest_chain(problem, routes, chain)
-        if found is None:
+        if not insert_chain(board, chain):
             refused[chain.chain_id] = "departure"
-        else:
-            routes[found.vehicle] = found.route
     for request_id in problem.open_requests:
-        request = problem.requests[request_id]
-        found = cheapest_insertion(problem, routes, request)
-        if found is None:
-            refused[request_id] = binding_rule(problem, routes, request)
-        else:
-            routes[found.vehicle] = found.route
-    routes, tried = improve(problem, routes, budget.improvements, rng)
+        board.add(problem.requests[request_id])
+        best = offers_for(board, request_id).best
+        if best is not None:
+            take(board, best)
+    most = budget.slices if budget.stop_after is None else budget.stop_after
+    slices = improve(board, Cooling(budget.slices, budget.attempts), seed, most, go_on)
+    carried = set(board.carried(problem.open_requests))
+    for request_id in problem.open_requests:
+        if request_id not in carried:
+            refused[request_id] = binding_rule(board, request_id)
     return Solution(
-        routes=tuple(
-            VehicleRoute(vehicle.vehicle_id, route.calls, route.times)
-            for vehicle, route in zip(problem.vehicles, routes, strict=True)
-        ),
+        routes=board.routes(),
         refused=refused,
-        cost=sum(route.cost for route in routes),
-        tried=tried,
+        impossible=tuple(board.vehicle_ids[v] for v in sorted(board.impossible)),
+        overdue=frozenset(board.overdue),
+        cost=board.cost,
+        slices=slices,
     )
-
-
-def _present_routes(problem: Problem) -> list[Route]:
-    routes = []
-    for vehicle in problem.vehicles:
-        route = evaluated(problem, vehicle, vehicle.calls)
-        if isinstance(route, Broken):
-            raise RouteInfeasible(vehicle.vehicle_id, route)
-        routes.append(route)
-    return routes

@@ -24,7 +24,7 @@ SLOW_BEATS = 5
 
 
 class Dispatcher:
-    """improvements: relocation moves tried in one slot, a count and never a time."""
+    """slices: of improvement in one slot, a count and never a time."""
 
     def __init__(
         self,
@@ -33,12 +33,12 @@ class Dispatcher:
         solver: Solver,
         ids: Ids,
         campus_id: str,
-        improvements: int = 60,
+        slices: int = 8,
     ) -> None:
         self._transactions = transactions
         self._solver = solver
         self._ids = ids
-        self._budget = Budget(improvements)
+        self._budget = Budget(slices)
         self._holder = ids.new_id("dispatcher")
         self._token = 0
         self._beats = 0
@@ -67,7 +67,7 @@ class Dispatcher:
     async def _improve(self) -> None:
         """Solve outside any transaction; an answer that comes too late is dropped."""
         improvement = await self._transactions.read(plans.improvement_of)
-        if improvement is None or self._budget.improvements == 0:
+        if improvement is None or self._budget.slices == 0:
             return
         solution = await self._solver.solve(improvement.problem, self._budget, self._ids.seed())
         await self._fenced(lambda uow: plans.adopt_improvement(uow, improvement, solution))

@@ -1,37 +1,41 @@
 """Where the dispatcher's long computations run."""
 
 import asyncio
+import time
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
-
-import numpy as np
 
 from server.dispatch.problem import Problem
 from server.dispatch.solve import Budget, Solution, solve
 
 
 class InlineSolver:
-    """In the caller's own step: for virtual time."""
+    """In the caller's own step, all of the budget: for virtual time."""
 
     async def solve(self, problem: Problem, budget: Budget, seed: int) -> Solution:
-        return solve(problem, budget, np.random.default_rng(seed))
+        return solve(problem, budget, seed)
 
 
 class ProcessSolver:
-    """In a child process, so that a long search does not hold up bookings. Same seed, same answer."""
+    """In a child process, so that a long search does not hold up bookings.
 
-    def __init__(self) -> None:
+    within_s  no slice is begun later than this; the solution says how many ran
+    """
+
+    def __init__(self, within_s: float = 1.0) -> None:
         # Spawned: a fork would copy the store's threads and their locks in the middle of their work.
         self._pool = ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn"))
+        self._within_s = within_s
 
     async def solve(self, problem: Problem, budget: Budget, seed: int) -> Solution:
         return await asyncio.get_running_loop().run_in_executor(
-            self._pool, _solve_seeded, problem, budget, seed
+            self._pool, _solve_within, problem, budget, seed, self._within_s
         )
 
     def close(self) -> None:
         self._pool.shutdown(cancel_futures=True)
 
 
-def _solve_seeded(problem: Problem, budget: Budget, seed: int) -> Solution:
-    return solve(problem, budget, np.random.default_rng(seed))
+def _solve_within(problem: Problem, budget: Budget, seed: int, within_s: float) -> Solution:
+    deadline_s = time.monotonic() + within_s
+    return solve(problem, budget, seed, lambda: time.monotonic() < deadline_s)

@@ -7,10 +7,9 @@ vehicles then get new orders as soon as their new routes are safe.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import timedelta
+from math import isfinite
 
-import numpy as np
-
-from server.dispatch.problem import Problem
+from server.dispatch.problem import Problem, VehicleState
 from server.dispatch.solve import Budget, Solution, solve
 from server.domain.errors import (
     NoRestingPlaceFree,
@@ -32,7 +31,7 @@ from server.usecases.promises import make_promise
 from server.usecases.routes import is_news, refresh_times, save_route
 from server.usecases.snapshot import Snapshot, take_snapshot
 
-_INSERT_ONLY = Budget(improvements=0)
+_INSERT_ONLY = Budget()
 
 
 def plan_of(uow: UnitOfWork, vehicle_id: str) -> Plan:
@@ -71,12 +70,13 @@ def insert_departures(uow: UnitOfWork, departures: Sequence[Departure]) -> froze
 def replan(uow: UnitOfWork, vehicle_id: str) -> None:
     """Make a vehicle's plan fit what has happened: ended rides leave it, riders aboard are let out."""
     snapshot = take_snapshot(uow)
-    if not any(vehicle.vehicle_id == vehicle_id for vehicle in snapshot.problem.vehicles):
-        if snapshot.footings.get(vehicle_id) is None:
-            return
+    if vehicle_id not in snapshot.footings:
+        return
+    solution = _solved(snapshot)
+    if vehicle_id in solution.impossible:
         release_waiting(uow, vehicle_id)
         snapshot = take_snapshot(uow)
-    solution = _solved(snapshot)
+        solution = _solved(snapshot)
     mine = tuple(route for route in solution.routes if route.vehicle_id == vehicle_id)
     commit(uow, snapshot, replace(solution, routes=mine))
 
@@ -167,8 +167,7 @@ def send_to_stop(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> Pla
     snapshot = take_snapshot(uow)
     state = next((v for v in snapshot.problem.vehicles if v.vehicle_id == vehicle_id), None)
     place = roads.stop_numbers[stop_id]
-    origin = None if state is None else (state.calls[-1].place if state.calls else state.start)
-    if state is None or origin is None or not np.isfinite(state.times[origin, place]):
+    if state is None or not isfinite(_from_its_last_call_s(snapshot.problem, state, place)):
         raise StopUnreachable(f"{vehicle_id} finds no way to stop {stop.name}")
     visit = PlannedVisit(
         uow.ids.new_id("visit"), "stop", stop_id, stop.lane_id, stop.s_m, dwell_s=uow.rules.dwell_s
@@ -263,6 +262,11 @@ def _carry_out(uow: UnitOfWork, snapshot: Snapshot, vehicle_ids: Sequence[str]) 
         sections.grant_ahead(uow, snapshot.desk)
 
 
+def _from_its_last_call_s(problem: Problem, vehicle: VehicleState, place: int) -> float:
+    row = problem.times[vehicle.calls[-1].place] if vehicle.calls else vehicle.to_places_s
+    return float(row[place])
+
+
 def _resettle(uow: UnitOfWork, vehicle_id: str) -> None:
     """A plan that was extended by hand: choose its resting place and times anew, and carry it out."""
     snapshot = take_snapshot(uow)
@@ -273,8 +277,8 @@ def _resettle(uow: UnitOfWork, vehicle_id: str) -> None:
 
 
 def _solved(snapshot: Snapshot) -> Solution:
-    # Without improvement moves nothing is drawn from the generator.
-    return solve(snapshot.problem, _INSERT_ONLY, np.random.default_rng(0))
+    # Without improvement nothing is drawn, so that the seed does not matter.
+    return solve(snapshot.problem, _INSERT_ONLY, 0)
 
 
 def _has_lapsed(uow: UnitOfWork, ride: Ride) -> bool:

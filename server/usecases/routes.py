@@ -5,9 +5,7 @@ from dataclasses import replace
 from datetime import datetime, timedelta
 
 from contract.roads.model import RestingPlace
-from server.dispatch.problem import Call
-from server.dispatch.schedule import CallTime
-from server.dispatch.solve import VehicleRoute
+from server.dispatch.problem import Call, CallTime, VehicleRoute
 from server.domain.orders import OrderState
 from server.domain.plans import Plan, PlannedVisit, next_version
 from server.domain.rides import Ride, RideState, assigned, unassigned

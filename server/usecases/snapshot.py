@@ -8,7 +8,6 @@ import numpy as np
 
 from contract.geometry import Array
 from contract.wire.messages import Status
-from server.dispatch.loosen import loosened, possible
 from server.dispatch.problem import Call, Chain, Problem, Request, VehicleState
 from server.domain.plans import Plan, PlannedVisit
 from server.domain.rides import Ride, RideState
@@ -60,11 +59,12 @@ def take_snapshot(
     problem = Problem(
         vehicles=tuple(vehicles),
         requests=requests,
+        times=uow.roads().stop_times(frozenset()),
         open_requests=tuple(ride.ride_id for ride in wanted),
         open_chains=chains,
         dwell_s=uow.rules.dwell_s,
     )
-    return Snapshot(possible(loosened(problem)), plans, rides, footings, chained, desk)
+    return Snapshot(problem, plans, rides, footings, chained, desk)
 
 
 def seconds(moment: datetime) -> float:
@@ -95,11 +95,10 @@ def _vehicle(
     inside = tuple(ride_id for ride_id, ride in mine.items() if ride.state is RideState.ABOARD)
     return VehicleState(
         vehicle_id=vehicle.vehicle_id,
-        start=len(roads.stop_ids),
+        to_places_s=_to_stops_s(roads, plan, visits, occupancy, here, stopping_m),
         ready_s=seconds(uow.now),
         seats=vehicle.seats,
         wheelchair_places=vehicle.wheelchair_places,
-        times=_times(roads, plan, visits, occupancy, here, stopping_m),
         aboard=inside,
         calls=(
             *(_call(roads, visit, mine) for visit in visits),
@@ -133,7 +132,7 @@ def _forgotten(
     ]
 
 
-def _times(
+def _to_stops_s(
     roads: FleetRoads,
     plan: Plan,
     visits: Sequence[PlannedVisit],
@@ -141,17 +140,14 @@ def _times(
     here: Footing,
     stopping_m: float,
 ) -> Array:
-    """(stops + 1, stops + 1) planned seconds; the last row is the vehicle's own place."""
+    """(stops,) planned seconds from the vehicle's own place."""
     own = frozenset({plan.resting_place_id})
     opened = frozenset((*occupancy.held_ids, *occupancy.ahead))
-    n = len(roads.stop_ids)
-    times: Array = np.zeros((n + 1, n + 1))
-    times[:n, :n] = roads.stop_times(own)
     held = occupancy.held_ids[here.index :]
-    times[n, :n] = roads.times_over_held(held, (here.lane_id, here.s_m), own, opened, stopping_m)
+    row = roads.times_over_held(held, (here.lane_id, here.s_m), own, opened, stopping_m)
     if visits and _is_there(visits[0], here):
-        times[n, roads.stop_numbers[visits[0].stop_id]] = 0.0
-    return times
+        row[roads.stop_numbers[visits[0].stop_id]] = 0.0
+    return row
 
 
 def _is_there(visit: PlannedVisit, here: Footing) -> bool:

@@ -55,20 +55,26 @@ class Settings:
 class Optimiser:
     """Improves a plan of a task. The same task, seed and number of slices give the same plan.
 
+    start     the plan to begin with, none of whose requests may be dropped; without one all are absent
     best      the cheapest plan so far
     slices    how many have run
     bound_of_pool   least cost of any mix of the remembered routes: not a bound of the task
     """
 
-    def __init__(self, task: Task, seed: int, settings: Settings | None = None) -> None:
+    def __init__(
+        self, task: Task, seed: int, settings: Settings | None = None, start: Plan | None = None
+    ) -> None:
         self.task = task
         self.slices = 0
         self.bound_of_pool = -np.inf
         self._settings = settings or Settings()
-        room = 2 * task.requests + _ENDS
+        room = 2 * task.requests + _ENDS if start is None else start.route.shape[1]
         self._scratch = scratch_for(task, room)
         self.best, self._plan, before = (self._without_requests(room) for _ in range(3))
         self._undo = undo_for(before)
+        if start is not None:
+            copy_plan(self.best, start)
+            copy_plan(self._plan, start)
         self._offers = no_offers(task)
         self._pool = empty_pool(task, self._settings.columns, self._settings.visits)
         self._near = near_requests(task, _NEIGHBOURS)

@@ -44,12 +44,11 @@ def problems(draw: st.DrawFn, vehicles: int = 2, wanted: int = 4) -> Problem:
     fleet = tuple(
         VehicleState(
             vehicle_id=f"v{k}",
-            start=PLACES + k,
+            to_places_s=times[PLACES + k, :PLACES],
             ready_s=0.0,
             seats=draw(st.integers(2, 6)),
             wheelchair_places=draw(st.integers(0, 1)),
-            times=times,
         )
         for k in range(vehicles)
     )
-    return Problem(fleet, asked, tuple(asked), dwell_s=15.0)
+    return Problem(fleet, asked, times[:PLACES, :PLACES], tuple(asked), dwell_s=15.0)

@@ -1,4 +1,6 @@
-"""When a vehicle makes its calls, or which rule its route breaks: exact, and as early as possible.
+"""The dispatcher's rules written down a second time, plainly and slowly, for the engine to be held against.
+
+When a vehicle makes its calls, or which rule its route breaks: exact, and as early as possible.
 
 The unknowns are the times of leaving. Every rule is a lower bound of one of them by another (drive and
 dwell, windows, longest ride) or a fixed upper bound, so the earliest schedule is the least solution of a
@@ -7,22 +9,16 @@ that still moves after n + 1 passes has none (Bellman 1958). Delaying a departur
 long in a waiting shuttle falls out of this by itself.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
-from server.dispatch.problem import Call, Request, VehicleState
+from server.dispatch.problem import Call, CallTime, Problem, Request, VehicleState
 
 Rule = Literal["seats", "wheelchair", "order", "pickup_window", "arrival", "departure", "ride_time"]
 _EPSILON_S = 1e-6
-
-
-@dataclass(frozen=True, slots=True)
-class CallTime:
-    """When a call is made under the plan."""
-
-    arrive_s: float
-    leave_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,18 +29,17 @@ class Broken:
     whose: str
 
 
-def schedule(
-    vehicle: VehicleState, calls: Sequence[Call], requests: Mapping[str, Request]
-) -> tuple[CallTime, ...] | Broken:
+def schedule(problem: Problem, vehicle: VehicleState, calls: Sequence[Call]) -> tuple[CallTime, ...] | Broken:
     """The earliest times of a route's calls, or the rule it breaks.
 
-    requests  those that the calls name. Windows: a pickup's arrival is at most pickup_to_s, and the vehicle
+    Windows: a pickup's arrival is at most pickup_to_s, and the vehicle
     does not leave before pickup_from_s plus the dwell; an arrival is at most arrive_by_s.
     """
+    requests = problem.requests
     broken = _overload(vehicle, calls, requests)
     if broken is not None:
         return broken
-    times = _earliest(vehicle, calls, requests, [float("-inf")] * len(calls))
+    times = _earliest(problem, vehicle, calls, [float("-inf")] * len(calls))
     boarded_at = _boarded_at(calls)
     for _ in range(len(calls) + 1):
         late = _late(calls, requests, times)
@@ -55,7 +50,7 @@ def schedule(
             return times
         if isinstance(bounds, Broken):
             return bounds
-        times = _earliest(vehicle, calls, requests, bounds)
+        times = _earliest(problem, vehicle, calls, bounds)
     return Broken("ride_time", _longest_ride(calls, requests, boarded_at, times))
 
 
@@ -82,18 +77,18 @@ def _overload(vehicle: VehicleState, calls: Sequence[Call], requests: Mapping[st
 
 
 def _earliest(
-    vehicle: VehicleState, calls: Sequence[Call], requests: Mapping[str, Request], bounds: Sequence[float]
+    problem: Problem, vehicle: VehicleState, calls: Sequence[Call], bounds: Sequence[float]
 ) -> tuple[CallTime, ...]:
     """One forward pass; bounds[i] is a further lower bound of leaving call i."""
     times = []
-    place, clock_s = vehicle.start, vehicle.ready_s
+    row, clock_s = vehicle.to_places_s, vehicle.ready_s
     for call, bound_s in zip(calls, bounds, strict=True):
-        arrive_s = clock_s + float(vehicle.times[place, call.place])
+        arrive_s = clock_s + float(row[call.place])
         clock_s = max(arrive_s + call.dwell_s, call.leave_from_s, bound_s)
         for request_id in call.board:
-            clock_s = max(clock_s, requests[request_id].pickup_from_s + call.dwell_s)
+            clock_s = max(clock_s, problem.requests[request_id].pickup_from_s + call.dwell_s)
         times.append(CallTime(arrive_s, clock_s))
-        place = call.place
+        row = problem.times[call.place]
     return tuple(times)
 
 
@@ -153,3 +148,54 @@ def _longest_ride(
         if request_id in boarded_at
     }
     return max(sorted(excess), key=lambda request_id: excess[request_id])
+
+
+def route_cost(
+    problem: Problem, vehicle: VehicleState, calls: Sequence[Call], times: Sequence[CallTime]
+) -> float:
+    """Weighted seconds. Waiting counts from the start of a party's window to its pickup, riding from there
+    to its arrival; who is aboard already rides from the snapshot on."""
+    weights, requests = problem.weights, problem.requests
+    drive_s = wait_s = ride_s = late_s = 0.0
+    row = vehicle.to_places_s
+    picked_up = dict.fromkeys(vehicle.aboard, vehicle.ready_s)
+    for call, time in zip(calls, times, strict=True):
+        drive_s += float(row[call.place])
+        row = problem.times[call.place]
+        if math.isfinite(call.leave_from_s):
+            late_s += max(0.0, time.leave_s - call.leave_from_s)
+        for request_id in call.board:
+            request = requests[request_id]
+            picked_up[request_id] = max(time.arrive_s, request.pickup_from_s)
+            wait_s += request.party * (picked_up[request_id] - request.pickup_from_s)
+        for request_id in call.alight:
+            ride_s += requests[request_id].party * (time.arrive_s - picked_up[request_id])
+    cost = weights.drive * drive_s + weights.wait * wait_s + weights.ride * ride_s
+    return cost + weights.late * late_s
+
+
+def every_insertion(calls: Sequence[Call], request: Request, dwell_s: float) -> Iterator[tuple[Call, ...]]:
+    """By brute force: both new calls anywhere in order, then any of them merged into an equal neighbour."""
+    pickup = Call(request.pickup, (request.request_id,), (), dwell_s)
+    dropoff = Call(request.dropoff, (), (request.request_id,), dwell_s)
+    for i, j in itertools.combinations_with_replacement(range(len(calls) + 1), 2):
+        whole = [*calls[:i], pickup, *calls[i:j], dropoff, *calls[j:]]
+        for joins in ((), (j + 1,), (i,), (i, j + 1)):
+            trial: list[Call] | None = list(whole)
+            for index in sorted(joins, reverse=True):
+                trial = _joined(trial, index) if trial is not None else None
+            if trial is not None:
+                yield tuple(trial)
+
+
+def _joined(calls: list[Call], index: int) -> list[Call] | None:
+    if index + 1 >= len(calls) or calls[index].place != calls[index + 1].place:
+        return None
+    one, two = calls[index], calls[index + 1]
+    both = replace(
+        two,
+        board=two.board + one.board,
+        alight=two.alight + one.alight,
+        dwell_s=max(one.dwell_s, two.dwell_s),
+    )
+    return [*calls[:index], both, *calls[index + 2 :]]

@@ -1,0 +1,265 @@
+"""The fleet as the engine sees it: the numbers of a problem as rows of arrays, and routes back as calls.
+
+A board is filled once from a problem and then kept: requests come and go, vehicles move on, and a decision
+touches only the rows that it changes. What was promised and cannot be kept any more is loosened to what the
+present route still makes, so that every route on the board is feasible and nothing is made later still.
+"""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from server.dispatch.arrays import AnyArray
+from server.dispatch.engine.plan import ABSENT, Plan, Scratch, copy_plan, empty_plan, refresh, scratch_for
+from server.dispatch.engine.task import NOWHERE, SEATS, WHEELCHAIRS, Task
+from server.dispatch.layout import Stay, calls_and_times
+from server.dispatch.problem import CUT_OFF_S, Call, Problem, Request, VehicleRoute, VehicleState
+from server.dispatch.settle import settle
+
+# Room for what comes in, beside what a problem has already.
+_SPARE_ROWS = 8
+_SPARE_VISITS = 40
+# What leaving out one person costs: nobody who has been accepted makes way for any number of others.
+_ASKING, _PROMISED = 1e7, 1e11
+
+
+class Board:
+    """Rows: request r has nodes 2r and 2r + 1, vehicle v starts at 2(R + v) and ends at 2(R + v) + 1.
+
+    impossible  vehicles with more people than seats, because their word crossed with a decision; they get
+                nothing new and keep what they have
+    overdue     requests whose promise the present routes cannot keep any more
+    """
+
+    def __init__(self, problem: Problem, spare: int = _SPARE_ROWS) -> None:
+        self.problem = problem
+        self.origin_s = min((vehicle.ready_s for vehicle in problem.vehicles), default=0.0)
+        self.vehicle_ids = [vehicle.vehicle_id for vehicle in problem.vehicles]
+        self.rows: dict[str, int] = {}
+        self.requests: dict[int, Request] = {}
+        self.impossible: set[int] = set()
+        self.overdue: set[str] = set()
+        self._stays: dict[int, Stay] = {}
+        capacity = len(problem.requests) + spare
+        self._free = list(range(capacity - 1, -1, -1))
+        fixed = sum(_stands(call) for vehicle in problem.vehicles for call in vehicle.calls)
+        fixed += sum(len(chain.calls) for chain in problem.open_chains)
+        self._next_fixed = 2 * (capacity + len(problem.vehicles))
+        self.task = _blank_task(problem, capacity, self._next_fixed + 2 * fixed)
+        room = max((_visits(vehicle) for vehicle in problem.vehicles), default=0) + _SPARE_VISITS
+        self.plan: Plan = empty_plan(self.task, room + 2 * fixed)
+        self.scratch: Scratch = scratch_for(self.task, room + 2 * fixed)
+        self.accepts = np.zeros(len(problem.vehicles), np.bool_)
+        for v, vehicle in enumerate(problem.vehicles):
+            self._place(v, vehicle)
+
+    # ------------------------------------------------------------ filling
+
+    def add(self, request: Request) -> int:
+        """The row of a request, which is in no route yet."""
+        if request.request_id in self.rows:
+            return self.rows[request.request_id]
+        if not self._free:
+            raise ValueError("the board has no free row; make one with more to spare")
+        r = self._free.pop()
+        self.rows[request.request_id] = r
+        self.write(r, request, self.problem.dwell_s)
+        self.plan.vehicle_of[r] = ABSENT
+        self.plan.movable[r] = True
+        return r
+
+    def write(self, r: int, request: Request, dwell_s: float | None = None) -> None:
+        """Make row r this request; its service times stay where dwell_s is None."""
+        self.requests[r] = request
+        task, weights, p, d = self.task, self.problem.weights, 2 * r, 2 * r + 1
+        from_s = request.pickup_from_s - self.origin_s
+        task.place[p], task.place[d] = request.pickup, request.dropoff
+        task.early_s[p] = task.early_s[d] = from_s
+        task.late_s[p] = request.pickup_to_s - self.origin_s
+        task.late_s[d] = min(request.arrive_by_s - self.origin_s, 0.5 * CUT_OFF_S)
+        task.ride_s_max[p] = request.ride_s_max
+        task.load[p, SEATS], task.load[p, WHEELCHAIRS] = request.party, request.wheelchairs
+        task.load[d] = -task.load[p]
+        # Waiting to be picked up, then riding: with the end fixed, a later pickup makes the ride shorter.
+        task.delay_cost[p] = (weights.wait - weights.ride) * request.party
+        task.delay_cost[d] = weights.ride * request.party
+        task.absent_cost[r] = _ASKING * request.party
+        if dwell_s is not None:
+            task.service_s[p] = task.service_s[d] = dwell_s
+
+    def remove(self, request_id: str) -> None:
+        """Forget a request, and take it out of its route."""
+        r = self.rows.pop(request_id)
+        v = int(self.plan.vehicle_of[r])
+        if v != ABSENT:
+            nodes = [node for node in self.nodes(v) if node >> 1 != r]
+            self._write_route(v, nodes, int(self.plan.locked[v]))
+        self.plan.vehicle_of[r] = ABSENT
+        del self.requests[r]
+        self._stays.pop(2 * r, None)
+        self._stays.pop(2 * r + 1, None)
+        self._free.append(r)
+
+    def add_fixed(self, call: Call) -> int:
+        """The node of a call that is made whether or not anybody gets on or off."""
+        node = self._next_fixed
+        self._next_fixed += 2
+        task = self.task
+        early_s = call.leave_from_s - call.dwell_s - self.origin_s
+        timed = np.isfinite(early_s)
+        task.place[node] = call.place
+        task.service_s[node] = call.dwell_s
+        task.early_s[node] = early_s if timed else -CUT_OFF_S
+        late_s = min(call.arrive_by_s - self.origin_s, 0.5 * CUT_OFF_S)
+        task.late_s[node] = max(late_s, task.early_s[node])
+        task.delay_cost[node] = self.problem.weights.late if timed else 0.0
+        self._stays[node] = Stay(call, len(self._stays))
+        return node
+
+    def _place(self, v: int, vehicle: VehicleState) -> None:
+        task, requests = self.task, self.task.requests
+        start = 2 * (requests + v)
+        task.place[start], task.place[start + 1] = len(self.problem.times) + v, NOWHERE
+        task.travel_s[len(self.problem.times) + v] = _finite(vehicle.to_places_s)
+        task.early_s[start] = task.late_s[start] = vehicle.ready_s - self.origin_s
+        task.early_s[start + 1] = -CUT_OFF_S
+        task.late_s[start + 1] = min(vehicle.on_duty_to_s - self.origin_s, CUT_OFF_S)
+        task.capacity[v] = vehicle.seats, vehicle.wheelchair_places
+        task.drive_s_max[v] = vehicle.drive_s_max
+        task.load[start] = 0
+        self.accepts[v] = vehicle.accepts
+        for request_id in vehicle.aboard:
+            self._board_now(v, start, request_id)
+        nodes: list[int] = []
+        locked = 1
+        for number, call in enumerate(vehicle.calls):
+            stay = Stay(call, len(self._stays))
+            if call.fixed or (number < vehicle.locked and _stands(call)):
+                nodes.append(self.add_fixed(call))
+            for request_id in call.alight:
+                nodes.append(self._known(request_id, call, stay) + 1)
+            for request_id in call.board:
+                nodes.append(self._known(request_id, call, stay))
+            if number < vehicle.locked:
+                locked = len(nodes) + 1
+        riders = (node >> 1 for node in nodes if node < 2 * requests)
+        self.plan.vehicle_of[np.fromiter(riders, np.int64)] = v
+        for node in nodes[: locked - 1]:
+            if node < 2 * requests:
+                self.plan.movable[node >> 1] = False
+        self._write_route(v, nodes, locked)
+        if not vehicle.accepts:
+            self._freeze(v)
+
+    def _known(self, request_id: str, call: Call, stay: Stay) -> int:
+        """The pickup node of a request that a call names; the visit there is that call."""
+        r = self.add(self.problem.requests[request_id])
+        node = 2 * r + (request_id in call.alight)
+        self.task.service_s[node] = call.dwell_s
+        self.task.absent_cost[r] = _PROMISED * self.requests[r].party
+        self._stays[node] = stay
+        return 2 * r
+
+    def _board_now(self, v: int, start: int, request_id: str) -> None:
+        """A rider aboard has a drop-off only; where it began is behind the vehicle."""
+        r = self.add(self.problem.requests[request_id])
+        self.task.load[start] += self.task.load[2 * r]
+        self.task.ride_s_max[2 * r] = np.inf
+        self.plan.movable[r] = False
+        self.plan.vehicle_of[r] = v
+
+    # ------------------------------------------------------------ routes
+
+    def nodes(self, v: int) -> list[int]:
+        """Visits of a vehicle's route, without its start and end."""
+        return [int(node) for node in self.plan.route[v, 1 : self.plan.length[v] - 1]]
+
+    def _write_route(self, v: int, nodes: Sequence[int], locked: int) -> None:
+        route, start = self.plan.route[v], 2 * (self.task.requests + v)
+        route[0], route[1 : len(nodes) + 1], route[len(nodes) + 1] = start, nodes, start + 1
+        self.plan.length[v] = len(nodes) + 2
+        self.plan.locked[v] = locked
+        if refresh(self.task, self.plan, self.scratch, v):
+            return
+        late = settle(self.task, self.plan, self.scratch, v)
+        self.overdue.update(
+            self.requests[node >> 1].request_id for node in late if node < 2 * self.task.requests
+        )
+        if not refresh(self.task, self.plan, self.scratch, v):
+            self.impossible.add(v)
+            self._freeze(v)
+
+    def _freeze(self, v: int) -> None:
+        """Nobody enters or leaves this route by a decision."""
+        self.accepts[v] = False
+        self.plan.locked[v] = self.plan.length[v]
+        for node in self.nodes(v):
+            if node < 2 * self.task.requests:
+                self.plan.movable[node >> 1] = False
+
+    def retime(self) -> None:
+        """Times and cost of every route anew, after the task has changed."""
+        for v in range(len(self.vehicle_ids)):
+            if v not in self.impossible:
+                refresh(self.task, self.plan, self.scratch, v)
+
+    def adopt(self, plan: Plan) -> None:
+        """Take over the routes of another plan of this board's task."""
+        copy_plan(self.plan, plan)
+
+    def route(self, v: int) -> VehicleRoute:
+        """A vehicle's calls with their times."""
+        calls, times = calls_and_times(self.task, self.plan, v, self._stays, self.requests, self.origin_s)
+        return VehicleRoute(self.vehicle_ids[v], calls, times)
+
+    def routes(self) -> tuple[VehicleRoute, ...]:
+        """Every vehicle's route, but for those that are impossible."""
+        return tuple(self.route(v) for v in range(len(self.vehicle_ids)) if v not in self.impossible)
+
+    @property
+    def cost(self) -> float:
+        """Weighted seconds of all routes, up to a constant of the problem."""
+        return float(sum(self.plan.cost[v] for v in range(len(self.vehicle_ids)) if v not in self.impossible))
+
+    def carried(self, request_ids: Iterable[str]) -> list[str]:
+        """Those of the requests that are in some route."""
+        return [name for name in request_ids if self.plan.vehicle_of[self.rows[name]] != ABSENT]
+
+
+def _stands(call: Call) -> bool:
+    """The call has a node of its own: it is fixed, or made for nobody."""
+    return call.fixed or not (call.board or call.alight)
+
+
+def _visits(vehicle: VehicleState) -> int:
+    riders = sum(len(call.board) + len(call.alight) for call in vehicle.calls)
+    return riders + len(vehicle.calls) + 2
+
+
+def _finite(times: AnyArray) -> AnyArray:
+    return np.where(np.isfinite(times), times, CUT_OFF_S)
+
+
+def _blank_task(problem: Problem, requests: int, nodes: int) -> Task:
+    """Rows for so many requests and nodes, none in use; rows of travel for places, then for vehicles."""
+    places, vehicles = len(problem.times), len(problem.vehicles)
+    travel_s: AnyArray = np.zeros((places + vehicles, places))
+    travel_s[:places] = _finite(problem.times)
+    return Task(
+        place=np.zeros(nodes, np.int32),
+        early_s=np.zeros(nodes),
+        late_s=np.zeros(nodes),
+        service_s=np.zeros(nodes),
+        load=np.zeros((nodes, 2), np.int32),
+        ride_s_max=np.full(nodes, np.inf),
+        delay_cost=np.zeros(nodes),
+        capacity=np.zeros((vehicles, 2), np.int32),
+        kind=np.arange(vehicles, dtype=np.int32),
+        drive_s_max=np.full(vehicles, np.inf),
+        vehicle_cost=np.zeros(vehicles),
+        absent_cost=np.zeros(requests),
+        travel_s=travel_s,
+        xy=np.zeros((0, 2)),
+        slowness=0.0,
+        joined=True,
+    )

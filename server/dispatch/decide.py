@@ -1,0 +1,116 @@
+"""The answer to one request: the cheapest place in all routes, and the next best vehicle's."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+
+from server.dispatch.arrays import AnyArray
+from server.dispatch.board import Board
+from server.dispatch.engine.draw import seeded
+from server.dispatch.engine.insertion import best_place, insert
+from server.dispatch.engine.plan import Plan, Scratch
+from server.dispatch.engine.task import Task
+from server.dispatch.problem import Request, Walk
+
+NOBODY = -1
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """Serving a request with a vehicle: pickup after position i of its route, drop-off after j.
+
+    cost     more weighted seconds than without it, walking included
+    request  with the stops and windows that the offer is for
+    """
+
+    vehicle: int
+    i: int
+    j: int
+    cost: float
+    request: Request
+
+
+@dataclass(frozen=True, slots=True)
+class Offers:
+    """The cheapest offer, and the cheapest of any other vehicle; None where there is none."""
+
+    best: Offer | None
+    runner_up: Offer | None
+
+
+def offers_for(board: Board, request_id: str) -> Offers:
+    """What the fleet can offer a request on the board that is in no route. The board stays as it is."""
+    r = board.rows[request_id]
+    wish = board.requests[r]
+    choices = _choices(wish) if wish.pickup_walks or wish.dropoff_walks else [(wish, 0.0)]
+    found: list[Offer] = []
+    for request, walk_s in choices:
+        if request is not wish:
+            board.write(r, request)
+        walked = walk_s * request.party * board.problem.weights.walk
+        rows, costs = _two_cheapest(board.task, board.plan, board.scratch, board.accepts, r, _NO_DRAWS)
+        found += [
+            Offer(int(v), int(i), int(j), float(cost) + walked, request)
+            for (v, i, j), cost in zip(rows, costs, strict=True)
+            if v != NOBODY
+        ]
+    if len(choices) > 1:
+        board.write(r, wish)
+    found.sort(key=lambda offer: offer.cost)
+    others = (offer for offer in found if offer.vehicle != found[0].vehicle)
+    return Offers(found[0] if found else None, next(others, None))
+
+
+def take(board: Board, offer: Offer) -> None:
+    """Put the request where it was offered, unless the board has changed since."""
+    r = board.rows[offer.request.request_id]
+    if board.requests[r] is not offer.request:
+        board.write(r, offer.request)
+    insert(board.task, board.plan, board.scratch, offer.vehicle, r, offer.i, offer.j)
+
+
+def _choices(wish: Request) -> list[tuple[Request, float]]:
+    """The request at every pair of stops that would do, and how far there is to walk in all."""
+    plain = replace(wish, pickup_walks=(), dropoff_walks=())
+    return [
+        (
+            replace(
+                plain,
+                pickup=up.place,
+                dropoff=down.place,
+                pickup_from_s=wish.pickup_from_s + up.walk_s,
+                pickup_to_s=wish.pickup_to_s + up.walk_s,
+                arrive_by_s=wish.arrive_by_s - down.walk_s,
+            ),
+            up.walk_s + down.walk_s,
+        )
+        for up in (Walk(wish.pickup, 0.0), *wish.pickup_walks)
+        for down in (Walk(wish.dropoff, 0.0), *wish.dropoff_walks)
+        if up.place != down.place
+    ]
+
+
+# Without blinks nothing is drawn; the kernel wants a generator all the same.
+_NO_DRAWS = seeded(0)
+
+
+@njit(cache=True)
+def _two_cheapest(
+    task: Task, plan: Plan, scratch: Scratch, accepts: AnyArray, r: int, rng: AnyArray
+) -> tuple[AnyArray, AnyArray]:
+    """(2, 3) vehicle, i, j and (2,) extra cost of the two vehicles that serve r most cheaply."""
+    rows = np.full((2, 3), NOBODY)
+    costs = np.full(2, np.inf)
+    for v in range(len(plan.length)):
+        if not accepts[v]:
+            continue
+        cost, i, j = best_place(task, plan, scratch, v, r, costs[1], 0.0, rng)
+        if cost < costs[0]:
+            costs[1], rows[1] = costs[0], rows[0]
+            costs[0] = cost
+            rows[0, 0], rows[0, 1], rows[0, 2] = v, i, j
+        elif cost < costs[1]:
+            costs[1] = cost
+            rows[1, 0], rows[1, 1], rows[1, 2] = v, i, j
+    return rows, costs

@@ -1,0 +1,89 @@
+"""A route of the engine's nodes as a vehicle's calls: who gets on or off at one place does so in one call."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from server.dispatch.engine.plan import Plan
+from server.dispatch.engine.task import Task, drive_s
+from server.dispatch.problem import Call, CallTime, Request
+
+
+@dataclass(frozen=True, slots=True)
+class Stay:
+    """The call that a node belonged to when the board was filled; number tells calls apart."""
+
+    call: Call
+    number: int
+
+
+@dataclass(slots=True)
+class _Group:
+    place: int
+    locked: bool
+    stay: Stay | None = None
+    board: list[str] = field(default_factory=list)
+    alight: list[str] = field(default_factory=list)
+    arrive_s: float = 0.0
+    leave_s: float = 0.0
+    dwell_s: float = 0.0
+
+    def takes(self, place: int, locked: bool, stay: Stay | None) -> bool:
+        """Whether a node right after those of the group is part of the same call."""
+        if place != self.place or locked != self.locked:
+            return False
+        if stay is None or self.stay is None or stay.number == self.stay.number:
+            return True
+        return not (stay.call.fixed or self.stay.call.fixed or locked)
+
+
+def calls_and_times(
+    task: Task,
+    plan: Plan,
+    v: int,
+    stays: Mapping[int, Stay],
+    requests: Mapping[int, Request],
+    origin_s: float,
+) -> tuple[tuple[Call, ...], tuple[CallTime, ...]]:
+    """A vehicle's calls in order with their times.
+
+    A call that was there keeps its name; where its riders have come apart the first part keeps it.
+    """
+    groups: list[_Group] = []
+    route = plan.route[v]
+    for k in range(1, int(plan.length[v]) - 1):
+        node = int(route[k])
+        stay, locked = stays.get(node), k < plan.locked[v]
+        if not groups or not groups[-1].takes(int(task.place[node]), locked, stay):
+            left_s = groups[-1].leave_s if groups else float(plan.least_s[v, 0])
+            arrive_s = left_s + float(drive_s(task, route[k - 1], node))
+            groups.append(_Group(int(task.place[node]), locked, arrive_s=arrive_s, leave_s=arrive_s))
+        group = groups[-1]
+        if stay is not None and (group.stay is None or stay.call.fixed):
+            group.stay = stay
+        if node < 2 * task.requests:
+            (group.alight if node & 1 else group.board).append(requests[node >> 1].request_id)
+        group.dwell_s = max(group.dwell_s, float(task.service_s[node]))
+        group.leave_s = max(
+            group.leave_s, group.arrive_s + group.dwell_s, float(plan.least_s[v, k] + task.service_s[node])
+        )
+    named: set[int] = set()
+    calls = tuple(_call(group, named) for group in groups)
+    return calls, tuple(CallTime(g.arrive_s + origin_s, g.leave_s + origin_s) for g in groups)
+
+
+def _call(group: _Group, named: set[int]) -> Call:
+    board, alight = tuple(group.board), tuple(group.alight)
+    if group.stay is None or group.stay.number in named:
+        return Call(group.place, board, alight, group.dwell_s)
+    named.add(group.stay.number)
+    was = group.stay.call
+    return Call(
+        group.place,
+        board,
+        alight,
+        group.dwell_s,
+        was.leave_from_s,
+        was.arrive_by_s,
+        was.fixed,
+        was.call_id,
+    )

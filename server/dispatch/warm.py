@@ -1,0 +1,20 @@
+"""Compiles the dispatcher's kernels into numba's cache, so that no booking meets the compiler."""
+
+import numpy as np
+
+from server.dispatch.engine.warm import warm_kernels as warm_engine
+from server.dispatch.problem import Call, Chain, Problem, Request, VehicleState
+from server.dispatch.solve import Budget, solve
+
+
+def warm_kernels() -> None:
+    """Solve a small problem with a departure, a late ride, a new one and one that has to be refused."""
+    warm_engine()
+    line = 100.0 * np.abs(np.arange(4.0)[:, None] - np.arange(4.0)[None, :])
+    late = Request("late", 1, 2, 1, 0, 0.0, 10.0, 20.0, 50.0)
+    new = Request("new", 2, 3, 1, 0, 0.0, 1e4, 2e4)
+    far = Request("far", 3, 0, 1, 0, 0.0, 1.0, 2e4)
+    departure = Chain("trip", (Call(1, (), (), 10.0, 900.0, 1200.0, True), Call(3, (), (), 10.0, fixed=True)))
+    vehicle = VehicleState("v", line[0], 0.0, 4, 1, calls=(Call(1, ("late",)), Call(2, (), ("late",))))
+    requests = {request.request_id: request for request in (late, new, far)}
+    solve(Problem((vehicle,), requests, line, ("new", "far"), (departure,), 10.0), Budget(1, 10), 1)
