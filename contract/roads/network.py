@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from contract.geometry import Array, arc_lengths, curvatures, pose_at, project
+from contract.geometry import Array, IntArray, arc_lengths, curvatures, pose_at, project
 from contract.roads.design_vehicle import LATERAL_COMFORT_MPS2
 from contract.roads.model import Lane, RestingPlace, RoadMap, Section, Stop
 
@@ -32,7 +32,10 @@ class LaneLine:
 
 
 class RoadNetwork:
-    """Look-ups over one immutable map. Lanes are also numbered by their place in `road_map.lanes`."""
+    """Look-ups over one immutable map. Lanes are also numbered by their place in `road_map.lanes`.
+
+    lanes_before  the lanes that lead into each one, by number: see `_numbered`
+    """
 
     def __init__(self, road_map: RoadMap) -> None:
         self.road_map = road_map
@@ -51,6 +54,7 @@ class RoadNetwork:
             for lane_id, sections in self._sections_of.items()
         }
         self._predecessors = _predecessors(road_map)
+        self.lanes_before = _numbered(self._predecessors, self.lane_numbers)
         self._clocks: dict[float, dict[str, Array]] = {}
         self._grid = _grid(self)
 
@@ -123,6 +127,10 @@ class RoadNetwork:
         """Seconds along the whole lane."""
         return float(self.clock(lane_id, speed_cap_mps)[-1])
 
+    def lane_times(self, speed_cap_mps: float = math.inf) -> Array:
+        """(lanes,) seconds along each whole lane, by lane number."""
+        return np.array([self.travel_time_s(lane_id, speed_cap_mps) for lane_id in self.lanes])
+
     def is_open(self, lane_id: str, s_from_m: float, s_to_m: float, closed: frozenset[str]) -> bool:
         """No section between two places on the lane is among the closed ones."""
         return not any(
@@ -186,6 +194,13 @@ def _predecessors(road_map: RoadMap) -> dict[str, tuple[str, ...]]:
         for successor in lane.successors:
             found[successor].append(lane.lane_id)
     return {lane_id: tuple(before) for lane_id, before in found.items()}
+
+
+def _numbered(before: dict[str, tuple[str, ...]], numbers: dict[str, int]) -> tuple[IntArray, IntArray]:
+    """(first, lanes): those that lead into lane n are lanes[first[n] : first[n + 1]]."""
+    counts = [len(lane_ids) for lane_ids in before.values()]
+    first: IntArray = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
+    return first, np.array([numbers[name] for names in before.values() for name in names], dtype=np.int64)
 
 
 def _grid(network: RoadNetwork) -> dict[tuple[int, int], list[tuple[str, int]]]:

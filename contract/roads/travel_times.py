@@ -36,21 +36,6 @@ def travel_time_matrix(
     return times, lengths
 
 
-def travel_times_from(
-    network: RoadNetwork,
-    origin: Place,
-    destinations: Sequence[Place],
-    speed_cap_mps: float = math.inf,
-    blocked: frozenset[str] = frozenset(),
-) -> Array:
-    """(n,) seconds of the fastest drive from one place to each other: a row of `travel_time_matrix`."""
-    closed = blocked - {network.section_at(*origin).section_id}
-    ends = _lane_ends(network, origin, closed, speed_cap_mps)
-    return np.array(
-        [_arrival(network, origin, place, ends, closed, speed_cap_mps)[0] for place in destinations]
-    )
-
-
 def _lane_ends(
     network: RoadNetwork, origin: Place, closed: frozenset[str], speed_cap_mps: float
 ) -> dict[str, tuple[float, float]]:

@@ -14,9 +14,12 @@ from contract.roads.model import RestingPlace
 from contract.roads.network import RoadNetwork
 from contract.roads.reservation import Reservations
 from contract.roads.routing import Route, find_route
-from contract.roads.travel_times import Place, travel_time_matrix, travel_times_from
+from contract.roads.times_to_places import TimesToPlaces
+from contract.roads.travel_times import Place, travel_time_matrix
 
 Own = frozenset[str]
+# Each set of closed sections that vehicles meet has its own table, a few kilobytes.
+_CLOSURES_KEPT = 2000
 
 
 class FleetRoads:
@@ -34,6 +37,7 @@ class FleetRoads:
         self._slack = slack
         self._kept_clear: dict[Own, frozenset[str]] = {}
         self._stop_times: dict[Own, Array] = {}
+        self._to_stops: dict[frozenset[str], TimesToPlaces] = {}
         self._to_rest: dict[tuple[Place, str], float] = {}
         self._from_rest: dict[str, Array] = {}
         self._empty = Reservations(network.road_map.sections)
@@ -71,10 +75,9 @@ class FleetRoads:
         opened  sections that the vehicle may drive through all the same: those of its present route
         """
         blocked = self.kept_clear(own) - opened
-        times = travel_times_from(self.network, place, self._stop_places, self._speed_cap_mps, blocked)
+        times = self._from_place(place, blocked)
         if not np.isfinite(times).all():
-            anyhow = travel_times_from(self.network, place, self._stop_places, self._speed_cap_mps)
-            times = np.where(np.isfinite(times), times, anyhow)
+            times = np.where(np.isfinite(times), times, self._from_place(place, frozenset()))
         planned: Array = times * self._slack
         return planned
 
@@ -110,10 +113,9 @@ class FleetRoads:
         key = (place, rest.place_id)
         if key not in self._to_rest:
             blocked = self.kept_clear(frozenset({rest.place_id}))
-            there: list[Place] = [(rest.lane_id, rest.s_m)]
-            self._to_rest[key] = self._slack * float(
-                travel_times_from(self.network, place, there, self._speed_cap_mps, blocked)[0]
-            )
+            closed = blocked - {self.network.section_at(*place).section_id}
+            there = TimesToPlaces(self.network, [(rest.lane_id, rest.s_m)], self._speed_cap_mps, closed)
+            self._to_rest[key] = self._slack * float(there.from_place(place)[0])
         return self._to_rest[key]
 
     def times_from_rest(self, rest: RestingPlace) -> Array:
@@ -126,6 +128,17 @@ class FleetRoads:
 
     def route(self, origin: Place, destination: Place, blocked: frozenset[str]) -> Route | None:
         return find_route(self.network, *origin, *destination, blocked, speed_cap_mps=self._speed_cap_mps)
+
+    def _from_place(self, place: Place, blocked: frozenset[str]) -> Array:
+        """(n,) free-flow seconds to every stop; the section of the place itself is open."""
+        closed = blocked - {self.network.section_at(*place).section_id}
+        times = self._to_stops.get(closed)
+        if times is None:
+            if len(self._to_stops) >= _CLOSURES_KEPT:
+                self._to_stops.clear()
+            times = TimesToPlaces(self.network, self._stop_places, self._speed_cap_mps, closed)
+            self._to_stops[closed] = times
+        return times.from_place(place)
 
     def _time_between(self, lane_id: str, s_from_m: float, s_to_m: float) -> float:
         return self.network.time_between(lane_id, s_from_m, s_to_m, self._speed_cap_mps)

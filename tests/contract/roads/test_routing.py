@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import find_route, route_line, route_sections
+from contract.roads.times_to_places import TimesToPlaces
 from contract.roads.travel_times import travel_time_matrix
 from tests.contract.roads.made_maps import made_map
 from tests.contract.roads.ring_map import ring_map
@@ -131,3 +132,17 @@ def test_the_matrix_is_zero_on_its_diagonal_and_infinite_where_there_is_no_way()
     assert times_s[0, 0] == lengths_m[1, 1] == 0.0
     assert math.isinf(times_s[0, 1])
     assert math.isfinite(times_s[1, 0])
+
+
+@given(
+    st.lists(_ends(MADE), min_size=1, max_size=3), st.sets(st.integers(0, len(MADE.sections) - 1), max_size=4)
+)
+@settings(deadline=None)
+def test_times_to_places_equal_the_rows_of_the_matrix(ends: list[Ends], shut: set[int]) -> None:
+    places = [place for pair in ends for place in _places(pair)]
+    blocked = frozenset(MADE.sections[number].section_id for number in shut)
+    matrix, _ = travel_time_matrix(NETWORK, places, SPEED_CAP_MPS, blocked)
+    for origin, row in zip(places, matrix, strict=True):
+        closed = blocked - {NETWORK.section_at(*origin).section_id}
+        times = TimesToPlaces(NETWORK, places, SPEED_CAP_MPS, closed).from_place(origin)
+        assert times == pytest.approx(row)

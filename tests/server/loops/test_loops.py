@@ -1,8 +1,8 @@
 """The standing tasks on a virtual loop, over inline transactions."""
 
 import asyncio
-from dataclasses import replace
 from collections.abc import Iterator
+from dataclasses import replace
 
 import pytest
 from structlog.testing import capture_logs
