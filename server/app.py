@@ -15,6 +15,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from server.api.booking_desk import BookingDesk
 from server.api.offload import Offload
 from server.api.pages import page_response, read_pages
 from server.api.plain_refusals import PlainRefusals
@@ -118,6 +119,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
         clock=ports.clock,
         ids=ports.ids,
         transactions=ports.transactions,
+        bookings=BookingDesk(ports.transactions),
         bus=ports.bus,
         offload=ports.offload,
         segments=SegmentFiles(settings.var_dir / "segments", settings.segment_bytes_max),

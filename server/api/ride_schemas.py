@@ -1,5 +1,6 @@
 """Rides as passengers and operators see them."""
 
+from collections.abc import Sequence
 from datetime import datetime
 from typing import Literal
 
@@ -7,6 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from pydantic.config import JsonDict
 
 from server.api.formats import Moment, StopId, Words
+from server.domain.decisions import Alternative, Quote, RideDecision
 from server.domain.rides import BookRide, Promise, Ride, RideState, Tap
 
 RIDE_EXAMPLE: JsonDict = {
@@ -97,17 +99,34 @@ class RideView(BaseModel):
     left_early: bool
 
 
+class AlternativeView(BaseModel):
+    """What would have been accepted when a ride was refused: one ride, or two with a part of the party each.
+
+    Nothing is reserved: book it anew, with these stops and `earliest` at the pickup.
+    """
+
+    kind: Literal["later", "other_stops", "split_party"]
+    from_stop: str
+    to_stop: str
+    parties: list[int] = Field(description="People in each ride.")
+    walk_s: float = Field(description="Walking more than for the stops asked for, in seconds.")
+    pickup_at: list[datetime] = Field(description="Planned pickup of each ride.")
+    arrival_at: list[datetime]
+
+
 class RideTicket(RideView):
     """A ride as its passenger sees it."""
 
     model_config = ConfigDict(
         json_schema_extra={
-            "example": RIDE_EXAMPLE | {"token": "q3Jv0X2mQp7sT4uYb1cD9w", "boarding_code": "4821"}
+            "example": RIDE_EXAMPLE
+            | {"token": "q3Jv0X2mQp7sT4uYb1cD9w", "boarding_code": "4821", "alternatives": []}
         }
     )
 
     token: str = Field(description="The secret of the passenger's link: who has it can cancel the ride.")
     boarding_code: str = Field(description="Four digits to type on the onboard screen.")
+    alternatives: list[AlternativeView] = Field(description="For a refused ride, the nearest first.")
 
 
 class RideRecord(RideView):
@@ -119,6 +138,26 @@ class RideRecord(RideView):
 
     source: Literal["passenger", "operator", "developer"]
     boarding_code: str
+
+
+class QuoteView(BaseModel):
+    """A ride as one shuttle would make it."""
+
+    vehicle_id: str
+    extra_cost_s: float = Field(description="Weighted seconds of driving, waiting and riding that it adds.")
+    pickup_at: datetime
+    arrival_at: datetime
+
+
+class DecisionView(BaseModel):
+    """Why a ride got its shuttle, or none."""
+
+    made_at: datetime
+    rule: str = Field(description="The rule that binds, empty for a ride that was taken.")
+    best: QuoteView | None
+    runner_up: QuoteView | None = Field(description="The best that any other shuttle offered.")
+    alternatives: list[AlternativeView]
+    vehicles: int = Field(description="Shuttles that were asked.")
 
 
 class TapView(BaseModel):
@@ -157,9 +196,47 @@ def ride_view(ride: Ride) -> RideView:
     return RideView.model_validate(_fields(ride))
 
 
-def ride_ticket(ride: Ride) -> RideTicket:
-    secrets = {"token": ride.token, "boarding_code": ride.boarding_code}
-    return RideTicket.model_validate(_fields(ride) | secrets)
+def ride_ticket(ride: Ride, alternatives: Sequence[Alternative] = ()) -> RideTicket:
+    more = {
+        "token": ride.token,
+        "boarding_code": ride.boarding_code,
+        "alternatives": [alternative_view(one) for one in alternatives],
+    }
+    return RideTicket.model_validate(_fields(ride) | more)
+
+
+def alternative_view(alternative: Alternative) -> AlternativeView:
+    return AlternativeView(
+        kind=alternative.kind,
+        from_stop=alternative.from_stop,
+        to_stop=alternative.to_stop,
+        parties=list(alternative.parties),
+        walk_s=round(alternative.walk_s),
+        pickup_at=list(alternative.pickup_at),
+        arrival_at=list(alternative.arrival_at),
+    )
+
+
+def decision_view(decision: RideDecision) -> DecisionView:
+    return DecisionView(
+        made_at=decision.made_at,
+        rule=decision.rule,
+        best=_quote(decision.best),
+        runner_up=_quote(decision.runner_up),
+        alternatives=[alternative_view(one) for one in decision.alternatives],
+        vehicles=decision.vehicles,
+    )
+
+
+def _quote(quote: Quote | None) -> QuoteView | None:
+    if quote is None:
+        return None
+    return QuoteView(
+        vehicle_id=quote.vehicle_id,
+        extra_cost_s=quote.extra_cost_s,
+        pickup_at=quote.pickup_at,
+        arrival_at=quote.arrival_at,
+    )
 
 
 def ride_record(ride: Ride) -> RideRecord:

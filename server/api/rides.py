@@ -9,6 +9,7 @@ from server.api.formats import NAME_PATTERN, Moment, RideId, RideToken, TapId
 from server.api.problems import CsrfMissing, problems
 from server.api.rate_limit import TooManyTries
 from server.api.ride_schemas import (
+    DecisionView,
     HelpAnswer,
     HelpRequest,
     RideRecord,
@@ -17,6 +18,7 @@ from server.api.ride_schemas import (
     RideView,
     TapView,
     booking,
+    decision_view,
     ride_record,
     ride_ticket,
     ride_view,
@@ -86,7 +88,8 @@ async def book_ride(
     the rule that binds."""
     services.limits.bookings.take(client, now_ns(services))
     wish = booking(request, idempotency_key)
-    return ride_ticket(await services.transactions.run(lambda uow: rides.book(uow, wish)))
+    booked = await services.bookings.book(wish)
+    return ride_ticket(booked.ride, booked.alternatives)
 
 
 @router.get("", operation_id="list_rides", responses=problems(SessionExpired))
@@ -121,7 +124,12 @@ async def find_ride(
 
 @router.get("/{token}", operation_id="get_ride", responses=problems(RideUnknown))
 async def get_ride(token: RideToken, services: Given) -> RideTicket:
-    return ride_ticket(await services.transactions.read(lambda uow: rides.ride_by_token(uow, token)))
+
+    def work(uow: UnitOfWork) -> RideTicket:
+        ride = rides.ride_by_token(uow, token)
+        return ride_ticket(ride, rides.alternatives_for(uow, ride))
+
+    return await services.transactions.read(work)
 
 
 @router.post(
@@ -185,6 +193,21 @@ async def call_help(token: RideToken, request: HelpRequest, services: Given) -> 
 @router.get("/id/{ride_id}", operation_id="get_ride_record", responses=problems(RideUnknown, SessionExpired))
 async def get_ride_record(ride_id: RideId, services: Given, _: ReadingOperator) -> RideRecord:
     return ride_record(await services.transactions.read(lambda uow: rides.ride_of(uow, ride_id)))
+
+
+@router.get(
+    "/id/{ride_id}/decisions",
+    operation_id="explain_ride",
+    responses=problems(RideUnknown, SessionExpired),
+)
+async def explain_ride(ride_id: RideId, services: Given, _: ReadingOperator) -> list[DecisionView]:
+    """Why the ride got its shuttle, or none: each decision about it, oldest first."""
+
+    def work(uow: UnitOfWork) -> list[DecisionView]:
+        ride = rides.ride_of(uow, ride_id)
+        return [decision_view(one) for one in uow.decisions.of_ride(ride.ride_id)]
+
+    return await services.transactions.read(work)
 
 
 @router.post(

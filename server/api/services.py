@@ -6,6 +6,7 @@ from typing import Annotated
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
+from server.api.booking_desk import BookingDesk
 from server.api.offload import Offload
 from server.api.pages import Page
 from server.api.rate_limit import RateLimit
@@ -32,6 +33,7 @@ class Services:
     clock: Clock
     ids: Ids
     transactions: Transactions
+    bookings: BookingDesk
     bus: Bus
     offload: Offload
     segments: SegmentFiles

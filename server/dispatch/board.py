@@ -6,6 +6,7 @@ present route still makes, so that every route on the board is feasible and noth
 """
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,6 +22,15 @@ _SPARE_ROWS = 8
 _SPARE_VISITS = 40
 # What leaving out one person costs: nobody who has been accepted makes way for any number of others.
 _ASKING, _PROMISED = 1e7, 1e11
+
+
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """The row of the vehicle, and when boarding begins and the ride ends."""
+
+    vehicle: int
+    pickup_s: float
+    arrival_s: float
 
 
 class Board:
@@ -87,18 +97,37 @@ class Board:
         if dwell_s is not None:
             task.service_s[p] = task.service_s[d] = dwell_s
 
-    def remove(self, request_id: str) -> None:
-        """Forget a request, and take it out of its route."""
-        r = self.rows.pop(request_id)
+    def take_out(self, request_id: str) -> None:
+        """Nobody carries the request any more; it stays on the board."""
+        r = self.rows[request_id]
         v = int(self.plan.vehicle_of[r])
+        self.plan.vehicle_of[r] = ABSENT
+        for node in (2 * r, 2 * r + 1):
+            self._stays.pop(node, None)
         if v != ABSENT:
             nodes = [node for node in self.nodes(v) if node >> 1 != r]
             self._write_route(v, nodes, int(self.plan.locked[v]))
-        self.plan.vehicle_of[r] = ABSENT
+
+    def remove(self, request_id: str) -> None:
+        """Forget a request, and take it out of its route."""
+        self.take_out(request_id)
+        r = self.rows.pop(request_id)
         del self.requests[r]
-        self._stays.pop(2 * r, None)
-        self._stays.pop(2 * r + 1, None)
         self._free.append(r)
+
+    def narrow(self, request: Request) -> None:
+        """Give a request that is in a route other windows, which the route keeps."""
+        r = self.rows[request.request_id]
+        self.write(r, request)
+        self.task.absent_cost[r] = _PROMISED * request.party
+        refresh(self.task, self.plan, self.scratch, int(self.plan.vehicle_of[r]))
+
+    def planned(self, request_id: str) -> Planned:
+        """When a request in a route is picked up and set down as planned now."""
+        r = self.rows[request_id]
+        v = int(self.plan.vehicle_of[r])
+        pickup_s, arrival_s = (self.plan.least_s[v, self.plan.slot[node]] for node in (2 * r, 2 * r + 1))
+        return Planned(v, float(pickup_s) + self.origin_s, float(arrival_s) + self.origin_s)
 
     def add_fixed(self, call: Call) -> int:
         """The node of a call that is made whether or not anybody gets on or off."""

@@ -17,6 +17,8 @@ class FleetRules:
     pickup_early_s, pickup_slack_s  the promised pickup window around the planned pickup
     arrival_slack_s, arrival_slack_ratio  the promised latest arrival after the planned one, the second
                           as a share of the planned time on board
+    walk_m_max, walk_mps  other stops are offered within this distance (straight), walked at this speed
+    later_s_max           how much later than asked for a refused rider is offered a ride
     departure_tolerance_s a timetable call that would be left later than this is no candidate
     departure_lead_s      how long before its first call a departure gets its shuttle
     grant_ahead_m         sections are granted so far ahead of a shuttle
@@ -42,6 +44,9 @@ class FleetRules:
     pickup_slack_s: float = 300.0
     arrival_slack_s: float = 300.0
     arrival_slack_ratio: float = 0.5
+    walk_m_max: float = 400.0
+    walk_mps: float = 1.1
+    later_s_max: float = 7200.0
     departure_tolerance_s: float = 120.0
     departure_lead_s: float = 3600.0
     grant_ahead_m: float = 80.0

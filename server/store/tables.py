@@ -391,3 +391,31 @@ leases = Table(
     Column("token", BigInteger, nullable=False),
     _instant("expires_at"),
 )
+
+decisions = Table(
+    "decisions",
+    metadata,
+    _campus(),
+    _key("decision_id"),
+    _instant("made_at"),
+    _word("kind"),
+    Column("problem", LargeBinary, nullable=False),
+    Column("given", LargeBinary, nullable=False),
+    Column("answer", LargeBinary, nullable=False),
+    Index(None, "campus_id", "made_at"),
+)
+
+ride_decisions = Table(
+    "ride_decisions",
+    metadata,
+    _campus(),
+    _key("ride_id"),
+    _key("decision_id"),
+    _instant("made_at"),
+    _word("rule"),
+    _text("best"),
+    _text("runner_up"),
+    _text("alternatives"),
+    Column("vehicles", Integer, nullable=False),
+    Index(None, "campus_id", "made_at"),
+)

@@ -10,6 +10,7 @@ from sqlalchemy import Connection
 from contract.roads.network import RoadNetwork
 from server.domain.errors import CampusUnknown
 from server.domain.rules import FleetRules
+from server.store.decisions import Decisions
 from server.store.departures import Departures
 from server.store.events import Events
 from server.store.history import History
@@ -27,6 +28,7 @@ from server.store.views import SqlViews
 from server.usecases.fleet_roads import FleetRoads
 from server.usecases.ports import (
     Clock,
+    DecisionRepository,
     DepartureRepository,
     EventRepository,
     HistoryRepository,
@@ -95,6 +97,7 @@ class SqlUnitOfWork:
         self.sections: SectionRepository = Sections(connection, campus_id, writes)
         self.vehicles: VehicleRepository = Vehicles(connection, campus_id, writes)
         self.departures: DepartureRepository = Departures(connection, campus_id, writes)
+        self.decisions: DecisionRepository = Decisions(connection, campus_id, False)
         self.incidents: IncidentRepository = Incidents(connection, campus_id, writes)
         self.events: EventRepository = Events(connection, campus_id, False)
         self.maps: MapRepository = Maps(connection, campus_id, False)

@@ -16,10 +16,32 @@ from contract.roads.reservation import Reservations
 from contract.roads.routing import Route, find_route
 from contract.roads.times_to_places import TimesToPlaces
 from contract.roads.travel_times import Place, travel_time_matrix
+from server.dispatch.answer import Terms
+from server.dispatch.problem import Walk
+from server.domain.rules import FleetRules
 
 Own = frozenset[str]
 # Each set of closed sections that vehicles meet has its own table, a few kilobytes.
 _CLOSURES_KEPT = 2000
+
+
+# Nobody walks as the crow flies.
+_WALKING_DETOUR = 1.3
+_WALKS_MAX = 3
+
+
+def _walks(network: RoadNetwork, walk_m_max: float, walk_mps: float) -> tuple[tuple[Walk, ...], ...]:
+    """For each stop the nearest others on foot, the nearest first."""
+    xy = np.array([network.pose(stop.lane_id, stop.s_m)[:2] for stop in network.road_map.stops])
+    apart_m = np.linalg.norm(xy[:, None, :] - xy[None, :, :], axis=2)
+    return tuple(
+        tuple(
+            Walk(int(other), float(row[other]) * _WALKING_DETOUR / walk_mps)
+            for other in np.argsort(row, kind="stable")
+            if other != number and row[other] <= walk_m_max
+        )[:_WALKS_MAX]
+        for number, row in enumerate(apart_m)
+    )
 
 
 class FleetRoads:
@@ -37,6 +59,7 @@ class FleetRoads:
         self._slack = slack
         self._kept_clear: dict[Own, frozenset[str]] = {}
         self._stop_times: dict[Own, Array] = {}
+        self._walks: tuple[tuple[Walk, ...], ...] | None = None
         self._to_stops: dict[frozenset[str], TimesToPlaces] = {}
         self._to_rest: dict[tuple[Place, str], float] = {}
         self._from_rest: dict[str, Array] = {}
@@ -67,6 +90,19 @@ class FleetRoads:
             return times
         return np.where(
             np.isfinite(times), times, self._stop_times_with(frozenset(self.network.resting_places))
+        )
+
+    def terms(self, rules: FleetRules) -> Terms:
+        """What promises leave room for, and the stops that can be walked to from each stop."""
+        if self._walks is None:
+            self._walks = _walks(self.network, rules.walk_m_max, rules.walk_mps)
+        return Terms(
+            rules.pickup_early_s,
+            rules.pickup_slack_s,
+            rules.arrival_slack_s,
+            rules.arrival_slack_ratio,
+            rules.later_s_max,
+            self._walks,
         )
 
     def times_to_stops(self, place: Place, own: Own, opened: frozenset[str]) -> Array:

@@ -24,10 +24,11 @@ from server.domain.incidents import IncidentKind
 from server.domain.plans import Plan, PlannedVisit, next_version
 from server.domain.rides import WAITING, Ride, RideState, ended, unassigned
 from server.domain.timetable import Departure, without_vehicle
-from server.usecases import orders, sections, topics
+from server.usecases import topics
+from server.usecases.assign import assign_rides
+from server.usecases.carry_out import carry_out, commit
 from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
-from server.usecases.promises import make_promise
 from server.usecases.routes import is_news, refresh_times, save_route
 from server.usecases.snapshot import Snapshot, take_snapshot
 
@@ -44,26 +45,11 @@ def plan_of(uow: UnitOfWork, vehicle_id: str) -> Plan:
     return Plan(uow.campus_id, vehicle_id, 0)
 
 
-def insert_ride(uow: UnitOfWork, ride: Ride) -> tuple[Ride, str]:
-    """The ride with a vehicle, a promise and expected times, and ""; or as it was, and the binding rule.
-
-    A ride that has its promise keeps it.
-    """
-    snapshot = take_snapshot(uow, wanted=(ride,))
-    solution = _solved(snapshot)
-    if ride.ride_id in solution.refused:
-        return ride, solution.refused[ride.ride_id]
-    if ride.promise is None:
-        make_promise(snapshot, solution, ride, uow.rules)
-    commit(uow, snapshot, solution)
-    return snapshot.rides[ride.ride_id], ""
-
-
 def insert_departures(uow: UnitOfWork, departures: Sequence[Departure]) -> frozenset[str]:
     """Give each departure a vehicle that can keep it; the ids of those that got one."""
     snapshot = take_snapshot(uow, departures=departures)
     solution = _solved(snapshot)
-    commit(uow, snapshot, solution)
+    commit(uow, snapshot, solution.routes)
     return frozenset(d.departure_id for d in departures) - solution.refused.keys()
 
 
@@ -78,7 +64,7 @@ def replan(uow: UnitOfWork, vehicle_id: str) -> None:
         snapshot = take_snapshot(uow)
         solution = _solved(snapshot)
     mine = tuple(route for route in solution.routes if route.vehicle_id == vehicle_id)
-    commit(uow, snapshot, replace(solution, routes=mine))
+    commit(uow, snapshot, mine)
 
 
 def send_home(uow: UnitOfWork, vehicle_id: str) -> None:
@@ -90,7 +76,7 @@ def send_home(uow: UnitOfWork, vehicle_id: str) -> None:
     for route in _solved(snapshot).routes:
         if route.vehicle_id == vehicle_id:
             save_route(uow, snapshot, route)
-            _carry_out(uow, snapshot, (vehicle_id,))
+            carry_out(uow, snapshot, (vehicle_id,))
 
 
 def assign_waiting(uow: UnitOfWork) -> tuple[Ride, ...]:
@@ -99,18 +85,23 @@ def assign_waiting(uow: UnitOfWork) -> tuple[Ride, ...]:
     A promise that nobody can keep any more gives way to the earliest pickup that somebody can make. A ride
     that nobody could take within the longest wait fails, which is an incident.
     """
-    found = []
-    for ride in (*uow.rides.in_states([RideState.REQUESTED]), *_stranded(uow)):
-        free = ride if ride.state is RideState.REQUESTED else unassigned(ride)
-        taken, rule = insert_ride(uow, free)
-        if rule and (ride.state is RideState.REQUESTED or _has_lapsed(uow, ride)):
-            late = replace(free, promise=None, requested_at=uow.now)
-            taken, rule = insert_ride(uow, late)
-            if not rule:
-                taken = replace(taken, promise=ride.promise, requested_at=ride.requested_at)
-                uow.rides.save(taken)
+    waiting = [*uow.rides.in_states([RideState.REQUESTED]), *_stranded(uow)]
+    if not waiting:
+        return ()
+    free = [ride if ride.state is RideState.REQUESTED else unassigned(ride) for ride in waiting]
+    answers = assign_rides(uow, free, "reassignment")
+    found = [taken for taken, rule in answers if not rule]
+    left = [
+        (ride, wish)
+        for ride, wish, (_, rule) in zip(waiting, free, answers, strict=True)
+        if rule and (ride.state is RideState.REQUESTED or _has_lapsed(uow, ride))
+    ]
+    late = [replace(wish, promise=None, requested_at=uow.now) for _, wish in left]
+    for (ride, _), (taken, rule) in zip(left, assign_rides(uow, late, "reassignment"), strict=True):
         if not rule:
-            found.append(taken)
+            kept = replace(taken, promise=ride.promise, requested_at=ride.requested_at)
+            uow.rides.save(kept)
+            found.append(kept)
         elif ride.state is RideState.REQUESTED:
             _give_up_late(uow, ride, rule)
     return tuple(found)
@@ -235,31 +226,10 @@ def adopt_improvement(uow: UnitOfWork, improvement: Improvement, solution: Solut
     versions = {vehicle_id: plan.version for vehicle_id, plan in snapshot.plans.items()}
     if versions != improvement.versions:
         return ()
-    return commit(uow, snapshot, solution)
+    return commit(uow, snapshot, solution.routes)
 
 
-# ---------------------------------------------------------------- carrying out
-
-
-def commit(uow: UnitOfWork, snapshot: Snapshot, solution: Solution) -> tuple[str, ...]:
-    """Store what the solution changes, and issue the orders that are safe; the changed vehicles.
-
-    Raises PlanChanged, NoRestingPlaceFree.
-    """
-    changed = []
-    for route in solution.routes:
-        if is_news(snapshot.plans[route.vehicle_id], route):
-            save_route(uow, snapshot, route)
-            changed.append(route.vehicle_id)
-    _carry_out(uow, snapshot, changed)
-    return tuple(changed)
-
-
-def _carry_out(uow: UnitOfWork, snapshot: Snapshot, vehicle_ids: Sequence[str]) -> None:
-    for vehicle_id in vehicle_ids:
-        orders.reissue(uow, vehicle_id, snapshot.desk)
-    if vehicle_ids:
-        sections.grant_ahead(uow, snapshot.desk)
+# ---------------------------------------------------------------- inside
 
 
 def _from_its_last_call_s(problem: Problem, vehicle: VehicleState, place: int) -> float:
@@ -273,7 +243,7 @@ def _resettle(uow: UnitOfWork, vehicle_id: str) -> None:
     for route in _solved(snapshot).routes:
         if route.vehicle_id == vehicle_id:
             save_route(uow, snapshot, route)
-    _carry_out(uow, snapshot, (vehicle_id,))
+    carry_out(uow, snapshot, (vehicle_id,))
 
 
 def _solved(snapshot: Snapshot) -> Solution:

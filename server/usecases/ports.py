@@ -12,6 +12,7 @@ from contract.roads.network import RoadNetwork
 from contract.wire.messages import Status
 from server.dispatch.problem import Problem
 from server.dispatch.solve import Budget, Solution
+from server.domain.decisions import Decision, RideDecision
 from server.domain.events import RecordedEvent, ServerEvent
 from server.domain.identity import DeveloperToken, EnrolmentCode, Operator, OperatorSession, VehicleKey
 from server.domain.incidents import Incident, IncidentKind
@@ -315,6 +316,22 @@ class LeaseRepository(Protocol):
         ...
 
 
+class DecisionRepository(Protocol):
+    def add(self, decision: Decision) -> None: ...
+
+    def add_rides(self, decided: list[RideDecision]) -> None: ...
+
+    def of_ride(self, ride_id: str) -> tuple[RideDecision, ...]:
+        """Oldest first."""
+        ...
+
+    def between(self, begins: datetime, ends: datetime) -> tuple[Decision, ...]:
+        """In the order in which they were made."""
+        ...
+
+    def forget_before(self, oldest: datetime) -> int: ...
+
+
 class HistoryRepository(Protocol):
     def forget_before(self, moment: datetime) -> int:
         """How many positions were dropped."""
@@ -338,6 +355,7 @@ class UnitOfWork(Protocol):
     sections: SectionRepository
     vehicles: VehicleRepository
     departures: DepartureRepository
+    decisions: DecisionRepository
     incidents: IncidentRepository
     events: EventRepository
     maps: MapRepository

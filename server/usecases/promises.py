@@ -1,43 +1,12 @@
-"""Promises: made from the planned times, kept as windows, and an incident with a cause when broken."""
+"""Promises once made: an incident with a cause when one is broken."""
 
 from dataclasses import replace
 
-from server.dispatch.solve import Solution
 from server.domain.incidents import IncidentKind
-from server.domain.rides import Promise, Ride, RideState
-from server.domain.rules import FleetRules
+from server.domain.rides import Ride, RideState
 from server.usecases import topics
 from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
-from server.usecases.snapshot import Snapshot, moment
-
-
-def make_promise(snapshot: Snapshot, solution: Solution, ride: Ride, rules: FleetRules) -> None:
-    """Promise the planned times, with room for later riders, people in the way and waiting for the road.
-
-    The promise enters the snapshot before the plan is stored, so that the visits already keep its window.
-    """
-    times = _planned(solution, ride.ride_id)
-    if times is None:
-        raise ValueError(f"ride {ride.ride_id} is in no route of its solution")
-    request = snapshot.problem.requests[ride.ride_id]
-    pickup_s, arrival_s = max(times[0], request.pickup_from_s), times[1]
-    opens_s = max(request.pickup_from_s, pickup_s - rules.pickup_early_s)
-    slack_s = rules.arrival_slack_s + rules.arrival_slack_ratio * (arrival_s - pickup_s)
-    promise = Promise(moment(opens_s), moment(pickup_s + rules.pickup_slack_s), moment(arrival_s + slack_s))
-    snapshot.rides[ride.ride_id] = replace(ride, promise=promise)
-    snapshot.problem.requests[ride.ride_id] = replace(request, pickup_from_s=opens_s)
-
-
-def _planned(solution: Solution, ride_id: str) -> tuple[float, float] | None:
-    """When the vehicle arrives to pick the ride up, and when to let it out."""
-    for route in solution.routes:
-        made = list(zip(route.calls, route.times, strict=True))
-        pickups = [time.arrive_s for call, time in made if ride_id in call.board]
-        arrivals = [time.arrive_s for call, time in made if ride_id in call.alight]
-        if pickups and arrivals:
-            return pickups[0], arrivals[0]
-    return None
 
 
 def check_promises(uow: UnitOfWork) -> tuple[Ride, ...]:

@@ -6,6 +6,7 @@ from server.usecases.ports import UnitOfWork
 
 
 def forget_old(uow: UnitOfWork) -> int:
-    """Drop positions older than the rules say and operator sessions that are over; how many rows."""
+    """Drop positions and decisions older than the rules say, and sessions that are over; how many rows."""
     oldest = uow.now - timedelta(days=uow.rules.history_days)
-    return uow.history.forget_before(oldest) + uow.identity.forget_sessions_before(uow.now)
+    kept = uow.history.forget_before(oldest) + uow.decisions.forget_before(oldest)
+    return kept + uow.identity.forget_sessions_before(uow.now)

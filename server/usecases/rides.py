@@ -1,9 +1,12 @@
 """What a passenger can do with a ride: book, cancel, tap aboard, call for help."""
 
 import math
+from collections.abc import Sequence
 
+from server.domain.decisions import Alternative
 from server.domain.errors import (
     BookingTooFarAhead,
+    DomainError,
     IdempotencyMismatch,
     NoRestingPlaceFree,
     PartyInvalid,
@@ -22,6 +25,7 @@ from server.domain.events import ServerEvent
 from server.domain.incidents import Incident, IncidentKind
 from server.domain.rides import BookRide, Ride, RideState, Tap, TapKind, cancelled, ended
 from server.usecases import plans, topics
+from server.usecases.assign import assign_rides
 from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
 
@@ -32,6 +36,9 @@ _WORDS = {
     "pickup_window": "every shuttle is too busy to pick you up in time",
     "ride_time": "the ride would take too long",
     "arrival": "no shuttle could bring you there in time",
+    "timetable": "every shuttle that could come has a timetable to keep",
+    "battery": "no shuttle has enough charge left for this ride",
+    "closed_road": "a road closure cuts these stops off from each other",
 }
 
 
@@ -39,25 +46,63 @@ def book(uow: UnitOfWork, request: BookRide) -> Ride:
     """The ride with its vehicle and its promise; or the ride in state `refused` with the rule that binds.
 
     A repeated idempotency_key gives the earlier ride. A refused ride is kept, so that operators see what
-    was asked for in vain; its `reason` is no_vehicle_free | seats | wheelchair | pickup_window |
-    ride_time | arrival. Raises what cannot even be asked: StopUnknown, SameStop, StopUnreachable,
-    PartyInvalid, PartyTooLarge, OutsideServiceHours, BookingTooFarAhead, IdempotencyMismatch, CampusUnknown.
+    was asked for in vain; its `reason` is one of `dispatch.refusal.RULES`. Raises what cannot even be asked:
+    StopUnknown, SameStop, StopUnreachable, PartyInvalid, PartyTooLarge, OutsideServiceHours,
+    BookingTooFarAhead, IdempotencyMismatch, CampusUnknown.
     """
-    known = _booked_before(uow, request)
-    if known is not None:
-        return known
-    _require_bookable(uow, request)
-    ride = _requested(uow, request)
-    uow.rides.add(ride)
-    try:
-        taken, rule = plans.insert_ride(uow, ride)
-    except NoRestingPlaceFree:
-        taken, rule = ride, "no_vehicle_free"
-    answer = ended(ride, RideState.REFUSED, uow.now, rule, _WORDS[rule]) if rule else taken
-    uow.rides.save(answer)
-    detail = f"{request.from_stop} to {request.to_stop}, party of {request.party} {answer.reason}".rstrip()
-    _tell(uow, answer, "ride.refused" if rule else "ride.booked", request.source, detail)
+    answer = book_all(uow, [request])[0]
+    if isinstance(answer, DomainError):
+        raise answer
     return answer
+
+
+def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[Ride | DomainError]:
+    """`book` for several at once, in this order, on one look at the fleet: a ride or an error for each."""
+    answers: list[Ride | DomainError] = []
+    asked: dict[str, tuple[Ride, BookRide]] = {}
+    for request in requests:
+        try:
+            ride = _booked_before(uow, request)
+            if ride is None:
+                _require_bookable(uow, request)
+                ride = _requested(uow, request)
+                uow.rides.add(ride)
+                asked[ride.ride_id] = ride, request
+            answers.append(ride)
+        except DomainError as error:
+            answers.append(error)
+    decided: dict[str, Ride] = {}
+    assigned = _assigned(uow, [ride for ride, _ in asked.values()])
+    for (ride, request), (taken, rule) in zip(asked.values(), assigned, strict=True):
+        answer = ended(ride, RideState.REFUSED, uow.now, rule, _WORDS[rule]) if rule else taken
+        if rule:
+            uow.rides.save(answer)
+        detail = (
+            f"{request.from_stop} to {request.to_stop}, party of {request.party} {answer.reason}".rstrip()
+        )
+        _tell(uow, answer, "ride.refused" if rule else "ride.booked", request.source, detail)
+        decided[ride.ride_id] = answer
+    return [
+        answer if isinstance(answer, DomainError) else decided.get(answer.ride_id, answer)
+        for answer in answers
+    ]
+
+
+def _assigned(uow: UnitOfWork, rides: Sequence[Ride]) -> list[tuple[Ride, str]]:
+    try:
+        return assign_rides(uow, rides, "booking")
+    except NoRestingPlaceFree:
+        if len(rides) > 1:
+            raise
+        return [(rides[0], "no_vehicle_free")]
+
+
+def alternatives_for(uow: UnitOfWork, ride: Ride) -> tuple[Alternative, ...]:
+    """What would have been accepted when this ride was refused; nothing for any other ride."""
+    if ride.state is not RideState.REFUSED:
+        return ()
+    decided = uow.decisions.of_ride(ride.ride_id)
+    return decided[-1].alternatives if decided else ()
 
 
 def cancel(uow: UnitOfWork, ride_id: str, by: str) -> Ride:

@@ -1,0 +1,112 @@
+"""Answers to those who ask for a ride, one after the other: who comes and when, or why nobody can."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from server.dispatch.alternatives import Alternative, alternatives
+from server.dispatch.board import Board
+from server.dispatch.decide import Offer, offers_for, take
+from server.dispatch.problem import Request, Walk
+from server.dispatch.refusal import binding_rule
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """What a promise leaves room for, and what may be offered instead.
+
+    pickup_early_s, pickup_slack_s  the promised pickup window around the planned pickup
+    arrival_slack_s, arrival_slack_ratio  the promised latest arrival after the planned one, the second as a
+                 share of the planned time on board
+    later_s_max  how much later than asked for an alternative may be
+    walks        for each place the others within walking distance
+    """
+
+    pickup_early_s: float = 0.0
+    pickup_slack_s: float = 0.0
+    arrival_slack_s: float = 0.0
+    arrival_slack_ratio: float = 0.0
+    later_s_max: float = 0.0
+    walks: tuple[tuple[Walk, ...], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Quote:
+    """A ride as one vehicle would make it; extra_cost in weighted seconds of the whole fleet's plan."""
+
+    vehicle_id: str
+    extra_cost: float
+    pickup_s: float
+    arrival_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """best     what the request got, None for a refusal; runner_up: the best that any other vehicle offered
+    windows     promised from now on: pickup from, pickup to, arrival by
+    rule        that binds, "" for who is taken; alternatives: the nearest that would be accepted now
+    """
+
+    request_id: str
+    best: Quote | None = None
+    runner_up: Quote | None = None
+    windows: tuple[float, float, float] | None = None
+    rule: str = ""
+    alternatives: tuple[Alternative, ...] = ()
+
+
+def answer_all(board: Board, request_ids: Sequence[str], terms: Terms) -> tuple[Answer, ...]:
+    """Answer in this order, each with the ones before it in place; who is refused leaves the board.
+
+    The requests are on the board and in no route. One with a latest arrival has its promise already.
+    """
+    return tuple(_answer(board, request_id, terms) for request_id in request_ids)
+
+
+def _answer(board: Board, request_id: str, terms: Terms) -> Answer:
+    wish = board.requests[board.rows[request_id]]
+    offers = offers_for(board, request_id)
+    if offers.best is None:
+        rule = binding_rule(board, request_id)
+        board.remove(request_id)
+        return Answer(request_id, rule=rule, alternatives=_instead(board, wish, terms))
+    runner_up = None if offers.runner_up is None else _tried(board, offers.runner_up)
+    take(board, offers.best)
+    best = _quote(board, offers.best)
+    windows = (wish.pickup_from_s, wish.pickup_to_s, wish.arrive_by_s)
+    if math.isinf(wish.arrive_by_s):
+        windows = _promised(offers.best.request, best, terms)
+        board.narrow(
+            replace(
+                offers.best.request, pickup_from_s=windows[0], pickup_to_s=windows[1], arrive_by_s=windows[2]
+            )
+        )
+    return Answer(request_id, best, runner_up, windows)
+
+
+def _promised(request: Request, quote: Quote, terms: Terms) -> tuple[float, float, float]:
+    """The planned times, with room for later riders, people in the way and waiting for the road."""
+    opens_s = max(request.pickup_from_s, quote.pickup_s - terms.pickup_early_s)
+    slack_s = terms.arrival_slack_s + terms.arrival_slack_ratio * (quote.arrival_s - quote.pickup_s)
+    return opens_s, quote.pickup_s + terms.pickup_slack_s, quote.arrival_s + slack_s
+
+
+def _quote(board: Board, offer: Offer) -> Quote:
+    planned = board.planned(offer.request.request_id)
+    return Quote(board.vehicle_ids[offer.vehicle], offer.cost, planned.pickup_s, planned.arrival_s)
+
+
+def _tried(board: Board, offer: Offer) -> Quote:
+    wish = board.requests[board.rows[offer.request.request_id]]
+    take(board, offer)
+    quote = _quote(board, offer)
+    board.take_out(offer.request.request_id)
+    board.write(board.rows[offer.request.request_id], wish)
+    return quote
+
+
+def _instead(board: Board, wish: Request, terms: Terms) -> tuple[Alternative, ...]:
+    if terms.later_s_max <= 0.0:
+        return ()
+    near = terms.walks or ((),) * len(board.problem.times)
+    return tuple(alternatives(board, wish, near[wish.pickup], near[wish.dropoff], terms.later_s_max))

@@ -1,0 +1,111 @@
+"""Rides that want a shuttle, decided one after the other on one look at the fleet."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import msgspec
+
+from server.dispatch.alternatives import Alternative as Found
+from server.dispatch.answer import Answer, Quote, answer_all
+from server.dispatch.board import Board
+from server.dispatch.problem_codec import encode_problem
+from server.domain.decisions import Alternative, Decision, DecisionKind, RideDecision
+from server.domain.decisions import Quote as ToldQuote
+from server.domain.rides import Promise, Ride
+from server.usecases.carry_out import commit
+from server.usecases.fleet_roads import FleetRoads
+from server.usecases.ports import UnitOfWork
+from server.usecases.snapshot import Snapshot, moment, take_snapshot
+
+
+def assign_rides(uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind) -> list[tuple[Ride, str]]:
+    """Each ride with a vehicle, a promise and expected times, and ""; or as it was, and the binding rule.
+
+    A ride that has its promise keeps it. The decision is stored with all that it rests on; one that changed
+    nothing for a ride which goes on waiting is not.
+    """
+    if not wanted:
+        return []
+    snapshot = take_snapshot(uow, wanted=wanted)
+    problem = encode_problem(snapshot.problem)
+    board = Board(snapshot.problem)
+    for ride in wanted:
+        board.add(snapshot.problem.requests[ride.ride_id])
+    terms = uow.roads().terms(uow.rules)
+    if kind != "booking":
+        terms = replace(terms, later_s_max=0.0)
+    answers = answer_all(board, [ride.ride_id for ride in wanted], terms)
+    changed: dict[int, None] = {}
+    for ride, answer in zip(wanted, answers, strict=True):
+        if answer.best is not None:
+            changed[board.planned(ride.ride_id).vehicle] = None
+            _promise(snapshot, board, ride, answer)
+    commit(uow, snapshot, [board.route(v) for v in sorted(changed)])
+    if kind == "booking" or any(answer.best for answer in answers):
+        _keep(uow, snapshot, problem, answers, kind, msgspec.json.encode(terms))
+    return [
+        (snapshot.rides[ride.ride_id] if answer.best else ride, answer.rule)
+        for ride, answer in zip(wanted, answers, strict=True)
+    ]
+
+
+def _promise(snapshot: Snapshot, board: Board, ride: Ride, answer: Answer) -> None:
+    """Into the snapshot before the plan is stored, so that the visits already keep its window."""
+    if ride.promise is not None or answer.windows is None:
+        return
+    from_s, to_s, by_s = answer.windows
+    promise = Promise(moment(from_s), moment(to_s), moment(by_s))
+    snapshot.rides[ride.ride_id] = replace(ride, promise=promise)
+    snapshot.problem.requests[ride.ride_id] = board.requests[board.rows[ride.ride_id]]
+
+
+def _keep(
+    uow: UnitOfWork,
+    snapshot: Snapshot,
+    problem: bytes,
+    answers: Sequence[Answer],
+    kind: DecisionKind,
+    given: bytes,
+) -> None:
+    decision_id = uow.ids.new_id("decision")
+    decision = Decision(
+        uow.campus_id, decision_id, uow.now, kind, problem, given, msgspec.json.encode(answers)
+    )
+    uow.decisions.add(decision)
+    vehicles = sum(vehicle.accepts for vehicle in snapshot.problem.vehicles)
+    uow.decisions.add_rides(
+        [
+            RideDecision(
+                uow.campus_id,
+                answer.request_id,
+                decision_id,
+                uow.now,
+                answer.rule,
+                _told(answer.best),
+                _told(answer.runner_up),
+                tuple(_alternative(uow.roads(), found) for found in answer.alternatives),
+                vehicles,
+            )
+            for answer in answers
+        ]
+    )
+
+
+def _told(quote: Quote | None) -> ToldQuote | None:
+    if quote is None:
+        return None
+    return ToldQuote(
+        quote.vehicle_id, round(quote.extra_cost, 1), moment(quote.pickup_s), moment(quote.arrival_s)
+    )
+
+
+def _alternative(roads: FleetRoads, found: Found) -> Alternative:
+    return Alternative(
+        found.kind,
+        roads.stop_ids[found.pickup],
+        roads.stop_ids[found.dropoff],
+        found.parties,
+        found.walk_s,
+        tuple(moment(s) for s in found.pickup_s),
+        tuple(moment(s) for s in found.arrival_s),
+    )
