@@ -104,10 +104,15 @@ def assign_waiting(uow: UnitOfWork) -> tuple[Ride, ...]:
         free = ride if ride.state is RideState.REQUESTED else unassigned(ride)
         taken, rule = insert_ride(uow, free)
         if rule and (ride.state is RideState.REQUESTED or _has_lapsed(uow, ride)):
-            late = replace(free, promise=None, requested_at=uow.now)
+            late = replace(free, promise=None, requested_at=uow.now, arrive_before=None)
             taken, rule = insert_ride(uow, late)
             if not rule:
-                taken = replace(taken, promise=ride.promise, requested_at=ride.requested_at)
+                taken = replace(
+                    taken,
+                    promise=ride.promise,
+                    requested_at=ride.requested_at,
+                    arrive_before=ride.arrive_before,
+                )
                 uow.rides.save(taken)
         if not rule:
             found.append(taken)

@@ -23,10 +23,15 @@ def make_promise(snapshot: Snapshot, solution: Solution, ride: Ride, rules: Flee
     request = snapshot.problem.requests[ride.ride_id]
     pickup_s, arrival_s = max(times[0], request.pickup_from_s), times[1]
     opens_s = max(request.pickup_from_s, pickup_s - rules.pickup_early_s)
-    slack_s = rules.arrival_slack_s + rules.arrival_slack_ratio * (arrival_s - pickup_s)
+    slack_s = arrival_slack_s(rules, arrival_s - pickup_s)
     promise = Promise(moment(opens_s), moment(pickup_s + rules.pickup_slack_s), moment(arrival_s + slack_s))
     snapshot.rides[ride.ride_id] = replace(ride, promise=promise)
     snapshot.problem.requests[ride.ride_id] = replace(request, pickup_from_s=opens_s)
+
+
+def arrival_slack_s(rules: FleetRules, on_board_s: float) -> float:
+    """How long after the planned arrival the promised one lies."""
+    return rules.arrival_slack_s + rules.arrival_slack_ratio * on_board_s
 
 
 def _planned(solution: Solution, ride_id: str) -> tuple[float, float] | None:

@@ -1,11 +1,13 @@
 """What a passenger can do with a ride: book, cancel, tap aboard, call for help."""
 
 import math
+from datetime import datetime, timedelta
 
 from server.domain.errors import (
     BookingTooFarAhead,
     IdempotencyMismatch,
     NoRestingPlaceFree,
+    NoService,
     PartyInvalid,
     PartyTooLarge,
     RideAlreadyAboard,
@@ -21,18 +23,11 @@ from server.domain.errors import (
 from server.domain.events import ServerEvent
 from server.domain.incidents import Incident, IncidentKind
 from server.domain.rides import BookRide, Ride, RideState, Tap, TapKind, cancelled, ended
-from server.usecases import plans, topics
+from server.usecases import destinations, plans, topics
+from server.usecases.calendars import calendar_of
 from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
-
-_WORDS = {
-    "no_vehicle_free": "no shuttle is in service now",
-    "seats": "no shuttle has so many seats",
-    "wheelchair": "no shuttle has so many wheelchair places",
-    "pickup_window": "every shuttle is too busy to pick you up in time",
-    "ride_time": "the ride would take too long",
-    "arrival": "no shuttle could bring you there in time",
-}
+from server.usecases.refusals import IN_TIME, WORDS, closing_words
 
 
 def book(uow: UnitOfWork, request: BookRide) -> Ride:
@@ -40,20 +35,20 @@ def book(uow: UnitOfWork, request: BookRide) -> Ride:
 
     A repeated idempotency_key gives the earlier ride. A refused ride is kept, so that operators see what
     was asked for in vain; its `reason` is no_vehicle_free | seats | wheelchair | pickup_window |
-    ride_time | arrival. Raises what cannot even be asked: StopUnknown, SameStop, StopUnreachable,
-    PartyInvalid, PartyTooLarge, OutsideServiceHours, BookingTooFarAhead, IdempotencyMismatch, CampusUnknown.
+    ride_time | arrival | no_service (it would end after closing). Raises what cannot even be asked:
+    StopUnknown, SameStop, StopUnreachable, PartyInvalid, PartyTooLarge, NoService, BookingTooFarAhead,
+    IdempotencyMismatch, CampusUnknown.
     """
     known = _booked_before(uow, request)
     if known is not None:
         return known
-    _require_bookable(uow, request)
-    ride = _requested(uow, request)
+    ride = _requested(uow, request, _closing(uow, request))
     uow.rides.add(ride)
     try:
         taken, rule = plans.insert_ride(uow, ride)
     except NoRestingPlaceFree:
         taken, rule = ride, "no_vehicle_free"
-    answer = ended(ride, RideState.REFUSED, uow.now, rule, _WORDS[rule]) if rule else taken
+    answer = _refused(uow, ride, rule) if rule else taken
     uow.rides.save(answer)
     detail = f"{request.from_stop} to {request.to_stop}, party of {request.party} {answer.reason}".rstrip()
     _tell(uow, answer, "ride.refused" if rule else "ride.booked", request.source, detail)
@@ -61,8 +56,14 @@ def book(uow: UnitOfWork, request: BookRide) -> Ride:
 
 
 def cancel(uow: UnitOfWork, ride_id: str, by: str) -> Ride:
-    """by: "passenger" | "operator" | "developer". Raises RideUnknown, RideAlreadyAboard, RideEnded."""
+    """Nobody has to come; who is aboard is let out as soon as possible, and the ride ends there.
+
+    by: "passenger" | "operator" | "developer". Raises RideUnknown, RideEnded, DestinationRefused (aboard a
+    shuttle that cannot be given a way).
+    """
     ride = ride_of(uow, ride_id)
+    if ride.state is RideState.ABOARD:
+        return ride if ride.let_out else destinations.let_out(uow, ride, by)
     gone = cancelled(ride, by, uow.now)
     uow.rides.save(gone)
     _tell(uow, gone, "ride.cancelled", by)
@@ -143,7 +144,18 @@ def _booked_before(uow: UnitOfWork, request: BookRide) -> Ride | None:
     return ride
 
 
-def _require_bookable(uow: UnitOfWork, request: BookRide) -> None:
+def _refused(uow: UnitOfWork, ride: Ride, rule: str) -> Ride:
+    if rule in IN_TIME and ride.arrive_before is not None:
+        patience_s = uow.rules.wait_s_max + uow.roads().direct_s(ride.from_stop, ride.to_stop)
+        if ride.arrive_before <= ride.earliest + timedelta(seconds=patience_s):
+            detail = closing_words(calendar_of(uow), ride.arrive_before)
+            return ended(ride, RideState.REFUSED, uow.now, NoService.code, detail)
+    return ended(ride, RideState.REFUSED, uow.now, rule, WORDS[rule])
+
+
+def require_bookable(uow: UnitOfWork, request: BookRide) -> None:
+    """Raises what cannot be asked at any time: StopUnknown, SameStop, PartyInvalid, PartyTooLarge,
+    StopUnreachable."""
     roads, rules = uow.roads(), uow.rules
     for stop_id in (request.from_stop, request.to_stop):
         if stop_id not in roads.stop_numbers:
@@ -154,16 +166,31 @@ def _require_bookable(uow: UnitOfWork, request: BookRide) -> None:
         raise PartyInvalid("a party has at least one person, and no more wheelchairs than people")
     if request.party > rules.seats_max:
         raise PartyTooLarge(f"a shuttle seats {rules.seats_max}; split your party into several bookings")
-    earliest = max(uow.now, request.earliest or uow.now)
-    if (earliest - uow.now).total_seconds() > rules.booking_ahead_s_max:
-        days = rules.booking_ahead_s_max / 86400.0
-        raise BookingTooFarAhead(f"rides can be booked {days:.0f} days ahead at most")
-    rules.hours.require_open(earliest)
     if math.isinf(roads.direct_s(request.from_stop, request.to_stop)):
         raise StopUnreachable("no road leads from the one stop to the other")
 
 
-def _requested(uow: UnitOfWork, request: BookRide) -> Ride:
+def _closing(uow: UnitOfWork, request: BookRide) -> datetime | None:
+    """When the service closes after the ride; None when it does not.
+
+    Raises NoService, BookingTooFarAhead and what require_bookable does.
+    """
+    require_bookable(uow, request)
+    rules = uow.rules
+    earliest = max(uow.now, request.earliest or uow.now)
+    if (earliest - uow.now).total_seconds() > rules.booking_ahead_s_max:
+        days = rules.booking_ahead_s_max / 86400.0
+        raise BookingTooFarAhead(f"rides can be booked {days:.0f} days ahead at most")
+    calendar = calendar_of(uow)
+    calendar.require_open(earliest)
+    closes = calendar.closes_after(earliest)
+    direct_s = uow.roads().direct_s(request.from_stop, request.to_stop)
+    if closes is not None and earliest + timedelta(seconds=direct_s) > closes:
+        raise NoService(closing_words(calendar, closes))
+    return closes
+
+
+def _requested(uow: UnitOfWork, request: BookRide, closes: datetime | None) -> Ride:
     code = uow.ids.ride_code()
     while uow.rides.code_in_use(code):
         code = uow.ids.ride_code()
@@ -182,6 +209,8 @@ def _requested(uow: UnitOfWork, request: BookRide) -> Ride:
         requested_at=uow.now,
         source=request.source,
         idempotency_key=request.idempotency_key,
+        arrive_before=closes,
+        series_id=request.series_id,
     )
 
 
