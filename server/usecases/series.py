@@ -22,6 +22,8 @@ from server.usecases import rides, topics
 from server.usecases.calendars import calendar_of
 from server.usecases.ports import UnitOfWork
 
+_TOO_LATE = ("no_vehicle_free", "its time came before a shuttle could be found")
+
 
 @dataclass(frozen=True, slots=True)
 class OccurrenceView:
@@ -164,8 +166,8 @@ def book_occurrence(uow: UnitOfWork, due: DueRide) -> Occurrence:
     if holiday is not None:
         done = domain.skipped(present, holiday.note, uow.now)
     elif present.leave_at < uow.now:
-        detail = present.reason_detail or "its time came before a shuttle could be found"
-        done = domain.not_taken(present, present.reason or "no_vehicle_free", detail, uow.now)
+        reason = (present.reason, present.reason_detail) if present.reason else _TOO_LATE
+        done = domain.not_taken(present, *reason, uow.now)
     else:
         ride = rides.book(uow, _wish(series, present))
         if ride.state is RideState.REFUSED:
@@ -249,7 +251,9 @@ def _expected(uow: UnitOfWork, calendar: ServiceCalendar, series: Series, day: d
     """What will come of a day that is too far ahead, as far as it is known."""
     fresh = _fresh(series, day, series.leaves_at(day, calendar.zone))
     holiday = calendar.holiday(day)
-    return fresh if holiday is None else domain.skipped(fresh, holiday.note, uow.now)
+    if holiday is not None:
+        return domain.skipped(fresh, holiday.note, uow.now)
+    return fresh if fresh.leave_at >= uow.now else domain.not_taken(fresh, *_TOO_LATE, uow.now)
 
 
 def _present(uow: UnitOfWork, series: Series, day: date) -> Occurrence:
