@@ -55,6 +55,9 @@ class PatternView(PatternBody):
     )
 
     service_id: str
+    starts_on: date | None
+    ends_on: date | None
+    hours: list[HoursModel]
     trips: int = Field(description="How many trips of the timetable run by it.")
 
 
