@@ -73,5 +73,10 @@ function TripRow({ trip }: { readonly trip: Schemas["TripView"] }) {
 
 function hoursOf(day: Schemas["TimetableDay"]): string {
   if (day.hours.length === 0) return words.value.closed;
-  return day.hours.map((span) => `${clock(span.opens_at)}–${clock(span.closes_at)}`).join(", ");
+  return day.hours.map(hoursInWords).join(", ");
+}
+
+function hoursInWords(span: Schemas["SpanView"]): string {
+  const [opens, closes] = [clock(span.opens_at), clock(span.closes_at)];
+  return opens === closes ? words.value.all_day : `${opens}–${closes}`;
 }

@@ -267,6 +267,7 @@ export const en = {
   no_trips: "No trips run today.",
   last_run: "last run",
   closed: "no rides today",
+  all_day: "rides all day",
   trip_states: {
     planned: "Planned",
     assigned: "Assigned",

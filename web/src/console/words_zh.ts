@@ -252,6 +252,7 @@ export const zh: ConsoleWords = {
   no_trips: "今天没有班次。",
   last_run: "末班",
   closed: "今日不接受预约",
+  all_day: "全天可预约",
   trip_states: {
     planned: "计划中",
     assigned: "已派车",

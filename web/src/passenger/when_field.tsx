@@ -1,4 +1,4 @@
-import { useId } from "preact/hooks";
+import { useEffect, useId, useRef } from "preact/hooks";
 import type { Schemas } from "../shared/api/client";
 import { language } from "../shared/words/language";
 import { fromLocalInput, toLocalInput, weekdayName } from "../shared/words/moments";
@@ -103,9 +103,12 @@ function LaterField({ view }: ViewProps) {
 
 function RepeatFields({ view }: ViewProps) {
   const [time_id, day_id] = [useId(), useId()];
+  const fields = useRef<HTMLDivElement>(null);
   const say = words.value;
+  // On a phone they would come up behind the bar with the button.
+  useEffect(() => fields.current?.scrollIntoView({ block: "center" }), []);
   return (
-    <>
+    <div class="repeat" ref={fields}>
       <div class="weekdays" role="group" aria-label={say.weekdays}>
         {WEEK.map((day) => (
           <button
@@ -157,6 +160,6 @@ function RepeatFields({ view }: ViewProps) {
         </div>
       </div>
       <p class="hint">{say.repeat_hint}</p>
-    </>
+    </div>
   );
 }
