@@ -29,6 +29,7 @@ from server.live.feed import SceneFeed
 from server.loops.departures import DepartureClerk
 from server.loops.dispatcher import Dispatcher
 from server.loops.retention import Retention
+from server.loops.series import SeriesClerk
 from server.loops.silence import SilenceWatch
 from server.loops.solver import InlineSolver
 from server.settings import Settings
@@ -84,6 +85,7 @@ def standing_tasks(ports: Ports) -> tuple[StandingTask, ...]:
     return (
         Dispatcher(transactions, ports.bus, ports.solver, ids, ports.campus_id),
         DepartureClerk(transactions, ids.new_id("departures")),
+        SeriesClerk(transactions, ids.new_id("series-clerk")),
         SilenceWatch(transactions),
         Retention(transactions),
     )

@@ -269,6 +269,7 @@ class Task(msgspec.Struct, frozen=True):
     waiting_for   section whose grant is missing, when that is why stop_s_m is where it is
     resumed_ns    when an operator last let the vehicle go; older latched stops may be released, 0 before
     announcement  what an operator wants to be said, new when announced_ns grows
+    refused_ns    when the seat button was last refused on the way, 0 before
     """
 
     mode: TaskMode
@@ -291,6 +292,7 @@ class Task(msgspec.Struct, frozen=True):
     resumed_ns: int = 0
     announcement: str = ""
     announced_ns: int = 0
+    refused_ns: int = 0
 
 
 class Path(msgspec.Struct, frozen=True):

@@ -88,11 +88,15 @@ class Building(msgspec.Struct, frozen=True):
     name: str = ""
 
 
-class TimetableTrip(msgspec.Struct, frozen=True):
-    """One scheduled run: a departure (seconds after local midnight) at each of its stops, in order."""
+class TimetableTrip(msgspec.Struct, frozen=True, omit_defaults=True):
+    """One scheduled run: a departure (seconds after local midnight) at each of its stops, in order.
+
+    service_id  whose calendar says on which days it runs; "" for every day that is no holiday
+    """
 
     trip_id: str
     calls: tuple[tuple[str, int], ...]
+    service_id: str = ""
 
 
 class RoadMap(msgspec.Struct, frozen=True):

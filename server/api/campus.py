@@ -15,7 +15,7 @@ from server.api.campus_schemas import (
 from server.api.problems import problems
 from server.api.services import Given
 from server.domain.errors import CampusUnknown
-from server.usecases import campus
+from server.usecases import calendars, campus
 from server.usecases.ports import UnitOfWork
 
 router = APIRouter(tags=["campus"])
@@ -23,9 +23,13 @@ router = APIRouter(tags=["campus"])
 
 @router.get("/campus", operation_id="get_campus", responses=problems(CampusUnknown))
 async def get_campus(services: Given) -> CampusView:
-    return await services.transactions.read(
-        lambda uow: campus_view(uow.campus_id, uow.network(), uow.rules, uow.now)
-    )
+    def work(uow: UnitOfWork) -> CampusView:
+        today = calendars.service_day(uow)
+        return campus_view(
+            uow.campus_id, uow.network(), uow.rules, uow.now, calendars.calendar_of(uow), today
+        )
+
+    return await services.transactions.read(work)
 
 
 @router.get("/stops", operation_id="list_stops", responses=problems(CampusUnknown))

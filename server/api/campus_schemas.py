@@ -10,8 +10,10 @@ from contract.geometry import Array
 from contract.roads.model import Building, Lane
 from contract.roads.network import RoadNetwork
 from server.domain.rules import FleetRules
+from server.domain.service import ServiceCalendar
 from server.domain.stops import CampusStop
 from server.live.route_shape import simplified
+from server.usecases.calendars import ServiceDay
 
 # Finer than a pixel at any zoom a phone shows a campus at.
 DRAWING_TOLERANCE_M = 0.25
@@ -40,6 +42,10 @@ class CampusView(BaseModel):
                 "now": "2026-09-01T08:14:31Z",
                 "open_now": True,
                 "opens_next": "2026-09-01T08:14:31Z",
+                "closes_at": "2026-09-01T14:00:00Z",
+                "holiday": None,
+                "has_timetable": True,
+                "last_run_at": "2026-09-01T10:10:00Z",
                 "seats_max": 6,
                 "booking_ahead_s_max": 604800.0,
             }
@@ -55,7 +61,11 @@ class CampusView(BaseModel):
     attribution: str
     now: datetime = Field(description="The server's clock, by which all times are meant.")
     open_now: bool
-    opens_next: datetime | None = Field(description="When rides can be had next; null: not this week.")
+    opens_next: datetime | None = Field(description="When rides can be had next; null: not for weeks.")
+    closes_at: datetime | None = Field(description="When the present opening ends; null: closed, or never.")
+    holiday: str | None = Field(description="Today's holiday by name, or null on an ordinary day.")
+    has_timetable: bool
+    last_run_at: datetime | None = Field(description="When today's last timetable trip begins.")
     seats_max: int
     booking_ahead_s_max: float
 
@@ -140,8 +150,16 @@ class MapGeometry(BaseModel):
     stops: list[StopView]
 
 
-def campus_view(campus_id: str, network: RoadNetwork, rules: FleetRules, now: datetime) -> CampusView:
+def campus_view(
+    campus_id: str,
+    network: RoadNetwork,
+    rules: FleetRules,
+    now: datetime,
+    calendar: ServiceCalendar,
+    today: ServiceDay,
+) -> CampusView:
     road_map = network.road_map
+    last_run = today.last_run
     origin = road_map.origin
     return CampusView(
         campus_id=campus_id,
@@ -152,8 +170,12 @@ def campus_view(campus_id: str, network: RoadNetwork, rules: FleetRules, now: da
         schematic=road_map.schematic,
         attribution=road_map.attribution,
         now=now,
-        open_now=rules.hours.is_open(now),
-        opens_next=rules.hours.next_opening(now),
+        open_now=calendar.is_open(now),
+        opens_next=calendar.next_opening(now),
+        closes_at=calendar.closes_after(now),
+        holiday=None if today.holiday is None else today.holiday.note,
+        has_timetable=bool(road_map.timetable),
+        last_run_at=None if last_run is None else last_run.calls[0].leave_at,
         seats_max=rules.seats_max,
         booking_ahead_s_max=rules.booking_ahead_s_max,
     )

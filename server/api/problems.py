@@ -67,7 +67,17 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.PartyTooLarge: 409,
     errors.PartyInvalid: 400,
     errors.SameStop: 400,
-    errors.OutsideServiceHours: 409,
+    errors.NoService: 409,
+    errors.DestinationRefused: 409,
+    errors.RideRefused: 409,
+    errors.SeriesUnknown: 404,
+    errors.SeriesEnded: 409,
+    errors.SeriesInvalid: 400,
+    errors.OccurrenceEnded: 409,
+    errors.PatternUnknown: 404,
+    errors.PatternInvalid: 400,
+    errors.PatternInUse: 409,
+    errors.ExceptionUnknown: 404,
     errors.BookingTooFarAhead: 409,
     errors.IdempotencyMismatch: 409,
     errors.NoVehicleFree: 409,
@@ -131,6 +141,7 @@ class Problem(BaseModel):
                 "status": 404,
                 "code": "stop_unknown",
                 "detail": "the map has no stop 'library'; see /api/v1/stops",
+                "rule": "",
                 "errors": [],
             }
         }
@@ -141,6 +152,7 @@ class Problem(BaseModel):
     status: int
     code: str
     detail: str
+    rule: str = Field("", description="The dispatcher's rule that binds, where one is behind the refusal.")
     errors: list[FieldProblem] = []
 
 
@@ -189,7 +201,7 @@ async def _refused(_: Request, error: Exception) -> JSONResponse:
     status = status_of(error)
     if status == 401:
         headers["WWW-Authenticate"] = "Session"
-    return _response(_body(status, error.code, error.detail), headers)
+    return _response(_body(status, error.code, error.detail, error.rule), headers)
 
 
 async def _not_valid(_: Request, error: Exception) -> JSONResponse:
@@ -211,9 +223,9 @@ async def _crashed(_: Request, __: Exception) -> JSONResponse:
     return _response(_body(500, "server_fault", "the server failed; its log names the cause"))
 
 
-def _body(status: int, code: str, detail: str) -> Problem:
+def _body(status: int, code: str, detail: str, rule: str = "") -> Problem:
     title = HTTPStatus(status).phrase
-    return Problem(type=TYPE_PREFIX + code, title=title, status=status, code=code, detail=detail)
+    return Problem(type=TYPE_PREFIX + code, title=title, status=status, code=code, detail=detail, rule=rule)
 
 
 def _response(body: Problem, headers: Mapping[str, str] | None = None) -> JSONResponse:

@@ -35,6 +35,8 @@ RIDE_EXAMPLE: JsonDict = {
     "reason_detail": "",
     "promise_broken": False,
     "left_early": False,
+    "first_to_stop": None,
+    "let_out": False,
 }
 
 
@@ -51,6 +53,12 @@ class RideRequest(BaseModel):
     party: int = Field(1, ge=1, le=1000, description="People travelling, wheelchairs included.")
     wheelchairs: int = Field(0, ge=0, le=1000, description="How many of them need a wheelchair place.")
     earliest: Moment | None = None
+
+
+class DestinationRequest(BaseModel):
+    model_config = ConfigDict(extra="forbid", json_schema_extra={"example": {"to_stop": "east-gate"}})
+
+    to_stop: StopId
 
 
 class HelpRequest(BaseModel):
@@ -72,8 +80,8 @@ class PromiseView(BaseModel):
 class RideView(BaseModel):
     """A ride as anybody with its code may see it.
 
-    The promise never changes; pickup_eta and arrival_eta are what the plan says now. A refused ride has no
-    promise, and `reason` names the rule that binds.
+    The promise changes only with the destination; pickup_eta and arrival_eta are what the plan says now. A
+    refused ride has no promise, and `reason` names the rule that binds.
     """
 
     model_config = ConfigDict(json_schema_extra={"example": RIDE_EXAMPLE})
@@ -97,6 +105,8 @@ class RideView(BaseModel):
     reason_detail: str
     promise_broken: bool
     left_early: bool
+    first_to_stop: str | None = Field(description="Where it was booked to, when the destination has changed.")
+    let_out: bool = Field(description="The party asked to get off as soon as possible: to_stop is where.")
 
 
 class AlternativeView(BaseModel):
@@ -133,11 +143,14 @@ class RideRecord(RideView):
     """A ride as an operator sees it."""
 
     model_config = ConfigDict(
-        json_schema_extra={"example": RIDE_EXAMPLE | {"source": "passenger", "boarding_code": "4821"}}
+        json_schema_extra={
+            "example": RIDE_EXAMPLE | {"source": "passenger", "boarding_code": "4821", "series_id": None}
+        }
     )
 
     source: Literal["passenger", "operator", "developer"]
     boarding_code: str
+    series_id: str | None = Field(description="The recurring booking that it is a day of.")
 
 
 class QuoteView(BaseModel):
@@ -240,7 +253,7 @@ def _quote(quote: Quote | None) -> QuoteView | None:
 
 
 def ride_record(ride: Ride) -> RideRecord:
-    more = {"source": ride.source, "boarding_code": ride.boarding_code}
+    more = {"source": ride.source, "boarding_code": ride.boarding_code, "series_id": ride.series_id}
     return RideRecord.model_validate(_fields(ride) | more)
 
 
@@ -269,6 +282,8 @@ def _fields(ride: Ride) -> dict[str, object]:
         "reason_detail": ride.reason_detail,
         "promise_broken": ride.promise_broken,
         "left_early": ride.left_early,
+        "first_to_stop": ride.first_to_stop,
+        "let_out": ride.let_out,
     }
 
 

@@ -10,6 +10,7 @@ from server.api.problems import CsrfMissing, problems
 from server.api.rate_limit import TooManyTries
 from server.api.ride_schemas import (
     DecisionView,
+    DestinationRequest,
     HelpAnswer,
     HelpRequest,
     RideRecord,
@@ -29,8 +30,9 @@ from server.domain.errors import (
     BookingTooFarAhead,
     CampusUnknown,
     CommandUnknown,
+    DestinationRefused,
     IdempotencyMismatch,
-    OutsideServiceHours,
+    NoService,
     PartyInvalid,
     PartyTooLarge,
     RideAlreadyAboard,
@@ -46,10 +48,21 @@ from server.domain.errors import (
 )
 from server.domain.incidents import Incident
 from server.domain.rides import Ride, RideState, Tap, TapKind
-from server.usecases import rides
+from server.usecases import destinations, rides
 from server.usecases.ports import UnitOfWork
 
 router = APIRouter(prefix="/rides", tags=["rides"])
+
+IdempotencyKey = Annotated[
+    str | None,
+    Header(
+        min_length=8,
+        max_length=128,
+        pattern=r"^[\x21-\x7e]+$",
+        description="Made by the client for each booking; a repeat with it gives the same answer.",
+        examples=["6f1d0c1e-2b7a-4f0e-9a34-0d5c2f7be801"],
+    ),
+]
 
 
 @router.post(
@@ -63,7 +76,7 @@ router = APIRouter(prefix="/rides", tags=["rides"])
         PartyInvalid,
         StopUnreachable,
         PartyTooLarge,
-        OutsideServiceHours,
+        NoService,
         BookingTooFarAhead,
         IdempotencyMismatch,
         TooManyTries,
@@ -73,16 +86,7 @@ async def book_ride(
     request: RideRequest,
     services: Given,
     client: Client,
-    idempotency_key: Annotated[
-        str | None,
-        Header(
-            min_length=8,
-            max_length=128,
-            pattern=r"^[\x21-\x7e]+$",
-            description="Made by the client for each booking; a repeat with it gives the same ride.",
-            examples=["6f1d0c1e-2b7a-4f0e-9a34-0d5c2f7be801"],
-        ),
-    ] = None,
+    idempotency_key: IdempotencyKey = None,
 ) -> RideTicket:
     """Answered at once, with a vehicle and a promise; or as a ride in state `refused` whose `reason` names
     the rule that binds."""
@@ -135,11 +139,37 @@ async def get_ride(token: RideToken, services: Given) -> RideTicket:
 @router.post(
     "/{token}/cancel",
     operation_id="cancel_ride",
-    responses=problems(RideUnknown, RideAlreadyAboard, RideEnded),
+    responses=problems(RideUnknown, RideEnded, DestinationRefused),
 )
 async def cancel_ride(token: RideToken, services: Given) -> RideTicket:
+    """A party aboard is let out as soon as possible: the answer says at which stop, with `let_out` true."""
+
     def work(uow: UnitOfWork) -> Ride:
         return rides.cancel(uow, rides.ride_by_token(uow, token).ride_id, "passenger")
+
+    return ride_ticket(await services.transactions.run(work))
+
+
+@router.post(
+    "/{token}/destination",
+    operation_id="change_destination",
+    responses=problems(
+        RideUnknown,
+        StopUnknown,
+        SameStop,
+        StopUnreachable,
+        RideEnded,
+        NoService,
+        DestinationRefused,
+    ),
+)
+async def change_destination(token: RideToken, request: DestinationRequest, services: Given) -> RideTicket:
+    """Another destination while the party waits or rides. The pickup promise stays, the latest arrival is
+    promised anew; nobody else's promise is touched, so it may be refused with the rule that binds."""
+
+    def work(uow: UnitOfWork) -> Ride:
+        ride = rides.ride_by_token(uow, token)
+        return destinations.change_destination(uow, ride, request.to_stop, "passenger")
 
     return ride_ticket(await services.transactions.run(work))
 
@@ -213,10 +243,35 @@ async def explain_ride(ride_id: RideId, services: Given, _: ReadingOperator) -> 
 @router.post(
     "/id/{ride_id}/cancel",
     operation_id="cancel_ride_by_operator",
-    responses=problems(RideUnknown, RideAlreadyAboard, RideEnded, SessionExpired, CsrfMissing),
+    responses=problems(RideUnknown, RideEnded, DestinationRefused, SessionExpired, CsrfMissing),
 )
 async def cancel_ride_by_operator(ride_id: RideId, services: Given, _: ChangingOperator) -> RideRecord:
     return ride_record(await services.transactions.run(lambda uow: rides.cancel(uow, ride_id, "operator")))
+
+
+@router.post(
+    "/id/{ride_id}/destination",
+    operation_id="change_destination_by_operator",
+    responses=problems(
+        RideUnknown,
+        StopUnknown,
+        SameStop,
+        StopUnreachable,
+        RideEnded,
+        NoService,
+        DestinationRefused,
+        SessionExpired,
+        CsrfMissing,
+    ),
+)
+async def change_destination_by_operator(
+    ride_id: RideId, request: DestinationRequest, services: Given, _: ChangingOperator
+) -> RideRecord:
+    def work(uow: UnitOfWork) -> Ride:
+        ride = rides.ride_of(uow, ride_id)
+        return destinations.change_destination(uow, ride, request.to_stop, "operator")
+
+    return ride_record(await services.transactions.run(work))
 
 
 async def _tap(services: Given, token: str, kind: TapKind) -> TapView:

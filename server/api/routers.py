@@ -14,6 +14,8 @@ from server.api import (
     rides,
     runs,
     segments,
+    series,
+    service,
     sessions,
     tokens,
     vehicle_socket,
@@ -41,6 +43,8 @@ def bare_app(**options: Any) -> FastAPI:
     for router in (
         campus.router,
         rides.router,
+        series.router,
+        service.router,
         sessions.router,
         vehicles.router,
         vehicles.enrolments,

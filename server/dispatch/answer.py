@@ -1,7 +1,6 @@
 """Answers to those who ask for a ride, one after the other: who comes and when, or why nobody can."""
 
-import math
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 
 from server.dispatch.alternatives import Alternative, alternatives
@@ -55,15 +54,17 @@ class Answer:
     alternatives: tuple[Alternative, ...] = ()
 
 
-def answer_all(board: Board, request_ids: Sequence[str], terms: Terms) -> tuple[Answer, ...]:
+def answer_all(
+    board: Board, request_ids: Sequence[str], terms: Terms, promised: Set[str] = frozenset()
+) -> tuple[Answer, ...]:
     """Answer in this order, each with the ones before it in place; who is refused leaves the board.
 
-    The requests are on the board and in no route. One with a latest arrival has its promise already.
+    The requests are on the board and in no route. The windows of those in `promised` stay as they are.
     """
-    return tuple(_answer(board, request_id, terms) for request_id in request_ids)
+    return tuple(_answer(board, request_id, terms, request_id in promised) for request_id in request_ids)
 
 
-def _answer(board: Board, request_id: str, terms: Terms) -> Answer:
+def _answer(board: Board, request_id: str, terms: Terms, promised: bool) -> Answer:
     wish = board.requests[board.rows[request_id]]
     offers = offers_for(board, request_id)
     if offers.best is None:
@@ -74,7 +75,7 @@ def _answer(board: Board, request_id: str, terms: Terms) -> Answer:
     take(board, offers.best)
     best = _quote(board, offers.best)
     windows = (wish.pickup_from_s, wish.pickup_to_s, wish.arrive_by_s)
-    if math.isinf(wish.arrive_by_s):
+    if not promised:
         windows = _promised(offers.best.request, best, terms)
         board.narrow(
             replace(
@@ -88,7 +89,7 @@ def _promised(request: Request, quote: Quote, terms: Terms) -> tuple[float, floa
     """The planned times, with room for later riders, people in the way and waiting for the road."""
     opens_s = max(request.pickup_from_s, quote.pickup_s - terms.pickup_early_s)
     slack_s = terms.arrival_slack_s + terms.arrival_slack_ratio * (quote.arrival_s - quote.pickup_s)
-    return opens_s, quote.pickup_s + terms.pickup_slack_s, quote.arrival_s + slack_s
+    return opens_s, quote.pickup_s + terms.pickup_slack_s, min(quote.arrival_s + slack_s, request.arrive_by_s)
 
 
 def _quote(board: Board, offer: Offer) -> Quote:

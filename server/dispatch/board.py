@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from server.dispatch.advance import advance, made_log
 from server.dispatch.arrays import AnyArray
 from server.dispatch.engine.plan import ABSENT, Plan, Scratch, copy_plan, empty_plan, refresh, scratch_for
-from server.dispatch.engine.task import NOWHERE, SEATS, WHEELCHAIRS, Task
+from server.dispatch.engine.task import SEATS, WHEELCHAIRS, Task
 from server.dispatch.layout import Stay, calls_and_times
 from server.dispatch.problem import CUT_OFF_S, Call, Problem, Request, VehicleRoute, VehicleState
 from server.dispatch.settle import settle
@@ -33,20 +34,33 @@ class Planned:
     arrival_s: float
 
 
+@dataclass(frozen=True, slots=True)
+class Made:
+    """A rider was picked up, or set down (alights), at this time."""
+
+    vehicle_id: str
+    request_id: str
+    alights: bool
+    at_s: float
+
+
 class Board:
     """Rows: request r has nodes 2r and 2r + 1, vehicle v starts at 2(R + v) and ends at 2(R + v) + 1.
 
     impossible  vehicles with more people than seats, because their word crossed with a decision; they get
                 nothing new and keep what they have
-    overdue     requests whose promise the present routes cannot keep any more
+    overdue     requests, and names of fixed calls, that the present routes cannot keep in time any more
     """
 
-    def __init__(self, problem: Problem, spare: int = _SPARE_ROWS) -> None:
+    def __init__(self, problem: Problem, spare: int = _SPARE_ROWS, patience: float = 0.0) -> None:
+        """patience  when vehicles set out in `advance`: 0 as early as there is something to do, 1 as late as
+        every promise still allows"""
         self.problem = problem
         self.origin_s = min((vehicle.ready_s for vehicle in problem.vehicles), default=0.0)
         self.vehicle_ids = [vehicle.vehicle_id for vehicle in problem.vehicles]
         self.rows: dict[str, int] = {}
         self.requests: dict[int, Request] = {}
+        self._places = len(problem.times) if problem.plane is None else len(problem.plane.xy)
         self.impossible: set[int] = set()
         self.overdue: set[str] = set()
         self._stays: dict[int, Stay] = {}
@@ -60,6 +74,9 @@ class Board:
         self.plan: Plan = empty_plan(self.task, room + 2 * fixed)
         self.scratch: Scratch = scratch_for(self.task, room + 2 * fixed)
         self.accepts = np.zeros(len(problem.vehicles), np.bool_)
+        self._made = made_log(len(problem.vehicles) * self.plan.route.shape[1])
+        self._driven_s = 0.0
+        self._patience = patience
         for v, vehicle in enumerate(problem.vehicles):
             self._place(v, vehicle)
 
@@ -73,7 +90,7 @@ class Board:
             raise ValueError("the board has no free row; make one with more to spare")
         r = self._free.pop()
         self.rows[request.request_id] = r
-        self.write(r, request, self.problem.dwell_s)
+        self.write(r, request, self.problem.dwell_s if request.dwell_s is None else request.dwell_s)
         self.plan.vehicle_of[r] = ABSENT
         self.plan.movable[r] = True
         return r
@@ -84,7 +101,8 @@ class Board:
         task, weights, p, d = self.task, self.problem.weights, 2 * r, 2 * r + 1
         from_s = request.pickup_from_s - self.origin_s
         task.place[p], task.place[d] = request.pickup, request.dropoff
-        task.early_s[p] = task.early_s[d] = from_s
+        task.early_s[p] = from_s
+        task.early_s[d] = max(from_s, request.arrive_from_s - self.origin_s)
         task.late_s[p] = request.pickup_to_s - self.origin_s
         task.late_s[d] = min(request.arrive_by_s - self.origin_s, 0.5 * CUT_OFF_S)
         task.ride_s_max[p] = request.ride_s_max
@@ -111,16 +129,31 @@ class Board:
     def remove(self, request_id: str) -> None:
         """Forget a request, and take it out of its route."""
         self.take_out(request_id)
-        r = self.rows.pop(request_id)
-        del self.requests[r]
+        self._release(self.rows[request_id])
+
+    def _release(self, r: int) -> None:
+        del self.rows[self.requests.pop(r).request_id]
+        self.plan.vehicle_of[r] = ABSENT
+        self.task.absent_cost[r] = 0.0
         self._free.append(r)
 
+    def keep(self, request_id: str) -> None:
+        """The request has been accepted: no improvement may leave it out any more."""
+        r = self.rows[request_id]
+        self.task.absent_cost[r] = _PROMISED * self.requests[r].party
+
     def narrow(self, request: Request) -> None:
-        """Give a request that is in a route other windows, which the route keeps."""
+        """Accept a request that is in a route, with other windows, which the route keeps."""
         r = self.rows[request.request_id]
         self.write(r, request)
-        self.task.absent_cost[r] = _PROMISED * request.party
+        self.keep(request.request_id)
         refresh(self.task, self.plan, self.scratch, int(self.plan.vehicle_of[r]))
+
+    def arrival_s(self, request_id: str) -> float:
+        """When a request in a route, or somebody aboard, is set down as planned now."""
+        r = self.rows[request_id]
+        v = int(self.plan.vehicle_of[r])
+        return float(self.plan.least_s[v, self.plan.slot[2 * r + 1]]) + self.origin_s
 
     def planned(self, request_id: str) -> Planned:
         """When a request in a route is picked up and set down as planned now."""
@@ -148,9 +181,13 @@ class Board:
     def _place(self, v: int, vehicle: VehicleState) -> None:
         task, requests = self.task, self.task.requests
         start = 2 * (requests + v)
-        task.place[start], task.place[start + 1] = len(self.problem.times) + v, NOWHERE
-        task.travel_s[len(self.problem.times) + v] = _finite(vehicle.to_places_s)
-        task.early_s[start] = task.late_s[start] = vehicle.ready_s - self.origin_s
+        task.place[start], task.place[start + 1] = self._places + v, vehicle.ends_at
+        if self.problem.plane is None:
+            task.travel_s[self._places + v] = _finite(vehicle.to_places_s)
+        else:
+            task.xy[self._places + v] = vehicle.at_xy
+        task.early_s[start], task.late_s[start] = vehicle.ready_s - self.origin_s, CUT_OFF_S
+        task.ride_s_max[start] = vehicle.duty_s_max
         task.early_s[start + 1] = -CUT_OFF_S
         task.late_s[start + 1] = min(vehicle.on_duty_to_s - self.origin_s, CUT_OFF_S)
         task.capacity[v] = vehicle.seats, vehicle.wheelchair_places
@@ -185,7 +222,7 @@ class Board:
         r = self.add(self.problem.requests[request_id])
         node = 2 * r + (request_id in call.alight)
         self.task.service_s[node] = call.dwell_s
-        self.task.absent_cost[r] = _PROMISED * self.requests[r].party
+        self.keep(request_id)
         self._stays[node] = stay
         return 2 * r
 
@@ -196,6 +233,35 @@ class Board:
         self.task.ride_s_max[2 * r] = np.inf
         self.plan.movable[r] = False
         self.plan.vehicle_of[r] = v
+
+    # ------------------------------------------------------------ time goes on
+
+    def advance(self, now_s: float) -> list[Made]:
+        """Let every vehicle drive as planned until now; the visits made meanwhile, each vehicle's in order.
+
+        A vehicle sets out for its next visit as late as its patience says. From then on the visit stays; one
+        that has been made is behind it. Who has been set down leaves the board.
+        """
+        self._driven_s += advance(
+            self.task, self.plan, self.scratch, now_s - self.origin_s, self._patience, self._made
+        )
+        made: list[Made] = []
+        for k in range(int(self._made.used[0])):
+            node, v = int(self._made.node[k]), int(self._made.vehicle[k])
+            at_s = float(self._made.at_s[k]) + self.origin_s
+            self._stays.pop(node, None)
+            if node >= 2 * self.task.requests:
+                continue
+            r, alights = node >> 1, bool(node & 1)
+            made.append(Made(self.vehicle_ids[v], self.requests[r].request_id, alights, at_s))
+            if alights:
+                self._release(r)
+        return made
+
+    @property
+    def driven_s(self) -> float:
+        """Driving begun so far by all vehicles."""
+        return float(self._driven_s)
 
     # ------------------------------------------------------------ routes
 
@@ -211,12 +277,16 @@ class Board:
         if refresh(self.task, self.plan, self.scratch, v):
             return
         late = settle(self.task, self.plan, self.scratch, v)
-        self.overdue.update(
-            self.requests[node >> 1].request_id for node in late if node < 2 * self.task.requests
-        )
+        self.overdue.update(self._name(node) for node in late)
         if not refresh(self.task, self.plan, self.scratch, v):
             self.impossible.add(v)
             self._freeze(v)
+
+    def _name(self, node: int) -> str:
+        """The request or the call whose visit it is; "" for the end of a shift."""
+        if node < 2 * self.task.requests:
+            return self.requests[node >> 1].request_id
+        return self._stays[node].call.call_id if node in self._stays else ""
 
     def _freeze(self, v: int) -> None:
         """Nobody enters or leaves this route by a decision."""
@@ -272,8 +342,13 @@ def _finite(times: AnyArray) -> AnyArray:
 def _blank_task(problem: Problem, requests: int, nodes: int) -> Task:
     """Rows for so many requests and nodes, none in use; rows of travel for places, then for vehicles."""
     places, vehicles = len(problem.times), len(problem.vehicles)
-    travel_s: AnyArray = np.zeros((places + vehicles, places))
-    travel_s[:places] = _finite(problem.times)
+    travel_s: AnyArray = np.zeros((0, 0))
+    xy: AnyArray = np.zeros((0, 2))
+    if problem.plane is None:
+        travel_s = np.zeros((places + vehicles, places))
+        travel_s[:places] = _finite(problem.times)
+    else:
+        xy = np.concatenate([problem.plane.xy, np.zeros((vehicles, 2))])
     return Task(
         place=np.zeros(nodes, np.int32),
         early_s=np.zeros(nodes),
@@ -288,7 +363,7 @@ def _blank_task(problem: Problem, requests: int, nodes: int) -> Task:
         vehicle_cost=np.zeros(vehicles),
         absent_cost=np.zeros(requests),
         travel_s=travel_s,
-        xy=np.zeros((0, 2)),
-        slowness=0.0,
-        joined=True,
+        xy=xy,
+        slowness=0.0 if problem.plane is None else problem.plane.slowness,
+        joined=problem.together,
     )

@@ -22,12 +22,25 @@ class Walk:
 
 
 @dataclass(frozen=True, slots=True)
+class Plane:
+    """Places on an open plane, where driving takes `slowness` seconds per unit of distance.
+
+    xy  (P, 2) of each place
+    """
+
+    xy: Array
+    slowness: float
+
+
+@dataclass(frozen=True, slots=True)
 class Request:
     """A party to be carried. Windows are hard: a solution that breaks one is none.
 
     pickup_from_s, pickup_to_s  the vehicle comes to the pickup within these
     arrive_by_s  it comes to the drop-off no later
+    arrive_from_s  nor any earlier
     ride_s_max   longest time between the end of boarding and coming to the drop-off
+    dwell_s      how long they take to get on, and off; None for the problem's dwell
     pickup_walks, dropoff_walks  other stops that would do; whoever walks is later at the pickup, and wants
                  to be earlier at the drop-off, by as much
     """
@@ -43,6 +56,8 @@ class Request:
     ride_s_max: float = math.inf
     pickup_walks: tuple[Walk, ...] = ()
     dropoff_walks: tuple[Walk, ...] = ()
+    arrive_from_s: float = -math.inf
+    dwell_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +101,7 @@ class Chain:
 class VehicleState:
     """A vehicle at the moment of the snapshot.
 
-    to_places_s  (P,) seconds from where it is to every place
+    to_places_s  (P,) seconds from where it is to every place; empty on a plane
     ready_s      when it can drive to its next call
     aboard       requests in the vehicle now
     calls        its present route, resting left out
@@ -94,6 +109,9 @@ class VehicleState:
     accepts      new requests may be given to it
     on_duty_to_s when its shift ends: its last call is left by then
     drive_s_max  driving that its battery allows above the reserve
+    at_xy        where it is on a plane
+    ends_at      the place to which it returns after its last call, -1 for anywhere
+    duty_s_max   longest time from leaving where it is now to its end
     """
 
     vehicle_id: str
@@ -107,6 +125,9 @@ class VehicleState:
     accepts: bool = True
     on_duty_to_s: float = math.inf
     drive_s_max: float = math.inf
+    at_xy: tuple[float, float] = (0.0, 0.0)
+    ends_at: int = -1
+    duty_s_max: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,10 +148,11 @@ class CostWeights:
 class Problem:
     """What is to be decided.
 
-    times         (P, P) planned seconds between places; infinite where no road leads
+    times         (P, P) planned seconds between places; infinite where no road leads; empty on a plane
     requests      every request named anywhere, by id
     open_requests, open_chains  those that nobody carries yet, in the order in which they are served
     dwell_s       how long a call made for a request lasts
+    together      who gets on or off at one place does so side by side
     """
 
     vehicles: tuple[VehicleState, ...]
@@ -140,6 +162,8 @@ class Problem:
     open_chains: tuple[Chain, ...] = ()
     dwell_s: float = 0.0
     weights: CostWeights = field(default_factory=CostWeights)
+    plane: Plane | None = None
+    together: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
-DecisionKind = Literal["booking", "reassignment", "improvement"]
+DecisionKind = Literal["booking", "change", "reassignment", "improvement"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,9 +2,13 @@
 
 
 class DomainError(Exception):
-    """A rule of the house said no. `code` is stable and machine-readable; `detail` says what to do."""
+    """A rule of the house said no. `code` is stable and machine-readable; `detail` says what to do.
+
+    rule   the dispatcher's binding rule where one is behind it, "" otherwise
+    """
 
     code = "refused"
+    rule = ""
 
     def __init__(self, detail: str) -> None:
         super().__init__(detail)
@@ -68,10 +72,10 @@ class SameStop(DomainError):
     code = "same_stop"
 
 
-class OutsideServiceHours(DomainError):
-    """The campus does not run at that time; the detail names when it opens."""
+class NoService(DomainError):
+    """The campus does not run at that time, or not for long enough; the detail names when it opens."""
 
-    code = "outside_service_hours"
+    code = "no_service"
 
 
 class BookingTooFarAhead(DomainError):
@@ -90,6 +94,50 @@ class NoVehicleFree(DomainError):
     """No shuttle can do it; the detail names the rule that binds."""
 
     code = "no_vehicle_free"
+
+
+class DestinationRefused(DomainError):
+    """The party cannot be taken there instead; `rule` names what binds, and the ride stays as it was."""
+
+    code = "destination_refused"
+
+    def __init__(self, detail: str, rule: str = "") -> None:
+        super().__init__(detail)
+        self.rule = rule
+
+
+class RideRefused(DomainError):
+    """Nobody can take the ride; raised where a refused ride shall not be kept."""
+
+    code = "ride_refused"
+
+    def __init__(self, detail: str, rule: str) -> None:
+        super().__init__(detail)
+        self.rule = rule
+
+
+class SeriesUnknown(DomainError):
+    """No recurring booking has this id or token, or none of its rides falls on that day."""
+
+    code = "series_unknown"
+
+
+class SeriesEnded(DomainError):
+    """The recurring booking was cancelled, or its last day is past."""
+
+    code = "series_ended"
+
+
+class SeriesInvalid(DomainError):
+    """No day lies between the recurring booking's first and last on which a ride could be had."""
+
+    code = "series_invalid"
+
+
+class OccurrenceEnded(DomainError):
+    """That day's ride was taken out of the recurring booking already, or is over."""
+
+    code = "occurrence_ended"
 
 
 # ---------------------------------------------------------------- the campus
@@ -129,6 +177,30 @@ class StopUnreachable(DomainError):
     """No road leads from the one stop to the other."""
 
     code = "stop_unreachable"
+
+
+class PatternUnknown(DomainError):
+    """No service of this name has a calendar."""
+
+    code = "pattern_unknown"
+
+
+class PatternInvalid(DomainError):
+    """A calendar whose days or hours contradict each other."""
+
+    code = "pattern_invalid"
+
+
+class PatternInUse(DomainError):
+    """Timetable trips run by this calendar."""
+
+    code = "pattern_in_use"
+
+
+class ExceptionUnknown(DomainError):
+    """The calendar has no exception on that day."""
+
+    code = "exception_unknown"
 
 
 # ---------------------------------------------------------------- vehicles, plans, orders

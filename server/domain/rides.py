@@ -49,6 +49,7 @@ class BookRide:
     """What a passenger asks for. earliest None means now.
 
     idempotency_key   a repeated booking with the same key gives the same ride
+    series_id         the recurring booking that it is a day of
     """
 
     from_stop: str
@@ -58,6 +59,7 @@ class BookRide:
     earliest: datetime | None = None
     idempotency_key: str | None = None
     source: RideSource = "passenger"
+    series_id: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +79,11 @@ class Ride:
     token         the secret in the passenger's link
     boarding_code four digits, typed on the onboard screen
     reason        stable code of a refusal, cancellation or failure, "" otherwise; reason_detail in words
-    pickup_eta, arrival_eta  what the plan says now; the promise never changes
+    pickup_eta, arrival_eta  what the plan says now; the promise changes only with the destination
+    arrive_before  no promise is made beyond this moment: the service closes then
+    first_to_stop  the destination it was booked to, None while that is the present one
+    let_out       the party asked to get off as soon as possible; to_stop is where that is
+    series_id     the recurring booking that it is a day of
     """
 
     campus_id: str
@@ -105,6 +111,10 @@ class Ride:
     promise_broken: bool = False
     left_early: bool = False
     idempotency_key: str | None = None
+    arrive_before: datetime | None = None
+    first_to_stop: str | None = None
+    let_out: bool = False
+    series_id: str | None = None
 
     @property
     def has_ended(self) -> bool:
@@ -151,6 +161,12 @@ def boarded(ride: Ride, how: BoardedHow, at: datetime) -> Ride:
 
 def ended(ride: Ride, state: RideState, at: datetime, reason: str = "", detail: str = "") -> Ride:
     return replace(moved(ride, state), ended_at=at, reason=reason, reason_detail=detail)
+
+
+def redirected(ride: Ride, to_stop: str) -> Ride:
+    """The ride to another stop; back to the first one it is as if it had never changed."""
+    first = ride.to_stop if ride.first_to_stop is None else ride.first_to_stop
+    return replace(ride, to_stop=to_stop, first_to_stop=None if to_stop == first else first, let_out=False)
 
 
 def cancelled(ride: Ride, by: str, at: datetime) -> Ride:

@@ -30,6 +30,8 @@ class FleetRules:
     silent_after_s        not heard for so long: an incident
     order_valid_s         a vehicle accepts an order within this time
     booking_ahead_s_max   how far ahead rides can be booked
+    series_ahead_s        a day of a recurring booking gets its ride so long before
+    series_retry_s        how often a day that nobody could take is asked for again
     """
 
     hours: ServiceHours = field(default_factory=ServiceHours)
@@ -59,6 +61,8 @@ class FleetRules:
     silent_after_s: float = 5.0
     order_valid_s: float = 60.0
     booking_ahead_s_max: float = 7 * 86400.0
+    series_ahead_s: float = 24 * 3600.0
+    series_retry_s: float = 900.0
     operator_session_s: float = 12 * 3600.0
     enrolment_code_s: float = 24 * 3600.0
     history_days: float = 30.0

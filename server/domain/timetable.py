@@ -7,9 +7,8 @@ from enum import StrEnum
 from zoneinfo import ZoneInfo
 
 from contract.roads.model import TimetableTrip
-from server.domain.errors import OutsideServiceHours
 
-_DAYS_SEARCHED = 8
+DAY_S = 86_400
 
 
 class DepartureState(StrEnum):
@@ -17,6 +16,7 @@ class DepartureState(StrEnum):
     ASSIGNED = "assigned"
     DONE = "done"
     MISSED = "missed"
+    WITHDRAWN = "withdrawn"
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +39,11 @@ class Departure:
     vehicle_id: str | None = None
     reason: str = ""
 
+    @property
+    def day(self) -> date:
+        """The local day on which it runs; its calls may lie past midnight."""
+        return date.fromisoformat(self.departure_id.rpartition("@")[2])
+
 
 @dataclass(frozen=True, slots=True)
 class Opening:
@@ -54,50 +59,10 @@ class Opening:
 
 @dataclass(frozen=True, slots=True)
 class ServiceHours:
-    """When rides can be had. Without openings the campus runs always."""
+    """When rides can be had by the settings; without openings always. See `service.ServiceCalendar`."""
 
     timezone: str = "UTC"
     openings: tuple[Opening, ...] = ()
-
-    def is_open(self, at: datetime) -> bool:
-        if not self.openings:
-            return True
-        local = at.astimezone(ZoneInfo(self.timezone))
-        second = local.hour * 3600 + local.minute * 60 + local.second
-        return any(
-            opening.weekday == local.weekday() and opening.opens_s <= second < opening.closes_s
-            for opening in self.openings
-        )
-
-    def next_opening(self, at: datetime) -> datetime | None:
-        """The first moment at or after `at` when rides can be had, UTC; None when there is none."""
-        if self.is_open(at):
-            return at
-        zone = ZoneInfo(self.timezone)
-        today = at.astimezone(zone).date()
-        for offset in range(_DAYS_SEARCHED):
-            day = today + timedelta(days=offset)
-            starts = [
-                local_moment(day, opening.opens_s, zone)
-                for opening in self.openings
-                if opening.weekday == day.weekday()
-            ]
-            later = [start for start in starts if start >= at]
-            if later:
-                return min(later)
-        return None
-
-    def require_open(self, at: datetime) -> None:
-        """Raises OutsideServiceHours, naming in local time when rides can be had next."""
-        if self.is_open(at):
-            return
-        opens = self.next_opening(at)
-        if opens is None:
-            raise OutsideServiceHours("no service hours are set for the coming week")
-        local = opens.astimezone(ZoneInfo(self.timezone))
-        raise OutsideServiceHours(
-            f"no shuttle runs at that time; book for {local:%A %d %B %H:%M} ({self.timezone}) or later"
-        )
 
 
 def local_moment(day: date, second: int, zone: ZoneInfo) -> datetime:
@@ -129,6 +94,11 @@ def given_to(departure: Departure, vehicle_id: str) -> Departure:
 
 def without_vehicle(departure: Departure) -> Departure:
     return replace(departure, state=DepartureState.PLANNED, vehicle_id=None)
+
+
+def withdrawn(departure: Departure, reason: str) -> Departure:
+    """The operators took its service off this day."""
+    return replace(departure, state=DepartureState.WITHDRAWN, vehicle_id=None, reason=reason)
 
 
 def missed(departure: Departure, reason: str) -> Departure:

@@ -105,6 +105,10 @@ def ride_from_row(row: AnyRow) -> Ride:
         promise_broken=row.promise_broken,
         left_early=row.left_early,
         idempotency_key=row.idempotency_key,
+        arrive_before=row.arrive_before,
+        first_to_stop=row.first_to_stop,
+        let_out=row.let_out,
+        series_id=row.series_id,
     )
 
 
@@ -137,6 +141,10 @@ def _ride_to_row(ride: Ride) -> dict[str, Any]:
         "promise_broken": ride.promise_broken,
         "left_early": ride.left_early,
         "idempotency_key": ride.idempotency_key,
+        "arrive_before": ride.arrive_before,
+        "first_to_stop": ride.first_to_stop,
+        "let_out": ride.let_out,
+        "series_id": ride.series_id,
     }
 
 

@@ -9,6 +9,7 @@ from sqlalchemy import (
     BigInteger,
     Boolean,
     Column,
+    Date,
     Float,
     Index,
     Integer,
@@ -18,6 +19,7 @@ from sqlalchemy import (
     Table,
     Text,
     UniqueConstraint,
+    false,
 )
 
 from server.store.columns import Utc
@@ -160,6 +162,10 @@ rides = Table(
     Column("promise_broken", Boolean, nullable=False),
     Column("left_early", Boolean, nullable=False),
     Column("idempotency_key", String(200), nullable=True),
+    _later("arrive_before"),
+    Column("first_to_stop", String(200), nullable=True),
+    Column("let_out", Boolean, nullable=False, server_default=false()),
+    Column("series_id", String(64), nullable=True),
     UniqueConstraint("campus_id", "token"),
     UniqueConstraint("campus_id", "idempotency_key"),
     Index(None, "campus_id", "ride_code"),
@@ -249,6 +255,68 @@ departures = Table(
     Column("vehicle_id", String(64), nullable=True),
     _text("reason"),
     Index(None, "campus_id", "state"),
+)
+
+service_patterns = Table(
+    "service_patterns",
+    metadata,
+    _campus(),
+    _key("service_id"),
+    _word("name", 200),
+    _text("weekdays"),
+    Column("starts_on", Date, nullable=True),
+    Column("ends_on", Date, nullable=True),
+    _text("hours"),
+)
+
+# service_id is empty for the whole campus: a holiday.
+service_exceptions = Table(
+    "service_exceptions",
+    metadata,
+    _campus(),
+    Column("day", Date, primary_key=True),
+    _key("service_id"),
+    Column("runs", Boolean, nullable=False),
+    _text("note"),
+    _word("made_by", 200),
+)
+
+series = Table(
+    "series",
+    metadata,
+    _campus(),
+    _key("series_id"),
+    _word("token", 128),
+    _word("from_stop", 200),
+    _word("to_stop", 200),
+    Column("party", Integer, nullable=False),
+    Column("wheelchairs", Integer, nullable=False),
+    _text("weekdays"),
+    Column("leave_s", Integer, nullable=False),
+    Column("starts_on", Date, nullable=False),
+    Column("ends_on", Date, nullable=False),
+    _instant("made_at"),
+    _word("source"),
+    _word("state"),
+    _later("ended_at"),
+    Column("idempotency_key", String(200), nullable=True),
+    UniqueConstraint("campus_id", "token"),
+    UniqueConstraint("campus_id", "idempotency_key"),
+    Index(None, "campus_id", "state"),
+)
+
+occurrences = Table(
+    "occurrences",
+    metadata,
+    _campus(),
+    _key("series_id"),
+    Column("day", Date, primary_key=True),
+    _instant("leave_at"),
+    _word("state"),
+    Column("ride_id", String(64), nullable=True),
+    _word("reason"),
+    _text("reason_detail"),
+    _later("tried_at"),
 )
 
 incidents = Table(

@@ -23,6 +23,8 @@ from server.store.plans import Plans
 from server.store.rides import Rides
 from server.store.runs import Runs
 from server.store.sections import Sections
+from server.store.series import SeriesBook
+from server.store.service import Service
 from server.store.vehicles import Vehicles
 from server.store.views import SqlViews
 from server.usecases.fleet_roads import FleetRoads
@@ -44,6 +46,8 @@ from server.usecases.ports import (
     RideRepository,
     RunRepository,
     SectionRepository,
+    SeriesRepository,
+    ServiceRepository,
     VehicleRepository,
 )
 from server.usecases.views import Views
@@ -98,6 +102,8 @@ class SqlUnitOfWork:
         self.vehicles: VehicleRepository = Vehicles(connection, campus_id, writes)
         self.departures: DepartureRepository = Departures(connection, campus_id, writes)
         self.decisions: DecisionRepository = Decisions(connection, campus_id, False)
+        self.service: ServiceRepository = Service(connection, campus_id, False)
+        self.series: SeriesRepository = SeriesBook(connection, campus_id, writes)
         self.incidents: IncidentRepository = Incidents(connection, campus_id, writes)
         self.events: EventRepository = Events(connection, campus_id, False)
         self.maps: MapRepository = Maps(connection, campus_id, False)

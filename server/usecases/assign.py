@@ -1,12 +1,12 @@
 """Rides that want a shuttle, decided one after the other on one look at the fleet."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import msgspec
 
 from server.dispatch.alternatives import Alternative as Found
-from server.dispatch.answer import Answer, Quote, answer_all
+from server.dispatch.answer import Answer, Quote, Terms, answer_all
 from server.dispatch.board import Board
 from server.dispatch.problem_codec import encode_problem
 from server.domain.decisions import Alternative, Decision, DecisionKind, RideDecision
@@ -16,6 +16,19 @@ from server.usecases.carry_out import commit
 from server.usecases.fleet_roads import FleetRoads
 from server.usecases.ports import UnitOfWork
 from server.usecases.snapshot import Snapshot, moment, take_snapshot
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """What a stored decision depends on beside its problem; promised: request ids that keep their windows."""
+
+    terms: Terms
+    promised: tuple[str, ...]
+
+
+def assign_ride(uow: UnitOfWork, ride: Ride, kind: DecisionKind) -> tuple[Ride, str]:
+    """See `assign_rides`."""
+    return assign_rides(uow, [ride], kind)[0]
 
 
 def assign_rides(uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind) -> list[tuple[Ride, str]]:
@@ -34,7 +47,8 @@ def assign_rides(uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind) ->
     terms = uow.roads().terms(uow.rules)
     if kind != "booking":
         terms = replace(terms, later_s_max=0.0)
-    answers = answer_all(board, [ride.ride_id for ride in wanted], terms)
+    promised = {ride.ride_id for ride in wanted if ride.promise is not None}
+    answers = answer_all(board, [ride.ride_id for ride in wanted], terms, promised)
     changed: dict[int, None] = {}
     for ride, answer in zip(wanted, answers, strict=True):
         if answer.best is not None:
@@ -42,7 +56,8 @@ def assign_rides(uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind) ->
             _promise(snapshot, board, ride, answer)
     commit(uow, snapshot, [board.route(v) for v in sorted(changed)])
     if kind == "booking" or any(answer.best for answer in answers):
-        _keep(uow, snapshot, problem, answers, kind, msgspec.json.encode(terms))
+        given = msgspec.json.encode(Given(terms, tuple(sorted(promised))))
+        _keep(uow, snapshot, problem, answers, kind, given)
     return [
         (snapshot.rides[ride.ride_id] if answer.best else ride, answer.rule)
         for ride, answer in zip(wanted, answers, strict=True)

@@ -46,7 +46,7 @@ def rider_alighted(uow: UnitOfWork, vehicle_id: str, event: RiderAlighted) -> No
     here = None if plan is None else plan.under_way
     early = here is None or here.stop_id != ride.to_stop
     done = ended(ride, RideState.COMPLETED, uow.now)
-    uow.rides.save(replace(done, left_early=early))
+    uow.rides.save(replace(done, left_early=early or ride.let_out))
     clear_incident(uow, IncidentKind.RIDER_DID_NOT_ALIGHT, ride.ride_id)
     _tell(uow, ride, "ride.completed", vehicle_id, event.how)
     if early:

@@ -8,6 +8,7 @@ from server.domain.maps import StoredMap
 from server.domain.stops import CampusStop
 from server.usecases import topics
 from server.usecases.ports import UnitOfWork
+from server.usecases.service import enter_services
 
 
 def load_map(uow: UnitOfWork, content: bytes, by: str, *, activate: bool = False) -> StoredMap:
@@ -36,6 +37,7 @@ def activate_map(uow: UnitOfWork, map_version: str, by: str) -> StoredMap:
         uow.sections.remove(occupancy.vehicle_id)
     uow.maps.activate(map_version)
     uow.map_changed()
+    enter_services(uow, uow.network().road_map)
     uow.events.add_server_event(
         ServerEvent(uow.campus_id, uow.now, "map.activated", map_version, by, stored.name)
     )

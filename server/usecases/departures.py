@@ -1,12 +1,14 @@
 """Timetable departures: mandatory, timed visits that come in through the same plans as rides."""
 
 from datetime import timedelta
-from zoneinfo import ZoneInfo
 
 from server.domain.errors import NoRestingPlaceFree
 from server.domain.incidents import IncidentKind
-from server.domain.timetable import Departure, DepartureState, departures_of, missed
+from server.domain.plans import Plan, PlannedVisit, next_version
+from server.domain.service import ServiceCalendar
+from server.domain.timetable import Departure, DepartureState, departures_of, missed, withdrawn
 from server.usecases import plans, topics
+from server.usecases.calendars import calendar_of, trips_on
 from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
 
@@ -37,16 +39,55 @@ def _insert(uow: UnitOfWork, departure: Departure) -> bool:
         return False
 
 
+def withdraw_unserved(uow: UnitOfWork, calendar: ServiceCalendar) -> None:
+    """Take back the departures whose service has been taken off their day, save those that have begun."""
+    services = {trip.trip_id: trip.service_id for trip in uow.network().road_map.timetable}
+    for departure in uow.departures.unfinished():
+        runs = calendar.runs(services.get(departure.trip_id, ""), departure.day)
+        if not runs and not _has_begun(uow, departure):
+            _withdraw(uow, departure)
+
+
+def _has_begun(uow: UnitOfWork, departure: Departure) -> bool:
+    if departure.vehicle_id is None:
+        return False
+    plan = uow.plans.get(departure.vehicle_id)
+    first = None if plan is None else _first_call(plan, departure.departure_id)
+    return first is None or first.state != "pending"
+
+
+def _first_call(plan: Plan, departure_id: str) -> PlannedVisit | None:
+    return next((v for v in plan.visits if v.departure_id == departure_id and v.call == 0), None)
+
+
+def _withdraw(uow: UnitOfWork, departure: Departure) -> None:
+    uow.departures.save(withdrawn(departure, "the service was taken off this day"))
+    plan = None if departure.vehicle_id is None else uow.plans.get(departure.vehicle_id)
+    if plan is None:
+        return
+    kept = [visit for visit in plan.visits if visit.departure_id != departure.departure_id]
+    uow.plans.save(next_version(plan, kept), plan.version)
+    plans.replan(uow, plan.vehicle_id)
+
+
 def _enter_due(uow: UnitOfWork) -> None:
     road_map = uow.network().road_map
+    if not road_map.timetable:
+        return
+    calendar = calendar_of(uow)
     horizon = uow.now + timedelta(seconds=uow.rules.departure_lead_s)
-    zone = ZoneInfo(road_map.timezone)
-    days = dict.fromkeys((uow.now.astimezone(zone).date(), horizon.astimezone(zone).date()))
-    for day in days:
-        for departure in departures_of(uow.campus_id, road_map.timetable, road_map.timezone, day):
+    # A trip past 24:00 belongs to the day before.
+    first, last = calendar.day_of(uow.now) - timedelta(days=1), calendar.day_of(horizon)
+    for offset in range((last - first).days + 1):
+        day = first + timedelta(days=offset)
+        trips = trips_on(calendar, road_map, day)
+        for departure in departures_of(uow.campus_id, trips, road_map.timezone, day):
             due = uow.now <= departure.calls[0].leave_at <= horizon
-            if due and uow.departures.get(departure.departure_id) is None:
+            known = uow.departures.get(departure.departure_id) if due else None
+            if due and known is None:
                 uow.departures.add(departure)
+            elif known is not None and known.state is DepartureState.WITHDRAWN:
+                uow.departures.save(departure)
 
 
 def _give_up_late(uow: UnitOfWork, departure: Departure) -> None:

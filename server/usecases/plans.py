@@ -96,10 +96,15 @@ def assign_waiting(uow: UnitOfWork) -> tuple[Ride, ...]:
         for ride, wish, (_, rule) in zip(waiting, free, answers, strict=True)
         if rule and (ride.state is RideState.REQUESTED or _has_lapsed(uow, ride))
     ]
-    late = [replace(wish, promise=None, requested_at=uow.now) for _, wish in left]
+    late = [replace(wish, promise=None, requested_at=uow.now, arrive_before=None) for _, wish in left]
     for (ride, _), (taken, rule) in zip(left, assign_rides(uow, late, "reassignment"), strict=True):
         if not rule:
-            kept = replace(taken, promise=ride.promise, requested_at=ride.requested_at)
+            kept = replace(
+                taken,
+                promise=ride.promise,
+                requested_at=ride.requested_at,
+                arrive_before=ride.arrive_before,
+            )
             uow.rides.save(kept)
             found.append(kept)
         elif ride.state is RideState.REQUESTED:

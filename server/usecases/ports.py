@@ -5,7 +5,7 @@ cases turn that into the error with a name.
 """
 
 from collections.abc import Callable, Sequence
-from datetime import datetime
+from datetime import date, datetime
 from typing import Protocol, TypeVar
 
 from contract.roads.network import RoadNetwork
@@ -23,6 +23,8 @@ from server.domain.rides import Ride, RideState, Tap
 from server.domain.rules import FleetRules
 from server.domain.runs import Run, Segment
 from server.domain.sections import Occupancy
+from server.domain.series import Occurrence, Series, SeriesState
+from server.domain.service import ServiceException, ServicePattern
 from server.domain.timetable import Departure
 from server.domain.vehicles import StatusReport, Vehicle, VehicleCommand, Whereabouts
 from server.usecases.fleet_roads import FleetRoads
@@ -238,6 +240,56 @@ class DepartureRepository(Protocol):
     def save(self, departure: Departure) -> None: ...
 
 
+class ServiceRepository(Protocol):
+    def patterns(self) -> tuple[ServicePattern, ...]:
+        """By service id."""
+        ...
+
+    def pattern(self, service_id: str) -> ServicePattern | None: ...
+
+    def save_pattern(self, pattern: ServicePattern) -> None:
+        """New, or in place of the one of this service."""
+        ...
+
+    def remove_pattern(self, service_id: str) -> None:
+        """With its exceptions."""
+        ...
+
+    def exceptions(self, since: date | None = None) -> tuple[ServiceException, ...]:
+        """By day, the whole campus's before single services'."""
+        ...
+
+    def save_exception(self, exception: ServiceException) -> None: ...
+
+    def remove_exception(self, day: date, service_id: str) -> bool:
+        """False when there was none."""
+        ...
+
+
+class SeriesRepository(Protocol):
+    def get(self, series_id: str) -> Series | None: ...
+
+    def by_token(self, token: str) -> Series | None: ...
+
+    def by_idempotency_key(self, key: str) -> Series | None: ...
+
+    def listed(self, states: Sequence[SeriesState] | None = None, limit: int = 1000) -> tuple[Series, ...]:
+        """Newest first."""
+        ...
+
+    def add(self, series: Series) -> None: ...
+
+    def save(self, series: Series) -> None: ...
+
+    def occurrence(self, series_id: str, day: date) -> Occurrence | None: ...
+
+    def occurrences(self, series_id: str) -> tuple[Occurrence, ...]:
+        """Those that something has happened to, by day."""
+        ...
+
+    def save_occurrence(self, occurrence: Occurrence) -> None: ...
+
+
 class IncidentRepository(Protocol):
     def get(self, incident_id: str) -> Incident | None: ...
 
@@ -356,6 +408,8 @@ class UnitOfWork(Protocol):
     vehicles: VehicleRepository
     departures: DepartureRepository
     decisions: DecisionRepository
+    service: ServiceRepository
+    series: SeriesRepository
     incidents: IncidentRepository
     events: EventRepository
     maps: MapRepository

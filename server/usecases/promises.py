@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from server.domain.incidents import IncidentKind
 from server.domain.rides import Ride, RideState
+from server.domain.rules import FleetRules
 from server.usecases import topics
 from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
@@ -57,3 +58,8 @@ def _reason(uow: UnitOfWork, ride: Ride) -> str:
     if uow.incidents.open_about(IncidentKind.VEHICLE_BLOCKED, ride.vehicle_id) is not None:
         return f"{ride.vehicle_id} is blocked"
     return f"{ride.vehicle_id} is late"
+
+
+def arrival_slack_s(rules: FleetRules, on_board_s: float) -> float:
+    """How long after the planned arrival the promised one lies."""
+    return rules.arrival_slack_s + rules.arrival_slack_ratio * on_board_s

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from datetime import datetime, timedelta
 
 from server.domain.decisions import Alternative
 from server.domain.errors import (
@@ -9,6 +10,7 @@ from server.domain.errors import (
     DomainError,
     IdempotencyMismatch,
     NoRestingPlaceFree,
+    NoService,
     PartyInvalid,
     PartyTooLarge,
     RideAlreadyAboard,
@@ -24,31 +26,21 @@ from server.domain.errors import (
 from server.domain.events import ServerEvent
 from server.domain.incidents import Incident, IncidentKind
 from server.domain.rides import BookRide, Ride, RideState, Tap, TapKind, cancelled, ended
-from server.usecases import plans, topics
+from server.usecases import destinations, plans, topics
 from server.usecases.assign import assign_rides
+from server.usecases.calendars import calendar_of
 from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
-
-_WORDS = {
-    "no_vehicle_free": "no shuttle is in service now",
-    "seats": "no shuttle has so many seats",
-    "wheelchair": "no shuttle has so many wheelchair places",
-    "pickup_window": "every shuttle is too busy to pick you up in time",
-    "ride_time": "the ride would take too long",
-    "arrival": "no shuttle could bring you there in time",
-    "timetable": "every shuttle that could come has a timetable to keep",
-    "battery": "no shuttle has enough charge left for this ride",
-    "closed_road": "a road closure cuts these stops off from each other",
-}
+from server.usecases.refusals import IN_TIME, WORDS, closing_words
 
 
 def book(uow: UnitOfWork, request: BookRide) -> Ride:
     """The ride with its vehicle and its promise; or the ride in state `refused` with the rule that binds.
 
     A repeated idempotency_key gives the earlier ride. A refused ride is kept, so that operators see what
-    was asked for in vain; its `reason` is one of `dispatch.refusal.RULES`. Raises what cannot even be asked:
-    StopUnknown, SameStop, StopUnreachable, PartyInvalid, PartyTooLarge, OutsideServiceHours,
-    BookingTooFarAhead, IdempotencyMismatch, CampusUnknown.
+    was asked for in vain; its `reason` is one of `dispatch.refusal.RULES`, or no_service (it would end after
+    closing). Raises what cannot even be asked: StopUnknown, SameStop, StopUnreachable, PartyInvalid,
+    PartyTooLarge, NoService, BookingTooFarAhead, IdempotencyMismatch, CampusUnknown.
     """
     answer = book_all(uow, [request])[0]
     if isinstance(answer, DomainError):
@@ -64,8 +56,7 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[Ride | Domai
         try:
             ride = _booked_before(uow, request)
             if ride is None:
-                _require_bookable(uow, request)
-                ride = _requested(uow, request)
+                ride = _requested(uow, request, _closing(uow, request))
                 uow.rides.add(ride)
                 asked[ride.ride_id] = ride, request
             answers.append(ride)
@@ -74,7 +65,7 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[Ride | Domai
     decided: dict[str, Ride] = {}
     assigned = _assigned(uow, [ride for ride, _ in asked.values()])
     for (ride, request), (taken, rule) in zip(asked.values(), assigned, strict=True):
-        answer = ended(ride, RideState.REFUSED, uow.now, rule, _WORDS[rule]) if rule else taken
+        answer = _refused(uow, ride, rule) if rule else taken
         if rule:
             uow.rides.save(answer)
         detail = (
@@ -106,8 +97,14 @@ def alternatives_for(uow: UnitOfWork, ride: Ride) -> tuple[Alternative, ...]:
 
 
 def cancel(uow: UnitOfWork, ride_id: str, by: str) -> Ride:
-    """by: "passenger" | "operator" | "developer". Raises RideUnknown, RideAlreadyAboard, RideEnded."""
+    """Nobody has to come; who is aboard is let out as soon as possible, and the ride ends there.
+
+    by: "passenger" | "operator" | "developer". Raises RideUnknown, RideEnded, DestinationRefused (aboard a
+    shuttle that cannot be given a way).
+    """
     ride = ride_of(uow, ride_id)
+    if ride.state is RideState.ABOARD:
+        return ride if ride.let_out else destinations.let_out(uow, ride, by)
     gone = cancelled(ride, by, uow.now)
     uow.rides.save(gone)
     _tell(uow, gone, "ride.cancelled", by)
@@ -188,7 +185,18 @@ def _booked_before(uow: UnitOfWork, request: BookRide) -> Ride | None:
     return ride
 
 
-def _require_bookable(uow: UnitOfWork, request: BookRide) -> None:
+def _refused(uow: UnitOfWork, ride: Ride, rule: str) -> Ride:
+    if rule in IN_TIME and ride.arrive_before is not None:
+        patience_s = uow.rules.wait_s_max + uow.roads().direct_s(ride.from_stop, ride.to_stop)
+        if ride.arrive_before <= ride.earliest + timedelta(seconds=patience_s):
+            detail = closing_words(calendar_of(uow), ride.arrive_before)
+            return ended(ride, RideState.REFUSED, uow.now, NoService.code, detail)
+    return ended(ride, RideState.REFUSED, uow.now, rule, WORDS[rule])
+
+
+def require_bookable(uow: UnitOfWork, request: BookRide) -> None:
+    """Raises what cannot be asked at any time: StopUnknown, SameStop, PartyInvalid, PartyTooLarge,
+    StopUnreachable."""
     roads, rules = uow.roads(), uow.rules
     for stop_id in (request.from_stop, request.to_stop):
         if stop_id not in roads.stop_numbers:
@@ -199,16 +207,31 @@ def _require_bookable(uow: UnitOfWork, request: BookRide) -> None:
         raise PartyInvalid("a party has at least one person, and no more wheelchairs than people")
     if request.party > rules.seats_max:
         raise PartyTooLarge(f"a shuttle seats {rules.seats_max}; split your party into several bookings")
-    earliest = max(uow.now, request.earliest or uow.now)
-    if (earliest - uow.now).total_seconds() > rules.booking_ahead_s_max:
-        days = rules.booking_ahead_s_max / 86400.0
-        raise BookingTooFarAhead(f"rides can be booked {days:.0f} days ahead at most")
-    rules.hours.require_open(earliest)
     if math.isinf(roads.direct_s(request.from_stop, request.to_stop)):
         raise StopUnreachable("no road leads from the one stop to the other")
 
 
-def _requested(uow: UnitOfWork, request: BookRide) -> Ride:
+def _closing(uow: UnitOfWork, request: BookRide) -> datetime | None:
+    """When the service closes after the ride; None when it does not.
+
+    Raises NoService, BookingTooFarAhead and what require_bookable does.
+    """
+    require_bookable(uow, request)
+    rules = uow.rules
+    earliest = max(uow.now, request.earliest or uow.now)
+    if (earliest - uow.now).total_seconds() > rules.booking_ahead_s_max:
+        days = rules.booking_ahead_s_max / 86400.0
+        raise BookingTooFarAhead(f"rides can be booked {days:.0f} days ahead at most")
+    calendar = calendar_of(uow)
+    calendar.require_open(earliest)
+    closes = calendar.closes_after(earliest)
+    direct_s = uow.roads().direct_s(request.from_stop, request.to_stop)
+    if closes is not None and earliest + timedelta(seconds=direct_s) > closes:
+        raise NoService(closing_words(calendar, closes))
+    return closes
+
+
+def _requested(uow: UnitOfWork, request: BookRide, closes: datetime | None) -> Ride:
     code = uow.ids.ride_code()
     while uow.rides.code_in_use(code):
         code = uow.ids.ride_code()
@@ -227,6 +250,8 @@ def _requested(uow: UnitOfWork, request: BookRide) -> Ride:
         requested_at=uow.now,
         source=request.source,
         idempotency_key=request.idempotency_key,
+        arrive_before=closes,
+        series_id=request.series_id,
     )
 
 

@@ -1,5 +1,6 @@
 """The fleet as the dispatcher sees it: rows of the store made into a problem of numbers."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -183,9 +184,15 @@ def _request(uow: UnitOfWork, ride: Ride) -> Request:
         wheelchairs=ride.wheelchairs,
         pickup_from_s=earliest_s if promise is None else seconds(promise.pickup_from),
         pickup_to_s=earliest_s + rules.wait_s_max if promise is None else seconds(promise.pickup_to),
-        arrive_by_s=np.inf if promise is None else seconds(promise.arrive_by),
+        arrive_by_s=_arrive_by_s(ride),
         ride_s_max=max(rules.detour_ratio_max * direct_s, direct_s + rules.detour_s_min),
     )
+
+
+def _arrive_by_s(ride: Ride) -> float:
+    """What is promised is kept even past the closing of the service."""
+    latest = ride.arrive_before if ride.promise is None else ride.promise.arrive_by
+    return math.inf if latest is None else seconds(latest)
 
 
 def _chains(

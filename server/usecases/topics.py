@@ -53,6 +53,16 @@ def runs(campus_id: str) -> str:
     return f"campus/{campus_id}/runs"
 
 
+def service(campus_id: str) -> str:
+    """The service's days or hours have changed."""
+    return f"campus/{campus_id}/service"
+
+
+def series(campus_id: str, series_id: str) -> str:
+    """A recurring booking or one of its days has changed."""
+    return f"campus/{campus_id}/series/{series_id}"
+
+
 def campus_map(campus_id: str) -> str:
     """Another map has become the active one."""
     return f"campus/{campus_id}/map"

@@ -111,6 +111,8 @@ class Announcer(msgspec.Struct, frozen=True):
             found.append((f"safety stop {task.resumed_ns}", words.SAY_SAFETY_STOP))
         elif verdict.mode == "held" and task.aboard:
             found.append((f"held {task.resumed_ns}", words.SAY_HELD))
+        if task.refused_ns:
+            found.append((f"refused {task.refused_ns}", words.SAY_REFUSED))
         if task.doors_open and not state.doors_open:
             found.append((f"doors open {task.visit_id}", words.SAY_DOORS_OPEN))
         if state.doors_open and not task.doors_open:

@@ -22,6 +22,10 @@ SAY_REQUESTED: Words = (
     "A stop was requested. We stop at the next safe place.",
     "已收到停车请求，将在前方安全处停车。",
 )
+SAY_REFUSED: Words = (
+    "We cannot stop before the next stop. Please get off there.",
+    "下一站之前无法停车，请在下一站下车。",
+)
 SAY_SAFETY_STOP: Words = (
     "We have stopped for safety. Please stay seated; the operator has been told.",
     "车辆已安全停车，请坐好，已通知运营人员。",

@@ -154,6 +154,7 @@ class Mission(msgspec.Struct, frozen=True):
             resumed_ns=state.resumed_ns,
             announcement=state.announcement,
             announced_ns=state.announced_ns,
+            refused_ns=state.refused_ns,
         )
 
 

@@ -62,8 +62,11 @@ def _seat_button(
         reason = "" if s_m is not None else "no place to stop lies before the next stop"
     if s_m is None or route is None:
         visit_id = "" if visit is None else visit.visit_id
+        # Who is held or at a stop hears why already.
+        on_the_way = state.stage == "driving" and not state.held and visit is not None
         return state.after(
-            SeatButtonPressed(seat, False, visit_id, state.place.lane_id, state.place.s_m, reason)
+            SeatButtonPressed(seat, False, visit_id, state.place.lane_id, state.place.s_m, reason),
+            refused_ns=state.stamp_ns if on_the_way else state.refused_ns,
         )
     number = state.temporaries + 1
     visit_id = f"temporary-{state.stamp_ns}-{number}"

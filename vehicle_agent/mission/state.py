@@ -26,6 +26,7 @@ class MissionState(msgspec.Struct, frozen=True):
     doors_open_ns                when the doors stood open at this stop, 0 before
     astray       the vehicle is off its line (a driver took it elsewhere)
     near_since_ns, clear_since_ns  departure check of a temporary stop: since when it waits, since when free
+    refused_ns   when the seat button was last refused on the way, 0 before
     waiting_order  came before the vehicle knew where it is
     """
 
@@ -56,6 +57,7 @@ class MissionState(msgspec.Struct, frozen=True):
     server_offset_ns: int | None = None
     announcement: str = ""
     announced_ns: int = 0
+    refused_ns: int = 0
     waiting_order: Order | None = None
     events: tuple[VehicleEvent, ...] = ()
     answers: tuple[OrderAccepted | OrderRejected, ...] = ()

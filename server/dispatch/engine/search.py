@@ -57,7 +57,7 @@ def anneal(
     kept = 0
     for attempt in range(how.attempts):
         temperature = how.hot * (how.cold / how.hot) ** (attempt / how.attempts) if how.hot > 0.0 else 0.0
-        _begin(plan, undo)
+        _begin(task, plan, undo)
         ruin_strings(task, plan, scratch, undo, near, how.mean_out, how.longest, rng)
         put_back(task, plan, scratch, undo, offers, how.blink, how.regretful, rng)
         changed = _changed_cost(task, plan, undo)
@@ -77,12 +77,12 @@ def anneal(
 
 
 @njit(cache=True)
-def _begin(plan: Plan, undo: Undo) -> None:
+def _begin(task: Task, plan: Plan, undo: Undo) -> None:
     for k in range(undo.counts[0]):
         undo.touched[undo.touched_list[k]] = False
     undo.counts[:] = 0
     for r in range(len(plan.vehicle_of)):
-        if plan.vehicle_of[r] == ABSENT:
+        if plan.vehicle_of[r] == ABSENT and task.absent_cost[r] > 0.0:
             undo.absent[undo.counts[1]] = r
             undo.home[undo.counts[1]] = ABSENT
             undo.counts[1] += 1

@@ -76,7 +76,7 @@ def test_a_booking_outside_hours_says_when_the_campus_opens(tmp_path: Path) -> N
     hours = ServiceHours("Asia/Shanghai", tuple(Opening(day, 18 * 3600, 20 * 3600) for day in range(7)))
     server = ServerUnderTest(tmp_path, rules=FleetRules(hours=hours))
     answer = server.post("/rides", WISH)
-    assert (answer.status_code, answer.json()["code"]) == (409, "outside_service_hours")
+    assert (answer.status_code, answer.json()["code"]) == (409, "no_service")
     assert "18:00" in answer.json()["detail"]
     server.close()
 

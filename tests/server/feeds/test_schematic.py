@@ -30,18 +30,32 @@ def test_the_stations_lie_apart_by_table_1s_gaps_less_the_dwell() -> None:
         assert route.length_m == pytest.approx((gap_s - 20) * 7.41 / 3.6, abs=0.5)
 
 
-def test_the_timetable_is_table_1() -> None:
-    clock = {
+MORNING = {
+    "morning-1": ["08:00", "08:03", "08:10"],
+    "morning-2": ["08:20", "08:23", "08:30"],
+    "morning-3": ["08:40", "08:43", "08:50", "09:02", "09:05", "09:06", "09:13"],
+    "morning-4": ["09:25", "09:28", "09:29", "09:36"],
+    "morning-5": ["09:48", "09:51", "09:52", "10:00"],
+}
+
+
+def clocks(shift: str) -> dict[str, list[str]]:
+    return {
         trip.trip_id: [f"{t // 3600:02d}:{t % 3600 // 60:02d}" for _, t in trip.calls]
         for trip in ROAD_MAP.timetable
+        if trip.trip_id.startswith(shift)
     }
-    assert clock == {
-        "morning-1": ["08:00", "08:03", "08:10"],
-        "morning-2": ["08:20", "08:23", "08:30"],
-        "morning-3": ["08:40", "08:43", "08:50", "09:02", "09:05", "09:06", "09:13"],
-        "morning-4": ["09:25", "09:28", "09:29", "09:36"],
-        "morning-5": ["09:48", "09:51", "09:52", "10:00"],
-    }
+
+
+def test_the_timetable_is_table_1() -> None:
+    assert clocks("morning") == MORNING
+
+
+def test_noon_is_the_morning_four_hours_later_and_the_evening_ends_at_seven() -> None:
+    noon, evening = clocks("noon"), clocks("evening")
+    assert (len(noon), noon["noon-1"][0], noon["noon-5"][-1]) == (5, "12:00", "14:00")
+    assert (len(evening), evening["evening-1"][0], evening["evening-3"][-1]) == (3, "17:30", "18:43")
+    assert {trip.service_id for trip in ROAD_MAP.timetable} == {"daily"}
 
 
 @pytest.mark.parametrize(("last", "first", "time_s"), [("C6", "NN7", 600), ("C1", "SE13", 720)])

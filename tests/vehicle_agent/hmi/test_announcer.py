@@ -111,6 +111,13 @@ def test_the_operators_words_are_spoken_once() -> None:
     assert street.spoken.count(("Lunch is ready.", "Lunch is ready.")) == 1
 
 
+def test_a_seat_button_that_is_refused_is_answered_once_for_each_press() -> None:
+    street = Street()
+    street.run(10, refused_ns=5)
+    street.run(10, refused_ns=9_000_000_000)
+    assert street.spoken.count(words.SAY_REFUSED) == 2
+
+
 def test_sentences_do_not_run_into_each_other() -> None:
     street, times = Street(), []
     for _ in range(500):

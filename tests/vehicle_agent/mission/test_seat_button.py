@@ -68,6 +68,8 @@ def test_just_before_the_next_stop_the_button_is_refused() -> None:
     shuttle.go(an_order((a_visit("a", *near), rest(near))))
     shuttle.run(5)
     assert not pressed(shuttle).accepted
+    assert shuttle.task is not None
+    assert shuttle.task.refused_ns > 0
 
 
 def test_a_button_at_a_stop_or_while_held_is_refused() -> None:

@@ -11,6 +11,7 @@ import { fragmentOf } from "./place";
 import { ReplayPage } from "./replay_page";
 import { RidesPage } from "./rides_page";
 import { RunsPage } from "./runs_page";
+import { ServicePage } from "./service_page";
 import { link, restoreSession, session, sessionProblem } from "./session";
 import { SignIn } from "./sign_in";
 import { TopBar } from "./top_bar";
@@ -83,6 +84,8 @@ function CurrentPage({ campus: shown }: { readonly campus: Campus }) {
   switch (page) {
     case "rides":
       return <RidesPage />;
+    case "service":
+      return <ServicePage />;
     case "incidents":
       return <IncidentsPage />;
     case "runs":

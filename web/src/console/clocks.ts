@@ -18,3 +18,14 @@ export const seconds = (moment: string | number) =>
 export const day = (moment: string | number) => dayAndTime(moment, language.value, timezone());
 export const near = (moment: string | number) =>
   momentNear(moment, now_ms(), language.value, timezone());
+
+/** "Thu 1 Oct 2026": a date without an hour, the same wherever it is read. */
+export function calendarDate(date: string): string {
+  return new Intl.DateTimeFormat(language.value === "en" ? "en-GB" : language.value, {
+    weekday: "short",
+    day: "numeric",
+    month: "short",
+    year: "numeric",
+    timeZone: "UTC",
+  }).format(new Date(`${date}T12:00:00Z`));
+}

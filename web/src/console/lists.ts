@@ -26,3 +26,16 @@ export const runs = new Fetched(() =>
 );
 
 export const tokens = new Fetched(() => answerOf(api.GET("/api/v1/developer-tokens")));
+
+export const service = new Fetched(() => answerOf(api.GET("/api/v1/service")));
+
+export const timetable = new Fetched(() => answerOf(api.GET("/api/v1/timetable")));
+
+export const seriesList = new Fetched(() =>
+  answerOf(api.GET("/api/v1/series", { params: { query: { state: ["active"], limit: 200 } } })),
+);
+
+/** What an operator changes in the calendars shows in the day's timetable too. */
+export async function serviceChanged(): Promise<void> {
+  await Promise.all([service.refresh(), timetable.refresh()]);
+}

@@ -1,4 +1,4 @@
-export type Page = "live" | "rides" | "incidents" | "runs" | "access";
+export type Page = "live" | "rides" | "service" | "incidents" | "runs" | "access";
 
 export interface Place {
   readonly page: Page;
@@ -6,7 +6,7 @@ export interface Place {
   readonly parts: readonly string[];
 }
 
-const PAGES: readonly Page[] = ["live", "rides", "incidents", "runs", "access"];
+const PAGES: readonly Page[] = ["live", "rides", "service", "incidents", "runs", "access"];
 
 export function placeFrom(fragment: string): Place {
   const [name, ...parts] = fragment.replace(/^#\/?/, "").split("/").map(decodeURIComponent);

@@ -97,6 +97,10 @@ function RideRow({ ride }: { readonly ride: Ride }) {
       </td>
       <td data-label={say.trip}>
         {stopTitle(ride.from_stop)} – {stopTitle(ride.to_stop)}
+        {ride.first_to_stop !== null && (
+          <small>{say.booked_to(stopTitle(ride.first_to_stop))}</small>
+        )}
+        {ride.let_out && !hasEnded(ride.state) && <small>{say.let_out_asked}</small>}
       </td>
       <td data-label={say.people}>{ride.party}</td>
       <td data-label={say.vehicle}>
@@ -164,7 +168,8 @@ function CancelRide({ ride }: { readonly ride: Ride }) {
   const asking = useSignal(false);
   const problem = useSignal<Problem | null>(null);
   const say = words.value;
-  if (hasEnded(ride.state) || ride.state === "aboard") return null;
+  const is_aboard = ride.state === "aboard";
+  if (hasEnded(ride.state) || ride.let_out) return null;
   const cancel = async () => {
     asking.value = false;
     const path = { params: { path: { ride_id: ride.ride_id } } };
@@ -181,15 +186,17 @@ function CancelRide({ ride }: { readonly ride: Ride }) {
           asking.value = true;
         }}
       >
-        {say.cancel_ride}
+        {is_aboard ? say.let_out : say.cancel_ride}
       </button>
       {problem.value !== null && <ProblemNote problem={problem.value} />}
       {asking.value && (
         <Question
           danger
-          title={say.cancel_ride_title(ride.ride_code)}
-          text={say.cancel_ride_text}
-          yes={say.cancel_ride_yes}
+          title={
+            is_aboard ? say.let_out_title(ride.ride_code) : say.cancel_ride_title(ride.ride_code)
+          }
+          text={is_aboard ? say.let_out_text : say.cancel_ride_text}
+          yes={is_aboard ? say.let_out : say.cancel_ride_yes}
           no={say.cancel}
           onNo={() => {
             asking.value = false;

@@ -9,7 +9,7 @@ import { fragmentOf } from "./place";
 import { link, session, signOut } from "./session";
 import { words } from "./words";
 
-const PAGES: readonly Page[] = ["live", "rides", "incidents", "runs", "access"];
+const PAGES: readonly Page[] = ["live", "rides", "service", "incidents", "runs", "access"];
 
 export function TopBar() {
   const say = words.value;

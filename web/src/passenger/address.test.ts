@@ -6,6 +6,8 @@ const addresses: readonly Address[] = [
   { view: "book" },
   { view: "ride", token: "q3Jv0X2mQp7sT4uYb1cD9w" },
   { view: "find", code: "K7M Q2X" },
+  { view: "series", token: "q3Jv0X2mQp7sT4uYb1cD9w" },
+  { view: "timetable" },
 ];
 
 test.each(addresses)("%o and its fragment are each other's inverse", (address) => {

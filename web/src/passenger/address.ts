@@ -2,19 +2,31 @@
 export type Address =
   | { readonly view: "book" }
   | { readonly view: "ride"; readonly token: string }
-  | { readonly view: "find"; readonly code: string };
+  | { readonly view: "series"; readonly token: string }
+  | { readonly view: "find"; readonly code: string }
+  | { readonly view: "timetable" };
 
 export function addressFrom(fragment: string): Address {
   const [name, value = ""] = fragment.replace(/^#/, "").split("=", 2);
-  if (name === "ride" && /^[A-Za-z0-9_-]{16,128}$/.test(value))
-    return { view: "ride", token: value };
+  if ((name === "ride" || name === "series") && /^[A-Za-z0-9_-]{16,128}$/.test(value))
+    return { view: name, token: value };
   if (name === "code") return { view: "find", code: decodedOr(value, "") };
+  if (name === "timetable") return { view: "timetable" };
   return { view: "book" };
 }
 
 export function fragmentOf(address: Address): string {
-  if (address.view === "ride") return `#ride=${address.token}`;
-  return address.view === "find" ? `#code=${encodeURIComponent(address.code)}` : "#";
+  switch (address.view) {
+    case "ride":
+    case "series":
+      return `#${address.view}=${address.token}`;
+    case "find":
+      return `#code=${encodeURIComponent(address.code)}`;
+    case "timetable":
+      return "#timetable";
+    case "book":
+      return "#";
+  }
 }
 
 function decodedOr(text: string, otherwise: string): string {

@@ -10,7 +10,9 @@ import { follow, followed, forgetRide } from "./followed_ride";
 import { HelpButton, HelpReceived } from "./help_call";
 import { address } from "./navigation";
 import { RidePanel } from "./ride_panel";
+import { SeriesPanel } from "./series_panel";
 import { Stage } from "./stage";
+import { TimetablePanel } from "./timetable_panel";
 import { words } from "./words";
 
 export function App() {
@@ -63,6 +65,10 @@ function Page({ campus }: { readonly campus: Campus }) {
         {ride !== null && <HelpReceived ride={ride} timezone={campus.view.timezone} />}
         {ride !== null ? (
           <RidePanel ride={ride} campus={campus} />
+        ) : here.view === "series" ? (
+          <SeriesPanel token={here.token} campus={campus} />
+        ) : here.view === "timetable" ? (
+          <TimetablePanel campus={campus} />
         ) : here.view === "find" ? (
           <CodePanel code={here.code} campus={campus} />
         ) : (

@@ -81,7 +81,7 @@ export async function book(timezone: string): Promise<Answer<Schemas["RideTicket
 }
 
 /** crypto.randomUUID exists on secure origins only; a LAN address without TLS is none. */
-function randomKey(): string {
+export function randomKey(): string {
   const bytes = crypto.getRandomValues(new Uint8Array(16));
   return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
 }

@@ -6,11 +6,12 @@ import { DestinationMark, PickupMark, SwapIcon } from "../shared/ui/icons";
 import { Note, ProblemNote } from "../shared/ui/notes";
 import { Stepper } from "../shared/ui/stepper";
 import { language } from "../shared/words/language";
-import { momentNear } from "../shared/words/moments";
+import { clockTime, momentNear } from "../shared/words/moments";
 import type { End } from "./booking_form";
 import {
   book,
   canBook,
+  chooseStop,
   destination,
   party,
   pickup,
@@ -20,18 +21,35 @@ import {
 } from "./booking_form";
 import { lastRideToken, rememberRide } from "./followed_ride";
 import { goTo } from "./navigation";
+import {
+  bookSeries,
+  lastSeriesToken,
+  rememberSeries,
+  repeatIsUsable,
+  repeating,
+} from "./repeat_form";
 import { StopPicker } from "./stop_picker";
 import { WhenField, timeIsUsable } from "./when_field";
 import { words } from "./words";
+
+const SOON_MS = 60 * 60_000;
 
 export function BookingPanel({ campus }: { readonly campus: Campus }) {
   const picking = useSignal<End | null>(null);
   if (picking.value !== null)
     return (
       <StopPicker
-        end={picking.value}
+        title={
+          picking.value === "pickup" ? words.value.choose_pickup : words.value.choose_destination
+        }
         stops={campus.shape.stops}
-        onDone={() => {
+        pickup={pickup.value}
+        destination={destination.value}
+        onChoose={(stop_id) => {
+          chooseStop(picking.value ?? "pickup", stop_id);
+          picking.value = null;
+        }}
+        onBack={() => {
           picking.value = null;
         }}
       />
@@ -56,19 +74,14 @@ function BookingForm({ campus, onPick }: BookingFormProps) {
   const problem = useSignal<Problem | null>(null);
   const say = words.value;
   const { timezone, seats_max } = campus.view;
-  const is_ready = canBook.value && timeIsUsable(timezone);
+  const is_ready =
+    canBook.value && (repeating.value ? repeatIsUsable(timezone) : timeIsUsable(timezone));
   const submit = async (event: Event) => {
     event.preventDefault();
     busy.value = true;
     problem.value = null;
-    const answer = await book(timezone);
+    problem.value = await (repeating.value ? submitSeries() : submitRide(timezone));
     busy.value = false;
-    if (!answer.ok) {
-      problem.value = answer.problem;
-      return;
-    }
-    if (answer.value.state !== "refused") rememberRide(answer.value.token);
-    goTo({ view: "ride", token: answer.value.token });
   };
   return (
     <form class="booking" onSubmit={(event) => void submit(event)}>
@@ -102,18 +115,53 @@ function BookingForm({ campus, onPick }: BookingFormProps) {
       {problem.value !== null && <ProblemNote problem={problem.value} />}
       <div class="book-bar">
         <button class="button main large wide" disabled={!is_ready || busy.value}>
-          {busy.value ? say.booking : canBook.value ? say.book : say.both_stops_first}
+          {busy.value
+            ? say.booking
+            : !canBook.value
+              ? say.both_stops_first
+              : repeating.value
+                ? say.book_series
+                : say.book}
         </button>
       </div>
-      <button
-        type="button"
-        class="button quiet small"
-        onClick={() => goTo({ view: "find", code: "" })}
-      >
-        {say.have_code}
-      </button>
+      <div class="more-ways">
+        <button
+          type="button"
+          class="button quiet small"
+          onClick={() => goTo({ view: "find", code: "" })}
+        >
+          {say.have_code}
+        </button>
+        {campus.view.has_timetable && (
+          <button
+            type="button"
+            class="button quiet small"
+            onClick={() => goTo({ view: "timetable" })}
+          >
+            {say.timetable}
+          </button>
+        )}
+        <SeriesUnderWay />
+      </div>
     </form>
   );
+}
+
+async function submitRide(timezone: string): Promise<Problem | null> {
+  const answer = await book(timezone);
+  if (!answer.ok) return answer.problem;
+  if (answer.value.state !== "refused") rememberRide(answer.value.token);
+  goTo({ view: "ride", token: answer.value.token });
+  return null;
+}
+
+async function submitSeries(): Promise<Problem | null> {
+  const answer = await bookSeries();
+  if (!answer.ok) return answer.problem;
+  rememberSeries(answer.value.token);
+  repeating.value = false;
+  goTo({ view: "series", token: answer.value.token });
+  return null;
 }
 
 function EndFields({ campus, onPick }: BookingFormProps) {
@@ -155,9 +203,35 @@ function RideUnderWay() {
   );
 }
 
+function SeriesUnderWay() {
+  const token = lastSeriesToken();
+  if (token === null) return null;
+  return (
+    <button
+      type="button"
+      class="button quiet small"
+      onClick={() => goTo({ view: "series", token })}
+    >
+      {words.value.my_series}
+    </button>
+  );
+}
+
 function ServiceNote({ campus }: { readonly campus: Campus }) {
-  const { open_now, opens_next, now, timezone } = campus.view;
+  const { open_now, opens_next, closes_at, holiday, now, timezone } = campus.view;
+  if (open_now && closes_at !== null && Date.parse(closes_at) - Date.parse(now) < SOON_MS)
+    return (
+      <Note tone="warning">
+        {words.value.closes_soon(clockTime(closes_at, language.value, timezone))}
+      </Note>
+    );
   if (open_now) return null;
+  if (holiday !== null && opens_next !== null)
+    return (
+      <Note tone="warning">
+        {words.value.closed_holiday(holiday, momentNear(opens_next, now, language.value, timezone))}
+      </Note>
+    );
   return (
     <Note tone="warning">
       {opens_next === null

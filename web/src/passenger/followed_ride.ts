@@ -3,7 +3,6 @@ import type { Schemas } from "../shared/api/client";
 import { answerOf, api } from "../shared/api/client";
 import type { Answer, Problem } from "../shared/api/problem";
 import { LiveLink } from "../shared/live/live_link";
-import { hasEnded } from "../shared/scene/scene";
 import { storyOf } from "./ride_story";
 
 export type Ticket = Schemas["RideTicket"];
@@ -64,6 +63,18 @@ export class FollowedRide {
     return null;
   }
 
+  async changeDestination(to_stop: string): Promise<Problem | null> {
+    const answer = await answerOf(
+      api.POST("/api/v1/rides/{token}/destination", {
+        params: { path: { token: this.token } },
+        body: { to_stop },
+      }),
+    );
+    if (!answer.ok) return answer.problem;
+    this.take(answer);
+    return null;
+  }
+
   async tapAboard(): Promise<Problem | null> {
     const path = { token: this.token };
     return this.followTap(
@@ -101,9 +112,10 @@ export class FollowedRide {
   /** The live view tells state and times; reasons and promises are on the ticket. */
   private reloadWhenMovedOn(): void {
     const [live, ticket] = [this.live.value, this.ticket.peek()];
-    if (live === null || ticket === null || live.state === ticket.state) return;
-    this.tap.value = "none";
-    if (hasEnded(live.state) || ticket.state !== live.state) void this.load();
+    if (live === null || ticket === null) return;
+    if (live.state === ticket.state && live.to_stop === ticket.to_stop) return;
+    if (live.state !== ticket.state) this.tap.value = "none";
+    void this.load();
   }
 
   /** The shuttle's yes comes as the ride's new state; its no only by asking for the tap. */

@@ -10,9 +10,10 @@ import { words } from "./words";
 interface RideActionsProps {
   readonly ride: FollowedRide;
   readonly story: Story;
+  readonly onRedirect: () => void;
 }
 
-export function RideActions({ ride, story }: RideActionsProps) {
+export function RideActions({ ride, story, onRedirect }: RideActionsProps) {
   const problem = useSignal<Problem | null>(null);
   const asking = useSignal(false);
   const say = words.value;
@@ -42,7 +43,12 @@ export function RideActions({ ride, story }: RideActionsProps) {
       )}
       {problem.value !== null && <ProblemNote problem={problem.value} />}
       <div class="minor">
-        {story.can_cancel && (
+        {story.can_redirect && (
+          <button type="button" class="button" onClick={onRedirect}>
+            {say.change_destination}
+          </button>
+        )}
+        {(story.can_cancel || story.can_get_off) && (
           <button
             type="button"
             class="button danger"
@@ -50,7 +56,7 @@ export function RideActions({ ride, story }: RideActionsProps) {
               asking.value = true;
             }}
           >
-            {say.cancel}
+            {story.can_get_off ? say.get_off : say.cancel}
           </button>
         )}
         <CopyLink />
@@ -58,16 +64,16 @@ export function RideActions({ ride, story }: RideActionsProps) {
       {asking.value && (
         <Question
           danger
-          title={say.cancel_title}
-          text={say.cancel_text}
-          yes={say.cancel_yes}
+          title={story.can_get_off ? say.get_off_title : say.cancel_title}
+          text={story.can_get_off ? say.get_off_text : say.cancel_text}
+          yes={story.can_get_off ? say.get_off : say.cancel_yes}
           no={say.cancel_no}
           onNo={() => {
             asking.value = false;
           }}
           onYes={() => {
             asking.value = false;
-            forgetRide(ride.token);
+            if (!story.can_get_off) forgetRide(ride.token);
             run(ride.cancel());
           }}
         />

@@ -1,4 +1,6 @@
+import { useSignal } from "@preact/signals";
 import type { Campus } from "../shared/api/campus";
+import type { Problem } from "../shared/api/problem";
 import { second } from "../shared/live/clock";
 import { nameOfStop } from "../shared/map/campus_shape";
 import { conditionOf } from "../shared/scene/condition";
@@ -9,6 +11,7 @@ import { clearEnds } from "./booking_form";
 import type { FollowedRide, Ticket } from "./followed_ride";
 import { goTo } from "./navigation";
 import { RideActions } from "./ride_actions";
+import { StopPicker } from "./stop_picker";
 import type { Story } from "./ride_story";
 import { minutesUntil } from "./ride_story";
 import { TicketCard } from "./ticket_card";
@@ -21,6 +24,7 @@ interface RidePanelProps {
 
 export function RidePanel({ ride, campus }: RidePanelProps) {
   const [ticket, story] = [ride.ticket.value, ride.story.value];
+  const redirecting = useSignal(false);
   const say = words.value;
   if (ride.problem.value !== null)
     return (
@@ -30,6 +34,17 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
       </section>
     );
   if (ticket === null || story === null) return <Loading text={say.looking_up_ride} />;
+  if (redirecting.value && story.can_redirect)
+    return (
+      <Redirect
+        ride={ride}
+        ticket={ticket}
+        campus={campus}
+        onDone={() => {
+          redirecting.value = false;
+        }}
+      />
+    );
   const title = titleOf(ride, ticket, story, campus.view.timezone);
   return (
     <section class="ride">
@@ -52,9 +67,50 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
       {story.ended ? (
         <BookAnother keep={story.chapter === "refused"} />
       ) : (
-        <RideActions ride={ride} story={story} />
+        <RideActions
+          ride={ride}
+          story={story}
+          onRedirect={() => {
+            redirecting.value = true;
+          }}
+        />
       )}
     </section>
+  );
+}
+
+interface RedirectProps extends RidePanelProps {
+  readonly ticket: Ticket;
+  readonly onDone: () => void;
+}
+
+/** Another destination: refused where it would break somebody else's promise, and nothing is changed then. */
+function Redirect({ ride, ticket, campus, onDone }: RedirectProps) {
+  const problem = useSignal<Problem | null>(null);
+  const busy = useSignal(false);
+  const say = words.value;
+  const choose = async (to_stop: string) => {
+    if (busy.value) return;
+    busy.value = true;
+    problem.value = await ride.changeDestination(to_stop);
+    busy.value = false;
+    if (problem.value === null) onDone();
+  };
+  const choices = campus.shape.stops.filter(
+    (stop) => ticket.state === "aboard" || stop.stop_id !== ticket.from_stop,
+  );
+  return (
+    <>
+      {problem.value !== null && <ProblemNote problem={problem.value} />}
+      <StopPicker
+        title={busy.value ? say.changing_destination : say.choose_destination}
+        stops={choices}
+        pickup={ticket.from_stop}
+        destination={ticket.to_stop}
+        onChoose={(stop_id) => void choose(stop_id)}
+        onBack={onDone}
+      />
+    </>
   );
 }
 
@@ -107,6 +163,7 @@ function Details({
   return (
     <>
       {text !== "" && <p class="lead">{text}</p>}
+      {ticket.let_out && !story.ended && <Note tone="good">{say.let_out}</Note>}
       {ticket.promise_broken && <Note tone="warning">{say.late}</Note>}
       {delay !== "" && <Note tone="warning">{delay}</Note>}
     </>

@@ -23,6 +23,8 @@ const ticket: Schemas["RideView"] = {
   reason_detail: "",
   promise_broken: false,
   left_early: false,
+  first_to_stop: null,
+  let_out: false,
 };
 const at_gate = aVehicle({ doors_open: true, next_stop: "gate", speed_mps: 0 });
 const at_library = aVehicle({ doors_open: true, next_stop: "library", speed_mps: 0 });

@@ -23,6 +23,9 @@ export interface Story {
   readonly can_tap_aboard: boolean;
   readonly can_tap_off: boolean;
   readonly can_cancel: boolean;
+  /** Aboard: to be let out before the destination. */
+  readonly can_get_off: boolean;
+  readonly can_redirect: boolean;
 }
 
 type Ride = Omit<Schemas["RideView"], "pickup_eta" | "arrival_eta" | "state"> & {
@@ -51,6 +54,8 @@ export function storyOf(ticket: Ride, live: RideScene | null, vehicle: VehicleSc
     can_tap_aboard: waiting && vehicle !== null && standsAt(vehicle, ticket.from_stop),
     can_tap_off: chapter === "arrived",
     can_cancel: waiting || chapter === "looking",
+    can_get_off: chapter === "riding" && !ticket.let_out,
+    can_redirect: waiting || chapter === "riding" || chapter === "arrived",
   };
 }
 

@@ -4,19 +4,22 @@ import type { Stop } from "../shared/map/campus_shape";
 import { stopName, stopsMatching } from "../shared/map/campus_shape";
 import { BackIcon, DestinationMark, PickupMark, SearchIcon } from "../shared/ui/icons";
 import { language } from "../shared/words/language";
-import type { End } from "./booking_form";
-import { chooseStop, destination, pickup } from "./booking_form";
 import { words } from "./words";
 
 const query = signal("");
 
 interface StopPickerProps {
-  readonly end: End;
+  readonly title: string;
   readonly stops: readonly Stop[];
-  readonly onDone: () => void;
+  /** Stops that carry the marks of a pickup and a destination; "" for none. */
+  readonly pickup: string;
+  readonly destination: string;
+  readonly onChoose: (stop_id: string) => void;
+  readonly onBack: () => void;
 }
 
-export function StopPicker({ end, stops, onDone }: StopPickerProps) {
+export function StopPicker(props: StopPickerProps) {
+  const { title, stops, onChoose, onBack } = props;
   const search = useRef<HTMLInputElement>(null);
   useEffect(() => {
     query.value = "";
@@ -24,18 +27,14 @@ export function StopPicker({ end, stops, onDone }: StopPickerProps) {
   }, []);
   const found = stopsMatching(stops, query.value);
   const say = words.value;
-  const choose = (stop_id: string) => {
-    chooseStop(end, stop_id);
-    onDone();
-  };
   return (
-    <section class="picker" onKeyDown={(event) => event.key === "Escape" && onDone()}>
+    <section class="picker" onKeyDown={(event) => event.key === "Escape" && onBack()}>
       <header class="picker-head">
-        <button type="button" class="button quiet small" onClick={onDone}>
+        <button type="button" class="button quiet small" onClick={onBack}>
           <BackIcon />
           {say.back}
         </button>
-        <h2>{end === "pickup" ? say.choose_pickup : say.choose_destination}</h2>
+        <h2>{title}</h2>
       </header>
       <form
         role="search"
@@ -43,7 +42,7 @@ export function StopPicker({ end, stops, onDone }: StopPickerProps) {
         onSubmit={(event) => {
           event.preventDefault();
           const first = found[0];
-          if (first !== undefined && query.value !== "") choose(first.stop_id);
+          if (first !== undefined && query.value !== "") onChoose(first.stop_id);
         }}
       >
         <SearchIcon />
@@ -69,7 +68,7 @@ export function StopPicker({ end, stops, onDone }: StopPickerProps) {
       <ul class="stops">
         {found.map((stop) => (
           <li key={stop.stop_id}>
-            <StopChoice stop={stop} onChoose={() => choose(stop.stop_id)} />
+            <StopChoice stop={stop} {...props} />
           </li>
         ))}
       </ul>
@@ -77,17 +76,22 @@ export function StopPicker({ end, stops, onDone }: StopPickerProps) {
   );
 }
 
-function StopChoice({ stop, onChoose }: { readonly stop: Stop; readonly onChoose: () => void }) {
+function StopChoice({
+  stop,
+  pickup,
+  destination,
+  onChoose,
+}: StopPickerProps & { readonly stop: Stop }) {
   const name = stopName(stop, language.value);
   const other = [stop.name, stop.name_en].find((text) => text !== "" && text !== name);
   return (
-    <button type="button" class="stop-choice" onClick={onChoose}>
+    <button type="button" class="stop-choice" onClick={() => onChoose(stop.stop_id)}>
       <span>
         {name}
         {other !== undefined && <small>{other}</small>}
       </span>
-      {stop.stop_id === pickup.value && <PickupMark />}
-      {stop.stop_id === destination.value && <DestinationMark />}
+      {stop.stop_id === pickup && <PickupMark />}
+      {stop.stop_id === destination && <DestinationMark />}
     </button>
   );
 }

@@ -132,8 +132,32 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Cancel Ride */
+        /**
+         * Cancel Ride
+         * @description A party aboard is let out as soon as possible: the answer says at which stop, with `let_out` true.
+         */
         post: operations["cancel_ride"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/rides/{token}/destination": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Change Destination
+         * @description Another destination while the party waits or rides. The pickup promise stays, the latest arrival is
+         *     promised anew; nobody else's promise is touched, so it may be refused with the rule that binds.
+         */
+        post: operations["change_destination"];
         delete?: never;
         options?: never;
         head?: never;
@@ -237,6 +261,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/rides/id/{ride_id}/decisions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Explain Ride
+         * @description Why the ride got its shuttle, or none: each decision about it, oldest first.
+         */
+        get: operations["explain_ride"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/rides/id/{ride_id}/cancel": {
         parameters: {
             query?: never;
@@ -249,6 +293,209 @@ export interface paths {
         /** Cancel Ride By Operator */
         post: operations["cancel_ride_by_operator"];
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/rides/id/{ride_id}/destination": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Change Destination By Operator */
+        post: operations["change_destination_by_operator"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/series": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Series
+         * @description Newest first.
+         */
+        get: operations["list_series"];
+        put?: never;
+        /**
+         * Book Series
+         * @description Each day becomes a ride of its own a day ahead; what cannot be taken says why, and is tried again.
+         */
+        post: operations["book_series"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/series/{token}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Series
+         * @description With each of its days: booked, still too far ahead, skipped, or why nobody can take it.
+         */
+        get: operations["get_series"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/series/{token}/cancel": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Cancel Series
+         * @description No further rides; those booked already are cancelled, save one that is under way.
+         */
+        post: operations["cancel_series"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/series/{token}/days/{day}/cancel": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Cancel Series Day
+         * @description Only this day.
+         */
+        post: operations["cancel_series_day"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/series/id/{series_id}/cancel": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Cancel Series By Operator */
+        post: operations["cancel_series_by_operator"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/timetable": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Timetable
+         * @description What runs on one day: hours for rides, timetable trips, and which run is the last.
+         */
+        get: operations["get_timetable"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/service": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Service
+         * @description Calendars, and the days that differ from them.
+         */
+        get: operations["get_service"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/service/patterns/{service_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Service Pattern
+         * @description Enter a service's days and hours, or change them. Departures of days taken off are withdrawn.
+         */
+        put: operations["put_service_pattern"];
+        post?: never;
+        /**
+         * Delete Service Pattern
+         * @description With its exceptions. Refused while the timetable has trips of it.
+         */
+        delete: operations["delete_service_pattern"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/service/exceptions/{day}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Service Exception
+         * @description A holiday of the whole campus, or a day on which one service runs or does not.
+         */
+        put: operations["put_service_exception"];
+        post?: never;
+        /** Delete Service Exception */
+        delete: operations["delete_service_exception"];
         options?: never;
         head?: never;
         patch?: never;
@@ -764,6 +1011,40 @@ export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
         /**
+         * AlternativeView
+         * @description What would have been accepted when a ride was refused: one ride, or two with a part of the party each.
+         *
+         *     Nothing is reserved: book it anew, with these stops and `earliest` at the pickup.
+         */
+        AlternativeView: {
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "later" | "other_stops" | "split_party";
+            /** From Stop */
+            from_stop: string;
+            /** To Stop */
+            to_stop: string;
+            /**
+             * Parties
+             * @description People in each ride.
+             */
+            parties: number[];
+            /**
+             * Walk S
+             * @description Walking more than for the stops asked for, in seconds.
+             */
+            walk_s: number;
+            /**
+             * Pickup At
+             * @description Planned pickup of each ride.
+             */
+            pickup_at: string[];
+            /** Arrival At */
+            arrival_at: string[];
+        };
+        /**
          * Announcement
          * @example {
          *       "text": "We wait for a delivery van."
@@ -785,6 +1066,21 @@ export interface components {
             /** Xy */
             xy: number[];
         };
+        /** CallView */
+        CallView: {
+            /** Stop Id */
+            stop_id: string;
+            /**
+             * Leave At
+             * Format: date-time
+             */
+            leave_at: string;
+            /**
+             * Is Last
+             * @description No later trip of the day leaves this stop.
+             */
+            is_last: boolean;
+        };
         /**
          * CampusView
          * @description What a page has to know before it draws or books anything.
@@ -792,6 +1088,9 @@ export interface components {
          *       "attribution": "© OpenStreetMap contributors",
          *       "booking_ahead_s_max": 604800,
          *       "campus_id": "shu-baoshan",
+         *       "closes_at": "2026-09-01T14:00:00Z",
+         *       "has_timetable": true,
+         *       "last_run_at": "2026-09-01T10:10:00Z",
          *       "map_version": "3f0c9a71d2e84b55",
          *       "name": "Baoshan campus",
          *       "now": "2026-09-01T08:14:31Z",
@@ -830,9 +1129,26 @@ export interface components {
             open_now: boolean;
             /**
              * Opens Next
-             * @description When rides can be had next; null: not this week.
+             * @description When rides can be had next; null: not for weeks.
              */
             opens_next: string | null;
+            /**
+             * Closes At
+             * @description When the present opening ends; null: closed, or never.
+             */
+            closes_at: string | null;
+            /**
+             * Holiday
+             * @description Today's holiday by name, or null on an ordinary day.
+             */
+            holiday: string | null;
+            /** Has Timetable */
+            has_timetable: boolean;
+            /**
+             * Last Run At
+             * @description When today's last timetable trip begins.
+             */
+            last_run_at: string | null;
             /** Seats Max */
             seats_max: number;
             /** Booking Ahead S Max */
@@ -898,6 +1214,55 @@ export interface components {
             password: string;
         };
         /**
+         * DayView
+         * @description One day of it. planned: too far ahead; trying: nobody can take it yet, `reason` says why, and it is
+         *     asked for again until its time has come.
+         */
+        DayView: {
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /**
+             * Leave At
+             * Format: date-time
+             */
+            leave_at: string;
+            state: components["schemas"]["OccurrenceState"];
+            /** Reason */
+            reason: string;
+            /** Reason Detail */
+            reason_detail: string;
+            ride: components["schemas"]["RideTicket"] | null;
+        };
+        /**
+         * DecisionView
+         * @description Why a ride got its shuttle, or none.
+         */
+        DecisionView: {
+            /**
+             * Made At
+             * Format: date-time
+             */
+            made_at: string;
+            /**
+             * Rule
+             * @description The rule that binds, empty for a ride that was taken.
+             */
+            rule: string;
+            best: components["schemas"]["QuoteView"] | null;
+            /** @description The best that any other shuttle offered. */
+            runner_up: components["schemas"]["QuoteView"] | null;
+            /** Alternatives */
+            alternatives: components["schemas"]["AlternativeView"][];
+            /**
+             * Vehicles
+             * @description Shuttles that were asked.
+             */
+            vehicles: number;
+        };
+        /**
          * Delta
          * @description What changed since the message before: whole vehicles and rides, and the ids of those gone.
          *
@@ -919,6 +1284,21 @@ export interface components {
             incidents: components["schemas"]["IncidentsScene"] | null;
         };
         /**
+         * DepartureState
+         * @enum {string}
+         */
+        DepartureState: "planned" | "assigned" | "done" | "missed" | "withdrawn";
+        /**
+         * DestinationRequest
+         * @example {
+         *       "to_stop": "east-gate"
+         *     }
+         */
+        DestinationRequest: {
+            /** To Stop */
+            to_stop: string;
+        };
+        /**
          * Enrolment
          * @description A vehicle's request to take in its key.
          * @example {
@@ -937,6 +1317,58 @@ export interface components {
              * @description Ed25519, 32 raw bytes, base64.
              */
             public_key: string;
+        };
+        /**
+         * ExceptionBody
+         * @description One day that differs (calendar_dates.txt of GTFS).
+         * @example {
+         *       "note": "National Day",
+         *       "runs": false,
+         *       "service_id": ""
+         *     }
+         */
+        ExceptionBody: {
+            /**
+             * Service Id
+             * @description Which service differs; empty: the whole campus, a holiday.
+             * @default
+             */
+            service_id: string;
+            /**
+             * Runs
+             * @default false
+             */
+            runs: boolean;
+            /**
+             * Note
+             * @default
+             */
+            note: string;
+        };
+        /**
+         * ExceptionView
+         * @example {
+         *       "day": "2026-10-01",
+         *       "made_by": "operator",
+         *       "note": "National Day",
+         *       "runs": false,
+         *       "service_id": ""
+         *     }
+         */
+        ExceptionView: {
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /** Service Id */
+            service_id: string;
+            /** Runs */
+            runs: boolean;
+            /** Note */
+            note: string;
+            /** Made By */
+            made_by: string;
         };
         /**
          * FieldProblem
@@ -990,6 +1422,22 @@ export interface components {
              * @default
              */
             text: string;
+        };
+        /**
+         * HoursModel
+         * @description Campus local time; closing after 24:00 is on the next day.
+         */
+        HoursModel: {
+            /**
+             * Opens
+             * @example 08:00
+             */
+            opens: string;
+            /**
+             * Closes
+             * @example 08:00
+             */
+            closes: string;
         };
         /**
          * IncidentKind
@@ -1251,6 +1699,12 @@ export interface components {
             wheelchair_places: number;
         };
         /**
+         * OccurrenceState
+         * @description planned: its day is too far ahead; trying: nobody could take it yet, it is asked for again.
+         * @enum {string}
+         */
+        OccurrenceState: "planned" | "trying" | "booked" | "skipped" | "refused" | "cancelled";
+        /**
          * OriginView
          * @description The map frame's origin on WGS 84.
          */
@@ -1259,6 +1713,92 @@ export interface components {
             latitude_deg: number;
             /** Longitude Deg */
             longitude_deg: number;
+        };
+        /**
+         * PatternBody
+         * @description The days on which a service runs (calendar.txt of GTFS), and when rides can be had on them.
+         * @example {
+         *       "ends_on": "2027-01-15",
+         *       "hours": [
+         *         {
+         *           "closes": "22:00",
+         *           "opens": "07:30"
+         *         }
+         *       ],
+         *       "name": "Term, working days",
+         *       "starts_on": "2026-09-01",
+         *       "weekdays": [
+         *         0,
+         *         1,
+         *         2,
+         *         3,
+         *         4
+         *       ]
+         *     }
+         */
+        PatternBody: {
+            /** Name */
+            name: string;
+            /** Weekdays */
+            weekdays: number[];
+            /**
+             * Starts On
+             * @description First day; null: since ever.
+             */
+            starts_on?: string | null;
+            /**
+             * Ends On
+             * @description Last day, included; null: until further notice.
+             */
+            ends_on?: string | null;
+            /**
+             * Hours
+             * @description When rides can be had; empty for a service of timetable trips alone.
+             * @default []
+             */
+            hours: components["schemas"]["HoursModel"][];
+        };
+        /**
+         * PatternView
+         * @example {
+         *       "ends_on": "2027-01-15",
+         *       "hours": [
+         *         {
+         *           "closes": "22:00",
+         *           "opens": "07:30"
+         *         }
+         *       ],
+         *       "name": "Term, working days",
+         *       "service_id": "term",
+         *       "starts_on": "2026-09-01",
+         *       "trips": 13,
+         *       "weekdays": [
+         *         0,
+         *         1,
+         *         2,
+         *         3,
+         *         4
+         *       ]
+         *     }
+         */
+        PatternView: {
+            /** Name */
+            name: string;
+            /** Weekdays */
+            weekdays: number[];
+            /** Starts On */
+            starts_on: string | null;
+            /** Ends On */
+            ends_on: string | null;
+            /** Hours */
+            hours: components["schemas"]["HoursModel"][];
+            /** Service Id */
+            service_id: string;
+            /**
+             * Trips
+             * @description How many trips of the timetable run by it.
+             */
+            trips: number;
         };
         /**
          * Place
@@ -1280,6 +1820,7 @@ export interface components {
          *       "code": "stop_unknown",
          *       "detail": "the map has no stop 'library'; see /api/v1/stops",
          *       "errors": [],
+         *       "rule": "",
          *       "status": 404,
          *       "title": "Not Found",
          *       "type": "urn:campusloop:problem:stop_unknown"
@@ -1296,6 +1837,12 @@ export interface components {
             code: string;
             /** Detail */
             detail: string;
+            /**
+             * Rule
+             * @description The dispatcher's rule that binds, where one is behind the refusal.
+             * @default
+             */
+            rule: string;
             /**
              * Errors
              * @default []
@@ -1322,6 +1869,29 @@ export interface components {
              * Format: date-time
              */
             arrive_by: string;
+        };
+        /**
+         * QuoteView
+         * @description A ride as one shuttle would make it.
+         */
+        QuoteView: {
+            /** Vehicle Id */
+            vehicle_id: string;
+            /**
+             * Extra Cost S
+             * @description Weighted seconds of driving, waiting and riding that it adds.
+             */
+            extra_cost_s: number;
+            /**
+             * Pickup At
+             * Format: date-time
+             */
+            pickup_at: string;
+            /**
+             * Arrival At
+             * Format: date-time
+             */
+            arrival_at: string;
         };
         /**
          * Readiness
@@ -1359,6 +1929,7 @@ export interface components {
          *       "earliest": "2026-09-01T08:15:00Z",
          *       "from_stop": "library",
          *       "left_early": false,
+         *       "let_out": false,
          *       "party": 2,
          *       "pickup_eta": "2026-09-01T08:18:20Z",
          *       "promise": {
@@ -1426,12 +1997,27 @@ export interface components {
             /** Left Early */
             left_early: boolean;
             /**
+             * First To Stop
+             * @description Where it was booked to, when the destination has changed.
+             */
+            first_to_stop: string | null;
+            /**
+             * Let Out
+             * @description The party asked to get off as soon as possible: to_stop is where.
+             */
+            let_out: boolean;
+            /**
              * Source
              * @enum {string}
              */
             source: "passenger" | "operator" | "developer";
             /** Boarding Code */
             boarding_code: string;
+            /**
+             * Series Id
+             * @description The recurring booking that it is a day of.
+             */
+            series_id: string | null;
         };
         /**
          * RideRequest
@@ -1497,11 +2083,13 @@ export interface components {
          * RideTicket
          * @description A ride as its passenger sees it.
          * @example {
+         *       "alternatives": [],
          *       "arrival_eta": "2026-09-01T08:26:05Z",
          *       "boarding_code": "4821",
          *       "earliest": "2026-09-01T08:15:00Z",
          *       "from_stop": "library",
          *       "left_early": false,
+         *       "let_out": false,
          *       "party": 2,
          *       "pickup_eta": "2026-09-01T08:18:20Z",
          *       "promise": {
@@ -1569,6 +2157,16 @@ export interface components {
             /** Left Early */
             left_early: boolean;
             /**
+             * First To Stop
+             * @description Where it was booked to, when the destination has changed.
+             */
+            first_to_stop: string | null;
+            /**
+             * Let Out
+             * @description The party asked to get off as soon as possible: to_stop is where.
+             */
+            let_out: boolean;
+            /**
              * Token
              * @description The secret of the passenger's link: who has it can cancel the ride.
              */
@@ -1578,18 +2176,24 @@ export interface components {
              * @description Four digits to type on the onboard screen.
              */
             boarding_code: string;
+            /**
+             * Alternatives
+             * @description For a refused ride, the nearest first.
+             */
+            alternatives: components["schemas"]["AlternativeView"][];
         };
         /**
          * RideView
          * @description A ride as anybody with its code may see it.
          *
-         *     The promise never changes; pickup_eta and arrival_eta are what the plan says now. A refused ride has no
-         *     promise, and `reason` names the rule that binds.
+         *     The promise changes only with the destination; pickup_eta and arrival_eta are what the plan says now. A
+         *     refused ride has no promise, and `reason` names the rule that binds.
          * @example {
          *       "arrival_eta": "2026-09-01T08:26:05Z",
          *       "earliest": "2026-09-01T08:15:00Z",
          *       "from_stop": "library",
          *       "left_early": false,
+         *       "let_out": false,
          *       "party": 2,
          *       "pickup_eta": "2026-09-01T08:18:20Z",
          *       "promise": {
@@ -1655,6 +2259,16 @@ export interface components {
             promise_broken: boolean;
             /** Left Early */
             left_early: boolean;
+            /**
+             * First To Stop
+             * @description Where it was booked to, when the destination has changed.
+             */
+            first_to_stop: string | null;
+            /**
+             * Let Out
+             * @description The party asked to get off as soon as possible: to_stop is where.
+             */
+            let_out: boolean;
         };
         /**
          * RunView
@@ -1743,6 +2357,221 @@ export interface components {
             received_at: string;
         };
         /**
+         * SeriesRecord
+         * @description A recurring booking as an operator sees it.
+         * @example {
+         *       "ends_on": "2026-12-18",
+         *       "from_stop": "library",
+         *       "leave": "08:10",
+         *       "made_at": "2026-08-30T02:11:00Z",
+         *       "party": 1,
+         *       "series_id": "series-7b21",
+         *       "source": "passenger",
+         *       "starts_on": "2026-09-01",
+         *       "state": "active",
+         *       "timezone": "Asia/Shanghai",
+         *       "to_stop": "east-gate",
+         *       "weekdays": [
+         *         0,
+         *         1,
+         *         2,
+         *         3,
+         *         4
+         *       ],
+         *       "wheelchairs": 0
+         *     }
+         */
+        SeriesRecord: {
+            /** Series Id */
+            series_id: string;
+            state: components["schemas"]["SeriesState"];
+            /** From Stop */
+            from_stop: string;
+            /** To Stop */
+            to_stop: string;
+            /** Party */
+            party: number;
+            /** Wheelchairs */
+            wheelchairs: number;
+            /** Weekdays */
+            weekdays: number[];
+            /** Leave */
+            leave: string;
+            /** Timezone */
+            timezone: string;
+            /**
+             * Starts On
+             * Format: date
+             */
+            starts_on: string;
+            /**
+             * Ends On
+             * Format: date
+             */
+            ends_on: string;
+            /**
+             * Made At
+             * Format: date-time
+             */
+            made_at: string;
+            /** Ended At */
+            ended_at: string | null;
+            /**
+             * Source
+             * @enum {string}
+             */
+            source: "passenger" | "operator" | "developer";
+        };
+        /**
+         * SeriesRequest
+         * @description The same ride on certain weekdays, at one campus local time, until a last day; not on holidays.
+         * @example {
+         *       "ends_on": "2026-12-18",
+         *       "from_stop": "library",
+         *       "leave": "08:10",
+         *       "to_stop": "east-gate",
+         *       "weekdays": [
+         *         0,
+         *         1,
+         *         2,
+         *         3,
+         *         4
+         *       ]
+         *     }
+         */
+        SeriesRequest: {
+            /** From Stop */
+            from_stop: string;
+            /** To Stop */
+            to_stop: string;
+            /** Weekdays */
+            weekdays: number[];
+            /**
+             * Leave
+             * @description Earliest pickup, campus local time whatever the clocks do.
+             * @example 08:10
+             */
+            leave: string;
+            /**
+             * Ends On
+             * Format: date
+             * @description Last day, included.
+             * @example 2026-10-01
+             */
+            ends_on: string;
+            /**
+             * Starts On
+             * @description First day; today if left out.
+             */
+            starts_on?: string | null;
+            /**
+             * Party
+             * @description People travelling, wheelchairs included.
+             * @default 1
+             */
+            party: number;
+            /**
+             * Wheelchairs
+             * @description How many of them need a wheelchair place.
+             * @default 0
+             */
+            wheelchairs: number;
+        };
+        /**
+         * SeriesState
+         * @enum {string}
+         */
+        SeriesState: "active" | "cancelled" | "finished";
+        /**
+         * SeriesTicket
+         * @description A recurring booking as its passenger sees it.
+         * @example {
+         *       "days": [],
+         *       "ends_on": "2026-12-18",
+         *       "from_stop": "library",
+         *       "leave": "08:10",
+         *       "made_at": "2026-08-30T02:11:00Z",
+         *       "party": 1,
+         *       "series_id": "series-7b21",
+         *       "starts_on": "2026-09-01",
+         *       "state": "active",
+         *       "timezone": "Asia/Shanghai",
+         *       "to_stop": "east-gate",
+         *       "token": "q3Jv0X2mQp7sT4uYb1cD9w",
+         *       "weekdays": [
+         *         0,
+         *         1,
+         *         2,
+         *         3,
+         *         4
+         *       ],
+         *       "wheelchairs": 0
+         *     }
+         */
+        SeriesTicket: {
+            /** Series Id */
+            series_id: string;
+            state: components["schemas"]["SeriesState"];
+            /** From Stop */
+            from_stop: string;
+            /** To Stop */
+            to_stop: string;
+            /** Party */
+            party: number;
+            /** Wheelchairs */
+            wheelchairs: number;
+            /** Weekdays */
+            weekdays: number[];
+            /** Leave */
+            leave: string;
+            /** Timezone */
+            timezone: string;
+            /**
+             * Starts On
+             * Format: date
+             */
+            starts_on: string;
+            /**
+             * Ends On
+             * Format: date
+             */
+            ends_on: string;
+            /**
+             * Made At
+             * Format: date-time
+             */
+            made_at: string;
+            /** Ended At */
+            ended_at: string | null;
+            /**
+             * Token
+             * @description The secret of the booking's link: who has it can cancel it.
+             */
+            token: string;
+            /** Days */
+            days: components["schemas"]["DayView"][];
+        };
+        /**
+         * ServiceView
+         * @description Everything that decides on which days and at which hours the campus runs.
+         */
+        ServiceView: {
+            /** Timezone */
+            timezone: string;
+            /** Patterns */
+            patterns: components["schemas"]["PatternView"][];
+            /**
+             * Exceptions
+             * @description By day, from yesterday on.
+             */
+            exceptions: components["schemas"]["ExceptionView"][];
+            /**
+             * Rides Outside
+             * @description Promised rides that begin when the campus does not run: kept unless they are cancelled.
+             */
+            rides_outside: number;
+        };
+        /**
          * SessionView
          * @description Who is signed in. Send csrf_token in the header X-CSRF-Token with every change.
          * @example {
@@ -1770,6 +2599,19 @@ export interface components {
             /** @enum {unknown} */
             type: "snapshot";
             scene: components["schemas"]["Scene"];
+        };
+        /** SpanView */
+        SpanView: {
+            /**
+             * Opens At
+             * Format: date-time
+             */
+            opens_at: string;
+            /**
+             * Closes At
+             * Format: date-time
+             */
+            closes_at: string;
         };
         /**
          * StopView
@@ -1829,6 +2671,61 @@ export interface components {
             reason: string;
         };
         /**
+         * TimetableDay
+         * @description What runs on one local day.
+         * @example {
+         *       "day": "2026-09-01",
+         *       "hours": [
+         *         {
+         *           "closes_at": "2026-09-01T11:00:00Z",
+         *           "opens_at": "2026-09-01T00:00:00Z"
+         *         }
+         *       ],
+         *       "timezone": "Asia/Shanghai",
+         *       "trips": [
+         *         {
+         *           "calls": [
+         *             {
+         *               "is_last": true,
+         *               "leave_at": "2026-09-01T10:10:00Z",
+         *               "stop_id": "NN7"
+         *             },
+         *             {
+         *               "is_last": true,
+         *               "leave_at": "2026-09-01T10:43:00Z",
+         *               "stop_id": "C1"
+         *             }
+         *           ],
+         *           "is_last_run": true,
+         *           "service_id": "daily",
+         *           "state": "planned",
+         *           "trip_id": "evening-3"
+         *         }
+         *       ]
+         *     }
+         */
+        TimetableDay: {
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /** Timezone */
+            timezone: string;
+            /**
+             * Holiday
+             * @description The holiday's name, or null on an ordinary day.
+             */
+            holiday: string | null;
+            /**
+             * Hours
+             * @description When rides can be had, of what begins on this day.
+             */
+            hours: components["schemas"]["SpanView"][];
+            /** Trips */
+            trips: components["schemas"]["TripView"][];
+        };
+        /**
          * TokenRequest
          * @example {
          *       "name": "night-tests",
@@ -1886,6 +2783,23 @@ export interface components {
             expires_at: string;
             /** Revoked At */
             revoked_at: string | null;
+        };
+        /** TripView */
+        TripView: {
+            /** Trip Id */
+            trip_id: string;
+            /** Service Id */
+            service_id: string;
+            /** Calls */
+            calls: components["schemas"]["CallView"][];
+            /**
+             * Is Last Run
+             * @description The last trip of the day to be under way.
+             */
+            is_last_run: boolean;
+            state: components["schemas"]["DepartureState"];
+            /** Vehicle Id */
+            vehicle_id: string | null;
         };
         /**
          * VehicleDetail
@@ -2324,7 +3238,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Made by the client for each booking; a repeat with it gives the same ride. */
+                /** @description Made by the client for each booking; a repeat with it gives the same answer. */
                 "idempotency-key"?: string | null;
             };
             path?: never;
@@ -2523,6 +3437,78 @@ export interface operations {
             };
             /** @description Conflict */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    change_destination: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The secret of the passenger's link, from the booking's answer. */
+                token: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["DestinationRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RideTicket"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than any request needs to be. */
+            413: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -2795,6 +3781,55 @@ export interface operations {
             };
         };
     };
+    explain_ride: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                ride_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DecisionView"][];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     cancel_ride_by_operator: {
         parameters: {
             query?: never;
@@ -2844,6 +3879,799 @@ export interface operations {
             };
             /** @description Conflict */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    change_destination_by_operator: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                ride_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["DestinationRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RideRecord"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than any request needs to be. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_series: {
+        parameters: {
+            query?: {
+                /** @description Only these states. */
+                state?: components["schemas"]["SeriesState"][] | null;
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SeriesRecord"][];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    book_series: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each booking; a repeat with it gives the same answer. */
+                "idempotency-key"?: string | null;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SeriesRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SeriesTicket"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than any request needs to be. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_series: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The secret of the booking's link, from its answer. */
+                token: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SeriesTicket"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancel_series: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The secret of the booking's link, from its answer. */
+                token: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SeriesTicket"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancel_series_day: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The secret of the booking's link, from its answer. */
+                token: string;
+                day: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SeriesTicket"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancel_series_by_operator: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                series_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SeriesRecord"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_timetable: {
+        parameters: {
+            query?: {
+                /** @description Campus local; today if left out. */
+                day?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TimetableDay"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_service: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ServiceView"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    put_service_pattern: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                service_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PatternBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PatternView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than any request needs to be. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    delete_service_pattern: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                service_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    put_service_exception: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                day: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ExceptionBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ExceptionView"];
+                };
+            };
+            /** @description The body is not even text. */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than any request needs to be. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    delete_service_exception: {
+        parameters: {
+            query?: {
+                /** @description Empty: the holiday of the whole campus. */
+                service_id?: string;
+            };
+            header?: never;
+            path: {
+                day: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -45,6 +45,18 @@ function format(
   }).format(new Date(moment));
 }
 
+/** "Mon" for 0, "Sun" for 6. */
+export function weekdayName(day: number, language: Language, width: "short" | "long"): string {
+  const locale = language === "en" ? "en-GB" : language;
+  const in_that_week = Date.UTC(2024, 0, 1 + day, 12);
+  return new Intl.DateTimeFormat(locale, { weekday: width, timeZone: "UTC" }).format(in_that_week);
+}
+
+/** "2026-09-01": the campus's day at that moment. */
+export function calendarDay(moment_ms: number, timezone: string): string {
+  return toLocalInput(moment_ms, timezone).slice(0, 10);
+}
+
 /** What <input type="datetime-local"> wants, on the campus's clocks. */
 export function toLocalInput(moment_ms: number, timezone: string): string {
   const parts = partsOf(moment_ms, timezone);

@@ -1,0 +1,196 @@
+"""Dynamic dial-a-ride: requests become known while the vehicles drive, and are accepted or refused at once.
+
+    python -m benchmarks.dynamic_darp DIR [--best-known FILE] [--slices N] [--solutions DIR] [--json FILE]
+
+The vehicles drive as the dispatcher's board says; a visit that has been set out for stays. Whoever is
+accepted is served within every rule, which is checked from the routes driven (benchmarks/rescore.py). The
+cost is compared with the best known one of the static instance, where everything is known beforehand.
+Budgets are counts: slices of attempts after each request.
+"""
+
+import argparse
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.published import best_known, instances_in, write_routes
+from benchmarks.report import Row, write_report
+from benchmarks.rescore import RouteBroken, rescored
+from server.dispatch.board import Board
+from server.dispatch.decide import offers_for, take
+from server.dispatch.improve import Cooling, improve
+from server.dispatch.instance import Instance
+from server.dispatch.problem import CostWeights, Plane, Problem, Request, VehicleState
+from server.dispatch.solve import forever
+
+_ATTEMPTS = 50
+# A request that fits nowhere at first is tried so many times harder.
+_INSISTENCE = 5
+# Between setting out at once and as late as possible.
+_PATIENCE = 0.75
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path, metavar="DIR")
+    parser.add_argument("--slices", type=int, default=20, help="of improvement after each request")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--best-known", type=Path)
+    parser.add_argument("--solutions", type=Path)
+    parser.add_argument("--json", type=Path)
+    args = parser.parse_args()
+    instances = [instance for instance in instances_in(args.folder) if instance.revealed is not None]
+    known = best_known(args.folder, args.best_known, "cost")
+    rows = []
+    for instance in instances:
+        rows.append(measured(instance, args.slices, args.seed, known, args.solutions))
+        print(rows[-1], flush=True)
+    write_report(
+        args.json,
+        "dynamic_darp",
+        {"folder": str(args.folder), "slices": args.slices, "seed": args.seed},
+        rows,
+        _summary(rows)
+        | {f"{kind}_{k}": v for kind in ("ab", "pr") for k, v in _summary(_of(rows, kind)).items()},
+    )
+
+
+def measured(
+    instance: Instance, slices: int, seed: int, known: dict[str, float], solutions: Path | None
+) -> Row:
+    wall, cpu = time.perf_counter(), time.process_time()
+    day = _driven(instance, slices, seed)
+    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+    write_routes(solutions, instance.name, day.routes)
+    n = len(instance.pairs)
+    served = sum(len(route) for route in day.routes) // 2
+    try:
+        cost, broken = rescored(instance, day.routes, partial=True), ""
+    except RouteBroken as error:
+        cost, broken = 0.0, str(error)
+    best = known.get(instance.name)
+    over = None if best is None or broken else 100.0 * (cost / best - 1.0)
+    return {
+        "instance": instance.name,
+        "requests": n,
+        "served": served,
+        "served_pct": round(100.0 * served / n, 3),
+        "cost": round(cost, 3),
+        "hindsight": best,
+        "over_hindsight_pct": None if over is None else round(over, 3),
+        "feasible": not broken,
+        "broken": broken,
+        "longest_decision_ms": round(1e3 * day.longest_s, 1),
+        "wall_s": round(wall, 2),
+        "cpu_s": round(cpu, 2),
+    }
+
+
+@dataclass(slots=True)
+class _Day:
+    """routes: node numbers of each vehicle's visits as driven; longest_s: the slowest answer."""
+
+    routes: list[list[int]]
+    longest_s: float
+
+
+def _driven(instance: Instance, slices: int, seed: int) -> _Day:
+    revealed = instance.revealed
+    if revealed is None:
+        raise ValueError(f"{instance.name} does not say when its requests become known")
+    board = _board(instance)
+    node_of = {f"r{k}": pair for k, pair in enumerate(instance.pairs)}
+    routes: dict[str, list[int]] = {name: [] for name in board.vehicle_ids}
+    longest_s = 0.0
+    for number, k in enumerate(np.argsort(revealed, kind="stable")):
+        for made in board.advance(float(revealed[k])):
+            routes[made.vehicle_id].append(int(instance.nodes[node_of[made.request_id][int(made.alights)]]))
+        began = time.perf_counter()
+        _answer(board, _request(instance, int(k)), slices, seed + number)
+        longest_s = max(longest_s, time.perf_counter() - began)
+        improve(board, Cooling(slices, _ATTEMPTS), seed + number, slices, forever)
+    for made in board.advance(float(instance.late.max()) + 1e6):
+        routes[made.vehicle_id].append(int(instance.nodes[node_of[made.request_id][int(made.alights)]]))
+    return _Day(list(routes.values()), longest_s)
+
+
+def _answer(board: Board, request: Request, slices: int, seed: int) -> bool:
+    """Accept the request if anybody can take it, perhaps after some rearranging."""
+    name = request.request_id
+    board.add(request)
+    best = offers_for(board, name).best
+    if best is not None:
+        take(board, best)
+    else:
+        many = slices * _INSISTENCE
+        improve(board, Cooling(many, _ATTEMPTS), seed, many, forever)
+        if not board.carried([name]):
+            board.remove(name)
+            return False
+    board.keep(name)
+    return True
+
+
+def _board(instance: Instance) -> Board:
+    depot = (float(instance.xy[0, 0]), float(instance.xy[0, 1]))
+    vehicle = VehicleState(
+        vehicle_id="",
+        to_places_s=np.zeros(0),
+        ready_s=float(instance.early[0]),
+        seats=instance.capacity,
+        wheelchair_places=0,
+        on_duty_to_s=float(instance.late[0]),
+        at_xy=depot,
+        ends_at=0,
+        duty_s_max=float(instance.duration_max),
+    )
+    problem = Problem(
+        tuple(replace(vehicle, vehicle_id=f"v{k}") for k in range(instance.vehicles)),
+        {},
+        np.zeros((0, 0)),
+        weights=CostWeights(wait=0.0, walk=0.0, ride=0.0),
+        plane=Plane(instance.xy.astype(float), 1.0),
+        together=False,
+    )
+    return Board(problem, spare=len(instance.pairs), patience=_PATIENCE)
+
+
+def _request(instance: Instance, k: int) -> Request:
+    p, d = (int(node) for node in instance.pairs[k])
+    return Request(
+        request_id=f"r{k}",
+        pickup=p,
+        dropoff=d,
+        party=int(instance.load[p]),
+        wheelchairs=0,
+        pickup_from_s=float(instance.early[p]),
+        pickup_to_s=float(instance.late[p]),
+        arrive_by_s=float(instance.late[d]),
+        ride_s_max=float(instance.ride_max),
+        arrive_from_s=float(instance.early[d]),
+        dwell_s=float(instance.service[p]),
+    )
+
+
+def _of(rows: list[Row], kind: str) -> list[Row]:
+    return [row for row in rows if str(row["instance"]).startswith("pr") == (kind == "pr")]
+
+
+def _summary(rows: list[Row]) -> dict[str, float | int | None]:
+    over = [float(str(row["over_hindsight_pct"])) for row in rows if row["over_hindsight_pct"] is not None]
+    asked = sum(int(str(row["requests"])) for row in rows)
+    served = sum(int(str(row["served"])) for row in rows)
+    return {
+        "served_pct": round(100.0 * served / asked, 3) if asked else None,
+        "over_hindsight_pct": round(sum(over) / len(over), 3) if over else None,
+        "feasible": sum(row["feasible"] is True for row in rows),
+        "instances": len(rows),
+    }
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,42 @@
+"""Recurring bookings become rides as their days come near."""
+
+from server.domain.errors import DomainError, PlanChanged
+from server.loops.pulse import Pulse
+from server.usecases import series
+from server.usecases.ports import Transactions
+from server.usecases.series import DueRide
+
+LEASE = "series"
+PERIOD_S = 20.0
+LEASE_S = 60.0
+
+
+class SeriesClerk:
+    def __init__(self, transactions: Transactions, holder: str) -> None:
+        self._transactions = transactions
+        self._holder = holder
+        self._pulse = Pulse("series", self.beat, PERIOD_S)
+
+    async def run(self) -> None:
+        await self._pulse.run()
+
+    async def beat(self) -> None:
+        """One replica at a time; a second one would find each day booked already."""
+        held = await self._transactions.run(
+            lambda uow: uow.leases.take(LEASE, self._holder, uow.now, LEASE_S)
+        )
+        if held is None:
+            return
+        for due in await self._transactions.read(series.due_rides):
+            await self._book(due)
+        await self._transactions.run(series.finish_past)
+
+    async def _book(self, due: DueRide) -> None:
+        """An attempt that fails leaves nothing behind but its reason, in a transaction of its own."""
+        try:
+            await self._transactions.run(lambda uow: series.book_occurrence(uow, due))
+        except PlanChanged:
+            return  # others were quicker too often; the next beat tries again
+        except DomainError as error:
+            reason, detail = error.rule or error.code, error.detail
+            await self._transactions.run(lambda uow: series.note_not_taken(uow, due, reason, detail))
