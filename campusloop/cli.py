@@ -6,7 +6,18 @@ from importlib import import_module
 
 import typer
 
-_COMMANDS = ("demo", "map", "serve", "agent", "simulate", "replay", "waypoints", "dispatch", "openapi", "warm")
+_COMMANDS = (
+    "demo",
+    "map",
+    "serve",
+    "agent",
+    "simulate",
+    "replay",
+    "waypoints",
+    "dispatch",
+    "openapi",
+    "warm",
+)
 _GROUPS = {
     "map": "Campus maps: import, check, rebuild.",
     "agent": "The agent on a vehicle: enrol, run.",

@@ -1,1 +1,1 @@
-"""Proven lower bounds of static dial-a-ride instances: column generation, route enumeration, branch and bound."""
+"""Proven lower bounds of static dial-a-ride: column generation, enumeration, branch and bound."""

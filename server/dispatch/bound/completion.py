@@ -1,7 +1,8 @@
 """How cheaply a route can end: a lower bound of what follows an event, by time.
 
-Backward over the event graph with windows alone. Ride times are forgotten and a request may be served twice, so
-the truth is never cheaper. The bound is a falling staircase in the latest time at which the event may begin.
+Backward over the event graph with windows alone. Ride times are forgotten and a request may be served
+twice, so the truth is never cheaper. The bound is a falling staircase in the latest time at which the event
+may begin.
 """
 
 from typing import NamedTuple
@@ -18,8 +19,8 @@ class Endings(NamedTuple):
     """Staircases of all events.
 
     starts       (e + 1,) CSR rows
-    times, costs (s,) falling along each row: from event e at time t the cheapest ending costs no less than the last
-                 of e's steps whose time is >= t, and there is no ending when no step is
+    times, costs (s,) falling along each row: from event e at time t the cheapest ending costs no less than
+                 the last of e's steps whose time is >= t, and there is no ending when no step is
     """
 
     starts: Array

@@ -36,7 +36,9 @@ def violated_cuts(
 
 @njit(cache=True)
 def _violations(sets: Array, flow: Array, least: float) -> tuple[Array, Array]:
-    """(c, 3), (c,): a triple's left-hand side is (pairs together - routes with all three twice) of the flow, minus 1."""
+    """(c, 3), (c,): a triple's left-hand side is (pairs together - routes with all three twice) of the
+    flow, minus 1.
+    """
     n = sets.shape[1]
     together = np.zeros((n, n))
     for route in range(len(sets)):

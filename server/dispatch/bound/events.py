@@ -13,6 +13,9 @@ from numba import njit
 from contract.geometry import Array
 from server.dispatch.bound.network import TIME_SLACK, Network
 
+# Orders of bringing people home that are looked at before an event is let in unseen.
+_PATIENCE = 500
+
 
 class EventGraph(NamedTuple):
     """Events and their arcs, both as flat arrays.
@@ -93,11 +96,17 @@ def _slot_of(table: Array, node: Array, aboard: Array, at: int, row: Array) -> i
 
 
 @njit(cache=True)
-def _can_finish(network: Network, at: int, time: float, row: Array, left: Array, due: Array) -> bool:
-    """Can everybody aboard be brought home in some order?
+def _can_finish(
+    network: Network, at: int, time: float, row: Array, left: Array, due: Array, patience: Array
+) -> bool:
+    """Can everybody aboard be brought home in some order? True as well when patience runs out first.
 
     row   (k,) requests aboard, -1 free; left (k,) ride time left at `time`; due (k,) latest drop-off
+    patience   (1,) how many partial orders may be looked at: their number grows with the factorial
     """
+    patience[0] -= 1
+    if patience[0] < 0:
+        return True
     anybody = False
     for k in range(len(row)):
         if row[k] < 0:
@@ -117,7 +126,7 @@ def _can_finish(network: Network, at: int, time: float, row: Array, left: Array,
         step = network.service[at] + network.travel[at, home]
         row[k] = -1
         left -= step
-        fine = _can_finish(network, home, time + step, row, left, due)
+        fine = _can_finish(network, home, time + step, row, left, due, patience)
         left += step
         row[k] = request
         if fine:
@@ -153,6 +162,7 @@ def _explore(
     row = np.empty(places, np.int16)
     new_left = np.empty(places)
     new_due = np.empty(places)
+    patience = np.empty(1, np.int64)
 
     for i in range(n):
         row[:] = -1
@@ -165,10 +175,10 @@ def _explore(
         left[count, 0] = service[i + 1] + ride_max
         due[count, 0] = min(late[n + 1 + i], late[i + 1] + service[i + 1] + ride_max)
         first[i] = count
-        queue[length] = count
+        queue[i] = count
         queued[count] = True
-        length += 1
         count += 1
+    length = n
 
     arcs = 0
     arcs_max = 1024
@@ -240,7 +250,8 @@ def _explore(
                     row[place] = to - 1
                     new_left[place] = service[to] + ride_max
                     new_due[place] = min(late[n + to], latest + service[to] + ride_max)
-                if not _can_finish(network, to, begin, row.copy(), new_left.copy(), new_due):
+                patience[0] = _PATIENCE
+                if not _can_finish(network, to, begin, row.copy(), new_left.copy(), new_due, patience):
                     continue
                 slot = _slot_of(table, node, aboard, to, row)
                 child = table[slot]

@@ -1,8 +1,8 @@
 """Labels: paths through the event graph with exact times, and when one makes another superfluous.
 
 For everybody aboard a label knows the latest drop-off as a function of the time at which service begins here:
-min(due, time + left). That is exact for ride-time limits (Gschwind, Irnich 2015, section 4). A limit of the route's
-duration is one more passenger, who rides from depot to depot.
+min(due, time + left). That is exact for ride-time limits (Gschwind, Irnich 2015, section 4). A limit of the
+route's duration is one more passenger, who rides from depot to depot.
 """
 
 from typing import NamedTuple

@@ -1,7 +1,7 @@
 """The master problem: choose at most m routes that together serve everybody, at least cost.
 
-A covering: serving somebody twice is allowed, for leaving them out of one route is no dearer, and so the duals are
-never negative. Subset-row cuts tighten its linear relaxation (cuts.py).
+A covering: serving somebody twice is allowed, for leaving them out of one route is no dearer, and so the
+duals are never negative. Subset-row cuts tighten its linear relaxation (cuts.py).
 """
 
 from dataclasses import dataclass
@@ -13,13 +13,17 @@ from contract.geometry import Array
 from server.dispatch.bound.routes import Routes, bits_of, reduced_costs, routes_paying, sets_as_matrix
 
 _INF = highspy.kHighsInf
-# Sums of a few hundred doubles below 10^5 are off by less; subtracted from every bound.
+# A sum of a thousand doubles is off by less than this share of the sum of their sizes; subtracted from
+# every bound, and so is a constant for the small ones.
+_ROUNDING_SHARE = 1e-12
 _ROUNDING = 1e-7
 
 
 @dataclass(frozen=True, slots=True)
 class Duals:
-    """reward (n,), fixed, penalty (c,): all >= 0, so that they prove a bound whatever the solver's tolerances were."""
+    """reward (n,), fixed, penalty (c,): all >= 0, so that they prove a bound whatever the solver's
+    tolerances were.
+    """
 
     reward: Array
     fixed: float
@@ -38,7 +42,9 @@ class Duals:
 
 @dataclass(frozen=True, slots=True)
 class Relaxed:
-    """value of the relaxation over the columns it has, its duals, flow (r,) of the routes, flow without a route."""
+    """value of the relaxation over the columns it has, its duals, flow (r,) of the routes, flow without a
+    route.
+    """
 
     value: float
     duals: Duals
@@ -47,15 +53,17 @@ class Relaxed:
 
 
 def lagrangian_bound(duals: Duals, vehicles: int, reduced_min: float) -> float:
-    """No solution costs less, if no route's reduced cost is below reduced_min: at most `vehicles` routes are used."""
-    value = float(duals.reward.sum()) - vehicles * duals.fixed - float(duals.penalty.sum())
-    return value + vehicles * min(0.0, reduced_min) - _ROUNDING
+    """No solution of at most `vehicles` routes costs less, if no route's reduced cost is less."""
+    earned, paid = float(duals.reward.sum()), vehicles * duals.fixed + float(duals.penalty.sum())
+    lost = vehicles * max(0.0, -reduced_min)
+    return earned - paid - lost - _ROUNDING - _ROUNDING_SHARE * (earned + paid + lost)
 
 
 class Master:
     """The relaxation over some routes, kept warm in HiGHS.
 
-    Rows: n requests, the number of vehicles, then the cuts. Columns: n without a route at `penalty`, then the routes.
+    Rows: n requests, the number of vehicles, then the cuts. Columns: n without a route at `penalty`, then
+    the routes.
     """
 
     def __init__(self, requests: int, vehicles: int, unserved_cost: float) -> None:

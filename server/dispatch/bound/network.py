@@ -1,4 +1,4 @@
-"""A dial-a-ride instance as the bound sees it: pickups 1..n, their drop-offs n+1..2n, the tightest windows."""
+"""An instance as the bound sees it: pickups 1..n, their drop-offs n+1..2n, the tightest windows."""
 
 from typing import NamedTuple
 
@@ -7,6 +7,8 @@ import numpy as np
 from contract.geometry import Array
 from server.dispatch.instance import Instance, InstanceBroken
 
+# Larger numbers would leave too few digits behind the point for TIME_SLACK to outweigh rounding.
+_LARGEST = 1e6
 # Every "in time?" allows this much, so that rounding can only add routes: more routes, lower bound.
 TIME_SLACK = 1e-7
 
@@ -37,7 +39,7 @@ class Network(NamedTuple):
 
 
 def network_of(instance: Instance) -> Network:
-    """Windows tightened by travel, ride time and depot. Raises InstanceBroken for a request nobody can serve."""
+    """Windows as tight as possible. Raises InstanceBroken for a request nobody can serve."""
     n = len(instance.pairs)
     if n == 0:
         raise InstanceBroken(f"{instance.name}: no requests")
@@ -45,7 +47,14 @@ def network_of(instance: Instance) -> Network:
     xy = instance.xy[nodes]
     travel = np.hypot(xy[:, None, 0] - xy[None, :, 0], xy[:, None, 1] - xy[None, :, 1])
     service = instance.service[nodes].astype(np.float64)
+    # The earliest schedule of any route is a chain of legs that begins at some window's opening.
+    horizon = float(instance.early[nodes].max() + service.sum() + (2 * n + 1) * travel.max())
+    if not horizon < _LARGEST or not abs(float(instance.early.min())) < _LARGEST:
+        raise InstanceBroken(
+            f"{instance.name}: times up to {horizon:.0f}; the bound is exact below {_LARGEST:.0f}"
+        )
     early, late = _tightened(instance, nodes, travel, service)
+    late = np.minimum(late, horizon)
     return Network(
         vehicles=instance.vehicles,
         capacity=instance.capacity,
@@ -78,7 +87,8 @@ def _tightened(instance: Instance, nodes: Array, travel: Array, service: Array) 
         late[down] = np.minimum(late[down], late[up] + longest)
     unserved = (early[up] > late[up] + TIME_SLACK) | (early[down] > late[down] + TIME_SLACK)
     unserved |= travel[up, down] > instance.ride_max + TIME_SLACK
-    shortest = travel[0, up] + direct + service[down] + travel[down, 0]
+    # Waiting counts too: who must be picked up early and dropped late keeps the vehicle on duty between.
+    shortest = travel[0, up] + np.maximum(direct, early[down] - late[up]) + service[down] + travel[down, 0]
     unserved |= shortest > instance.duration_max + TIME_SLACK
     if unserved.any():
         pickup = instance.nodes[instance.pairs[int(np.argmax(unserved)), 0]]
@@ -87,7 +97,7 @@ def _tightened(instance: Instance, nodes: Array, travel: Array, service: Array) 
 
 
 def _binding_duration(duration_max: float, travel: Array, service: Array, early: Array, late: Array) -> float:
-    """The longest route where some could be longer inside the windows, else inf: then it need not be watched."""
+    """The longest route, or inf where none could be longer: then nobody need watch it."""
     leave = (early - travel[0])[1:].min()
     back = (late + service + travel[:, 0])[1:].max()
     return duration_max if back - leave > duration_max else np.inf

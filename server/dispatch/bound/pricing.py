@@ -1,8 +1,8 @@
 """Pricing: every elementary route below a threshold of reduced cost, or at least the best of them.
 
-Labels are extended in order of time; those that cannot end below the threshold are cut by the completion bound
-(completion.py). The answer is exact either way: no route below the threshold is missed unless another one of no
-higher reduced cost is found.
+Labels are extended in order of time; those that cannot end below the threshold are cut by the completion
+bound (completion.py). The answer is exact either way: no route below the threshold is missed unless another
+one of no higher reduced cost is found.
 """
 
 from dataclasses import dataclass
@@ -70,7 +70,7 @@ class Priced:
 
 @njit(cache=True)
 def reach_of(network: Network) -> Reach:
-    """What can no longer be reached directly cannot be reached at all: distances obey the triangle inequality."""
+    """By the triangle inequality, what cannot be reached directly cannot be reached at all."""
     n = network.requests
     times = np.empty((2 * n + 1, n))
     masks = np.zeros((2 * n + 1, n + 1, (n + 63) // 64), np.uint64)
@@ -99,8 +99,8 @@ def price(
 ) -> Priced:
     """Routes with reduced cost below the threshold.
 
-    relaxed_share  of the least reduced cost of the relaxation: where that is lower still, it is the threshold, and
-                   far fewer labels are needed
+    relaxed_share  of the least reduced cost of the relaxation: where that is lower still, it is the
+                   threshold, and far fewer labels are needed
     every_set  True: the cheapest route of every set of requests that has one. False: at least the best of all
     routes_max the cheapest so many are handed out
     """
@@ -145,8 +145,8 @@ def _labels_below(
     every_set: bool,
     labels_max: int,
 ) -> tuple[int, Array, Array, Array, Array]:
-    """The number of labels, negative when labels_max was too few; (l,) event and parent of each; (r,) the last
-    label and the reduced cost of each route.
+    """The number of labels, negative when labels_max was too few; (l,) event and parent of each; (r,) the
+    last label and the reduced cost of each route.
     """
     n = network.requests
     words = reach.masks.shape[2]
@@ -166,8 +166,8 @@ def _labels_below(
     count = 0
     full = False
 
-    # Bucket -1 is the way out of the depot; each other holds the labels of one unit of time, and is filled again
-    # while it is worked on.
+    # Bucket -1 is the way out of the depot; each other holds the labels of one unit of time, and is filled
+    # again while it is worked on.
     for bucket in range(-1, len(buckets)):
         left_depot = False
         while not full:

@@ -1,14 +1,18 @@
-"""The proof, step by step: column generation, cuts, enumeration of all routes within the gap, branch and bound.
+"""The proof, step by step: column generation, cuts, enumeration of all routes within the gap, branch and
+bound.
 
 1. Column generation over elementary routes gives the root bound (pricing.py, master.py).
-2. A bounded integer search over its columns gives a solution.
-3. Every solution that uses a route with reduced cost >= D costs at least bound + D. So all routes below D = gap are
+2. Every solution that uses a route with reduced cost >= D costs at least bound + D. So all routes below D =
+gap are
    enumerated, and the cheapest choice among them (tree.py) or bound + D, whichever is less, is proven
-   (Baldacci, Christofides, Mingozzi 2008). Where they are too many, subset-row cuts first narrow the gap.
+   (Baldacci, Christofides, Mingozzi 2008).
+3. Where they are too many, subset-row cuts first narrow the gap.
+
+The bound never depends on how exact the linear solver is: it is a Lagrangian bound, computed anew from
+duals that are merely cut off at zero (master.lagrangian_bound).
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,7 +22,8 @@ from server.dispatch.bound.events import EventGraph, event_graph
 from server.dispatch.bound.master import Duals, Master, Relaxed, integer_solution, lagrangian_bound
 from server.dispatch.bound.network import Network
 from server.dispatch.bound.pricing import Priced, Prices, Reach, price, reach_of
-from server.dispatch.bound.routes import Routes, bits_of, routes_of, sets_as_matrix
+from server.dispatch.bound.progress import Limits, Progress
+from server.dispatch.bound.routes import Routes, bits_of, each_request_once, routes_of, sets_as_matrix
 from server.dispatch.bound.tree import PRUNE_WITHIN, Tree
 from server.dispatch.instance import InstanceBroken
 
@@ -29,51 +34,6 @@ _CUTS_PER_REQUEST, _VIOLATION = 4, 0.02
 _FIRST_MARGIN = 5e-4  # by which an enumeration goes beyond the bound, in shares of it
 _SLOW = 2e-5  # a round of cuts that raises the bound by a smaller share was not worth much
 _OPEN = 2.0 * PRUNE_WITHIN  # a smaller gap is none
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """Budgets, all of them counts.
-
-    events_max       of the event graph
-    labels_max       stored by one pricing; enumeration_labels_max by one enumeration, pool_max routes out of it
-    columns_a_round  taken from one pricing; columns_max kept in the relaxation
-    cuts_a_round, cuts_max   subset-row cuts while routes are still priced by labels
-    search_routes, search_nodes   of the integer search for a first solution
-    """
-
-    events_max: int = 300_000
-    labels_max: int = 2_000_000
-    enumeration_labels_max: int = 4_000_000
-    pool_max: int = 1_500_000
-    columns_a_round: int = 100
-    columns_max: int = 4000
-    cuts_a_round: int = 30
-    cuts_max: int = 250
-    search_routes: int = 1500
-    search_nodes: int = 20
-
-
-@dataclass(frozen=True, slots=True)
-class Progress:
-    """Where the proof stands: bound is proven at every moment.
-
-    upper is the cost of the best solution found, inf for none; solution its routes as node indices of the instance
-    """
-
-    stage: str
-    bound: float
-    upper: float
-    columns: int
-    rounds: int
-    cuts: int
-    nodes: int
-    solution: tuple[tuple[int, ...], ...]
-
-    @property
-    def closed(self) -> bool:
-        """Is the solution optimal, to the second decimal?"""
-        return self.upper - self.bound < 0.005
 
 
 def prove(network: Network, limits: Limits, upper: float = np.inf) -> Iterator[Progress]:
@@ -101,7 +61,8 @@ class _Proof:
         alone = travel[0, up] + travel[up, down] + travel[down, 0]
         # No choice of routes is longer: each leg of each vehicle once.
         self.cost_max = float((2 * n + network.vehicles) * travel.max()) + 1.0
-        self._unserved_cost = min(3.0 * float(alone.max()), self.cost_max)
+        # At least 1, for all the places may be one and the same.
+        self._unserved_cost = min(max(1.0, 3.0 * float(alone.max())), self.cost_max)
         self._master = Master(n, network.vehicles, self._unserved_cost)
         self._master.add_routes(
             routes_of(network, 2 * np.arange(n + 1), np.stack([up, down], axis=1).ravel())
@@ -114,6 +75,7 @@ class _Proof:
         self._duals = Duals(np.zeros(n), 0.0, np.empty(0))
         self._rounds = self._nodes = self._columns = 0
         self._known: set[tuple[int, int, int]] = set()
+        self._limit = ""
 
     @property
     def _upper(self) -> float:
@@ -129,8 +91,8 @@ class _Proof:
 
     def progress(self, stage: str) -> Progress:
         """A snapshot."""
-        nodes = self._network.nodes
         routes = [] if self._best is None else [self._best.visits(k) for k in range(len(self._best))]
+        solution = each_request_once(routes, self._network.requests)
         return Progress(
             stage=stage,
             bound=self._bound,
@@ -139,7 +101,8 @@ class _Proof:
             rounds=self._rounds,
             cuts=len(self._master.cuts),
             nodes=self._nodes,
-            solution=tuple(tuple(int(nodes[v]) for v in route) for route in routes),
+            solution=tuple(tuple(int(self._network.nodes[v]) for v in route) for route in solution),
+            limit=self._limit,
         )
 
     def run(self) -> Iterator[Progress]:
@@ -157,7 +120,8 @@ class _Proof:
     def _enumerate_from(self, duals: Duals, proven: float, labels_max: int) -> Iterator[Progress]:
         """More and more of the gap, as far as the labels allow, at duals that prove a bound.
 
-        The root's see a wider gap, but without cuts endings are bounded better; which lets more be seen, differs.
+        The root's see a wider gap, but without cuts endings are bounded better; which lets more be seen,
+        differs.
         """
         margin = _FIRST_MARGIN * proven
         while self._gap > _OPEN and proven > 0.0:
@@ -174,7 +138,10 @@ class _Proof:
         slow = 0
         while self._gap > _OPEN and relaxed is not None and slow < 3:
             before = self._relaxed_bound
-            if len(self._master.cuts) >= self._limits.cuts_max or not self._cut(relaxed):
+            if len(self._master.cuts) >= self._limits.cuts_max:
+                self._limit = f"{self._limits.cuts_max} cuts leave a gap"
+                break
+            if not self._cut(relaxed):
                 break
             relaxed = yield from self._generate("cuts")
             slow = slow + 1 if self._relaxed_bound - before < _SLOW * self._bound else 0
@@ -185,8 +152,8 @@ class _Proof:
     def _generate(self, stage: str) -> Iterator[Progress]:
         """Column generation until the relaxation is solved; its last answer, or None when the labels ran out.
 
-        Prices are taken half way between the best duals so far and the present ones (Wentges 1997); where that
-        finds nothing new, the present ones decide.
+        Prices are taken half way between the best duals so far and the present ones (Wentges 1997); where
+        that finds nothing new, the present ones decide.
         """
         smoothing = 0.5
         while True:
@@ -209,7 +176,9 @@ class _Proof:
                 self._master.keep_cheapest(relaxed.duals, self._limits.columns_max // 2)
 
     def _price(self, duals: Duals) -> Priced | None:
-        """Routes at these duals, and the bound that they prove. None when not even one was found within the labels."""
+        """Routes at these duals, and the bound that they prove. None when not even one was found within the
+        labels.
+        """
         for share in (0.5, 0.0, 0.9):
             priced = price(
                 self._network,
@@ -225,6 +194,7 @@ class _Proof:
             if len(priced.reduced) or (priced.complete and share == 0.0):
                 break
         if not priced.complete:
+            self._limit = f"pricing needs more than {self._limits.labels_max} labels"
             return priced if len(priced.reduced) else None
         least = min(priced.threshold, float(priced.reduced.min(initial=0.0)))
         bound = lagrangian_bound(duals, self._network.vehicles, least)
@@ -271,7 +241,14 @@ class _Proof:
         """Add violated subset-row cuts, if any."""
         used = np.flatnonzero(relaxed.flow > _WHOLE)
         sets = sets_as_matrix(self._master.routes.served[used], self._network.requests)
-        cuts: Array = violated_cuts(sets, relaxed.flow[used], self._known, self._limits.cuts_a_round, _CUTS_PER_REQUEST, _VIOLATION)
+        cuts: Array = violated_cuts(
+            sets,
+            relaxed.flow[used],
+            self._known,
+            self._limits.cuts_a_round,
+            _CUTS_PER_REQUEST,
+            _VIOLATION,
+        )
         if not len(cuts):
             return False
         self._known.update((int(i), int(j), int(k)) for i, j, k in cuts)
@@ -292,6 +269,9 @@ class _Proof:
             routes_max=self._limits.pool_max + 1,
         )
         if not priced.complete or len(priced.reduced) > self._limits.pool_max:
+            self._limit = f"the routes within the gap need more than {labels_max} labels"
+            if priced.complete:
+                self._limit = f"there are more than {self._limits.pool_max} routes within the gap"
             return None
         return routes_of(self._network, priced.starts, priced.nodes)
 

@@ -11,7 +11,9 @@ from server.dispatch.bound.network import Network
 
 @dataclass(frozen=True, slots=True)
 class Routes:
-    """cost (r,), served (r, words) bits of the requests, starts (r + 1,) CSR rows of nodes without the depots."""
+    """cost (r,), served (r, words) bits of the requests, starts (r + 1,) CSR rows of nodes without the
+    depots.
+    """
 
     cost: Array
     served: Array
@@ -71,6 +73,21 @@ def _cost_and_set(network: Network, starts: Array, nodes: Array) -> tuple[Array,
     return cost, served
 
 
+def each_request_once(routes: list[Array], requests: int) -> list[list[int]]:
+    """Nodes of a plan whose routes (k,) may serve somebody twice: all but the first time are left out.
+
+    That keeps every rule, for the others' times can stay, and by the triangle inequality costs no more.
+    """
+    seen: set[int] = set()
+    plan = []
+    for route in routes:
+        served = {(int(node) - 1) % requests for node in route}
+        again = served & seen
+        seen |= served
+        plan.append([int(node) for node in route if (int(node) - 1) % requests not in again])
+    return [route for route in plan if route]
+
+
 def sets_as_matrix(served: Array, requests: int) -> Array:
     """(r, words) bits as an (r, n) matrix of 0 and 1."""
     as_bytes = np.ascontiguousarray(served).view(np.uint8).reshape(len(served), 8 * served.shape[1])
@@ -102,7 +119,9 @@ def _pays(served: Array, route: int, members: Array, cut: int) -> bool:
 def reduced_costs(
     cost: Array, served: Array, reward: Array, fixed: float, penalty: Array, members: Array
 ) -> Array:
-    """(r,) of routes: cost (r,), served (r, words); duals: reward (n,), penalty (c,) of cuts with members (c, words)."""
+    """(r,) of routes: cost (r,), served (r, words); duals: reward (n,), penalty (c,) of cuts with members
+    (c, words).
+    """
     reduced = np.empty(len(cost))
     for route in range(len(cost)):
         total = cost[route] + fixed

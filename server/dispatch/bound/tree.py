@@ -1,4 +1,4 @@
-"""Branch and bound over enumerated routes: the cheapest choice among them, with a bound that is proven node by node.
+"""Branch and bound over enumerated routes: the cheapest choice among them, with a bound proven node by node.
 
 With every route that matters at hand, pricing is looking them all through, and subset-row cuts cost nothing.
 Branching is Ryan and Foster's (1981): two requests share a vehicle, or they do not.
@@ -32,7 +32,7 @@ Pair = tuple[int, int, bool]  # two requests; do they share a vehicle?
 
 @dataclass(frozen=True, slots=True)
 class TreeState:
-    """bound of the cheapest choice, or of what the cutoff was; best choice below the cutoff so far, or None."""
+    """bound of the cheapest choice, or what the cutoff was; best choice below the cutoff so far, or None."""
 
     bound: float
     best: Routes | None
@@ -107,7 +107,7 @@ class Tree:
                     cut_rounds += 1
                     continue
                 if not pairs:
-                    self._look_for_better(reduced)
+                    self._look_for_better(self._master.reduced_costs(self._pool, relaxed.duals))
                 self._branch(relaxed, bound, pairs)
                 break
         yield self._state(self._cutoff)
@@ -154,7 +154,6 @@ class Tree:
 
     def _look_for_better(self, reduced: Array) -> None:
         """A bounded search for a solution among the most promising routes."""
-        reduced = reduced if len(reduced) == len(self._pool) else np.zeros(len(self._pool))
         promising = np.argsort(reduced, kind="stable")[:_HEURISTIC_ROUTES]
         routes = self._pool.chosen(promising)
         used = integer_solution(routes, self._requests, self._vehicles, self._upper, _HEURISTIC_NODES)
@@ -171,6 +170,10 @@ class Tree:
         for i, j, _ in pairs:
             undecided[i, j] = np.inf
         i, j = divmod(int(np.argmin(undecided)), self._requests)
+        if not np.isfinite(undecided[i, j]):
+            # Every pair is decided, yet some are served twice: the node's bound stays as it is.
+            self._settled = min(self._settled, bound)
+            return
         for k, share in enumerate((True, False)):
             heapq.heappush(self._open, (bound, 2 * self._nodes + k, (*pairs, (i, j, share))))
 

@@ -16,9 +16,7 @@ _SLACK = 1e-6
 def instances(draw: st.DrawFn, wanted_max: int = 4) -> Instance:
     """A few requests on a small grid; half of the windows are wide."""
     wanted = draw(st.integers(1, wanted_max))
-    xy = [(0, 0)] + [
-        (draw(st.integers(-8, 8)), draw(st.integers(-8, 8))) for _ in range(2 * wanted)
-    ]
+    xy = [(0, 0)] + [(draw(st.integers(-8, 8)), draw(st.integers(-8, 8))) for _ in range(2 * wanted)]
     loads = [draw(st.integers(1, 2)) for _ in range(wanted)]
     early, late = [0.0], [200.0]
     for _ in range(2 * wanted):
@@ -113,3 +111,23 @@ def optimum(instance: Instance) -> float:
                     grown[done | served] = min(grown.get(done | served, math.inf), cost + price)
         best = grown
     return best.get(everybody, math.inf)
+
+
+def a_ring(wanted: int) -> Instance:
+    """Requests that cross a ring, all at the same hour; a vehicle cannot take everybody."""
+    angle = np.arange(wanted) * 2.0 * math.pi / wanted
+    ring = 10.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return Instance(
+        name="ring",
+        vehicles=wanted,
+        capacity=3,
+        duration_max=200.0,
+        ride_max=30.0,
+        nodes=np.arange(2 * wanted + 1),
+        xy=np.concatenate([[[0.0, 0.0]], ring, -0.7 * ring]),
+        service=np.zeros(2 * wanted + 1),
+        load=np.array([0] + [1] * wanted + [-1] * wanted),
+        early=np.concatenate([[0.0], np.full(wanted, 20.0), np.full(wanted, 20.0)]),
+        late=np.concatenate([[300.0], np.full(wanted, 45.0), np.full(wanted, 100.0)]),
+        pairs=np.array([(i + 1, wanted + i + 1) for i in range(wanted)]),
+    )
