@@ -15,6 +15,10 @@ from server.dispatch.bound.events import EventGraph
 from server.dispatch.bound.network import TIME_SLACK, Network
 
 
+# Steps that are looked at: about 350 MB.
+_STEPS_MAX = 8_000_000
+
+
 class Endings(NamedTuple):
     """Staircases of all events.
 
@@ -59,7 +63,12 @@ def _sift_down(heap_time: Array, heap_step: Array, size: int) -> None:
 
 @njit(cache=True)
 def endings_of(network: Network, graph: EventGraph, reward: Array) -> Endings:
-    """The staircases under these rewards, (2n + 1,), for serving a node. Label setting, latest time first."""
+    """The staircases under these rewards, (2n + 1,), for serving a node. Label setting, latest time first.
+
+    Served again and again in no time, requests would earn without end: no ending costs less than all the
+    rewards together, and after _STEPS_MAX steps that is all that is said of earlier times.
+    """
+    floor = -reward.sum()
     travel, service, late = network.travel, network.service, network.late
     node, aboard, earliest = graph.node, graph.aboard, graph.earliest
     in_start, in_event = graph.in_start, graph.in_event
@@ -84,6 +93,7 @@ def endings_of(network: Network, graph: EventGraph, reward: Array) -> Endings:
             _sift_up(heap_time, heap_step, size)
             size += 1
             made += 1
+    given_up = -np.inf
     while size > 0:
         step = heap_step[0]
         size -= 1
@@ -92,6 +102,9 @@ def endings_of(network: Network, graph: EventGraph, reward: Array) -> Endings:
         _sift_down(heap_time, heap_step, size)
         event = step_event[step]
         cost = step_cost[step]
+        if made >= _STEPS_MAX:
+            given_up = step_time[step]
+            break
         if cost >= best[event]:
             continue
         best[event] = cost
@@ -105,7 +118,7 @@ def endings_of(network: Network, graph: EventGraph, reward: Array) -> Endings:
             time = min(step_time[step] - service[begin] - travel[begin, at], late[begin])
             if time < earliest[before] - TIME_SLACK:
                 continue
-            total = cost + travel[begin, at] - reward[at]
+            total = max(floor, cost + travel[begin, at] - reward[at])
             if total >= best[before]:
                 continue
             if made == cap:
@@ -125,15 +138,21 @@ def endings_of(network: Network, graph: EventGraph, reward: Array) -> Endings:
             _sift_up(heap_time, heap_step, size)
             size += 1
             made += 1
+    if given_up > -np.inf:
+        sizes[1:] += 1
     starts = np.cumsum(sizes)
     fill = starts.copy()
-    times = np.empty(keeps)
-    costs = np.empty(keeps)
+    times = np.empty(starts[-1])
+    costs = np.empty(starts[-1])
     for k in range(keeps):
         event = step_event[kept[k]]
         times[fill[event]] = step_time[kept[k]]
         costs[fill[event]] = step_cost[kept[k]]
         fill[event] += 1
+    if given_up > -np.inf:
+        for event in range(events):
+            times[fill[event]] = given_up
+            costs[fill[event]] = floor
     return Endings(starts, times, costs)
 
 
