@@ -2,17 +2,16 @@
 
     python -m benchmarks.bound DIR --seconds 600 [--optima FILE] [--json FILE] [--solutions DIR]
 
-Each instance gets the seconds of wall time on one core. Its bound is compared with the best known cost: CSV
-with the columns instance and cost, by default best_known.csv in DIR or beside it; without one, with the
+Each instance gets the seconds of wall time, in one thread. Its bound is compared with the best known cost:
+CSV with the columns instance and cost, by default best_known.csv in DIR or beside it; without one, with the
 best solution found. `closed`: that cost is proven optimal, to the second decimal. `valid`: the bound is not
 above it.
 """
 
 import argparse
-import os
 from pathlib import Path
 
-from benchmarks.published import best_known, instances_in, write_routes
+from benchmarks.published import best_known, instances_in, published_name, write_routes
 from benchmarks.report import Row, write_report
 from campusloop.bound_run import BoundRun, run_bound
 from server.dispatch.bound.events import TooManyEvents
@@ -37,13 +36,12 @@ def main() -> None:
     args = parser.parse_args()
     instances = instances_in(args.folder)
     known = best_known(args.folder, args.optima, "cost")
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     warm_engine()
     warm_bound()
     rows = []
     for instance in instances:
-        rows.append(measured(instance, args.seconds, known.get(instance.name), args.solutions))
+        optimum = known.get(published_name(instance.name), known.get(instance.name))
+        rows.append(measured(instance, args.seconds, optimum, args.solutions))
         print(rows[-1], flush=True)
     gaps = [float(str(row["gap_pct"])) for row in rows if row["gap_pct"] is not None]
     write_report(

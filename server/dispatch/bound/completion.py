@@ -14,7 +14,6 @@ from contract.geometry import Array
 from server.dispatch.bound.events import EventGraph
 from server.dispatch.bound.network import TIME_SLACK, Network
 
-
 # Steps that are looked at: about 350 MB.
 _STEPS_MAX = 8_000_000
 

@@ -40,7 +40,7 @@ def prove(network: Network, limits: Limits, upper: float = np.inf) -> Iterator[P
     """Ever better bounds; every item is one slice of work. Raises TooManyEvents, and
     InstanceBroken once it is proven that the vehicles are too few.
 
-    upper  the cost of a solution known from elsewhere: it spares work, and the bound will not rise above it
+    upper  the cost of a solution known from elsewhere: it spares work, and no more is proven than that
     """
     proof = _Proof(network, limits, upper)
     yield proof.progress("graph")

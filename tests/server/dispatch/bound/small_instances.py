@@ -1,4 +1,4 @@
-"""Small dial-a-ride instances, drawn by hypothesis, and what brute force says about them."""
+"""Small dial-a-ride instances, and what brute force says about them."""
 
 import itertools
 import math
@@ -37,6 +37,37 @@ def instances(draw: st.DrawFn, wanted_max: int = 4) -> Instance:
         early=np.array(early),
         late=np.array(late),
         pairs=np.array([(i + 1, wanted + i + 1) for i in range(wanted)]),
+    )
+
+
+def seeded_instance(seed: int) -> Instance:
+    """Three to five requests; fleets, places, rides and duties from ample to far too little."""
+    rng = np.random.default_rng(seed)
+    wanted = int(rng.integers(3, 6))
+    rows = 2 * wanted + 1
+    xy = rng.uniform(-1.0, 1.0, (rows, 2)) * rng.choice([5.0, 10.0])
+    if rng.random() < 0.3:
+        xy = 3.0 * np.rint(xy / 3.0)  # some places coincide
+    horizon = float(rng.choice([80.0, 160.0]))
+    early, late = np.zeros(rows), np.full(rows, horizon + 60.0)
+    for request in range(wanted):
+        node = 1 + request + (wanted if rng.random() < 0.5 else 0)
+        early[node] = rng.uniform(10.0, horizon)
+        late[node] = early[node] + rng.choice([2.0, 10.0, 15.0, 40.0])
+    load = rng.integers(1, 4, wanted)
+    return Instance(
+        name=f"seed {seed}",
+        vehicles=int(rng.integers(1, wanted + 1)),
+        capacity=int(rng.integers(3, 7)),
+        duration_max=float(rng.choice([40, 70, 120, 500])),
+        ride_max=float(rng.choice([10, 20, 30, 50])),
+        nodes=np.arange(rows),
+        xy=xy,
+        service=np.concatenate([[0.0], np.full(rows - 1, float(rng.integers(0, 4)))]),
+        load=np.concatenate([[0], load, -load]),
+        early=early,
+        late=late,
+        pairs=np.column_stack([np.arange(1, wanted + 1), np.arange(wanted + 1, rows)]),
     )
 
 

@@ -31,7 +31,6 @@ def test_a_proof_uses_no_kernel_that_warming_left_out() -> None:
     warm_kernels()
     before = compiled()
     assert len(before) > 20
-    assert min(before.values()) > 0
     for _ in prove(network_of(a_ring(10)), Limits(labels_max=20_000, enumeration_labels_max=40_000)):
         pass
     # test modules that ran earlier in this process may only have compiled more, never fewer
