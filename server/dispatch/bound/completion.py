@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from contract.geometry import Array
+from server.dispatch.arrays import AnyArray
 from server.dispatch.bound.events import EventGraph
 from server.dispatch.bound.network import TIME_SLACK, Network
 
@@ -26,13 +26,13 @@ class Endings(NamedTuple):
                  the last of e's steps whose time is >= t, and there is no ending when no step is
     """
 
-    starts: Array
-    times: Array
-    costs: Array
+    starts: AnyArray
+    times: AnyArray
+    costs: AnyArray
 
 
 @njit(cache=True)
-def _sift_up(heap_time: Array, heap_step: Array, at: int) -> None:
+def _sift_up(heap_time: AnyArray, heap_step: AnyArray, at: int) -> None:
     """Restore the order of a heap with the latest time on top, after an entry was put at the end."""
     while at > 0:
         above = (at - 1) >> 1
@@ -44,7 +44,7 @@ def _sift_up(heap_time: Array, heap_step: Array, at: int) -> None:
 
 
 @njit(cache=True)
-def _sift_down(heap_time: Array, heap_step: Array, size: int) -> None:
+def _sift_down(heap_time: AnyArray, heap_step: AnyArray, size: int) -> None:
     """Restore the order after the top was replaced."""
     at = 0
     while True:
@@ -61,7 +61,7 @@ def _sift_down(heap_time: Array, heap_step: Array, size: int) -> None:
 
 
 @njit(cache=True)
-def endings_of(network: Network, graph: EventGraph, reward: Array) -> Endings:
+def endings_of(network: Network, graph: EventGraph, reward: AnyArray) -> Endings:
     """The staircases under these rewards, (2n + 1,), for serving a node. Label setting, latest time first.
 
     Served again and again in no time, requests would earn without end: no ending costs less than all the

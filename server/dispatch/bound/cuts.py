@@ -6,14 +6,14 @@ Jepsen, Petersen, Spoorendonk, Pisinger (2008), with |S| = 3 and k = 2.
 import numpy as np
 from numba import njit
 
-from contract.geometry import Array
+from server.dispatch.arrays import AnyArray
 
 Triple = tuple[int, int, int]
 
 
 def violated_cuts(
-    sets: Array, flow: Array, known: set[Triple], cuts_max: int, per_request: int, least: float
-) -> Array:
+    sets: AnyArray, flow: AnyArray, known: set[Triple], cuts_max: int, per_request: int, least: float
+) -> AnyArray:
     """(c, 3) requests of the most violated cuts that are not known.
 
     sets  (r, n) 0 and 1, routes in the fractional solution; flow (r,) their values
@@ -35,7 +35,7 @@ def violated_cuts(
 
 
 @njit(cache=True)
-def _violations(sets: Array, flow: Array, least: float) -> tuple[Array, Array]:
+def _violations(sets: AnyArray, flow: AnyArray, least: float) -> tuple[AnyArray, AnyArray]:
     """(c, 3), (c,): a triple's left-hand side is (pairs together - routes with all three twice) of the
     flow, minus 1.
     """

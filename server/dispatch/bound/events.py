@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from contract.geometry import Array
+from server.dispatch.arrays import AnyArray
 from server.dispatch.bound.network import TIME_SLACK, Network
 
 # Orders of bringing people home that are looked at before an event is let in unseen.
@@ -28,15 +28,15 @@ class EventGraph(NamedTuple):
     out_place  the place in `aboard` where the request enters (pickup) or from which it leaves (drop-off)
     """
 
-    node: Array
-    aboard: Array
-    earliest: Array
-    first: Array
-    out_start: Array
-    out_event: Array
-    out_place: Array
-    in_start: Array
-    in_event: Array
+    node: AnyArray
+    aboard: AnyArray
+    earliest: AnyArray
+    first: AnyArray
+    out_start: AnyArray
+    out_event: AnyArray
+    out_place: AnyArray
+    in_start: AnyArray
+    in_event: AnyArray
 
 
 class TooManyEvents(Exception):
@@ -70,7 +70,7 @@ def event_graph(network: Network, events_max: int) -> EventGraph:
 
 
 @njit(cache=True)
-def _slot_of(table: Array, node: Array, aboard: Array, at: int, row: Array) -> int:
+def _slot_of(table: AnyArray, node: AnyArray, aboard: AnyArray, at: int, row: AnyArray) -> int:
     """Where (at, row) is in the open-addressing table, or the free slot where it belongs.
 
     table  (2^b,) event numbers, -1 free; aboard (events_max, k); row (k,)
@@ -90,14 +90,14 @@ def _slot_of(table: Array, node: Array, aboard: Array, at: int, row: Array) -> i
                     same = False
                     break
             if same:
-                return slot
+                return int(slot)
         slot = (slot + 1) & mask
-    return slot
+    return int(slot)
 
 
 @njit(cache=True)
 def _can_finish(
-    network: Network, at: int, time: float, row: Array, left: Array, due: Array, patience: Array
+    network: Network, at: int, time: float, row: AnyArray, left: AnyArray, due: AnyArray, patience: AnyArray
 ) -> bool:
     """Can everybody aboard be brought home in some order? True as well when patience runs out first.
 
@@ -137,7 +137,7 @@ def _can_finish(
 @njit(cache=True)
 def _explore(
     network: Network, places: int, events_max: int
-) -> tuple[int, Array, Array, Array, Array, int, Array, Array, Array]:
+) -> tuple[int, AnyArray, AnyArray, AnyArray, AnyArray, int, AnyArray, AnyArray, AnyArray]:
     """Events by a worklist; count is -1 when they outgrow events_max.
 
     An event keeps the best of each time over all ways to it (earliest begin, most ride time left, latest

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from contract.geometry import Array
+from server.dispatch.arrays import AnyArray
 from server.dispatch.bound.events import EventGraph
 from server.dispatch.bound.network import TIME_SLACK, Network
 
@@ -27,17 +27,17 @@ class Labels(NamedTuple):
     chain_next     (l,) the next label that can be compared, by cost; bucket_next (l,) the next to be extended
     """
 
-    event: Array
-    parent: Array
-    time: Array
-    cost: Array
-    left: Array
-    due: Array
-    gone: Array
-    odd: Array
-    dead: Array
-    chain_next: Array
-    bucket_next: Array
+    event: AnyArray
+    parent: AnyArray
+    time: AnyArray
+    cost: AnyArray
+    left: AnyArray
+    due: AnyArray
+    gone: AnyArray
+    odd: AnyArray
+    dead: AnyArray
+    chain_next: AnyArray
+    bucket_next: AnyArray
 
 
 @njit(cache=True)
@@ -145,7 +145,7 @@ def _lowest_bit(bits: np.uint64) -> int:
 
 
 @njit(cache=True)
-def count_in_cuts(labels: Labels, new: int, request: int, cuts_of: Array, penalty: Array) -> float:
+def count_in_cuts(labels: Labels, new: int, request: int, cuts_of: AnyArray, penalty: AnyArray) -> float:
     """Turn the parities of the cuts that hold the request; what the second request of a cut costs.
 
     cuts_of (n, cut words), penalty (c,) >= 0
@@ -161,7 +161,7 @@ def count_in_cuts(labels: Labels, new: int, request: int, cuts_of: Array, penalt
 
 
 @njit(cache=True)
-def forget_settled_cuts(labels: Labels, new: int, members: Array) -> None:
+def forget_settled_cuts(labels: Labels, new: int, members: AnyArray) -> None:
     """An odd cut none of whose requests can come any more is as good as an even one. members (c, words)."""
     for word in range(labels.odd.shape[1]):
         bits = labels.odd[new, word]
@@ -179,7 +179,7 @@ def forget_settled_cuts(labels: Labels, new: int, members: Array) -> None:
 
 
 @njit(cache=True)
-def dominates(labels: Labels, a: int, b: int, same_set: bool, penalty: Array) -> bool:
+def dominates(labels: Labels, a: int, b: int, same_set: bool, penalty: AnyArray) -> bool:
     """Whatever label b can become, a can become too, for no more. Both are at the same event.
 
     same_set  compare only labels that served the same requests
@@ -218,7 +218,7 @@ def dominates(labels: Labels, a: int, b: int, same_set: bool, penalty: Array) ->
 
 @njit(cache=True)
 def store_unless_dominated(
-    labels: Labels, heads: Array, chain: int, new: int, same_set: bool, penalty: Array
+    labels: Labels, heads: AnyArray, chain: int, new: int, same_set: bool, penalty: AnyArray
 ) -> bool:
     """Put the label into its chain, which is sorted by cost: the cheaper may dominate it, it the dearer."""
     before, other = -1, heads[chain]

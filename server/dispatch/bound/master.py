@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import highspy
 import numpy as np
 
-from contract.geometry import Array
+from server.dispatch.arrays import AnyArray
 from server.dispatch.bound.routes import Routes, bits_of, reduced_costs, routes_paying, sets_as_matrix
 
 _INF = highspy.kHighsInf
@@ -25,9 +25,9 @@ class Duals:
     tolerances were.
     """
 
-    reward: Array
+    reward: AnyArray
     fixed: float
-    penalty: Array
+    penalty: AnyArray
 
     def towards(self, other: "Duals", share: float) -> "Duals":
         """A point between; cuts that only the other knows count as 0 here."""
@@ -48,7 +48,7 @@ class Relaxed:
 
     value: float
     duals: Duals
-    flow: Array
+    flow: AnyArray
     unserved: float
 
 
@@ -123,7 +123,7 @@ class Master:
         self.routes = self.routes.joined(added)
         return count
 
-    def add_cuts(self, cuts: Array) -> None:
+    def add_cuts(self, cuts: AnyArray) -> None:
         """(c, 3) requests of new subset-row cuts."""
         members = bits_of(cuts, self._requests)
         of_cut, route = np.nonzero(routes_paying(self.routes.served, members).T)
@@ -152,7 +152,7 @@ class Master:
         self._lp.deleteCols(len(gone), (self._requests + gone).astype(np.int32))
         self.routes = self.routes.chosen(np.flatnonzero(kept))
 
-    def allow(self, allowed: Array) -> None:
+    def allow(self, allowed: AnyArray) -> None:
         """Only routes of the mask (r,) may be used."""
         count = len(self.routes)
         self._lp.changeColsBounds(
@@ -178,9 +178,9 @@ class Master:
             unserved=float(flow[:n].sum()),
         )
 
-    def reduced_costs(self, routes: Routes, duals: Duals) -> Array:
+    def reduced_costs(self, routes: Routes, duals: Duals) -> AnyArray:
         """(r,) of any routes."""
-        reduced: Array = reduced_costs(
+        reduced: AnyArray = reduced_costs(
             routes.cost, routes.served, duals.reward, duals.fixed, duals.penalty, self.members
         )
         return reduced
@@ -188,7 +188,7 @@ class Master:
 
 def integer_solution(
     routes: Routes, requests: int, vehicles: int, upper: float, nodes_max: int
-) -> Array | None:
+) -> AnyArray | None:
     """Indices of routes that serve everybody for less than `upper`; the best that a bounded search finds."""
     lp = _quiet()
     lp.setOptionValue("mip_max_nodes", nodes_max)
@@ -229,7 +229,7 @@ def integer_solution(
 
 
 def _quiet() -> highspy.Highs:
-    lp = highspy.Highs()
+    lp: highspy.Highs = highspy.Highs()  # type: ignore[no-untyped-call]
     lp.setOptionValue("output_flag", False)
     lp.setOptionValue("threads", 1)
     lp.setOptionValue("random_seed", 1)

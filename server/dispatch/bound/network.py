@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contract.geometry import Array
+from server.dispatch.arrays import AnyArray
 from server.dispatch.instance import Instance, InstanceBroken
 
 # Larger numbers would leave too few digits behind the point for TIME_SLACK to outweigh rounding.
@@ -28,14 +28,14 @@ class Network(NamedTuple):
     vehicles: int
     capacity: int
     requests: int
-    travel: Array
-    service: Array
-    early: Array
-    late: Array
-    load: Array
+    travel: AnyArray
+    service: AnyArray
+    early: AnyArray
+    late: AnyArray
+    load: AnyArray
     ride_max: float
     duration_max: float
-    nodes: Array
+    nodes: AnyArray
 
 
 def network_of(instance: Instance) -> Network:
@@ -70,7 +70,9 @@ def network_of(instance: Instance) -> Network:
     )
 
 
-def _tightened(instance: Instance, nodes: Array, travel: Array, service: Array) -> tuple[Array, Array]:
+def _tightened(
+    instance: Instance, nodes: AnyArray, travel: AnyArray, service: AnyArray
+) -> tuple[AnyArray, AnyArray]:
     """(2n + 1,) early and late, by the rules of Cordeau (2006), section 5.1, until nothing moves."""
     n = len(instance.pairs)
     early = np.maximum(instance.early[nodes], instance.early[0] + service[0] + travel[0])
@@ -96,7 +98,9 @@ def _tightened(instance: Instance, nodes: Array, travel: Array, service: Array) 
     return early, late
 
 
-def _binding_duration(duration_max: float, travel: Array, service: Array, early: Array, late: Array) -> float:
+def _binding_duration(
+    duration_max: float, travel: AnyArray, service: AnyArray, early: AnyArray, late: AnyArray
+) -> float:
     """The longest route, or inf where none could be longer: then nobody need watch it."""
     leave = (early - travel[0])[1:].min()
     back = (late + service + travel[:, 0])[1:].max()

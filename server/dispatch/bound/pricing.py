@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from contract.geometry import Array
+from server.dispatch.arrays import AnyArray
 from server.dispatch.bound.completion import Endings, cheapest_ending, endings_of
 from server.dispatch.bound.events import EventGraph
 from server.dispatch.bound.labels import (
@@ -34,11 +34,11 @@ class Prices(NamedTuple):
     cuts_of  (n, cut words) bits of the cuts that hold the request
     """
 
-    reward: Array
+    reward: AnyArray
     fixed: float
-    penalty: Array
-    members: Array
-    cuts_of: Array
+    penalty: AnyArray
+    members: AnyArray
+    cuts_of: AnyArray
 
 
 class Reach(NamedTuple):
@@ -47,8 +47,8 @@ class Reach(NamedTuple):
     times  (2n + 1, n) ascending; masks (2n + 1, n + 1, words) bit sets: past exactly k of the times, set k
     """
 
-    times: Array
-    masks: Array
+    times: AnyArray
+    masks: AnyArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,9 +63,9 @@ class Priced:
     complete: bool
     threshold: float
     labels: int
-    reduced: Array
-    starts: Array
-    nodes: Array
+    reduced: AnyArray
+    starts: AnyArray
+    nodes: AnyArray
 
 
 @njit(cache=True)
@@ -144,7 +144,7 @@ def _labels_below(
     threshold: float,
     every_set: bool,
     labels_max: int,
-) -> tuple[int, Array, Array, Array, Array]:
+) -> tuple[int, AnyArray, AnyArray, AnyArray, AnyArray]:
     """The number of labels, negative when labels_max was too few; (l,) event and parent of each; (r,) the
     last label and the reduced cost of each route.
     """
@@ -254,17 +254,19 @@ def _labels_below(
 
 
 @njit(cache=True)
-def _chain_of_set(event: int, served: Array, chains: int) -> int:
+def _chain_of_set(event: int, served: AnyArray, chains: int) -> int:
     """A hash of the event and of the set of requests served; chains is a power of two."""
     key = np.uint64(event + 1) * np.uint64(0x9E3779B97F4A7C15)
     for word in served:
         key = (key ^ word) * np.uint64(0xBF58476D1CE4E5B9)
         key ^= key >> np.uint64(31)
-    return np.int64(key & np.uint64(chains - 1))
+    return int(np.int64(key & np.uint64(chains - 1)))
 
 
 @njit(cache=True)
-def _route_nodes(node: Array, event: Array, parent: Array, ends: Array) -> tuple[Array, Array]:
+def _route_nodes(
+    node: AnyArray, event: AnyArray, parent: AnyArray, ends: AnyArray
+) -> tuple[AnyArray, AnyArray]:
     """The nodes of routes without the depots, given their last labels: CSR rows (r + 1,) and nodes."""
     starts = np.zeros(len(ends) + 1, np.int64)
     for k in range(len(ends)):

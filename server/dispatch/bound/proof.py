@@ -12,11 +12,11 @@ The bound never depends on how exact the linear solver is: it is a Lagrangian bo
 duals that are merely cut off at zero (master.lagrangian_bound).
 """
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 
 import numpy as np
 
-from contract.geometry import Array
+from server.dispatch.arrays import AnyArray
 from server.dispatch.bound.cuts import violated_cuts
 from server.dispatch.bound.events import EventGraph, event_graph
 from server.dispatch.bound.master import Duals, Master, Relaxed, integer_solution, lagrangian_bound
@@ -149,7 +149,7 @@ class _Proof:
             self._search(relaxed)
             yield self.progress("search")
 
-    def _generate(self, stage: str) -> Iterator[Progress]:
+    def _generate(self, stage: str) -> Generator[Progress, None, Relaxed | None]:
         """Column generation until the relaxation is solved; its last answer, or None when the labels ran out.
 
         Prices are taken half way between the best duals so far and the present ones (Wentges 1997); where
@@ -241,7 +241,7 @@ class _Proof:
         """Add violated subset-row cuts, if any."""
         used = np.flatnonzero(relaxed.flow > _WHOLE)
         sets = sets_as_matrix(self._master.routes.served[used], self._network.requests)
-        cuts: Array = violated_cuts(
+        cuts: AnyArray = violated_cuts(
             sets,
             relaxed.flow[used],
             self._known,

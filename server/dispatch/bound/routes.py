@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from contract.geometry import Array
+from server.dispatch.arrays import AnyArray
 from server.dispatch.bound.network import Network
 
 
@@ -15,15 +15,15 @@ class Routes:
     depots.
     """
 
-    cost: Array
-    served: Array
-    starts: Array
-    nodes: Array
+    cost: AnyArray
+    served: AnyArray
+    starts: AnyArray
+    nodes: AnyArray
 
     def __len__(self) -> int:
         return len(self.cost)
 
-    def chosen(self, which: Array) -> "Routes":
+    def chosen(self, which: AnyArray) -> "Routes":
         """Those at these indices, in this order."""
         lengths = np.diff(self.starts)[which]
         starts = np.concatenate([[0], np.cumsum(lengths)])
@@ -39,13 +39,13 @@ class Routes:
             np.concatenate([self.nodes, more.nodes]),
         )
 
-    def visits(self, route: int) -> Array:
+    def visits(self, route: int) -> AnyArray:
         """The nodes of one route."""
-        nodes: Array = self.nodes[self.starts[route] : self.starts[route + 1]]
+        nodes: AnyArray = self.nodes[self.starts[route] : self.starts[route + 1]]
         return nodes
 
 
-def routes_of(network: Network, starts: Array, nodes: Array) -> Routes:
+def routes_of(network: Network, starts: AnyArray, nodes: AnyArray) -> Routes:
     """Routes with their costs, one for each set of requests: the cheapest."""
     cost, served = _cost_and_set(network, starts, nodes)
     routes = Routes(cost, served, starts, nodes)
@@ -56,7 +56,7 @@ def routes_of(network: Network, starts: Array, nodes: Array) -> Routes:
 
 
 @njit(cache=True)
-def _cost_and_set(network: Network, starts: Array, nodes: Array) -> tuple[Array, Array]:
+def _cost_and_set(network: Network, starts: AnyArray, nodes: AnyArray) -> tuple[AnyArray, AnyArray]:
     """(r,) travel from depot to depot, (r, words) bits."""
     n = network.requests
     cost = np.zeros(len(starts) - 1)
@@ -73,7 +73,7 @@ def _cost_and_set(network: Network, starts: Array, nodes: Array) -> tuple[Array,
     return cost, served
 
 
-def each_request_once(routes: list[Array], requests: int) -> list[list[int]]:
+def each_request_once(routes: list[AnyArray], requests: int) -> list[list[int]]:
     """Nodes of a plan whose routes (k,) may serve somebody twice: all but the first time are left out.
 
     That keeps every rule, for the others' times can stay, and by the triangle inequality costs no more.
@@ -88,14 +88,14 @@ def each_request_once(routes: list[Array], requests: int) -> list[list[int]]:
     return [route for route in plan if route]
 
 
-def sets_as_matrix(served: Array, requests: int) -> Array:
+def sets_as_matrix(served: AnyArray, requests: int) -> AnyArray:
     """(r, words) bits as an (r, n) matrix of 0 and 1."""
     as_bytes = np.ascontiguousarray(served).view(np.uint8).reshape(len(served), 8 * served.shape[1])
-    matrix: Array = np.unpackbits(as_bytes, axis=1, bitorder="little")[:, :requests]
+    matrix: AnyArray = np.unpackbits(as_bytes, axis=1, bitorder="little")[:, :requests]
     return matrix
 
 
-def bits_of(members: Array, requests: int) -> Array:
+def bits_of(members: AnyArray, requests: int) -> AnyArray:
     """(c, k) request numbers as (c, words) bits."""
     bits = np.zeros((len(members), (requests + 63) // 64), np.uint64)
     for column in members.T:
@@ -104,7 +104,7 @@ def bits_of(members: Array, requests: int) -> Array:
 
 
 @njit(cache=True)
-def _pays(served: Array, route: int, members: Array, cut: int) -> bool:
+def _pays(served: AnyArray, route: int, members: AnyArray, cut: int) -> bool:
     """Does the route serve at least two of the cut's requests?"""
     seen = 0
     for word in range(served.shape[1]):
@@ -117,8 +117,8 @@ def _pays(served: Array, route: int, members: Array, cut: int) -> bool:
 
 @njit(cache=True)
 def reduced_costs(
-    cost: Array, served: Array, reward: Array, fixed: float, penalty: Array, members: Array
-) -> Array:
+    cost: AnyArray, served: AnyArray, reward: AnyArray, fixed: float, penalty: AnyArray, members: AnyArray
+) -> AnyArray:
     """(r,) of routes: cost (r,), served (r, words); duals: reward (n,), penalty (c,) of cuts with members
     (c, words).
     """
@@ -141,7 +141,7 @@ def reduced_costs(
 
 
 @njit(cache=True)
-def routes_paying(served: Array, members: Array) -> Array:
+def routes_paying(served: AnyArray, members: AnyArray) -> AnyArray:
     """(r, c) whether a route serves at least two of a cut's requests."""
     pays = np.empty((len(served), len(members)), np.bool_)
     for route in range(len(served)):

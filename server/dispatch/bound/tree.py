@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contract.geometry import Array
+from server.dispatch.arrays import AnyArray
 from server.dispatch.bound.cuts import violated_cuts
 from server.dispatch.bound.master import Duals, Master, Relaxed, integer_solution, lagrangian_bound
 from server.dispatch.bound.routes import Routes, sets_as_matrix
@@ -53,7 +53,7 @@ class Tree:
         pool: Routes,
         requests: int,
         vehicles: int,
-        cuts: Array,
+        cuts: AnyArray,
         duals: Duals,
         cutoff: float,
         upper: float,
@@ -69,7 +69,7 @@ class Tree:
         self._master.add_cuts(cuts)
         cheapest = np.argsort(self._master.reduced_costs(pool, duals), kind="stable")
         self._master.add_routes(pool.chosen(cheapest[: 5 * requests]))
-        self._known = {tuple(int(i) for i in cut) for cut in cuts}
+        self._known = {(int(i), int(j), int(k)) for i, j, k in cuts}
 
     def steps(self) -> Iterator[TreeState]:
         """One relaxation a step, until no node is left that could be better than the cutoff."""
@@ -118,7 +118,7 @@ class Tree:
         proven = min(bound, waiting, self._settled, self._cutoff) - PRUNE_WITHIN
         return TreeState(proven, self.best, self._nodes, len(self._pool), len(self._master.cuts))
 
-    def _fix(self, reduced: Array, proven: float) -> Array:
+    def _fix(self, reduced: AnyArray, proven: float) -> AnyArray:
         """Forget routes that no solution below the cutoff uses: reduced costs and bound of the same duals."""
         kept = proven + reduced < self._cutoff
         if kept.mean() < 0.9:
@@ -152,7 +152,7 @@ class Tree:
         self._master.add_cuts(cuts)
         return True
 
-    def _look_for_better(self, reduced: Array) -> None:
+    def _look_for_better(self, reduced: AnyArray) -> None:
         """A bounded search for a solution among the most promising routes."""
         promising = np.argsort(reduced, kind="stable")[:_HEURISTIC_ROUTES]
         routes = self._pool.chosen(promising)
@@ -178,7 +178,7 @@ class Tree:
             heapq.heappush(self._open, (bound, 2 * self._nodes + k, (*pairs, (i, j, share))))
 
 
-def _keeping(served: Array, pairs: tuple[Pair, ...]) -> Array:
+def _keeping(served: AnyArray, pairs: tuple[Pair, ...]) -> AnyArray:
     """(r,) which routes keep to all decisions."""
     keeps = np.ones(len(served), np.bool_)
     one = np.uint64(1)
