@@ -145,7 +145,7 @@ class _Proof:
                 break
             relaxed = yield from self._generate("cuts")
             slow = slow + 1 if self._relaxed_bound - before < _SLOW * self._bound else 0
-        if not np.isfinite(self._upper):
+        if not np.isfinite(self._cutoff):
             self._search(relaxed)
             yield self.progress("search")
 
@@ -289,7 +289,7 @@ class _Proof:
             self._master.cuts[priced],
             Duals(self._duals.reward, self._duals.fixed, penalty[priced]),
             min(ceiling, self._given),
-            self._upper,
+            self._cutoff,
         )
         nodes = self._nodes
         for state in tree.steps():

@@ -45,7 +45,7 @@ class Tree:
     """The search below `cutoff`, which falls with every better solution.
 
     cuts, duals  of the master problem that the pool comes from: where the relaxation starts
-    upper        the best solution known; one below it is welcome even above the cutoff
+    upper        cost of the best solution known; one below it is welcome even above the cutoff
     """
 
     def __init__(
