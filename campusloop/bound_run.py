@@ -17,7 +17,7 @@ from server.dispatch.instance import Instance
 Routes = tuple[tuple[int, ...], ...]
 
 # The engine's share of the time, and its most: a good solution spares the proof more than that.
-_SEARCH_SHARE, _SEARCH_S_MAX = 0.05, 10.0
+_SEARCH_SHARE, _SEARCH_S_MAX = 0.05, 30.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,14 +79,19 @@ def run_bound(
     began_wall_s, began_cpu_s = time.monotonic(), time.process_time()
     network = network_of(instance)
     found = _searched(instance, began_wall_s + min(_SEARCH_SHARE * seconds, _SEARCH_S_MAX))
-    steps = prove(network, Limits(), min(upper, found.cost))
+    place = {int(node): k for k, node in enumerate(instance.nodes)}
+    plan = [[place[node] for node in route] for route in found.routes]
+    steps = prove(network, Limits(), min(upper, found.cost), plan)
     stopped = False
     for proven in steps:
         watch(proven)
         if time.monotonic() - began_wall_s >= seconds:
             stopped = True
             break
-    best = Solution(proven.upper, proven.solution) if proven.upper < found.cost else found
+    best = found
+    if proven.upper < found.cost:
+        routes = tuple(tuple(int(instance.nodes[k]) for k in route) for route in proven.solution)
+        best = Solution(proven.upper, routes)
     return BoundRun(proven, best, stopped, time.monotonic() - began_wall_s, time.process_time() - began_cpu_s)
 
 

@@ -20,7 +20,7 @@ class Limits:
 
     events_max: int = 300_000
     labels_max: int = 2_000_000
-    enumeration_labels_max: int = 4_000_000
+    enumeration_labels_max: int = 8_000_000
     pool_max: int = 1_500_000
     columns_a_round: int = 100
     columns_max: int = 4000

@@ -12,7 +12,7 @@ The bound never depends on how exact the linear solver is: it is a Lagrangian bo
 duals that are merely cut off at zero (master.lagrangian_bound).
 """
 
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Sequence
 
 import numpy as np
 
@@ -31,18 +31,24 @@ _NEGATIVE = -1e-7
 _CONVERGED = 1e-5  # between the relaxation's value and its proven bound
 _WHOLE = 1e-6
 _CUTS_PER_REQUEST, _VIOLATION = 4, 0.02
-_FIRST_MARGIN = 5e-4  # by which an enumeration goes beyond the bound, in shares of it
+_FIRST_MARGIN = 1e-4  # by which an enumeration goes beyond the bound, in shares of it
 _SLOW = 2e-5  # a round of cuts that raises the bound by a smaller share was not worth much
+_PATIENCE, _LAST_PATIENCE = 3, 40  # such rounds before enumeration is tried, and when it has not been enough
+_WIDE = 1e-3  # share of the bound; beyond such a gap it is worth looking for a better plan
 _OPEN = 2.0 * PRUNE_WITHIN  # a smaller gap is none
 
 
-def prove(network: Network, limits: Limits, upper: float = np.inf) -> Iterator[Progress]:
+def prove(
+    network: Network, limits: Limits, upper: float = np.inf, plan: Sequence[Sequence[int]] = ()
+) -> Iterator[Progress]:
     """Ever better bounds; every item is one slice of work. Raises TooManyEvents, and
     InstanceBroken once it is proven that the vehicles are too few.
 
     upper  the cost of a solution known from elsewhere: it spares work, and no more is proven than that
+    plan   routes of a solution as node indices of the instance: prices near the truth to begin with
     """
     proof = _Proof(network, limits, upper)
+    proof.begin_with(plan)
     yield proof.progress("graph")
     for progress in proof.run():
         if progress.bound > proof.cost_max:
@@ -76,6 +82,15 @@ class _Proof:
         self._rounds = self._nodes = self._columns = 0
         self._known: set[tuple[int, int, int]] = set()
         self._limit = ""
+
+    def begin_with(self, plan: Sequence[Sequence[int]]) -> None:
+        """Columns of a plan, before any are priced."""
+        if not plan:
+            return
+        place = {int(node): k for k, node in enumerate(self._network.nodes)}
+        starts = np.cumsum([0, *map(len, plan)])
+        nodes = np.array([place[node] for route in plan for node in route], np.int64)
+        self._master.add_routes(routes_of(self._network, starts, nodes))
 
     @property
     def _upper(self) -> float:
@@ -111,10 +126,11 @@ class _Proof:
         relaxed = yield from self._generate("root")
         root = self._duals, self._relaxed_bound
         yield from self._enumerate_from(*root, labels_max // 32)
-        yield from self._tighten(relaxed)
-        for share in (8, 2, 1):
-            yield from self._enumerate_from(*root, labels_max // share)
-            yield from self._enumerate_from(self._duals, self._relaxed_bound, labels_max // share)
+        for patience, shares in ((_PATIENCE, (16, 4)), (_LAST_PATIENCE, (4, 2, 1))):
+            relaxed = yield from self._tighten(relaxed, patience)
+            for share in shares:
+                yield from self._enumerate_from(*root, labels_max // share)
+                yield from self._enumerate_from(self._duals, self._relaxed_bound, labels_max // share)
         yield self.progress("done")
 
     def _enumerate_from(self, duals: Duals, proven: float, labels_max: int) -> Iterator[Progress]:
@@ -131,12 +147,12 @@ class _Proof:
             if pool is None:
                 return
             yield from self._branch(pool, ceiling)
-            margin *= 1.5
+            margin *= 2.0
 
-    def _tighten(self, relaxed: Relaxed | None) -> Iterator[Progress]:
-        """Subset-row cuts, as long as they help."""
+    def _tighten(self, relaxed: Relaxed | None, patience: int) -> Generator[Progress, None, Relaxed | None]:
+        """Subset-row cuts, until so many rounds of them were not worth much; a plan from the columns."""
         slow = 0
-        while self._gap > _OPEN and relaxed is not None and slow < 3:
+        while self._gap > _OPEN and relaxed is not None and slow < patience:
             before = self._relaxed_bound
             if len(self._master.cuts) >= self._limits.cuts_max:
                 self._limit = f"{self._limits.cuts_max} cuts leave a gap"
@@ -145,9 +161,10 @@ class _Proof:
                 break
             relaxed = yield from self._generate("cuts")
             slow = slow + 1 if self._relaxed_bound - before < _SLOW * self._bound else 0
-        if not np.isfinite(self._cutoff):
+        if self._gap > _WIDE * self._bound:
             self._search(relaxed)
             yield self.progress("search")
+        return relaxed
 
     def _generate(self, stage: str) -> Generator[Progress, None, Relaxed | None]:
         """Column generation until the relaxation is solved; its last answer, or None when the labels ran out.
@@ -232,7 +249,11 @@ class _Proof:
         reduced = self._master.reduced_costs(routes, duals)
         promising = routes.chosen(np.argsort(reduced, kind="stable")[: self._limits.search_routes])
         used = integer_solution(
-            promising, self._network.requests, self._network.vehicles, self._upper, self._limits.search_nodes
+            promising,
+            self._network.requests,
+            self._network.vehicles,
+            self._cutoff,
+            self._limits.search_nodes,
         )
         if used is not None:
             self._best = promising.chosen(used)
@@ -273,6 +294,7 @@ class _Proof:
             if priced.complete:
                 self._limit = f"there are more than {self._limits.pool_max} routes within the gap"
             return None
+        self._limit = ""
         return routes_of(self._network, priced.starts, priced.nodes)
 
     def _branch(self, pool: Routes, ceiling: float) -> Iterator[Progress]:
