@@ -66,7 +66,13 @@ def measured(instance: Instance, seconds: float, optimum: float | None, solution
         refused: Row = dict.fromkeys(
             ("bound", "optimum", "solution", "gap_pct", "closed", "valid", "limited_by", "wall_s", "cpu_s")
         )
-        return {**refused, "instance": instance.name, "optimum": optimum, "limited_by": str(error)}
+        return {
+            "instance": instance.name,
+            **refused,
+            "optimum": optimum,
+            "closed": False,
+            "limited_by": str(error),
+        }
     write_routes(solutions, instance.name, run.best.routes)
     bound = run.proven.bound
     return {

@@ -5,7 +5,7 @@ clock.
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from server.dispatch.bound.network import network_of
 from server.dispatch.bound.progress import CLOSED_WITHIN, Limits, Progress
@@ -16,8 +16,11 @@ from server.dispatch.instance import Instance
 
 Routes = tuple[tuple[int, ...], ...]
 
-# The engine's share of the time, and its most: a good solution spares the proof more than that.
-_SEARCH_SHARE, _SEARCH_S_MAX = 0.05, 30.0
+# Seconds of search, and the share of the time by which the proof is cut short, if it is not closed, to search
+# once more: most instances need no better plan than a second finds, for the others one spares the proof far more.
+_ROUNDS = ((1.0, 0.02), (30.0, 1.0))
+# The engine never takes more than this share of the time.
+_SEARCH_SHARE = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +64,9 @@ class BoundRun:
         if self.closed:
             return ""
         reasons = [f"time, at the stage {self.proven.stage!r}"] if self.stopped else []
-        return "; ".join([*reasons, self.proven.limit] if self.proven.limit else reasons)
+        if self.proven.limit:
+            reasons.append(self.proven.limit)
+        return "; ".join(reasons) or "the cost that was given: no more was to be proven"
 
 
 def run_bound(
@@ -72,38 +77,53 @@ def run_bound(
 ) -> BoundRun:
     """Search a little, then prove, slice by slice, until the deadline; a slice that has begun is finished.
 
-    upper   cost of a solution known from elsewhere: the bound is not pushed beyond it
+    upper   cost of a solution known from elsewhere: no more than that is proven
 
     Raises InstanceBroken, TooManyEvents.
     """
     began_wall_s, began_cpu_s = time.monotonic(), time.process_time()
     network = network_of(instance)
-    found = _searched(instance, began_wall_s + min(_SEARCH_SHARE * seconds, _SEARCH_S_MAX))
-    place = {int(node): k for k, node in enumerate(instance.nodes)}
-    plan = [[place[node] for node in route] for route in found.routes]
-    steps = prove(network, Limits(), min(upper, found.cost), plan)
-    stopped = False
-    for proven in steps:
-        watch(proven)
-        if time.monotonic() - began_wall_s >= seconds:
-            stopped = True
-            break
-    best = found
-    if proven.upper < found.cost:
-        routes = tuple(tuple(int(instance.nodes[k]) for k in route) for route in proven.solution)
-        best = Solution(proven.upper, routes)
-    return BoundRun(proven, best, stopped, time.monotonic() - began_wall_s, time.process_time() - began_cpu_s)
-
-
-def _searched(instance: Instance, until_s: float) -> Solution:
-    """The engine's best solution, or none where it serves not everybody in time."""
     optimiser = Optimiser(task_of(instance), seed=1)
-    while time.monotonic() < until_s:
+    best, bound, stopped = Solution(math.inf, ()), 0.0, False
+    for search_s, share in _ROUNDS:
+        best = _searched(instance, optimiser, min(search_s, _SEARCH_SHARE * seconds), best)
+        stopped = False
+        for step in prove(network, Limits(), min(upper, best.cost), _in_indices(instance, best.routes)):
+            proven = replace(step, bound=max(step.bound, bound))
+            watch(proven)
+            if time.monotonic() - began_wall_s >= share * seconds:
+                stopped = True
+                break
+        bound = proven.bound
+        if proven.upper < best.cost:
+            best = Solution(proven.upper, _in_numbers(instance, proven.solution))
+        run = BoundRun(
+            proven, best, stopped, time.monotonic() - began_wall_s, time.process_time() - began_cpu_s
+        )
+        if run.closed or run.wall_s >= seconds:
+            break
+    return run
+
+
+def _searched(instance: Instance, optimiser: Optimiser, seconds: float, best: Solution) -> Solution:
+    """The better of `best` and what the engine finds in time that serves everybody."""
+    began_s = time.monotonic()
+    while time.monotonic() - began_s < seconds:
         optimiser.run_slice()
     if optimiser.slices == 0:
-        return Solution(math.inf, ())
+        return best
     optimiser.put_together()
-    if len(unserved(optimiser.best)):
-        return Solution(math.inf, ())
+    if len(unserved(optimiser.best)) or optimiser.cost >= best.cost:
+        return best
     routes = tuple(tuple(route) for route in node_routes(instance, optimiser.best) if route)
     return Solution(optimiser.cost, routes)
+
+
+def _in_indices(instance: Instance, routes: Routes) -> Routes:
+    """Routes as indices of the instance's rows, given as its node numbers."""
+    index = {int(node): k for k, node in enumerate(instance.nodes)}
+    return tuple(tuple(index[node] for node in route) for route in routes)
+
+
+def _in_numbers(instance: Instance, routes: Routes) -> Routes:
+    return tuple(tuple(int(instance.nodes[k]) for k in route) for route in routes)

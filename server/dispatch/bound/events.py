@@ -52,7 +52,10 @@ def event_graph(network: Network, events_max: int) -> EventGraph:
         network, places, events_max
     )
     if count < 0:
-        raise TooManyEvents(f"more than {events_max} events")
+        raise TooManyEvents(
+            f"more than {events_max} events (a stop, and who is aboard after it): "
+            "the windows are too wide and the places too many for this bound"
+        )
     arc_from, arc_to, arc_place = arc_from[:arcs], arc_to[:arcs], arc_place[:arcs]
     order = np.argsort(arc_from, kind="stable")
     back = np.argsort(arc_to, kind="stable")

@@ -106,3 +106,12 @@ def test_a_folder_and_a_report_that_cannot_be_written_are_refused(twelve: Path, 
     code, output = invoked(str(twelve), "--seconds", "1", "--json", str(tmp_path / "none" / "report.json"))
     assert code == 2
     assert "No such file" in output
+
+
+def test_no_more_is_proven_than_the_cost_that_was_given(twelve: Path) -> None:
+    instance = load_instance(twelve)
+    optimum = run_bound(instance, 20.0).best.cost
+    capped = run_bound(instance, 20.0, upper=0.9 * optimum)
+    assert capped.proven.bound <= optimum
+    assert not capped.closed
+    assert capped.limited_by.startswith("the cost that was given")
