@@ -17,7 +17,7 @@ from server.dispatch.instance import Instance
 Routes = tuple[tuple[int, ...], ...]
 
 # Seconds of search, and the share of the time by which the proof is cut short, if it is not closed, to search
-# once more: most instances need no better plan than a second finds, for the others one spares the proof far more.
+# once more: most instances need no better plan than a second finds, for the others it spares the proof more.
 _ROUNDS = ((1.0, 0.02), (30.0, 1.0))
 # The engine never takes more than this share of the time.
 _SEARCH_SHARE = 0.05
