@@ -121,7 +121,7 @@ def test_a_folder_and_a_report_that_cannot_be_written_are_refused(twelve: Path, 
 
 def test_no_more_is_proven_than_the_cost_that_was_given() -> None:
     ring = a_ring(10)  # its relaxation is 173, its optimum 190
-    capped = run_bound(ring, 120.0, upper=180.0)
+    capped = run_bound(ring, 20.0, upper=180.0)
     assert 180.0 - 1e-4 <= capped.proven.bound <= 190.0
     assert not capped.closed
     assert capped.limited_by.startswith("the cost that was given")
