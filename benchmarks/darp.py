@@ -10,11 +10,10 @@ R10b are the instances pr01 to pr20 of 2003.
 """
 
 import argparse
-import re
 import time
 from pathlib import Path
 
-from benchmarks.published import best_known, instances_in, write_routes
+from benchmarks.published import best_known, instances_in, published_name, write_routes
 from benchmarks.report import Row, write_report
 from benchmarks.rescore import RouteBroken, rescored
 from server.dispatch.engine.from_instance import node_routes, task_of
@@ -24,7 +23,6 @@ from server.dispatch.instance import Instance
 _OPTIMAL_WITHIN = 0.006
 # Part of the time that is kept for the last set partitioning.
 _RESERVE = 0.05
-_R_FILE = re.compile(r"R(\d+)([ab])")
 
 
 def main() -> None:
@@ -86,7 +84,7 @@ def measured(
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     routes = node_routes(instance, optimiser.best)
     write_routes(solutions, instance.name, routes)
-    best = known.get(_published_name(instance.name), known.get(instance.name))
+    best = known.get(published_name(instance.name), known.get(instance.name))
     try:
         cost, broken = rescored(instance, routes), ""
     except RouteBroken as error:
@@ -106,14 +104,6 @@ def measured(
         "wall_s": round(wall, 2),
         "cpu_s": round(cpu, 2),
     }
-
-
-def _published_name(name: str) -> str:
-    """R1a..R10a are pr01..pr10, R1b..R10b are pr11..pr20."""
-    match = _R_FILE.fullmatch(name)
-    if match is None:
-        return name
-    return f"pr{int(match[1]) + (10 if match[2] == 'b' else 0):02d}"
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """What the benchmarks on published instances share: finding them, their best known costs, writing routes."""
 
 import csv
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,6 +10,7 @@ from server.dispatch.instance import Instance, InstanceBroken
 from server.feeds.instances.load import load_instance
 
 _SUFFIXES = {".txt", ".json", ""}
+_R_FILE = re.compile(r"R(\d+)([ab])")
 
 
 def instances_in(folder: Path) -> list[Instance]:
@@ -44,3 +46,11 @@ def write_routes(folder: Path | None, name: str, routes: Sequence[Sequence[int]]
     folder.mkdir(parents=True, exist_ok=True)
     lines = (" ".join(str(node) for node in route) for route in routes)
     (folder / f"{name}.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def published_name(name: str) -> str:
+    """R1a..R10a are pr01..pr10, R1b..R10b are pr11..pr20."""
+    match = _R_FILE.fullmatch(name)
+    if match is None:
+        return name
+    return f"pr{int(match[1]) + (10 if match[2] == 'b' else 0):02d}"

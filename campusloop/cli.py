@@ -6,10 +6,22 @@ from importlib import import_module
 
 import typer
 
-_COMMANDS = ("demo", "map", "serve", "agent", "simulate", "replay", "waypoints", "openapi", "warm")
+_COMMANDS = (
+    "demo",
+    "map",
+    "serve",
+    "agent",
+    "simulate",
+    "replay",
+    "waypoints",
+    "dispatch",
+    "openapi",
+    "warm",
+)
 _GROUPS = {
     "map": "Campus maps: import, check, rebuild.",
     "agent": "The agent on a vehicle: enrol, run.",
+    "dispatch": "Published dial-a-ride instances: prove a lower bound.",
     "waypoints": "Waypoint files, of a route or of a recorded drive.",
 }
 _HIDDEN = ("warm",)

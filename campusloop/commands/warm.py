@@ -4,6 +4,7 @@ import time
 
 import typer
 
+from server.dispatch.bound.warm import warm_kernels as warm_bound
 from server.dispatch.warm import warm_kernels as warm_dispatch
 from simulator.warm import warm_kernels as warm_simulator
 from vehicle_agent.stacks.warm import warm_kernels as warm_vehicle
@@ -15,4 +16,5 @@ def warm() -> None:
     warm_vehicle()
     warm_simulator()
     warm_dispatch()
+    warm_bound()
     typer.echo(f"kernels ready after {time.perf_counter() - started:.1f} s")
