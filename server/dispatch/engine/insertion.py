@@ -7,16 +7,16 @@ constant time, amortised (the idea of Savelsbergh 1992 and Gschwind and Drexl 20
 """
 
 import numpy as np
-from numba import njit
 
 from server.dispatch.arrays import AnyArray
+from server.dispatch.engine.compiled import kernel
 from server.dispatch.engine.draw import uniform
 from server.dispatch.engine.plan import Plan, Scratch, refresh
 from server.dispatch.engine.task import EPSILON_S, LOAD_KINDS, Task, drive_s, stand_s
 from server.dispatch.engine.timing import least_times
 
 
-@njit(cache=True)
+@kernel
 def _fits(load: AnyArray, more: AnyArray, capacity: AnyArray) -> bool:
     for kind in range(LOAD_KINDS):  # noqa: SIM110 - compiled: a loop, not a generator
         if load[kind] + more[kind] > capacity[kind]:
@@ -24,7 +24,7 @@ def _fits(load: AnyArray, more: AnyArray, capacity: AnyArray) -> bool:
     return True
 
 
-@njit(cache=True)
+@kernel
 def exact_cost(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int, j: int) -> float:
     """Cost of route v with r's pickup after position i and its drop-off after j (both as they are now); inf
     where a rule breaks."""
@@ -55,7 +55,7 @@ def exact_cost(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int,
     return driven + cost if driven <= task.drive_s_max[v] else np.inf
 
 
-@njit(cache=True)
+@kernel
 def best_place(
     task: Task, plan: Plan, scratch: Scratch, v: int, r: int, below: float, blink: float, rng: AnyArray
 ) -> tuple[float, int, int]:
@@ -128,7 +128,7 @@ def best_place(
     return best, best_i, best_j
 
 
-@njit(cache=True)
+@kernel
 def insert(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int, j: int) -> None:
     """Put r into route v at a place that `best_place` has found."""
     n = plan.length[v]

@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from server.dispatch.arrays import AnyArray
+from server.dispatch.engine.compiled import kernel
 from server.dispatch.engine.task import LOAD_KINDS, Task, drive_s
 from server.dispatch.engine.timing import greatest_times, least_times
 
@@ -91,21 +91,23 @@ def scratch_for(task: Task, room: int) -> Scratch:
     )
 
 
-@njit(cache=True)
+@kernel
 def refresh(task: Task, plan: Plan, scratch: Scratch, v: int) -> bool:
     """Times, loads and cost of a route that was changed; whether it keeps every rule."""
     n = plan.length[v]
     plan.stamps[0] += 1
     plan.stamp[v] = plan.stamps[0]
     nodes, least = plan.route[v], plan.least_s[v]
-    least[:n] = -np.inf
+    for k in range(1, n):
+        least[k] = -np.inf
     least[0] = task.early_s[nodes[0]]
     if not least_times(task, nodes, n, 1, least, scratch.leg_s, scratch.elapsed_s, plan.slot):
         return False
     greatest_times(task, nodes, n, plan.most_s[v], plan.slot)
     driven, cost = 0.0, 0.0
     load = plan.load[v]
-    load[0, :] = task.load[nodes[0], :]
+    for kind in range(LOAD_KINDS):
+        load[0, kind] = task.load[nodes[0], kind]
     for k in range(1, n):
         b = nodes[k]
         driven += drive_s(task, nodes[k - 1], b)
@@ -119,7 +121,7 @@ def refresh(task: Task, plan: Plan, scratch: Scratch, v: int) -> bool:
     return bool(driven <= task.drive_s_max[v])
 
 
-@njit(cache=True)
+@kernel
 def copy_route(plan: Plan, other: Plan, v: int) -> None:
     """Take one vehicle's row over from another plan of the same task. Requests are not touched."""
     n = other.length[v]
@@ -138,19 +140,22 @@ def copy_route(plan: Plan, other: Plan, v: int) -> None:
             plan.load[v, k, kind] = other.load[v, k, kind]
 
 
-@njit(cache=True)
+@kernel
 def copy_plan(plan: Plan, other: Plan) -> None:
     """Make a plan the same as another one of the same task."""
     for v in range(len(plan.length)):
         copy_route(plan, other, v)
-    plan.vehicle_of[:] = other.vehicle_of
-    plan.movable[:] = other.movable
+    for r in range(len(plan.vehicle_of)):
+        plan.vehicle_of[r] = other.vehicle_of[r]
+        plan.movable[r] = other.movable[r]
     plan.stamps[0] = max(plan.stamps[0], other.stamps[0])
 
 
-@njit(cache=True)
+@kernel
 def total_cost(task: Task, plan: Plan) -> float:
-    cost = plan.cost.sum()
+    cost = 0.0
+    for v in range(len(plan.cost)):
+        cost += plan.cost[v]
     for r in range(len(plan.vehicle_of)):
         if plan.vehicle_of[r] == ABSENT:
             cost += task.absent_cost[r]

@@ -4,14 +4,14 @@ first."""
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from server.dispatch.arrays import AnyArray
+from server.dispatch.engine.compiled import kernel
 from server.dispatch.engine.draw import below, shuffle, uniform
 from server.dispatch.engine.insertion import best_place, insert
 from server.dispatch.engine.plan import ABSENT, Plan, Scratch
 from server.dispatch.engine.ruin import Undo, touch
-from server.dispatch.engine.task import Task, drive_s
+from server.dispatch.engine.task import LOAD_KINDS, Task, drive_s
 
 # Orders of insertion and their shares (Christiaens and Vanden Berghe 2020, section 5.4, for pickup and
 # delivery).
@@ -34,7 +34,7 @@ def no_offers(task: Task) -> Offers:
     return Offers(np.full(shape, -1, np.int64), np.zeros(shape), np.zeros((*shape, 2), np.int32))
 
 
-@njit(cache=True)
+@kernel
 def offer(task: Task, plan: Plan, scratch: Scratch, offers: Offers, r: int, v: int, rng: AnyArray) -> float:
     """Least extra cost of serving r with vehicle v."""
     if offers.stamp[r, v] != plan.stamp[v]:
@@ -45,7 +45,7 @@ def offer(task: Task, plan: Plan, scratch: Scratch, offers: Offers, r: int, v: i
     return float(offers.cost[r, v])
 
 
-@njit(cache=True)
+@kernel
 def put_back(
     task: Task,
     plan: Plan,
@@ -67,13 +67,14 @@ def put_back(
         _in_order(task, plan, scratch, undo, offers, blink, rng)
 
 
-@njit(cache=True)
+@kernel
 def _in_order(
     task: Task, plan: Plan, scratch: Scratch, undo: Undo, offers: Offers, blink: float, rng: AnyArray
 ) -> None:
     n = undo.counts[1]
-    for k in _order_of(task, undo.absent[:n], rng):
-        r = undo.absent[k]
+    _set_order(task, undo, rng)
+    for k in range(n):
+        r = undo.absent[undo.order[k]]
         best, found = task.absent_cost[r], ABSENT
         for v in range(len(plan.length)):
             cost = offer(task, plan, scratch, offers, r, v, rng)
@@ -84,17 +85,19 @@ def _in_order(
             insert(task, plan, scratch, found, r, offers.at[r, found, 0], offers.at[r, found, 1])
 
 
-@njit(cache=True)
+@kernel
 def _by_regret(
     task: Task, plan: Plan, scratch: Scratch, undo: Undo, offers: Offers, noise: float, rng: AnyArray
 ) -> None:
     """Next comes who would lose most if its best vehicle were gone (Potvin and Rousseau 1993)."""
     n = undo.counts[1]
-    waiting = np.ones(n, np.bool_)
+    waiting = undo.order
+    for k in range(n):
+        waiting[k] = 1
     for _ in range(n):
         chosen, chosen_v, most = -1, ABSENT, -np.inf
         for k in range(n):
-            if not waiting[k]:
+            if waiting[k] == 0:
                 continue
             r = undo.absent[k]
             best, second, best_v = task.absent_cost[r], task.absent_cost[r], ABSENT
@@ -110,49 +113,39 @@ def _by_regret(
                     chosen, chosen_v, most = k, best_v, regret
         if chosen < 0:
             return
-        waiting[chosen] = False
+        waiting[chosen] = 0
         r = undo.absent[chosen]
         touch(plan, undo, chosen_v)
         insert(task, plan, scratch, chosen_v, r, offers.at[r, chosen_v, 0], offers.at[r, chosen_v, 1])
 
 
-@njit(cache=True)
-def cheapest_vehicle(
-    task: Task, plan: Plan, scratch: Scratch, r: int, below_cost: float, blink: float, rng: AnyArray
-) -> tuple[int, int, int]:
-    """(vehicle, i, j) of the cheapest insertion under `below_cost`; the vehicle is ABSENT where there is
-    none."""
-    best, found, best_i, best_j = below_cost, ABSENT, 0, 0
-    empty_kind = -1
-    for v in range(len(plan.length)):
-        if plan.length[v] == 2:
-            if task.kind[v] == empty_kind:
-                continue
-            empty_kind = task.kind[v]
-        cost, i, j = best_place(task, plan, scratch, v, r, best, blink, rng)
-        if cost < best:
-            best, found, best_i, best_j = cost, v, i, j
-    return found, best_i, best_j
-
-
-@njit(cache=True)
-def _order_of(task: Task, absent: AnyArray, rng: AnyArray) -> AnyArray:
-    """Positions in `absent` in one of several orders, drawn at random."""
-    n = len(absent)
-    places = np.arange(n)
+@kernel
+def _set_order(task: Task, undo: Undo, rng: AnyArray) -> None:
+    """Fill undo.order with the positions in undo.absent in one of several orders, drawn at random."""
+    n, places, key = undo.counts[1], undo.order, undo.key
+    for k in range(n):
+        places[k] = k
     shuffle(rng, places, n)
     how = _ORDERS[below(rng, len(_ORDERS))]
     if how == 0:
-        return places
-    key = np.zeros(n)
+        return
     for k in range(n):
-        p, d = 2 * absent[places[k]], 2 * absent[places[k]] + 1
+        p, d = 2 * undo.absent[k], 2 * undo.absent[k] + 1
         if how == 1:
             key[k] = -drive_s(task, p, d)
         elif how == 2:
-            key[k] = -task.load[p].sum()
+            key[k] = 0.0
+            for kind in range(LOAD_KINDS):
+                key[k] -= task.load[p, kind]
         elif how == 3:
             key[k] = task.late_s[p] - task.early_s[p] + task.late_s[d] - task.early_s[d]
         else:
             key[k] = task.late_s[p]
-    return places[np.argsort(key, kind="mergesort")]
+    # Few at a time: insertion sort, which keeps equals in their drawn order.
+    for k in range(1, n):
+        place = places[k]
+        at = k
+        while at > 0 and key[places[at - 1]] > key[place]:
+            places[at] = places[at - 1]
+            at -= 1
+        places[at] = place

@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from server.dispatch.arrays import AnyArray
+from server.dispatch.engine.compiled import kernel
 from server.dispatch.engine.draw import uniform
 from server.dispatch.engine.plan import ABSENT, Plan, Scratch, copy_plan, copy_route, total_cost
 from server.dispatch.engine.pool import Pool, remember
@@ -35,7 +35,7 @@ class Annealing(NamedTuple):
     promising: float
 
 
-@njit(cache=True)
+@kernel
 def anneal(
     task: Task,
     plan: Plan,
@@ -76,11 +76,11 @@ def anneal(
     return kept
 
 
-@njit(cache=True)
+@kernel
 def _begin(plan: Plan, undo: Undo) -> None:
     for k in range(undo.counts[0]):
         undo.touched[undo.touched_list[k]] = False
-    undo.counts[:] = 0
+    undo.counts[0], undo.counts[1] = 0, 0
     for r in range(len(plan.vehicle_of)):
         if plan.vehicle_of[r] == ABSENT:
             undo.absent[undo.counts[1]] = r
@@ -88,7 +88,7 @@ def _begin(plan: Plan, undo: Undo) -> None:
             undo.counts[1] += 1
 
 
-@njit(cache=True)
+@kernel
 def _changed_cost(task: Task, plan: Plan, undo: Undo) -> float:
     changed = 0.0
     for k in range(undo.counts[0]):
@@ -103,7 +103,7 @@ def _changed_cost(task: Task, plan: Plan, undo: Undo) -> float:
     return changed
 
 
-@njit(cache=True)
+@kernel
 def _take_back(plan: Plan, undo: Undo) -> None:
     for k in range(undo.counts[0]):
         copy_route(plan, undo.before, undo.touched_list[k])

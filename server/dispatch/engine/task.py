@@ -10,9 +10,9 @@ a rider of itself: its longest duty is kept by the same test as everybody's long
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from server.dispatch.arrays import AnyArray
+from server.dispatch.engine.compiled import inlined
 
 SEATS, WHEELCHAIRS = 0, 1
 LOAD_KINDS = 2
@@ -66,7 +66,7 @@ class Task(NamedTuple):
         return len(self.kind)
 
 
-@njit(cache=True, inline="always")
+@inlined
 def drive_s(task: Task, a: int, b: int) -> float:
     """Driving from node a to node b."""
     p, q = task.place[a], task.place[b]
@@ -79,7 +79,7 @@ def drive_s(task: Task, a: int, b: int) -> float:
     return float(task.slowness * np.sqrt(x * x + y * y))
 
 
-@njit(cache=True, inline="always")
+@inlined
 def stand_s(task: Task, a: int, b: int) -> float:
     """Standing at node a before going on to node b. Who gets on or off at one place does so side by side."""
     if task.joined and task.place[a] == task.place[b]:

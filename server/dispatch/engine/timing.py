@@ -8,13 +8,13 @@ shrink the room between the two, which is what makes the insertion test cheap.
 """
 
 import numpy as np
-from numba import njit
 
 from server.dispatch.arrays import AnyArray
+from server.dispatch.engine.compiled import kernel
 from server.dispatch.engine.task import EPSILON_S, Task, drive_s, stand_s
 
 
-@njit(cache=True)
+@kernel
 def least_times(
     task: Task,
     nodes: AnyArray,
@@ -71,7 +71,7 @@ def least_times(
     return False
 
 
-@njit(cache=True)
+@kernel
 def greatest_times(task: Task, nodes: AnyArray, n: int, at_s: AnyArray, where: AnyArray) -> None:
     """Fill `at_s` (n,) with the latest beginnings of a route that `least_times` has found feasible.
 
