@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from numba import uint64
 
 from server.dispatch.arrays import AnyArray
 from server.dispatch.engine.compiled import kernel
@@ -12,6 +13,8 @@ from server.dispatch.engine.timing import greatest_times, least_times
 ABSENT = -1
 # A vehicle's start is behind it.
 _START_LOCKED = 1
+_STAMP_BASE = np.uint64(0x9E3779B97F4A7C15)
+_STAMP_SHIFT = np.uint64(29)
 
 
 class Plan(NamedTuple):
@@ -27,7 +30,7 @@ class Plan(NamedTuple):
     vehicle_of  (R,) ABSENT for a request in no route
     slot        (N,) position in its route of each node that is in one
     movable     (R,) bool: its pickup is still ahead, so that another vehicle may do it
-    stamp       (V,) int64 another number whenever the row is another one; stamps (1,) the last one given
+    stamp       (V,) uint64 tells rows apart: equal rows of a vehicle have equal stamps, others have not
     """
 
     route: AnyArray
@@ -42,7 +45,6 @@ class Plan(NamedTuple):
     slot: AnyArray
     movable: AnyArray
     stamp: AnyArray
-    stamps: AnyArray
 
 
 class Scratch(NamedTuple):
@@ -73,8 +75,7 @@ def empty_plan(task: Task, room: int) -> Plan:
         vehicle_of=np.full(task.requests, ABSENT, np.int32),
         slot=np.zeros(nodes, np.int32),
         movable=np.ones(task.requests, np.bool_),
-        stamp=np.zeros(vehicles, np.int64),
-        stamps=np.zeros(1, np.int64),
+        stamp=np.zeros(vehicles, np.uint64),
     )
     starts = 2 * (task.requests + np.arange(vehicles))
     plan.route[:, 0], plan.route[:, 1] = starts, starts + 1
@@ -95,27 +96,28 @@ def scratch_for(task: Task, room: int) -> Scratch:
 def refresh(task: Task, plan: Plan, scratch: Scratch, v: int) -> bool:
     """Times, loads and cost of a route that was changed; whether it keeps every rule."""
     n = plan.length[v]
-    plan.stamps[0] += 1
-    plan.stamp[v] = plan.stamps[0]
     nodes, least = plan.route[v], plan.least_s[v]
     for k in range(1, n):
         least[k] = -np.inf
     least[0] = task.early_s[nodes[0]]
     if not least_times(task, nodes, n, 1, least, scratch.leg_s, scratch.elapsed_s, plan.slot):
         return False
-    greatest_times(task, nodes, n, plan.most_s[v], plan.slot)
+    greatest_times(task, nodes, n, plan.most_s[v], scratch.leg_s, plan.slot)
     driven, cost = 0.0, 0.0
+    stamp = uint64(plan.locked[v])
     load = plan.load[v]
     for kind in range(LOAD_KINDS):
         load[0, kind] = task.load[nodes[0], kind]
     for k in range(1, n):
         b = nodes[k]
         driven += drive_s(task, nodes[k - 1], b)
+        stamp = (stamp ^ (stamp >> _STAMP_SHIFT)) * _STAMP_BASE + uint64(nodes[k - 1])
         cost += task.delay_cost[b] * (least[k] - task.early_s[b])
         for kind in range(LOAD_KINDS):
             load[k, kind] = load[k - 1, kind] + task.load[b, kind]
             if load[k, kind] > task.capacity[v, kind]:
                 return False
+    plan.stamp[v] = (stamp ^ (stamp >> _STAMP_SHIFT)) * _STAMP_BASE
     plan.driven_s[v] = driven
     plan.cost[v] = driven + cost + (task.vehicle_cost[v] if n > _START_LOCKED + 1 else 0.0)
     return bool(driven <= task.drive_s_max[v])
@@ -148,7 +150,6 @@ def copy_plan(plan: Plan, other: Plan) -> None:
     for r in range(len(plan.vehicle_of)):
         plan.vehicle_of[r] = other.vehicle_of[r]
         plan.movable[r] = other.movable[r]
-    plan.stamps[0] = max(plan.stamps[0], other.stamps[0])
 
 
 @kernel

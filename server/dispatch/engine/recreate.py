@@ -4,10 +4,11 @@ first."""
 from typing import NamedTuple
 
 import numpy as np
+from numba import uint64
 
 from server.dispatch.arrays import AnyArray
 from server.dispatch.engine.compiled import kernel
-from server.dispatch.engine.draw import below, shuffle, uniform
+from server.dispatch.engine.draw import below, bits, seeded, shuffle, uniform
 from server.dispatch.engine.insertion import best_place, insert
 from server.dispatch.engine.plan import ABSENT, Plan, Scratch
 from server.dispatch.engine.ruin import Undo, touch
@@ -17,32 +18,53 @@ from server.dispatch.engine.task import LOAD_KINDS, Task, drive_s
 # delivery).
 _ORDERS = np.array([0, 0, 0, 0, 1, 1, 2, 3, 3, 4, 4])
 
+_OFFERS = 1 << 16
+_MARKS_SEED = 0x0FFE
+
 
 class Offers(NamedTuple):
-    """What was found of serving a request with a vehicle, valid while the vehicle's route is the same.
+    """What was found of serving a request with a vehicle, of all routes that were met lately: attempts meet the
+    same ones again and again. Arrays (H,), H a power of two; an entry gives way to the next one at its place.
 
-    stamp  (R, V) the route's stamp at that time; cost (R, V) extra cost, inf for none; at (R, V, 2) positions
+    marks  (R,) uint64
+    key    of the route's stamp and the request
+    cost   extra cost, inf where there is no place that costs less than `below`
+    at     (H, 2) positions
     """
 
-    stamp: AnyArray
+    marks: AnyArray
+    key: AnyArray
     cost: AnyArray
+    below: AnyArray
     at: AnyArray
 
 
 def no_offers(task: Task) -> Offers:
-    shape = (task.requests, task.vehicles)
-    return Offers(np.full(shape, -1, np.int64), np.zeros(shape), np.zeros((*shape, 2), np.int32))
+    state = seeded(_MARKS_SEED)
+    return Offers(
+        marks=np.array([bits(state) for _ in range(task.requests)], dtype=np.uint64),
+        key=np.zeros(_OFFERS, np.uint64),
+        cost=np.zeros(_OFFERS),
+        below=np.zeros(_OFFERS),
+        at=np.zeros((_OFFERS, 2), np.int32),
+    )
 
 
 @kernel
-def offer(task: Task, plan: Plan, scratch: Scratch, offers: Offers, r: int, v: int, rng: AnyArray) -> float:
-    """Least extra cost of serving r with vehicle v."""
-    if offers.stamp[r, v] != plan.stamp[v]:
-        cost, i, j = best_place(task, plan, scratch, v, r, np.inf, 0.0, rng)
-        offers.stamp[r, v] = plan.stamp[v]
-        offers.cost[r, v] = cost
-        offers.at[r, v, 0], offers.at[r, v, 1] = i, j
-    return float(offers.cost[r, v])
+def offer(
+    task: Task, plan: Plan, scratch: Scratch, offers: Offers, r: int, v: int, below: float, rng: AnyArray
+) -> tuple[float, int, int]:
+    """(extra cost, i, j) of serving r with vehicle v, see `best_place`; cost is inf where it is not less than
+    `below`."""
+    key = plan.stamp[v] ^ offers.marks[r]
+    place = np.int64(key & uint64(len(offers.key) - 1))
+    cost = offers.cost[place]
+    if offers.key[place] == key and (cost < np.inf or offers.below[place] >= below):
+        return cost, offers.at[place, 0], offers.at[place, 1]
+    cost, i, j = best_place(task, plan, scratch, v, r, below, 0.0, rng)
+    offers.key[place], offers.cost[place], offers.below[place] = key, cost, below
+    offers.at[place, 0], offers.at[place, 1] = i, j
+    return cost, i, j
 
 
 @kernel
@@ -71,18 +93,21 @@ def put_back(
 def _in_order(
     task: Task, plan: Plan, scratch: Scratch, undo: Undo, offers: Offers, blink: float, rng: AnyArray
 ) -> None:
-    n = undo.counts[1]
+    n, vehicles = undo.counts[1], len(plan.length)
     _set_order(task, undo, rng)
     for k in range(n):
         r = undo.absent[undo.order[k]]
-        best, found = task.absent_cost[r], ABSENT
-        for v in range(len(plan.length)):
-            cost = offer(task, plan, scratch, offers, r, v, rng)
+        best, found, best_i, best_j = task.absent_cost[r], ABSENT, 0, 0
+        home = max(undo.home[undo.order[k]], 0)
+        for turn in range(vehicles):
+            # The vehicle that it had comes first: others then have to be better than a good offer.
+            v = home + turn if home + turn < vehicles else home + turn - vehicles
+            cost, i, j = offer(task, plan, scratch, offers, r, v, best, rng)
             if cost < best and uniform(rng) >= blink:
-                best, found = cost, v
+                best, found, best_i, best_j = cost, v, i, j
         if found != ABSENT:
             touch(plan, undo, found)
-            insert(task, plan, scratch, found, r, offers.at[r, found, 0], offers.at[r, found, 1])
+            insert(task, plan, scratch, found, r, best_i, best_j)
 
 
 @kernel
@@ -90,7 +115,7 @@ def _by_regret(
     task: Task, plan: Plan, scratch: Scratch, undo: Undo, offers: Offers, noise: float, rng: AnyArray
 ) -> None:
     """Next comes who would lose most if its best vehicle were gone (Potvin and Rousseau 1993)."""
-    n = undo.counts[1]
+    n, vehicles = undo.counts[1], len(plan.length)
     waiting = undo.order
     for k in range(n):
         waiting[k] = 1
@@ -101,8 +126,10 @@ def _by_regret(
                 continue
             r = undo.absent[k]
             best, second, best_v = task.absent_cost[r], task.absent_cost[r], ABSENT
-            for v in range(len(plan.length)):
-                cost = offer(task, plan, scratch, offers, r, v, rng)
+            home = max(undo.home[k], 0)
+            for turn in range(vehicles):
+                v = home + turn if home + turn < vehicles else home + turn - vehicles
+                cost, _, _ = offer(task, plan, scratch, offers, r, v, second, rng)
                 if cost < best:
                     best, second, best_v = cost, best, v
                 elif cost < second:
@@ -116,7 +143,8 @@ def _by_regret(
         waiting[chosen] = 0
         r = undo.absent[chosen]
         touch(plan, undo, chosen_v)
-        insert(task, plan, scratch, chosen_v, r, offers.at[r, chosen_v, 0], offers.at[r, chosen_v, 1])
+        _, i, j = offer(task, plan, scratch, offers, r, chosen_v, np.inf, rng)
+        insert(task, plan, scratch, chosen_v, r, i, j)
 
 
 @kernel
