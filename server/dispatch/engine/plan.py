@@ -13,6 +13,8 @@ from server.dispatch.engine.timing import greatest_times, least_times
 ABSENT = -1
 # A vehicle's start is behind it.
 _START_LOCKED = 1
+# Insertions into one route that may be waiting for their exact check.
+_CANDIDATES = 500
 _STAMP_BASE = np.uint64(0x9E3779B97F4A7C15)
 _STAMP_SHIFT = np.uint64(29)
 
@@ -48,13 +50,18 @@ class Plan(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Room for trying out one route; nothing in it outlives a call. Arrays (M,), where (N,)."""
+    """Room for trying out one route; nothing in it outlives a call. Arrays (M,), where (N,).
+
+    extra, pair   (C,), (C, 2) candidates for an insertion: least extra cost and positions
+    """
 
     nodes: AnyArray
     at_s: AnyArray
     leg_s: AnyArray
     elapsed_s: AnyArray
     where: AnyArray
+    extra: AnyArray
+    pair: AnyArray
 
 
 def empty_plan(task: Task, room: int) -> Plan:
@@ -89,6 +96,8 @@ def scratch_for(task: Task, room: int) -> Scratch:
         leg_s=np.zeros(room),
         elapsed_s=np.zeros(room),
         where=np.zeros(len(task.place), np.int32),
+        extra=np.zeros(_CANDIDATES + room),
+        pair=np.zeros((_CANDIDATES + room, 2), np.int32),
     )
 
 

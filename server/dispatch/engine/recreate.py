@@ -23,8 +23,8 @@ _MARKS_SEED = 0x0FFE
 
 
 class Offers(NamedTuple):
-    """What was found of serving a request with a vehicle, of all routes that were met lately: attempts meet the
-    same ones again and again. Arrays (H,), H a power of two; an entry gives way to the next one at its place.
+    """What was found of serving a request with a vehicle, for all routes that were met lately: attempts meet
+    the same ones again and again. Arrays (H,), H a power of two; an entry gives way to the next at its place.
 
     marks  (R,) uint64
     key    of the route's stamp and the request
