@@ -1,15 +1,15 @@
 """Where a request fits into a route, and at what cost.
 
 For each pair of positions a few comparisons with the route's earliest and latest times and its loads settle
-nearly every case; of those that are left, the cheapest is timed exactly, then the next one until one passes. So a
-test takes constant time, amortised (the idea of Savelsbergh 1992 and Gschwind and Drexl 2019; the exact check is
-ours).
+nearly every case; of those that are left, the cheapest is timed exactly, then the next one until one passes.
+So a test takes constant time, amortised (the idea of Savelsbergh 1992 and Gschwind and Drexl 2019; the exact
+check is ours).
 """
 
 import numpy as np
 
 from server.dispatch.arrays import AnyArray
-from server.dispatch.engine.compiled import kernel
+from server.dispatch.engine.compiled import inlined, kernel
 from server.dispatch.engine.draw import uniform
 from server.dispatch.engine.plan import Plan, Scratch, refresh
 from server.dispatch.engine.task import EPSILON_S, LOAD_KINDS, Task, drive_s, stand_s
@@ -24,10 +24,8 @@ def _fits(load: AnyArray, more: AnyArray, capacity: AnyArray) -> bool:
     return True
 
 
-@kernel
-def exact_cost(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int, j: int) -> float:
-    """Cost of route v with r's pickup after position i and its drop-off after j (both as they are now); inf
-    where a rule breaks."""
+@inlined
+def _exact_cost(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int, j: int) -> float:
     n = plan.length[v]
     nodes, at_s = scratch.nodes, scratch.at_s
     route, least = plan.route[v], plan.least_s[v]
@@ -53,6 +51,13 @@ def exact_cost(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int,
         if task.delay_cost[b] != 0.0:
             cost += task.delay_cost[b] * (at_s[k] - task.early_s[b])
     return driven + cost if driven <= task.drive_s_max[v] else np.inf
+
+
+@kernel
+def exact_cost(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int, j: int) -> float:
+    """Cost of route v with r's pickup after position i and its drop-off after j (both as they are now); inf
+    where a rule breaks."""
+    return _exact_cost(task, plan, scratch, v, r, i, j)
 
 
 @kernel
@@ -132,6 +137,8 @@ def best_place(
                 scratch.pair[candidates, 0], scratch.pair[candidates, 1] = i, j
                 candidates += 1
             at += stand_s(task, a, b) + a_to_b
+    if candidates == 0:
+        return (best, best_i, best_j) if best_i >= 0 else (np.inf, 0, 0)
     return _settled(task, plan, scratch, v, r, candidates, best, best_i, best_j, blink, rng)
 
 
@@ -149,8 +156,8 @@ def _settled(
     blink: float,
     rng: AnyArray,
 ) -> tuple[float, int, int]:
-    """The cheapest of the candidates that the exact check lets pass, or else what was the best before; cost is inf
-    where there is none."""
+    """The cheapest of the candidates that the exact check lets pass, or else what was the best before; cost is
+    inf where there is none."""
     while True:
         least_extra, which = best, -1
         for k in range(candidates):
@@ -160,7 +167,7 @@ def _settled(
             break
         i, j = scratch.pair[which, 0], scratch.pair[which, 1]
         scratch.extra[which] = np.inf
-        cost = exact_cost(task, plan, scratch, v, r, i, j) - plan.cost[v]
+        cost = _exact_cost(task, plan, scratch, v, r, i, j) - plan.cost[v]
         if cost < best and (blink == 0.0 or uniform(rng) >= blink):
             best, best_i, best_j = cost, i, j
     if best_i < 0:

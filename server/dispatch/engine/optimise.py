@@ -38,10 +38,10 @@ class Settings:
     """
 
     attempts: int = 1000
-    cycle: int = 10
-    growth: float = 1.6
-    hot: float = 0.5
-    cold: float = 0.006
+    cycle: int = 15
+    growth: float = 1.5
+    hot: float = 0.1
+    cold: float = 0.01
     mean_out: float = 15.0
     longest: float = 10.0
     blink: float = 0.01

@@ -7,7 +7,7 @@ import numpy as np
 from numba import uint64
 
 from server.dispatch.arrays import AnyArray
-from server.dispatch.engine.compiled import kernel
+from server.dispatch.engine.compiled import inlined, kernel
 from server.dispatch.engine.draw import below, bits, seeded, shuffle, uniform
 from server.dispatch.engine.insertion import best_place, insert
 from server.dispatch.engine.plan import ABSENT, Plan, Scratch
@@ -50,7 +50,7 @@ def no_offers(task: Task) -> Offers:
     )
 
 
-@kernel
+@inlined
 def offer(
     task: Task, plan: Plan, scratch: Scratch, offers: Offers, r: int, v: int, below: float, rng: AnyArray
 ) -> tuple[float, int, int]:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from server.dispatch.arrays import AnyArray
-from server.dispatch.engine.compiled import kernel
+from server.dispatch.engine.compiled import inlined, kernel
 from server.dispatch.engine.draw import below, uniform
 from server.dispatch.engine.plan import ABSENT, Plan, Scratch, copy_route, refresh
 from server.dispatch.engine.task import Task
@@ -53,7 +53,7 @@ def undo_for(before: Plan) -> Undo:
     )
 
 
-@kernel
+@inlined
 def touch(plan: Plan, undo: Undo, v: int) -> None:
     """Keep the row as it is now, once an attempt."""
     if not undo.touched[v]:
@@ -63,7 +63,7 @@ def touch(plan: Plan, undo: Undo, v: int) -> None:
         undo.counts[0] += 1
 
 
-@kernel
+@inlined
 def take_out(plan: Plan, undo: Undo, r: int) -> None:
     """Mark a request as absent; its visits leave the row with `close_gaps`."""
     k = undo.counts[1]
@@ -73,7 +73,7 @@ def take_out(plan: Plan, undo: Undo, r: int) -> None:
     plan.vehicle_of[r] = ABSENT
 
 
-@kernel
+@inlined
 def close_gaps(task: Task, plan: Plan, scratch: Scratch, v: int) -> None:
     """Drop the visits of requests that are no longer this vehicle's."""
     requests = len(plan.vehicle_of)
@@ -128,7 +128,7 @@ def ruin_strings(
         strings -= 1
 
 
-@kernel
+@inlined
 def _cut_string(plan: Plan, undo: Undo, v: int, node: int, string_max: float, rng: AnyArray) -> None:
     """Take out what has a visit in a random string of the route around `node`."""
     requests = len(plan.vehicle_of)
