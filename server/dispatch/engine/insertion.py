@@ -113,9 +113,13 @@ def best_place(
             and at_d <= task.late_s[d] + EPSILON_S
             and at_d + stand_s(task, d, b) + d_to_b <= most[i + 1] + EPSILON_S
         ):
-            scratch.extra[candidates] = extra
-            scratch.pair[candidates, 0], scratch.pair[candidates, 1] = i, i
-            candidates += 1
+            if task.plain:
+                if blink == 0.0 or uniform(rng) >= blink:
+                    best, best_i, best_j = extra, i, i
+            else:
+                scratch.extra[candidates] = extra
+                scratch.pair[candidates, 0], scratch.pair[candidates, 1] = i, i
+                candidates += 1
         # With others in between.
         at = at_p + stand_s(task, p, b) + p_to_b
         detour = waited + to_p + p_to_b - skipped
@@ -133,9 +137,13 @@ def best_place(
             d_to_b, a_to_b = drive_s(task, d, b), drive_s(task, a, b)
             extra = detour + to_d + d_to_b - a_to_b + task.delay_cost[d] * (at_d - task.early_s[d])
             if extra < best and at_d + stand_s(task, d, b) + d_to_b <= most[j + 1] + EPSILON_S:
-                scratch.extra[candidates] = extra
-                scratch.pair[candidates, 0], scratch.pair[candidates, 1] = i, j
-                candidates += 1
+                if task.plain:
+                    if blink == 0.0 or uniform(rng) >= blink:
+                        best, best_i, best_j = extra, i, j
+                else:
+                    scratch.extra[candidates] = extra
+                    scratch.pair[candidates, 0], scratch.pair[candidates, 1] = i, j
+                    candidates += 1
             at += stand_s(task, a, b) + a_to_b
     if candidates == 0:
         return (best, best_i, best_j) if best_i >= 0 else (np.inf, 0, 0)

@@ -17,7 +17,7 @@ from server.dispatch.engine.pool import empty_pool, remember
 from server.dispatch.engine.recreate import no_offers
 from server.dispatch.engine.ruin import undo_for
 from server.dispatch.engine.search import Annealing, anneal
-from server.dispatch.engine.task import Task
+from server.dispatch.engine.task import Task, typical_drive_s
 
 _NEIGHBOURS = 100
 _ENDS = 2
@@ -55,12 +55,15 @@ class Settings:
 class Optimiser:
     """Improves a plan of a task. The same task, seed and number of slices give the same plan.
 
+    start     where to begin; from no request served if not given
     best      the cheapest plan so far
     slices    how many have run
     bound_of_pool   least cost of any mix of the remembered routes: not a bound of the task
     """
 
-    def __init__(self, task: Task, seed: int, settings: Settings | None = None) -> None:
+    def __init__(
+        self, task: Task, seed: int, settings: Settings | None = None, start: Plan | None = None
+    ) -> None:
         self.task = task
         self.slices = 0
         self.bound_of_pool = -np.inf
@@ -68,12 +71,15 @@ class Optimiser:
         room = 2 * task.requests + _ENDS
         self._scratch = scratch_for(task, room)
         self.best, self._plan, before = (self._without_requests(room) for _ in range(3))
+        if start is not None:
+            copy_plan(self.best, start)
+            copy_plan(self._plan, start)
         self._undo = undo_for(before)
         self._offers = no_offers(task)
         self._pool = empty_pool(task, self._settings.columns, self._settings.visits)
         self._near = near_requests(task, _NEIGHBOURS)
         self._rng = seeded(seed)
-        self._unit = _typical_drive_s(task)
+        self._unit = typical_drive_s(task)
         self._in_cycle, self._cycle = 0, self._settings.cycle
 
     @property
@@ -134,11 +140,3 @@ class Optimiser:
         for v in range(self.task.vehicles):
             refresh(self.task, plan, self._scratch, v)
         return plan
-
-
-def _typical_drive_s(task: Task) -> float:
-    """Median direct drive from pickup to drop-off."""
-    pickups, dropoffs = task.place[0 : 2 * task.requests : 2], task.place[1 : 2 * task.requests : 2]
-    if len(task.travel_s):
-        return float(np.median(task.travel_s[pickups, dropoffs]))
-    return float(np.median(task.slowness * np.linalg.norm(task.xy[pickups] - task.xy[dropoffs], axis=1)))

@@ -57,7 +57,7 @@ def anneal(
     kept = 0
     for attempt in range(how.attempts):
         temperature = how.hot * (how.cold / how.hot) ** (attempt / how.attempts) if how.hot > 0.0 else 0.0
-        _begin(plan, undo)
+        begin_attempt(plan, undo)
         ruin_strings(task, plan, scratch, undo, near, how.mean_out, how.longest, rng)
         put_back(task, plan, scratch, undo, offers, how.blink, how.regretful, rng)
         changed = _changed_cost(task, plan, undo)
@@ -72,12 +72,13 @@ def anneal(
                 best_cost = cost
                 copy_plan(best, plan)
         else:
-            _take_back(plan, undo)
+            take_back(plan, undo)
     return kept
 
 
 @kernel
-def _begin(plan: Plan, undo: Undo) -> None:
+def begin_attempt(plan: Plan, undo: Undo) -> None:
+    """Nothing touched yet; whoever is in no route is to be put back."""
     for k in range(undo.counts[0]):
         undo.touched[undo.touched_list[k]] = False
     undo.counts[0], undo.counts[1] = 0, 0
@@ -104,7 +105,8 @@ def _changed_cost(task: Task, plan: Plan, undo: Undo) -> float:
 
 
 @kernel
-def _take_back(plan: Plan, undo: Undo) -> None:
+def take_back(plan: Plan, undo: Undo) -> None:
+    """Make the plan what it was before the attempt."""
     for k in range(undo.counts[0]):
         copy_route(plan, undo.before, undo.touched_list[k])
     for k in range(undo.counts[1]):

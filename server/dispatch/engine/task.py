@@ -38,6 +38,7 @@ class Task(NamedTuple):
     travel_s    (P, P) between places; empty where coordinates are used instead
     xy          (P, 2) used with `slowness` (seconds per unit) where travel_s is empty
     joined      whether visits at one place that follow each other share one dwell
+    plain       whether windows and loads are the only rules, and driving the only cost
     """
 
     place: AnyArray
@@ -56,6 +57,7 @@ class Task(NamedTuple):
     xy: AnyArray
     slowness: float
     joined: bool
+    plain: bool = False
 
     @property
     def requests(self) -> int:
@@ -85,3 +87,11 @@ def stand_s(task: Task, a: int, b: int) -> float:
     if task.joined and task.place[a] == task.place[b]:
         return float(max(0.0, task.service_s[a] - task.service_s[b]))
     return float(task.service_s[a])
+
+
+def typical_drive_s(task: Task) -> float:
+    """Median direct drive from pickup to drop-off."""
+    pickups, dropoffs = task.place[0 : 2 * task.requests : 2], task.place[1 : 2 * task.requests : 2]
+    if len(task.travel_s):
+        return float(np.median(task.travel_s[pickups, dropoffs]))
+    return float(np.median(task.slowness * np.linalg.norm(task.xy[pickups] - task.xy[dropoffs], axis=1)))
