@@ -1,4 +1,4 @@
-"""As few vehicles as possible: a route is dropped, and its requests are squeezed in until all are served again.
+"""As few vehicles as possible: a route is dropped, and its requests are squeezed in until all are served.
 
 Whoever is left out often is counted, and an attempt is good when those that it leaves out are left out seldom
 (absence counters: Christiaens and Vanden Berghe 2020, section 5.5). Vehicles must all be the same.
@@ -11,7 +11,7 @@ import numpy as np
 
 from server.dispatch.arrays import AnyArray
 from server.dispatch.engine.compiled import kernel
-from server.dispatch.engine.draw import seeded, uniform
+from server.dispatch.engine.draw import bits, seeded, uniform
 from server.dispatch.engine.nearness import near_requests
 from server.dispatch.engine.plan import ABSENT, Plan, Scratch, copy_plan, empty_plan, refresh, scratch_for
 from server.dispatch.engine.recreate import Offers, no_offers, put_back
@@ -25,8 +25,8 @@ _ENDS = 2
 
 @dataclass(frozen=True, slots=True)
 class FleetSettings:
-    """Counts and shares. attempts in a slice; heat: temperature as a share of a typical direct drive; the others
-    as in `optimise.Settings`."""
+    """Counts and shares. attempts in a slice; heat: temperature as a share of a typical direct drive; the
+    others as in `optimise.Settings`."""
 
     attempts: int = 1000
     heat: float = 0.05
@@ -50,14 +50,15 @@ class Squeezing(NamedTuple):
 class FleetSearch:
     """Fewer and fewer vehicles. The same task, seed and number of slices give the same plan.
 
-    task, best   the smallest task so far that has a plan with everybody in it, and that plan; the task itself and
-                 whatever could be served where there is none yet
+    task, best   the smallest task so far that has a plan with everybody in it, and that plan; the task itself
+                 and whatever could be served where there is none yet
     """
 
     def __init__(self, task: Task, seed: int, settings: FleetSettings | None = None) -> None:
         how = settings or FleetSettings()
         room = 2 * task.requests + _ENDS
-        self.task = self._task = task
+        self.task = self._task = self._whole = task
+        self._settings = how
         self.slices = 0
         self._room, self._rng = room, seeded(seed)
         self._how = Squeezing(
@@ -97,8 +98,17 @@ class FleetSearch:
             self._drop_a_route()
         self.slices += 1
 
+    def another(self, slices: int = 10) -> Plan:
+        """Another plan with as few vehicles, from nothing; `best` where so many slices do not find one."""
+        search = FleetSearch(self._whole, int(bits(self._rng) >> np.uint64(1)), self._settings)
+        while search.task.vehicles > self.task.vehicles and search.slices < slices:
+            search.run_slice()
+        if search.task.vehicles > self.task.vehicles or (search.best.vehicle_of == ABSENT).any():
+            return self.best
+        return plan_of(self.task, routes_of(search.best), self._room)
+
     def _drop_a_route(self) -> None:
-        """Keep the plan, and begin another one without the route whose requests are squeezed in most easily."""
+        """Keep the plan, and begin another one without the route that is squeezed in most easily."""
         routes = [route for route in routes_of(self._plan) if len(route)]
         self.task = with_vehicles(self.task, len(routes))
         self.best = plan_of(self.task, routes, self._room)
@@ -109,7 +119,7 @@ class FleetSearch:
 
 
 def with_vehicles(task: Task, vehicles: int) -> Task:
-    """The same task with only the first so many of its vehicles, which must all be the same. No timed calls."""
+    """The same task with only its first vehicles, which must all be the same. No timed calls."""
     nodes = 2 * (task.requests + vehicles)
     return task._replace(
         place=task.place[:nodes],

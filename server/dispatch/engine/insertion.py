@@ -164,8 +164,8 @@ def _settled(
     blink: float,
     rng: AnyArray,
 ) -> tuple[float, int, int]:
-    """The cheapest of the candidates that the exact check lets pass, or else what was the best before; cost is
-    inf where there is none."""
+    """The cheapest of the candidates that the exact check lets pass, or else what was the best before; cost
+    is inf where there is none."""
     while True:
         least_extra, which = best, -1
         for k in range(candidates):

@@ -5,6 +5,7 @@ deadline
 and records how many there were.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -28,7 +29,10 @@ class Settings:
     """Counts and shares, no seconds.
 
     attempts     ruin and recreate attempts in a slice
-    cycle        slices from hot to cold the first time; each further cycle has `growth` times as many
+    cycle        slices from hot to cold the first time; each further cycle has `growth` times as many, at most
+                 `cycle_max`
+    afresh_every   each so manieth cycle begins afresh, so that the pool gets routes of another kind; the others
+                 begin with the best plan
     hot, cold    temperatures as shares of a typical direct drive
     mean_out     requests taken out in an attempt, on average; longest: visits in a string at most
     blink        chance to overlook a vehicle
@@ -40,7 +44,9 @@ class Settings:
     attempts: int = 1000
     cycle: int = 15
     growth: float = 1.5
-    hot: float = 0.1
+    cycle_max: int = 80
+    afresh_every: int = 2
+    hot: float = 0.2
     cold: float = 0.01
     mean_out: float = 15.0
     longest: float = 10.0
@@ -56,13 +62,19 @@ class Optimiser:
     """Improves a plan of a task. The same task, seed and number of slices give the same plan.
 
     start     where to begin; from no request served if not given
+    afresh    makes another plan to begin from, each time another one; a plan without requests if not given
     best      the cheapest plan so far
     slices    how many have run
     bound_of_pool   least cost of any mix of the remembered routes: not a bound of the task
     """
 
     def __init__(
-        self, task: Task, seed: int, settings: Settings | None = None, start: Plan | None = None
+        self,
+        task: Task,
+        seed: int,
+        settings: Settings | None = None,
+        start: Plan | None = None,
+        afresh: Callable[[], Plan] | None = None,
     ) -> None:
         self.task = task
         self.slices = 0
@@ -80,7 +92,8 @@ class Optimiser:
         self._near = near_requests(task, _NEIGHBOURS)
         self._rng = seeded(seed)
         self._unit = typical_drive_s(task)
-        self._in_cycle, self._cycle = 0, self._settings.cycle
+        self._cycles, self._in_cycle, self._cycle = 0, 0, self._settings.cycle
+        self._afresh = afresh or (lambda: self._without_requests(room))
 
     @property
     def cost(self) -> float:
@@ -122,8 +135,10 @@ class Optimiser:
         self._in_cycle += 1
         if self._in_cycle == self._cycle:
             self.put_together()
-            copy_plan(self._plan, self.best)
-            self._in_cycle, self._cycle = 0, max(self._cycle + 1, round(self._cycle * how.growth))
+            self._cycles += 1
+            again = self._cycles % how.afresh_every != 0
+            copy_plan(self._plan, self.best if again else self._afresh())
+            self._in_cycle, self._cycle = 0, min(how.cycle_max, round(self._cycle * how.growth))
 
     def put_together(self) -> bool:
         """Make the best plan from all the routes that are remembered; whether it became cheaper."""
