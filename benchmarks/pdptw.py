@@ -5,7 +5,8 @@
 Each instance gets the seconds of wall time on one core: a part to need fewer vehicles, the rest to drive
 less. Every solution is scored again from the instance's rows (benchmarks/rescore.py). gap_pct is the
 distance's, where the number of vehicles is the best known one; optimal: no vehicle and no distance more than
-the best known. --peers gives OR-tools and PyVRP the same seconds, where they are installed (benchmarks/pdptw_peers.py).
+the best known. --peers gives OR-tools and PyVRP the same seconds, where they are installed
+(benchmarks/pdptw_peers.py).
 """
 
 import argparse

@@ -29,10 +29,10 @@ class Settings:
     """Counts and shares, no seconds.
 
     attempts     ruin and recreate attempts in a slice
-    cycle        slices from hot to cold the first time; each further cycle has `growth` times as many, at most
-                 `cycle_max`
-    afresh_every   each so manieth cycle begins afresh, so that the pool gets routes of another kind; the others
-                 begin with the best plan
+    cycle        slices from hot to cold the first time
+    growth       each further cycle has so many times as many, but no more than `cycle_max`
+    afresh_every   every how many cycles one begins afresh, so that the pool gets routes of another kind; the
+                 others begin with the best plan
     hot, cold    temperatures as shares of a typical direct drive
     mean_out     requests taken out in an attempt, on average; longest: visits in a string at most
     blink        chance to overlook a vehicle
