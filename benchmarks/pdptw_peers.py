@@ -1,12 +1,18 @@
 """Other programs on pickup-and-delivery instances, for comparison. They are for development only.
 
-Each takes (instance, seconds of wall time, seed) and gives routes in node numbers, or None where it is not
-installed. Both count in whole numbers: distances are scaled and rounded up, so that their routes are on time.
+Both count in whole numbers: distances are scaled and rounded up, so that their routes are on time. Each runs in
+a process of its own, for OR-tools cannot be loaded beside the engine's HiGHS:
+
+    python -m benchmarks.pdptw_peers NAME SECONDS SEED < pickled instance > routes as JSON
 """
 
 import importlib
 import importlib.util
+import json
 import math
+import pickle
+import subprocess
+import sys
 from collections.abc import Callable, Sequence
 
 from server.dispatch.instance import Instance
@@ -19,9 +25,24 @@ _VEHICLE = 10_000_000
 _FLEET = 0.4
 
 
-def ortools_routes(instance: Instance, seconds: float, seed: int) -> Routes | None:
-    if importlib.util.find_spec("ortools") is None:
-        return None
+def peer_routes(name: str, instance: Instance, seconds: float, seed: int) -> Routes:
+    """Routes in node numbers that a peer finds in so many seconds of wall time; none where it fails."""
+    command = [sys.executable, "-m", "benchmarks.pdptw_peers", name, str(seconds), str(seed)]
+    done = subprocess.run(command, input=pickle.dumps(instance), stdout=subprocess.PIPE, check=False)
+    if done.returncode:
+        print(f"{name} failed on {instance.name}")
+        return []
+    routes: Routes = json.loads(done.stdout.splitlines()[-1])
+    return routes
+
+
+def main() -> None:
+    name, seconds, seed = sys.argv[1:]
+    instance: Instance = pickle.load(sys.stdin.buffer)
+    print(json.dumps(PEERS[name](instance, float(seconds), int(seed))))
+
+
+def ortools_routes(instance: Instance, seconds: float, seed: int) -> Routes:
     pywrapcp = importlib.import_module("ortools.constraint_solver.pywrapcp")
     enums = importlib.import_module("ortools.constraint_solver.routing_enums_pb2")
     legs, n = _legs(instance), len(instance.nodes)
@@ -63,9 +84,7 @@ def ortools_routes(instance: Instance, seconds: float, seed: int) -> Routes | No
     return routes
 
 
-def pyvrp_routes(instance: Instance, seconds: float, seed: int) -> Routes | None:
-    if importlib.util.find_spec("pyvrp") is None:
-        return None
+def pyvrp_routes(instance: Instance, seconds: float, seed: int) -> Routes:
     import pyvrp
     from pyvrp.stop import MaxRuntime
 
@@ -106,7 +125,7 @@ def pyvrp_routes(instance: Instance, seconds: float, seed: int) -> Routes | None
     ]
 
 
-PEERS: dict[str, Callable[[Instance, float, int], Routes | None]] = {
+PEERS: dict[str, Callable[[Instance, float, int], Routes]] = {
     "ortools": ortools_routes,
     "pyvrp": pyvrp_routes,
 }
@@ -119,3 +138,7 @@ def missing_peers() -> list[str]:
 def _legs(instance: Instance) -> list[list[int]]:
     rows = instance.xy
     return [[math.ceil(_SCALE * math.dist(a, b) - 1e-6) for b in rows] for a in rows]
+
+
+if __name__ == "__main__":
+    main()
