@@ -245,6 +245,8 @@ class Board:
         self._driven_s += advance(
             self.task, self.plan, self.scratch, now_s - self.origin_s, self._patience, self._made
         )
+        if self._made.used[1]:
+            raise RuntimeError("a route that kept every rule broke one by being driven as planned")
         made: list[Made] = []
         for k in range(int(self._made.used[0])):
             node, v = int(self._made.node[k]), int(self._made.vehicle[k])
