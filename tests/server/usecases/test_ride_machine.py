@@ -20,7 +20,7 @@ def play(stories: int, engine: Engine | None = None) -> None:
         Machine,
         settings=settings(
             max_examples=STORIES or stories,
-            stateful_step_count=30,
+            stateful_step_count=20,
             deadline=None,
             derandomize=not STORIES,
             database=None,
@@ -31,4 +31,4 @@ def play(stories: int, engine: Engine | None = None) -> None:
 
 
 def test_no_story_loses_a_ride_or_crashes() -> None:
-    play(10)
+    play(5)
