@@ -26,6 +26,7 @@ from server.domain.errors import (
     VehicleOutOfService,
     WrongCredentials,
 )
+from server.domain.incidents import IncidentKind
 from server.domain.rides import RideState
 from server.domain.runs import Segment
 from server.usecases import campus as campuses
