@@ -5,6 +5,7 @@ ride is final, waits for a vehicle, or is in the plan of the vehicle that has it
 works again, every ride reaches a final state.
 """
 
+from collections.abc import Callable
 from datetime import timedelta
 from typing import Any
 
@@ -33,6 +34,7 @@ from server.usecases.order_payload import utc_ns
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.fake_shuttle import FakeShuttle
+from tests.server.usecases.fresh_database import fresh_database
 from tests.server.usecases.small_campus import small_campus
 
 STOPS = tuple(f"stop-{number}" for number in range(4))
@@ -43,14 +45,14 @@ IDLE_S = 60.0
 
 
 class RideMachine(RuleBasedStateMachine):
-    """`engine` is the database to play on; None for one in memory."""
+    """new_database: an empty one with all tables, for every story."""
 
-    engine: Engine | None = None
+    new_database: Callable[[], Engine] = staticmethod(fresh_database)
 
     @initialize()
     def start(self) -> None:
         road_map = small_campus()
-        self.campus = CampusUnderTest(road_map, engine=self.engine)
+        self.campus = CampusUnderTest(road_map, engine=self.new_database())
         self.fleet = FakeFleet(self.campus, road_map, 2)
         for shuttle in self.fleet.shuttles:
             shuttle.speed_mps = SPEED_MPS
@@ -321,9 +323,7 @@ class RideMachine(RuleBasedStateMachine):
         try:
             self.settle()
         finally:
-            self.campus.release()
-            if self.engine is None:
-                self.campus.engine.dispose()
+            self.campus.close()
 
     def settle(self) -> None:
         """Everything works again: every ride comes to its end."""
