@@ -14,7 +14,8 @@ _UNDER_WAY = 2
 
 
 class MadeLog(NamedTuple):
-    """Visits made: vehicle, node, at_s (n,) when each began, used (1,) how many of the rows are in use."""
+    """Visits made: vehicle, node, at_s (n,) when each began; used (2,): rows in use, and routes that turned out
+    to break a rule."""
 
     vehicle: AnyArray
     node: AnyArray
