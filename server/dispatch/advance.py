@@ -14,8 +14,10 @@ _UNDER_WAY = 2
 
 
 class MadeLog(NamedTuple):
-    """Visits made: vehicle, node, at_s (n,) when each began; used (2,): rows in use, and routes that turned out
-    to break a rule."""
+    """Visits made: vehicle, node, at_s (n,) when each began.
+
+    used (2,): rows in use, and routes that turned out to break a rule.
+    """
 
     vehicle: AnyArray
     node: AnyArray
