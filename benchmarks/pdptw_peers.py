@@ -1,7 +1,7 @@
 """Other programs on pickup-and-delivery instances, for comparison. They are for development only.
 
-Both count in whole numbers: distances are scaled and rounded up, so that their routes are on time. Each runs in
-a process of its own, for OR-tools cannot be loaded beside the engine's HiGHS:
+Both count in whole numbers: distances are scaled and rounded up, so that their routes are on time. Each runs
+in a process of its own, for OR-tools cannot be loaded beside the engine's HiGHS:
 
     python -m benchmarks.pdptw_peers NAME SECONDS SEED < pickled instance > routes as JSON
 """
