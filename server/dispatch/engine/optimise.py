@@ -48,10 +48,10 @@ class Settings:
     afresh_every: int = 2
     hot: float = 0.2
     cold: float = 0.01
-    mean_out: float = 15.0
+    mean_out: float = 12.0
     longest: float = 10.0
     blink: float = 0.01
-    regretful: float = 0.1
+    regretful: float = 0.2
     promising: float = 0.4
     columns: int = 200_000
     visits: int = 5_000_000
