@@ -9,6 +9,7 @@ rule that binds and for alternatives.
 
 import argparse
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -71,7 +72,7 @@ class _Day:
             )
             for row in apart_m
         )
-        self._terms = Terms(*(getattr(_TERMS, name) for name in Terms.__slots__[:5]), walks)
+        self._terms = replace(_TERMS, walks=walks)
         self._board = Board(Problem(fleet, {}, self._times, dwell_s=15.0), spare=rides + 200)
         self._now_s, self._number, self._carried = 0.0, 0, 0
 
@@ -86,7 +87,9 @@ class _Day:
                 self._go_on(60.0)
 
     def measured(self, rides: int, decisions: int) -> dict[str, float | int]:
-        took, advanced, refusals = [], [], []
+        took: list[float] = []
+        advanced: list[float] = []
+        refusals: list[float] = []
         accepted = 0
         for _ in range(decisions):
             began = time.perf_counter()

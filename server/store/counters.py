@@ -1,9 +1,14 @@
 """Numbers that only grow. Drawing one locks its row: writers of one thing take turns."""
 
-from sqlalchemy import Connection, select
+from typing import Any
+
+from sqlalchemy import Connection
 
 from server.store import tables
 from server.store.repository import Repository
+
+# One statement a dialect: it draws the number and locks its row at once.
+_DRAWING: dict[str, Any] = {}
 
 
 class Counters(Repository):
@@ -12,13 +17,23 @@ class Counters(Repository):
 
     def next(self, name: str) -> int:
         """1 for the first."""
-        self.lock(name)
-        counter = tables.counters
-        self._update(counter, {"value": counter.c.value + 1}, counter.c.name == name)
-        value = self._connection.execute(
-            select(counter.c.value).where(counter.c.campus_id == self._campus_id, counter.c.name == name)
-        ).scalar_one()
-        return int(value)
+        return int(
+            self._connection.execute(
+                self._drawing(), {"campus_id": self._campus_id, "name": name, "value": 1}
+            ).scalar_one()
+        )
+
+    def _drawing(self) -> Any:
+        if self._connection.dialect.name not in _DRAWING:
+            counter = tables.counters
+            _DRAWING[self._connection.dialect.name] = (
+                self._dialect_insert(counter)
+                .on_conflict_do_update(
+                    index_elements=["campus_id", "name"], set_={"value": counter.c.value + 1}
+                )
+                .returning(counter.c.value)
+            )
+        return _DRAWING[self._connection.dialect.name]
 
     def lock(self, name: str) -> None:
         """Be the only one with this counter until the transaction ends."""

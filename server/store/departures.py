@@ -12,7 +12,7 @@ _departure = tables.departures.c
 
 class Departures(Repository):
     def get(self, departure_id: str) -> Departure | None:
-        row = self._one(tables.departures, _departure.departure_id == departure_id)
+        row = self._find(tables.departures, departure_id=departure_id)
         return None if row is None else departure_from_row(row)
 
     def unfinished(self) -> tuple[Departure, ...]:
@@ -28,7 +28,7 @@ class Departures(Repository):
         self._insert(tables.departures, _to_row(departure))
 
     def save(self, departure: Departure) -> None:
-        self._update(tables.departures, _to_row(departure), _departure.departure_id == departure.departure_id)
+        self._change(tables.departures, _to_row(departure), departure_id=departure.departure_id)
 
 
 def departure_from_row(row: AnyRow) -> Departure:

@@ -11,7 +11,7 @@ _incident = tables.incidents.c
 
 class Incidents(Repository):
     def get(self, incident_id: str) -> Incident | None:
-        row = self._one(tables.incidents, _incident.incident_id == incident_id)
+        row = self._find(tables.incidents, incident_id=incident_id)
         return None if row is None else incident_from_row(row)
 
     def open_about(self, kind: IncidentKind, subject: str) -> Incident | None:
@@ -35,7 +35,7 @@ class Incidents(Repository):
         self._insert(tables.incidents, _to_row(incident))
 
     def save(self, incident: Incident) -> None:
-        self._update(tables.incidents, _to_row(incident), _incident.incident_id == incident.incident_id)
+        self._change(tables.incidents, _to_row(incident), incident_id=incident.incident_id)
 
 
 def incident_from_row(row: AnyRow) -> Incident:

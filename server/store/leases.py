@@ -11,7 +11,7 @@ _lease = tables.leases.c
 class Leases(Repository):
     def take(self, name: str, holder: str, now: datetime, seconds: float) -> int | None:
         self._add_missing(tables.leases, [{"name": name, "holder": "", "token": 0, "expires_at": now}])
-        row = self._one(tables.leases, _lease.name == name)
+        row = self._find(tables.leases, name=name)
         if row is None:
             raise LookupError(f"lease {name} vanished inside a transaction")
         if row.holder != holder and row.expires_at > now:
@@ -24,5 +24,5 @@ class Leases(Repository):
         return token
 
     def token(self, name: str) -> int:
-        row = self._one(tables.leases, _lease.name == name)
+        row = self._find(tables.leases, name=name)
         return 0 if row is None else int(row.token)

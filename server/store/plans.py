@@ -1,5 +1,6 @@
 """Plans as rows, each change compared with the version that its writer read."""
 
+from sqlalchemy import Connection
 from sqlalchemy.exc import IntegrityError
 
 from server.domain.errors import PlanChanged
@@ -12,13 +13,20 @@ _plan = tables.plans.c
 
 
 class Plans(Repository):
+    def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
+        super().__init__(connection, campus_id, locks)
+        self._all: dict[str, Plan] | None = None
+
     def get(self, vehicle_id: str) -> Plan | None:
-        row = self._one(tables.plans, _plan.vehicle_id == vehicle_id)
+        row = self._find(tables.plans, vehicle_id=vehicle_id)
         return None if row is None else plan_from_row(row)
 
     def all(self) -> tuple[Plan, ...]:
-        rows = self._many(self._select(tables.plans).order_by(_plan.vehicle_id))
-        return tuple(plan_from_row(row) for row in rows)
+        """Read once a transaction: what others commit meanwhile shows when this one saves."""
+        if self._all is None:
+            rows = self._many(self._select(tables.plans).order_by(_plan.vehicle_id))
+            self._all = {row.vehicle_id: plan_from_row(row) for row in rows}
+        return tuple(self._all[vehicle_id] for vehicle_id in sorted(self._all))
 
     def save(self, plan: Plan, expected_version: int) -> None:
         values = {
@@ -36,16 +44,14 @@ class Plans(Repository):
             ) from error
         if not changed:
             raise PlanChanged(f"the plan of {plan.vehicle_id} is no longer at version {expected_version}")
+        if self._all is not None:
+            self._all[plan.vehicle_id] = plan
 
     def _write(self, values: dict[str, object], vehicle_id: str, expected_version: int) -> bool:
         if expected_version == 0:
             self._insert(tables.plans, values)
             return True
-        return bool(
-            self._update(
-                tables.plans, values, _plan.vehicle_id == vehicle_id, _plan.version == expected_version
-            )
-        )
+        return bool(self._change(tables.plans, values, vehicle_id=vehicle_id, version=expected_version))
 
 
 def plan_from_row(row: AnyRow) -> Plan:

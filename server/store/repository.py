@@ -1,13 +1,42 @@
 """What every repository is made of: a connection inside a transaction, on one campus."""
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Any
 
-from sqlalchemy import Connection, Row, Select, Table, and_, select
+from sqlalchemy import (
+    Connection,
+    Insert,
+    Row,
+    Select,
+    Table,
+    Update,
+    and_,
+    bindparam,
+    insert,
+    select,
+    update,
+)
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.sql import ColumnElement
 
 AnyRow = Row[Any]
+
+
+@cache
+def _finding(table: Table, names: tuple[str, ...]) -> Select[Any]:
+    return select(table).where(*(table.c[name] == bindparam(name) for name in ("campus_id", *names)))
+
+
+@cache
+def _changing(table: Table, values: tuple[str, ...], names: tuple[str, ...]) -> Update:
+    equal = (table.c[name] == bindparam(f"where_{name}") for name in ("campus_id", *names))
+    return update(table).where(*equal).values({name: bindparam(name) for name in values})
+
+
+@cache
+def _inserting(table: Table) -> Insert:
+    return insert(table)
 
 
 class Repository:
@@ -25,11 +54,26 @@ class Repository:
     def _many(self, statement: Select[Any]) -> Sequence[AnyRow]:
         return self._connection.execute(statement).all()
 
+    def _find(self, table: Table, **equal: Any) -> AnyRow | None:
+        """The row whose columns equal these. Its statement is made once: making one takes as long as
+        running it."""
+        statement = _finding(table, tuple(equal))
+        if self._locks:
+            statement = statement.with_for_update()
+        return self._connection.execute(statement, {"campus_id": self._campus_id, **equal}).first()
+
+    def _change(self, table: Table, values: Mapping[str, Any], **equal: Any) -> int:
+        """Change the rows whose columns equal these; how many there were. Made once, like `_find`."""
+        named = {f"where_{name}": value for name, value in equal.items()}
+        statement = _changing(table, tuple(values), tuple(equal))
+        done = self._connection.execute(statement, {**values, "where_campus_id": self._campus_id, **named})
+        return int(done.rowcount)
+
     def _select(self, table: Table, *conditions: ColumnElement[bool]) -> Select[Any]:
         return select(table).where(table.c.campus_id == self._campus_id, *conditions)
 
     def _insert(self, table: Table, values: Mapping[str, Any]) -> None:
-        self._connection.execute(table.insert().values(campus_id=self._campus_id, **values))
+        self._connection.execute(_inserting(table), {"campus_id": self._campus_id, **values})
 
     def _put(self, table: Table, values: Mapping[str, Any]) -> None:
         """Insert the row, or replace the one of the same key."""

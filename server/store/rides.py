@@ -14,7 +14,7 @@ _tap = tables.taps.c
 
 class Rides(Repository):
     def get(self, ride_id: str) -> Ride | None:
-        return _optional(self._one(tables.rides, _ride.ride_id == ride_id))
+        return _optional(self._find(tables.rides, ride_id=ride_id))
 
     def by_code(self, ride_code: str) -> Ride | None:
         rows = self._many(
@@ -26,10 +26,10 @@ class Rides(Repository):
         return next((ride for ride in rides if not ride.has_ended), rides[0] if rides else None)
 
     def by_token(self, token: str) -> Ride | None:
-        return _optional(self._one(tables.rides, _ride.token == token))
+        return _optional(self._find(tables.rides, token=token))
 
     def by_idempotency_key(self, key: str) -> Ride | None:
-        return _optional(self._one(tables.rides, _ride.idempotency_key == key))
+        return _optional(self._find(tables.rides, idempotency_key=key))
 
     def in_states(self, states: Sequence[RideState]) -> tuple[Ride, ...]:
         return self._listed(_ride.state.in_([str(state) for state in states]))
@@ -46,16 +46,16 @@ class Rides(Repository):
         self._insert(tables.rides, _ride_to_row(ride))
 
     def save(self, ride: Ride) -> None:
-        self._update(tables.rides, _ride_to_row(ride), _ride.ride_id == ride.ride_id)
+        self._change(tables.rides, _ride_to_row(ride), ride_id=ride.ride_id)
 
     def add_tap(self, tap: Tap) -> None:
         self._insert(tables.taps, _tap_to_row(tap))
 
     def save_tap(self, tap: Tap) -> None:
-        self._update(tables.taps, _tap_to_row(tap), _tap.tap_id == tap.tap_id)
+        self._change(tables.taps, _tap_to_row(tap), tap_id=tap.tap_id)
 
     def tap(self, tap_id: str) -> Tap | None:
-        row = self._one(tables.taps, _tap.tap_id == tap_id)
+        row = self._find(tables.taps, tap_id=tap_id)
         return None if row is None else _tap_from_row(row)
 
     def pending_taps(self, vehicle_id: str) -> tuple[Tap, ...]:

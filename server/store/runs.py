@@ -10,7 +10,7 @@ _segment = tables.segments.c
 
 class Runs(Repository):
     def get(self, vehicle_id: str, boot_id: str) -> Run | None:
-        row = self._one(tables.runs, _run.vehicle_id == vehicle_id, _run.boot_id == boot_id)
+        row = self._find(tables.runs, vehicle_id=vehicle_id, boot_id=boot_id)
         return None if row is None else self.with_segments(row)
 
     def add(self, run: Run) -> None:
@@ -27,7 +27,7 @@ class Runs(Repository):
         )
 
     def segment(self, sha256: str) -> Segment | None:
-        row = self._one(tables.segments, _segment.sha256 == sha256)
+        row = self._find(tables.segments, sha256=sha256)
         return None if row is None else _segment_from_row(row)
 
     def add_segment(self, segment: Segment) -> None:

@@ -15,13 +15,13 @@ _occurrence = tables.occurrences.c
 
 class SeriesBook(Repository):
     def get(self, series_id: str) -> Series | None:
-        return _optional(self._one(tables.series, _series.series_id == series_id))
+        return _optional(self._find(tables.series, series_id=series_id))
 
     def by_token(self, token: str) -> Series | None:
-        return _optional(self._one(tables.series, _series.token == token))
+        return _optional(self._find(tables.series, token=token))
 
     def by_idempotency_key(self, key: str) -> Series | None:
-        return _optional(self._one(tables.series, _series.idempotency_key == key))
+        return _optional(self._find(tables.series, idempotency_key=key))
 
     def listed(
         self, states: Sequence[SeriesState] | None = None, limit: int | None = None
@@ -36,10 +36,10 @@ class SeriesBook(Repository):
         self._insert(tables.series, _to_row(series))
 
     def save(self, series: Series) -> None:
-        self._update(tables.series, _to_row(series), _series.series_id == series.series_id)
+        self._change(tables.series, _to_row(series), series_id=series.series_id)
 
     def occurrence(self, series_id: str, day: date) -> Occurrence | None:
-        row = self._one(tables.occurrences, _occurrence.series_id == series_id, _occurrence.day == day)
+        row = self._find(tables.occurrences, series_id=series_id, day=day)
         return None if row is None else _to_occurrence(row)
 
     def occurrences(self, series_id: str) -> tuple[Occurrence, ...]:

@@ -26,7 +26,7 @@ class Vehicles(Repository):
         self._history = History(connection, campus_id, locks)
 
     def get(self, vehicle_id: str) -> Vehicle | None:
-        row = self._one(tables.vehicles, _vehicle.vehicle_id == vehicle_id)
+        row = self._find(tables.vehicles, vehicle_id=vehicle_id)
         return None if row is None else vehicle_from_row(row)
 
     def all(self) -> tuple[Vehicle, ...]:
@@ -39,10 +39,10 @@ class Vehicles(Repository):
         self._insert(tables.vehicles, _vehicle_to_row(vehicle))
 
     def save(self, vehicle: Vehicle) -> None:
-        self._update(tables.vehicles, _vehicle_to_row(vehicle), _vehicle.vehicle_id == vehicle.vehicle_id)
+        self._change(tables.vehicles, _vehicle_to_row(vehicle), vehicle_id=vehicle.vehicle_id)
 
     def whereabouts(self, vehicle_id: str) -> Whereabouts | None:
-        row = self._one(tables.whereabouts, _where.vehicle_id == vehicle_id)
+        row = self._find(tables.whereabouts, vehicle_id=vehicle_id)
         return None if row is None else whereabouts_from_row(row)
 
     def all_whereabouts(self) -> tuple[Whereabouts, ...]:
@@ -53,7 +53,7 @@ class Vehicles(Repository):
         self._put(tables.whereabouts, {"vehicle_id": vehicle_id, "heard_at": at})
 
     def save_position(self, vehicle_id: str, status: Status) -> None:
-        self._update(tables.whereabouts, {"status": to_json(status)}, _where.vehicle_id == vehicle_id)
+        self._change(tables.whereabouts, {"status": to_json(status)}, vehicle_id=vehicle_id)
 
     def save_status(self, reports: Sequence[StatusReport]) -> None:
         newest = {report.vehicle_id: report for report in reports}
@@ -77,7 +77,7 @@ class Vehicles(Repository):
         )
 
     def command(self, command_id: str) -> VehicleCommand | None:
-        row = self._one(tables.vehicle_commands, _command.command_id == command_id)
+        row = self._find(tables.vehicle_commands, command_id=command_id)
         return None if row is None else _command_from_row(row)
 
     def pending_commands(self, vehicle_id: str) -> tuple[VehicleCommand, ...]:

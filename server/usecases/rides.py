@@ -26,6 +26,7 @@ from server.domain.errors import (
 from server.domain.events import ServerEvent
 from server.domain.incidents import Incident, IncidentKind
 from server.domain.rides import BookRide, Ride, RideState, Tap, TapKind, cancelled, ended
+from server.domain.service import ServiceCalendar
 from server.usecases import destinations, plans, topics
 from server.usecases.assign import assign_rides
 from server.usecases.calendars import calendar_of
@@ -51,12 +52,13 @@ def book(uow: UnitOfWork, request: BookRide) -> Ride:
 def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[Ride | DomainError]:
     """`book` for several at once, in this order, on one look at the fleet: a ride or an error for each."""
     answers: list[Ride | DomainError] = []
+    calendar = calendar_of(uow)
     asked: dict[str, tuple[Ride, BookRide]] = {}
     for request in requests:
         try:
             ride = _booked_before(uow, request)
             if ride is None:
-                ride = _requested(uow, request, _closing(uow, request))
+                ride = _requested(uow, request, _closing(uow, request, calendar))
                 uow.rides.add(ride)
                 asked[ride.ride_id] = ride, request
             answers.append(ride)
@@ -211,7 +213,7 @@ def require_bookable(uow: UnitOfWork, request: BookRide) -> None:
         raise StopUnreachable("no road leads from the one stop to the other")
 
 
-def _closing(uow: UnitOfWork, request: BookRide) -> datetime | None:
+def _closing(uow: UnitOfWork, request: BookRide, calendar: ServiceCalendar) -> datetime | None:
     """When the service closes after the ride; None when it does not.
 
     Raises NoService, BookingTooFarAhead and what require_bookable does.
@@ -222,7 +224,6 @@ def _closing(uow: UnitOfWork, request: BookRide) -> datetime | None:
     if (earliest - uow.now).total_seconds() > rules.booking_ahead_s_max:
         days = rules.booking_ahead_s_max / 86400.0
         raise BookingTooFarAhead(f"rides can be booked {days:.0f} days ahead at most")
-    calendar = calendar_of(uow)
     calendar.require_open(earliest)
     closes = calendar.closes_after(earliest)
     direct_s = uow.roads().direct_s(request.from_stop, request.to_stop)
