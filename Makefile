@@ -33,6 +33,9 @@ web/dist/built: web/package-lock.json $(shell find web/src web/public web/*.html
 
 # Numba kernels are compiled here, so that no tick and no booking ever waits for the compiler.
 .venv/warmed: .venv/installed $(shell find contract vehicle_agent simulator server -name '*.py' 2>/dev/null)
+	@# numba does not see that a kernel of another file has changed: it starts afresh when any file of kernels has.
+	@if grep -lqE "njit|@kernel|@inlined" $(filter %.py,$?) /dev/null; then \
+	  find contract vehicle_agent simulator server -name '*.nb[ic]' -delete; fi
 	$(PY) -m campusloop warm
 	@touch $@
 
