@@ -1,9 +1,10 @@
 """Long and random campaigns: `python -m tests.soak [NAME ...]`. Seeds are printed; exit 1 when one fails."""
 
+import os
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -16,6 +17,7 @@ class Campaign:
     name: str
     what: str
     command: tuple[str, ...]
+    environment: dict[str, str] = field(default_factory=dict)
 
 
 CAMPAIGNS = (
@@ -31,6 +33,12 @@ CAMPAIGNS = (
         "morning",
         "Table 1's morning on the schematic map, seed 1",
         (*CAMPUSLOOP, "demo", "--headless", "--map", SNOW_LION, "--from", "07:58", "--to", "10:05"),
+    ),
+    Campaign(
+        "stories",
+        "200 random stories of rides, vehicles, links and clocks; no ride may be lost",
+        (sys.executable, "-m", "pytest", "-q", "tests/server/usecases/test_ride_machine.py"),
+        {"CAMPUSLOOP_STORIES": "200"},
     ),
     Campaign(
         "missions",
@@ -52,7 +60,8 @@ def main() -> None:
             continue
         print(f"== {campaign.name}: {campaign.what}", flush=True)
         begun = time.monotonic()
-        code = subprocess.run(campaign.command, cwd=ROOT, check=False).returncode
+        environment = os.environ | campaign.environment
+        code = subprocess.run(campaign.command, cwd=ROOT, env=environment, check=False).returncode
         print(f"== {campaign.name}: exit {code} after {time.monotonic() - begun:.0f} s", flush=True)
         if code != 0:
             failed.append(campaign.name)

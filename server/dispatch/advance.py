@@ -3,18 +3,21 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from server.dispatch.arrays import AnyArray
+from server.dispatch.engine.compiled import kernel
 from server.dispatch.engine.plan import Plan, Scratch, refresh
-from server.dispatch.engine.task import Task, drive_s
+from server.dispatch.engine.task import LOAD_KINDS, Task, drive_s
 
 _START_LOCKED = 1
 _UNDER_WAY = 2
 
 
 class MadeLog(NamedTuple):
-    """Visits made: vehicle, node, at_s (n,) when each began, used (1,) how many of the rows are in use."""
+    """Visits made: vehicle, node, at_s (n,) when each began.
+
+    used (2,): rows in use, and routes that turned out to break a rule.
+    """
 
     vehicle: AnyArray
     node: AnyArray
@@ -23,10 +26,10 @@ class MadeLog(NamedTuple):
 
 
 def made_log(room: int) -> MadeLog:
-    return MadeLog(np.zeros(room, np.int32), np.zeros(room, np.int32), np.zeros(room), np.zeros(1, np.int64))
+    return MadeLog(np.zeros(room, np.int32), np.zeros(room, np.int32), np.zeros(room), np.zeros(2, np.int64))
 
 
-@njit(cache=True)
+@kernel
 def advance(task: Task, plan: Plan, scratch: Scratch, now_s: float, patience: float, made: MadeLog) -> float:
     """Move every vehicle on to `now_s` along its route, and write down the visits made; the seconds of the
     legs set out for.
@@ -35,7 +38,7 @@ def advance(task: Task, plan: Plan, scratch: Scratch, now_s: float, patience: fl
     waits can still be sent elsewhere, who has gone has time in hand. A vehicle's start then stands for where
     it was last, and the time at which it was or will be free there.
     """
-    made.used[0] = 0
+    made.used[0] = made.used[1] = 0
     driven_s = 0.0
     for v in range(len(plan.length)):
         start = plan.route[v, 0]
@@ -48,7 +51,7 @@ def advance(task: Task, plan: Plan, scratch: Scratch, now_s: float, patience: fl
                 if begins_s - leg_s > now_s:
                     break
                 _set_out(task, plan, v, begins_s, leg_s)
-                refresh(task, plan, scratch, v)
+                made.used[1] += not refresh(task, plan, scratch, v)
                 driven_s += leg_s
             if plan.least_s[v, 1] + task.service_s[node] > now_s:
                 break
@@ -56,16 +59,16 @@ def advance(task: Task, plan: Plan, scratch: Scratch, now_s: float, patience: fl
             made.vehicle[k], made.node[k], made.at_s[k] = v, node, plan.least_s[v, 1]
             made.used[0] = k + 1
             _leave_behind(task, plan, v)
-            refresh(task, plan, scratch, v)
+            made.used[1] += not refresh(task, plan, scratch, v)
         if plan.locked[v] < _UNDER_WAY and task.early_s[start] < now_s:
             task.early_s[start] = now_s
             plan.least_s[v, 0] = now_s
             if plan.length[v] > 2 and now_s + drive_s(task, start, plan.route[v, 1]) > plan.least_s[v, 1]:
-                refresh(task, plan, scratch, v)
+                made.used[1] += not refresh(task, plan, scratch, v)
     return driven_s
 
 
-@njit(cache=True)
+@kernel
 def _set_out(task: Task, plan: Plan, v: int, begins_s: float, leg_s: float) -> None:
     """From now on the next visit stays, and is made when it is planned; the duty has begun."""
     start, node = plan.route[v, 0], plan.route[v, 1]
@@ -78,18 +81,23 @@ def _set_out(task: Task, plan: Plan, v: int, begins_s: float, leg_s: float) -> N
         task.ride_s_max[start] = np.inf
 
 
-@njit(cache=True)
+@kernel
 def _leave_behind(task: Task, plan: Plan, v: int) -> None:
     """The vehicle is free where it has just been; a rider who got on has until then to be there."""
-    start, node = plan.route[v, 0], plan.route[v, 1]
+    start, node, following = plan.route[v, 0], plan.route[v, 1], plan.route[v, 2]
     free_s = plan.least_s[v, 1] + task.service_s[node]
     task.early_s[start] = free_s
-    task.load[start] += task.load[node]
+    if task.joined and task.place[following] == task.place[node]:
+        # They get on and off side by side: the next ones have begun already.
+        task.early_s[start] = min(free_s, plan.least_s[v, 2])
+    for kind in range(LOAD_KINDS):
+        task.load[start, kind] += task.load[node, kind]
     here, there = task.place[start], task.place[node]
     if task.travel_s.shape[0] > 0:
-        task.travel_s[here] = task.travel_s[there]
+        for place in range(task.travel_s.shape[1]):
+            task.travel_s[here, place] = task.travel_s[there, place]
     else:
-        task.xy[here] = task.xy[there]
+        task.xy[here, 0], task.xy[here, 1] = task.xy[there, 0], task.xy[there, 1]
     if node < 2 * len(plan.vehicle_of) and node & 1 == 0:
         task.late_s[node + 1] = min(task.late_s[node + 1], free_s + task.ride_s_max[node])
         task.ride_s_max[node] = np.inf
@@ -98,4 +106,4 @@ def _leave_behind(task: Task, plan: Plan, v: int) -> None:
         plan.route[v, k] = plan.route[v, k + 1]
     plan.length[v] = n - 1
     plan.locked[v] = _START_LOCKED
-    plan.least_s[v, 0] = free_s
+    plan.least_s[v, 0] = task.early_s[start]

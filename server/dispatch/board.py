@@ -52,8 +52,15 @@ class Board:
     overdue     requests, and names of fixed calls, that the present routes cannot keep in time any more
     """
 
-    def __init__(self, problem: Problem, spare: int = _SPARE_ROWS, patience: float = 0.0) -> None:
-        """patience  when vehicles set out in `advance`: 0 as early as there is something to do, 1 as late as
+    def __init__(
+        self,
+        problem: Problem,
+        spare: int = _SPARE_ROWS,
+        patience: float = 0.0,
+        visits: int = _SPARE_VISITS,
+    ) -> None:
+        """spare, visits  room for so many more requests, and for so many more visits of one vehicle
+        patience  when vehicles set out in `advance`: 0 as early as there is something to do, 1 as late as
         every promise still allows"""
         self.problem = problem
         self.origin_s = min((vehicle.ready_s for vehicle in problem.vehicles), default=0.0)
@@ -70,7 +77,7 @@ class Board:
         fixed += sum(len(chain.calls) for chain in problem.open_chains)
         self._next_fixed = 2 * (capacity + len(problem.vehicles))
         self.task = _blank_task(problem, capacity, self._next_fixed + 2 * fixed)
-        room = max((_visits(vehicle) for vehicle in problem.vehicles), default=0) + _SPARE_VISITS
+        room = max((_visits(vehicle) for vehicle in problem.vehicles), default=0) + visits
         self.plan: Plan = empty_plan(self.task, room + 2 * fixed)
         self.scratch: Scratch = scratch_for(self.task, room + 2 * fixed)
         self.accepts = np.zeros(len(problem.vehicles), np.bool_)
@@ -265,6 +272,8 @@ class Board:
         self._driven_s += advance(
             self.task, self.plan, self.scratch, now_s - self.origin_s, self._patience, self._made
         )
+        if self._made.used[1]:
+            raise RuntimeError("a route that kept every rule broke one by being driven as planned")
         made: list[Made] = []
         for k in range(int(self._made.used[0])):
             node, v = int(self._made.node[k]), int(self._made.vehicle[k])

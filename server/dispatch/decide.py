@@ -3,10 +3,10 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 
 from server.dispatch.arrays import AnyArray
 from server.dispatch.board import Board
+from server.dispatch.engine.compiled import kernel
 from server.dispatch.engine.draw import seeded
 from server.dispatch.engine.insertion import best_place, insert
 from server.dispatch.engine.plan import Plan, Scratch
@@ -45,11 +45,12 @@ def offers_for(board: Board, request_id: str) -> Offers:
     wish = board.requests[r]
     choices = _choices(wish) if wish.pickup_walks or wish.dropoff_walks else [(wish, 0.0)]
     found: list[Offer] = []
+    rows, costs = np.zeros((2, 3), np.int64), np.zeros(2)
     for request, walk_s in choices:
         if request is not wish:
             board.write(r, request)
         walked = walk_s * request.party * board.problem.weights.walk
-        rows, costs = _two_cheapest(board.task, board.plan, board.scratch, board.accepts, r, _NO_DRAWS)
+        _two_cheapest(board.task, board.plan, board.scratch, board.accepts, r, _NO_DRAWS, rows, costs)
         found += [
             Offer(int(v), int(i), int(j), float(cost) + walked, request)
             for (v, i, j), cost in zip(rows, costs, strict=True)
@@ -95,22 +96,31 @@ def _choices(wish: Request) -> list[tuple[Request, float]]:
 _NO_DRAWS = seeded(0)
 
 
-@njit(cache=True)
+@kernel
 def _two_cheapest(
-    task: Task, plan: Plan, scratch: Scratch, accepts: AnyArray, r: int, rng: AnyArray
-) -> tuple[AnyArray, AnyArray]:
-    """(2, 3) vehicle, i, j and (2,) extra cost of the two vehicles that serve r most cheaply."""
-    rows = np.full((2, 3), NOBODY)
-    costs = np.full(2, np.inf)
+    task: Task,
+    plan: Plan,
+    scratch: Scratch,
+    accepts: AnyArray,
+    r: int,
+    rng: AnyArray,
+    rows: AnyArray,
+    costs: AnyArray,
+) -> None:
+    """Fill (2, 3) rows with vehicle, i, j and (2,) costs with the extra cost of the two vehicles that serve r
+    most cheaply; NOBODY and inf where there are fewer."""
+    for k in range(2):
+        rows[k, 0], costs[k] = NOBODY, np.inf
     for v in range(len(plan.length)):
         if not accepts[v]:
             continue
         cost, i, j = best_place(task, plan, scratch, v, r, costs[1], 0.0, rng)
         if cost < costs[0]:
-            costs[1], rows[1] = costs[0], rows[0]
+            costs[1] = costs[0]
+            for column in range(3):
+                rows[1, column] = rows[0, column]
             costs[0] = cost
             rows[0, 0], rows[0, 1], rows[0, 2] = v, i, j
         elif cost < costs[1]:
             costs[1] = cost
             rows[1, 0], rows[1, 1], rows[1, 2] = v, i, j
-    return rows, costs

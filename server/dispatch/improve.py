@@ -5,9 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from server.dispatch.arrays import AnyArray
 from server.dispatch.board import Board
 from server.dispatch.engine.optimise import Optimiser, Settings
 from server.dispatch.engine.plan import ABSENT, total_cost
+from server.dispatch.part import part_of, put_back
 
 _WORTH_S = 1.0
 # A plan in use is good already: what is far from it is not worth a visit.
@@ -30,19 +32,62 @@ def improve(board: Board, cooling: Cooling, seed: int, most: int, go_on: Callabl
     Requests that nobody carries are tried again. The routes stay as they are unless they become cheaper by a
     second at least: people are not told new times for nothing.
     """
-    used = [board.rows[name] for name in board.rows]
-    movable = [r for r in used if board.plan.movable[r]]
-    if cooling.slices == 0 or not movable or not board.accepts.any():
+    used = np.array(sorted(board.rows.values()), dtype=np.int64)
+    absent = used[board.plan.vehicle_of[used] == ABSENT]
+    movable = used[board.plan.movable[used]]
+    accepting = np.flatnonzero(board.accepts)
+    if cooling.slices == 0 or not len(movable) or not len(accepting):
         return 0
-    absent = [r for r in used if board.plan.vehicle_of[r] == ABSENT]
-    if len(movable) == 1 and np.count_nonzero(board.accepts) == 1 and not absent:
+    if len(movable) == 1 and len(accepting) == 1 and not len(absent):
+        return 0
+    return _improve_part(board, accepting, absent, cooling, seed, most, go_on)
+
+
+def improve_around(board: Board, v: int, vehicles: int, attempts: int, seed: int) -> None:
+    """The same for vehicle v and those whose next stops are nearest to its own: for fleets that are too large
+    to be searched as one."""
+    accepting = np.flatnonzero(board.accepts)
+    if vehicles < len(accepting):
+        apart = _apart(board, v, accepting)
+        accepting = np.sort(accepting[np.argsort(apart, kind="stable")[:vehicles]])
+    nobody = np.zeros(0, np.int64)
+    _improve_part(board, accepting, nobody, Cooling(1, attempts), seed, 1, lambda: True)
+
+
+def _improve_part(
+    board: Board,
+    vehicles: AnyArray,
+    absent: AnyArray,
+    cooling: Cooling,
+    seed: int,
+    most: int,
+    go_on: Callable[[], bool],
+) -> int:
+    part = part_of(board, vehicles, absent)
+    if part.task.requests == 0:
         return 0
     settings = Settings(
         attempts=cooling.attempts, cycle=cooling.slices + 1, hot=_HOT, columns=_COLUMNS, visits=_VISITS
     )
-    search = Optimiser(board.task, seed, settings, start=board.plan)
+    search = Optimiser(part.task, seed, settings, start=part.plan)
     while search.slices < most and go_on():
         search.run_slice()
-    if search.cost < float(total_cost(board.task, board.plan)) - _WORTH_S:
-        board.adopt(search.best)
+    if search.cost < float(total_cost(part.task, part.plan)) - _WORTH_S:
+        put_back(board, part, search.best)
     return search.slices
+
+
+def _apart(board: Board, v: int, others: AnyArray) -> AnyArray:
+    """(others,) driving between the first visits ahead of each vehicle and those of v; where it stands for
+    one without."""
+    task, plan = board.task, board.plan
+    first = np.where(plan.length[others] > 2, plan.route[others, 1], plan.route[others, 0])
+    mine = int(plan.route[v, 1] if plan.length[v] > 2 else plan.route[v, 0])
+    if len(task.travel_s) == 0:
+        away: AnyArray = np.linalg.norm(task.xy[task.place[first]] - task.xy[task.place[mine]], axis=1)
+        return away
+    places = task.travel_s.shape[1]
+    target = int(task.place[mine])
+    if target >= places:
+        target = int(np.argmin(task.travel_s[target]))
+    return np.asarray(task.travel_s[task.place[first], target])

@@ -40,4 +40,5 @@ def _settle(task: Task, nodes: AnyArray, n: int, at_s: AnyArray, where: AnyArray
             ride_s = at_s[k] - at_s[where[b - 1]] - task.service_s[b - 1]
             if ride_s > task.ride_s_max[b - 1] + EPSILON_S:
                 task.ride_s_max[b - 1] = ride_s + _ROOM_S
+                late[k] = True
     return nodes[:n][late]

@@ -75,8 +75,12 @@ class Series:
         """Its days in order; one whose time had passed when the booking was made is none of them."""
         for offset in range((self.ends_on - self.starts_on).days + 1):
             day = self.starts_on + timedelta(days=offset)
-            if day.weekday() in self.weekdays and self.leaves_at(day, zone) >= self.made_at:
+            if self.has_day(day, zone):
                 yield day
+
+    def has_day(self, day: date, zone: ZoneInfo) -> bool:
+        within = self.starts_on <= day <= self.ends_on and day.weekday() in self.weekdays
+        return within and self.leaves_at(day, zone) >= self.made_at
 
     def leaves_at(self, day: date, zone: ZoneInfo) -> datetime:
         """The local time on that day, whatever the clocks did in between."""

@@ -23,7 +23,9 @@ class SeriesBook(Repository):
     def by_idempotency_key(self, key: str) -> Series | None:
         return _optional(self._one(tables.series, _series.idempotency_key == key))
 
-    def listed(self, states: Sequence[SeriesState] | None = None, limit: int = 1000) -> tuple[Series, ...]:
+    def listed(
+        self, states: Sequence[SeriesState] | None = None, limit: int | None = None
+    ) -> tuple[Series, ...]:
         statement = self._select(tables.series)
         if states is not None:
             statement = statement.where(_series.state.in_([str(state) for state in states]))
@@ -43,6 +45,12 @@ class SeriesBook(Repository):
     def occurrences(self, series_id: str) -> tuple[Occurrence, ...]:
         statement = self._select(tables.occurrences, _occurrence.series_id == series_id)
         return tuple(_to_occurrence(row) for row in self._many(statement.order_by(_occurrence.day)))
+
+    def occurrences_between(self, first: date, last: date) -> tuple[Occurrence, ...]:
+        within = _occurrence.day.between(first, last)
+        statement = self._select(tables.occurrences, within)
+        rows = self._many(statement.order_by(_occurrence.series_id, _occurrence.day))
+        return tuple(_to_occurrence(row) for row in rows)
 
     def save_occurrence(self, occurrence: Occurrence) -> None:
         self._put(

@@ -49,12 +49,11 @@ def assign_rides(uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind) ->
         terms = replace(terms, later_s_max=0.0)
     promised = {ride.ride_id for ride in wanted if ride.promise is not None}
     answers = answer_all(board, [ride.ride_id for ride in wanted], terms, promised)
-    changed: dict[int, None] = {}
     for ride, answer in zip(wanted, answers, strict=True):
         if answer.best is not None:
-            changed[board.planned(ride.ride_id).vehicle] = None
             _promise(snapshot, board, ride, answer)
-    commit(uow, snapshot, [board.route(v) for v in sorted(changed)])
+    # All of them: a ride that comes from another vehicle leaves that one's route.
+    commit(uow, snapshot, board.routes())
     if kind == "booking" or any(answer.best for answer in answers):
         given = msgspec.json.encode(Given(terms, tuple(sorted(promised))))
         _keep(uow, snapshot, problem, answers, kind, given)

@@ -10,6 +10,7 @@ from server.domain.rides import Ride, RideState, boarded, ended
 from server.usecases import plans, topics
 from server.usecases.incidents import clear_incident, open_incident
 from server.usecases.ports import UnitOfWork
+from server.usecases.routes import visits_of
 
 
 def rider_boarded(uow: UnitOfWork, vehicle_id: str, event: RiderBoarded) -> None:
@@ -27,8 +28,9 @@ def rider_boarded(uow: UnitOfWork, vehicle_id: str, event: RiderBoarded) -> None
     uow.rides.save(replace(aboard, vehicle_id=vehicle_id))
     _tell(uow, ride, "ride.boarded", vehicle_id, event.how)
     if not expected:
-        if planned_by is not None and planned_by != vehicle_id:
-            plans.replan(uow, planned_by)
+        for other in visits_of(uow.plans.all(), ride.ride_id):
+            if other != vehicle_id:
+                plans.replan(uow, other)
         plans.replan(uow, vehicle_id)
     return None
 

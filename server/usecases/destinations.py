@@ -49,10 +49,9 @@ def change_destination(uow: UnitOfWork, ride: Ride, to_stop: str, by: str) -> Ri
     if to_stop == ride.to_stop and not ride.let_out:
         return ride
     wish = redirected(ride, to_stop)
-    if ride.state in (RideState.REQUESTED, RideState.ASSIGNED):
+    changed = _let_out_there(uow, wish)
+    if changed is None:
         changed = _inserted_anew(uow, wish)
-    else:
-        changed = _let_out_there(uow, wish)
     _require_before_closing(uow, changed)
     _tell(uow, changed, "ride.destination_changed", by, f"{ride.to_stop} to {to_stop}")
     return changed
@@ -99,6 +98,10 @@ def _require_before_closing(uow: UnitOfWork, ride: Ride) -> None:
         raise NoService(closing_words(calendar_of(uow), closes))
 
 
+def _is_planned_for(snapshot: Snapshot, ride: Ride) -> bool:
+    return any(vehicle.vehicle_id == ride.vehicle_id for vehicle in snapshot.problem.vehicles)
+
+
 def _vehicle_of(snapshot: Snapshot, ride: Ride) -> VehicleState:
     for vehicle in snapshot.problem.vehicles:
         if vehicle.vehicle_id == ride.vehicle_id:
@@ -107,11 +110,16 @@ def _vehicle_of(snapshot: Snapshot, ride: Ride) -> VehicleState:
     raise DestinationRefused(detail, "no_vehicle_free")
 
 
-# ---------------------------------------------------------------- waiting: inserted like a booking
+# ---------------------------------------------------------------- on another vehicle: inserted like a booking
 
 
 def _inserted_anew(uow: UnitOfWork, wish: Ride) -> Ride:
-    """By whichever vehicle suits best. Its pickup window stays promised, its arrival is promised anew."""
+    """By whichever vehicle can. Its pickup window stays promised, its arrival is promised anew."""
+    if wish.state in (RideState.BOARDING, RideState.ABOARD):
+        raise DestinationRefused(
+            "others in the shuttle, or waiting for it, could not be there in time; your ride stays as it was",
+            "arrival",
+        )
     free = wish if wish.state is RideState.REQUESTED else unassigned(wish)
     open_ended = None
     if wish.promise is not None:
@@ -132,23 +140,23 @@ def _ride_s_max(uow: UnitOfWork, ride: Ride) -> float:
     return max(uow.rules.detour_ratio_max * direct_s, direct_s + uow.rules.detour_s_min)
 
 
-# ---------------------------------------------------------------- boarding or aboard: on the same vehicle
+# ---------------------------------------------------------------- on the vehicle that has it
 
 
-def _let_out_there(uow: UnitOfWork, wish: Ride) -> Ride:
+def _let_out_there(uow: UnitOfWork, wish: Ride) -> Ride | None:
+    """By the vehicle that comes or has come for it, whose way to the pickup stays; None where that fails."""
+    if wish.vehicle_id is None:
+        return None
     snapshot = take_snapshot(uow)
+    if wish.state is RideState.ASSIGNED and not _is_planned_for(snapshot, wish):
+        return None
     vehicle = _vehicle_of(snapshot, wish)
     place = uow.roads().stop_numbers[wish.to_stop]
     if not np.isfinite([*snapshot.problem.times[:, place], vehicle.to_places_s[place]]).any():
         raise StopUnreachable("the shuttle finds no way to that stop")
     count = len(_without(vehicle, wish.ride_id)) + 1
     route = _dropping(uow, snapshot, vehicle, wish, range(count))
-    if route is None:
-        raise DestinationRefused(
-            "others in the shuttle, or waiting for it, could not be there in time; your ride stays as it was",
-            "arrival",
-        )
-    return _carried_out(uow, snapshot, wish, route)
+    return None if route is None else _carried_out(uow, snapshot, wish, route)
 
 
 def _dropping(
@@ -158,7 +166,8 @@ def _dropping(
     breaks a promise."""
     place = uow.roads().stop_numbers[wish.to_stop]
     request = snapshot.problem.requests[wish.ride_id]
-    patient = replace(request, dropoff=place, arrive_by_s=math.inf, ride_s_max=math.inf)
+    longest_s = math.inf if wish.state is RideState.ABOARD else _ride_s_max(uow, wish)
+    patient = replace(request, dropoff=place, arrive_by_s=math.inf, ride_s_max=longest_s)
     requests = snapshot.problem.requests | {wish.ride_id: patient}
     before = Board(replace(snapshot.problem, vehicles=(vehicle,), open_requests=()))
     found: Board | None = None

@@ -278,7 +278,9 @@ class SeriesRepository(Protocol):
 
     def by_idempotency_key(self, key: str) -> Series | None: ...
 
-    def listed(self, states: Sequence[SeriesState] | None = None, limit: int = 1000) -> tuple[Series, ...]:
+    def listed(
+        self, states: Sequence[SeriesState] | None = None, limit: int | None = None
+    ) -> tuple[Series, ...]:
         """Newest first."""
         ...
 
@@ -290,6 +292,10 @@ class SeriesRepository(Protocol):
 
     def occurrences(self, series_id: str) -> tuple[Occurrence, ...]:
         """Those that something has happened to, by day."""
+        ...
+
+    def occurrences_between(self, first: date, last: date) -> tuple[Occurrence, ...]:
+        """Everybody's on these days, both included."""
         ...
 
     def save_occurrence(self, occurrence: Occurrence) -> None: ...

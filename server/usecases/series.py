@@ -125,7 +125,7 @@ def cancel_occurrence(uow: UnitOfWork, series_id: str, day: date, by: str) -> Se
     """Only this day. Raises SeriesUnknown (also: none of its days), SeriesEnded, OccurrenceEnded."""
     series, zone = series_of(uow, series_id), calendar_of(uow).zone
     require_active(series)
-    if day not in series.days(zone):
+    if not series.has_day(day, zone):
         raise SeriesUnknown(f"this recurring booking has no ride on {day:%A %d %B %Y}")
     present = uow.series.occurrence(series_id, day) or _fresh(series, day, zone_leave(uow, series, day))
     gone = domain.taken_out(present, by)
@@ -144,11 +144,14 @@ def due_rides(uow: UnitOfWork) -> tuple[DueRide, ...]:
     calendar = calendar_of(uow)
     horizon = uow.now + timedelta(seconds=uow.rules.series_ahead_s)
     first, last = calendar.day_of(uow.now) - timedelta(days=1), calendar.day_of(horizon)
+    known = {(made.series_id, made.day): made for made in uow.series.occurrences_between(first, last)}
     due = []
     for series in uow.series.listed([SeriesState.ACTIVE]):
         for offset in range((last - first).days + 1):
             day = first + timedelta(days=offset)
-            if _is_due(uow, calendar, series, day, horizon):
+            leave_at = series.leaves_at(day, calendar.zone)
+            within = series.has_day(day, calendar.zone) and leave_at <= horizon
+            if within and _wants_a_try(uow, leave_at, known.get((series.series_id, day))):
                 due.append(DueRide(series.series_id, day))
     return tuple(due)
 
@@ -269,12 +272,7 @@ def _is_open(occurrence: Occurrence) -> bool:
     return occurrence.state in (OccurrenceState.PLANNED, OccurrenceState.TRYING)
 
 
-def _is_due(uow: UnitOfWork, calendar: ServiceCalendar, series: Series, day: date, horizon: datetime) -> bool:
-    leave_at = series.leaves_at(day, calendar.zone)
-    within = series.starts_on <= day <= series.ends_on and day.weekday() in series.weekdays
-    if not within or leave_at < series.made_at or leave_at > horizon:
-        return False
-    known = uow.series.occurrence(series.series_id, day)
+def _wants_a_try(uow: UnitOfWork, leave_at: datetime, known: Occurrence | None) -> bool:
     if known is None or known.tried_at is None:
         return known is None or _is_open(known)
     waited_s = (uow.now - known.tried_at).total_seconds()

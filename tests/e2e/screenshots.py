@@ -53,10 +53,21 @@ def photograph(camera: Camera, shuttles: list[ScriptedShuttle]) -> None:
     booking = camera.open("/", **PHONE)
     fill_booking(booking, "Main Library", "Life Sciences")
     camera.take(booking, "phone-booking")
+    photograph_repeat(camera)
     chinese = camera.open("/", **PHONE, color_scheme="dark")
     ride_codes = photograph_rides(camera, chinese)
     print("rides:", ", ".join(ride_codes))
     photograph_console(camera)
+
+
+def photograph_repeat(camera: Camera) -> None:
+    phone = camera.open("/", **PHONE)
+    fill_booking(phone, "Main Library", "Gymnasium")
+    phone.get_by_role("button", name="Repeat").click()
+    camera.take(phone, "phone-repeat")
+    phone.get_by_role("button", name="Book every chosen day").click()
+    phone.locator("[data-day]").first.wait_for()
+    camera.take(phone, "phone-series")
 
 
 def photograph_live(camera: Camera, password: str) -> None:
@@ -89,6 +100,9 @@ def photograph_rides(camera: Camera, chinese: Page) -> list[str]:
     codes.append(book(chinese, "Academy of Fine Arts", "Management Building"))
     chinese.get_by_role("button", name="中文").click()
     camera.take(chinese, "phone-ride-dark-zh")
+    phone.get_by_role("button", name="Change destination").click()
+    camera.take(phone, "phone-destination")
+    phone.get_by_role("button", name="Back").click()
     phone.get_by_role("button", name="Help").click()
     camera.take(phone, "phone-help")
     phone.get_by_role("button", name="Call for help").click()
@@ -105,7 +119,7 @@ def photograph_console(camera: Camera) -> None:
         camera.take(console, f"console-live{suffix}")
         show_vehicle(console, "Shuttle 1")
         camera.take(console, f"console-vehicle{suffix}")
-        for title in ("Rides", "Incidents", "Runs", "Access"):
+        for title in ("Rides", "Service", "Incidents", "Runs", "Access"):
             console.get_by_role("link", name=title).click()
             camera.take(console, f"console-{title.lower()}{suffix}")
         console.goto(console.url.split("#")[0] + "#/runs/shuttle-1/boot-1")

@@ -97,6 +97,36 @@ def test_an_enrolment_code_and_a_token_are_made_and_the_token_revoked(console: P
     expect(line).to_contain_text("revoked")
 
 
+def test_a_holiday_is_entered_and_taken_back(console: Page, server: ServerProcess) -> None:
+    console.get_by_role("link", name="Service").click()
+    console.get_by_label("Day", exact=True).fill("2099-12-25")
+    console.get_by_label("Name or reason").fill("Founding Day")
+    console.get_by_role("button", name="Enter the day").click()
+    line = console.locator('[data-exception="2099-12-25"]')
+    expect(line).to_contain_text("Founding Day")
+    assert server.http.get("/timetable", params={"day": "2099-12-25"}).json()["holiday"] == "Founding Day"
+    line.get_by_role("button", name="Remove").click()
+    expect(line).to_have_count(0)
+
+
+def test_a_calendar_is_entered_changed_and_removed(console: Page) -> None:
+    console.get_by_role("link", name="Service").click()
+    console.get_by_role("button", name="New calendar").click()
+    console.get_by_label("Id of the service").fill("term")
+    console.get_by_label("Name of the calendar").fill("Term")
+    console.get_by_role("button", name="Save").click()
+    line = console.locator('[data-service="term"]')
+    expect(line).to_contain_text("Mon Tue Wed Thu Fri")
+    line.get_by_role("button", name="Change").click()
+    console.get_by_label("Sat").check()
+    console.get_by_label("Last day (optional)").fill("2099-01-15")
+    console.get_by_role("button", name="Save").click()
+    expect(line).to_contain_text("Sat")
+    expect(line).to_contain_text("2099")
+    line.get_by_role("button", name="Remove").click()
+    expect(line).to_have_count(0)
+
+
 def test_a_recorded_run_is_replayed_at_any_moment_and_speed(
     console: Page, server: ServerProcess, shuttle: ScriptedShuttle, tmp_path: Path
 ) -> None:
@@ -124,7 +154,9 @@ def test_the_console_speaks_chinese(console: Page) -> None:
     expect(console.get_by_role("link", name="行程")).to_be_visible()
 
 
-@pytest.mark.parametrize("place", ["live", "live/shuttle-1", "rides", "incidents", "runs", "access"])
+@pytest.mark.parametrize(
+    "place", ["live", "live/shuttle-1", "rides", "service", "incidents", "runs", "access"]
+)
 def test_nothing_sticks_out_on_a_phone(open_page: OpenPage, server: ServerProcess, place: str) -> None:
     page = open_page("/console", **(PHONE | {"viewport": {"width": 360, "height": 740}}))
     sign_in(page)

@@ -62,6 +62,55 @@ def test_a_ride_is_boarded_and_left_by_taps_that_open_when_the_shuttle_stands_th
     expect(page.get_by_role("heading", name="Ride completed")).to_be_visible()
 
 
+def test_another_destination_is_chosen_on_the_way_and_the_promise_told_anew(
+    open_page: OpenPage, shuttle: ScriptedShuttle
+) -> None:
+    page = open_page("/", **PHONE)
+    book(page, "Main Library", "Gymnasium")
+    page.get_by_role("button", name="Change destination").click()
+    page.get_by_role("searchbox").fill("Management")
+    page.locator(".stop-choice").first.click()
+    expect(page.locator(".trip")).to_contain_text("Management Building")
+    expect(page.locator(".trip")).to_contain_text(re.compile(r"There by \d\d:\d\d"))
+    cancel(page)
+
+
+def test_who_rides_can_get_off_early(open_page: OpenPage, shuttle: ScriptedShuttle) -> None:
+    page = open_page("/", **PHONE)
+    shuttle.speed_mps = QUICK_MPS
+    book(page, "Main Library", "Gymnasium")
+    aboard = page.get_by_role("button", name="I’m on board")
+    expect(aboard).to_be_enabled(timeout=90_000)
+    shuttle.speed_mps = 0.5
+    aboard.click()
+    page.get_by_role("button", name="Get off at the next stop").click()
+    page.get_by_role("dialog").get_by_role("button", name="Get off at the next stop").click()
+    expect(page.get_by_text("You will be let out at the stop below.")).to_be_visible()
+    shuttle.speed_mps = QUICK_MPS
+    off = page.get_by_role("button", name="I’m off")
+    expect(off).to_be_enabled(timeout=90_000)
+    off.click()
+    expect(page.get_by_text("You got off before your stop.")).to_be_visible()
+
+
+def test_a_ride_is_repeated_and_one_day_or_all_are_cancelled(open_page: OpenPage) -> None:
+    page = open_page("/", **PHONE)
+    fill_booking(page, "Main Library", "Gymnasium")
+    page.get_by_role("button", name="Repeat").click()
+    page.get_by_role("button", name="Saturday").click()
+    page.get_by_label("Earliest pickup").fill("17:05")
+    page.get_by_role("button", name="Book every chosen day").click()
+    expect(page.get_by_role("heading", name="Your recurring booking")).to_be_visible()
+    expect(page.locator(".trip")).to_contain_text("Mon Tue Wed Thu Fri Sat · 17:05")
+    page.reload()
+    last = page.locator("[data-day]").last
+    last.get_by_role("button", name="Not this day").click()
+    expect(last).to_have_attribute("data-state", "cancelled")
+    page.get_by_role("button", name="Cancel all rides").click()
+    page.get_by_role("dialog").get_by_role("button", name="Cancel all rides").click()
+    expect(page.get_by_text("This booking was cancelled.")).to_be_visible()
+
+
 def test_a_refusal_names_the_rule_and_keeps_what_was_filled_in(
     open_page: OpenPage, shuttle: ScriptedShuttle
 ) -> None:

@@ -3,7 +3,7 @@
 import itertools
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -38,6 +38,18 @@ def migrated_template(postgres_server: str) -> str:
     upgrade_to_head(engine)
     engine.dispose()
     return postgres_server
+
+
+@pytest.fixture
+def new_postgresql(migrated_template: str) -> Callable[[], str]:
+    """The URL of a new database with all tables at every call; they go with the server."""
+
+    def made() -> str:
+        name = f"campusloop_{next(_numbers)}"
+        _run(migrated_template, f"CREATE DATABASE {name} TEMPLATE campusloop_template")
+        return _database(migrated_template, name)
+
+    return made
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])

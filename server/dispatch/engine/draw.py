@@ -1,9 +1,10 @@
 """Random numbers inside compiled kernels: one 64-bit state that the caller owns, so that a search repeats."""
 
 import numpy as np
-from numba import njit, uint64
+from numba import uint64
 
 from server.dispatch.arrays import AnyArray
+from server.dispatch.engine.compiled import kernel
 
 # SplitMix64 (Steele, Lea, Flood 2014).
 _STEP = np.uint64(0x9E3779B97F4A7C15)
@@ -17,7 +18,7 @@ def seeded(seed: int) -> AnyArray:
     return np.array([seed % 2**64], dtype=np.uint64)
 
 
-@njit(cache=True)
+@kernel
 def bits(state: AnyArray) -> np.uint64:
     """The next 64 bits."""
     state[0] += _STEP
@@ -27,19 +28,19 @@ def bits(state: AnyArray) -> np.uint64:
     return np.uint64(z ^ (z >> uint64(31)))
 
 
-@njit(cache=True)
+@kernel
 def uniform(state: AnyArray) -> float:
     """In [0, 1)."""
     return np.float64(bits(state) >> uint64(11)) * _SCALE
 
 
-@njit(cache=True)
+@kernel
 def below(state: AnyArray, n: int) -> int:
     """A whole number in [0, n)."""
     return int(uniform(state) * n)
 
 
-@njit(cache=True)
+@kernel
 def shuffle(state: AnyArray, items: AnyArray, n: int) -> None:
     """Put the first n items in random order (Fisher and Yates)."""
     for k in range(n - 1, 0, -1):

@@ -1,22 +1,22 @@
 """Where a request fits into a route, and at what cost.
 
-For each pair of positions a few comparisons with the route's earliest and latest times, its loads and
-the best
-cost so far settle nearly every case; only a pair that would be the new best is timed exactly. So a test takes
-constant time, amortised (the idea of Savelsbergh 1992 and Gschwind and Drexl 2019; the exact check is ours).
+For each pair of positions a few comparisons with the route's earliest and latest times and its loads settle
+nearly every case; of those that are left, the cheapest is timed exactly, then the next one until one passes.
+So a test takes constant time, amortised (the idea of Savelsbergh 1992 and Gschwind and Drexl 2019; the exact
+check is ours).
 """
 
 import numpy as np
-from numba import njit
 
 from server.dispatch.arrays import AnyArray
+from server.dispatch.engine.compiled import inlined, kernel
 from server.dispatch.engine.draw import uniform
 from server.dispatch.engine.plan import Plan, Scratch, refresh
 from server.dispatch.engine.task import EPSILON_S, LOAD_KINDS, Task, drive_s, stand_s
 from server.dispatch.engine.timing import least_times
 
 
-@njit(cache=True)
+@kernel
 def _fits(load: AnyArray, more: AnyArray, capacity: AnyArray) -> bool:
     for kind in range(LOAD_KINDS):  # noqa: SIM110 - compiled: a loop, not a generator
         if load[kind] + more[kind] > capacity[kind]:
@@ -24,10 +24,8 @@ def _fits(load: AnyArray, more: AnyArray, capacity: AnyArray) -> bool:
     return True
 
 
-@njit(cache=True)
-def exact_cost(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int, j: int) -> float:
-    """Cost of route v with r's pickup after position i and its drop-off after j (both as they are now); inf
-    where a rule breaks."""
+@inlined
+def _exact_cost(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int, j: int) -> float:
     n = plan.length[v]
     nodes, at_s = scratch.nodes, scratch.at_s
     route, least = plan.route[v], plan.least_s[v]
@@ -55,7 +53,14 @@ def exact_cost(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int,
     return driven + cost if driven <= task.drive_s_max[v] else np.inf
 
 
-@njit(cache=True)
+@kernel
+def exact_cost(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int, j: int) -> float:
+    """Cost of route v with r's pickup after position i and its drop-off after j (both as they are now); inf
+    where a rule breaks."""
+    return _exact_cost(task, plan, scratch, v, r, i, j)
+
+
+@kernel
 def best_place(
     task: Task, plan: Plan, scratch: Scratch, v: int, r: int, below: float, blink: float, rng: AnyArray
 ) -> tuple[float, int, int]:
@@ -73,7 +78,16 @@ def best_place(
     best, best_i, best_j = below, -1, -1
     opening = task.vehicle_cost[v] if n == 2 else 0.0
     ride_max = task.ride_s_max[p] + task.service_s[p]
+    p_to_d = drive_s(task, p, d)
+    candidates = 0
     for i in range(plan.locked[v] - 1, n - 1):
+        if candidates > len(scratch.extra) - n:
+            best, best_i, best_j = _settled(
+                task, plan, scratch, v, r, candidates, best, best_i, best_j, blink, rng
+            )
+            if best == np.inf:
+                best, best_i = below, -1
+            candidates = 0
         # Most positions are hours away: they are told by the times alone.
         if most[i + 1] < task.early_s[p]:
             continue
@@ -91,7 +105,7 @@ def best_place(
         p_to_b = drive_s(task, p, b)
         latest_p = min(task.late_s[p], most[i + 1] - stand_s(task, p, b) - p_to_b)
         # Straight on to the drop-off.
-        p_to_d, d_to_b = drive_s(task, p, d), drive_s(task, d, b)
+        d_to_b = drive_s(task, d, b)
         at_d = max(task.early_s[d], at_p + stand_s(task, p, d) + p_to_d)
         extra = waited + to_p + p_to_d + d_to_b - skipped + task.delay_cost[d] * (at_d - task.early_s[d])
         if (
@@ -99,9 +113,13 @@ def best_place(
             and at_d <= task.late_s[d] + EPSILON_S
             and at_d + stand_s(task, d, b) + d_to_b <= most[i + 1] + EPSILON_S
         ):
-            cost = exact_cost(task, plan, scratch, v, r, i, i) - plan.cost[v]
-            if cost < best and (blink == 0.0 or uniform(rng) >= blink):
-                best, best_i, best_j = cost, i, i
+            if task.plain:
+                if blink == 0.0 or uniform(rng) >= blink:
+                    best, best_i, best_j = extra, i, i
+            else:
+                scratch.extra[candidates] = extra
+                scratch.pair[candidates, 0], scratch.pair[candidates, 1] = i, i
+                candidates += 1
         # With others in between.
         at = at_p + stand_s(task, p, b) + p_to_b
         detour = waited + to_p + p_to_b - skipped
@@ -119,16 +137,53 @@ def best_place(
             d_to_b, a_to_b = drive_s(task, d, b), drive_s(task, a, b)
             extra = detour + to_d + d_to_b - a_to_b + task.delay_cost[d] * (at_d - task.early_s[d])
             if extra < best and at_d + stand_s(task, d, b) + d_to_b <= most[j + 1] + EPSILON_S:
-                cost = exact_cost(task, plan, scratch, v, r, i, j) - plan.cost[v]
-                if cost < best and (blink == 0.0 or uniform(rng) >= blink):
-                    best, best_i, best_j = cost, i, j
+                if task.plain:
+                    if blink == 0.0 or uniform(rng) >= blink:
+                        best, best_i, best_j = extra, i, j
+                else:
+                    scratch.extra[candidates] = extra
+                    scratch.pair[candidates, 0], scratch.pair[candidates, 1] = i, j
+                    candidates += 1
             at += stand_s(task, a, b) + a_to_b
+    if candidates == 0:
+        return (best, best_i, best_j) if best_i >= 0 else (np.inf, 0, 0)
+    return _settled(task, plan, scratch, v, r, candidates, best, best_i, best_j, blink, rng)
+
+
+@kernel
+def _settled(
+    task: Task,
+    plan: Plan,
+    scratch: Scratch,
+    v: int,
+    r: int,
+    candidates: int,
+    best: float,
+    best_i: int,
+    best_j: int,
+    blink: float,
+    rng: AnyArray,
+) -> tuple[float, int, int]:
+    """The cheapest of the candidates that the exact check lets pass, or else what was the best before; cost
+    is inf where there is none."""
+    while True:
+        least_extra, which = best, -1
+        for k in range(candidates):
+            if scratch.extra[k] < least_extra:
+                least_extra, which = scratch.extra[k], k
+        if which < 0:
+            break
+        i, j = scratch.pair[which, 0], scratch.pair[which, 1]
+        scratch.extra[which] = np.inf
+        cost = _exact_cost(task, plan, scratch, v, r, i, j) - plan.cost[v]
+        if cost < best and (blink == 0.0 or uniform(rng) >= blink):
+            best, best_i, best_j = cost, i, j
     if best_i < 0:
         return np.inf, 0, 0
     return best, best_i, best_j
 
 
-@njit(cache=True)
+@kernel
 def insert(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int, j: int) -> None:
     """Put r into route v at a place that `best_place` has found."""
     n = plan.length[v]

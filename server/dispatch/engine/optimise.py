@@ -5,6 +5,7 @@ deadline
 and records how many there were.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,7 +18,7 @@ from server.dispatch.engine.pool import empty_pool, remember
 from server.dispatch.engine.recreate import no_offers
 from server.dispatch.engine.ruin import undo_for
 from server.dispatch.engine.search import Annealing, anneal
-from server.dispatch.engine.task import Task
+from server.dispatch.engine.task import Task, typical_drive_s
 
 _NEIGHBOURS = 100
 _ENDS = 2
@@ -28,7 +29,10 @@ class Settings:
     """Counts and shares, no seconds.
 
     attempts     ruin and recreate attempts in a slice
-    cycle        slices from hot to cold the first time; each further cycle has `growth` times as many
+    cycle        slices from hot to cold the first time
+    growth       each further cycle has so many times as many, but no more than `cycle_max`
+    afresh_every   every how many cycles one begins afresh, so that the pool gets routes of another kind; the
+                 others begin with the best plan
     hot, cold    temperatures as shares of a typical direct drive
     mean_out     requests taken out in an attempt, on average; longest: visits in a string at most
     blink        chance to overlook a vehicle
@@ -38,14 +42,16 @@ class Settings:
     """
 
     attempts: int = 1000
-    cycle: int = 10
-    growth: float = 1.6
-    hot: float = 0.5
-    cold: float = 0.006
-    mean_out: float = 15.0
+    cycle: int = 15
+    growth: float = 1.5
+    cycle_max: int = 80
+    afresh_every: int = 2
+    hot: float = 0.2
+    cold: float = 0.01
+    mean_out: float = 12.0
     longest: float = 10.0
     blink: float = 0.01
-    regretful: float = 0.1
+    regretful: float = 0.2
     promising: float = 0.4
     columns: int = 200_000
     visits: int = 5_000_000
@@ -55,14 +61,20 @@ class Settings:
 class Optimiser:
     """Improves a plan of a task. The same task, seed and number of slices give the same plan.
 
-    start     the plan to begin with, none of whose requests may be dropped; without one all are absent
+    start     where to begin; from no request served if not given
+    afresh    makes another plan to begin from, each time another one; a plan without requests if not given
     best      the cheapest plan so far
     slices    how many have run
     bound_of_pool   least cost of any mix of the remembered routes: not a bound of the task
     """
 
     def __init__(
-        self, task: Task, seed: int, settings: Settings | None = None, start: Plan | None = None
+        self,
+        task: Task,
+        seed: int,
+        settings: Settings | None = None,
+        start: Plan | None = None,
+        afresh: Callable[[], Plan] | None = None,
     ) -> None:
         self.task = task
         self.slices = 0
@@ -71,16 +83,17 @@ class Optimiser:
         room = 2 * task.requests + _ENDS if start is None else start.route.shape[1]
         self._scratch = scratch_for(task, room)
         self.best, self._plan, before = (self._without_requests(room) for _ in range(3))
-        self._undo = undo_for(before)
         if start is not None:
             copy_plan(self.best, start)
             copy_plan(self._plan, start)
+        self._undo = undo_for(before)
         self._offers = no_offers(task)
         self._pool = empty_pool(task, self._settings.columns, self._settings.visits)
         self._near = near_requests(task, _NEIGHBOURS)
         self._rng = seeded(seed)
-        self._unit = _typical_drive_s(task)
-        self._in_cycle, self._cycle = 0, self._settings.cycle
+        self._unit = typical_drive_s(task)
+        self._cycles, self._in_cycle, self._cycle = 0, 0, self._settings.cycle
+        self._afresh = afresh or (lambda: self._without_requests(room))
 
     @property
     def cost(self) -> float:
@@ -122,8 +135,10 @@ class Optimiser:
         self._in_cycle += 1
         if self._in_cycle == self._cycle:
             self.put_together()
-            copy_plan(self._plan, self.best)
-            self._in_cycle, self._cycle = 0, max(self._cycle + 1, round(self._cycle * how.growth))
+            self._cycles += 1
+            again = self._cycles % how.afresh_every != 0
+            copy_plan(self._plan, self.best if again else self._afresh())
+            self._in_cycle, self._cycle = 0, min(how.cycle_max, round(self._cycle * how.growth))
 
     def put_together(self) -> bool:
         """Make the best plan from all the routes that are remembered; whether it became cheaper."""
@@ -140,11 +155,3 @@ class Optimiser:
         for v in range(self.task.vehicles):
             refresh(self.task, plan, self._scratch, v)
         return plan
-
-
-def _typical_drive_s(task: Task) -> float:
-    """Median direct drive from pickup to drop-off."""
-    pickups, dropoffs = task.place[0 : 2 * task.requests : 2], task.place[1 : 2 * task.requests : 2]
-    if len(task.travel_s):
-        return float(np.median(task.travel_s[pickups, dropoffs]))
-    return float(np.median(task.slowness * np.linalg.norm(task.xy[pickups] - task.xy[dropoffs], axis=1)))

@@ -26,7 +26,7 @@ _REDUCED = -1e-7
 class Partitioning:
     """How far to go, in counts. columns_max of the integer problem; nodes_max of its search tree."""
 
-    columns_max: int = 1500
+    columns_max: int = 500
     nodes_max: int = 40
 
 

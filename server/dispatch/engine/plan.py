@@ -3,15 +3,20 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from numba import uint64
 
 from server.dispatch.arrays import AnyArray
+from server.dispatch.engine.compiled import kernel
 from server.dispatch.engine.task import LOAD_KINDS, Task, drive_s
 from server.dispatch.engine.timing import greatest_times, least_times
 
 ABSENT = -1
 # A vehicle's start is behind it.
 _START_LOCKED = 1
+# Insertions into one route that may be waiting for their exact check.
+_CANDIDATES = 500
+_STAMP_BASE = np.uint64(0x9E3779B97F4A7C15)
+_STAMP_SHIFT = np.uint64(29)
 
 
 class Plan(NamedTuple):
@@ -27,7 +32,7 @@ class Plan(NamedTuple):
     vehicle_of  (R,) ABSENT for a request in no route
     slot        (N,) position in its route of each node that is in one
     movable     (R,) bool: its pickup is still ahead, so that another vehicle may do it
-    stamp       (V,) int64 another number whenever the row is another one; stamps (1,) the last one given
+    stamp       (V,) uint64 tells rows apart: equal rows of a vehicle have equal stamps, others have not
     """
 
     route: AnyArray
@@ -42,17 +47,21 @@ class Plan(NamedTuple):
     slot: AnyArray
     movable: AnyArray
     stamp: AnyArray
-    stamps: AnyArray
 
 
 class Scratch(NamedTuple):
-    """Room for trying out one route; nothing in it outlives a call. Arrays (M,), where (N,)."""
+    """Room for trying out one route; nothing in it outlives a call. Arrays (M,), where (N,).
+
+    extra, pair   (C,), (C, 2) candidates for an insertion: least extra cost and positions
+    """
 
     nodes: AnyArray
     at_s: AnyArray
     leg_s: AnyArray
     elapsed_s: AnyArray
     where: AnyArray
+    extra: AnyArray
+    pair: AnyArray
 
 
 def empty_plan(task: Task, room: int) -> Plan:
@@ -73,8 +82,7 @@ def empty_plan(task: Task, room: int) -> Plan:
         vehicle_of=np.full(task.requests, ABSENT, np.int32),
         slot=np.zeros(nodes, np.int32),
         movable=np.ones(task.requests, np.bool_),
-        stamp=np.zeros(vehicles, np.int64),
-        stamps=np.zeros(1, np.int64),
+        stamp=np.zeros(vehicles, np.uint64),
     )
     starts = 2 * (task.requests + np.arange(vehicles))
     plan.route[:, 0], plan.route[:, 1] = starts, starts + 1
@@ -88,38 +96,43 @@ def scratch_for(task: Task, room: int) -> Scratch:
         leg_s=np.zeros(room),
         elapsed_s=np.zeros(room),
         where=np.zeros(len(task.place), np.int32),
+        extra=np.zeros(_CANDIDATES + room),
+        pair=np.zeros((_CANDIDATES + room, 2), np.int32),
     )
 
 
-@njit(cache=True)
+@kernel
 def refresh(task: Task, plan: Plan, scratch: Scratch, v: int) -> bool:
     """Times, loads and cost of a route that was changed; whether it keeps every rule."""
     n = plan.length[v]
-    plan.stamps[0] += 1
-    plan.stamp[v] = plan.stamps[0]
     nodes, least = plan.route[v], plan.least_s[v]
-    least[:n] = -np.inf
+    for k in range(1, n):
+        least[k] = -np.inf
     least[0] = task.early_s[nodes[0]]
     if not least_times(task, nodes, n, 1, least, scratch.leg_s, scratch.elapsed_s, plan.slot):
         return False
-    greatest_times(task, nodes, n, plan.most_s[v], plan.slot)
+    greatest_times(task, nodes, n, plan.most_s[v], scratch.leg_s, plan.slot)
     driven, cost = 0.0, 0.0
+    stamp = uint64(plan.locked[v])
     load = plan.load[v]
-    load[0, :] = task.load[nodes[0], :]
+    for kind in range(LOAD_KINDS):
+        load[0, kind] = task.load[nodes[0], kind]
     for k in range(1, n):
         b = nodes[k]
         driven += drive_s(task, nodes[k - 1], b)
+        stamp = (stamp ^ (stamp >> _STAMP_SHIFT)) * _STAMP_BASE + uint64(nodes[k - 1])
         cost += task.delay_cost[b] * (least[k] - task.early_s[b])
         for kind in range(LOAD_KINDS):
             load[k, kind] = load[k - 1, kind] + task.load[b, kind]
             if load[k, kind] > task.capacity[v, kind]:
                 return False
+    plan.stamp[v] = (stamp ^ (stamp >> _STAMP_SHIFT)) * _STAMP_BASE
     plan.driven_s[v] = driven
     plan.cost[v] = driven + cost + (task.vehicle_cost[v] if n > _START_LOCKED + 1 else 0.0)
     return bool(driven <= task.drive_s_max[v])
 
 
-@njit(cache=True)
+@kernel
 def copy_route(plan: Plan, other: Plan, v: int) -> None:
     """Take one vehicle's row over from another plan of the same task. Requests are not touched."""
     n = other.length[v]
@@ -138,19 +151,21 @@ def copy_route(plan: Plan, other: Plan, v: int) -> None:
             plan.load[v, k, kind] = other.load[v, k, kind]
 
 
-@njit(cache=True)
+@kernel
 def copy_plan(plan: Plan, other: Plan) -> None:
     """Make a plan the same as another one of the same task."""
     for v in range(len(plan.length)):
         copy_route(plan, other, v)
-    plan.vehicle_of[:] = other.vehicle_of
-    plan.movable[:] = other.movable
-    plan.stamps[0] = max(plan.stamps[0], other.stamps[0])
+    for r in range(len(plan.vehicle_of)):
+        plan.vehicle_of[r] = other.vehicle_of[r]
+        plan.movable[r] = other.movable[r]
 
 
-@njit(cache=True)
+@kernel
 def total_cost(task: Task, plan: Plan) -> float:
-    cost = plan.cost.sum()
+    cost = 0.0
+    for v in range(len(plan.cost)):
+        cost += plan.cost[v]
     for r in range(len(plan.vehicle_of)):
         if plan.vehicle_of[r] == ABSENT:
             cost += task.absent_cost[r]

@@ -3,9 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, uint64
+from numba import uint64
 
 from server.dispatch.arrays import AnyArray
+from server.dispatch.engine.compiled import kernel
 from server.dispatch.engine.draw import bits, seeded
 from server.dispatch.engine.plan import Plan
 from server.dispatch.engine.task import Task
@@ -55,7 +56,7 @@ def empty_pool(task: Task, columns: int, visits: int) -> Pool:
     )
 
 
-@njit(cache=True)
+@kernel
 def remember(task: Task, pool: Pool, plan: Plan, v: int) -> None:
     """Keep a vehicle's route if it is new, or cheaper than the one with the same requests."""
     n = plan.length[v]
@@ -106,7 +107,7 @@ def keep_only(pool: Pool, columns: AnyArray) -> None:
     _index(pool.table, pool.key, len(columns))
 
 
-@njit(cache=True)
+@kernel
 def _index(table: AnyArray, key: AnyArray, columns: int) -> None:
     mask = uint64(len(table) - 1)
     for column in range(columns):

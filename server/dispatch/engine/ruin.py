@@ -7,9 +7,9 @@ routes come close to each other, so that their parts can be exchanged.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from server.dispatch.arrays import AnyArray
+from server.dispatch.engine.compiled import inlined, kernel
 from server.dispatch.engine.draw import below, uniform
 from server.dispatch.engine.plan import ABSENT, Plan, Scratch, copy_route, refresh
 from server.dispatch.engine.task import Task
@@ -26,6 +26,7 @@ class Undo(NamedTuple):
     touched     (V,) bool; touched_list (V,) and counts[0] of them
     absent      (R,) and counts[1] of them: requests taken out or in no route before
     home        (R,) the vehicle each of them had, ABSENT for none
+    order, key  (R,) the positions in `absent` as they are put back, and what they are sorted by
     """
 
     before: Plan
@@ -34,6 +35,8 @@ class Undo(NamedTuple):
     absent: AnyArray
     home: AnyArray
     counts: AnyArray
+    order: AnyArray
+    key: AnyArray
 
 
 def undo_for(before: Plan) -> Undo:
@@ -45,10 +48,12 @@ def undo_for(before: Plan) -> Undo:
         absent=np.zeros(requests, np.int32),
         home=np.zeros(requests, np.int32),
         counts=np.zeros(2, np.int64),
+        order=np.zeros(requests, np.int32),
+        key=np.zeros(requests),
     )
 
 
-@njit(cache=True)
+@inlined
 def touch(plan: Plan, undo: Undo, v: int) -> None:
     """Keep the row as it is now, once an attempt."""
     if not undo.touched[v]:
@@ -58,7 +63,7 @@ def touch(plan: Plan, undo: Undo, v: int) -> None:
         undo.counts[0] += 1
 
 
-@njit(cache=True)
+@inlined
 def take_out(plan: Plan, undo: Undo, r: int) -> None:
     """Mark a request as absent; its visits leave the row with `close_gaps`."""
     k = undo.counts[1]
@@ -68,7 +73,7 @@ def take_out(plan: Plan, undo: Undo, r: int) -> None:
     plan.vehicle_of[r] = ABSENT
 
 
-@njit(cache=True)
+@inlined
 def close_gaps(task: Task, plan: Plan, scratch: Scratch, v: int) -> None:
     """Drop the visits of requests that are no longer this vehicle's."""
     requests = len(plan.vehicle_of)
@@ -82,7 +87,7 @@ def close_gaps(task: Task, plan: Plan, scratch: Scratch, v: int) -> None:
     refresh(task, plan, scratch, v)
 
 
-@njit(cache=True)
+@kernel
 def ruin_strings(
     task: Task,
     plan: Plan,
@@ -123,7 +128,7 @@ def ruin_strings(
         strings -= 1
 
 
-@njit(cache=True)
+@inlined
 def _cut_string(plan: Plan, undo: Undo, v: int, node: int, string_max: float, rng: AnyArray) -> None:
     """Take out what has a visit in a random string of the route around `node`."""
     requests = len(plan.vehicle_of)

@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from server.dispatch.arrays import AnyArray
+from server.dispatch.engine.compiled import kernel
 from server.dispatch.engine.draw import uniform
 from server.dispatch.engine.plan import ABSENT, Plan, Scratch, copy_plan, copy_route, total_cost
 from server.dispatch.engine.pool import Pool, remember
@@ -35,7 +35,7 @@ class Annealing(NamedTuple):
     promising: float
 
 
-@njit(cache=True)
+@kernel
 def anneal(
     task: Task,
     plan: Plan,
@@ -57,7 +57,7 @@ def anneal(
     kept = 0
     for attempt in range(how.attempts):
         temperature = how.hot * (how.cold / how.hot) ** (attempt / how.attempts) if how.hot > 0.0 else 0.0
-        _begin(task, plan, undo)
+        begin_attempt(task, plan, undo)
         ruin_strings(task, plan, scratch, undo, near, how.mean_out, how.longest, rng)
         put_back(task, plan, scratch, undo, offers, how.blink, how.regretful, rng)
         changed = _changed_cost(task, plan, undo)
@@ -72,15 +72,16 @@ def anneal(
                 best_cost = cost
                 copy_plan(best, plan)
         else:
-            _take_back(plan, undo)
+            take_back(plan, undo)
     return kept
 
 
-@njit(cache=True)
-def _begin(task: Task, plan: Plan, undo: Undo) -> None:
+@kernel
+def begin_attempt(task: Task, plan: Plan, undo: Undo) -> None:
+    """Nothing touched yet; whoever is in no route and worth something is to be put back."""
     for k in range(undo.counts[0]):
         undo.touched[undo.touched_list[k]] = False
-    undo.counts[:] = 0
+    undo.counts[0], undo.counts[1] = 0, 0
     for r in range(len(plan.vehicle_of)):
         if plan.vehicle_of[r] == ABSENT and task.absent_cost[r] > 0.0:
             undo.absent[undo.counts[1]] = r
@@ -88,7 +89,7 @@ def _begin(task: Task, plan: Plan, undo: Undo) -> None:
             undo.counts[1] += 1
 
 
-@njit(cache=True)
+@kernel
 def _changed_cost(task: Task, plan: Plan, undo: Undo) -> float:
     changed = 0.0
     for k in range(undo.counts[0]):
@@ -103,8 +104,9 @@ def _changed_cost(task: Task, plan: Plan, undo: Undo) -> float:
     return changed
 
 
-@njit(cache=True)
-def _take_back(plan: Plan, undo: Undo) -> None:
+@kernel
+def take_back(plan: Plan, undo: Undo) -> None:
+    """Make the plan what it was before the attempt."""
     for k in range(undo.counts[0]):
         copy_route(plan, undo.before, undo.touched_list[k])
     for k in range(undo.counts[1]):

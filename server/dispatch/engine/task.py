@@ -10,9 +10,9 @@ a rider of itself: its longest duty is kept by the same test as everybody's long
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from server.dispatch.arrays import AnyArray
+from server.dispatch.engine.compiled import inlined
 
 SEATS, WHEELCHAIRS = 0, 1
 LOAD_KINDS = 2
@@ -38,6 +38,7 @@ class Task(NamedTuple):
     travel_s    (P, P) between places; empty where coordinates are used instead
     xy          (P, 2) used with `slowness` (seconds per unit) where travel_s is empty
     joined      whether visits at one place that follow each other share one dwell
+    plain       whether windows and loads are the only rules, and driving the only cost
     """
 
     place: AnyArray
@@ -56,6 +57,7 @@ class Task(NamedTuple):
     xy: AnyArray
     slowness: float
     joined: bool
+    plain: bool = False
 
     @property
     def requests(self) -> int:
@@ -66,7 +68,7 @@ class Task(NamedTuple):
         return len(self.kind)
 
 
-@njit(cache=True, inline="always")
+@inlined
 def drive_s(task: Task, a: int, b: int) -> float:
     """Driving from node a to node b."""
     p, q = task.place[a], task.place[b]
@@ -79,9 +81,17 @@ def drive_s(task: Task, a: int, b: int) -> float:
     return float(task.slowness * np.sqrt(x * x + y * y))
 
 
-@njit(cache=True, inline="always")
+@inlined
 def stand_s(task: Task, a: int, b: int) -> float:
     """Standing at node a before going on to node b. Who gets on or off at one place does so side by side."""
     if task.joined and task.place[a] == task.place[b]:
         return float(max(0.0, task.service_s[a] - task.service_s[b]))
     return float(task.service_s[a])
+
+
+def typical_drive_s(task: Task) -> float:
+    """Median direct drive from pickup to drop-off."""
+    pickups, dropoffs = task.place[0 : 2 * task.requests : 2], task.place[1 : 2 * task.requests : 2]
+    if len(task.travel_s):
+        return float(np.median(task.travel_s[pickups, dropoffs]))
+    return float(np.median(task.slowness * np.linalg.norm(task.xy[pickups] - task.xy[dropoffs], axis=1)))

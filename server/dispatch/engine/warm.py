@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from server.dispatch.engine.fleet import FleetSearch, FleetSettings
 from server.dispatch.engine.from_instance import task_of
 from server.dispatch.engine.optimise import Optimiser, Settings
 from server.dispatch.instance import Instance
@@ -23,5 +24,7 @@ def warm_kernels() -> None:
         late=np.full(5, 100.0),
         pairs=np.array([[1, 3], [2, 4]]),
     )
-    optimiser = Optimiser(task_of(instance), 1, Settings(attempts=20, cycle=1, columns=100, visits=1000))
-    optimiser.run_slice()
+    fleet = FleetSearch(task_of(instance), 1, FleetSettings(attempts=20))
+    fleet.run_slice()
+    settings = Settings(attempts=20, cycle=1, columns=100, visits=1000)
+    Optimiser(fleet.task, 1, settings, start=fleet.best).run_slice()

@@ -1,14 +1,17 @@
 """The migrations make exactly the tables that the program uses."""
 
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
+from alembic import command
 from alembic.autogenerate import compare_metadata
+from alembic.config import Config
 from alembic.migration import MigrationContext
 from sqlalchemy import Engine, create_engine, inspect, text
 
 from server.store.engine import DatabaseUnsupported, open_engine
-from server.store.schema import DatabaseTooNew, upgrade_to_head
+from server.store.schema import MIGRATIONS, DatabaseTooNew, upgrade_to_head
 from server.store.tables import metadata
 
 
@@ -50,3 +53,33 @@ def test_a_database_we_do_not_speak_is_named() -> None:
     with pytest.raises(DatabaseUnsupported, match="mysql"):
         open_engine("mysql://localhost/campus")
     assert create_engine("sqlite://").dialect.name == "sqlite"
+
+
+def test_rides_of_the_first_tables_are_kept_by_the_later_ones(engine: Engine) -> None:
+    config = Config()
+    config.set_main_option("script_location", str(MIGRATIONS))
+    with engine.begin() as connection:
+        config.attributes["connection"] = connection
+        command.downgrade(config, "0001")
+        columns = {column["name"] for column in inspect(connection).get_columns("rides")}
+        assert "let_out" not in columns
+        required = {
+            column["name"]: _some_value(str(column["type"]))
+            for column in inspect(connection).get_columns("rides")
+            if not column["nullable"]
+        }
+        names = ", ".join(required)
+        values = ", ".join(f":{name}" for name in required)
+        connection.execute(text(f"INSERT INTO rides ({names}) VALUES ({values})"), required)
+    upgrade_to_head(engine)
+    with engine.connect() as connection:
+        row = connection.execute(text("SELECT let_out, arrive_before, series_id FROM rides")).one()
+    assert (bool(row.let_out), row.arrive_before, row.series_id) == (False, None, None)
+
+
+def _some_value(kind: str) -> object:
+    if kind == "INTEGER":
+        return 1
+    if kind == "BOOLEAN":
+        return False
+    return datetime(2026, 11, 23, tzinfo=UTC) if kind in ("DATETIME", "TIMESTAMP") else "x"

@@ -5,11 +5,12 @@ ride is final, waits for a vehicle, or is in the plan of the vehicle that has it
 works again, every ride reaches a final state.
 """
 
+from collections.abc import Callable
 from datetime import timedelta
 from typing import Any
 
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 from sqlalchemy import Engine
 
 from contract.wire.messages import (
@@ -33,6 +34,7 @@ from server.usecases.order_payload import utc_ns
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.fake_shuttle import FakeShuttle
+from tests.server.usecases.fresh_database import fresh_database
 from tests.server.usecases.small_campus import small_campus
 
 STOPS = tuple(f"stop-{number}" for number in range(4))
@@ -43,41 +45,117 @@ IDLE_S = 60.0
 
 
 class RideMachine(RuleBasedStateMachine):
-    """`engine` is the database to play on; None for one in memory."""
+    """new_database: an empty one with all tables, for every story."""
 
-    engine: Engine | None = None
+    new_database: Callable[[], Engine] = staticmethod(fresh_database)
 
     @initialize()
     def start(self) -> None:
         road_map = small_campus()
-        self.campus = CampusUnderTest(road_map, engine=self.engine)
+        self.campus = CampusUnderTest(road_map, engine=self.new_database())
         self.fleet = FakeFleet(self.campus, road_map, 2)
         for shuttle in self.fleet.shuttles:
             shuttle.speed_mps = SPEED_MPS
         self.fleet.start()
         self.boots = 1
         self.retired: set[str] = set()
+        self.book("stop-0", 2, 2, 0.0, None)
+        self.book("stop-1", 2, 1, 0.0, None)
+        self.drive(4)
 
-    # ------------------------------------------------------------ people
+    # ------------------------------------------------------------ who may do something, about equally often
 
     @rule(
         origin=st.sampled_from(STOPS),
-        to_stop=st.sampled_from(STOPS),
+        onward=st.integers(1, 3),
         party=st.integers(1, 4),
         ahead_s=st.sampled_from([0.0, 0.0, 600.0]),
         key=st.sampled_from([None, None, "key-one", "key-two"]),
     )
-    def book(self, origin: str, to_stop: str, party: int, ahead_s: float, key: str | None) -> None:
+    def somebody_books(self, origin: str, onward: int, party: int, ahead_s: float, key: str | None) -> None:
+        self.book(origin, onward, party, ahead_s, key)
+
+    @rule(steps=st.integers(1, 12))
+    def the_fleet_drives(self, steps: int) -> None:
+        self.drive(steps)
+
+    @rule(steps=st.integers(12, 30))
+    def the_fleet_drives_on(self, steps: int) -> None:
+        self.drive(steps)
+
+    @rule(data=st.data(), number=st.integers(0, 9))
+    def a_passenger_acts(self, data: st.DataObject, number: int) -> None:
+        match data.draw(st.sampled_from(["cancel", "redirect", "redirect", "tap", "stay away"])):
+            case "cancel":
+                self.cancel(number, data.draw(st.sampled_from(["passenger", "operator"])))
+            case "redirect":
+                self.change_destination(number, data.draw(st.sampled_from(STOPS)))
+            case "tap":
+                self.tap(number, data.draw(st.sampled_from(["board", "alight"])))
+            case _:
+                self.stay_away(number)
+
+    @rule(data=st.data(), which=SHUTTLES)
+    def a_rider_acts(self, data: st.DataObject, which: int) -> None:
+        match data.draw(st.sampled_from(["button", "get off", "stay"])):
+            case "button":
+                self.press_the_seat_button(which, data.draw(st.booleans()))
+            case "get off":
+                self.get_off_early(which)
+            case _:
+                self.stay_seated(which)
+
+    @rule(data=st.data(), which=SHUTTLES, number=st.integers(0, 9))
+    def a_vehicle_errs(self, data: st.DataObject, which: int, number: int) -> None:
+        match data.draw(st.sampled_from(["skip", "refuse", "untrue"])):
+            case "skip":
+                self.skip_a_visit(which)
+            case "refuse":
+                codes = ["unreachable", "visit_under_way", "map_version", "expired"]
+                self.refuse_the_order(which, data.draw(st.sampled_from(codes)))
+            case _:
+                words = [RiderBoarded, RiderAlighted, RiderNoShow, RiderDidNotAlight]
+                self.say_something_untrue(which, number, data.draw(st.sampled_from(words)))
+
+    @rule(data=st.data(), which=SHUTTLES)
+    def a_link_fails(self, data: st.DataObject, which: int) -> None:
+        match data.draw(st.sampled_from(["lose", "lose", "find", "boot", "repeat", "gap", "old"])):
+            case "lose":
+                self.lose(which)
+            case "find":
+                self.find_again(which)
+            case "boot":
+                self.boot_anew(which)
+            case "repeat":
+                self.repeat_an_event(which, data.draw(st.integers(1, 5)))
+            case "gap":
+                self.leave_a_gap(which)
+            case _:
+                self.speak_with_an_old_session(which)
+
+    @rule(which=SHUTTLES, retires=st.sampled_from([False, False, True]))
+    def an_operator_acts(self, which: int, retires: bool) -> None:
+        if retires and not self.retired:
+            self.retire()
+        else:
+            self.recall_and_return(which)
+
+    @rule(seconds=st.sampled_from([-5.0, 90.0, 600.0, 7200.0]))
+    def the_clock_jumps(self, seconds: float) -> None:
+        self.campus.clock.advance(seconds)
+
+    # ------------------------------------------------------------ people
+
+    def book(self, origin: str, onward: int, party: int, ahead_s: float, key: str | None) -> None:
+        to_stop = STOPS[(STOPS.index(origin) + onward) % len(STOPS)]
         earliest = self.campus.clock.now() + timedelta(seconds=ahead_s)
         self.try_(lambda: self.fleet.book(origin, to_stop, party, earliest=earliest, idempotency_key=key))
 
-    @rule(number=st.integers(0, 9), by=st.sampled_from(["passenger", "operator"]))
     def cancel(self, number: int, by: str) -> None:
         ride = self.some_ride(number)
         if ride is not None:
             self.try_(lambda: self.campus.do(lambda uow: rides.cancel(uow, ride.ride_id, by)))
 
-    @rule(number=st.integers(0, 9), to_stop=st.sampled_from(STOPS))
     def change_destination(self, number: int, to_stop: str) -> None:
         ride = self.some_ride(number)
         if ride is not None:
@@ -89,13 +167,11 @@ class RideMachine(RuleBasedStateMachine):
                 )
             )
 
-    @rule(number=st.integers(0, 9), kind=st.sampled_from(["board", "alight"]))
     def tap(self, number: int, kind: Any) -> None:
         ride = self.some_ride(number)
         if ride is not None:
             self.try_(lambda: self.campus.do(lambda uow: rides.tap(uow, ride.ride_id, kind)))
 
-    @rule(number=st.integers(0, 9))
     def stay_away(self, number: int) -> None:
         ride = self.some_ride(number)
         if ride is not None:
@@ -104,36 +180,27 @@ class RideMachine(RuleBasedStateMachine):
 
     # ------------------------------------------------------------ vehicles
 
-    @rule(steps=st.integers(1, 8))
     def drive(self, steps: int) -> None:
         for _ in range(steps):
             self.fleet.step()
 
-    @rule(which=SHUTTLES, accepted=st.booleans())
     def press_the_seat_button(self, which: int, accepted: bool) -> None:
         shuttle = self.fleet.shuttles[which]
         place = shuttle.place
         reason = "" if accepted else "no place to stop lies before the next stop"
         shuttle.say(SeatButtonPressed(1, accepted, "temporary-1", place.lane_id, place.s_m, reason))
 
-    @rule(which=SHUTTLES)
     def get_off_early(self, which: int) -> None:
         shuttle = self.fleet.shuttles[which]
         for ride_id in list(shuttle.aboard)[:1]:
             del shuttle.aboard[ride_id]
             shuttle.say(RiderAlighted(ride_id, "sensor"))
 
-    @rule(which=SHUTTLES)
     def stay_seated(self, which: int) -> None:
         shuttle = self.fleet.shuttles[which]
         for ride_id in list(shuttle.aboard)[:1]:
             shuttle.say(RiderDidNotAlight(ride_id))
 
-    @rule(
-        which=SHUTTLES,
-        number=st.integers(0, 9),
-        kind=st.sampled_from([RiderBoarded, RiderAlighted, RiderNoShow, RiderDidNotAlight]),
-    )
     def say_something_untrue(self, which: int, number: int, kind: Any) -> None:
         """About any ride, even one that another vehicle has. What it says is what it then believes."""
         ride, shuttle = self.some_ride(number), self.fleet.shuttles[which]
@@ -154,7 +221,6 @@ class RideMachine(RuleBasedStateMachine):
         elif ride.ride_id not in shuttle.aboard:
             shuttle.say(kind(ride.ride_id))
 
-    @rule(which=SHUTTLES)
     def skip_a_visit(self, which: int) -> None:
         shuttle = self.fleet.shuttles[which]
         visit = shuttle.next_visit()
@@ -162,7 +228,6 @@ class RideMachine(RuleBasedStateMachine):
             shuttle.states[visit.visit_id] = "skipped"
             shuttle.say(VisitChanged(visit.visit_id, visit.stop_id, "skipped"))
 
-    @rule(which=SHUTTLES, code=st.sampled_from(["unreachable", "visit_under_way", "map_version", "expired"]))
     def refuse_the_order(self, which: int, code: Any) -> None:
         shuttle = self.fleet.shuttles[which]
         order = self.campus.read(lambda uow: orders.current_order(uow, shuttle.vehicle_id))
@@ -172,18 +237,15 @@ class RideMachine(RuleBasedStateMachine):
 
     # ------------------------------------------------------------ links, boots and clocks
 
-    @rule(which=SHUTTLES)
     def lose(self, which: int) -> None:
         shuttle = self.fleet.shuttles[which]
         if shuttle.connected:
             shuttle.disconnect()
 
-    @rule(which=SHUTTLES)
     def find_again(self, which: int) -> None:
         if self.fleet.shuttles[which].vehicle_id not in self.retired:
             self.fleet.shuttles[which].recover()
 
-    @rule(which=SHUTTLES)
     def boot_anew(self, which: int) -> None:
         """What the old boot had not told yet comes late, under its old name."""
         shuttle = self.fleet.shuttles[which]
@@ -198,7 +260,6 @@ class RideMachine(RuleBasedStateMachine):
         for sequence, body in enumerate(waiting, start=first):
             self.send(shuttle, old_boot, sequence, body)
 
-    @rule(which=SHUTTLES, back=st.integers(1, 5))
     def repeat_an_event(self, which: int, back: int) -> None:
         shuttle = self.fleet.shuttles[which]
         if shuttle.sequence >= back:
@@ -206,7 +267,6 @@ class RideMachine(RuleBasedStateMachine):
             assert not shuttle.send(shuttle.sequence - back).is_new
             assert self.campus.read(lambda uow: uow.views.rides()) == before
 
-    @rule(which=SHUTTLES)
     def leave_a_gap(self, which: int) -> None:
         shuttle = self.fleet.shuttles[which]
         body = RiderNoShow("ride-1")
@@ -216,7 +276,6 @@ class RideMachine(RuleBasedStateMachine):
             return
         raise AssertionError("an event after a gap was taken")
 
-    @rule(which=SHUTTLES)
     def speak_with_an_old_session(self, which: int) -> None:
         shuttle = self.fleet.shuttles[which]
         try:
@@ -227,15 +286,12 @@ class RideMachine(RuleBasedStateMachine):
             return
         raise AssertionError("an old session was heard")
 
-    @rule(which=SHUTTLES)
     def recall_and_return(self, which: int) -> None:
         vehicle_id = self.fleet.shuttles[which].vehicle_id
         self.try_(lambda: self.campus.do(lambda uow: vehicles.recall(uow, vehicle_id, "ann")))
         if vehicle_id not in self.retired:
             self.campus.do(lambda uow: vehicles.return_to_service(uow, vehicle_id, "ann"))
 
-    @precondition(lambda self: not self.retired)
-    @rule()
     def retire(self) -> None:
         """Only one of the two, so that somebody is left to bring everybody home."""
         shuttle = self.fleet.shuttles[1]
@@ -243,10 +299,6 @@ class RideMachine(RuleBasedStateMachine):
         shuttle.connected, shuttle.order, shuttle.mode = False, None, "held"
         shuttle.aboard.clear()
         self.retired.add(shuttle.vehicle_id)
-
-    @rule(seconds=st.sampled_from([-5.0, 90.0, 600.0, 7200.0]))
-    def jump_in_time(self, seconds: float) -> None:
-        self.campus.clock.advance(seconds)
 
     # ------------------------------------------------------------ claims
 
@@ -271,9 +323,7 @@ class RideMachine(RuleBasedStateMachine):
         try:
             self.settle()
         finally:
-            self.campus.release()
-            if self.engine is None:
-                self.campus.engine.dispose()
+            self.campus.close()
 
     def settle(self) -> None:
         """Everything works again: every ride comes to its end."""

@@ -5,7 +5,7 @@ import pytest
 from server.domain.errors import DestinationRefused, NoService, RideEnded, SameStop, StopUnknown
 from server.domain.rides import Ride, RideState
 from server.domain.service import Hours, ServicePattern
-from server.usecases import destinations, plans, rides, service
+from server.usecases import destinations, plans, rides, service, vehicles
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.fake_shuttle import FakeShuttle
 
@@ -141,11 +141,26 @@ def test_a_rider_who_goes_farther_waits_for_the_others_to_get_off(driven_fleet: 
 def test_a_waiting_ride_that_cannot_be_redirected_stays_as_it_was(fleet: FakeFleet) -> None:
     ride = fleet.book("NN20", "C6")
     for shuttle in fleet.shuttles:
-        shuttle.hold()
+        fleet.campus.do(lambda uow, name=shuttle.vehicle_id: vehicles.recall(uow, name, "ann"))
+    waiting = fleet.ride(ride.ride_id)
     with pytest.raises(DestinationRefused) as refused:
         change(fleet, ride, "GYM")
     assert refused.value.rule == "no_vehicle_free"
-    assert fleet.ride(ride.ride_id) == ride
+    assert fleet.ride(ride.ride_id) == waiting
+
+
+def test_a_shuttle_that_is_almost_there_still_stops_for_its_party(driven_fleet: FakeFleet) -> None:
+    ride = driven_fleet.book("NN20", "C6")
+    shuttle = shuttle_of(driven_fleet, ride)
+    visit_id = driven_fleet.campus.read(lambda uow: plans.plan_of(uow, shuttle.vehicle_id)).visits[0].visit_id
+    while shuttle.line is None or (shuttle.line.visit_s(visit_id) or 0.0) - shuttle.s_m > 8.0:
+        driven_fleet.step()
+    change(driven_fleet, ride, "GYM")
+    plan = driven_fleet.campus.read(lambda uow: plans.plan_of(uow, shuttle.vehicle_id))
+    assert (plan.visits[0].visit_id, plan.visits[0].board) == (visit_id, (ride.ride_id,))
+    for _ in range(5):
+        driven_fleet.step()
+    assert driven_fleet.ride(ride.ride_id).state in (RideState.BOARDING, RideState.ABOARD)
 
 
 def test_a_destination_that_is_reached_only_after_closing_is_refused(fleet: FakeFleet) -> None:

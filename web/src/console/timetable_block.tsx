@@ -29,7 +29,7 @@ export function TimetableBlock() {
           <table class="table">
             <thead>
               <tr>
-                {[say.trip, say.calls, say.state, say.vehicle].map((title) => (
+                {[say.timetable_trip, say.calls, say.state, say.vehicle].map((title) => (
                   <th key={title} scope="col">
                     {title}
                   </th>
@@ -54,8 +54,7 @@ function TripRow({ trip }: { readonly trip: Schemas["TripView"] }) {
   return (
     <tr data-trip={trip.trip_id}>
       <th scope="row" class="mono">
-        {trip.trip_id}
-        {trip.is_last_run && <span class="chip calm">{say.last_run}</span>}
+        {trip.trip_id} {trip.is_last_run && <span class="chip calm">{say.last_run}</span>}
       </th>
       <td data-label={say.calls}>
         {first !== undefined && `${clock(first.leave_at)} ${stopTitle(first.stop_id)}`} –{" "}

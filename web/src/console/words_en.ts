@@ -263,6 +263,7 @@ export const en = {
   hours: "Hours for rides",
   hours_hint: "Such as 07:30-12:00, 13:30-25:00; 25:00 is one in the night. Empty for trips alone.",
   timetable_today: "Timetable today",
+  timetable_trip: "Trip",
   calls: "First – last call",
   no_trips: "No trips run today.",
   last_run: "last run",

@@ -248,6 +248,7 @@ export const zh: ConsoleWords = {
   hours: "可预约时段",
   hours_hint: "例如 07:30-12:00, 13:30-25:00；25:00 即次日一点。仅有班次的服务留空。",
   timetable_today: "今日时刻表",
+  timetable_trip: "班次",
   calls: "首站 – 末站",
   no_trips: "今天没有班次。",
   last_run: "末班",

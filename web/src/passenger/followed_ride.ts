@@ -28,6 +28,8 @@ export class FollowedRide {
   });
 
   private left = false;
+  /** Counts questions and changes: the answer to a question that a change has overtaken is out of date. */
+  private turn = 0;
   private readonly stopWatching: () => void;
 
   constructor(readonly token: string) {
@@ -44,10 +46,11 @@ export class FollowedRide {
   }
 
   async load(): Promise<void> {
+    const turn = (this.turn += 1);
     const answer = await answerOf(
       api.GET("/api/v1/rides/{token}", { params: { path: { token: this.token } } }),
     );
-    if (this.left) return;
+    if (this.left || turn !== this.turn) return;
     this.take(answer);
     const may_heal =
       !answer.ok && (answer.problem.code === "offline" || answer.problem.status >= 500);
@@ -59,6 +62,7 @@ export class FollowedRide {
       api.POST("/api/v1/rides/{token}/cancel", { params: { path: { token: this.token } } }),
     );
     if (!answer.ok) return answer.problem;
+    this.turn += 1;
     this.take(answer);
     return null;
   }
@@ -71,6 +75,7 @@ export class FollowedRide {
       }),
     );
     if (!answer.ok) return answer.problem;
+    this.turn += 1;
     this.take(answer);
     return null;
   }

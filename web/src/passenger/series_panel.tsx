@@ -146,7 +146,8 @@ function DayLine({ ticket, day, onAnswer }: Omit<ShownProps, "campus"> & { reado
     ticket.state === "active" &&
     (day.state === "planned" ||
       day.state === "trying" ||
-      (day.state === "booked" && (ride === null || isWaiting(ride.state))));
+      (day.state === "booked" &&
+        (ride === null || (isWaiting(ride.state) && ride.state !== "aboard"))));
   return (
     <>
       <div>

@@ -67,7 +67,7 @@ function TripCard({ trip, day, campus }: TripCardProps) {
       {trip.state === "missed" && <p class="wrong">{say.trip_missed}</p>}
       <ol>
         {trip.calls.map((call) => (
-          <li key={call.stop_id}>
+          <li key={`${call.stop_id} ${call.leave_at}`}>
             <time>{time(call.leave_at)}</time>
             <span>
               {nameOfStop(campus.shape.stops, call.stop_id, language.value)}

@@ -1,6 +1,7 @@
 """The search: feasible by another's reckoning, repeatable, and optimal where that can be checked."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise, permutations, product
 
 import numpy as np
@@ -96,10 +97,12 @@ def test_the_same_seed_gives_the_same_plan() -> None:
 
 
 @settings(deadline=None, max_examples=40)
-@given(seed=st.integers(0, 10_000))
-def test_the_quick_insertion_test_misses_no_better_place(seed: int) -> None:
-    """Against the exact check of every pair of positions."""
+@given(seed=st.integers(0, 10_000), rides=st.booleans())
+def test_the_quick_insertion_test_misses_no_better_place(seed: int, rides: bool) -> None:
+    """Against the exact check of every pair of positions, with longest rides and without."""
     instance = small_instance(seed, 8, vehicles=3)
+    if not rides:
+        instance = replace(instance, ride_max=math.inf, duration_max=math.inf)
     task = task_of(instance)
     optimiser = Optimiser(task, seed, _SHORT)
     optimiser.run_slice()
