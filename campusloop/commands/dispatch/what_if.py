@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 from rich.progress import Progress
-from rich.table import Table
+from rich.table import Column, Table
 
 from campusloop.commands.dispatch.ending import JsonPath, refuse, write_json
 from campusloop.commands.dispatch.explain import DatabaseUrl
@@ -25,6 +25,7 @@ from simulator.demand.day import WantedRide
 from simulator.demand.table import RidesUnreadable, read_rides
 
 _CSV_FLEET = 3
+_WIDTH, _COLUMN = 32, 24
 _CHANGE = re.compile(r"[+-]?\d+")
 
 
@@ -66,15 +67,19 @@ def what_if(
     errors = Console(stderr=True)
     try:
         policies = [_policy(name) for name in policy or ["improvement"]]
-        rides, roads, present = _day(day, map_path, database)
-        present = _resized(present, fleet, Shuttle("", seats, wheelchair_places))
+        like = Shuttle("", seats, wheelchair_places)
+        rides, roads, shuttles = _day(day, map_path, database, like)
+        present = _resized(shuttles, len(shuttles) if fleet is None else fleet, like)
         changed = _resized(present, _count(vehicles, len(present)), present[0])
         fleets = [present] if len(changed) == len(present) else [present, changed]
         trials = _tried(errors, rides, roads, policies, fleets, seed)
     except (CannotTry, CampusUnread, RidesUnreadable, NotOnThisMap) as error:
         refuse(errors, str(error))
     if json_path is None or not write_json(errors, json_path, _report(day, seed, trials)):
-        Console().print(_table(day, trials))
+        table = _table(day, trials)
+        # Into a file or a pipe it goes whole.
+        width = None if Console().is_terminal else _WIDTH + _COLUMN * len(trials)
+        Console(width=width).print(table)
 
 
 def _policy(name: str) -> Policy:
@@ -85,11 +90,10 @@ def _policy(name: str) -> Policy:
 
 
 def _day(
-    named: str, map_path: Path | None, database: str | None
+    named: str, map_path: Path | None, database: str | None, like: Shuttle
 ) -> tuple[tuple[WantedRide, ...], FleetRoads, tuple[Shuttle, ...]]:
-    """Rides, roads, and the shuttles that there are; none for a table."""
+    """Rides, roads, and the shuttles that there are; for a table a few like that one."""
     path = Path(named)
-    shuttles: tuple[Shuttle, ...] = ()
     if path.is_file() or path.suffix.lower() == ".csv":
         if map_path is None:
             raise CannotTry("a table of rides needs the map of its stops: --map MAP.json")
@@ -98,6 +102,7 @@ def _day(
         except OSError as error:
             raise CannotTry(f"{path}: {error.strerror}") from error
         roads = _roads(map_path)
+        shuttles = (like,) * _CSV_FLEET
     else:
         with stored_campus(database) as uow:
             rides = booked_between(uow, *local_day(uow, named))
@@ -124,12 +129,12 @@ def _count(change: str, present: int) -> int:
     return present + number if change.strip()[0] in "+-" else number
 
 
-def _resized(present: tuple[Shuttle, ...], count: int | None, like: Shuttle) -> tuple[Shuttle, ...]:
+def _resized(present: tuple[Shuttle, ...], count: int, like: Shuttle) -> tuple[Shuttle, ...]:
     """The first so many, and others like that one. Raises CannotTry for a fleet of nobody."""
-    if count is None:
-        count = len(present) or _CSV_FLEET
     if count < 1:
-        raise CannotTry(f"a fleet of {count} shuttles drives nobody; leave one at least")
+        raise CannotTry(
+            f"a fleet of {count} shuttles drives nobody; say how many with --fleet and --vehicles"
+        )
     more = (replace(like, vehicle_id=f"more-{k + 1}") for k in range(len(present), count))
     return (*present[:count], *more)
 
@@ -158,9 +163,11 @@ def _title(policy: Policy, fleet: tuple[Shuttle, ...]) -> str:
 
 
 def _table(day: str, trials: list[_Trial]) -> Table:
-    table = Table("", title=f"{trials[0].figures.asked} rides of {day}", title_justify="left")
+    table = Table(
+        Column("", no_wrap=True), title=f"{trials[0].figures.asked} rides of {day}", title_justify="left"
+    )
     for trial in trials:
-        table.add_column(_title(trial.policy, trial.fleet), justify="right")
+        table.add_column(_title(trial.policy, trial.fleet).replace(", ", "\n"), justify="right", no_wrap=True)
 
     def row(label: str, shown: Callable[[DayFigures], str]) -> None:
         table.add_row(label, *(shown(trial.figures) for trial in trials))
