@@ -21,7 +21,7 @@ _COMMANDS = (
 _GROUPS = {
     "map": "Campus maps: import, check, rebuild.",
     "agent": "The agent on a vehicle: enrol, run.",
-    "dispatch": "Published dial-a-ride instances: prove a lower bound.",
+    "dispatch": "Dispatch: explain, replay, what if; demand; bounds of published instances.",
     "waypoints": "Waypoint files, of a route or of a recorded drive.",
 }
 _HIDDEN = ("warm",)

@@ -138,6 +138,26 @@ class Board:
         self.take_out(request_id)
         self._release(self.rows[request_id])
 
+    def withdraw(self, request_id: str) -> bool:
+        """A party that nobody has picked up yet changes its mind; whether a vehicle comes in vain.
+
+        One that has set out for it drives on to the stop and is free there, without opening its doors.
+        """
+        r = self.rows[request_id]
+        v = int(self.plan.vehicle_of[r])
+        in_vain = v != ABSENT and self.plan.locked[v] > 1 and self.plan.route[v, 1] == 2 * r
+        if in_vain:
+            task, start = self.task, int(self.plan.route[v, 0])
+            here, there = task.place[start], task.place[2 * r]
+            if self.problem.plane is None:
+                task.travel_s[here] = task.travel_s[there]
+            else:
+                task.xy[here] = task.xy[there]
+            task.early_s[start] = task.early_s[2 * r]
+            self.plan.locked[v] = 1
+        self.remove(request_id)
+        return bool(in_vain)
+
     def _release(self, r: int) -> None:
         del self.rows[self.requests.pop(r).request_id]
         self.plan.vehicle_of[r] = ABSENT

@@ -6,12 +6,14 @@ and moving waiting rides to where they cost less.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TypeVar
 
 from server.dispatch.solve import Budget
 from server.domain.errors import LeaseLost
 from server.loops.pulse import Pulse
 from server.usecases import plans, promises, sections, topics
+from server.usecases.decisions import Search
 from server.usecases.ports import Bus, Ids, Solver, Transactions, UnitOfWork
 
 T = TypeVar("T")
@@ -69,8 +71,10 @@ class Dispatcher:
         improvement = await self._transactions.read(plans.improvement_of)
         if improvement is None or self._budget.slices == 0:
             return
-        solution = await self._solver.solve(improvement.problem, self._budget, self._ids.seed())
-        await self._fenced(lambda uow: plans.adopt_improvement(uow, improvement, solution))
+        seed = self._ids.seed()
+        solution = await self._solver.solve(improvement.problem, self._budget, seed)
+        search = Search(replace(self._budget, stop_after=solution.slices), seed)
+        await self._fenced(lambda uow: plans.adopt_improvement(uow, improvement, solution, search))
 
     async def _fenced(self, work: Callable[[UnitOfWork], T]) -> T:
         def under_lease(uow: UnitOfWork) -> T:

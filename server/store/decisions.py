@@ -6,7 +6,7 @@ from typing import Any
 from server.domain.decisions import Alternative, Decision, Quote, RideDecision
 from server.store import tables
 from server.store.columns import from_json, to_json
-from server.store.repository import Repository
+from server.store.repository import AnyRow, Repository
 
 _decision = tables.decisions.c
 _ride = tables.ride_decisions.c
@@ -63,25 +63,30 @@ class Decisions(Repository):
             for row in rows
         )
 
+    def get(self, decision_id: str) -> Decision | None:
+        row = self._one(tables.decisions, _decision.decision_id == decision_id)
+        return None if row is None else _from_row(row)
+
     def between(self, begins: datetime, ends: datetime) -> tuple[Decision, ...]:
         rows = self._many(
             self._select(tables.decisions, _decision.made_at >= begins, _decision.made_at < ends).order_by(
                 _decision.made_at, _decision.decision_id
             )
         )
-        return tuple(
-            Decision(
-                campus_id=row.campus_id,
-                decision_id=row.decision_id,
-                made_at=row.made_at,
-                kind=row.kind,
-                problem=row.problem,
-                given=row.given,
-                answer=row.answer,
-            )
-            for row in rows
-        )
+        return tuple(_from_row(row) for row in rows)
 
     def forget_before(self, oldest: datetime) -> int:
         gone = self._delete(tables.decisions, _decision.made_at < oldest)
         return gone + self._delete(tables.ride_decisions, _ride.made_at < oldest)
+
+
+def _from_row(row: AnyRow) -> Decision:
+    return Decision(
+        campus_id=row.campus_id,
+        decision_id=row.decision_id,
+        made_at=row.made_at,
+        kind=row.kind,
+        problem=row.problem,
+        given=row.given,
+        answer=row.answer,
+    )

@@ -1,6 +1,6 @@
 """Campus maps as rows."""
 
-from sqlalchemy import select
+from sqlalchemy import Connection, select
 
 from server.domain.maps import StoredMap
 from server.store import tables
@@ -36,3 +36,8 @@ class Maps(Repository):
     def activate(self, map_version: str) -> None:
         self._update(tables.maps, {"active": False}, _map.active.is_(True))
         self._update(tables.maps, {"active": True}, _map.map_version == map_version)
+
+
+def campuses(connection: Connection) -> tuple[str, ...]:
+    """Every campus that has a map, in order: a database may hold several."""
+    return tuple(connection.execute(select(_map.campus_id).distinct().order_by(_map.campus_id)).scalars())

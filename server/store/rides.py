@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from datetime import datetime
 from typing import Any
 
 from server.domain.rides import ENDED, Promise, Ride, RideState, Tap
@@ -36,6 +37,9 @@ class Rides(Repository):
 
     def of_vehicle(self, vehicle_id: str, states: Sequence[RideState]) -> tuple[Ride, ...]:
         return self._listed(_ride.vehicle_id == vehicle_id, _ride.state.in_([str(state) for state in states]))
+
+    def wanted_between(self, begins: datetime, ends: datetime) -> tuple[Ride, ...]:
+        return self._listed(_ride.earliest >= begins, _ride.earliest < ends)
 
     def code_in_use(self, ride_code: str) -> bool:
         ended = [str(state) for state in ENDED]

@@ -27,6 +27,7 @@ from server.domain.timetable import Departure, without_vehicle
 from server.usecases import topics
 from server.usecases.assign import assign_rides
 from server.usecases.carry_out import carry_out, commit
+from server.usecases.decisions import Search, keep_improvement
 from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
 from server.usecases.routes import is_news, refresh_times, save_route
@@ -222,7 +223,9 @@ def improvement_of(uow: UnitOfWork) -> Improvement | None:
     return Improvement(snapshot.problem, versions)
 
 
-def adopt_improvement(uow: UnitOfWork, improvement: Improvement, solution: Solution) -> tuple[str, ...]:
+def adopt_improvement(
+    uow: UnitOfWork, improvement: Improvement, solution: Solution, search: Search
+) -> tuple[str, ...]:
     """Store the improved routes whose plans have not changed meanwhile; all of them or none.
 
     Answers the vehicles whose plans changed. A late answer is dropped.
@@ -231,7 +234,11 @@ def adopt_improvement(uow: UnitOfWork, improvement: Improvement, solution: Solut
     versions = {vehicle_id: plan.version for vehicle_id, plan in snapshot.plans.items()}
     if versions != improvement.versions:
         return ()
-    return commit(uow, snapshot, solution.routes)
+    before = dict(snapshot.rides)
+    changed = commit(uow, snapshot, solution.routes)
+    if changed:
+        keep_improvement(uow, improvement.problem, search, solution, before)
+    return changed
 
 
 # ---------------------------------------------------------------- inside

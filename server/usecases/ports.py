@@ -139,6 +139,11 @@ class RideRepository(Protocol):
 
     def of_vehicle(self, vehicle_id: str, states: Sequence[RideState]) -> tuple[Ride, ...]: ...
 
+    def wanted_between(self, begins: datetime, ends: datetime) -> tuple[Ride, ...]:
+        """Whatever has become of them: rides whose earliest pickup lies in [begins, ends); oldest request
+        first."""
+        ...
+
     def code_in_use(self, ride_code: str) -> bool: ...
 
     def add(self, ride: Ride) -> None: ...
@@ -382,6 +387,8 @@ class DecisionRepository(Protocol):
     def of_ride(self, ride_id: str) -> tuple[RideDecision, ...]:
         """Oldest first."""
         ...
+
+    def get(self, decision_id: str) -> Decision | None: ...
 
     def between(self, begins: datetime, ends: datetime) -> tuple[Decision, ...]:
         """In the order in which they were made."""

@@ -86,3 +86,40 @@ def test_seats_are_never_overbooked_on_the_way(seed: int, steps: int) -> None:
         inside[one.vehicle_id] += (-1 if one.alights else 1) * taken[one.request_id].party
         assert 0 <= inside[one.vehicle_id] <= 3
     assert set(inside.values()) == {0}
+
+
+@BOUNDED
+@given(st.integers(0, 10_000), st.integers(1, 25))
+def test_who_changes_their_mind_makes_nobody_else_late(seed: int, steps: int) -> None:
+    rng = np.random.default_rng(seed)
+    xy = rng.uniform(0.0, 100.0, (PLACES, 2))
+    times = 3.0 * np.linalg.norm(xy[:, None] - xy[None, :], axis=2)
+    fleet = tuple(VehicleState(f"v{k}", times[k], 0.0, 3, 0) for k in range(2))
+    board = Board(Problem(fleet, {}, times, dwell_s=10.0), spare=steps, patience=0.5)
+    wanted: dict[str, Request] = {}
+    gone: set[str] = set()
+    made: list[Made] = []
+    now_s = 0.0
+    for k in range(steps):
+        now_s += float(rng.exponential(60.0))
+        made += board.advance(now_s)
+        waiting = sorted(wanted.keys() - gone - {one.request_id for one in made})
+        if waiting and rng.random() < 0.4:
+            name = waiting[int(rng.integers(len(waiting)))]
+            board.withdraw(name)
+            gone.add(name)
+        pickup, dropoff = (int(place) for place in rng.choice(PLACES, 2, replace=False))
+        request = Request(f"r{k}", pickup, dropoff, 1, 0, now_s, now_s + 300.0, np.inf, RIDE_S_MAX)
+        board.add(request)
+        best = offers_for(board, request.request_id).best
+        if best is None:
+            board.remove(request.request_id)
+        else:
+            take(board, best)
+            wanted[request.request_id] = request
+    made += board.advance(now_s + 1e5)
+    picked = {one.request_id: one.at_s for one in made if not one.alights}
+    assert picked.keys() == wanted.keys() - gone
+    assert all(picked[name] <= wanted[name].pickup_to_s + 1e-5 for name in picked)
+    assert not board.rows
+    assert not board.overdue

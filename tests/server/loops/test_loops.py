@@ -19,6 +19,7 @@ from server.loops.retention import Retention
 from server.loops.silence import SilenceWatch
 from server.loops.solver import InlineSolver, ProcessSolver
 from server.usecases import plans, vehicles
+from server.usecases.decisions import Search
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.shipped_maps import shipped_map
@@ -111,10 +112,11 @@ def test_a_late_improvement_is_dropped(fleet: FakeFleet) -> None:
     fleet.book("NN20", "C6")
     improvement = campus.read(plans.improvement_of)
     assert improvement is not None
-    solution = campus.wait_for(InlineSolver().solve(improvement.problem, a_dispatcher(fleet)._budget, 1))
+    search = Search(a_dispatcher(fleet)._budget, 1)
+    solution = campus.wait_for(InlineSolver().solve(improvement.problem, search.budget, search.seed))
     fleet.book("NN20", "GYM")
     before = campus.read(lambda uow: uow.plans.all())
-    assert campus.do(lambda uow: plans.adopt_improvement(uow, improvement, solution)) == ()
+    assert campus.do(lambda uow: plans.adopt_improvement(uow, improvement, solution, search)) == ()
     assert campus.read(lambda uow: uow.plans.all()) == before
 
 

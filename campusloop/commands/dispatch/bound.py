@@ -1,11 +1,10 @@
-"""`campusloop dispatch`: published dial-a-ride instances."""
+"""`campusloop dispatch bound`: how good a plan of a published dial-a-ride instance can be at all."""
 
-import json
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -14,19 +13,13 @@ from rich.progress import Progress as Bar
 from rich.table import Table
 
 from campusloop.bound_run import BoundRun, run_bound
+from campusloop.commands.dispatch.ending import JsonPath, refuse, write_json
 from server.dispatch.bound.events import TooManyEvents
 from server.dispatch.bound.progress import Progress
 from server.dispatch.instance import InstanceBroken
 from server.feeds.instances.load import load_instance
 
-app = typer.Typer(no_args_is_help=True)
-# Without a callback, an app of one command would take that command's name for an argument.
-app.callback()(lambda: None)
 
-_BAD_INPUT = 2
-
-
-@app.command()
 def bound(
     instance_path: Annotated[
         Path,
@@ -40,7 +33,7 @@ def bound(
     upper: Annotated[
         float | None, typer.Option(min=0.0, help="cost of a solution known from elsewhere; spares work")
     ] = None,
-    json_path: Annotated[Path | None, typer.Option("--json", help="write the result here")] = None,
+    json_path: JsonPath = None,
 ) -> None:
     """Prove a lower bound of the distance that any plan of the instance needs."""
     errors = Console(stderr=True)
@@ -49,15 +42,11 @@ def bound(
         with _bar(errors, instance.name, seconds) as show:
             run = run_bound(instance, seconds, math.inf if upper is None else upper, show)
     except (InstanceBroken, TooManyEvents) as error:
-        _refuse(errors, str(error))
+        refuse(errors, str(error))
     except OSError as error:
-        _refuse(errors, f"{instance_path}: {error.strerror}")
-    Console().print(_table(instance.name, run))
-    if json_path is not None:
-        try:
-            json_path.write_text(json.dumps(_report(instance.name, run), indent=2, allow_nan=False) + "\n")
-        except OSError as error:
-            _refuse(errors, f"{json_path}: {error.strerror}")
+        refuse(errors, f"{instance_path}: {error.strerror}")
+    if json_path is None or not write_json(errors, json_path, _report(instance.name, run)):
+        Console().print(_table(instance.name, run))
 
 
 @contextmanager
@@ -121,8 +110,3 @@ def _report(name: str, run: BoundRun) -> dict[str, object]:
         "wall_s": run.wall_s,
         "routes": [list(route) for route in best.routes],
     }
-
-
-def _refuse(errors: Console, text: str) -> NoReturn:
-    errors.print(text, style="red", markup=False, highlight=False, soft_wrap=True)
-    raise typer.Exit(_BAD_INPUT)

@@ -1,0 +1,1 @@
+"""How many rides a campus asks for, when, and from where to where."""
