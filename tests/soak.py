@@ -41,6 +41,11 @@ CAMPAIGNS = (
         {"CAMPUSLOOP_STORIES": "200"},
     ),
     Campaign(
+        "promises",
+        "a million random events for the dispatcher, seed 1; no promise may be broken",
+        (sys.executable, "-m", "tests.server.dispatch.promise_campaign", "--events", "1000000"),
+    ),
+    Campaign(
         "missions",
         "1,000 random missions for three shuttles on the shipped and on generated maps",
         (sys.executable, "-m", "tests.contract.roads.random_missions", "--missions", "1000"),
