@@ -13,7 +13,7 @@ from server.domain.vehicles import Vehicle
 from server.usecases import topics, visits
 from server.usecases.ground import Footing, footing
 from server.usecases.incidents import clear_incident, open_incident
-from server.usecases.order_payload import order_payload
+from server.usecases.order_payload import order_payload, utc_ns
 from server.usecases.ports import UnitOfWork
 from server.usecases.section_desk import SectionDesk
 from server.usecases.ways import Way, blocked_for, way_through
@@ -33,6 +33,9 @@ def reissue(uow: UnitOfWork, vehicle_id: str, desk: SectionDesk | None = None) -
     plan = uow.plans.get(vehicle_id)
     present = uow.orders.current(vehicle_id)
     if plan is None or not plan.ordered or not vehicle.placed or not _is_behind(present, plan):
+        return None
+    if present is not None and _says_the_same(present, plan):
+        uow.orders.save(replace(present, plan_version=plan.version))
         return None
     where = uow.vehicles.whereabouts(vehicle_id)
     if where is None or where.status is None:
@@ -107,6 +110,21 @@ def repeat(uow: UnitOfWork, vehicle_id: str) -> IssuedOrder | None:
 def _is_behind(present: IssuedOrder | None, plan: Plan) -> bool:
     """The plan has changed since the present order was made."""
     return present is None or present.plan_version != plan.version
+
+
+def _says_the_same(present: IssuedOrder, plan: Plan) -> bool:
+    """The plan has changed behind what the order in force holds: the vehicle need not hear of it yet."""
+    if present.state not in (OrderState.ISSUED, OrderState.ACCEPTED) or present.plan_version < 0:
+        return False
+    ahead = plan.ordered
+    held = present.payload.visits[-len(ahead) :]
+    return len(held) == len(ahead) and all(
+        (sent.visit_id, sent.dwell_s, sent.not_before_ns)
+        == (visit.visit_id, visit.dwell_s, 0 if visit.not_before is None else utc_ns(visit.not_before))
+        and tuple(task.ride_id for task in sent.board) == visit.board
+        and tuple(task.ride_id for task in sent.alight) == visit.alight
+        for sent, visit in zip(held, ahead, strict=True)
+    )
 
 
 def _is_held_back(uow: UnitOfWork, plan: Plan, present: IssuedOrder | None, here: Footing) -> bool:
