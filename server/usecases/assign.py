@@ -49,6 +49,9 @@ def assign_rides(uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind) ->
         terms = replace(terms, later_s_max=0.0)
     promised = {ride.ride_id for ride in wanted if ride.promise is not None}
     answers = answer_all(board, [ride.ride_id for ride in wanted], terms, promised)
+    stay = _still_held(snapshot, answers)
+    if stay:
+        return _without(uow, wanted, kind, stay)
     for ride, answer in zip(wanted, answers, strict=True):
         if answer.best is not None:
             _promise(snapshot, board, ride, answer)
@@ -61,6 +64,22 @@ def assign_rides(uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind) ->
         (snapshot.rides[ride.ride_id] if answer.best else ride, answer.rule)
         for ride, answer in zip(wanted, answers, strict=True)
     ]
+
+
+def _still_held(snapshot: Snapshot, answers: Sequence[Answer]) -> dict[str, str]:
+    """Refused rides that are in some vehicle's plan, and the rule: they may not leave it for nothing."""
+    refused = {answer.request_id: answer.rule for answer in answers if answer.best is None}
+    planned = {ride_id for plan in snapshot.plans.values() for ride_id in plan.ride_ids}
+    return {ride_id: rule for ride_id, rule in refused.items() if ride_id in planned}
+
+
+def _without(
+    uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind, stay: dict[str, str]
+) -> list[tuple[Ride, str]]:
+    """Decide again on a fleet in which these rides stay where they are."""
+    others = assign_rides(uow, [ride for ride in wanted if ride.ride_id not in stay], kind)
+    decided = iter(others)
+    return [(ride, stay[ride.ride_id]) if ride.ride_id in stay else next(decided) for ride in wanted]
 
 
 def _promise(snapshot: Snapshot, board: Board, ride: Ride, answer: Answer) -> None:
