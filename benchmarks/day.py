@@ -9,8 +9,8 @@ Driving is straight at the given speed, nobody walks, getting on and off takes n
 ride could be driven between its earliest and its latest time, the latest time is that of arrival; otherwise
 it is that of the pickup, and a ride may take twice the direct one or ten minutes more.
 Vehicles begin at the origins of rides spread evenly over the day. A request is answered when it is announced
-and never dropped after that. The greedy peer takes the cheapest insertion, sets out at once and never
-reconsiders; the engine waits before it sets out, and searches around one vehicle after the other.
+and never dropped after that. The greedy peer takes the cheapest insertion and never reconsiders; the
+engine also searches, around one vehicle after the other.
 Solutions: one line a vehicle; number 2k - 1 is the pickup and 2k the drop-off of the k-th row.
 """
 
@@ -62,10 +62,10 @@ def main() -> None:
     parser.add_argument("--vehicles", type=int, default=300)
     parser.add_argument("--seats", type=int, default=6)
     parser.add_argument("--speed-mps", type=float, default=8.0)
-    parser.add_argument("--patience", type=float, default=0.75)
-    parser.add_argument("--every", type=float, default=10.0, metavar="S")
-    parser.add_argument("--around", type=int, default=16, metavar="VEHICLES")
-    parser.add_argument("--attempts", type=int, default=150)
+    parser.add_argument("--patience", type=float, default=0.0)
+    parser.add_argument("--every", type=float, default=7.0, metavar="S")
+    parser.add_argument("--around", type=int, default=24, metavar="VEHICLES")
+    parser.add_argument("--attempts", type=int, default=200)
     parser.add_argument("--solutions", type=Path)
     parser.add_argument("--json", type=Path)
     args = parser.parse_args()

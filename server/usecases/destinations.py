@@ -175,7 +175,7 @@ def _dropping(
         problem = replace(
             snapshot.problem, vehicles=(replace(vehicle, calls=calls),), requests=requests, open_requests=()
         )
-        made = _times_of(problem, before)
+        made = _times_of(problem, before, wish)
         if made is not None and (found is None or made.cost < found.cost):
             found = made
     return None if found is None else found.route(0)
@@ -199,12 +199,13 @@ def _routes(
         yield (*calls[:index], Call(place, (), (wish.ride_id,), uow.rules.dwell_s), *calls[index:])
 
 
-def _times_of(problem: Problem, before: Board) -> Board | None:
-    """The route as it stands, timed; None when it breaks a promise, or makes a late one later."""
+def _times_of(problem: Problem, before: Board, wish: Ride) -> Board | None:
+    """The route as it stands, timed; None when it breaks a promise, or makes somebody else's later that is
+    late already."""
     board = Board(problem)
     if board.impossible or board.overdue - before.overdue:
         return None
-    late = [name for name in board.overdue if name in before.rows]
+    late = [name for name in board.overdue if name in before.rows and name != wish.ride_id]
     if any(board.arrival_s(name) > before.arrival_s(name) + _LATER_S for name in late):
         return None
     return board
