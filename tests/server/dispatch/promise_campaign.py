@@ -158,8 +158,9 @@ def main() -> None:
     args = parser.parse_args()
     campaign = run_campaign(args.seed, args.events)
     print(
-        f"seed {args.seed}: {campaign.events} events, {campaign.taken} rides taken, "
-        f"{campaign.refused} refused, {campaign.cancelled} cancelled, {campaign.departures} departures, {len(campaign.broken)} broken"
+        f"seed {args.seed}: {campaign.events} events, {campaign.taken} rides taken,",
+        f"{campaign.refused} refused, {campaign.cancelled} cancelled,",
+        f"{campaign.departures} departures, {len(campaign.broken)} broken",
     )
     if campaign.broken:
         sys.exit("\n".join(campaign.broken[:20]))
