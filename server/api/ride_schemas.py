@@ -104,6 +104,9 @@ class RideView(BaseModel):
     reason: str
     reason_detail: str
     promise_broken: bool
+    first_promise: PromiseView | None = Field(
+        None, description="What was promised before it could not be kept; `promise` is what holds now."
+    )
     left_early: bool
     first_to_stop: str | None = Field(description="Where it was booked to, when the destination has changed.")
     let_out: bool = Field(description="The party asked to get off as soon as possible: to_stop is where.")
@@ -281,6 +284,7 @@ def _fields(ride: Ride) -> dict[str, object]:
         "reason": ride.reason,
         "reason_detail": ride.reason_detail,
         "promise_broken": ride.promise_broken,
+        "first_promise": None if ride.first_promise is None else _promise(ride.first_promise),
         "left_early": ride.left_early,
         "first_to_stop": ride.first_to_stop,
         "let_out": ride.let_out,

@@ -73,7 +73,8 @@ def _near_by(
     for up in (Walk(wish.pickup, 0.0), *pickups):
         for down in (Walk(wish.dropoff, 0.0), *dropoffs):
             walk_s = up.walk_s + down.walk_s
-            if up.place == down.place or walk_s == 0.0:
+            there_and_back = up.place == wish.dropoff or down.place == wish.pickup
+            if up.place == down.place or walk_s == 0.0 or there_and_back:
                 continue
             there = replace(
                 wish,

@@ -109,6 +109,7 @@ class Ride:
     reason: str = ""
     reason_detail: str = ""
     promise_broken: bool = False
+    first_promise: Promise | None = None
     left_early: bool = False
     idempotency_key: str | None = None
     arrive_before: datetime | None = None
@@ -151,6 +152,13 @@ def assigned(ride: Ride, vehicle_id: str, pickup_eta: datetime, arrival_eta: dat
 def unassigned(ride: Ride) -> Ride:
     """Back to where it was before a vehicle had it; the promise stays."""
     return replace(moved(ride, S.REQUESTED), vehicle_id=None, pickup_eta=None, arrival_eta=None)
+
+
+def promised_anew(ride: Ride, promise: Promise) -> Ride:
+    """The promise cannot be kept: from now on this one holds. What was promised first is kept beside it."""
+    return replace(
+        ride, promise=promise, first_promise=ride.first_promise or ride.promise, promise_broken=True
+    )
 
 
 def boarded(ride: Ride, how: BoardedHow, at: datetime) -> Ride:

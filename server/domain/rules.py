@@ -17,6 +17,7 @@ class FleetRules:
     pickup_early_s, pickup_slack_s  the promised pickup window around the planned pickup
     arrival_slack_s, arrival_slack_ratio  the promised latest arrival after the planned one, the second
                           as a share of the planned time on board
+    promise_lapse_s       a promise that the plan misses by so much is told anew
     walk_m_max, walk_mps  other stops are offered within this distance (straight), walked at this speed
     later_s_max           how much later than asked for a refused rider is offered a ride
     departure_tolerance_s a timetable call that would be left later than this is no candidate
@@ -46,6 +47,7 @@ class FleetRules:
     pickup_slack_s: float = 300.0
     arrival_slack_s: float = 300.0
     arrival_slack_ratio: float = 0.5
+    promise_lapse_s: float = 20.0
     walk_m_max: float = 400.0
     walk_mps: float = 1.1
     later_s_max: float = 7200.0

@@ -107,6 +107,9 @@ def ride_from_row(row: AnyRow) -> Ride:
         reason=row.reason,
         reason_detail=row.reason_detail,
         promise_broken=row.promise_broken,
+        first_promise=None
+        if row.first_pickup_from is None
+        else Promise(row.first_pickup_from, row.first_pickup_to, row.first_arrive_by),
         left_early=row.left_early,
         idempotency_key=row.idempotency_key,
         arrive_before=row.arrive_before,
@@ -117,7 +120,7 @@ def ride_from_row(row: AnyRow) -> Ride:
 
 
 def _ride_to_row(ride: Ride) -> dict[str, Any]:
-    promise = ride.promise
+    promise, first = ride.promise, ride.first_promise
     return {
         "ride_id": ride.ride_id,
         "ride_code": ride.ride_code,
@@ -143,6 +146,9 @@ def _ride_to_row(ride: Ride) -> dict[str, Any]:
         "reason": ride.reason,
         "reason_detail": ride.reason_detail,
         "promise_broken": ride.promise_broken,
+        "first_pickup_from": None if first is None else first.pickup_from,
+        "first_pickup_to": None if first is None else first.pickup_to,
+        "first_arrive_by": None if first is None else first.arrive_by,
         "left_early": ride.left_early,
         "idempotency_key": ride.idempotency_key,
         "arrive_before": ride.arrive_before,

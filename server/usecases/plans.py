@@ -22,9 +22,9 @@ from server.domain.errors import (
 from server.domain.events import ServerEvent
 from server.domain.incidents import IncidentKind
 from server.domain.plans import Plan, PlannedVisit, next_version
-from server.domain.rides import WAITING, Ride, RideState, ended, unassigned
+from server.domain.rides import WAITING, Ride, RideState, ended, promised_anew, unassigned
 from server.domain.timetable import Departure, without_vehicle
-from server.usecases import topics
+from server.usecases import promises, topics
 from server.usecases.assign import assign_rides
 from server.usecases.carry_out import carry_out, commit
 from server.usecases.decisions import Search, keep_improvement
@@ -100,14 +100,11 @@ def assign_waiting(uow: UnitOfWork) -> tuple[Ride, ...]:
     late = [replace(wish, promise=None, requested_at=uow.now, arrive_before=None) for _, wish in left]
     for (ride, _), (taken, rule) in zip(left, assign_rides(uow, late, "reassignment"), strict=True):
         if not rule:
-            kept = replace(
-                taken,
-                promise=ride.promise,
-                requested_at=ride.requested_at,
-                arrive_before=ride.arrive_before,
-            )
+            kept = _promised_later(ride, taken)
             uow.rides.save(kept)
             found.append(kept)
+            if kept.promise_broken:
+                promises.tell(uow, kept, "goes with another shuttle, later than promised")
         elif ride.state is RideState.REQUESTED:
             _give_up_late(uow, ride, rule)
     return tuple(found)
@@ -264,8 +261,17 @@ def _solved(snapshot: Snapshot) -> Solution:
 
 
 def _has_lapsed(uow: UnitOfWork, ride: Ride) -> bool:
-    """The promised pickup is past: whoever can come first is better than waiting on."""
-    return ride.promise is not None and uow.now > ride.promise.pickup_to
+    """The promise cannot be kept any more: whoever can come first is better than waiting on."""
+    return ride.promise is not None and (ride.promise_broken or uow.now > ride.promise.pickup_to)
+
+
+def _promised_later(ride: Ride, taken: Ride) -> Ride:
+    """A ride that another vehicle has taken over, its old promise kept beside the new one."""
+    kept = replace(taken, requested_at=ride.requested_at, arrive_before=ride.arrive_before)
+    if ride.promise is None or taken.promise is None:
+        return kept
+    before = replace(kept, promise=ride.promise, first_promise=ride.first_promise)
+    return promised_anew(before, taken.promise)
 
 
 def _stranded(uow: UnitOfWork) -> list[Ride]:

@@ -1,27 +1,72 @@
-"""Promises once made: an incident with a cause when one is broken."""
+"""Promises once made: told anew as soon as one cannot be kept, with an incident that names the cause."""
 
+import math
 from dataclasses import replace
+from datetime import timedelta
 
+from server.domain.events import ServerEvent
 from server.domain.incidents import IncidentKind
-from server.domain.rides import Ride, RideState
+from server.domain.rides import Promise, Ride, RideState, promised_anew
 from server.domain.rules import FleetRules
 from server.usecases import topics
 from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
 
+_UNDER_WAY = (RideState.REQUESTED, RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
+
 
 def check_promises(uow: UnitOfWork) -> tuple[Ride, ...]:
-    """The rides whose promise has been broken since the last look."""
-    under_way = (RideState.REQUESTED, RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
-    broken = []
-    for ride in uow.rides.in_states(under_way):
-        what = _broken(uow, ride)
-        if what and not ride.promise_broken:
+    """The rides whose promise has turned out not to be kept since the last look.
+
+    As soon as the plan says so, and long before the time has come where it can, the party gets a new promise
+    with the usual room around the times planned now, and operators an incident with its cause.
+    """
+    told = []
+    for ride in uow.rides.in_states(_UNDER_WAY):
+        what, promise = _missed(uow, ride)
+        if promise is not None:
+            late = promised_anew(ride, promise)
+        elif what and not ride.promise_broken:
             late = replace(ride, promise_broken=True)
-            uow.rides.save(late)
-            _tell(uow, late, what)
-            broken.append(late)
-    return tuple(broken)
+        else:
+            continue
+        uow.rides.save(late)
+        tell(uow, late, what)
+        told.append(late)
+    return tuple(told)
+
+
+def _missed(uow: UnitOfWork, ride: Ride) -> tuple[str, Promise | None]:
+    """What the plan says about the promise now, and what can be promised instead; "" where all is well."""
+    promise, rules = ride.promise, uow.rules
+    if promise is None or ride.vehicle_id is None or ride.arrival_eta is None:
+        return _broken(uow, ride), None
+    room = timedelta(seconds=rules.promise_lapse_s)
+    waits = ride.state in (RideState.REQUESTED, RideState.ASSIGNED)
+    pickup_eta = ride.pickup_eta if waits else None
+    # Times in the past are of a plan that has not been looked at since.
+    arrival_eta = max(ride.arrival_eta, uow.now)
+    pickup_eta = None if pickup_eta is None else max(pickup_eta, uow.now)
+    what = ""
+    if pickup_eta is not None and pickup_eta > promise.pickup_to + room:
+        what = f"will be picked up {_minutes(pickup_eta - promise.pickup_to)} later than promised"
+    elif arrival_eta > promise.arrive_by + room:
+        what = f"will arrive {_minutes(arrival_eta - promise.arrive_by)} later than promised"
+    if not what:
+        return "", None
+    begins = pickup_eta or ride.pickup_eta or uow.now
+    on_board_s = max(0.0, (arrival_eta - begins).total_seconds())
+    pickup_from, pickup_to = promise.pickup_from, promise.pickup_to
+    if pickup_eta is not None:
+        pickup_from = max(pickup_from, pickup_eta - timedelta(seconds=rules.pickup_early_s))
+        pickup_to = max(pickup_to, pickup_eta + timedelta(seconds=rules.pickup_slack_s))
+    arrive_by = arrival_eta + timedelta(seconds=arrival_slack_s(rules, on_board_s))
+    return what, Promise(pickup_from, pickup_to, max(promise.arrive_by, arrive_by))
+
+
+def _minutes(late: timedelta) -> str:
+    minutes = math.ceil(late.total_seconds() / 60.0)
+    return f"{minutes} minute{'s' if minutes != 1 else ''}"
 
 
 def _broken(uow: UnitOfWork, ride: Ride) -> str:
@@ -34,7 +79,8 @@ def _broken(uow: UnitOfWork, ride: Ride) -> str:
     return "not picked up within the window" if waiting and uow.now > ride.promise.pickup_to else ""
 
 
-def _tell(uow: UnitOfWork, ride: Ride, what: str) -> None:
+def tell(uow: UnitOfWork, ride: Ride, what: str) -> None:
+    """An incident that names the cause; the party's phone shows the ride anew."""
     cause = f"ride {ride.ride_code} {what}: {_reason(uow, ride)}"
     open_incident(
         uow,
@@ -43,6 +89,9 @@ def _tell(uow: UnitOfWork, ride: Ride, what: str) -> None:
         cause,
         vehicle_id=ride.vehicle_id,
         ride_id=ride.ride_id,
+    )
+    uow.events.add_server_event(
+        ServerEvent(uow.campus_id, uow.now, "ride.promise_broken", ride.ride_id, "", cause)
     )
     uow.publish(topics.ride(uow.campus_id, ride.ride_id), promise="broken")
 

@@ -128,6 +128,30 @@ def test_a_refusal_names_the_rule_and_keeps_what_was_filled_in(
     expect(page.get_by_role("button", name="From Main Library")).to_be_visible()
 
 
+def test_who_is_refused_is_offered_what_could_be_had_and_books_it(
+    open_page: OpenPage, shuttle: ScriptedShuttle, server: ServerProcess
+) -> None:
+    stops = {stop["name_en"]: stop["stop_id"] for stop in server.http.get("/stops").json()}
+    wish = {"from_stop": stops["Main Library"], "to_stop": stops["Gymnasium"], "party": 6}
+    others = []
+    while not others or others[-1]["state"] != "refused":
+        others.append(server.http.post("/rides", json=wish).json())
+        assert len(others) < 20
+    assert others[-1]["alternatives"]
+    page = open_page("/", **PHONE)
+    fill_booking(page, "Main Library", "Gymnasium")
+    for _ in range(5):
+        page.get_by_role("group", name="People").get_by_role("button", name="One more").click()
+    page.get_by_role("button", name="Book the ride").click()
+    expect(page.get_by_role("heading", name="You could have instead")).to_be_visible()
+    page.locator(".alternatives button").first.click()
+    page.get_by_role("button", name="Book the ride").click()
+    expect(page.locator("[data-boarding-code]")).to_be_visible()
+    cancel(page)
+    for ride in others[:-1]:
+        server.http.post(f"/rides/{ride['token']}/cancel")
+
+
 def test_a_stop_is_chosen_by_a_tap_on_the_map(open_page: OpenPage, server: ServerProcess) -> None:
     page = open_page("/", **PHONE)
     stops = server.http.get("/stops").json()

@@ -16,7 +16,7 @@ ELEVATIONS = np.radians(np.linspace(-15.0, 15.0, 16))
 HOUSES = st.lists(
     st.tuples(
         st.floats(-40.0, 40.0), st.floats(-40.0, 40.0), st.floats(2.0, 12.0), st.floats(0.5, 20.0)
-    ).filter(lambda house: math.hypot(house[0], house[1]) > house[2] + 1.0),
+    ).filter(lambda house: max(abs(house[0]), abs(house[1])) > house[2] + 1.0),
     min_size=1,
     max_size=6,
 )

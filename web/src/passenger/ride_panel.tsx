@@ -7,6 +7,7 @@ import { conditionOf } from "../shared/scene/condition";
 import { Loading, Note, ProblemNote } from "../shared/ui/notes";
 import { language } from "../shared/words/language";
 import { momentNear } from "../shared/words/moments";
+import { Alternatives } from "./alternatives";
 import { clearEnds } from "./booking_form";
 import type { FollowedRide, Ticket } from "./followed_ride";
 import { goTo } from "./navigation";
@@ -64,6 +65,7 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
           ended={story.ended}
         />
       )}
+      <Alternatives ticket={ticket} campus={campus} />
       {story.ended ? (
         <BookAnother keep={story.chapter === "refused"} />
       ) : (
@@ -164,7 +166,9 @@ function Details({
     <>
       {text !== "" && <p class="lead">{text}</p>}
       {ticket.let_out && !story.ended && <Note tone="good">{say.let_out}</Note>}
-      {ticket.promise_broken && <Note tone="warning">{say.late}</Note>}
+      {ticket.promise_broken && (
+        <Note tone="warning">{ticket.first_promise == null ? say.late : say.promised_anew}</Note>
+      )}
       {delay !== "" && <Note tone="warning">{delay}</Note>}
     </>
   );

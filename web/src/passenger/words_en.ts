@@ -120,6 +120,14 @@ export const en = {
   failed: "This ride could not be finished",
   failed_more: "The operators have been told. Book another ride if you still need one.",
   late: "The promised time could not be kept. The operators have been told.",
+  promised_anew: "It will be later than first promised. The times below hold from now on.",
+  instead: "You could have instead",
+  instead_later: (time: string) => `The same ride ${time}`,
+  instead_split: (first: string, second: string, times: string) =>
+    `In two shuttles, ${first} and ${second} people, ${times}`,
+  instead_stops: (from: string, to: string, time: string, minutes: number) =>
+    `${from} to ${to} ${time}, ${minutes} min on foot`,
+  and: " and ",
   in_minutes: (minutes: number) => (minutes === 1 ? "in 1 minute" : `in ${minutes} minutes`),
   under_a_minute: "in less than a minute",
   around: (time: string) => `around ${time}`,
@@ -179,6 +187,9 @@ export const en = {
       "The service closes before you could be there. Choose an earlier time or another day.",
     arrival: "No shuttle could bring you there in time. Choose another time.",
     stop_unknown: "The map has no such stop any more.",
+    timetable: "Every shuttle that could come has a timetable to keep. Choose another time.",
+    battery: "No shuttle has enough charge left for this ride. Try later.",
+    closed_road: "A closed road cuts these stops off from each other. Choose other stops.",
     ride_time: "Everybody would ride too long. Choose a later time or a nearer stop.",
   } as Readonly<Record<string, string>>,
 };

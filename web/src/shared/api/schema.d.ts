@@ -1994,6 +1994,8 @@ export interface components {
             reason_detail: string;
             /** Promise Broken */
             promise_broken: boolean;
+            /** @description What was promised before it could not be kept; `promise` is what holds now. */
+            first_promise?: components["schemas"]["PromiseView"] | null;
             /** Left Early */
             left_early: boolean;
             /**
@@ -2154,6 +2156,8 @@ export interface components {
             reason_detail: string;
             /** Promise Broken */
             promise_broken: boolean;
+            /** @description What was promised before it could not be kept; `promise` is what holds now. */
+            first_promise?: components["schemas"]["PromiseView"] | null;
             /** Left Early */
             left_early: boolean;
             /**
@@ -2257,6 +2261,8 @@ export interface components {
             reason_detail: string;
             /** Promise Broken */
             promise_broken: boolean;
+            /** @description What was promised before it could not be kept; `promise` is what holds now. */
+            first_promise?: components["schemas"]["PromiseView"] | null;
             /** Left Early */
             left_early: boolean;
             /**
