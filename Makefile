@@ -51,7 +51,8 @@ test: setup
 	@scripts/browser
 	cd web && npm test --silent
 	$(PY) -m pytest -n 2 --dist loadfile -m "not real and not browser and not faults and not long"
-	$(PY) -m pytest -m "real or browser"
+	$(PY) -m pytest -m "real and not browser"
+	$(PY) -m pytest -m browser
 
 # Whole rides among people, in virtual time, and rides in real time whose processes are killed: that one goes
 # last and alone, for a vehicle that is starved of its clock stops, as it should.
