@@ -9,11 +9,10 @@ files R1a to
 R10b are the instances pr01 to pr20 of 2003.
 """
 
-import argparse
 import time
 from pathlib import Path
 
-from benchmarks.published import best_known, instances_in, published_name, write_routes
+from benchmarks.published import arguments, best_known, instances_in, published_name, write_routes
 from benchmarks.report import Row, write_report
 from benchmarks.rescore import RouteBroken, rescored
 from server.dispatch.engine.from_instance import node_routes, task_of
@@ -26,15 +25,8 @@ _RESERVE = 0.05
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("folder", type=Path, metavar="DIR")
+    parser = arguments(__doc__)
     parser.add_argument("--seconds", type=float, default=10.0)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--best-known", type=Path)
-    parser.add_argument("--solutions", type=Path)
-    parser.add_argument("--json", type=Path)
     args = parser.parse_args()
     instances = instances_in(args.folder)
     known = best_known(args.folder, args.best_known, "cost")

@@ -8,14 +8,13 @@ cost is compared with the best known one of the static instance, where everythin
 Budgets are counts: slices of attempts after each request.
 """
 
-import argparse
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.published import best_known, instances_in, write_routes
+from benchmarks.published import arguments, best_known, instances_in, write_routes
 from benchmarks.report import Row, write_report
 from benchmarks.rescore import RouteBroken, rescored
 from server.dispatch.board import Board
@@ -33,15 +32,8 @@ _PATIENCE = 0.75
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("folder", type=Path, metavar="DIR")
+    parser = arguments(__doc__)
     parser.add_argument("--slices", type=int, default=20, help="of improvement after each request")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--best-known", type=Path)
-    parser.add_argument("--solutions", type=Path)
-    parser.add_argument("--json", type=Path)
     args = parser.parse_args()
     instances = [instance for instance in instances_in(args.folder) if instance.revealed is not None]
     known = best_known(args.folder, args.best_known, "cost")

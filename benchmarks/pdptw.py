@@ -9,12 +9,11 @@ the best known. --peers gives OR-tools and PyVRP the same seconds, where they ar
 (benchmarks/pdptw_peers.py).
 """
 
-import argparse
 import time
 from pathlib import Path
 
 from benchmarks.pdptw_peers import PEERS, Routes, missing_peers, peer_routes
-from benchmarks.published import best_known, instances_in, write_routes
+from benchmarks.published import arguments, best_known, instances_in, write_routes
 from benchmarks.report import Row, Value, write_report
 from benchmarks.rescore import RouteBroken, rescored
 from server.dispatch.engine.fleet import FleetSearch
@@ -32,15 +31,8 @@ _SETTINGS = Settings(afresh_every=1, growth=1.2, cycle_max=40)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("folder", type=Path, metavar="DIR")
+    parser = arguments(__doc__)
     parser.add_argument("--seconds", type=float, default=30.0)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--best-known", type=Path)
-    parser.add_argument("--solutions", type=Path)
-    parser.add_argument("--json", type=Path)
     parser.add_argument("--peers", action="store_true", help="run OR-tools and PyVRP as well")
     args = parser.parse_args()
     instances = instances_in(args.folder)

@@ -1,5 +1,6 @@
 """What the benchmarks on published instances share: finding them, their best known costs, writing routes."""
 
+import argparse
 import csv
 import re
 import sys
@@ -11,6 +12,19 @@ from server.feeds.instances.load import load_instance
 
 _SUFFIXES = {".txt", ".json", ""}
 _R_FILE = re.compile(r"R(\d+)([ab])")
+
+
+def arguments(description: str | None) -> argparse.ArgumentParser:
+    """What every benchmark on published instances is told."""
+    parser = argparse.ArgumentParser(
+        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path, metavar="DIR")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--best-known", type=Path)
+    parser.add_argument("--solutions", type=Path)
+    parser.add_argument("--json", type=Path)
+    return parser
 
 
 def instances_in(folder: Path) -> list[Instance]:

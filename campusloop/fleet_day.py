@@ -6,7 +6,7 @@ seconds, and two days can be compared ride by ride.
 
 import heapq
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import accumulate
 
 from server.dispatch.answer import Terms, answer_all
@@ -176,14 +176,13 @@ def _request(ride: WantedRide, roads: FleetRoads, rules: FleetRules) -> Request:
         pickup_from_s=earliest_s,
         pickup_to_s=earliest_s + rules.wait_s_max,
         arrive_by_s=float("inf"),
-        ride_s_max=max(rules.detour_ratio_max * direct_s, direct_s + rules.detour_s_min),
+        ride_s_max=rules.ride_s_max(direct_s),
     )
 
 
 def _terms(roads: FleetRoads, rules: FleetRules) -> Terms:
     """Without alternatives: nobody here would take one."""
-    terms = roads.terms(rules)
-    return Terms(terms.pickup_early_s, terms.pickup_slack_s, terms.arrival_slack_s, terms.arrival_slack_ratio)
+    return replace(roads.terms(rules), later_s_max=0.0)
 
 
 def _board(

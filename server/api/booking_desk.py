@@ -1,23 +1,12 @@
 """Bookings that come in while others are being decided are decided together, on one look at the fleet."""
 
 import asyncio
-from dataclasses import dataclass
 
-from server.domain.decisions import Alternative
-from server.domain.errors import DomainError
-from server.domain.rides import BookRide, Ride
+from server.domain.rides import BookRide
 from server.usecases import rides
-from server.usecases.ports import Transactions, UnitOfWork
+from server.usecases.ports import Transactions
 
 TOGETHER_MAX = 32
-
-
-@dataclass(frozen=True, slots=True)
-class Booked:
-    """alternatives  for a refused ride"""
-
-    ride: Ride
-    alternatives: tuple[Alternative, ...] = ()
 
 
 class BookingDesk:
@@ -25,12 +14,12 @@ class BookingDesk:
 
     def __init__(self, transactions: Transactions) -> None:
         self._transactions = transactions
-        self._waiting: list[tuple[BookRide, asyncio.Future[Booked]]] = []
+        self._waiting: list[tuple[BookRide, asyncio.Future[rides.Booked]]] = []
         self._worker: asyncio.Task[None] | None = None
 
-    async def book(self, wish: BookRide) -> Booked:
+    async def book(self, wish: BookRide) -> rides.Booked:
         """See `rides.book` for what it raises."""
-        answer: asyncio.Future[Booked] = asyncio.get_running_loop().create_future()
+        answer: asyncio.Future[rides.Booked] = asyncio.get_running_loop().create_future()
         self._waiting.append((wish, answer))
         if self._worker is None:
             self._worker = asyncio.get_running_loop().create_task(self._work(), name="booking-desk")
@@ -45,10 +34,10 @@ class BookingDesk:
         finally:
             self._worker = None
 
-    async def _decide(self, together: list[tuple[BookRide, asyncio.Future[Booked]]]) -> None:
+    async def _decide(self, together: list[tuple[BookRide, asyncio.Future[rides.Booked]]]) -> None:
         """All in one transaction; where that fails, each on its own, so that one harms no other."""
         wishes = [wish for wish, _ in together]
-        work = self._transactions.run(lambda uow: _booked(uow, wishes))
+        work = self._transactions.run(lambda uow: rides.book_all(uow, wishes))
         (booked,) = await asyncio.gather(work, return_exceptions=True)
         if isinstance(booked, list):
             for (_, answer), result in zip(together, booked, strict=True):
@@ -60,14 +49,7 @@ class BookingDesk:
                 await self._decide([one])
 
 
-def _booked(uow: UnitOfWork, wishes: list[BookRide]) -> list[Booked | DomainError]:
-    return [
-        answer if isinstance(answer, DomainError) else Booked(answer, rides.alternatives_for(uow, answer))
-        for answer in rides.book_all(uow, wishes)
-    ]
-
-
-def _settle(answer: asyncio.Future[Booked], result: Booked | BaseException) -> None:
+def _settle(answer: asyncio.Future[rides.Booked], result: rides.Booked | BaseException) -> None:
     """Who has gone away meanwhile has still booked."""
     if answer.done():
         return

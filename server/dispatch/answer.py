@@ -28,6 +28,10 @@ class Terms:
     later_s_max: float = 0.0
     walks: tuple[tuple[Walk, ...], ...] = ()
 
+    def arrive_by_s(self, pickup_s: float, arrival_s: float) -> float:
+        """The latest arrival that is promised with these times planned."""
+        return arrival_s + self.arrival_slack_s + self.arrival_slack_ratio * max(0.0, arrival_s - pickup_s)
+
 
 @dataclass(frozen=True, slots=True)
 class Quote:
@@ -88,8 +92,8 @@ def _answer(board: Board, request_id: str, terms: Terms, promised: bool) -> Answ
 def _promised(request: Request, quote: Quote, terms: Terms) -> tuple[float, float, float]:
     """The planned times, with room for later riders, people in the way and waiting for the road."""
     opens_s = max(request.pickup_from_s, quote.pickup_s - terms.pickup_early_s)
-    slack_s = terms.arrival_slack_s + terms.arrival_slack_ratio * (quote.arrival_s - quote.pickup_s)
-    return opens_s, quote.pickup_s + terms.pickup_slack_s, min(quote.arrival_s + slack_s, request.arrive_by_s)
+    by_s = min(terms.arrive_by_s(quote.pickup_s, quote.arrival_s), request.arrive_by_s)
+    return opens_s, quote.pickup_s + terms.pickup_slack_s, by_s
 
 
 def _quote(board: Board, offer: Offer) -> Quote:

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from server.dispatch.advance import advance, made_log
-from server.dispatch.arrays import AnyArray
-from server.dispatch.engine.plan import ABSENT, Plan, Scratch, copy_plan, empty_plan, refresh, scratch_for
-from server.dispatch.engine.task import SEATS, WHEELCHAIRS, Task
+from server.dispatch.blank_task import blank_task, finite
+from server.dispatch.engine.plan import ABSENT, Plan, Scratch, empty_plan, refresh, scratch_for
+from server.dispatch.engine.task import SEATS, WHEELCHAIRS
 from server.dispatch.layout import Stay, calls_and_times
 from server.dispatch.problem import CUT_OFF_S, Call, Problem, Request, VehicleRoute, VehicleState
 from server.dispatch.settle import settle
@@ -76,7 +76,7 @@ class Board:
         fixed = sum(_stands(call) for vehicle in problem.vehicles for call in vehicle.calls)
         fixed += sum(len(chain.calls) for chain in problem.open_chains)
         self._next_fixed = 2 * (capacity + len(problem.vehicles))
-        self.task = _blank_task(problem, capacity, self._next_fixed + 2 * fixed)
+        self.task = blank_task(problem, capacity, self._next_fixed + 2 * fixed)
         room = max((_visits(vehicle) for vehicle in problem.vehicles), default=0) + visits
         self.plan: Plan = empty_plan(self.task, room + 2 * fixed)
         self.scratch: Scratch = scratch_for(self.task, room + 2 * fixed)
@@ -210,7 +210,7 @@ class Board:
         start = 2 * (requests + v)
         task.place[start], task.place[start + 1] = self._places + v, vehicle.ends_at
         if self.problem.plane is None:
-            task.travel_s[self._places + v] = _finite(vehicle.to_places_s)
+            task.travel_s[self._places + v] = finite(vehicle.to_places_s)
         else:
             task.xy[self._places + v] = vehicle.at_xy
         task.early_s[start], task.late_s[start] = vehicle.ready_s - self.origin_s, CUT_OFF_S
@@ -331,10 +331,6 @@ class Board:
             if v not in self.impossible:
                 refresh(self.task, self.plan, self.scratch, v)
 
-    def adopt(self, plan: Plan) -> None:
-        """Take over the routes of another plan of this board's task."""
-        copy_plan(self.plan, plan)
-
     def route(self, v: int) -> VehicleRoute:
         """A vehicle's calls with their times."""
         calls, times = calls_and_times(self.task, self.plan, v, self._stays, self.requests, self.origin_s)
@@ -362,37 +358,3 @@ def _stands(call: Call) -> bool:
 def _visits(vehicle: VehicleState) -> int:
     riders = sum(len(call.board) + len(call.alight) for call in vehicle.calls)
     return riders + len(vehicle.calls) + 2
-
-
-def _finite(times: AnyArray) -> AnyArray:
-    return np.where(np.isfinite(times), times, CUT_OFF_S)
-
-
-def _blank_task(problem: Problem, requests: int, nodes: int) -> Task:
-    """Rows for so many requests and nodes, none in use; rows of travel for places, then for vehicles."""
-    places, vehicles = len(problem.times), len(problem.vehicles)
-    travel_s: AnyArray = np.zeros((0, 0))
-    xy: AnyArray = np.zeros((0, 2))
-    if problem.plane is None:
-        travel_s = np.zeros((places + vehicles, places))
-        travel_s[:places] = _finite(problem.times)
-    else:
-        xy = np.concatenate([problem.plane.xy, np.zeros((vehicles, 2))])
-    return Task(
-        place=np.zeros(nodes, np.int32),
-        early_s=np.zeros(nodes),
-        late_s=np.zeros(nodes),
-        service_s=np.zeros(nodes),
-        load=np.zeros((nodes, 2), np.int32),
-        ride_s_max=np.full(nodes, np.inf),
-        delay_cost=np.zeros(nodes),
-        capacity=np.zeros((vehicles, 2), np.int32),
-        kind=np.arange(vehicles, dtype=np.int32),
-        drive_s_max=np.full(vehicles, np.inf),
-        vehicle_cost=np.zeros(vehicles),
-        absent_cost=np.zeros(requests),
-        travel_s=travel_s,
-        xy=xy,
-        slowness=0.0 if problem.plane is None else problem.plane.slowness,
-        joined=problem.together,
-    )

@@ -40,11 +40,28 @@ def binding_rule(board: Board, request_id: str) -> str:
     to_pickup_s = task.travel_s[task.place[starts], request.pickup]
     if task.travel_s[request.pickup, request.dropoff] >= CUT_OFF_S or to_pickup_s.min() >= CUT_OFF_S:
         return CLOSED
-    for rule in _LOOSENED:
+    for rule in _in_play(board, request):
         with _without(board, r, rule):
             if offers_for(board, request_id).best is not None:
                 return rule
     return WINDOW
+
+
+def _in_play(board: Board, request: Request) -> list[str]:
+    """The rules that could be in the way at all, in the order in which they are asked."""
+    idle = {
+        WHEELCHAIR: request.wheelchairs == 0,
+        RIDE_TIME: np.isinf(request.ride_s_max),
+        ARRIVAL: np.isinf(request.arrive_by_s),
+        TIMETABLE: not len(board.task.late_s[_fixed(board)]),
+        BATTERY: bool(np.isinf(board.task.drive_s_max).all()),
+    }
+    return [rule for rule in _LOOSENED if not idle.get(rule, False)]
+
+
+def _fixed(board: Board) -> slice:
+    """The nodes of timed calls."""
+    return slice(2 * (board.task.requests + board.task.vehicles), None, 2)
 
 
 @contextmanager
@@ -53,8 +70,8 @@ def _without(board: Board, r: int, rule: str) -> Iterator[None]:
     task, request = board.task, board.requests[r]
     kept = task.load[2 * r : 2 * r + 2].copy()
     drive_s_max = task.drive_s_max.copy()
-    fixed = slice(2 * (task.requests + task.vehicles), None, 2)
-    late_s, most_s = task.late_s[fixed].copy(), board.plan.most_s.copy()
+    fixed = _fixed(board)
+    late_s = task.late_s[fixed].copy()
     board.write(r, _lifted(request, rule))
     if rule == SEATS_RULE:
         task.load[2 * r : 2 * r + 2, SEATS] = 0
@@ -73,7 +90,7 @@ def _without(board: Board, r: int, rule: str) -> Iterator[None]:
         task.drive_s_max[:] = drive_s_max
         if rule == TIMETABLE:
             task.late_s[fixed] = late_s
-            board.plan.most_s[:] = most_s
+            board.retime()
 
 
 def _lifted(request: Request, rule: str) -> Request:

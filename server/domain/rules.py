@@ -73,6 +73,10 @@ class FleetRules:
         """How much earlier than planned a shuttle sets out; timed: to a timetable call."""
         return self.departure_early_s if timed else self.held_back_s
 
+    def ride_s_max(self, direct_s: float) -> float:
+        """Longest time on board that a ride may take, which takes direct_s without detours."""
+        return max(self.detour_ratio_max * direct_s, direct_s + self.detour_s_min)
+
     def stopping_m(self, speed_mps: float) -> float:
         """How far ahead of a shuttle the first place is at which it can still be told to stop."""
         return speed_mps * self.reaction_s + speed_mps**2 / (2.0 * self.braking_mps2)

@@ -38,4 +38,4 @@ class Counters(Repository):
     def lock(self, name: str) -> None:
         """Be the only one with this counter until the transaction ends."""
         self._add_missing(tables.counters, [{"name": name, "value": 0}])
-        self._one(tables.counters, tables.counters.c.name == name)
+        self._find(tables.counters, name=name)

@@ -64,7 +64,7 @@ class Decisions(Repository):
         )
 
     def get(self, decision_id: str) -> Decision | None:
-        row = self._one(tables.decisions, _decision.decision_id == decision_id)
+        row = self._find(tables.decisions, decision_id=decision_id)
         return None if row is None else _from_row(row)
 
     def between(self, begins: datetime, ends: datetime) -> tuple[Decision, ...]:

@@ -16,10 +16,10 @@ _token = tables.developer_tokens.c
 
 class Identity(Repository):
     def operator(self, operator_id: str) -> Operator | None:
-        return _operator_from(self._one(tables.operators, _operator.operator_id == operator_id))
+        return _operator_from(self._find(tables.operators, operator_id=operator_id))
 
     def operator_by_name(self, name: str) -> Operator | None:
-        return _operator_from(self._one(tables.operators, _operator.name == name))
+        return _operator_from(self._find(tables.operators, name=name))
 
     def save_operator(self, operator: Operator) -> None:
         self._put(
@@ -33,7 +33,7 @@ class Identity(Repository):
         )
 
     def operator_session(self, token_sha256: str) -> OperatorSession | None:
-        row = self._one(tables.operator_sessions, _session.token_sha256 == token_sha256)
+        row = self._find(tables.operator_sessions, token_sha256=token_sha256)
         if row is None:
             return None
         return OperatorSession(
@@ -60,7 +60,7 @@ class Identity(Repository):
         return self._delete(tables.operator_sessions, _session.expires_at < moment)
 
     def vehicle_key(self, vehicle_id: str) -> VehicleKey | None:
-        row = self._one(tables.vehicle_keys, _key.vehicle_id == vehicle_id)
+        row = self._find(tables.vehicle_keys, vehicle_id=vehicle_id)
         if row is None:
             return None
         return VehicleKey(row.campus_id, row.vehicle_id, row.public_key, row.enrolled_at, row.revoked_at)
@@ -77,7 +77,7 @@ class Identity(Repository):
         )
 
     def enrolment_code(self, code_sha256: str) -> EnrolmentCode | None:
-        row = self._one(tables.enrolment_codes, _code.code_sha256 == code_sha256)
+        row = self._find(tables.enrolment_codes, code_sha256=code_sha256)
         if row is None:
             return None
         return EnrolmentCode(
@@ -97,10 +97,10 @@ class Identity(Repository):
         )
 
     def developer_token(self, token_sha256: str) -> DeveloperToken | None:
-        return _token_from(self._one(tables.developer_tokens, _token.token_sha256 == token_sha256))
+        return _token_from(self._find(tables.developer_tokens, token_sha256=token_sha256))
 
     def developer_token_by_id(self, token_id: str) -> DeveloperToken | None:
-        return _token_from(self._one(tables.developer_tokens, _token.token_id == token_id))
+        return _token_from(self._find(tables.developer_tokens, token_id=token_id))
 
     def developer_tokens(self) -> tuple[DeveloperToken, ...]:
         rows = self._many(

@@ -11,7 +11,7 @@ _map = tables.maps.c
 
 class Maps(Repository):
     def get(self, map_version: str) -> StoredMap | None:
-        row = self._one(tables.maps, _map.map_version == map_version)
+        row = self._find(tables.maps, map_version=map_version)
         if row is None:
             return None
         return StoredMap(row.campus_id, row.map_version, row.name, row.content, row.added_at, row.active)

@@ -18,7 +18,7 @@ class Service(Repository):
         return tuple(_to_pattern(row) for row in rows)
 
     def pattern(self, service_id: str) -> ServicePattern | None:
-        row = self._one(tables.service_patterns, _pattern.service_id == service_id)
+        row = self._find(tables.service_patterns, service_id=service_id)
         return None if row is None else _to_pattern(row)
 
     def save_pattern(self, pattern: ServicePattern) -> None:

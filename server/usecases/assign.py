@@ -26,13 +26,23 @@ class Given:
     promised: tuple[str, ...]
 
 
-def assign_ride(uow: UnitOfWork, ride: Ride, kind: DecisionKind) -> tuple[Ride, str]:
+@dataclass(frozen=True, slots=True)
+class Assigned:
+    """A ride with its vehicle, promise and expected times, and rule ""; or as it was, with the rule that
+    binds and what would be accepted instead."""
+
+    ride: Ride
+    rule: str
+    alternatives: tuple[Alternative, ...] = ()
+
+
+def assign_ride(uow: UnitOfWork, ride: Ride, kind: DecisionKind) -> Assigned:
     """See `assign_rides`."""
     return assign_rides(uow, [ride], kind)[0]
 
 
-def assign_rides(uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind) -> list[tuple[Ride, str]]:
-    """Each ride with a vehicle, a promise and expected times, and ""; or as it was, and the binding rule.
+def assign_rides(uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind) -> list[Assigned]:
+    """What becomes of each ride, in the order given.
 
     A ride that has its promise keeps it. The decision is stored with all that it rests on; one that changed
     nothing for a ride which goes on waiting is not.
@@ -40,7 +50,6 @@ def assign_rides(uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind) ->
     if not wanted:
         return []
     snapshot = take_snapshot(uow, wanted=wanted)
-    problem = encode_problem(snapshot.problem)
     board = Board(snapshot.problem)
     for ride in wanted:
         board.add(snapshot.problem.requests[ride.ride_id])
@@ -52,17 +61,20 @@ def assign_rides(uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind) ->
     stay = _still_held(snapshot, answers)
     if stay:
         return _without(uow, wanted, kind, stay)
+    is_kept = kind == "booking" or any(answer.best for answer in answers)
+    problem = encode_problem(snapshot.problem) if is_kept else b""
     for ride, answer in zip(wanted, answers, strict=True):
         if answer.best is not None:
             _promise(snapshot, board, ride, answer)
     # All of them: a ride that comes from another vehicle leaves that one's route.
     commit(uow, snapshot, board.routes())
-    if kind == "booking" or any(answer.best for answer in answers):
+    instead = [tuple(_alternative(uow.roads(), found) for found in answer.alternatives) for answer in answers]
+    if is_kept:
         given = msgspec.json.encode(Given(terms, tuple(sorted(promised))))
-        _keep(uow, snapshot, problem, answers, kind, given)
+        _keep(uow, snapshot, problem, answers, instead, kind, given)
     return [
-        (snapshot.rides[ride.ride_id] if answer.best else ride, answer.rule)
-        for ride, answer in zip(wanted, answers, strict=True)
+        Assigned(snapshot.rides[ride.ride_id] if answer.best else ride, answer.rule, others)
+        for ride, answer, others in zip(wanted, answers, instead, strict=True)
     ]
 
 
@@ -75,11 +87,11 @@ def _still_held(snapshot: Snapshot, answers: Sequence[Answer]) -> dict[str, str]
 
 def _without(
     uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind, stay: dict[str, str]
-) -> list[tuple[Ride, str]]:
+) -> list[Assigned]:
     """Decide again on a fleet in which these rides stay where they are."""
     others = assign_rides(uow, [ride for ride in wanted if ride.ride_id not in stay], kind)
     decided = iter(others)
-    return [(ride, stay[ride.ride_id]) if ride.ride_id in stay else next(decided) for ride in wanted]
+    return [Assigned(ride, stay[ride.ride_id]) if ride.ride_id in stay else next(decided) for ride in wanted]
 
 
 def _promise(snapshot: Snapshot, board: Board, ride: Ride, answer: Answer) -> None:
@@ -97,6 +109,7 @@ def _keep(
     snapshot: Snapshot,
     problem: bytes,
     answers: Sequence[Answer],
+    instead: Sequence[tuple[Alternative, ...]],
     kind: DecisionKind,
     given: bytes,
 ) -> None:
@@ -116,10 +129,10 @@ def _keep(
                 answer.rule,
                 _told(answer.best),
                 _told(answer.runner_up),
-                tuple(_alternative(uow.roads(), found) for found in answer.alternatives),
+                others,
                 vehicles,
             )
-            for answer in answers
+            for answer, others in zip(answers, instead, strict=True)
         ]
     )
 

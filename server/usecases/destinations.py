@@ -29,7 +29,6 @@ from server.usecases.assign import assign_ride
 from server.usecases.calendars import calendar_of
 from server.usecases.carry_out import commit
 from server.usecases.ports import UnitOfWork
-from server.usecases.promises import arrival_slack_s
 from server.usecases.refusals import WORDS, closing_words
 from server.usecases.snapshot import Snapshot, moment, seconds, take_snapshot
 
@@ -127,17 +126,17 @@ def _inserted_anew(uow: UnitOfWork, wish: Ride) -> Ride:
         far = wish.promise.pickup_to + timedelta(seconds=_ride_s_max(uow, wish) + uow.rules.dwell_s)
         open_ended = replace(wish.promise, arrive_by=far)
     try:
-        taken, rule = assign_ride(uow, replace(free, promise=open_ended), "change")
+        answer = assign_ride(uow, replace(free, promise=open_ended), "change")
     except NoRestingPlaceFree as error:
         raise DestinationRefused(error.detail, "no_vehicle_free") from error
-    if rule:
-        raise DestinationRefused(f"{WORDS[rule]}; your ride stays as it was", rule)
-    return _promised_anew(uow, taken)
+    if answer.rule:
+        raise DestinationRefused(f"{WORDS[answer.rule]}; your ride stays as it was", answer.rule)
+    return _promised_anew(uow, answer.ride)
 
 
 def _ride_s_max(uow: UnitOfWork, ride: Ride) -> float:
     direct_s = uow.roads().direct_s(ride.from_stop, ride.to_stop)
-    return max(uow.rules.detour_ratio_max * direct_s, direct_s + uow.rules.detour_s_min)
+    return uow.rules.ride_s_max(direct_s)
 
 
 # ---------------------------------------------------------------- on the vehicle that has it
@@ -257,8 +256,8 @@ def _promised_anew(uow: UnitOfWork, ride: Ride) -> Ride:
         uow.rides.save(ride)
         return ride
     begun = uow.now if ride.boarded_at is not None or ride.pickup_eta is None else ride.pickup_eta
-    on_board_s = max(0.0, seconds(ride.arrival_eta) - seconds(begun))
-    arrive_by = moment(seconds(ride.arrival_eta) + arrival_slack_s(uow.rules, on_board_s))
+    terms = uow.roads().terms(uow.rules)
+    arrive_by = moment(terms.arrive_by_s(seconds(begun), seconds(ride.arrival_eta)))
     promised = replace(ride, promise=Promise(ride.promise.pickup_from, ride.promise.pickup_to, arrive_by))
     uow.rides.save(promised)
     return promised

@@ -91,22 +91,22 @@ def assign_waiting(uow: UnitOfWork) -> tuple[Ride, ...]:
         return ()
     free = [ride if ride.state is RideState.REQUESTED else unassigned(ride) for ride in waiting]
     answers = assign_rides(uow, free, "reassignment")
-    found = [taken for taken, rule in answers if not rule]
+    found = [answer.ride for answer in answers if not answer.rule]
     left = [
         (ride, wish)
-        for ride, wish, (_, rule) in zip(waiting, free, answers, strict=True)
-        if rule and (ride.state is RideState.REQUESTED or _has_lapsed(uow, ride))
+        for ride, wish, answer in zip(waiting, free, answers, strict=True)
+        if answer.rule and (ride.state is RideState.REQUESTED or _has_lapsed(uow, ride))
     ]
     late = [replace(wish, promise=None, requested_at=uow.now, arrive_before=None) for _, wish in left]
-    for (ride, _), (taken, rule) in zip(left, assign_rides(uow, late, "reassignment"), strict=True):
-        if not rule:
-            kept = _promised_later(ride, taken)
+    for (ride, _), answer in zip(left, assign_rides(uow, late, "reassignment"), strict=True):
+        if not answer.rule:
+            kept = _promised_later(ride, answer.ride)
             uow.rides.save(kept)
             found.append(kept)
             if kept.promise_broken:
                 promises.tell(uow, kept, "goes with another shuttle, later than promised")
         elif ride.state is RideState.REQUESTED:
-            _give_up_late(uow, ride, rule)
+            _give_up_late(uow, ride, answer.rule)
     return tuple(found)
 
 

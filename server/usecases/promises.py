@@ -7,10 +7,10 @@ from datetime import timedelta
 from server.domain.events import ServerEvent
 from server.domain.incidents import IncidentKind
 from server.domain.rides import Promise, Ride, RideState, promised_anew
-from server.domain.rules import FleetRules
 from server.usecases import topics
 from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
+from server.usecases.snapshot import moment, seconds
 
 _UNDER_WAY = (RideState.REQUESTED, RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
 
@@ -55,12 +55,11 @@ def _missed(uow: UnitOfWork, ride: Ride) -> tuple[str, Promise | None]:
     if not what:
         return "", None
     begins = pickup_eta or ride.pickup_eta or uow.now
-    on_board_s = max(0.0, (arrival_eta - begins).total_seconds())
     pickup_from, pickup_to = promise.pickup_from, promise.pickup_to
     if pickup_eta is not None:
         pickup_from = max(pickup_from, pickup_eta - timedelta(seconds=rules.pickup_early_s))
         pickup_to = max(pickup_to, pickup_eta + timedelta(seconds=rules.pickup_slack_s))
-    arrive_by = arrival_eta + timedelta(seconds=arrival_slack_s(rules, on_board_s))
+    arrive_by = moment(uow.roads().terms(rules).arrive_by_s(seconds(begins), seconds(arrival_eta)))
     return what, Promise(pickup_from, pickup_to, max(promise.arrive_by, arrive_by))
 
 
@@ -107,8 +106,3 @@ def _reason(uow: UnitOfWork, ride: Ride) -> str:
     if uow.incidents.open_about(IncidentKind.VEHICLE_BLOCKED, ride.vehicle_id) is not None:
         return f"{ride.vehicle_id} is blocked"
     return f"{ride.vehicle_id} is late"
-
-
-def arrival_slack_s(rules: FleetRules, on_board_s: float) -> float:
-    """How long after the planned arrival the promised one lies."""
-    return rules.arrival_slack_s + rules.arrival_slack_ratio * on_board_s

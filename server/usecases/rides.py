@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import datetime, timedelta
 
 from server.domain.decisions import Alternative
@@ -28,11 +29,19 @@ from server.domain.incidents import Incident, IncidentKind
 from server.domain.rides import BookRide, Ride, RideState, Tap, TapKind, cancelled, ended
 from server.domain.service import ServiceCalendar
 from server.usecases import destinations, plans, topics
-from server.usecases.assign import assign_rides
+from server.usecases.assign import Assigned, assign_rides
 from server.usecases.calendars import calendar_of
 from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
 from server.usecases.refusals import IN_TIME, WORDS, closing_words
+
+
+@dataclass(frozen=True, slots=True)
+class Booked:
+    """The answer to a booking; alternatives for a refused ride."""
+
+    ride: Ride
+    alternatives: tuple[Alternative, ...] = ()
 
 
 def book(uow: UnitOfWork, request: BookRide) -> Ride:
@@ -46,10 +55,10 @@ def book(uow: UnitOfWork, request: BookRide) -> Ride:
     answer = book_all(uow, [request])[0]
     if isinstance(answer, DomainError):
         raise answer
-    return answer
+    return answer.ride
 
 
-def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[Ride | DomainError]:
+def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[Booked | DomainError]:
     """`book` for several at once, in this order, on one look at the fleet: a ride or an error for each."""
     answers: list[Ride | DomainError] = []
     calendar = calendar_of(uow)
@@ -64,30 +73,31 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[Ride | Domai
             answers.append(ride)
         except DomainError as error:
             answers.append(error)
-    decided: dict[str, Ride] = {}
+    decided: dict[str, Booked] = {}
     assigned = _assigned(uow, [ride for ride, _ in asked.values()])
-    for (ride, request), (taken, rule) in zip(asked.values(), assigned, strict=True):
-        answer = _refused(uow, ride, rule) if rule else taken
-        if rule:
-            uow.rides.save(answer)
-        detail = (
-            f"{request.from_stop} to {request.to_stop}, party of {request.party} {answer.reason}".rstrip()
-        )
-        _tell(uow, answer, "ride.refused" if rule else "ride.booked", request.source, detail)
-        decided[ride.ride_id] = answer
+    for (ride, request), answer in zip(asked.values(), assigned, strict=True):
+        booked = answer.ride
+        if answer.rule:
+            booked = _refused(uow, ride, answer.rule)
+            uow.rides.save(booked)
+        wish = f"{request.from_stop} to {request.to_stop}, party of {request.party} {booked.reason}".rstrip()
+        _tell(uow, booked, "ride.refused" if answer.rule else "ride.booked", request.source, wish)
+        decided[ride.ride_id] = Booked(booked, answer.alternatives)
     return [
-        answer if isinstance(answer, DomainError) else decided.get(answer.ride_id, answer)
+        answer
+        if isinstance(answer, DomainError)
+        else decided.get(answer.ride_id) or Booked(answer, alternatives_for(uow, answer))
         for answer in answers
     ]
 
 
-def _assigned(uow: UnitOfWork, rides: Sequence[Ride]) -> list[tuple[Ride, str]]:
+def _assigned(uow: UnitOfWork, rides: Sequence[Ride]) -> list[Assigned]:
     try:
         return assign_rides(uow, rides, "booking")
     except NoRestingPlaceFree:
         if len(rides) > 1:
             raise
-        return [(rides[0], "no_vehicle_free")]
+        return [Assigned(rides[0], "no_vehicle_free")]
 
 
 def alternatives_for(uow: UnitOfWork, ride: Ride) -> tuple[Alternative, ...]:

@@ -185,7 +185,7 @@ def _request(uow: UnitOfWork, ride: Ride) -> Request:
         pickup_from_s=earliest_s if promise is None else seconds(promise.pickup_from),
         pickup_to_s=earliest_s + rules.wait_s_max if promise is None else seconds(promise.pickup_to),
         arrive_by_s=_arrive_by_s(ride),
-        ride_s_max=max(rules.detour_ratio_max * direct_s, direct_s + rules.detour_s_min),
+        ride_s_max=rules.ride_s_max(direct_s),
     )
 
 

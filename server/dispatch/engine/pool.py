@@ -91,27 +91,3 @@ def remember(task: Task, pool: Pool, plan: Plan, v: int) -> None:
     first = pool.first[column]
     for k in range(n):
         pool.store[first + k] = plan.route[v, k]
-
-
-def keep_only(pool: Pool, columns: AnyArray) -> None:
-    """Forget every column but these ((k,), ascending)."""
-    used = 0
-    for number, column in enumerate(columns):
-        first, n = pool.first[column], pool.length[column]
-        pool.store[used : used + n] = pool.store[first : first + n].copy()
-        pool.key[number], pool.cost[number] = pool.key[column], pool.cost[column]
-        pool.kind[number], pool.length[number], pool.first[number] = pool.kind[column], n, used
-        used += n
-    pool.counts[0], pool.counts[1] = len(columns), used
-    pool.table[:] = _EMPTY
-    _index(pool.table, pool.key, len(columns))
-
-
-@kernel
-def _index(table: AnyArray, key: AnyArray, columns: int) -> None:
-    mask = uint64(len(table) - 1)
-    for column in range(columns):
-        place = np.int64(key[column] & mask)
-        while table[place] != _EMPTY:
-            place = np.int64((uint64(place) + uint64(1)) & mask)
-        table[place] = column

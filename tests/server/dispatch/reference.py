@@ -125,7 +125,9 @@ def _ride_time_bounds(
                 continue
             least_s = times[j].arrive_s - requests[request_id].ride_s_max
             if least_s > times[i].leave_s + _EPSILON_S:
-                if i == j - 1:
+                # Boarding begins inside the window, however late the shuttle may leave.
+                latest_s = requests[request_id].pickup_to_s + calls[i].dwell_s
+                if i == j - 1 or least_s > latest_s + _EPSILON_S:
                     return Broken("ride_time", request_id)
                 bounds[i] = max(bounds[i], least_s)
                 moved = True
