@@ -57,6 +57,7 @@ class RoadNetwork:
         self._predecessors = _predecessors(road_map)
         self.lanes_before = _numbered(self._predecessors, self.lane_numbers)
         self._clocks: dict[float, dict[str, Array]] = {}
+        self._lane_times: dict[float, Array] = {}
         # Clocks once more as lists: one number is read from those several times sooner than from arrays.
         self._readings: dict[tuple[str, float], tuple[list[float], list[float]]] = {}
         self._grid = _grid(self)
@@ -134,8 +135,12 @@ class RoadNetwork:
         return float(self.clock(lane_id, speed_cap_mps)[-1])
 
     def lane_times(self, speed_cap_mps: float = math.inf) -> Array:
-        """(lanes,) seconds along each whole lane, by lane number."""
-        return np.array([self.travel_time_s(lane_id, speed_cap_mps) for lane_id in self.lanes])
+        """(lanes,) seconds along each whole lane, by lane number. To be read only."""
+        times = self._lane_times.get(speed_cap_mps)
+        if times is None:
+            times = np.array([self.travel_time_s(lane_id, speed_cap_mps) for lane_id in self.lanes])
+            self._lane_times[speed_cap_mps] = times
+        return times
 
     def is_open(self, lane_id: str, s_from_m: float, s_to_m: float, closed: frozenset[str]) -> bool:
         """No section between two places on the lane is among the closed ones."""
