@@ -89,6 +89,7 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.StopUnreachable: 409,
     errors.VehicleUnknown: 404,
     errors.VehicleNotPlaced: 409,
+    errors.NobodyAboard: 409,
     errors.VehicleOutOfService: 409,
     errors.VehicleNotConnected: 409,
     errors.PlanChanged: 409,

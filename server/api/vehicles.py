@@ -8,6 +8,7 @@ from server.api.access import ChangingOperator, Client, ReadingOperator, now_ns
 from server.api.formats import StopId, VehicleId
 from server.api.problems import CsrfMissing, problems
 from server.api.rate_limit import TooManyTries
+from server.api.ride_schemas import RideRecord, ride_record
 from server.api.services import Given, Services
 from server.api.vehicle_schemas import (
     Announcement,
@@ -27,6 +28,7 @@ from server.domain.errors import (
     EnrolmentCodeUsed,
     KeyInvalid,
     KeyUnknown,
+    NobodyAboard,
     NoRestingPlaceFree,
     SectionsTaken,
     SessionExpired,
@@ -37,7 +39,7 @@ from server.domain.errors import (
     VehicleUnknown,
 )
 from server.domain.vehicles import CommandKind
-from server.usecases import commands, identity, plans, vehicles
+from server.usecases import commands, identity, lost_vehicles, plans, vehicles
 
 router = APIRouter(prefix="/vehicles", tags=["vehicles"])
 enrolments = APIRouter(prefix="/enrolments", tags=["vehicles"])
@@ -129,6 +131,24 @@ async def send_vehicle(
     """Let it visit a stop without a ride, at the first chance that keeps every promise."""
     await services.transactions.run(lambda uow: plans.send_to_stop(uow, vehicle_id, stop_id, operator.name))
     return await get_vehicle(vehicle_id, services, operator)
+
+
+@router.post(
+    "/{vehicle_id}/evacuations",
+    operation_id="evacuate_vehicle",
+    responses=problems(VehicleUnknown, NobodyAboard, SessionExpired, CsrfMissing),
+)
+async def evacuate_vehicle(
+    vehicle_id: VehicleId, services: Given, operator: ChangingOperator
+) -> list[RideRecord]:
+    """It cannot go on: whoever is aboard is sent to the nearest stop, where another shuttle comes.
+
+    The rides as they are planned now.
+    """
+    moved = await services.transactions.run(
+        lambda uow: lost_vehicles.evacuate(uow, vehicle_id, operator.name)
+    )
+    return [ride_record(ride) for ride in moved]
 
 
 @router.put(

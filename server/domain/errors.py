@@ -218,6 +218,12 @@ class VehicleNotPlaced(DomainError):
     code = "vehicle_not_placed"
 
 
+class NobodyAboard(DomainError):
+    """There is nobody in the vehicle who could go on with another one."""
+
+    code = "nobody_aboard"
+
+
 class VehicleOutOfService(DomainError):
     """The vehicle has been recalled; put it back into service first."""
 

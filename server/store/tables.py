@@ -168,6 +168,7 @@ rides = Table(
     _later("arrive_before"),
     Column("first_to_stop", String(200), nullable=True),
     Column("let_out", Boolean, nullable=False, server_default=false()),
+    Column("stranded_by", String(200), nullable=True),
     Column("series_id", String(64), nullable=True),
     UniqueConstraint("campus_id", "token"),
     UniqueConstraint("campus_id", "idempotency_key"),

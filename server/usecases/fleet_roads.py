@@ -31,13 +31,17 @@ _WALKING_DETOUR = 1.3
 _WALKS_MAX = 3
 
 
+def on_foot_s(apart_m: float, walk_mps: float) -> float:
+    return apart_m * _WALKING_DETOUR / walk_mps
+
+
 def _walks(network: RoadNetwork, walk_m_max: float, walk_mps: float) -> tuple[tuple[Walk, ...], ...]:
     """For each stop the nearest others on foot, the nearest first."""
     xy = np.array([network.pose(stop.lane_id, stop.s_m)[:2] for stop in network.road_map.stops])
     apart_m = np.linalg.norm(xy[:, None, :] - xy[None, :, :], axis=2)
     return tuple(
         tuple(
-            Walk(int(other), float(row[other]) * _WALKING_DETOUR / walk_mps)
+            Walk(int(other), on_foot_s(float(row[other]), walk_mps))
             for other in np.argsort(row, kind="stable")
             if other != number and row[other] <= walk_m_max
         )[:_WALKS_MAX]

@@ -29,7 +29,7 @@ from server.domain.errors import DomainError, SessionFenced
 from server.domain.events import RecordedEvent
 from server.domain.orders import OrderState
 from server.domain.rides import Ride, RideState
-from server.usecases import destinations, events, orders, rides, vehicle_sessions, vehicles
+from server.usecases import destinations, events, lost_vehicles, orders, rides, vehicle_sessions, vehicles
 from server.usecases.order_payload import utc_ns
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -133,10 +133,12 @@ class RideMachine(RuleBasedStateMachine):
             case _:
                 self.speak_with_an_old_session(which)
 
-    @rule(which=SHUTTLES, retires=st.sampled_from([False, False, True]))
-    def an_operator_acts(self, which: int, retires: bool) -> None:
-        if retires and not self.retired:
+    @rule(which=SHUTTLES, what=st.sampled_from(["recall", "evacuate", "evacuate", "retire"]))
+    def an_operator_acts(self, which: int, what: str) -> None:
+        if what == "retire" and not self.retired:
             self.retire()
+        elif what == "evacuate":
+            self.evacuate(which)
         else:
             self.recall_and_return(which)
 
@@ -291,6 +293,14 @@ class RideMachine(RuleBasedStateMachine):
         self.try_(lambda: self.campus.do(lambda uow: vehicles.recall(uow, vehicle_id, "ann")))
         if vehicle_id not in self.retired:
             self.campus.do(lambda uow: vehicles.return_to_service(uow, vehicle_id, "ann"))
+
+    def evacuate(self, which: int) -> None:
+        """Whoever is told to leaves without a word to the vehicle."""
+        shuttle = self.fleet.shuttles[which]
+        self.try_(lambda: self.campus.do(lambda uow: lost_vehicles.evacuate(uow, shuttle.vehicle_id, "ann")))
+        for ride_id in list(shuttle.aboard):
+            if self.fleet.ride(ride_id).state is not RideState.ABOARD:
+                del shuttle.aboard[ride_id]
 
     def retire(self) -> None:
         """Only one of the two, so that somebody is left to bring everybody home."""
