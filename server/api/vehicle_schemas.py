@@ -20,6 +20,8 @@ VEHICLE_EXAMPLE: JsonDict = {
     "held": False,
     "in_service": True,
     "placed": True,
+    "hold_ends": None,
+    "charging": False,
     "mode": "autonomous",
     "epoch": 7,
     "boot_id": "boot-7a1e",
@@ -43,6 +45,8 @@ class VehicleFacts(BaseModel):
     held: bool = Field(description="It stands until an operator resumes it.")
     in_service: bool = Field(description="It may get new rides.")
     placed: bool = Field(description="It holds the ground under its body, so that it can be given a route.")
+    hold_ends: datetime | None = Field(description="When the server resumes it; null: an operator does.")
+    charging: bool = Field(description="It went to charge and has not charged to the full yet.")
     mode: str
     epoch: int
     boot_id: str
@@ -256,6 +260,8 @@ def _facts(vehicle: Vehicle) -> dict[str, object]:
         "held": vehicle.held,
         "in_service": vehicle.in_service,
         "placed": vehicle.placed,
+        "hold_ends": vehicle.hold_ends,
+        "charging": vehicle.charging,
         "mode": vehicle.mode,
         "epoch": vehicle.epoch,
         "boot_id": vehicle.boot_id,

@@ -84,6 +84,7 @@ class Ride:
     first_to_stop  the destination it was booked to, None while that is the present one
     let_out       the party asked to get off as soon as possible; to_stop is where that is
     series_id     the recurring booking that it is a day of
+    pinned        an operator chose its vehicle: no improvement moves it to another one
     """
 
     campus_id: str
@@ -116,6 +117,7 @@ class Ride:
     first_to_stop: str | None = None
     let_out: bool = False
     series_id: str | None = None
+    pinned: bool = False
 
     @property
     def has_ended(self) -> bool:
@@ -151,7 +153,7 @@ def assigned(ride: Ride, vehicle_id: str, pickup_eta: datetime, arrival_eta: dat
 
 def unassigned(ride: Ride) -> Ride:
     """Back to where it was before a vehicle had it; the promise stays."""
-    return replace(moved(ride, S.REQUESTED), vehicle_id=None, pickup_eta=None, arrival_eta=None)
+    return replace(moved(ride, S.REQUESTED), vehicle_id=None, pickup_eta=None, arrival_eta=None, pinned=False)
 
 
 def promised_anew(ride: Ride, promise: Promise) -> Ride:

@@ -12,7 +12,7 @@ from typing import TypeVar
 from server.dispatch.solve import Budget
 from server.domain.errors import LeaseLost
 from server.loops.pulse import Pulse
-from server.usecases import plans, promises, sections, topics
+from server.usecases import interventions, plans, promises, sections, topics
 from server.usecases.decisions import Search
 from server.usecases.ports import Bus, Ids, Solver, Transactions, UnitOfWork
 
@@ -58,6 +58,7 @@ class Dispatcher:
         if token is None:
             return
         self._token = token
+        await self._fenced(interventions.end_holds)
         await self._fenced(plans.assign_waiting)
         await self._fenced(sections.extend_grants)
         await self._fenced(promises.check_promises)

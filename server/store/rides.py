@@ -116,6 +116,7 @@ def ride_from_row(row: AnyRow) -> Ride:
         first_to_stop=row.first_to_stop,
         let_out=row.let_out,
         series_id=row.series_id,
+        pinned=row.pinned,
     )
 
 
@@ -155,6 +156,7 @@ def _ride_to_row(ride: Ride) -> dict[str, Any]:
         "first_to_stop": ride.first_to_stop,
         "let_out": ride.let_out,
         "series_id": ride.series_id,
+        "pinned": ride.pinned,
     }
 
 

@@ -97,7 +97,7 @@ def _vehicle(
     return VehicleState(
         vehicle_id=vehicle.vehicle_id,
         to_places_s=_to_stops_s(roads, plan, visits, occupancy, here, stopping_m),
-        ready_s=seconds(uow.now),
+        ready_s=seconds(max(uow.now, vehicle.hold_ends or uow.now)),
         seats=vehicle.seats,
         wheelchair_places=vehicle.wheelchair_places,
         aboard=inside,
@@ -186,6 +186,7 @@ def _request(uow: UnitOfWork, ride: Ride) -> Request:
         pickup_to_s=earliest_s + rules.wait_s_max if promise is None else seconds(promise.pickup_to),
         arrive_by_s=_arrive_by_s(ride),
         ride_s_max=rules.ride_s_max(direct_s),
+        pinned=ride.pinned,
     )
 
 

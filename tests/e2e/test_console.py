@@ -37,6 +37,9 @@ def test_a_session_survives_a_reload_and_ends_with_signing_out(console: Page) ->
 def test_a_vehicle_is_held_and_resumed(console: Page) -> None:
     panel = show_vehicle(console, "Shuttle 1")
     panel.get_by_role("button", name="Hold").click()
+    question = console.get_by_role("dialog")
+    expect(question).to_contain_text("What this does")
+    question.get_by_role("button", name="Hold").click()
     expect(panel.locator(".chip").first).to_have_text("Held")
     panel.get_by_role("button", name="Resume").click()
     expect(panel.locator(".chip").first).not_to_have_text("Held")

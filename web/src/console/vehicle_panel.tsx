@@ -86,7 +86,7 @@ export function VehiclePanel({ vehicle, scene, now_ms }: VehiclePanelProps) {
         <ConditionChip vehicle={vehicle} />
         {!vehicle.in_service && <span class="chip warning">{say.out_of_service}</span>}
       </div>
-      <VehicleCommands vehicle={vehicle} />
+      <VehicleCommands vehicle={vehicle} scene={scene} />
       <VehicleFacts vehicle={vehicle} scene={scene} now_ms={now_ms} />
       <VisitsAhead vehicle={vehicle} />
     </section>

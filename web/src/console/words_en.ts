@@ -95,6 +95,33 @@ export const en = {
   alights: (rides: number) => `−${rides}`,
 
   hold: "Hold",
+  hold_title: (name: string) => `Hold ${name}?`,
+  hold_text:
+    "It comes to a comfortable stand. Others get the waiting rides that it would make late.",
+  hold_length: "For how long",
+  until_resumed: "Until resumed",
+  reassign: "Reassign",
+  reassign_title: (name: string) => `Give rides of ${name} to others?`,
+  reassign_text: "Only rides that still wait. They stay with the shuttle that gets them.",
+  which_rides: "Which rides",
+  all_waiting: "All that wait for it",
+  to_vehicle: "To which shuttle",
+  any_other: "Whoever can",
+  preview: "What this does",
+  concerns_nobody: "Nobody's ride changes.",
+  departure: "Timetable departure",
+  left_with_nobody: "left with nobody",
+  goes_with: (name: string) => `goes with ${name}`,
+  waits_until_resumed: "waits until resumed",
+  pickup_shift: (minutes: number) =>
+    minutes === 0
+      ? "pickup as planned"
+      : `pickup ${Math.abs(minutes)} min ${minutes > 0 ? "later" : "earlier"}`,
+  arrival_shift: (minutes: number) =>
+    minutes === 0
+      ? "arrives as planned"
+      : `arrives ${Math.abs(minutes)} min ${minutes > 0 ? "later" : "earlier"}`,
+  promise_breaks: "promise broken",
   resume: "Resume",
   stop_now: "Stop now",
   stop_now_title: (name: string) => `Stop ${name} as hard as is safe?`,
