@@ -1,13 +1,15 @@
 """Vehicles as consoles see them, and as vehicles enrol themselves."""
 
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.config import JsonDict
 
 from server.api.formats import Name, Words
+from server.domain.battery import charge_s
 from server.domain.plans import PlannedVisit
+from server.domain.rules import FleetRules
 from server.domain.vehicles import Vehicle, VehicleCommand
 from server.usecases.views import VehicleView
 
@@ -90,6 +92,9 @@ class VisitView(BaseModel):
     not_before: datetime | None
     latest: datetime | None
     eta: datetime | None
+    why: Literal["", "charge", "demand"] = Field(
+        description="A rest to charge, or where riders are expected; empty for the nearest place."
+    )
 
 
 class VehicleDetail(VehicleFacts):
@@ -102,6 +107,7 @@ class VehicleDetail(VehicleFacts):
                 "live": None,
                 "plan_version": 12,
                 "visits": [],
+                "charged_at": None,
                 "order_id": "order-4",
                 "revision": 2,
                 "order_state": "accepted",
@@ -116,6 +122,9 @@ class VehicleDetail(VehicleFacts):
     live: LiveView | None
     plan_version: int
     visits: list[VisitView]
+    charged_at: datetime | None = Field(
+        description="When it will have charged, if it is at a charger by now; null: it does not charge."
+    )
     order_id: str
     revision: int
     order_state: str | None
@@ -221,13 +230,14 @@ def vehicle_facts(vehicle: Vehicle) -> VehicleFacts:
     return VehicleFacts.model_validate(_facts(vehicle))
 
 
-def vehicle_detail(view: VehicleView) -> VehicleDetail:
+def vehicle_detail(view: VehicleView, rules: FleetRules) -> VehicleDetail:
     return VehicleDetail.model_validate(
         _facts(view.vehicle)
         | {
             "live": _live(view),
             "plan_version": view.plan.version,
             "visits": [_visit(visit) for visit in view.plan.visits],
+            "charged_at": _charged_at(view, rules),
             "order_id": view.order_id,
             "revision": view.revision,
             "order_state": view.order_state,
@@ -272,6 +282,13 @@ def _facts(vehicle: Vehicle) -> dict[str, object]:
     }
 
 
+def _charged_at(view: VehicleView, rules: FleetRules) -> datetime | None:
+    if not view.vehicle.charging or view.status is None or view.heard_at is None:
+        return None
+    takes_s = charge_s(view.status.battery_ratio, rules.battery_full_ratio, rules)
+    return view.heard_at + timedelta(seconds=takes_s)
+
+
 def _live(view: VehicleView) -> LiveView | None:
     status, heard_at = view.status, view.heard_at
     if status is None or heard_at is None:
@@ -310,4 +327,5 @@ def _visit(visit: PlannedVisit) -> VisitView:
         not_before=visit.not_before,
         latest=visit.latest,
         eta=visit.eta,
+        why=visit.why,
     )

@@ -52,17 +52,20 @@ COMMAND = problems(VehicleUnknown, SessionExpired, CsrfMissing)
 @router.get("", operation_id="list_vehicles", responses=problems(SessionExpired))
 async def list_vehicles(services: Given, _: ReadingOperator) -> list[VehicleDetail]:
     """By id, retired ones left out."""
-    return [
-        vehicle_detail(view) for view in await services.transactions.read(lambda uow: uow.views.vehicles())
-    ]
+    return await services.transactions.read(
+        lambda uow: [vehicle_detail(view, uow.rules) for view in uow.views.vehicles()]
+    )
 
 
 @router.get("/{vehicle_id}", operation_id="get_vehicle", responses=problems(VehicleUnknown, SessionExpired))
 async def get_vehicle(vehicle_id: VehicleId, services: Given, _: ReadingOperator) -> VehicleDetail:
-    view = await services.transactions.read(lambda uow: uow.views.vehicle(vehicle_id))
-    if view is None:
-        raise VehicleUnknown(f"no vehicle is called {vehicle_id}; see GET /vehicles")
-    return vehicle_detail(view)
+    def work(uow: UnitOfWork) -> VehicleDetail:
+        view = uow.views.vehicle(vehicle_id)
+        if view is None:
+            raise VehicleUnknown(f"no vehicle is called {vehicle_id}; see GET /vehicles")
+        return vehicle_detail(view, uow.rules)
+
+    return await services.transactions.read(work)
 
 
 @router.post("/{vehicle_id}/hold", operation_id="hold_vehicle", status_code=202, responses=COMMAND)

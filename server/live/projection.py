@@ -34,6 +34,7 @@ def vehicle_scene(view: VehicleView, network: RoadNetwork | None, rides: Mapping
         in_service=vehicle.in_service,
         mode=vehicle.mode,
         next_stop=next((visit.stop_id for visit in visits if visit.stop_id), ""),
+        charging=network is not None and not visits and _rests_at_charger(view, network),
     )
     if status is None:
         return scene
@@ -43,6 +44,11 @@ def vehicle_scene(view: VehicleView, network: RoadNetwork | None, rides: Mapping
         route = route_ahead(network.lines, view.route, visits[-1].s_m, status.lane_id, status.s_m)
         scene = msgspec.structs.replace(scene, route=route)
     return vehicle_in_status(scene, status, ms_of(view.heard_at))
+
+
+def _rests_at_charger(view: VehicleView, network: RoadNetwork) -> bool:
+    places = network.road_map.charging_places
+    return any(place.place_id == view.plan.resting_place_id for place in places)
 
 
 def vehicle_in_status(scene: VehicleScene, status: Status, heard_ms: int) -> VehicleScene:

@@ -12,7 +12,7 @@ from typing import TypeVar
 from server.dispatch.solve import Budget
 from server.domain.errors import LeaseLost
 from server.loops.pulse import Pulse
-from server.usecases import interventions, plans, promises, sections, topics
+from server.usecases import charging, interventions, plans, promises, sections, topics
 from server.usecases.decisions import Search
 from server.usecases.ports import Bus, Ids, Solver, Transactions, UnitOfWork
 
@@ -64,6 +64,7 @@ class Dispatcher:
         await self._fenced(promises.check_promises)
         self._beats += 1
         if self._beats % SLOW_BEATS == 0:
+            await self._fenced(charging.look_after_batteries)
             await self._fenced(plans.refresh_expected)
             await self._improve()
 

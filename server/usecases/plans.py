@@ -198,6 +198,11 @@ def send_to_stop(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> Pla
     return plan_of(uow, vehicle_id)
 
 
+def go_to_rest(uow: UnitOfWork, vehicle_id: str) -> None:
+    """Choose the vehicle's resting place anew. Raises NoRestingPlaceFree."""
+    _resettle(uow, vehicle_id)
+
+
 def go_on(uow: UnitOfWork, vehicle_id: str) -> None:
     """A stop is behind the vehicle: move its rest on behind the next ones, so that its order goes on."""
     plan = uow.plans.get(vehicle_id)

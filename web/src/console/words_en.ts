@@ -10,6 +10,7 @@ const conditions: Record<Condition, string> = {
   blocked: "Blocked",
   waiting: "Waits for section",
   driving: "Driving",
+  charging: "Charging",
   standing: "Standing",
 };
 
@@ -85,6 +86,12 @@ export const en = {
   visit_kinds: { stop: "Stop", rest: "Rest", temporary: "Early stop" } as Readonly<
     Record<string, string>
   >,
+  rest_reasons: {
+    charge: "to charge",
+    demand: "nearer to expected riders",
+  } as Readonly<Record<string, string>>,
+  charged_at: (time: string) => `full at about ${time}`,
+  held_until: (time: string) => `Held until ${time}`,
   visit_states: {
     pending: "ahead",
     under_way: "standing there",
@@ -199,6 +206,7 @@ export const en = {
     vehicle_blocked: "Vehicle blocked",
     vehicle_silent: "Vehicle silent",
     vehicle_fault: "Vehicle fault",
+    battery_low: "Battery below its reserve",
     rider_did_not_alight: "Rider did not get off",
     no_resting_place: "No resting place free",
     order_rejected: "Order rejected",

@@ -1534,7 +1534,7 @@ export interface components {
          * IncidentKind
          * @enum {string}
          */
-        IncidentKind: "help_call" | "impossible_position" | "ground_conflict" | "key_conflict" | "minimal_risk_stop" | "takeover" | "vehicle_blocked" | "vehicle_silent" | "vehicle_fault" | "rider_did_not_alight" | "no_resting_place" | "order_rejected" | "departure_missed" | "promise_broken" | "ride_failed" | "seat_button";
+        IncidentKind: "help_call" | "impossible_position" | "ground_conflict" | "key_conflict" | "minimal_risk_stop" | "takeover" | "vehicle_blocked" | "vehicle_silent" | "vehicle_fault" | "battery_low" | "rider_did_not_alight" | "no_resting_place" | "order_rejected" | "departure_missed" | "promise_broken" | "ride_failed" | "seat_button";
         /**
          * IncidentView
          * @example {
@@ -3098,6 +3098,11 @@ export interface components {
             plan_version: number;
             /** Visits */
             visits: components["schemas"]["VisitView"][];
+            /**
+             * Charged At
+             * @description When it will have charged, if it is at a charger by now; null: it does not charge.
+             */
+            charged_at: string | null;
             /** Order Id */
             order_id: string;
             /** Revision */
@@ -3199,6 +3204,7 @@ export interface components {
          *         heard_ms    when the server last heard it; 0 for never
          *         located     False while nobody knows where it is: the pose then means nothing
          *         route       where it will drive, from where it was when its task last changed, simplified to 0.5 m
+         *         charging    it rests where it is charged
          *         next_stop   stop_id of the visit it drives to or stands at, "" when it only goes to rest
          */
         VehicleScene: {
@@ -3227,6 +3233,8 @@ export interface components {
             heard_ms: number;
             /** @default 0 */
             battery_ratio: number;
+            /** @default false */
+            charging: boolean;
             /** @default false */
             doors_open: boolean;
             /** @default null */
@@ -3287,6 +3295,12 @@ export interface components {
             latest: string | null;
             /** Eta */
             eta: string | null;
+            /**
+             * Why
+             * @description A rest to charge, or where riders are expected; empty for the nearest place.
+             * @enum {string}
+             */
+            why: "" | "charge" | "demand";
         };
         /**
          * Watch
