@@ -97,7 +97,8 @@ def command_done(uow: UnitOfWork, vehicle: Vehicle, event: CommandDone) -> None:
         return
     answered = replace(command, state="done" if event.done else "failed", detail=event.detail)
     uow.vehicles.save_command(answered)
-    if command.kind == "hold" and not event.done:
+    if (command.kind, event.done) in (("hold", False), ("resume", True)):
+        # A hold counts from the operator's word on; what the vehicle does goes before.
         uow.vehicles.save(with_mode(uow, replace(vehicle, hold_ends=None), vehicle.mode))
     uow.publish(topics.vehicle(uow.campus_id, vehicle.vehicle_id), command_id=command.command_id)
 

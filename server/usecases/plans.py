@@ -136,7 +136,7 @@ def requeue(uow: UnitOfWork, vehicle_id: str, ride_ids: Sequence[str]) -> None:
         if ride is not None and ride.vehicle_id == vehicle_id and ride.state in WAITING:
             uow.rides.save(unassigned(ride))
             uow.publish(topics.ride(uow.campus_id, ride_id))
-    uow.publish(topics.dispatch(uow.campus_id))
+            uow.publish(topics.dispatch(uow.campus_id))
 
 
 def release_departures(uow: UnitOfWork, vehicle_id: str, call_ids: frozenset[str] | None = None) -> None:

@@ -22,7 +22,7 @@ from server.domain.errors import (
 from server.domain.rides import Ride, RideState
 from server.domain.timetable import DepartureState
 from server.store.tables import metadata
-from server.usecases import departures, interventions, plans, vehicles
+from server.usecases import commands, departures, interventions, plans, vehicles
 from server.usecases.decisions import Search
 from server.usecases.interventions import intervene
 from tests.server.usecases.campus_under_test import CampusUnderTest
@@ -236,6 +236,19 @@ def test_a_hold_that_the_shuttle_refuses_leaves_it_in_use(fleet: FakeFleet) -> N
     assert not fleet.campus.read(lambda uow: vehicles.vehicle_of(uow, shuttle.vehicle_id)).accepts_rides
     shuttle.say(CommandDone(command.command_id, False, "driven by hand"))
     assert fleet.campus.read(lambda uow: vehicles.vehicle_of(uow, shuttle.vehicle_id)).accepts_rides
+
+
+def test_a_hold_that_was_taken_back_before_the_shuttle_heard_of_it_leaves_it_in_use(
+    fleet: FakeFleet,
+) -> None:
+    shuttle, campus = fleet.shuttles[0], fleet.campus
+    hold = campus.do(lambda uow: interventions.hold(uow, shuttle.vehicle_id, "ann", 600.0))
+    resume = campus.do(lambda uow: commands.send_command(uow, shuttle.vehicle_id, "resume", "ann"))
+    for command in (hold, resume):
+        shuttle.say(CommandDone(command.command_id, True))
+    vehicle = campus.read(lambda uow: vehicles.vehicle_of(uow, shuttle.vehicle_id))
+    assert vehicle.accepts_rides
+    assert vehicle.hold_ends is None
 
 
 def test_departures_of_a_held_or_recalled_shuttle_go_to_another_one() -> None:
