@@ -2,7 +2,6 @@
 
 import asyncio
 import secrets
-import sys
 from dataclasses import dataclass, replace
 from urllib.parse import urlsplit
 
@@ -32,9 +31,6 @@ from server.usecases.ports import Bus, Transactions, UnitOfWork
 DAY_S = 86_400
 BUS_TIMEOUT_S = 5.0
 NATS_PORT = 4222
-# How long a busy thread keeps the interpreter from the others. The writer lets go of it at every statement:
-# with Python's 5 ms a booking of twenty statements waits for up to a hundred of them.
-_TURN_S = 0.5e-3
 
 
 class CannotStart(Exception):
@@ -54,7 +50,6 @@ async def live_ports(settings: Settings) -> LivePorts:
 
     Raises CannotStart.
     """
-    sys.setswitchinterval(_TURN_S)
     road_map = _road_map(settings)
     campus_id = settings.campus_id or road_map.campus_id
     engine = _engine(settings)
