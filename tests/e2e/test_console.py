@@ -45,6 +45,23 @@ def test_a_vehicle_is_held_and_resumed(console: Page) -> None:
     expect(panel.locator(".chip").first).not_to_have_text("Held")
 
 
+def test_a_recall_says_whom_it_leaves_behind_before_it_is_done(console: Page, open_page: OpenPage) -> None:
+    phone = open_page("/", **PHONE)
+    code = book(phone, "Main Library", "Gymnasium")
+    panel = show_vehicle(console, "Shuttle 1")
+    panel.get_by_role("button", name="Recall").click()
+    effect = console.get_by_role("dialog").locator(f'[data-effect="{code}"]')
+    expect(effect).to_contain_text("left with nobody")
+    console.get_by_role("dialog").get_by_role("button", name="Back").click()
+    panel.get_by_role("button", name="Reassign").click()
+    question = console.get_by_role("dialog")
+    expect(question.get_by_label("Which rides")).to_contain_text(code)
+    expect(question).to_contain_text("Nobody's ride changes.")
+    question.get_by_role("button", name="Back").click()
+    expect(panel.get_by_role("button", name="Recall")).to_be_visible()
+    cancel(phone)
+
+
 def test_an_announcement_appears_as_spoken_on_board(console: Page) -> None:
     panel = show_vehicle(console, "Shuttle 1")
     panel.get_by_label("Text to say and show on board").fill("We wait for a delivery van.")
