@@ -70,6 +70,7 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.NoService: 409,
     errors.DestinationRefused: 409,
     errors.RideRefused: 409,
+    errors.ReassignmentRefused: 409,
     errors.SeriesUnknown: 404,
     errors.SeriesEnded: 409,
     errors.SeriesInvalid: 400,

@@ -116,6 +116,16 @@ class RideRefused(DomainError):
         self.rule = rule
 
 
+class ReassignmentRefused(DomainError):
+    """Nobody named can take the ride; `rule` names what binds, and the ride stays as it was."""
+
+    code = "reassignment_refused"
+
+    def __init__(self, detail: str, rule: str = "") -> None:
+        super().__init__(detail)
+        self.rule = rule
+
+
 class SeriesUnknown(DomainError):
     """No recurring booking has this id or token, or none of its rides falls on that day."""
 

@@ -86,6 +86,7 @@ class Ride:
     let_out       the party asked to get off as soon as possible; to_stop is where that is
     series_id     the recurring booking that it is a day of
     stranded_by   the shuttle that carried the party and cannot go on; another one comes to from_stop
+    pinned        an operator chose its vehicle: no improvement moves it to another one
     """
 
     campus_id: str
@@ -119,6 +120,7 @@ class Ride:
     let_out: bool = False
     series_id: str | None = None
     stranded_by: str | None = None
+    pinned: bool = False
 
     @property
     def has_ended(self) -> bool:
@@ -154,7 +156,7 @@ def assigned(ride: Ride, vehicle_id: str, pickup_eta: datetime, arrival_eta: dat
 
 def unassigned(ride: Ride) -> Ride:
     """Back to where it was before a vehicle had it; the promise stays."""
-    return replace(moved(ride, S.REQUESTED), vehicle_id=None, pickup_eta=None, arrival_eta=None)
+    return replace(moved(ride, S.REQUESTED), vehicle_id=None, pickup_eta=None, arrival_eta=None, pinned=False)
 
 
 def stranded(ride: Ride, from_stop: str, earliest: datetime, at: datetime) -> Ride:

@@ -137,6 +137,7 @@ def ride_from_row(row: AnyRow) -> Ride:
         let_out=row.let_out,
         stranded_by=row.stranded_by,
         series_id=row.series_id,
+        pinned=row.pinned,
     )
 
 
@@ -177,6 +178,7 @@ def _ride_to_row(ride: Ride) -> dict[str, Any]:
         "let_out": ride.let_out,
         "stranded_by": ride.stranded_by,
         "series_id": ride.series_id,
+        "pinned": ride.pinned,
     }
 
 

@@ -17,7 +17,7 @@ from server.domain.events import ServerEvent
 from server.domain.identity import VehicleKey
 from server.domain.incidents import IncidentKind
 from server.domain.vehicles import Vehicle
-from server.usecases import lost_vehicles, orders, plans, topics
+from server.usecases import departures, lost_vehicles, orders, plans, topics
 from server.usecases.ground import under_body
 from server.usecases.identity import sha256_of
 from server.usecases.incidents import clear_incident, open_incident
@@ -82,6 +82,7 @@ def recall(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
     _give_away(uow, vehicle_id)
     plans.replan(uow, vehicle_id)
     plans.assign_waiting(uow)
+    departures.assign_planned(uow)
     return vehicle
 
 
