@@ -203,6 +203,36 @@ class ExceptionUnknown(DomainError):
     code = "exception_unknown"
 
 
+class LaneUnknown(DomainError):
+    """The active map has no such lane."""
+
+    code = "lane_unknown"
+
+
+class SectionUnknown(DomainError):
+    """The active map has no such section."""
+
+    code = "section_unknown"
+
+
+class ClosureInvalid(DomainError):
+    """A road closure closes nothing, or ends before it begins."""
+
+    code = "closure_invalid"
+
+
+class ClosureUnknown(DomainError):
+    """No road closure has this id."""
+
+    code = "closure_unknown"
+
+
+class ClosureOver(DomainError):
+    """The road closure has ended or was lifted already."""
+
+    code = "closure_over"
+
+
 # ---------------------------------------------------------------- vehicles, plans, orders
 
 

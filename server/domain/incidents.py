@@ -20,6 +20,7 @@ class IncidentKind(StrEnum):
     VEHICLE_FAULT = "vehicle_fault"
     RIDER_DID_NOT_ALIGHT = "rider_did_not_alight"
     NO_RESTING_PLACE = "no_resting_place"
+    ROAD_CLOSED = "road_closed"
     ORDER_REJECTED = "order_rejected"
     DEPARTURE_MISSED = "departure_missed"
     PROMISE_BROKEN = "promise_broken"
@@ -40,6 +41,7 @@ PRIORITY: Mapping[IncidentKind, int] = {
     IncidentKind.VEHICLE_FAULT: 24,
     IncidentKind.RIDER_DID_NOT_ALIGHT: 30,
     IncidentKind.NO_RESTING_PLACE: 35,
+    IncidentKind.ROAD_CLOSED: 36,
     IncidentKind.ORDER_REJECTED: 40,
     IncidentKind.RIDE_FAILED: 41,
     IncidentKind.DEPARTURE_MISSED: 42,

@@ -1,8 +1,8 @@
 """How the fleet is assigned, beat by beat. One dispatcher a campus: it holds a lease, others stand by.
 
 A booking is decided at once by whoever takes it (`usecases.rides.book`); this loop does what remains:
-rides that have lost their vehicle, routes and grants that were not safe yet, expected times and promises,
-and moving waiting rides to where they cost less.
+roads that close and open, rides that have lost their vehicle, routes and grants that were not safe yet,
+expected times and promises, and moving waiting rides to where they cost less.
 """
 
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from typing import TypeVar
 from server.dispatch.solve import Budget
 from server.domain.errors import LeaseLost
 from server.loops.pulse import Pulse
-from server.usecases import plans, promises, sections, topics
+from server.usecases import closures, plans, promises, sections, topics
 from server.usecases.decisions import Search
 from server.usecases.ports import Bus, Ids, Solver, Transactions, UnitOfWork
 
@@ -58,6 +58,7 @@ class Dispatcher:
         if token is None:
             return
         self._token = token
+        await self._fenced(closures.keep_time)
         await self._fenced(plans.assign_waiting)
         await self._fenced(sections.extend_grants)
         await self._fenced(promises.check_promises)

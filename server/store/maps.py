@@ -1,12 +1,20 @@
 """Campus maps as rows."""
 
-from sqlalchemy import Connection, select
+from sqlalchemy import Connection, bindparam, exists, select
 
+from server.domain.closures import ClosureState
 from server.domain.maps import StoredMap
 from server.store import tables
 from server.store.repository import Repository
 
 _map = tables.maps.c
+_closure = tables.closures.c
+_STANDING = [str(ClosureState.SCHEDULED), str(ClosureState.IN_FORCE)]
+# Asked in every transaction, so that the two questions are one statement, made once.
+_ACTIVE = select(
+    _map.map_version,
+    exists().where(_closure.campus_id == bindparam("campus_id"), _closure.state.in_(_STANDING)),
+).where(_map.campus_id == bindparam("campus_id"), _map.active.is_(True))
 
 
 class Maps(Repository):
@@ -17,9 +25,11 @@ class Maps(Repository):
         return StoredMap(row.campus_id, row.map_version, row.name, row.content, row.added_at, row.active)
 
     def active_version(self) -> str | None:
-        return self._connection.execute(
-            select(_map.map_version).where(_map.campus_id == self._campus_id, _map.active.is_(True))
-        ).scalar_one_or_none()
+        return self.active()[0]
+
+    def active(self) -> tuple[str | None, bool]:
+        row = self._connection.execute(_ACTIVE, {"campus_id": self._campus_id}).one_or_none()
+        return (None, False) if row is None else (row[0], bool(row[1]))
 
     def add(self, stored: StoredMap) -> None:
         self._insert(

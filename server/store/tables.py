@@ -284,6 +284,23 @@ service_exceptions = Table(
     _word("made_by", 200),
 )
 
+closures = Table(
+    "closures",
+    metadata,
+    _campus(),
+    _key("closure_id"),
+    _text("lane_ids"),
+    _text("section_ids"),
+    _text("reason"),
+    _instant("starts_at"),
+    _later("ends_at"),
+    _word("made_by", 200),
+    _instant("made_at"),
+    _word("state"),
+    _word("lifted_by", 200),
+    Index(None, "campus_id", "state"),
+)
+
 series = Table(
     "series",
     metadata,

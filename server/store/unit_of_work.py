@@ -10,6 +10,7 @@ from sqlalchemy import Connection
 from contract.roads.network import RoadNetwork
 from server.domain.errors import CampusUnknown
 from server.domain.rules import FleetRules
+from server.store.closures import Closures
 from server.store.decisions import Decisions
 from server.store.departures import Departures
 from server.store.events import Events
@@ -27,9 +28,11 @@ from server.store.series import SeriesBook
 from server.store.service import Service
 from server.store.vehicles import Vehicles
 from server.store.views import SqlViews
+from server.usecases.closed_roads import sections_closed
 from server.usecases.fleet_roads import FleetRoads
 from server.usecases.ports import (
     Clock,
+    ClosureRepository,
     DecisionRepository,
     DepartureRepository,
     EventRepository,
@@ -103,6 +106,7 @@ class SqlUnitOfWork:
         self.departures: DepartureRepository = Departures(connection, campus_id, writes)
         self.decisions: DecisionRepository = Decisions(connection, campus_id, False)
         self.service: ServiceRepository = Service(connection, campus_id, False)
+        self.closures: ClosureRepository = Closures(connection, campus_id, False)
         self.series: SeriesRepository = SeriesBook(connection, campus_id, writes)
         self.incidents: IncidentRepository = Incidents(connection, campus_id, writes)
         self.events: EventRepository = Events(connection, campus_id, False)
@@ -114,6 +118,7 @@ class SqlUnitOfWork:
         self.views: Views = SqlViews(connection, campus_id, False)
         self._library = context.library
         self._roads: FleetRoads | None = None
+        self._has_closures = False
 
     def network(self) -> RoadNetwork:
         return self.roads().network
@@ -122,6 +127,10 @@ class SqlUnitOfWork:
         if self._roads is None:
             self._roads = self._active_roads()
         return self._roads
+
+    def has_closures(self) -> bool:
+        self.roads()
+        return self._has_closures
 
     def network_of(self, content: bytes) -> RoadNetwork:
         return self._library.decode(content).network
@@ -133,17 +142,19 @@ class SqlUnitOfWork:
     def publish(self, topic: str, **fields: str | int) -> None:
         self.outgoing.add(topic, fields)
 
-    def map_changed(self) -> None:
+    def roads_changed(self) -> None:
         self._roads = None
 
     def _active_roads(self) -> FleetRoads:
-        version = self.maps.active_version()
+        version, self._has_closures = self.maps.active()
         if version is None:
             raise CampusUnknown(f"campus {self.campus_id} has no map; import one and activate it")
         roads = self._roads_at(version)
         if roads is None:
             raise CampusUnknown(f"the active map {version} is missing from the store; import it again")
-        return roads
+        if not self._has_closures:
+            return roads
+        return roads.closed_to(sections_closed(self.closures.standing(), roads.network))
 
     def _roads_at(self, version: str) -> FleetRoads | None:
         """Decoded once for the life of the process; None for a map that is not stored."""

@@ -10,6 +10,7 @@ from datetime import timedelta
 from math import isfinite
 
 from server.dispatch.problem import Problem, VehicleState
+from server.dispatch.refusal import CLOSED
 from server.dispatch.solve import Budget, Solution, solve
 from server.domain.errors import (
     NoRestingPlaceFree,
@@ -24,7 +25,7 @@ from server.domain.incidents import IncidentKind
 from server.domain.plans import Plan, PlannedVisit, next_version
 from server.domain.rides import WAITING, Ride, RideState, ended, promised_anew, unassigned
 from server.domain.timetable import Departure, without_vehicle
-from server.usecases import promises, topics
+from server.usecases import cut_off, promises, topics
 from server.usecases.assign import assign_rides
 from server.usecases.carry_out import carry_out, commit
 from server.usecases.decisions import Search, keep_improvement
@@ -84,7 +85,8 @@ def assign_waiting(uow: UnitOfWork) -> tuple[Ride, ...]:
     """Give every ride that has lost its vehicle to another one; answers those that got one.
 
     A promise that nobody can keep any more gives way to the earliest pickup that somebody can make. A ride
-    that nobody could take within the longest wait fails, which is an incident.
+    that nobody could take within the longest wait fails, which is an incident; so does one that a closed
+    road cuts off, unless the road opens in time (`cut_off`).
     """
     waiting = [*uow.rides.in_states([RideState.REQUESTED]), *_stranded(uow)]
     if not waiting:
@@ -97,6 +99,7 @@ def assign_waiting(uow: UnitOfWork) -> tuple[Ride, ...]:
         for ride, wish, answer in zip(waiting, free, answers, strict=True)
         if answer.rule and (ride.state is RideState.REQUESTED or _has_lapsed(uow, ride))
     ]
+    cut_off_rides: list[Ride] = []
     late = [replace(wish, promise=None, requested_at=uow.now, arrive_before=None) for _, wish in left]
     for (ride, _), answer in zip(left, assign_rides(uow, late, "reassignment"), strict=True):
         if not answer.rule:
@@ -105,8 +108,11 @@ def assign_waiting(uow: UnitOfWork) -> tuple[Ride, ...]:
             found.append(kept)
             if kept.promise_broken:
                 promises.tell(uow, kept, "goes with another shuttle, later than promised")
+        elif ride.state is RideState.REQUESTED and answer.rule == CLOSED and uow.roads().closed:
+            cut_off_rides.append(ride)
         elif ride.state is RideState.REQUESTED:
             _give_up_late(uow, ride, answer.rule)
+    cut_off.put_off(uow, cut_off_rides)
     return tuple(found)
 
 

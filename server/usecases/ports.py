@@ -12,6 +12,7 @@ from contract.roads.network import RoadNetwork
 from contract.wire.messages import Status
 from server.dispatch.problem import Problem
 from server.dispatch.solve import Budget, Solution
+from server.domain.closures import Closure
 from server.domain.decisions import Decision, RideDecision
 from server.domain.events import RecordedEvent, ServerEvent
 from server.domain.identity import DeveloperToken, EnrolmentCode, Operator, OperatorSession, VehicleKey
@@ -271,6 +272,18 @@ class ServiceRepository(Protocol):
         ...
 
 
+class ClosureRepository(Protocol):
+    def get(self, closure_id: str) -> Closure | None: ...
+
+    def standing(self) -> tuple[Closure, ...]:
+        """Scheduled or in force, by beginning."""
+        ...
+
+    def add(self, closure: Closure) -> None: ...
+
+    def save(self, closure: Closure) -> None: ...
+
+
 class SeriesRepository(Protocol):
     def get(self, series_id: str) -> Series | None: ...
 
@@ -319,6 +332,10 @@ class MapRepository(Protocol):
     def get(self, map_version: str) -> StoredMap | None: ...
 
     def active_version(self) -> str | None: ...
+
+    def active(self) -> tuple[str | None, bool]:
+        """The active version, and whether any road closure stands: scheduled or in force."""
+        ...
 
     def add(self, stored: StoredMap) -> None: ...
 
@@ -422,6 +439,7 @@ class UnitOfWork(Protocol):
     departures: DepartureRepository
     decisions: DecisionRepository
     service: ServiceRepository
+    closures: ClosureRepository
     series: SeriesRepository
     incidents: IncidentRepository
     events: EventRepository
@@ -437,7 +455,11 @@ class UnitOfWork(Protocol):
         ...
 
     def roads(self) -> FleetRoads:
-        """The active map as the fleet uses it. Raises CampusUnknown."""
+        """The active map as the fleet uses it, without the roads closed now. Raises CampusUnknown."""
+        ...
+
+    def has_closures(self) -> bool:
+        """Some road closure is scheduled or in force; asks nothing that `roads` has not asked."""
         ...
 
     def network_of(self, content: bytes) -> RoadNetwork:
@@ -448,8 +470,8 @@ class UnitOfWork(Protocol):
         """A stored map, active or not, decoded once; None for one that is not stored."""
         ...
 
-    def map_changed(self) -> None:
-        """Another map is active now: `network` has to look again."""
+    def roads_changed(self) -> None:
+        """Another map is active now, or a road was closed or opened: `roads` has to look again."""
         ...
 
     def publish(self, topic: str, **fields: str | int) -> None:

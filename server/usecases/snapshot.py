@@ -19,6 +19,7 @@ from server.usecases.fleet_roads import FleetRoads
 from server.usecases.ground import ARRIVED_M, Footing, footing
 from server.usecases.order_payload import EPOCH
 from server.usecases.ports import UnitOfWork
+from server.usecases.resting import can_rest
 from server.usecases.section_desk import SectionDesk
 
 ON_THE_WAY = (RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
@@ -55,7 +56,7 @@ def take_snapshot(
         footings[vehicle.vehicle_id] = here
         stopping_m = uow.rules.stopping_m(status.speed_mps)
         vehicles.append(_vehicle(uow, vehicle, plan, occupancy, here, stopping_m, rides))
-    requests = {ride.ride_id: _request(uow, ride) for ride in rides.values()}
+    requests = {ride.ride_id: request_of(uow, ride) for ride in rides.values()}
     chains, chained = _chains(uow.roads(), departures, uow.rules.departure_tolerance_s, uow.rules.dwell_s)
     problem = Problem(
         vehicles=tuple(vehicles),
@@ -106,7 +107,7 @@ def _vehicle(
             *_forgotten(roads, visits, mine, uow.rules.dwell_s),
         ),
         locked=1 if visits and visits[0].state == "under_way" else 0,
-        accepts=vehicle.accepts_rides,
+        accepts=vehicle.accepts_rides and (not roads.closed or can_rest(uow, plan, here)),
     )
 
 
@@ -146,6 +147,8 @@ def _to_stops_s(
     opened = frozenset((*occupancy.held_ids, *occupancy.ahead))
     held = occupancy.held_ids[here.index :]
     row = roads.times_over_held(held, (here.lane_id, here.s_m), own, opened, stopping_m)
+    if roads.closed:
+        row = roads.taking_on_nobody_new(row, [visit.stop_id for visit in visits])
     if visits and _is_there(visits[0], here):
         row[roads.stop_numbers[visits[0].stop_id]] = 0.0
     return row
@@ -171,7 +174,7 @@ def _call(roads: FleetRoads, visit: PlannedVisit, mine: dict[str, Ride]) -> Call
     )
 
 
-def _request(uow: UnitOfWork, ride: Ride) -> Request:
+def request_of(uow: UnitOfWork, ride: Ride) -> Request:
     roads, rules = uow.roads(), uow.rules
     direct_s = roads.direct_s(ride.from_stop, ride.to_stop)
     promise = ride.promise

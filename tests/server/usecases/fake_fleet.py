@@ -6,7 +6,7 @@ from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from server.domain.rides import BookRide, Ride
 from server.domain.vehicles import StatusReport
-from server.usecases import plans, promises, rides, sections, vehicle_sessions
+from server.usecases import closures, plans, promises, rides, sections, vehicle_sessions
 from server.usecases.ports import UnitOfWork
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_shuttle import STEP_S, FakeShuttle
@@ -44,6 +44,7 @@ class FakeFleet:
         vehicle_sessions.record_status(uow, reports)
         self.beats += 1
         if self.beats % 2 == 0:
+            closures.keep_time(uow)
             plans.assign_waiting(uow)
             sections.extend_grants(uow)
             promises.check_promises(uow)
