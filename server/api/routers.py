@@ -6,6 +6,7 @@ from fastapi import APIRouter, FastAPI
 
 from server.api import (
     campus,
+    closures,
     developer_socket,
     health,
     incidents,
@@ -45,6 +46,7 @@ def bare_app(**options: Any) -> FastAPI:
         rides.router,
         series.router,
         service.router,
+        closures.router,
         sessions.router,
         vehicles.router,
         vehicles.enrolments,

@@ -10,7 +10,7 @@ from server.domain.closures import Closure, ClosureState
 def sections_closed(closures: Iterable[Closure], network: RoadNetwork) -> frozenset[str]:
     """Closed by those in force. Lanes and sections that another map had are left out."""
     in_force = (closure for closure in closures if closure.state is ClosureState.IN_FORCE)
-    return frozenset(section_id for closure in in_force for section_id in _sections_of(closure, network))
+    return frozenset(section_id for closure in in_force for section_id in sections_of(closure, network))
 
 
 def sections_closed_within(
@@ -18,7 +18,7 @@ def sections_closed_within(
 ) -> frozenset[str]:
     """Closed at some time within [begins, ends], as far as is known now."""
     then = (closure for closure in closures if closure.overlaps(begins, ends))
-    return frozenset(section_id for closure in then for section_id in _sections_of(closure, network))
+    return frozenset(section_id for closure in then for section_id in sections_of(closure, network))
 
 
 def way_out(network: RoadNetwork, section_id: str, closed: Collection[str]) -> frozenset[str]:
@@ -36,7 +36,8 @@ def way_out(network: RoadNetwork, section_id: str, closed: Collection[str]) -> f
     return frozenset(found)
 
 
-def _sections_of(closure: Closure, network: RoadNetwork) -> Iterable[str]:
+def sections_of(closure: Closure, network: RoadNetwork) -> Iterable[str]:
+    """The sections of this map that the closure names."""
     for lane_id in closure.lane_ids:
         if lane_id in network.lanes:
             yield from (section.section_id for section in network.sections_of(lane_id))

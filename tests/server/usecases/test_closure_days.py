@@ -1,11 +1,11 @@
-"""A day on which roads are closed and opened at random: nobody's ride is lost, no promise breaks in silence."""
+"""Days on which roads are closed and opened at random: no ride is lost, no promise breaks in silence."""
 
+import os
 from datetime import timedelta
 
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from server.domain.errors import DomainError
 from server.domain.incidents import IncidentKind
 from server.domain.rides import Ride, RideState
 from server.usecases import closures
@@ -18,6 +18,7 @@ MAP = shipped_map("snow-lion")
 LANES = [lane.lane_id for lane in MAP.lanes]
 STOPS = [stop.stop_id for stop in MAP.stops]
 SETTLED_WITHIN_STEPS = 4000
+STORIES = int(os.environ.get("CAMPUSLOOP_STORIES", "0"))
 # The plan is looked at every other step, and says so where a promise will be missed by this much.
 LAPSE = timedelta(seconds=30)
 
@@ -56,10 +57,8 @@ class Day:
             self.campus.do(lambda uow: closures.lift(uow, closure_id, "ann"))
 
     def book(self, from_stop: str, to_stop: str, in_s: float) -> None:
-        try:
+        if from_stop != to_stop:
             self.fleet.book(from_stop, to_stop, earliest=self.campus.clock.now() + timedelta(seconds=in_s))
-        except DomainError as error:
-            assert error.code == "same_stop"
 
     def drive(self, steps: int) -> None:
         for _ in range(steps):
@@ -115,9 +114,9 @@ class Day:
 
 
 @settings(
-    max_examples=12,
+    max_examples=STORIES or 6,
     deadline=None,
-    derandomize=True,
+    derandomize=not STORIES,
     database=None,
     suppress_health_check=list(HealthCheck),
 )

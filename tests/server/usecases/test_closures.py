@@ -1,4 +1,4 @@
-"""Roads closed by operators: who is refused, told, turned away and let out, and what happens when they open."""
+"""Roads closed by operators: who is refused, told, turned away and let out, until the road opens."""
 
 from collections.abc import Iterator
 from datetime import timedelta
@@ -109,11 +109,12 @@ def test_who_waits_at_a_stop_that_is_cut_off_for_a_time_is_told_early_and_fetche
 ) -> None:
     fleet = driven_fleet
     ride = fleet.book("C1", "SE13")
-    ends_at = fleet.campus.clock.now() + timedelta(hours=1)
+    ends_at = fleet.campus.clock.now() + timedelta(minutes=20)
     close(fleet, AT_C1, ends_at=ends_at)
     told = fleet.ride(ride.ride_id)
     assert (told.state, told.vehicle_id, told.promise_broken) == (RideState.REQUESTED, None, True)
-    assert told.promise is not None and told.promise.pickup_from >= ends_at
+    assert told.promise is not None
+    assert told.promise.pickup_from >= ends_at
     assert told.first_promise == ride.promise
     assert any("water main" in cause for cause in causes(fleet, IncidentKind.PROMISE_BROKEN))
     while fleet.campus.clock.now() < ends_at - timedelta(seconds=10):
@@ -131,7 +132,8 @@ def test_who_waits_where_nobody_can_come_any_more_is_told_so(fleet: FakeFleet) -
     closure = close(fleet)
     failed = fleet.ride(ride.ride_id)
     assert (failed.state, failed.reason) == (RideState.FAILED, "closed_road")
-    assert closure.closure_id in failed.reason_detail and "water main" in failed.reason_detail
+    assert closure.closure_id in failed.reason_detail
+    assert "water main" in failed.reason_detail
     assert any(closure.closure_id in cause for cause in causes(fleet, IncidentKind.RIDE_FAILED))
     plans = fleet.campus.read(lambda uow: uow.plans.all())
     assert all(ride.ride_id not in plan.ride_ids for plan in plans)
@@ -146,7 +148,8 @@ def test_riders_aboard_are_let_out_as_near_as_can_be(driven_fleet: FakeFleet) ->
     assert (told.state, told.first_to_stop) == (RideState.ABOARD, "C6")
     assert told.to_stop != "C6"
     assert any(closure.closure_id in cause for cause in causes(fleet, IncidentKind.ROAD_CLOSED))
-    assert told.promise is not None and told.arrival_eta is not None
+    assert told.promise is not None
+    assert told.arrival_eta is not None
     assert told.arrival_eta <= told.promise.arrive_by
     done = drive_until(fleet, ride, RideState.COMPLETED)
     assert not done.left_early
@@ -180,7 +183,8 @@ def test_a_shuttle_on_closed_road_leaves_it(driven_fleet: FakeFleet) -> None:
         shuttle = next((s for s in fleet.shuttles if s.aboard), None)
         if shuttle is not None and shuttle.place.lane_id == "east-4":
             break
-    assert shuttle is not None and shuttle.place.lane_id == "east-4"
+    assert shuttle is not None
+    assert shuttle.place.lane_id == "east-4"
     close(fleet)
     drive_until(fleet, ride, RideState.COMPLETED)
     assert not fleet.ride(ride.ride_id).promise_broken
@@ -206,7 +210,8 @@ def test_rides_of_another_time_than_the_closure_s_are_not_touched(driven_fleet: 
     assert (kept.promise, kept.promise_broken, kept.has_ended) == (after.promise, False, False)
     later = fleet.book("NN20", "C6", earliest=late + timedelta(minutes=20))
     assert (later.state, later.vehicle_id) == (RideState.REQUESTED, None)
-    assert later.promise is not None and later.promise.pickup_from >= late
+    assert later.promise is not None
+    assert later.promise.pickup_from >= late
     assert fleet.book("NN20", "C6").reason == "closed_road"
     fleet.campus.clock.advance((late - fleet.campus.clock.now()).total_seconds())
     fleet.step()
@@ -214,7 +219,8 @@ def test_rides_of_another_time_than_the_closure_s_are_not_touched(driven_fleet: 
     assert fleet.campus.read(closures.standing) == ()
     for ride in (after, later):
         done = drive_until(fleet, ride, RideState.COMPLETED)
-        assert done.promise == ride.promise and not done.promise_broken
+        assert done.promise == ride.promise
+        assert not done.promise_broken
 
 
 def test_a_promise_within_a_closure_to_come_is_told_anew_when_it_is_entered(fleet: FakeFleet) -> None:
@@ -223,7 +229,8 @@ def test_a_promise_within_a_closure_to_come_is_told_anew_when_it_is_entered(flee
     ends_at = now + timedelta(hours=4)
     close(fleet, starts_at=now + timedelta(hours=2), ends_at=ends_at)
     told = fleet.ride(ride.ride_id)
-    assert told.promise_broken and told.promise is not None
+    assert told.promise_broken
+    assert told.promise is not None
     assert told.promise.pickup_from >= ends_at
     assert any("water main" in cause for cause in causes(fleet, IncidentKind.PROMISE_BROKEN))
 
@@ -243,7 +250,7 @@ def test_a_shuttle_shut_in_with_its_riders_is_an_incident_and_goes_on_when_the_r
     drive_until(fleet, ride, RideState.ABOARD)
     every_lane = tuple(fleet.network.lanes)
     closure = close(fleet, every_lane)
-    for _ in range(300):
+    for _ in range(60):
         fleet.step()
     stays = fleet.ride(ride.ride_id)
     assert (stays.state, stays.to_stop) == (RideState.ABOARD, "SE13")

@@ -501,6 +501,51 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/closures": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Closures
+         * @description Those that hold now and those to come, by their beginning.
+         */
+        get: operations["list_closures"];
+        put?: never;
+        /**
+         * Close Road
+         * @description Nobody is sent there from its beginning on. Rides that this cuts off are put off, let out elsewhere or
+         *     ended, and told so at once.
+         */
+        post: operations["close_road"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/closures/{closure_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Lift Closure
+         * @description The road is open again, or will not be closed.
+         */
+        delete: operations["lift_closure"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/session": {
         parameters: {
             query?: never;
@@ -1155,6 +1200,108 @@ export interface components {
             booking_ahead_s_max: number;
         };
         /**
+         * ClosureBody
+         * @description Lanes, or single sections of them, that nobody is sent through.
+         * @example {
+         *       "ends_at": "2026-09-01T16:00:00Z",
+         *       "lane_ids": [
+         *         "lane-17"
+         *       ],
+         *       "reason": "water main",
+         *       "section_ids": []
+         *     }
+         */
+        ClosureBody: {
+            /**
+             * Lane Ids
+             * @default []
+             */
+            lane_ids: string[];
+            /**
+             * Section Ids
+             * @default []
+             */
+            section_ids: string[];
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+            /**
+             * Starts At
+             * @description Null: now.
+             */
+            starts_at?: string | null;
+            /**
+             * Ends At
+             * @description Null: until it is lifted.
+             */
+            ends_at?: string | null;
+        };
+        /**
+         * ClosureState
+         * @description scheduled: its time has not come; over: its time has passed, or it was lifted.
+         * @enum {string}
+         */
+        ClosureState: "scheduled" | "in_force" | "over";
+        /**
+         * ClosureView
+         * @example {
+         *       "closure_id": "closure-2",
+         *       "ends_at": "2026-09-01T16:00:00Z",
+         *       "lane_ids": [
+         *         "lane-17"
+         *       ],
+         *       "lifted_by": "",
+         *       "lines": [
+         *         [
+         *           12,
+         *           4.5,
+         *           13,
+         *           4.5
+         *         ]
+         *       ],
+         *       "made_at": "2026-09-01T08:00:00Z",
+         *       "made_by": "operator",
+         *       "reason": "water main",
+         *       "section_ids": [],
+         *       "starts_at": "2026-09-01T08:00:00Z",
+         *       "state": "in_force"
+         *     }
+         */
+        ClosureView: {
+            /** Closure Id */
+            closure_id: string;
+            /** Lane Ids */
+            lane_ids: string[];
+            /** Section Ids */
+            section_ids: string[];
+            /** Reason */
+            reason: string;
+            /**
+             * Starts At
+             * Format: date-time
+             */
+            starts_at: string;
+            /** Ends At */
+            ends_at: string | null;
+            /** Made By */
+            made_by: string;
+            /**
+             * Made At
+             * Format: date-time
+             */
+            made_at: string;
+            state: components["schemas"]["ClosureState"];
+            /** Lifted By */
+            lifted_by: string;
+            /**
+             * Lines
+             * @description What is closed on the active map: x0, y0, x1, y1, ... in metres, a line a section.
+             */
+            lines: number[][];
+        };
+        /**
          * CodeView
          * @description Type it on the vehicle; it works once.
          * @example {
@@ -1443,7 +1590,7 @@ export interface components {
          * IncidentKind
          * @enum {string}
          */
-        IncidentKind: "help_call" | "impossible_position" | "ground_conflict" | "key_conflict" | "minimal_risk_stop" | "takeover" | "vehicle_blocked" | "vehicle_silent" | "vehicle_fault" | "rider_did_not_alight" | "no_resting_place" | "order_rejected" | "departure_missed" | "promise_broken" | "ride_failed" | "seat_button";
+        IncidentKind: "help_call" | "impossible_position" | "ground_conflict" | "key_conflict" | "minimal_risk_stop" | "takeover" | "vehicle_blocked" | "vehicle_silent" | "vehicle_fault" | "rider_did_not_alight" | "no_resting_place" | "road_closed" | "order_rejected" | "departure_missed" | "promise_broken" | "ride_failed" | "seat_button";
         /**
          * IncidentView
          * @example {
@@ -4678,6 +4825,187 @@ export interface operations {
             };
             /** @description Not Found */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_closures: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ClosureView"][];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    close_road: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ClosureBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ClosureView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than any request needs to be. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    lift_closure: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                closure_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };
