@@ -98,9 +98,17 @@ class Board:
         r = self._free.pop()
         self.rows[request.request_id] = r
         self.write(r, request, self.problem.dwell_s if request.dwell_s is None else request.dwell_s)
+        self._set_pace(2 * r, request.pace)
+        self._set_pace(2 * r + 1, request.pace)
         self.plan.vehicle_of[r] = ABSENT
         self.plan.movable[r] = True
         return r
+
+    def _set_pace(self, node: int, pace: float) -> None:
+        """A request keeps the pace with which it came, so that narrower windows never change its times."""
+        self.task.pace[node] = pace
+        if pace != 1.0 and not self.task.paced:
+            self.task = self.task._replace(paced=True)
 
     def write(self, r: int, request: Request, dwell_s: float | None = None) -> None:
         """Make row r this request; its service times stay where dwell_s is None."""
@@ -197,6 +205,7 @@ class Board:
         early_s = call.leave_from_s - call.dwell_s - self.origin_s
         timed = np.isfinite(early_s)
         task.place[node] = call.place
+        self._set_pace(node, call.pace)
         task.service_s[node] = call.dwell_s
         task.early_s[node] = early_s if timed else -CUT_OFF_S
         late_s = min(call.arrive_by_s - self.origin_s, 0.5 * CUT_OFF_S)

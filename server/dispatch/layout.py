@@ -86,4 +86,5 @@ def _call(group: _Group, named: set[int]) -> Call:
         was.arrive_by_s,
         was.fixed,
         was.call_id,
+        was.pace,
     )

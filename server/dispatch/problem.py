@@ -41,6 +41,7 @@ class Request:
     arrive_from_s  nor any earlier
     ride_s_max   longest time between the end of boarding and coming to the drop-off
     dwell_s      how long they take to get on, and off; None for the problem's dwell
+    pace         what driving to either stop takes at that hour, over the table's time
     pickup_walks, dropoff_walks  other stops that would do; whoever walks is later at the pickup, and wants
                  to be earlier at the drop-off, by as much
     """
@@ -58,6 +59,7 @@ class Request:
     dropoff_walks: tuple[Walk, ...] = ()
     arrive_from_s: float = -math.inf
     dwell_s: float | None = None
+    pace: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +71,7 @@ class Call:
     leave_from_s  the vehicle leaves no earlier (a timetable departure)
     arrive_by_s  it arrives no later
     fixed        it stays even where nobody boards or alights
+    pace         of a fixed call: what driving to it takes at that hour, over the table's time
     """
 
     place: int
@@ -79,6 +82,7 @@ class Call:
     arrive_by_s: float = math.inf
     fixed: bool = False
     call_id: str = ""
+    pace: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
