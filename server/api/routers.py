@@ -19,6 +19,7 @@ from server.api import (
     service,
     sessions,
     tokens,
+    travel_times,
     vehicle_socket,
     vehicles,
 )
@@ -47,6 +48,7 @@ def bare_app(**options: Any) -> FastAPI:
         series.router,
         service.router,
         closures.router,
+        travel_times.router,
         sessions.router,
         vehicles.router,
         vehicles.enrolments,

@@ -301,6 +301,37 @@ closures = Table(
     Index(None, "campus_id", "state"),
 )
 
+open_legs = Table(
+    "open_legs",
+    metadata,
+    _campus(),
+    _key("vehicle_id"),
+    _word("from_stop", 200),
+    _instant("left_at"),
+)
+
+driven_legs = Table(
+    "driven_legs",
+    metadata,
+    _campus(),
+    _key("vehicle_id"),
+    Column("left_at", Utc(), primary_key=True),
+    _word("from_stop", 200),
+    _word("to_stop", 200),
+    Column("hour", Integer, nullable=False),
+    Column("planned_s", Float, nullable=False),
+    Column("driven_s", Float, nullable=False),
+)
+
+paces = Table(
+    "paces",
+    metadata,
+    _campus(),
+    _text("factors"),
+    _text("legs"),
+    _instant("learned_at"),
+)
+
 series = Table(
     "series",
     metadata,

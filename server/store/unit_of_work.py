@@ -3,12 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
+from zoneinfo import ZoneInfo
 
 import msgspec
 from sqlalchemy import Connection
 
 from contract.roads.network import RoadNetwork
 from server.domain.errors import CampusUnknown
+from server.domain.pace import pace_at
 from server.domain.rules import FleetRules
 from server.store.closures import Closures
 from server.store.decisions import Decisions
@@ -20,6 +22,7 @@ from server.store.incidents import Incidents
 from server.store.leases import Leases
 from server.store.maps import Maps
 from server.store.orders import Orders
+from server.store.paces import PaceBook
 from server.store.plans import Plans
 from server.store.rides import Rides
 from server.store.runs import Runs
@@ -44,6 +47,7 @@ from server.usecases.ports import (
     MapLibrary,
     MapRepository,
     OrderRepository,
+    PaceRepository,
     PasswordHasher,
     PlanRepository,
     RideRepository,
@@ -107,6 +111,7 @@ class SqlUnitOfWork:
         self.decisions: DecisionRepository = Decisions(connection, campus_id, False)
         self.service: ServiceRepository = Service(connection, campus_id, False)
         self.closures: ClosureRepository = Closures(connection, campus_id, False)
+        self.paces: PaceRepository = PaceBook(connection, campus_id, False)
         self.series: SeriesRepository = SeriesBook(connection, campus_id, writes)
         self.incidents: IncidentRepository = Incidents(connection, campus_id, writes)
         self.events: EventRepository = Events(connection, campus_id, False)
@@ -119,6 +124,7 @@ class SqlUnitOfWork:
         self._library = context.library
         self._roads: FleetRoads | None = None
         self._has_closures = False
+        self._factors: tuple[float, ...] | None = None
 
     def network(self) -> RoadNetwork:
         return self.roads().network
@@ -131,6 +137,14 @@ class SqlUnitOfWork:
     def has_closures(self) -> bool:
         self.roads()
         return self._has_closures
+
+    def hour_of(self, moment: datetime) -> float:
+        local = moment.astimezone(ZoneInfo(self.network().road_map.timezone))
+        return local.hour + local.minute / 60.0 + local.second / 3600.0
+
+    def pace_at(self, moment: datetime) -> float:
+        self.roads()
+        return 1.0 if self._factors is None else pace_at(self._factors, self.hour_of(moment))
 
     def network_of(self, content: bytes) -> RoadNetwork:
         return self._library.decode(content).network
@@ -146,7 +160,8 @@ class SqlUnitOfWork:
         self._roads = None
 
     def _active_roads(self) -> FleetRoads:
-        version, self._has_closures = self.maps.active()
+        active = self.maps.active()
+        version, self._has_closures, self._factors = active.map_version, active.has_closures, active.factors
         if version is None:
             raise CampusUnknown(f"campus {self.campus_id} has no map; import one and activate it")
         roads = self._roads_at(version)

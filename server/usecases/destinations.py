@@ -145,7 +145,7 @@ def _inserted_anew(uow: UnitOfWork, wish: Ride) -> Ride:
 
 def _ride_s_max(uow: UnitOfWork, ride: Ride) -> float:
     direct_s = uow.roads().direct_s(ride.from_stop, ride.to_stop)
-    return uow.rules.ride_s_max(direct_s)
+    return uow.rules.ride_s_max(direct_s * uow.pace_at(max(uow.now, ride.earliest)))
 
 
 # ---------------------------------------------------------------- on the vehicle that has it

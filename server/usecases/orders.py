@@ -141,7 +141,7 @@ def _is_held_back(uow: UnitOfWork, plan: Plan, present: IssuedOrder | None, here
     roads = uow.roads()
     own = frozenset({plan.resting_place_id})
     row = roads.times_to_stops((here.lane_id, here.s_m), own, frozenset())
-    drive_s = float(row[roads.stop_numbers[first.stop_id]])
+    drive_s = uow.pace_at(first.not_before) * float(row[roads.stop_numbers[first.stop_id]])
     early_s = uow.rules.early_s(timed=bool(first.departure_id))
     leave_at = first.not_before - timedelta(seconds=first.dwell_s + drive_s + early_s)
     return uow.now < leave_at

@@ -17,8 +17,9 @@ from server.domain.decisions import Decision, RideDecision
 from server.domain.events import RecordedEvent, ServerEvent
 from server.domain.identity import DeveloperToken, EnrolmentCode, Operator, OperatorSession, VehicleKey
 from server.domain.incidents import Incident, IncidentKind
-from server.domain.maps import StoredMap
+from server.domain.maps import ActiveMap, StoredMap
 from server.domain.orders import IssuedOrder
+from server.domain.pace import DrivenLeg, Paces
 from server.domain.plans import Plan
 from server.domain.rides import Ride, RideState, Tap
 from server.domain.rules import FleetRules
@@ -284,6 +285,26 @@ class ClosureRepository(Protocol):
     def save(self, closure: Closure) -> None: ...
 
 
+class PaceRepository(Protocol):
+    def begin_leg(self, vehicle_id: str, from_stop: str, left_at: datetime) -> None: ...
+
+    def end_leg(self, vehicle_id: str) -> tuple[str, datetime] | None:
+        """Where and when the leg under way began, None for none; there is none any more."""
+        ...
+
+    def add(self, leg: DrivenLeg) -> None: ...
+
+    def legs(self) -> tuple[DrivenLeg, ...]:
+        """Oldest first."""
+        ...
+
+    def forget_before(self, moment: datetime) -> int: ...
+
+    def present(self) -> Paces | None: ...
+
+    def save(self, paces: Paces) -> None: ...
+
+
 class SeriesRepository(Protocol):
     def get(self, series_id: str) -> Series | None: ...
 
@@ -333,9 +354,7 @@ class MapRepository(Protocol):
 
     def active_version(self) -> str | None: ...
 
-    def active(self) -> tuple[str | None, bool]:
-        """The active version, and whether any road closure stands: scheduled or in force."""
-        ...
+    def active(self) -> ActiveMap: ...
 
     def add(self, stored: StoredMap) -> None: ...
 
@@ -440,6 +459,7 @@ class UnitOfWork(Protocol):
     decisions: DecisionRepository
     service: ServiceRepository
     closures: ClosureRepository
+    paces: PaceRepository
     series: SeriesRepository
     incidents: IncidentRepository
     events: EventRepository
@@ -460,6 +480,15 @@ class UnitOfWork(Protocol):
 
     def has_closures(self) -> bool:
         """Some road closure is scheduled or in force; asks nothing that `roads` has not asked."""
+        ...
+
+    def hour_of(self, moment: datetime) -> float:
+        """The time of day on the campus, in hours after local midnight. Raises CampusUnknown."""
+        ...
+
+    def pace_at(self, moment: datetime) -> float:
+        """What driving takes at this time of day, over the map's times; 1 before anything is learnt.
+        Raises CampusUnknown."""
         ...
 
     def network_of(self, content: bytes) -> RoadNetwork:

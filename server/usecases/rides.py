@@ -242,7 +242,7 @@ def _closing(uow: UnitOfWork, request: BookRide, calendar: ServiceCalendar) -> d
         raise BookingTooFarAhead(f"rides can be booked {days:.0f} days ahead at most")
     calendar.require_open(earliest)
     closes = calendar.closes_after(earliest)
-    direct_s = uow.roads().direct_s(request.from_stop, request.to_stop)
+    direct_s = uow.pace_at(earliest) * uow.roads().direct_s(request.from_stop, request.to_stop)
     if closes is not None and earliest + timedelta(seconds=direct_s) > closes:
         raise NoService(closing_words(calendar, closes))
     return closes

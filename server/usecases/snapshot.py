@@ -57,7 +57,7 @@ def take_snapshot(
         stopping_m = uow.rules.stopping_m(status.speed_mps)
         vehicles.append(_vehicle(uow, vehicle, plan, occupancy, here, stopping_m, rides))
     requests = {ride.ride_id: request_of(uow, ride) for ride in rides.values()}
-    chains, chained = _chains(uow.roads(), departures, uow.rules.departure_tolerance_s, uow.rules.dwell_s)
+    chains, chained = _chains(uow, departures)
     problem = Problem(
         vehicles=tuple(vehicles),
         requests=requests,
@@ -103,7 +103,7 @@ def _vehicle(
         wheelchair_places=vehicle.wheelchair_places,
         aboard=inside,
         calls=(
-            *(_call(roads, visit, mine) for visit in visits),
+            *(_call(uow, visit, mine) for visit in visits),
             *_forgotten(roads, visits, mine, uow.rules.dwell_s),
         ),
         locked=1 if visits and visits[0].state == "under_way" else 0,
@@ -160,8 +160,8 @@ def _is_there(visit: PlannedVisit, here: Footing) -> bool:
     return visit.state == "under_way" or 0.0 <= beyond_m <= ARRIVED_M
 
 
-def _call(roads: FleetRoads, visit: PlannedVisit, mine: dict[str, Ride]) -> Call:
-    timed = bool(visit.departure_id)
+def _call(uow: UnitOfWork, visit: PlannedVisit, mine: dict[str, Ride]) -> Call:
+    roads, timed = uow.roads(), bool(visit.departure_id)
     return Call(
         place=roads.stop_numbers[visit.stop_id],
         board=tuple(r for r in visit.board if r in mine and mine[r].state is not RideState.ABOARD),
@@ -171,6 +171,7 @@ def _call(roads: FleetRoads, visit: PlannedVisit, mine: dict[str, Ride]) -> Call
         arrive_by_s=seconds(visit.latest) if timed and visit.latest else np.inf,
         fixed=timed or not (visit.board or visit.alight),
         call_id=visit.visit_id,
+        pace=uow.pace_at(max(uow.now, visit.not_before or uow.now)),
     )
 
 
@@ -179,6 +180,7 @@ def request_of(uow: UnitOfWork, ride: Ride) -> Request:
     direct_s = roads.direct_s(ride.from_stop, ride.to_stop)
     promise = ride.promise
     earliest_s = seconds(max(ride.earliest, ride.requested_at))
+    pace = uow.pace_at(max(uow.now, ride.earliest if promise is None else promise.pickup_from))
     return Request(
         request_id=ride.ride_id,
         pickup=roads.stop_numbers[ride.from_stop],
@@ -188,7 +190,8 @@ def request_of(uow: UnitOfWork, ride: Ride) -> Request:
         pickup_from_s=earliest_s if promise is None else seconds(promise.pickup_from),
         pickup_to_s=earliest_s + rules.wait_s_max if promise is None else seconds(promise.pickup_to),
         arrive_by_s=_arrive_by_s(ride),
-        ride_s_max=rules.ride_s_max(direct_s),
+        ride_s_max=rules.ride_s_max(direct_s * pace),
+        pace=pace,
     )
 
 
@@ -199,13 +202,15 @@ def _arrive_by_s(ride: Ride) -> float:
 
 
 def _chains(
-    roads: FleetRoads, departures: Sequence[Departure], tolerance_s: float, dwell_s: float
+    uow: UnitOfWork, departures: Sequence[Departure]
 ) -> tuple[tuple[Chain, ...], dict[str, tuple[Departure, int]]]:
     """Each departure as timed calls.
 
     The first one has to be made within the tolerance. Where planned driving is slower than the timetable the
     later ones follow as fast as it allows: a timetable is not refused for a careful plan.
     """
+    roads, dwell_s = uow.roads(), uow.rules.dwell_s
+    tolerance_s = uow.rules.departure_tolerance_s
     every = frozenset(roads.network.resting_places)
     drive = roads.stop_times(every)
     chains: list[Chain] = []
@@ -217,9 +222,10 @@ def _chains(
             call_id = f"{departure.departure_id}#{number}"
             chained[call_id] = departure, number
             place, leave_s = roads.stop_numbers[call.stop_id], seconds(call.leave_at)
+            pace = uow.pace_at(call.leave_at)
             if calls:
                 left_s = max(calls[-1].leave_from_s, arrive_s + dwell_s)
-                arrive_s = left_s + float(drive[calls[-1].place, place])
+                arrive_s = left_s + pace * float(drive[calls[-1].place, place])
             calls.append(
                 Call(
                     place=place,
@@ -228,6 +234,7 @@ def _chains(
                     arrive_by_s=max(leave_s - dwell_s, arrive_s) + tolerance_s,
                     fixed=True,
                     call_id=call_id,
+                    pace=pace,
                 )
             )
         chains.append(Chain(departure.departure_id, tuple(calls)))
