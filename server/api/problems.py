@@ -78,6 +78,7 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.PatternInvalid: 400,
     errors.PatternInUse: 409,
     errors.ExceptionUnknown: 404,
+    errors.ShiftsInvalid: 400,
     errors.LaneUnknown: 404,
     errors.SectionUnknown: 404,
     errors.ClosureInvalid: 400,

@@ -343,7 +343,14 @@ class Board:
     def route(self, v: int) -> VehicleRoute:
         """A vehicle's calls with their times."""
         calls, times = calls_and_times(self.task, self.plan, v, self._stays, self.requests, self.origin_s)
-        return VehicleRoute(self.vehicle_ids[v], calls, times)
+        made = [pair for pair in zip(calls, times, strict=True) if not pair[0].off_duty]
+        return VehicleRoute(
+            self.vehicle_ids[v], tuple(call for call, _ in made), tuple(time for _, time in made)
+        )
+
+    def off_duty_nodes(self) -> list[int]:
+        """The calls that stand for time off between two shifts."""
+        return [node for node, stay in self._stays.items() if stay.call.off_duty]
 
     def routes(self) -> tuple[VehicleRoute, ...]:
         """Every vehicle's route, but for those that are impossible."""

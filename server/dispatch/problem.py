@@ -72,6 +72,7 @@ class Call:
     arrive_by_s  it arrives no later
     fixed        it stays even where nobody boards or alights
     pace         of a fixed call: what driving to it takes at that hour, over the table's time
+    off_duty     it stands for the time between two shifts, and is left out of the routes that are decided
     """
 
     place: int
@@ -83,6 +84,7 @@ class Call:
     fixed: bool = False
     call_id: str = ""
     pace: float = 1.0
+    off_duty: bool = False
 
 
 @dataclass(frozen=True, slots=True)

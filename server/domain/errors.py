@@ -203,6 +203,12 @@ class ExceptionUnknown(DomainError):
     code = "exception_unknown"
 
 
+class ShiftsInvalid(DomainError):
+    """A vehicle's shifts contradict each other or the clock."""
+
+    code = "shifts_invalid"
+
+
 class LaneUnknown(DomainError):
     """The active map has no such lane."""
 

@@ -5,6 +5,7 @@ from datetime import datetime
 from typing import Literal
 
 from contract.wire.messages import DriveMode, Status
+from server.domain.shifts import Shifts
 
 CommandKind = Literal["hold", "resume", "announce", "stop_now"]
 
@@ -19,6 +20,7 @@ class Vehicle:
     in_service  it may get new rides; a recalled vehicle finishes those aboard and rests
     unavailable_since  since when it has been held or out of reach, None while it is neither
     placed      it holds the ground under its body, so that it can be given a route
+    shifts      when it is on duty, None for always
     """
 
     campus_id: str
@@ -39,6 +41,7 @@ class Vehicle:
     placed: bool = False
     retired: bool = False
     unavailable_since: datetime | None = None
+    shifts: Shifts | None = None
 
     @property
     def accepts_rides(self) -> bool:

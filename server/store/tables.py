@@ -89,6 +89,7 @@ vehicles = Table(
     Column("placed", Boolean, nullable=False),
     Column("retired", Boolean, nullable=False),
     _later("unavailable_since"),
+    Column("shifts", Text, nullable=True),
 )
 
 whereabouts = Table(

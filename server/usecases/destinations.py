@@ -197,7 +197,7 @@ def _routes(
     for index in indices:
         if index < max(locked, boards + 1) or index > len(calls):
             continue
-        if index < len(calls) and calls[index].place == place:
+        if index < len(calls) and calls[index].place == place and not calls[index].off_duty:
             here = calls[index]
             yield (
                 *calls[:index],

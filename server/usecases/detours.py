@@ -42,6 +42,8 @@ def _reachable(problem: Problem, vehicle: VehicleState) -> tuple[Array, list[int
     first: Array = row
     lost = []
     for number, call in enumerate(vehicle.calls):
+        if call.off_duty:
+            continue
         if number >= vehicle.locked and not np.isfinite(row[call.place]):
             lost.append(number)
             continue

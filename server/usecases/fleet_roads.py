@@ -83,6 +83,7 @@ class FleetRoads:
         self._views: dict[frozenset[str], FleetRoads] = {}
         self._ways_out: dict[str, frozenset[str]] = {}
         self._served: BoolArray | None = None
+        self._way_home_s: float | None = None
 
     def closed_to(self, closed: frozenset[str]) -> "FleetRoads":
         """This map with these sections closed, and no others."""
@@ -221,6 +222,17 @@ class FleetRoads:
             there = TimesToPlaces(self.network, [(rest.lane_id, rest.s_m)], self._speed_cap_mps, closed)
             self._to_rest[key] = self._slack * float(there.from_place(place)[0])
         return self._to_rest[key]
+
+    def way_home_s(self) -> float:
+        """Planned seconds from the stop that is farthest from any resting place to the nearest one."""
+        if self._way_home_s is None:
+            rests = self.network.road_map.resting_places
+            nearest = (
+                min((self.time_to_rest(place, rest) for rest in rests), default=0.0)
+                for place in self._stop_places
+            )
+            self._way_home_s = max((s for s in nearest if math.isfinite(s)), default=0.0)
+        return self._way_home_s
 
     def times_from_rest(self, rest: RestingPlace) -> Array:
         """(n,) planned seconds from a resting place to every stop, for the vehicle that rests there."""

@@ -17,6 +17,7 @@ from server.domain.timetable import Departure
 from server.domain.vehicles import Vehicle
 from server.usecases.fleet_roads import FleetRoads
 from server.usecases.ground import ARRIVED_M, Footing, footing
+from server.usecases.on_duty import with_shifts
 from server.usecases.order_payload import EPOCH
 from server.usecases.ports import UnitOfWork
 from server.usecases.resting import can_rest
@@ -55,7 +56,11 @@ def take_snapshot(
         here = footing(uow.network(), occupancy.held_ids, status)
         footings[vehicle.vehicle_id] = here
         stopping_m = uow.rules.stopping_m(status.speed_mps)
-        vehicles.append(_vehicle(uow, vehicle, plan, occupancy, here, stopping_m, rides))
+        state = _vehicle(uow, vehicle, plan, occupancy, here, stopping_m, rides)
+        if vehicle.shifts is not None:
+            planned_s = _planned_s(uow, plan, state.calls)
+            state = with_shifts(uow, vehicle.shifts, state, planned_s, _until(wanted, departures))
+        vehicles.append(state)
     requests = {ride.ride_id: request_of(uow, ride) for ride in rides.values()}
     chains, chained = _chains(uow, departures)
     problem = Problem(
@@ -67,6 +72,23 @@ def take_snapshot(
         dwell_s=uow.rules.dwell_s,
     )
     return Snapshot(problem, plans, rides, footings, chained, desk)
+
+
+def _planned_s(uow: UnitOfWork, plan: Plan, calls: Sequence[Call]) -> list[float]:
+    """When each call is made as planned so far."""
+    visits = {visit.visit_id: visit for visit in plan.visits}
+    found = []
+    for call in calls:
+        visit = visits.get(call.call_id)
+        known = [] if visit is None else [at for at in (visit.eta, visit.not_before) if at is not None]
+        found.append(seconds(max([uow.now, *known])))
+    return found
+
+
+def _until(wanted: Sequence[Ride], departures: Sequence[Departure]) -> datetime:
+    """The latest moment at which one of these wants to begin."""
+    begins = [ride.earliest if ride.promise is None else ride.promise.pickup_from for ride in wanted]
+    return max([EPOCH, *begins, *(departure.calls[-1].leave_at for departure in departures)])
 
 
 def seconds(moment: datetime) -> float:
