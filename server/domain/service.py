@@ -113,6 +113,11 @@ class ServiceCalendar:
 
     def closes_after(self, at: datetime) -> datetime | None:
         """When the opening in which `at` lies ends; None for one that does not end, and outside of all."""
+        spans = self._around(at, 1)
+        closing = next((closes for opens, closes in spans if opens <= at < closes), None)
+        if closing is not None and closing < local_moment(self.day_of(at) + timedelta(days=1), 0, self.zone):
+            return closing
+        # It goes on past midnight, perhaps for ever.
         spans = self._around(at, _DAYS_SEARCHED)
         closing = next((closes for opens, closes in spans if opens <= at < closes), None)
         last = local_moment(self.day_of(at) + timedelta(days=_DAYS_SEARCHED), 0, self.zone)

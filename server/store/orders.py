@@ -25,24 +25,14 @@ class Orders(Repository):
         return None if row is None else order_from_row(row)
 
     def find(self, vehicle_id: str, order_id: str, revision: int) -> IssuedOrder | None:
-        row = self._one(
-            tables.orders,
-            _order.vehicle_id == vehicle_id,
-            _order.order_id == order_id,
-            _order.revision == revision,
-        )
+        row = self._find(tables.orders, vehicle_id=vehicle_id, order_id=order_id, revision=revision)
         return None if row is None else order_from_row(row)
 
     def add(self, order: IssuedOrder) -> None:
         self._insert(tables.orders, {"number": self._counters.next("order"), **_to_row(order)})
 
     def save(self, order: IssuedOrder) -> None:
-        self._update(
-            tables.orders,
-            _to_row(order),
-            _order.order_id == order.order_id,
-            _order.revision == order.revision,
-        )
+        self._change(tables.orders, _to_row(order), order_id=order.order_id, revision=order.revision)
 
 
 def order_from_row(row: AnyRow) -> IssuedOrder:

@@ -1,6 +1,6 @@
 """Reads for people's eyes: joined and sorted in SQL, past the domain."""
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from datetime import datetime
 from typing import TypeVar
 
@@ -38,11 +38,12 @@ _event = tables.vehicle_events.c
 
 
 class SqlViews(Repository):
-    def vehicles(self) -> tuple[VehicleView, ...]:
+    def vehicles(self, vehicle_ids: Set[str] | None = None) -> tuple[VehicleView, ...]:
         occupancies = {o.vehicle_id: o for o in self._repository(Sections).all()}
         return tuple(
             self._vehicle_view(vehicle, occupancies.get(vehicle.vehicle_id))
             for vehicle in self._repository(Vehicles).all()
+            if vehicle_ids is None or vehicle.vehicle_id in vehicle_ids
         )
 
     def vehicle(self, vehicle_id: str) -> VehicleView | None:
@@ -58,8 +59,11 @@ class SqlViews(Repository):
         vehicle_id: str | None = None,
         limit: int = 200,
         before: datetime | None = None,
+        ride_ids: Set[str] | None = None,
     ) -> tuple[Ride, ...]:
         statement = self._select(tables.rides)
+        if ride_ids is not None:
+            statement = statement.where(_ride.ride_id.in_(sorted(ride_ids)))
         if states is not None:
             statement = statement.where(_ride.state.in_([str(state) for state in states]))
         if vehicle_id is not None:

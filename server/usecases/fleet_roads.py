@@ -27,6 +27,7 @@ Own = frozenset[str]
 _CLOSURES_KEPT = 2000
 # Sets of roads closed by operators, each with tables of its own.
 _CLOSED_VIEWS_KEPT = 16
+_ROUTES_KEPT = 20_000
 
 
 # Nobody walks as the crow flies.
@@ -77,6 +78,7 @@ class FleetRoads:
         self._to_stops: dict[frozenset[str], TimesToPlaces] = {}
         self._to_rest: dict[tuple[Place, str], float] = {}
         self._from_rest: dict[str, Array] = {}
+        self._routes: dict[tuple[Place, Place, frozenset[str]], Route | None] = {}
         self._empty: Reservations = (
             Reservations(network.road_map.sections) if every_road is None else every_road._empty
         )
@@ -243,7 +245,15 @@ class FleetRoads:
         return self._from_rest[rest.place_id]
 
     def route(self, origin: Place, destination: Place, blocked: frozenset[str]) -> Route | None:
-        return find_route(self.network, *origin, *destination, blocked, speed_cap_mps=self._speed_cap_mps)
+        """Most begin where a section ends or at a stop, so that the same ones are asked for again."""
+        key = origin, destination, blocked
+        if key not in self._routes:
+            if len(self._routes) >= _ROUTES_KEPT:
+                self._routes.clear()
+            self._routes[key] = find_route(
+                self.network, *origin, *destination, blocked, speed_cap_mps=self._speed_cap_mps
+            )
+        return self._routes[key]
 
     def _from_place(self, place: Place, blocked: frozenset[str]) -> Array:
         """(n,) free-flow seconds to every stop; the section of the place itself is open."""

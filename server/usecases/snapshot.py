@@ -92,7 +92,7 @@ def _until(wanted: Sequence[Ride], departures: Sequence[Departure]) -> datetime:
 
 
 def seconds(moment: datetime) -> float:
-    return (moment - EPOCH).total_seconds()
+    return moment.timestamp()
 
 
 def moment(seconds_s: float) -> datetime:
