@@ -20,12 +20,12 @@ from server.store.history import History
 from server.store.identity import Identity
 from server.store.incidents import Incidents
 from server.store.leases import Leases
+from server.store.live.ground import LiveClosures, LiveMaps, LivePaces
 from server.store.live.memory import Memory
 from server.store.live.orders import LiveOrders
 from server.store.live.plans import LivePlans
 from server.store.live.rides import LiveRides
 from server.store.live.sections import LiveSections
-from server.store.live.ground import LiveClosures, LiveMaps, LivePaces
 from server.store.live.service import LiveService
 from server.store.live.vehicles import LiveVehicles
 from server.store.maps import Maps

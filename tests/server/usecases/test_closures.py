@@ -109,7 +109,7 @@ def test_who_waits_at_a_stop_that_is_cut_off_for_a_time_is_told_early_and_fetche
 ) -> None:
     fleet = driven_fleet
     ride = fleet.book("C1", "SE13")
-    ends_at = fleet.campus.clock.now() + timedelta(minutes=20)
+    ends_at = fleet.campus.clock.now() + timedelta(minutes=40)
     close(fleet, AT_C1, ends_at=ends_at)
     told = fleet.ride(ride.ride_id)
     assert (told.state, told.vehicle_id, told.promise_broken) == (RideState.REQUESTED, None, True)

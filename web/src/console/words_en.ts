@@ -245,6 +245,12 @@ export const en = {
   service_runs: (name: string) => `${name} runs`,
   service_rests: (name: string) => `${name} does not run`,
   remove: "Remove",
+  shifts: "Shifts",
+  always_on_duty: "Always on duty",
+  day_off: "day off",
+  shifts_hint:
+    "Such as 07:30-12:00, 13:30-25:00; 25:00 is one in the night. What is promised already is kept.",
+  shifts_saved: "Saved.",
   closures: "Closed roads",
   closures_lead:
     "No shuttle is sent through a closed lane. Rides that this cuts off are put off until it opens, let out at the nearest stop, or ended; passengers are told at once.",

@@ -231,6 +231,11 @@ export const zh: ConsoleWords = {
   service_runs: (name) => `${name} 运行`,
   service_rests: (name) => `${name} 停运`,
   remove: "删除",
+  shifts: "班次",
+  always_on_duty: "始终值班",
+  day_off: "休息日",
+  shifts_hint: "例如 07:30-12:00, 13:30-25:00；25:00 为次日凌晨一点。已承诺的行程会照常完成。",
+  shifts_saved: "已保存。",
   closures: "封闭道路",
   closures_lead:
     "车辆不会驶入封闭的车道。受影响的行程会推迟到道路开放之后、在最近的站点下车或结束；乘客会立即收到通知。",

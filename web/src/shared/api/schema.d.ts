@@ -546,6 +546,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/travel-times": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Travel Times
+         * @description What plans and promises multiply driving by, at each hour of the day.
+         */
+        get: operations["get_travel_times"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/session": {
         parameters: {
             query?: never;
@@ -787,6 +807,34 @@ export interface paths {
          * @description The key opens nothing any more, and the open session ends.
          */
         delete: operations["revoke_vehicle_key"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/shifts": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Vehicle Shifts
+         * @description Null: always on duty.
+         */
+        get: operations["get_vehicle_shifts"];
+        /**
+         * Put Vehicle Shifts
+         * @description In place of those it had. What it has promised already is kept.
+         */
+        put: operations["put_vehicle_shifts"];
+        post?: never;
+        /**
+         * Delete Vehicle Shifts
+         * @description It is always on duty.
+         */
+        delete: operations["delete_vehicle_shifts"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1446,6 +1494,22 @@ export interface components {
             to_stop: string;
         };
         /**
+         * DutyExceptionModel
+         * @description A day with other shifts than its weekday's; with none a day off.
+         */
+        DutyExceptionModel: {
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /**
+             * Shifts
+             * @default []
+             */
+            shifts: components["schemas"]["ShiftModel"][];
+        };
+        /**
          * Enrolment
          * @description A vehicle's request to take in its key.
          * @example {
@@ -1569,6 +1633,24 @@ export interface components {
              * @default
              */
             text: string;
+        };
+        /** HourPace */
+        HourPace: {
+            /**
+             * Hour
+             * @description Campus local: 8 is from 08:00 to 09:00.
+             */
+            hour: number;
+            /**
+             * Factor
+             * @description Planned driving is multiplied by this; 1 as in the map's times.
+             */
+            factor: number;
+            /**
+             * Legs
+             * @description How many drives from stop to stop it rests on.
+             */
+            legs: number;
         };
         /**
          * HoursModel
@@ -2745,6 +2827,60 @@ export interface components {
             expires_at: string;
         };
         /**
+         * ShiftModel
+         * @description Campus local time; one past midnight ends after 24:00.
+         */
+        ShiftModel: {
+            /**
+             * Begins
+             * @example 08:00
+             */
+            begins: string;
+            /**
+             * Ends
+             * @example 08:00
+             */
+            ends: string;
+        };
+        /**
+         * ShiftsModel
+         * @description When a vehicle is on duty. Off duty it rests; riders aboard are always brought home first.
+         * @example {
+         *       "exceptions": [
+         *         {
+         *           "day": "2026-10-01",
+         *           "shifts": []
+         *         }
+         *       ],
+         *       "weekly": [
+         *         [
+         *           {
+         *             "begins": "07:30",
+         *             "ends": "22:00"
+         *           }
+         *         ],
+         *         [],
+         *         [],
+         *         [],
+         *         [],
+         *         [],
+         *         []
+         *       ]
+         *     }
+         */
+        ShiftsModel: {
+            /**
+             * Weekly
+             * @description For each weekday, Monday first.
+             */
+            weekly: components["schemas"]["ShiftModel"][][];
+            /**
+             * Exceptions
+             * @default []
+             */
+            exceptions: components["schemas"]["DutyExceptionModel"][];
+        };
+        /**
          * Snapshot
          * @description First message on /ws/live, and again whenever the campus changes its map.
          */
@@ -2936,6 +3072,32 @@ export interface components {
             expires_at: string;
             /** Revoked At */
             revoked_at: string | null;
+        };
+        /**
+         * TravelTimes
+         * @description Factors between 0.5 and 3, drawn towards 1 where few drives have been measured.
+         * @example {
+         *       "hours": [
+         *         {
+         *           "factor": 1.34,
+         *           "hour": 8,
+         *           "legs": 112
+         *         }
+         *       ],
+         *       "learned_at": "2026-09-01T08:00:00Z",
+         *       "timezone": "Asia/Shanghai"
+         *     }
+         */
+        TravelTimes: {
+            /** Timezone */
+            timezone: string;
+            /**
+             * Learned At
+             * @description Null while nothing has been learnt.
+             */
+            learned_at: string | null;
+            /** Hours */
+            hours: components["schemas"]["HourPace"][];
         };
         /** TripView */
         TripView: {
@@ -5024,6 +5186,44 @@ export interface operations {
             };
         };
     };
+    get_travel_times: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TravelTimes"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_session: {
         parameters: {
             query?: never;
@@ -5841,6 +6041,191 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["VehicleFacts"];
                 };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_vehicle_shifts: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ShiftsModel"] | null;
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    put_vehicle_shifts: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ShiftsModel"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ShiftsModel"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than any request needs to be. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    delete_vehicle_shifts: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description Unauthorized */
             401: {

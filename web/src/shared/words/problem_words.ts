@@ -31,6 +31,7 @@ const PROBLEMS: Record<Language, Readonly<Record<string, string>>> = {
     pattern_in_use:
       "Trips of the timetable run by this service. Change its days instead of removing it.",
     exception_unknown: "Nothing is different on that day.",
+    shifts_invalid: "The shifts contradict each other. Check the times: each ends after it begins.",
     lane_unknown: "The map has no such lane. Check the ids.",
     section_unknown: "The map has no such section. Check the ids.",
     closure_invalid:
@@ -87,6 +88,7 @@ const PROBLEMS: Record<Language, Readonly<Record<string, string>>> = {
     pattern_invalid: "日期或时间互相矛盾，请检查日期、星期和时间。",
     pattern_in_use: "时刻表中仍有班次使用该日历，请修改日期而不是删除。",
     exception_unknown: "该日期没有例外安排。",
+    shifts_invalid: "班次相互矛盾，请检查时间：结束须晚于开始。",
     lane_unknown: "地图中没有该车道，请检查编号。",
     section_unknown: "地图中没有该路段，请检查编号。",
     closure_invalid: "请填写要封闭的道路；结束时间须晚于开始时间和当前时间。",
