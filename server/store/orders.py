@@ -1,8 +1,9 @@
 """Orders as they went over the wire, every revision a row."""
 
+from collections.abc import Sequence
 from typing import Any
 
-from sqlalchemy import Connection
+from sqlalchemy import Connection, func, select
 
 from contract.wire.messages import Order
 from server.domain.orders import IssuedOrder, OrderState
@@ -23,6 +24,16 @@ class Orders(Repository):
         statement = self._select(tables.orders, _order.vehicle_id == vehicle_id)
         row = self._connection.execute(statement.order_by(_order.number.desc()).limit(1)).first()
         return None if row is None else order_from_row(row)
+
+    def all_current(self, vehicle_ids: Sequence[str]) -> dict[str, IssuedOrder]:
+        """`current` of those vehicles that have one, by vehicle id."""
+        newest = (
+            select(func.max(_order.number))
+            .where(_order.campus_id == self._campus_id, _order.vehicle_id.in_(vehicle_ids))
+            .group_by(_order.vehicle_id)
+        )
+        rows = self._many(self._select(tables.orders, _order.number.in_(newest)))
+        return {row.vehicle_id: order_from_row(row) for row in rows}
 
     def find(self, vehicle_id: str, order_id: str, revision: int) -> IssuedOrder | None:
         row = self._find(tables.orders, vehicle_id=vehicle_id, order_id=order_id, revision=revision)
