@@ -192,6 +192,22 @@ def _give_up(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
     return True
 
 
+def give_up_late(uow: UnitOfWork, ride: Ride, rule: str) -> None:
+    """A ride that nobody could take within the longest wait fails, whatever the rule."""
+    wanted = ride.earliest if ride.promise is None else ride.promise.pickup_to
+    if uow.now <= wanted + timedelta(seconds=uow.rules.wait_s_max):
+        return
+    uow.rides.save(ended(ride, RideState.FAILED, uow.now, rule, "no shuttle could take over the ride"))
+    uow.publish(topics.ride(uow.campus_id, ride.ride_id))
+    open_incident(
+        uow,
+        IncidentKind.RIDE_FAILED,
+        ride.ride_id,
+        f"ride {ride.ride_code}: no shuttle could take it over ({rule})",
+        ride_id=ride.ride_id,
+    )
+
+
 def words_of(standing: Sequence[Closure]) -> str:
     """The closures that hold now, or will if there are none, by name."""
     in_force = [closure for closure in standing if closure.state is ClosureState.IN_FORCE]

@@ -21,6 +21,7 @@ from server.dispatch.answer import Terms
 from server.dispatch.problem import Walk
 from server.domain.rules import FleetRules
 from server.usecases.closed_roads import way_out
+from server.usecases.walks import walks_between_stops
 
 Own = frozenset[str]
 # Each set of closed sections that vehicles meet has its own table, a few kilobytes.
@@ -28,25 +29,6 @@ _CLOSURES_KEPT = 2000
 # Sets of roads closed by operators, each with tables of its own.
 _CLOSED_VIEWS_KEPT = 16
 _ROUTES_KEPT = 20_000
-
-
-# Nobody walks as the crow flies.
-_WALKING_DETOUR = 1.3
-_WALKS_MAX = 3
-
-
-def _walks(network: RoadNetwork, walk_m_max: float, walk_mps: float) -> tuple[tuple[Walk, ...], ...]:
-    """For each stop the nearest others on foot, the nearest first."""
-    xy = np.array([network.pose(stop.lane_id, stop.s_m)[:2] for stop in network.road_map.stops])
-    apart_m = np.linalg.norm(xy[:, None, :] - xy[None, :, :], axis=2)
-    return tuple(
-        tuple(
-            Walk(int(other), float(row[other]) * _WALKING_DETOUR / walk_mps)
-            for other in np.argsort(row, kind="stable")
-            if other != number and row[other] <= walk_m_max
-        )[:_WALKS_MAX]
-        for number, row in enumerate(apart_m)
-    )
 
 
 class FleetRoads:
@@ -155,7 +137,7 @@ class FleetRoads:
             if self.closed:
                 self._walks = self.every_road.terms(rules).walks
             else:
-                self._walks = _walks(self.network, rules.walk_m_max, rules.walk_mps)
+                self._walks = walks_between_stops(self.network, rules.walk_m_max, rules.walk_mps)
         return Terms(
             rules.pickup_early_s,
             rules.pickup_slack_s,

@@ -21,15 +21,13 @@ from server.domain.errors import (
     VehicleUnknown,
 )
 from server.domain.events import ServerEvent
-from server.domain.incidents import IncidentKind
 from server.domain.plans import Plan, PlannedVisit, next_version
-from server.domain.rides import WAITING, Ride, RideState, ended, promised_anew, unassigned
+from server.domain.rides import WAITING, Ride, RideState, promised_anew, unassigned
 from server.domain.timetable import Departure, without_vehicle
 from server.usecases import cut_off, promises, topics
 from server.usecases.assign import assign_rides
 from server.usecases.carry_out import carry_out, commit
 from server.usecases.decisions import Search, keep_improvement
-from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
 from server.usecases.routes import is_news, refresh_times, save_route
 from server.usecases.snapshot import Snapshot, take_snapshot
@@ -111,7 +109,7 @@ def assign_waiting(uow: UnitOfWork) -> tuple[Ride, ...]:
         elif ride.state is RideState.REQUESTED and answer.rule == CLOSED and uow.roads().closed:
             cut_off_rides.append(ride)
         elif ride.state is RideState.REQUESTED:
-            _give_up_late(uow, ride, answer.rule)
+            cut_off.give_up_late(uow, ride, answer.rule)
     cut_off.put_off(uow, cut_off_rides)
     return tuple(found)
 
@@ -289,18 +287,3 @@ def _stranded(uow: UnitOfWork) -> list[Ride]:
         if vehicle.unavailable_since is not None and vehicle.unavailable_since <= limit
         for ride in uow.rides.of_vehicle(vehicle.vehicle_id, [RideState.ASSIGNED])
     ]
-
-
-def _give_up_late(uow: UnitOfWork, ride: Ride, rule: str) -> None:
-    wanted = ride.earliest if ride.promise is None else ride.promise.pickup_to
-    if uow.now <= wanted + timedelta(seconds=uow.rules.wait_s_max):
-        return
-    uow.rides.save(ended(ride, RideState.FAILED, uow.now, rule, "no shuttle could take over the ride"))
-    uow.publish(topics.ride(uow.campus_id, ride.ride_id))
-    open_incident(
-        uow,
-        IncidentKind.RIDE_FAILED,
-        ride.ride_id,
-        f"ride {ride.ride_code}: no shuttle could take it over ({rule})",
-        ride_id=ride.ride_id,
-    )
