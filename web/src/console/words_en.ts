@@ -107,6 +107,10 @@ export const en = {
     "It comes to a comfortable stand. Others get the waiting rides that it would make late.",
   hold_length: "For how long",
   until_resumed: "Until resumed",
+  evacuate: "Riders go on with others",
+  evacuate_title: (name: string) => `Can ${name} not go on?`,
+  evacuate_text:
+    "Whoever is aboard is told to walk to the nearest stop, where another shuttle comes for them.",
   reassign: "Reassign",
   reassign_title: (name: string) => `Give rides of ${name} to others?`,
   reassign_text: "Only rides that still wait. They stay with the shuttle that gets them.",
@@ -182,6 +186,7 @@ export const en = {
     pickup_window: "nobody close enough in time",
     ride_time: "ride would take too long",
     closed_road: "a closed road is in the way",
+    vehicle_lost: "the shuttle could not go on",
     cancelled_by_passenger: "by the passenger",
     cancelled_by_operator: "by an operator",
     cancelled_by_developer: "by a developer",
