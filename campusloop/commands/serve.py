@@ -19,6 +19,7 @@ from campusloop.certificate import local_addresses, self_signed
 from campusloop.journal import write_journal
 from contract.wire.codec import MAX_MESSAGE_BYTES
 from server.app import create_app
+from server.dispatch.warm import warm_kernels
 from server.live_ports import CannotStart, LivePorts, live_ports
 from server.settings import Settings, SettingsError, is_loopback, settings_from
 
@@ -114,12 +115,15 @@ async def _serve(settings: Settings, listening: socket.socket) -> None:
 
 
 def answer_promptly() -> None:
-    """Set the interpreter for one long run in which nobody waits long for anybody; called when all is made.
+    """Get ready for one long run in which nobody waits long for anybody; called when all is made.
+
+    The dispatcher's kernels are loaded, so that the first booking does not wait for them.
 
     A thread that lets go of the interpreter, as the store's writer does at every statement, gets it back
     after Python's 5 ms or when the others rest: shorter turns. And whatever is there now stays until the
     end: the collector looking through it again and again would stop everything for a quarter of a second.
     """
+    warm_kernels()
     sys.setswitchinterval(_TURN_S)
     gc.collect()
     gc.freeze()

@@ -1,9 +1,13 @@
 """Compiles the dispatcher's kernels into numba's cache, so that no booking meets the compiler."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from server.dispatch.answer import Terms, answer_all
+from server.dispatch.board import Board
 from server.dispatch.engine.warm import warm_kernels as warm_engine
-from server.dispatch.problem import Call, Chain, Problem, Request, VehicleState
+from server.dispatch.problem import Call, Chain, Problem, Request, VehicleState, Walk
 from server.dispatch.solve import Budget, solve
 
 
@@ -17,4 +21,11 @@ def warm_kernels() -> None:
     departure = Chain("trip", (Call(1, (), (), 10.0, 900.0, 1200.0, True), Call(3, (), (), 10.0, fixed=True)))
     vehicle = VehicleState("v", line[0], 0.0, 4, 1, calls=(Call(1, ("late",)), Call(2, (), ("late",))))
     requests = {request.request_id: request for request in (late, new, far)}
-    solve(Problem((vehicle,), requests, line, ("new", "far"), (departure,), 10.0), Budget(1, 10), 1)
+    problem = Problem((vehicle,), requests, line, ("new", "far"), (departure,), 10.0)
+    solve(problem, Budget(1, 10), 1)
+    # A booking taken and one refused, with what is offered instead.
+    board = Board(replace(problem, open_chains=()))
+    for request in (new, far):
+        board.add(request)
+    near = tuple((Walk((place + 1) % 4, 60.0),) for place in range(4))
+    answer_all(board, ["new", "far"], Terms(later_s_max=3600.0, walks=near))

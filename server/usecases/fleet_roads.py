@@ -6,7 +6,8 @@ that nobody has closed.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -23,12 +24,14 @@ from server.domain.rules import FleetRules
 from server.usecases.closed_roads import way_out
 from server.usecases.walks import walks_between_stops
 
+T = TypeVar("T")
 Own = frozenset[str]
 # Each set of closed sections that vehicles meet has its own table, a few kilobytes.
 _CLOSURES_KEPT = 2000
 # Sets of roads closed by operators, each with tables of its own.
 _CLOSED_VIEWS_KEPT = 16
 _ROUTES_KEPT = 20_000
+_KEPT = 50_000
 
 
 class FleetRoads:
@@ -62,6 +65,7 @@ class FleetRoads:
         self._from_rest: dict[str, Array] = {}
         self._routes: dict[tuple[Place, Place, frozenset[str]], Route | None] = {}
         self._to_charger_s: float | None = None
+        self._kept: dict[str, tuple[tuple[object, ...], Any]] = {}
         self._empty: Reservations = (
             Reservations(network.road_map.sections) if every_road is None else every_road._empty
         )
@@ -82,6 +86,21 @@ class FleetRoads:
                 views.clear()
             views[closed] = view
         return view
+
+    def kept(self, name: str, parts: tuple[object, ...], make: Callable[[], T]) -> T:
+        """What was made of these very objects, which never change; made anew when one is another now.
+
+        A store that keeps its objects in memory hands out the same ones until they change.
+        """
+        known = self._kept.get(name)
+        if known is not None and all(a is b for a, b in zip(known[0], parts, strict=True)):
+            found: T = known[1]
+            return found
+        if len(self._kept) >= _KEPT:
+            self._kept.clear()
+        made = make()
+        self._kept[name] = parts, made
+        return made
 
     def reservations(self) -> Reservations:
         """A controller for this map with nobody on it."""

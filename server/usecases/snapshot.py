@@ -1,6 +1,7 @@
 """The fleet as the dispatcher sees it: rows of the store made into a problem of numbers."""
 
 import math
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -12,6 +13,7 @@ from contract.wire.messages import Status
 from server.dispatch.problem import Call, Chain, Problem, Request, VehicleState
 from server.domain.plans import Plan, PlannedVisit
 from server.domain.rides import Ride, RideState
+from server.domain.rules import FleetRules
 from server.domain.sections import Occupancy
 from server.domain.timetable import Departure
 from server.domain.vehicles import Vehicle
@@ -57,6 +59,9 @@ def take_snapshot(
     desk = SectionDesk(uow)
     plans = {plan.vehicle_id: plan for plan in uow.plans.all()}
     rides = {ride.ride_id: ride for ride in (*uow.rides.in_states(ON_THE_WAY), *wanted)}
+    riders: dict[str, dict[str, Ride]] = defaultdict(dict)
+    for ride in rides.values():
+        riders[ride.vehicle_id or ""][ride.ride_id] = ride
     vehicles: list[VehicleState] = []
     footings: dict[str, Footing] = {}
     charges: list[Charge] = []
@@ -67,11 +72,9 @@ def take_snapshot(
         charges.append(Charge(status.battery_ratio, vehicle.charging))
         plan = plans.setdefault(vehicle.vehicle_id, Plan(uow.campus_id, vehicle.vehicle_id, 0))
         occupancy = desk.occupancy(vehicle.vehicle_id)
-        here = footing(uow.network(), occupancy.held_ids, status)
-        footings[vehicle.vehicle_id] = here
-        stopping_m = uow.rules.stopping_m(status.speed_mps)
-        drives = _Drive(here, stopping_m, status.visit_id)
-        state = _vehicle(uow, vehicle, plan, occupancy, drives, rides)
+        drives = _drive(uow, vehicle.vehicle_id, occupancy, status)
+        footings[vehicle.vehicle_id] = drives.here
+        state = _vehicle(uow, vehicle, plan, occupancy, drives, riders[vehicle.vehicle_id])
         if vehicle.shifts is not None:
             planned_s = _planned_s(uow, plan, state.calls)
             state = with_shifts(uow, vehicle.shifts, state, planned_s, _until(wanted, departures))
@@ -126,21 +129,33 @@ def _status(uow: UnitOfWork, vehicle: Vehicle) -> Status | None:
     return None if where is None else where.status
 
 
+def _drive(uow: UnitOfWork, vehicle_id: str, occupancy: Occupancy, status: Status) -> _Drive:
+    def make() -> _Drive:
+        here = footing(uow.network(), occupancy.held_ids, status)
+        return _Drive(here, uow.rules.stopping_m(status.speed_mps), status.visit_id)
+
+    return uow.roads().kept(f"drive {vehicle_id}", (occupancy, status, uow.rules), make)
+
+
 def _vehicle(
     uow: UnitOfWork,
     vehicle: Vehicle,
     plan: Plan,
     occupancy: Occupancy,
     drives: _Drive,
-    rides: dict[str, Ride],
+    mine: dict[str, Ride],
 ) -> VehicleState:
+    """mine: the vehicle's rides, those that are wanted left out."""
     roads = uow.roads()
-    mine = {ride_id: ride for ride_id, ride in rides.items() if ride.vehicle_id == vehicle.vehicle_id}
     visits = [visit for visit in plan.visits if visit.kind == "stop" and _is_needed(visit, mine)]
     inside = tuple(ride_id for ride_id, ride in mine.items() if ride.state is RideState.ABOARD)
     return VehicleState(
         vehicle_id=vehicle.vehicle_id,
-        to_places_s=_to_stops_s(roads, plan, visits, occupancy, drives),
+        to_places_s=roads.kept(
+            f"to stops {vehicle.vehicle_id}",
+            (plan, occupancy, drives, visits[0] if visits else None),
+            lambda: _to_stops_s(roads, plan, visits, occupancy, drives),
+        ),
         ready_s=seconds(max(uow.now, vehicle.hold_ends or uow.now)),
         seats=vehicle.seats,
         wheelchair_places=vehicle.wheelchair_places,
@@ -222,11 +237,18 @@ def _call(uow: UnitOfWork, visit: PlannedVisit, mine: dict[str, Ride]) -> Call:
 
 
 def request_of(uow: UnitOfWork, ride: Ride) -> Request:
-    roads, rules = uow.roads(), uow.rules
+    begins = ride.earliest if ride.promise is None else ride.promise.pickup_from
+    pace = uow.pace_at(max(uow.now, begins))
+    known = uow.roads().kept(
+        f"request {ride.ride_id}", (ride, uow.rules), lambda: _request(uow.roads(), uow.rules, ride, pace)
+    )
+    return known if known.pace == pace else _request(uow.roads(), uow.rules, ride, pace)
+
+
+def _request(roads: FleetRoads, rules: FleetRules, ride: Ride, pace: float) -> Request:
     direct_s = roads.direct_s(ride.from_stop, ride.to_stop)
     promise = ride.promise
     earliest_s = seconds(max(ride.earliest, ride.requested_at))
-    pace = uow.pace_at(max(uow.now, ride.earliest if promise is None else promise.pickup_from))
     return Request(
         request_id=ride.ride_id,
         pickup=roads.stop_numbers[ride.from_stop],
