@@ -14,7 +14,7 @@ from server.dispatch.part import part_of, put_back
 
 _WORTH_S = 1.0
 # A plan in use is good already: what is far from it is not worth a visit.
-_HOT = 0.1
+_HOT, _COLD = 0.1, 0.1
 # Routes that are remembered until the end, when the best of them are put together.
 _COLUMNS, _VISITS = 2000, 100_000
 _PARTITIONING = Partitioning(columns_max=300, nodes_max=20)
@@ -76,6 +76,7 @@ def _improve_part(
         attempts=cooling.attempts,
         cycle=cooling.slices + 1,
         hot=_HOT,
+        cold=_COLD,
         columns=_COLUMNS if together else _NO_COLUMNS,
         visits=_VISITS if together else _NO_VISITS,
         partitioning=_PARTITIONING,
