@@ -12,7 +12,7 @@ from pathlib import Path
 import uvicorn
 import uvloop
 
-from campusloop.commands.serve import listen, uvicorn_config
+from campusloop.commands.serve import answer_promptly, listen, uvicorn_config
 from contract.geometry import Pose2
 from contract.roads.load import load_map
 from contract.roads.model import RoadMap
@@ -50,7 +50,9 @@ async def _serve(map_path: Path, var: Path, vehicles: int) -> None:
         await _enter(transactions, road_map, network, number)
     reporting = asyncio.create_task(_report(transactions, road_map, network, vehicles))
     print(settings.port, flush=True)
-    await uvicorn.Server(uvicorn_config(settings, live)).serve(sockets=[listening])
+    server = uvicorn.Server(uvicorn_config(settings, live))
+    answer_promptly()
+    await server.serve(sockets=[listening])
     reporting.cancel()
 
 

@@ -2,7 +2,6 @@
 
 import random
 import secrets
-import uuid
 from datetime import UTC, datetime
 
 from argon2 import PasswordHasher as Argon2
@@ -19,13 +18,17 @@ class SystemClock:
 
 
 class RandomIds:
-    """Live: ids nobody can guess."""
+    """Live: ids nobody can guess. Each asks the system once: a thread that asks lets others go first."""
 
     def new_id(self, kind: str) -> str:
-        return f"{kind}-{uuid.uuid4().hex[:20]}"
+        return f"{kind}-{secrets.token_hex(10)}"
 
     def ride_code(self) -> str:
-        return "".join(secrets.choice(UNAMBIGUOUS) for _ in range(RIDE_CODE_CHARACTERS))
+        code, rest = "", secrets.randbits(128)
+        for _ in range(RIDE_CODE_CHARACTERS):
+            rest, letter = divmod(rest, len(UNAMBIGUOUS))
+            code += UNAMBIGUOUS[letter]
+        return code
 
     def boarding_code(self) -> str:
         return f"{secrets.randbelow(10_000):04d}"

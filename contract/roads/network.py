@@ -2,6 +2,7 @@
 
 import bisect
 import math
+from bisect import bisect_right
 from collections.abc import Collection
 from dataclasses import dataclass
 
@@ -56,6 +57,9 @@ class RoadNetwork:
         self._predecessors = _predecessors(road_map)
         self.lanes_before = _numbered(self._predecessors, self.lane_numbers)
         self._clocks: dict[float, dict[str, Array]] = {}
+        self._lane_times: dict[float, Array] = {}
+        # Clocks once more as lists: one number is read from those several times sooner than from arrays.
+        self._readings: dict[tuple[str, float], tuple[list[float], list[float]]] = {}
         self._grid = _grid(self)
 
     def successors(self, lane_id: str) -> tuple[str, ...]:
@@ -120,16 +124,23 @@ class RoadNetwork:
 
     def time_between(self, lane_id: str, s_from_m: float, s_to_m: float, speed_cap_mps: float) -> float:
         """Seconds from one place on the lane to a later one on it."""
-        s, clock = self.lines[lane_id].s, self.clock(lane_id, speed_cap_mps)
-        return float(np.interp(s_to_m, s, clock) - np.interp(s_from_m, s, clock))
+        known = self._readings.get((lane_id, speed_cap_mps))
+        if known is None:
+            clock = self.clock(lane_id, speed_cap_mps)
+            known = self._readings[lane_id, speed_cap_mps] = self.lines[lane_id].s.tolist(), clock.tolist()
+        return _reading(*known, s_to_m) - _reading(*known, s_from_m)
 
     def travel_time_s(self, lane_id: str, speed_cap_mps: float = math.inf) -> float:
         """Seconds along the whole lane."""
         return float(self.clock(lane_id, speed_cap_mps)[-1])
 
     def lane_times(self, speed_cap_mps: float = math.inf) -> Array:
-        """(lanes,) seconds along each whole lane, by lane number."""
-        return np.array([self.travel_time_s(lane_id, speed_cap_mps) for lane_id in self.lanes])
+        """(lanes,) seconds along each whole lane, by lane number. To be read only."""
+        times = self._lane_times.get(speed_cap_mps)
+        if times is None:
+            times = np.array([self.travel_time_s(lane_id, speed_cap_mps) for lane_id in self.lanes])
+            self._lane_times[speed_cap_mps] = times
+        return times
 
     def is_open(self, lane_id: str, s_from_m: float, s_to_m: float, closed: frozenset[str]) -> bool:
         """No section between two places on the lane is among the closed ones."""
@@ -167,6 +178,16 @@ def _line(lane: Lane) -> LaneLine:
     points: Array = np.array(lane.points, dtype=np.float64).reshape(-1, 2)
     s = arc_lengths(points)
     return LaneLine(points, s, curvatures(points), float(s[-1]))
+
+
+def _reading(s: list[float], clock: list[float], at_m: float) -> float:
+    """Linear in between, as numpy.interp; the ends hold beyond them."""
+    if at_m >= s[-1]:
+        return clock[-1]
+    k = bisect_right(s, at_m) - 1
+    if k < 0:
+        return clock[0]
+    return (clock[k + 1] - clock[k]) / (s[k + 1] - s[k]) * (at_m - s[k]) + clock[k]
 
 
 def _clock(lane: Lane, line: LaneLine, speed_cap_mps: float) -> Array:

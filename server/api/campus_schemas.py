@@ -221,7 +221,7 @@ def _lane(lane: Lane, points: Array) -> LaneShape:
         speed_limit_mps=lane.speed_limit_mps,
         name=lane.name,
         name_en=lane.name_en,
-        xy=_flat(simplified(points, DRAWING_TOLERANCE_M)),
+        xy=_flat(points[simplified(points, DRAWING_TOLERANCE_M)]),
     )
 
 

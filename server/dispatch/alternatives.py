@@ -1,11 +1,12 @@
 """What could be offered instead: later, from or to a stop near by, or in two parties. Nothing is reserved."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
 from server.dispatch.board import Board
-from server.dispatch.decide import offers_for, take
+from server.dispatch.decide import earliest_quotes, offers_for, take
 from server.dispatch.problem import Request, Walk
 
 Kind = Literal["later", "other_stops", "split_party"]
@@ -36,6 +37,16 @@ class Alternative:
     penalty_s: float
 
 
+@dataclass(frozen=True, slots=True)
+class _Try:
+    """The wish from this stop to that one, with its window ending so much later."""
+
+    kind: Kind
+    up: Walk
+    down: Walk
+    later_s: float
+
+
 def alternatives(
     board: Board,
     wish: Request,
@@ -50,16 +61,11 @@ def alternatives(
     later_s_max  how much later the pickup window may end
     """
     plain = replace(wish, request_id=f"{wish.request_id}/instead", pickup_walks=(), dropoff_walks=())
-    wider = replace(
-        plain, pickup_to_s=plain.pickup_to_s + later_s_max, arrive_by_s=plain.arrive_by_s + later_s_max
-    )
-    found = [
-        *_tried(board, "later", wider, 0.0),
-        *_near_by(board, plain, pickups, dropoffs),
-        *_split(board, plain),
-    ]
+    later = _Try("later", Walk(wish.pickup, 0.0), Walk(wish.dropoff, 0.0), later_s_max)
+    near_by = _near_by(wish, pickups, dropoffs)
+    found = [*_quoted(board, plain, [later, *near_by]), *_split(board, plain)]
     if len(found) < OFFERED_MAX:
-        found += _near_by(board, wider, pickups, dropoffs)
+        found += _quoted(board, plain, [replace(near, later_s=later_s_max) for near in near_by])
     found.sort(key=lambda alternative: alternative.penalty_s)
     distinct: dict[object, Alternative] = {}
     for alternative in found:
@@ -67,44 +73,52 @@ def alternatives(
     return list(distinct.values())[:OFFERED_MAX]
 
 
-def _near_by(
-    board: Board, wish: Request, pickups: tuple[Walk, ...], dropoffs: tuple[Walk, ...]
-) -> Iterator[Alternative]:
-    for up in (Walk(wish.pickup, 0.0), *pickups):
-        for down in (Walk(wish.dropoff, 0.0), *dropoffs):
-            walk_s = up.walk_s + down.walk_s
-            there_and_back = up.place == wish.dropoff or down.place == wish.pickup
-            if up.place == down.place or walk_s == 0.0 or there_and_back:
-                continue
-            there = replace(
-                wish,
-                pickup=up.place,
-                dropoff=down.place,
-                pickup_from_s=wish.pickup_from_s + up.walk_s,
-                pickup_to_s=wish.pickup_to_s + up.walk_s,
-                arrive_by_s=wish.arrive_by_s - down.walk_s,
+def _near_by(wish: Request, pickups: tuple[Walk, ...], dropoffs: tuple[Walk, ...]) -> list[_Try]:
+    """Every pair of stops but the one that was asked for. Nobody walks all the way to ride back."""
+    return [
+        _Try("other_stops", up, down, 0.0)
+        for up in (Walk(wish.pickup, 0.0), *pickups)
+        for down in (Walk(wish.dropoff, 0.0), *dropoffs)
+        if up.place not in (down.place, wish.dropoff)
+        and down.place != wish.pickup
+        and up.walk_s + down.walk_s > 0.0
+    ]
+
+
+def _quoted(board: Board, wish: Request, tries: list[_Try]) -> list[Alternative]:
+    """Those that somebody can carry, each as early as that is possible."""
+    quotes = earliest_quotes(
+        board,
+        wish,
+        [
+            (
+                one.up.place,
+                one.down.place,
+                wish.pickup_from_s + one.up.walk_s,
+                wish.pickup_to_s + one.up.walk_s + one.later_s,
+                wish.arrive_by_s - one.down.walk_s + one.later_s,
             )
-            yield from _tried(board, "other_stops", there, walk_s)
-
-
-def _tried(board: Board, kind: Kind, request: Request, walk_s: float) -> Iterator[Alternative]:
-    """The request as early as somebody can take it."""
-    board.add(request)
-    offer = _earliest(board, request)
-    if offer is not None:
-        pickup_s, arrival_s = offer
-        late_s = max(0.0, pickup_s - request.pickup_from_s)
-        yield Alternative(
-            kind,
-            (request.party,),
-            request.pickup,
-            request.dropoff,
-            walk_s,
-            (pickup_s,),
-            (arrival_s,),
-            late_s + _WALK_PENALTY * walk_s,
-        )
-    board.remove(request.request_id)
+            for one in tries
+        ],
+    )
+    found = []
+    for one, (pickup_s, arrival_s) in zip(tries, quotes, strict=True):
+        walk_s = one.up.walk_s + one.down.walk_s
+        late_s = max(0.0, pickup_s - wish.pickup_from_s - one.up.walk_s)
+        if math.isfinite(pickup_s):
+            found.append(
+                Alternative(
+                    one.kind,
+                    (wish.party,),
+                    one.up.place,
+                    one.down.place,
+                    walk_s,
+                    (pickup_s,),
+                    (arrival_s,),
+                    late_s + _WALK_PENALTY * walk_s,
+                )
+            )
+    return found
 
 
 def _split(board: Board, wish: Request) -> Iterator[Alternative]:
@@ -142,19 +156,3 @@ def _split(board: Board, wish: Request) -> Iterator[Alternative]:
             arrivals_s,
             late_s + _SPLIT_PENALTY_S,
         )
-
-
-def _earliest(board: Board, request: Request) -> tuple[float, float] | None:
-    """Pickup and arrival where the pickup counts above everything else."""
-    r = board.rows[request.request_id]
-    board.task.delay_cost[2 * r] *= _URGENT
-    offer = offers_for(board, request.request_id).best
-    if offer is None:
-        return None
-    take(board, offer)
-    planned = board.planned(request.request_id)
-    board.take_out(request.request_id)
-    return planned.pickup_s, planned.arrival_s
-
-
-_URGENT = 1000.0

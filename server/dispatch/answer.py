@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from server.dispatch.alternatives import Alternative, alternatives
 from server.dispatch.board import Board
-from server.dispatch.decide import Offer, offers_for, take
+from server.dispatch.decide import Offer, offers_for, quoted_times, take
 from server.dispatch.problem import Request, Walk
 from server.dispatch.refusal import binding_rule
 
@@ -75,7 +75,7 @@ def _answer(board: Board, request_id: str, terms: Terms, promised: bool) -> Answ
         rule = binding_rule(board, request_id)
         board.remove(request_id)
         return Answer(request_id, rule=rule, alternatives=_instead(board, wish, terms))
-    runner_up = None if offers.runner_up is None else _tried(board, offers.runner_up)
+    runner_up = None if offers.runner_up is None else _offered(board, offers.runner_up)
     take(board, offers.best)
     best = _quote(board, offers.best)
     windows = (wish.pickup_from_s, wish.pickup_to_s, wish.arrive_by_s)
@@ -101,13 +101,10 @@ def _quote(board: Board, offer: Offer) -> Quote:
     return Quote(board.vehicle_ids[offer.vehicle], offer.cost, planned.pickup_s, planned.arrival_s)
 
 
-def _tried(board: Board, offer: Offer) -> Quote:
-    wish = board.requests[board.rows[offer.request.request_id]]
-    take(board, offer)
-    quote = _quote(board, offer)
-    board.take_out(offer.request.request_id)
-    board.write(board.rows[offer.request.request_id], wish)
-    return quote
+def _offered(board: Board, offer: Offer) -> Quote:
+    """The ride that was not taken."""
+    pickup_s, arrival_s = quoted_times(board, offer)
+    return Quote(board.vehicle_ids[offer.vehicle], offer.cost, pickup_s, arrival_s)
 
 
 def _instead(board: Board, wish: Request, terms: Terms) -> tuple[Alternative, ...]:

@@ -5,7 +5,7 @@ touches only the rows that it changes. What was promised and cannot be kept any 
 present route still makes, so that every route on the board is feasible and nothing is made later still.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -336,9 +336,13 @@ class Board:
         calls, times = calls_and_times(self.task, self.plan, v, self._stays, self.requests, self.origin_s)
         return VehicleRoute(self.vehicle_ids[v], calls, times)
 
-    def routes(self) -> tuple[VehicleRoute, ...]:
-        """Every vehicle's route, but for those that are impossible."""
-        return tuple(self.route(v) for v in range(len(self.vehicle_ids)) if v not in self.impossible)
+    def routes(self, vehicle_ids: Container[str] | None = None) -> tuple[VehicleRoute, ...]:
+        """Every vehicle's route, or those of the named ones; impossible ones are left out."""
+        return tuple(
+            self.route(v)
+            for v, vehicle_id in enumerate(self.vehicle_ids)
+            if v not in self.impossible and (vehicle_ids is None or vehicle_id in vehicle_ids)
+        )
 
     @property
     def cost(self) -> float:

@@ -1,5 +1,6 @@
 """The answer to one request: the cheapest place in all routes, and the next best vehicle's."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,10 +9,10 @@ from server.dispatch.arrays import AnyArray
 from server.dispatch.board import Board
 from server.dispatch.engine.compiled import kernel
 from server.dispatch.engine.draw import seeded
-from server.dispatch.engine.insertion import best_place, insert
+from server.dispatch.engine.insertion import best_place, insert, times_at
 from server.dispatch.engine.plan import Plan, Scratch
 from server.dispatch.engine.task import Task
-from server.dispatch.problem import Request, Walk
+from server.dispatch.problem import CUT_OFF_S, Request, Walk
 
 NOBODY = -1
 
@@ -71,6 +72,35 @@ def take(board: Board, offer: Offer) -> None:
     insert(board.task, board.plan, board.scratch, offer.vehicle, r, offer.i, offer.j)
 
 
+def earliest_quotes(
+    board: Board, wish: Request, tries: Sequence[tuple[int, int, float, float, float]]
+) -> list[tuple[float, float]]:
+    """Pickup and arrival of the wish in each of several ways, where an early pickup counts above everything.
+
+    The board stays as it is; the wish is not on it.
+    tries  pickup place, drop-off place, pickup from, pickup to, arrival by. Infinite where nobody can.
+    """
+    ways, quotes = np.array(tries).reshape(-1, 5), np.zeros((len(tries), 2))
+    ways[:, 2:] -= board.origin_s
+    ways[:, 4] = np.minimum(ways[:, 4], 0.5 * CUT_OFF_S)
+    r = board.add(wish)
+    board.task.delay_cost[2 * r] *= _URGENT
+    rows, costs = np.zeros((2, 3), np.int64), np.zeros(2)
+    _earliest(board.task, board.plan, board.scratch, board.accepts, r, ways, quotes, _NO_DRAWS, rows, costs)
+    board.remove(wish.request_id)
+    quotes += board.origin_s
+    return [(float(pickup_s), float(arrival_s)) for pickup_s, arrival_s in quotes]
+
+
+def quoted_times(board: Board, offer: Offer) -> tuple[float, float]:
+    """Pickup and arrival if the offer were taken."""
+    r = board.rows[offer.request.request_id]
+    if board.requests[r] is not offer.request:
+        board.write(r, offer.request)
+    at_s = times_at(board.task, board.plan, board.scratch, offer.vehicle, r, offer.i, offer.j)
+    return at_s[0] + board.origin_s, at_s[1] + board.origin_s
+
+
 def _choices(wish: Request) -> list[tuple[Request, float]]:
     """The request at every pair of stops that would do, and how far there is to walk in all."""
     plain = replace(wish, pickup_walks=(), dropoff_walks=())
@@ -92,6 +122,7 @@ def _choices(wish: Request) -> list[tuple[Request, float]]:
     ]
 
 
+_URGENT = 1000.0
 # Without blinks nothing is drawn; the kernel wants a generator all the same.
 _NO_DRAWS = seeded(0)
 
@@ -124,3 +155,30 @@ def _two_cheapest(
         elif cost < costs[1]:
             costs[1] = cost
             rows[1, 0], rows[1, 1], rows[1, 2] = v, i, j
+
+
+@kernel
+def _earliest(
+    task: Task,
+    plan: Plan,
+    scratch: Scratch,
+    accepts: AnyArray,
+    r: int,
+    ways: AnyArray,
+    quotes: AnyArray,
+    rng: AnyArray,
+    rows: AnyArray,
+    costs: AnyArray,
+) -> None:
+    """Fill (K, 2) quotes for (K, 5) ways: places, pickup from and to, arrival by."""
+    p, d = 2 * r, 2 * r + 1
+    not_before = task.early_s[d]
+    for k in range(len(ways)):
+        task.place[p], task.place[d] = int(ways[k, 0]), int(ways[k, 1])
+        task.early_s[p], task.late_s[p] = ways[k, 2], ways[k, 3]
+        task.early_s[d], task.late_s[d] = max(not_before, ways[k, 2]), ways[k, 4]
+        _two_cheapest(task, plan, scratch, accepts, r, rng, rows, costs)
+        quotes[k] = np.inf
+        if rows[0, 0] != NOBODY:
+            pickup_s, arrival_s = times_at(task, plan, scratch, rows[0, 0], r, rows[0, 1], rows[0, 2])
+            quotes[k, 0], quotes[k, 1] = pickup_s, arrival_s

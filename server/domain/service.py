@@ -104,7 +104,7 @@ class ServiceCalendar:
         )
 
     def is_open(self, at: datetime) -> bool:
-        return any(opens <= at < closes for opens, closes in self._around(at, 1))
+        return self._never_closes or any(opens <= at < closes for opens, closes in self._around(at, 1))
 
     def next_opening(self, at: datetime) -> datetime | None:
         """The first moment at or after `at` when rides can be had; None when there is none for long."""
@@ -113,10 +113,22 @@ class ServiceCalendar:
 
     def closes_after(self, at: datetime) -> datetime | None:
         """When the opening in which `at` lies ends; None for one that does not end, and outside of all."""
+        if self._never_closes:
+            return None
+        spans = self._around(at, 1)
+        closing = next((closes for opens, closes in spans if opens <= at < closes), None)
+        if closing is not None and closing < local_moment(self.day_of(at) + timedelta(days=1), 0, self.zone):
+            return closing
+        # It goes on past midnight, perhaps for ever.
         spans = self._around(at, _DAYS_SEARCHED)
         closing = next((closes for opens, closes in spans if opens <= at < closes), None)
         last = local_moment(self.day_of(at) + timedelta(days=_DAYS_SEARCHED), 0, self.zone)
         return None if closing is None or closing >= last else closing
+
+    @property
+    def _never_closes(self) -> bool:
+        has_hours = self.otherwise.openings or any(pattern.hours for pattern in self.patterns)
+        return not has_hours and not any(e.service_id == WHOLE_CAMPUS for e in self.exceptions)
 
     def require_open(self, at: datetime) -> None:
         """Raises NoService, naming in local time when rides can be had next."""

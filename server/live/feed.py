@@ -5,8 +5,8 @@ then, so that a lost message costs seconds of staleness and nothing else.
 """
 
 import asyncio
-from collections.abc import Coroutine
-from dataclasses import dataclass
+from collections.abc import Coroutine, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import msgspec
@@ -17,6 +17,7 @@ from contract.wire.messages import Status
 from server.domain.incidents import Incident
 from server.domain.rides import ENDED, Ride, RideState
 from server.live.projection import incidents_scene, ms_of, ride_scene, vehicle_in_status, vehicle_scene
+from server.live.route_shape import RouteShapes
 from server.live.scene import SceneBoard
 from server.usecases import topics
 from server.usecases.ports import Bus, Clock, Subscription, Transactions, UnitOfWork
@@ -31,14 +32,27 @@ ACTIVE = tuple(state for state in RideState if state not in ENDED)
 log = structlog.get_logger("live.feed")
 
 
+@dataclass(slots=True)
+class _Stale:
+    """What has to be read again; rides and vehicles by id."""
+
+    everything: bool = False
+    incidents: bool = False
+    rides: set[str] = field(default_factory=set)
+    vehicles: set[str] = field(default_factory=set)
+
+    def __bool__(self) -> bool:
+        return self.everything or self.incidents or bool(self.rides or self.vehicles)
+
+
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """What one look into the store gave."""
+    """What one look into the store gave; incidents None when nobody asked."""
 
     network: RoadNetwork | None
     vehicles: tuple[VehicleView, ...]
     rides: tuple[Ride, ...]
-    incidents: tuple[Incident, ...]
+    incidents: tuple[Incident, ...] | None
 
 
 class SceneFeed:
@@ -50,14 +64,15 @@ class SceneFeed:
         self.board = SceneBoard(campus_id)
         self._clock, self._transactions, self._bus = clock, transactions, bus
         self._interval_s = interval_s
-        self._stale = True
+        self._stale = _Stale()
         self._incident_changes = 0
+        self._shapes: RouteShapes | None = None
         self._tasks: list[asyncio.Task[None]] = []
         self._subscription: Subscription | None = None
 
     async def start(self) -> None:
         self._subscription = await self._bus.subscribe(topics.everything(self.board.campus_id))
-        await self._read()
+        await self._read(_Stale(everything=True))
         for work in (self._listen(self._subscription), self._refresh()):
             self._spawn(work)
 
@@ -73,23 +88,28 @@ class SceneFeed:
 
     async def _listen(self, subscription: Subscription) -> None:
         async for topic, payload in subscription:
-            kind = topic.split("/")[2:]
-            if kind[0] == "vehicle" and kind[2] == "live":
-                self._vehicle_moved(kind[1], payload)
-            elif kind[0] == "incidents":
-                self._incident_changes += 1
-                self._stale = True
-            elif not (kind[0] == "vehicle" and kind[2] in ("status", "event")):
-                self._stale = True
+            match topic.split("/")[2:]:
+                case ["vehicle", vehicle_id, "live"]:
+                    self._vehicle_moved(vehicle_id, payload)
+                case ["vehicle", vehicle_id, "state" | "session" | "outbox"]:
+                    self._stale.vehicles.add(vehicle_id)
+                case ["ride", ride_id]:
+                    self._stale.rides.add(ride_id)
+                case ["incidents"]:
+                    self._incident_changes += 1
+                    self._stale.incidents = True
+                case ["map"]:
+                    self._stale.everything = True
 
     def _vehicle_moved(self, vehicle_id: str, payload: bytes) -> None:
         scene = self.board.vehicle(vehicle_id)
         if scene is None:
-            self._stale = True
+            self._stale.vehicles.add(vehicle_id)
             return
         status = msgspec.json.decode(payload, type=Status)
         # Another visit or another lane behind it: the route ahead has become shorter.
-        self._stale = self._stale or status.visit_id != scene.visit_id or status.aboard != scene.aboard
+        if status.visit_id != scene.visit_id or status.aboard != scene.aboard:
+            self._stale.vehicles.add(vehicle_id)
         self.board.put_vehicle(vehicle_in_status(scene, status, ms_of(self._clock.now())))
 
     async def _refresh(self) -> None:
@@ -97,28 +117,41 @@ class SceneFeed:
         while True:
             await asyncio.sleep(self._interval_s)
             waited_s += self._interval_s
-            if self._stale or waited_s >= READ_ALL_EVERY_S:
-                self._stale, waited_s = False, 0.0
-                await self._read()
+            if waited_s >= READ_ALL_EVERY_S:
+                self._stale.everything = True
+            if self._stale:
+                stale, self._stale = self._stale, _Stale()
+                if stale.everything:
+                    waited_s = 0.0
+                await self._read(stale)
 
-    async def _read(self) -> None:
-        reading = await self._transactions.read(_reading)
+    async def _read(self, stale: _Stale) -> None:
+        reading = await self._transactions.read(lambda uow: _reading(uow, stale))
         board, now_ms = self.board, ms_of(self._clock.now())
-        board.map_version = "" if reading.network is None else reading.network.map_version
-        board.incidents = incidents_scene(reading.incidents, self._incident_changes)
-        rides = {ride.ride_id: ride for ride in reading.rides if _is_shown(ride, now_ms)}
-        for ride in rides.values():
+        self._show_map(reading.network)
+        if reading.incidents is not None:
+            board.incidents = incidents_scene(reading.incidents, self._incident_changes)
+        shown = {ride.ride_id: ride for ride in reading.rides if _is_shown(ride, now_ms)}
+        for ride in shown.values():
             board.put_ride(ride_scene(ride))
-        for ride_id in [ride_id for ride_id in board.rides if ride_id not in rides]:
+        for ride_id in set(board.rides if stale.everything else stale.rides) - shown.keys():
             board.remove_ride(ride_id)
+        parties = {ride_id: scene.party for ride_id, (_, scene) in board.rides.items()}
         for view in reading.vehicles:
-            self._put(view, reading.network, rides)
+            self._put(view, parties)
         present = {view.vehicle.vehicle_id for view in reading.vehicles}
-        for vehicle_id in [vehicle_id for vehicle_id in board.vehicles if vehicle_id not in present]:
+        for vehicle_id in set(board.vehicles if stale.everything else stale.vehicles) - present:
             board.remove_vehicle(vehicle_id)
 
-    def _put(self, view: VehicleView, network: RoadNetwork | None, rides: dict[str, Ride]) -> None:
-        scene = vehicle_scene(view, network, rides)
+    def _show_map(self, network: RoadNetwork | None) -> None:
+        self.board.map_version = "" if network is None else network.map_version
+        if network is None:
+            self._shapes = None
+        elif self._shapes is None or self._shapes.lines is not network.lines:
+            self._shapes = RouteShapes(network.lines)
+
+    def _put(self, view: VehicleView, parties: Mapping[str, int]) -> None:
+        scene = vehicle_scene(view, self._shapes, parties)
         held = self.board.vehicle(scene.vehicle_id)
         if held is not None and held.heard_ms > scene.heard_ms:
             # The store lags behind what came by the bus: keep where it is, take what it is about.
@@ -149,12 +182,17 @@ def _report_failure(task: asyncio.Task[None]) -> None:
         task.get_loop().call_exception_handler(context)
 
 
-def _reading(uow: UnitOfWork) -> _Reading:
+def _reading(uow: UnitOfWork, stale: _Stale) -> _Reading:
     network = uow.network() if uow.maps.active_version() is not None else None
     views = uow.views
-    recent = {ride.ride_id: ride for ride in views.rides(limit=RIDES_MAX)}
-    recent |= {ride.ride_id: ride for ride in views.rides(states=ACTIVE, limit=RIDES_MAX)}
-    return _Reading(network, views.vehicles(), tuple(recent.values()), views.incidents(limit=RIDES_MAX))
+    incidents = views.incidents(limit=RIDES_MAX) if stale.everything or stale.incidents else None
+    if stale.everything:
+        recent = {ride.ride_id: ride for ride in views.rides(limit=RIDES_MAX)}
+        recent |= {ride.ride_id: ride for ride in views.rides(states=ACTIVE, limit=RIDES_MAX)}
+        return _Reading(network, views.vehicles(), tuple(recent.values()), incidents)
+    rides = views.rides(ride_ids=stale.rides, limit=len(stale.rides)) if stale.rides else ()
+    vehicles = views.vehicles(stale.vehicles) if stale.vehicles else ()
+    return _Reading(network, vehicles, rides, incidents)
 
 
 def _is_shown(ride: Ride, now_ms: int) -> bool:

@@ -5,11 +5,10 @@ from datetime import UTC, datetime, timedelta
 
 import msgspec
 
-from contract.roads.network import RoadNetwork
 from contract.wire.messages import Status
 from server.domain.incidents import Incident, IncidentKind
 from server.domain.rides import Ride
-from server.live.route_shape import route_ahead
+from server.live.route_shape import RouteShapes
 from server.live.scene import IncidentsScene, RideScene, VehicleScene
 from server.usecases.views import VehicleView
 
@@ -21,8 +20,8 @@ def ms_of(moment: datetime | None) -> int:
     return 0 if moment is None else (moment - EPOCH) // timedelta(milliseconds=1)
 
 
-def vehicle_scene(view: VehicleView, network: RoadNetwork | None, rides: Mapping[str, Ride]) -> VehicleScene:
-    """A vehicle from the store. rides: those that may be aboard, by id."""
+def vehicle_scene(view: VehicleView, shapes: RouteShapes | None, parties: Mapping[str, int]) -> VehicleScene:
+    """A vehicle from the store. parties: people of the rides that may be aboard, by ride id."""
     vehicle, status = view.vehicle, view.status
     visits = [visit for visit in view.plan.visits if visit.is_open]
     scene = VehicleScene(
@@ -37,10 +36,10 @@ def vehicle_scene(view: VehicleView, network: RoadNetwork | None, rides: Mapping
     )
     if status is None:
         return scene
-    people = sum(rides[ride_id].party for ride_id in status.aboard if ride_id in rides)
+    people = sum(parties.get(ride_id, 0) for ride_id in status.aboard)
     scene = msgspec.structs.replace(scene, people_aboard=people)
-    if network is not None and view.route and visits:
-        route = route_ahead(network.lines, view.route, visits[-1].s_m, status.lane_id, status.s_m)
+    if shapes is not None and view.route and visits:
+        route = shapes.ahead(view.route, visits[-1].s_m, status.lane_id, status.s_m)
         scene = msgspec.structs.replace(scene, route=route)
     return vehicle_in_status(scene, status, ms_of(view.heard_at))
 

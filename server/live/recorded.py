@@ -14,7 +14,7 @@ from server.domain.rides import Ride
 from server.domain.runs import Run
 from server.domain.vehicles import Vehicle
 from server.live.projection import ride_scene, vehicle_in_status
-from server.live.route_shape import route_ahead
+from server.live.route_shape import RouteShapes
 from server.live.scene import Scene, VehicleScene
 
 MS_NS = 1_000_000
@@ -70,12 +70,13 @@ def recorded_scenes(
     """
     blank = VehicleScene(vehicle.vehicle_id, vehicle.name, vehicle.seats, connected=True)
     scenes: list[Scene] = []
+    shapes = None if network is None else RouteShapes(network.lines)
     task, task_key = blank, None
     for report in found:
         key = (report.order_key, report.status.visit_id)
         if key != task_key:
             order = orders.get(report.order_key)
-            task, task_key = _with_task(blank, order, network, report.status), key
+            task, task_key = _with_task(blank, order, shapes, report.status), key
         scenes.append(_scene(run, report, task, rides))
     return tuple(scenes)
 
@@ -90,7 +91,7 @@ def _reports(segments: tuple[Path, ...], from_ns: int, to_ns: int) -> Iterator[t
 
 
 def _with_task(
-    blank: VehicleScene, order: IssuedOrder | None, network: RoadNetwork | None, status: Status
+    blank: VehicleScene, order: IssuedOrder | None, shapes: RouteShapes | None, status: Status
 ) -> VehicleScene:
     """Where it goes from here, by the order it follows."""
     visits = () if order is None else order.payload.visits
@@ -99,9 +100,9 @@ def _with_task(
         return blank
     next_stop = next((visit.stop_id for visit in visits[present:] if visit.stop_id), "")
     task = msgspec.structs.replace(blank, next_stop=next_stop)
-    if network is None:
+    if shapes is None:
         return task
-    route = route_ahead(network.lines, lanes_of(visits[present:]), visits[-1].s_m, status.lane_id, status.s_m)
+    route = shapes.ahead(lanes_of(visits[present:]), visits[-1].s_m, status.lane_id, status.s_m)
     return msgspec.structs.replace(task, route=route)
 
 

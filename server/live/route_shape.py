@@ -1,6 +1,8 @@
 """The polyline that a screen draws ahead of a shuttle."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 
@@ -11,50 +13,57 @@ from contract.roads.network import LaneLine
 TOLERANCE_M = 0.5
 
 
-def route_ahead(
-    lines: Mapping[str, LaneLine], route: tuple[str, ...], end_s_m: float, lane_id: str, s_m: float
-) -> tuple[Point, ...]:
-    """From (lane_id, s_m) along the lanes of `route` to end_s_m on its last one; empty when it stands there.
+@dataclass(frozen=True, slots=True)
+class _Shape:
+    """A lane as it is drawn: points (n, 2) and s (n,), in metres."""
 
-    A vehicle that is not on its route gets the whole of it. Lanes unknown to this map are left out.
-    """
-    start_m = 0.0
-    if lane_id in route:
-        route, start_m = route[route.index(lane_id) :], s_m
-    pieces = _pieces(lines, route, start_m, end_s_m)
-    if not pieces:
-        return ()
-    points = simplified(np.concatenate(pieces), TOLERANCE_M)
-    return tuple((round(float(x), 2), round(float(y), 2)) for x, y in points)
+    points: Array
+    s: Array
 
 
-def _pieces(
-    lines: Mapping[str, LaneLine], route: tuple[str, ...], s_from_m: float, s_to_m: float
-) -> list[Array]:
-    pieces: list[Array] = []
-    last = len(route) - 1
-    for place, lane_id in enumerate(route):
-        line = lines.get(lane_id)
-        if line is None:
-            continue
-        start_m = s_from_m if place == 0 else 0.0
-        end_m = s_to_m if place == last else line.length_m
-        if end_m - start_m > 0.01:
-            pieces.append(_between(line, start_m, end_m))
-    return pieces
+class RouteShapes:
+    """One map's lanes as they are drawn; each is simplified once."""
 
+    def __init__(self, lines: Mapping[str, LaneLine]) -> None:
+        self.lines = lines
+        self._shapes: dict[str, _Shape] = {}
 
-def _between(line: LaneLine, s_from_m: float, s_to_m: float) -> Array:
-    inside = line.s[(line.s > s_from_m) & (line.s < s_to_m)]
-    s = np.concatenate(([s_from_m], inside, [s_to_m]))
-    points: Array = np.column_stack(
-        (np.interp(s, line.s, line.points[:, 0]), np.interp(s, line.s, line.points[:, 1]))
-    )
-    return points
+    def ahead(self, route: tuple[str, ...], end_s_m: float, lane_id: str, s_m: float) -> tuple[Point, ...]:
+        """From (lane_id, s_m) along the lanes of `route` to end_s_m on its last one; empty when it stands
+        there.
+
+        A vehicle that is not on its route gets the whole of it. Lanes unknown to this map are left out.
+        """
+        start_m = 0.0
+        if lane_id in route:
+            route, start_m = route[route.index(lane_id) :], s_m
+        points: list[Point] = []
+        for place, lane in enumerate(route):
+            if lane in self.lines:
+                from_m = start_m if place == 0 else 0.0
+                to_m = end_s_m if place == len(route) - 1 else self.lines[lane].length_m
+                points += self._between(lane, from_m, to_m)
+        return tuple(point for point, _ in groupby(points))
+
+    def _between(self, lane_id: str, from_m: float, to_m: float) -> list[Point]:
+        if to_m - from_m <= 0.01:
+            return []
+        line, shape = self.lines[lane_id], self._shape(lane_id)
+        inside = shape.points[(shape.s > from_m) & (shape.s < to_m)]
+        ends = [np.interp((from_m, to_m), line.s, line.points[:, axis]) for axis in (0, 1)]
+        first, last = np.column_stack(ends)
+        return [(round(x, 2), round(y, 2)) for x, y in np.vstack((first, inside, last)).tolist()]
+
+    def _shape(self, lane_id: str) -> _Shape:
+        if lane_id not in self._shapes:
+            line = self.lines[lane_id]
+            keep = simplified(line.points, TOLERANCE_M)
+            self._shapes[lane_id] = _Shape(line.points[keep], line.s[keep])
+        return self._shapes[lane_id]
 
 
 def simplified(points: Array, tolerance_m: float) -> Array:
-    """A subset of the (n, 2) polyline, both ends kept, never farther than tolerance_m from it.
+    """Which points of the (n, 2) polyline to keep: both ends, and never farther than tolerance_m from it.
 
     Douglas and Peucker (1973), with a stack instead of recursion.
     """
@@ -71,8 +80,7 @@ def simplified(points: Array, tolerance_m: float) -> Array:
             middle = first + 1 + worst
             keep[middle] = True
             spans += [(first, middle), (middle, last)]
-    kept: Array = points[keep]
-    return kept
+    return keep
 
 
 def _distances(points: Array, start: Array, end: Array) -> Array:

@@ -1,12 +1,14 @@
 """Where the dispatcher's long computations run."""
 
 import asyncio
+import os
 import time
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
 from server.dispatch.problem import Problem
 from server.dispatch.solve import Budget, Solution, solve
+from server.dispatch.warm import warm_kernels
 
 
 class InlineSolver:
@@ -24,7 +26,7 @@ class ProcessSolver:
 
     def __init__(self, within_s: float = 1.0) -> None:
         # Spawned: a fork would copy the store's threads and their locks in the middle of their work.
-        self._pool = ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn"))
+        self._pool = ProcessPoolExecutor(1, get_context("spawn"), _stand_back)
         self._within_s = within_s
 
     async def solve(self, problem: Problem, budget: Budget, seed: int) -> Solution:
@@ -34,6 +36,13 @@ class ProcessSolver:
 
     def close(self) -> None:
         self._pool.shutdown(cancel_futures=True)
+
+
+def _stand_back() -> None:
+    """Bookings and vehicles come first: the search takes what they leave of the machine."""
+    if hasattr(os, "nice"):
+        os.nice(10)
+    warm_kernels()
 
 
 def _solve_within(problem: Problem, budget: Budget, seed: int, within_s: float) -> Solution:

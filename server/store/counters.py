@@ -15,24 +15,21 @@ class Counters(Repository):
     def __init__(self, connection: Connection, campus_id: str) -> None:
         super().__init__(connection, campus_id, locks=True)
 
-    def next(self, name: str) -> int:
-        """1 for the first."""
-        return int(
-            self._connection.execute(
-                self._drawing(), {"campus_id": self._campus_id, "name": name, "value": 1}
-            ).scalar_one()
-        )
+    def next(self, name: str, count: int = 1) -> int:
+        """The first of so many numbers in a row; 1 at the beginning."""
+        last = self._connection.execute(
+            self._drawing(), {"campus_id": self._campus_id, "name": name, "value": count}
+        ).scalar_one()
+        return int(last) - count + 1
 
     def _drawing(self) -> Any:
         if self._connection.dialect.name not in _DRAWING:
             counter = tables.counters
-            _DRAWING[self._connection.dialect.name] = (
-                self._dialect_insert(counter)
-                .on_conflict_do_update(
-                    index_elements=["campus_id", "name"], set_={"value": counter.c.value + 1}
-                )
-                .returning(counter.c.value)
-            )
+            new = self._dialect_insert(counter)
+            drawn = {"value": counter.c.value + new.excluded.value}
+            _DRAWING[self._connection.dialect.name] = new.on_conflict_do_update(
+                index_elements=["campus_id", "name"], set_=drawn
+            ).returning(counter.c.value)
         return _DRAWING[self._connection.dialect.name]
 
     def lock(self, name: str) -> None:

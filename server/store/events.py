@@ -18,6 +18,7 @@ class Events(Repository):
     def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
         super().__init__(connection, campus_id, locks)
         self._counters = Counters(connection, campus_id)
+        self._unwritten: list[ServerEvent] = []
 
     def count(self, vehicle_id: str, boot_id: str) -> int:
         # Events are stored in order without gaps, so the highest number tells how many there are.
@@ -44,16 +45,27 @@ class Events(Repository):
         )
 
     def add_server_event(self, event: ServerEvent) -> None:
-        self._insert(
+        self._unwritten.append(event)
+
+    def flush(self) -> None:
+        """Write the server's own events, when the transaction ends: their numbers are drawn at once."""
+        events, self._unwritten = self._unwritten, []
+        if not events:
+            return
+        first = self._counters.next("server_event", len(events))
+        self._insert_all(
             tables.server_events,
-            {
-                "number": self._counters.next("server_event"),
-                "happened_at": event.happened_at,
-                "name": event.name,
-                "subject": event.subject,
-                "made_by": event.by,
-                "detail": event.detail,
-            },
+            [
+                {
+                    "number": first + number,
+                    "happened_at": event.happened_at,
+                    "name": event.name,
+                    "subject": event.subject,
+                    "made_by": event.by,
+                    "detail": event.detail,
+                }
+                for number, event in enumerate(events)
+            ],
         )
 
 

@@ -1,8 +1,9 @@
 """Orders as they went over the wire, every revision a row."""
 
+from collections.abc import Sequence
 from typing import Any
 
-from sqlalchemy import Connection
+from sqlalchemy import Connection, func, select
 
 from contract.wire.messages import Order
 from server.domain.orders import IssuedOrder, OrderState
@@ -24,25 +25,25 @@ class Orders(Repository):
         row = self._connection.execute(statement.order_by(_order.number.desc()).limit(1)).first()
         return None if row is None else order_from_row(row)
 
-    def find(self, vehicle_id: str, order_id: str, revision: int) -> IssuedOrder | None:
-        row = self._one(
-            tables.orders,
-            _order.vehicle_id == vehicle_id,
-            _order.order_id == order_id,
-            _order.revision == revision,
+    def all_current(self, vehicle_ids: Sequence[str]) -> dict[str, IssuedOrder]:
+        """`current` of those vehicles that have one, by vehicle id."""
+        newest = (
+            select(func.max(_order.number))
+            .where(_order.campus_id == self._campus_id, _order.vehicle_id.in_(vehicle_ids))
+            .group_by(_order.vehicle_id)
         )
+        rows = self._many(self._select(tables.orders, _order.number.in_(newest)))
+        return {row.vehicle_id: order_from_row(row) for row in rows}
+
+    def find(self, vehicle_id: str, order_id: str, revision: int) -> IssuedOrder | None:
+        row = self._find(tables.orders, vehicle_id=vehicle_id, order_id=order_id, revision=revision)
         return None if row is None else order_from_row(row)
 
     def add(self, order: IssuedOrder) -> None:
         self._insert(tables.orders, {"number": self._counters.next("order"), **_to_row(order)})
 
     def save(self, order: IssuedOrder) -> None:
-        self._update(
-            tables.orders,
-            _to_row(order),
-            _order.order_id == order.order_id,
-            _order.revision == order.revision,
-        )
+        self._change(tables.orders, _to_row(order), order_id=order.order_id, revision=order.revision)
 
 
 def order_from_row(row: AnyRow) -> IssuedOrder:

@@ -24,20 +24,13 @@ class Plans(Repository):
     def all(self) -> tuple[Plan, ...]:
         """Read once a transaction: what others commit meanwhile shows when this one saves."""
         if self._all is None:
-            rows = self._many(self._select(tables.plans).order_by(_plan.vehicle_id))
-            self._all = {row.vehicle_id: plan_from_row(row) for row in rows}
+            self._all = {plan.vehicle_id: plan for plan in self._read_all()}
         return tuple(self._all[vehicle_id] for vehicle_id in sorted(self._all))
 
     def save(self, plan: Plan, expected_version: int) -> None:
-        values = {
-            "vehicle_id": plan.vehicle_id,
-            "version": plan.version,
-            "visits": to_json(plan.visits),
-            "resting_place_id": plan.resting_place_id or None,
-        }
         try:
             with self._connection.begin_nested():
-                changed = self._write(values, plan.vehicle_id, expected_version)
+                changed = self._write(plan, expected_version)
         except IntegrityError as error:
             raise PlanChanged(
                 f"another plan was made at the same time as that of {plan.vehicle_id}: {error.orig}"
@@ -47,11 +40,21 @@ class Plans(Repository):
         if self._all is not None:
             self._all[plan.vehicle_id] = plan
 
-    def _write(self, values: dict[str, object], vehicle_id: str, expected_version: int) -> bool:
+    def _read_all(self) -> list[Plan]:
+        rows = self._many(self._select(tables.plans).order_by(_plan.vehicle_id))
+        return [plan_from_row(row) for row in rows]
+
+    def _write(self, plan: Plan, expected_version: int) -> bool:
+        values = {
+            "vehicle_id": plan.vehicle_id,
+            "version": plan.version,
+            "visits": to_json(plan.visits),
+            "resting_place_id": plan.resting_place_id or None,
+        }
         if expected_version == 0:
             self._insert(tables.plans, values)
             return True
-        return bool(self._change(tables.plans, values, vehicle_id=vehicle_id, version=expected_version))
+        return bool(self._change(tables.plans, values, vehicle_id=plan.vehicle_id, version=expected_version))
 
 
 def plan_from_row(row: AnyRow) -> Plan:

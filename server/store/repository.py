@@ -39,6 +39,15 @@ def _inserting(table: Table) -> Insert:
     return insert(table)
 
 
+@cache
+def _putting(dialect: str, table: Table, names: tuple[str, ...]) -> Any:
+    keys = [column.name for column in table.primary_key.columns]
+    new = (postgresql.insert if dialect == "postgresql" else sqlite.insert)(table)
+    new = new.values({name: bindparam(name) for name in ("campus_id", *names)})
+    changed = {name: new.excluded[name] for name in names if name not in keys}
+    return new.on_conflict_do_update(index_elements=keys, set_=changed)
+
+
 class Repository:
     """locks: rows that are read are kept from other writers until the transaction ends (PostgreSQL)."""
 
@@ -73,17 +82,20 @@ class Repository:
         return select(table).where(table.c.campus_id == self._campus_id, *conditions)
 
     def _insert(self, table: Table, values: Mapping[str, Any]) -> None:
-        self._connection.execute(_inserting(table), {"campus_id": self._campus_id, **values})
+        self._insert_all(table, [values])
+
+    def _insert_all(self, table: Table, rows: Sequence[Mapping[str, Any]]) -> None:
+        self._connection.execute(_inserting(table), [{"campus_id": self._campus_id, **row} for row in rows])
 
     def _put(self, table: Table, values: Mapping[str, Any]) -> None:
         """Insert the row, or replace the one of the same key."""
-        keys = [column.name for column in table.primary_key.columns]
-        changed = {name: value for name, value in values.items() if name not in keys}
-        self._connection.execute(
-            self._dialect_insert(table)
-            .values(campus_id=self._campus_id, **values)
-            .on_conflict_do_update(index_elements=keys, set_=changed)
-        )
+        self._put_all(table, [values])
+
+    def _put_all(self, table: Table, rows: Sequence[Mapping[str, Any]]) -> None:
+        """`_put` for rows of different keys and the same columns, in one go."""
+        if rows:
+            statement = _putting(self._connection.dialect.name, table, tuple(rows[0]))
+            self._connection.execute(statement, [{"campus_id": self._campus_id, **row} for row in rows])
 
     def _add_missing(self, table: Table, rows: Sequence[Mapping[str, Any]]) -> None:
         """Insert the rows whose keys are new."""

@@ -5,6 +5,8 @@ from dataclasses import replace
 from datetime import datetime
 from typing import Any
 
+from sqlalchemy import Connection
+
 from server.domain.rides import ENDED, Promise, Ride, RideState, Tap
 from server.store import tables
 from server.store.repository import AnyRow, Repository
@@ -14,10 +16,24 @@ _tap = tables.taps.c
 
 
 class Rides(Repository):
+    """Rides are written when the transaction ends, or before it reads them: most change more than once."""
+
+    def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
+        super().__init__(connection, campus_id, locks)
+        self._unwritten: dict[str, Ride] = {}
+
+    def flush(self) -> None:
+        """Write what has changed."""
+        changed = [_ride_to_row(ride) for ride in self._unwritten.values()]
+        self._unwritten.clear()
+        self._put_all(tables.rides, changed)
+
     def get(self, ride_id: str) -> Ride | None:
+        self.flush()
         return _optional(self._find(tables.rides, ride_id=ride_id))
 
     def by_code(self, ride_code: str) -> Ride | None:
+        self.flush()
         rows = self._many(
             self._select(tables.rides, _ride.ride_code == ride_code).order_by(
                 _ride.requested_at.desc(), _ride.ride_id.desc()
@@ -27,9 +43,11 @@ class Rides(Repository):
         return next((ride for ride in rides if not ride.has_ended), rides[0] if rides else None)
 
     def by_token(self, token: str) -> Ride | None:
+        self.flush()
         return _optional(self._find(tables.rides, token=token))
 
     def by_idempotency_key(self, key: str) -> Ride | None:
+        self.flush()
         return _optional(self._find(tables.rides, idempotency_key=key))
 
     def in_states(self, states: Sequence[RideState]) -> tuple[Ride, ...]:
@@ -42,15 +60,16 @@ class Rides(Repository):
         return self._listed(_ride.earliest >= begins, _ride.earliest < ends)
 
     def code_in_use(self, ride_code: str) -> bool:
+        self.flush()
         ended = [str(state) for state in ENDED]
         found = self._one(tables.rides, _ride.ride_code == ride_code, _ride.state.not_in(ended))
         return found is not None
 
     def add(self, ride: Ride) -> None:
-        self._insert(tables.rides, _ride_to_row(ride))
+        self._unwritten[ride.ride_id] = ride
 
     def save(self, ride: Ride) -> None:
-        self._change(tables.rides, _ride_to_row(ride), ride_id=ride.ride_id)
+        self._unwritten[ride.ride_id] = ride
 
     def add_tap(self, tap: Tap) -> None:
         self._insert(tables.taps, _tap_to_row(tap))
@@ -71,6 +90,7 @@ class Rides(Repository):
         return tuple(_tap_from_row(row) for row in rows)
 
     def _listed(self, *conditions: Any) -> tuple[Ride, ...]:
+        self.flush()
         rows = self._many(self._select(tables.rides, *conditions).order_by(_ride.requested_at, _ride.ride_id))
         return tuple(ride_from_row(row) for row in rows)
 

@@ -36,15 +36,24 @@ class Sections(Repository):
         )
 
     def save(self, occupancy: Occupancy) -> None:
-        fences = [section.fence for section in occupancy.held]
-        self._delete(
-            tables.held_sections, _held.vehicle_id == occupancy.vehicle_id, _held.fence.not_in(fences)
-        )
-        self._add_missing(
+        self._write(occupancy, self._of(occupancy.vehicle_id))
+
+    def _of(self, vehicle_id: str) -> Occupancy | None:
+        rows = self._many(self._select(tables.held_sections, _held.vehicle_id == vehicle_id))
+        held = tuple(HeldSection(row.section_id, row.fence) for row in rows)
+        return Occupancy(vehicle_id, held, ()) if held else None
+
+    def _write(self, occupancy: Occupancy, before: Occupancy | None) -> None:
+        """What has changed since `before`."""
+        known = frozenset() if before is None else frozenset(before.held)
+        for gone in sorted(section.fence for section in known.difference(occupancy.held)):
+            self._delete(tables.held_sections, _held.fence == gone)
+        self._put_all(
             tables.held_sections,
             [
                 {"fence": s.fence, "vehicle_id": occupancy.vehicle_id, "section_id": s.section_id}
                 for s in occupancy.held
+                if s not in known
             ],
         )
         self._put(

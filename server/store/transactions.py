@@ -7,8 +7,9 @@
 import asyncio
 import queue
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any, Generic, TypeVar
 
@@ -17,6 +18,7 @@ from sqlalchemy.exc import OperationalError
 
 from server.domain.errors import PlanChanged
 from server.store.engine import read_only
+from server.store.live.memory import Memory
 from server.store.unit_of_work import Context, Published, SqlUnitOfWork
 from server.usecases.ports import Bus, UnitOfWork
 
@@ -35,6 +37,7 @@ class Inline:
 
     def __init__(self, engine: Engine, context: Context, bus: Bus) -> None:
         self._connection = engine.connect()
+        self._memory = Memory() if engine.dialect.name == "sqlite" else None
         self._context = context
         self._bus = bus
 
@@ -51,9 +54,8 @@ class Inline:
         self._connection.close()
 
     def _once(self, work: Work[T]) -> tuple[T, Iterable[Published]]:
-        with self._connection.begin():
-            uow = SqlUnitOfWork(self._connection, self._context)
-            return work(uow), uow.outgoing.messages.values()
+        with self._connection.begin(), _remembering(self._memory, self._connection):
+            return _worked(work, SqlUnitOfWork(self._connection, self._context, memory=self._memory))
 
 
 class Pooled:
@@ -85,8 +87,7 @@ class Pooled:
 
     def _once(self, work: Work[T]) -> tuple[T, Iterable[Published]]:
         with self._engine.begin() as connection:
-            uow = SqlUnitOfWork(connection, self._context)
-            return work(uow), uow.outgoing.messages.values()
+            return _worked(work, SqlUnitOfWork(connection, self._context))
 
     def _read(self, work: Work[T]) -> T:
         return _read(self._engine, self._context, work)
@@ -134,6 +135,7 @@ class GroupCommit:
         self._engine = engine
         self._context = context
         self._bus = bus
+        self._memory = Memory()
         self._jobs: queue.SimpleQueue[_Job[Any] | None] = queue.SimpleQueue()
         self._readers = ThreadPoolExecutor(READERS, thread_name_prefix="store-reader")
         self._writer = threading.Thread(target=self._write_all, name="store-writer", daemon=True)
@@ -162,10 +164,11 @@ class GroupCommit:
 
     def _write_all(self) -> None:
         going = True
-        while going:
-            jobs, going = self._next_group()
-            if jobs:
-                self._write(jobs)
+        with self._engine.connect() as connection:
+            while going:
+                jobs, going = self._next_group()
+                if jobs:
+                    self._write(connection, jobs)
 
     def _next_group(self) -> tuple[list[_Job[Any]], bool]:
         """Wait for one job, take along what else is there; False when the store is being closed."""
@@ -178,9 +181,9 @@ class GroupCommit:
             job = self._jobs.get()
         return group, False
 
-    def _write(self, jobs: list[_Job[Any]]) -> None:
+    def _write(self, connection: Connection, jobs: list[_Job[Any]]) -> None:
         commit: _Job[None] = _Job(_nothing, jobs[0].loop)
-        with commit, self._engine.begin() as connection:
+        with commit, connection.begin(), _remembering(self._memory, connection):
             for job in jobs:
                 with job:
                     job.done = _repeated(lambda job=job: self._in_savepoint(connection, job.work))  # type: ignore[misc]
@@ -189,9 +192,33 @@ class GroupCommit:
             job.tell()
 
     def _in_savepoint(self, connection: Connection, work: Work[T]) -> tuple[T, Iterable[Published]]:
-        with connection.begin_nested():
-            uow = SqlUnitOfWork(connection, self._context)
-            return work(uow), uow.outgoing.messages.values()
+        mark = self._memory.mark()
+        try:
+            with connection.begin_nested():
+                return _worked(work, SqlUnitOfWork(connection, self._context, memory=self._memory))
+        except BaseException:
+            self._memory.take_back(mark)
+            raise
+
+
+def _worked(work: Work[T], uow: SqlUnitOfWork) -> tuple[T, Iterable[Published]]:
+    result = work(uow)
+    uow.flush()
+    return result, uow.outgoing.messages.values()
+
+
+@contextmanager
+def _remembering(memory: Memory | None, connection: Connection) -> Iterator[None]:
+    """What a failed transaction has changed in memory is forgotten."""
+    if memory is None:
+        yield
+        return
+    memory.begin(connection)
+    try:
+        yield
+    except BaseException:
+        memory.forget()
+        raise
 
 
 def _nothing(_uow: UnitOfWork) -> None:

@@ -17,6 +17,13 @@ from server.store.history import History
 from server.store.identity import Identity
 from server.store.incidents import Incidents
 from server.store.leases import Leases
+from server.store.live.memory import Memory
+from server.store.live.orders import LiveOrders
+from server.store.live.plans import LivePlans
+from server.store.live.rides import LiveRides
+from server.store.live.sections import LiveSections
+from server.store.live.service import LiveMaps, LiveService
+from server.store.live.vehicles import LiveVehicles
 from server.store.maps import Maps
 from server.store.orders import Orders
 from server.store.plans import Plans
@@ -85,9 +92,19 @@ class Outgoing:
 
 
 class SqlUnitOfWork:
-    """See `server.usecases.ports.UnitOfWork`. writes False: nothing that is read gets locked."""
+    """See `server.usecases.ports.UnitOfWork`. writes False: nothing that is read gets locked.
 
-    def __init__(self, connection: Connection, context: Context, *, writes: bool = True) -> None:
+    memory  what the only writer of a database keeps of the live fleet
+    """
+
+    def __init__(
+        self,
+        connection: Connection,
+        context: Context,
+        *,
+        writes: bool = True,
+        memory: Memory | None = None,
+    ) -> None:
         campus_id = context.campus_id
         self.campus_id = campus_id
         self.now: datetime = context.clock.now()
@@ -95,25 +112,46 @@ class SqlUnitOfWork:
         self.ids = context.ids
         self.hasher = context.hasher
         self.outgoing = Outgoing()
-        self.rides: RideRepository = Rides(connection, campus_id, writes)
-        self.plans: PlanRepository = Plans(connection, campus_id, False)
-        self.orders: OrderRepository = Orders(connection, campus_id, writes)
-        self.sections: SectionRepository = Sections(connection, campus_id, writes)
-        self.vehicles: VehicleRepository = Vehicles(connection, campus_id, writes)
+        if memory is None:
+            self._rides = Rides(connection, campus_id, writes)
+            self.plans: PlanRepository = Plans(connection, campus_id, False)
+            self.orders: OrderRepository = Orders(connection, campus_id, writes)
+            self.sections: SectionRepository = Sections(connection, campus_id, writes)
+            self.vehicles: VehicleRepository = Vehicles(connection, campus_id, writes)
+            self.service: ServiceRepository = Service(connection, campus_id, False)
+            self.maps: MapRepository = Maps(connection, campus_id, False)
+        else:
+            self._rides = LiveRides(connection, campus_id, memory)
+            self.plans = LivePlans(connection, campus_id, memory)
+            self.orders = LiveOrders(connection, campus_id, memory)
+            self.sections = LiveSections(connection, campus_id, memory)
+            self.vehicles = LiveVehicles(connection, campus_id, memory)
+            self.service = LiveService(connection, campus_id, memory)
+            self.maps = LiveMaps(connection, campus_id, memory)
+        self.rides: RideRepository = self._rides
         self.departures: DepartureRepository = Departures(connection, campus_id, writes)
         self.decisions: DecisionRepository = Decisions(connection, campus_id, False)
-        self.service: ServiceRepository = Service(connection, campus_id, False)
         self.series: SeriesRepository = SeriesBook(connection, campus_id, writes)
         self.incidents: IncidentRepository = Incidents(connection, campus_id, writes)
-        self.events: EventRepository = Events(connection, campus_id, False)
-        self.maps: MapRepository = Maps(connection, campus_id, False)
+        self._events = Events(connection, campus_id, False)
+        self.events: EventRepository = self._events
         self.runs: RunRepository = Runs(connection, campus_id, False)
         self.identity: IdentityRepository = Identity(connection, campus_id, writes)
         self.leases: LeaseRepository = Leases(connection, campus_id, writes)
         self.history: HistoryRepository = History(connection, campus_id, False)
-        self.views: Views = SqlViews(connection, campus_id, False)
+        self._views = SqlViews(connection, campus_id, False)
         self._library = context.library
         self._roads: FleetRoads | None = None
+
+    @property
+    def views(self) -> Views:
+        self.flush()
+        return self._views
+
+    def flush(self) -> None:
+        """Write what waits for the end of the transaction."""
+        self._rides.flush()
+        self._events.flush()
 
     def network(self) -> RoadNetwork:
         return self.roads().network

@@ -57,24 +57,24 @@ class Vehicles(Repository):
 
     def save_status(self, reports: Sequence[StatusReport]) -> None:
         newest = {report.vehicle_id: report for report in reports}
-        for vehicle_id, report in sorted(newest.items()):
-            self._put(
-                tables.whereabouts,
+        self._put_all(
+            tables.whereabouts,
+            [
                 {
                     "vehicle_id": vehicle_id,
                     "heard_at": report.received_at,
                     "status": to_json(report.status),
-                },
-            )
+                }
+                for vehicle_id, report in sorted(newest.items())
+            ],
+        )
         self._history.add(reports)
 
     def add_command(self, command: VehicleCommand) -> None:
         self._insert(tables.vehicle_commands, _command_to_row(command))
 
     def save_command(self, command: VehicleCommand) -> None:
-        self._update(
-            tables.vehicle_commands, _command_to_row(command), _command.command_id == command.command_id
-        )
+        self._change(tables.vehicle_commands, _command_to_row(command), command_id=command.command_id)
 
     def command(self, command_id: str) -> VehicleCommand | None:
         row = self._find(tables.vehicle_commands, command_id=command_id)

@@ -1,6 +1,6 @@
 """Reads for people's eyes: joined and sorted in SQL, past the domain."""
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from datetime import datetime
 from typing import TypeVar
 
@@ -38,19 +38,32 @@ _event = tables.vehicle_events.c
 
 
 class SqlViews(Repository):
-    def vehicles(self) -> tuple[VehicleView, ...]:
+    def vehicles(self, vehicle_ids: Set[str] | None = None) -> tuple[VehicleView, ...]:
+        every = self._repository(Vehicles).all()
+        return self._shown([v for v in every if vehicle_ids is None or v.vehicle_id in vehicle_ids])
+
+    def _shown(self, shown: Sequence[Vehicle]) -> tuple[VehicleView, ...]:
+        vehicles = self._repository(Vehicles)
         occupancies = {o.vehicle_id: o for o in self._repository(Sections).all()}
+        plans = {plan.vehicle_id: plan for plan in self._repository(Plans).all()}
+        where = {place.vehicle_id: place for place in vehicles.all_whereabouts()}
+        orders = self._repository(Orders).all_current([vehicle.vehicle_id for vehicle in shown])
         return tuple(
-            self._vehicle_view(vehicle, occupancies.get(vehicle.vehicle_id))
-            for vehicle in self._repository(Vehicles).all()
+            _joined(
+                vehicle,
+                plans.get(vehicle.vehicle_id) or Plan(self._campus_id, vehicle.vehicle_id, 0),
+                orders.get(vehicle.vehicle_id),
+                where.get(vehicle.vehicle_id),
+                occupancies.get(vehicle.vehicle_id),
+            )
+            for vehicle in shown
         )
 
     def vehicle(self, vehicle_id: str) -> VehicleView | None:
         vehicle = self._repository(Vehicles).get(vehicle_id)
         if vehicle is None:
             return None
-        occupancies = {o.vehicle_id: o for o in self._repository(Sections).all()}
-        return self._vehicle_view(vehicle, occupancies.get(vehicle_id))
+        return self._shown([vehicle])[0]
 
     def rides(
         self,
@@ -58,8 +71,11 @@ class SqlViews(Repository):
         vehicle_id: str | None = None,
         limit: int = 200,
         before: datetime | None = None,
+        ride_ids: Set[str] | None = None,
     ) -> tuple[Ride, ...]:
         statement = self._select(tables.rides)
+        if ride_ids is not None:
+            statement = statement.where(_ride.ride_id.in_(sorted(ride_ids)))
         if states is not None:
             statement = statement.where(_ride.state.in_([str(state) for state in states]))
         if vehicle_id is not None:
@@ -118,13 +134,6 @@ class SqlViews(Repository):
         self, vehicle_id: str, since: datetime, until: datetime, limit: int = 10_000
     ) -> tuple[HistoryPoint, ...]:
         return self._repository(History).between(vehicle_id, since, until, limit)
-
-    def _vehicle_view(self, vehicle: Vehicle, occupancy: Occupancy | None) -> VehicleView:
-        vehicle_id = vehicle.vehicle_id
-        plan = self._repository(Plans).get(vehicle_id) or Plan(self._campus_id, vehicle_id, 0)
-        order = self._repository(Orders).current(vehicle_id)
-        where = self._repository(Vehicles).whereabouts(vehicle_id)
-        return _joined(vehicle, plan, order, where, occupancy)
 
     def _repository(self, kind: type[R]) -> R:
         return kind(self._connection, self._campus_id, False)

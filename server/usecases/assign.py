@@ -66,8 +66,9 @@ def assign_rides(uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind) ->
     for ride, answer in zip(wanted, answers, strict=True):
         if answer.best is not None:
             _promise(snapshot, board, ride, answer)
-    # All of them: a ride that comes from another vehicle leaves that one's route.
-    commit(uow, snapshot, board.routes())
+    # A ride that comes from another vehicle leaves that one's route as well.
+    taken = {answer.best.vehicle_id for answer in answers if answer.best is not None}
+    commit(uow, snapshot, board.routes(taken if kind == "booking" else None))
     instead = [tuple(_alternative(uow.roads(), found) for found in answer.alternatives) for answer in answers]
     if is_kept:
         given = msgspec.json.encode(Given(terms, tuple(sorted(promised))))

@@ -23,6 +23,7 @@ from server.domain.rules import FleetRules
 Own = frozenset[str]
 # Each set of closed sections that vehicles meet has its own table, a few kilobytes.
 _CLOSURES_KEPT = 2000
+_ROUTES_KEPT = 20_000
 
 
 # Nobody walks as the crow flies.
@@ -63,6 +64,7 @@ class FleetRoads:
         self._to_stops: dict[frozenset[str], TimesToPlaces] = {}
         self._to_rest: dict[tuple[Place, str], float] = {}
         self._from_rest: dict[str, Array] = {}
+        self._routes: dict[tuple[Place, Place, frozenset[str]], Route | None] = {}
         self._empty = Reservations(network.road_map.sections)
 
     def reservations(self) -> Reservations:
@@ -163,7 +165,15 @@ class FleetRoads:
         return self._from_rest[rest.place_id]
 
     def route(self, origin: Place, destination: Place, blocked: frozenset[str]) -> Route | None:
-        return find_route(self.network, *origin, *destination, blocked, speed_cap_mps=self._speed_cap_mps)
+        """Most begin where a section ends or at a stop, so that the same ones are asked for again."""
+        key = origin, destination, blocked
+        if key not in self._routes:
+            if len(self._routes) >= _ROUTES_KEPT:
+                self._routes.clear()
+            self._routes[key] = find_route(
+                self.network, *origin, *destination, blocked, speed_cap_mps=self._speed_cap_mps
+            )
+        return self._routes[key]
 
     def _from_place(self, place: Place, blocked: frozenset[str]) -> Array:
         """(n,) free-flow seconds to every stop; the section of the place itself is open."""

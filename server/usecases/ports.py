@@ -430,7 +430,11 @@ class UnitOfWork(Protocol):
     identity: IdentityRepository
     leases: LeaseRepository
     history: HistoryRepository
-    views: Views
+
+    @property
+    def views(self) -> Views:
+        """What pages show, with all that this transaction has changed."""
+        ...
 
     def network(self) -> RoadNetwork:
         """The active map, decoded. Raises CampusUnknown."""

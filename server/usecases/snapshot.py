@@ -69,7 +69,7 @@ def take_snapshot(
 
 
 def seconds(moment: datetime) -> float:
-    return (moment - EPOCH).total_seconds()
+    return moment.timestamp()
 
 
 def moment(seconds_s: float) -> datetime:

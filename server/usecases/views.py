@@ -1,6 +1,6 @@
 """Reads for people's eyes: what pages show, taken from the store without the domain's ceremony."""
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Protocol
@@ -57,8 +57,8 @@ class HistoryPoint:
 class Views(Protocol):
     """All of one campus. Lists are bounded by `limit`."""
 
-    def vehicles(self) -> tuple[VehicleView, ...]:
-        """By vehicle id, retired ones left out."""
+    def vehicles(self, vehicle_ids: Set[str] | None = None) -> tuple[VehicleView, ...]:
+        """By vehicle id, retired ones left out; only the named ones where some are."""
         ...
 
     def vehicle(self, vehicle_id: str) -> VehicleView | None: ...
@@ -69,6 +69,7 @@ class Views(Protocol):
         vehicle_id: str | None = None,
         limit: int = 200,
         before: datetime | None = None,
+        ride_ids: Set[str] | None = None,
     ) -> tuple[Ride, ...]:
         """Newest request first; `before` pages on."""
         ...

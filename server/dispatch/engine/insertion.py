@@ -61,6 +61,13 @@ def exact_cost(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int,
 
 
 @kernel
+def times_at(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int, j: int) -> tuple[float, float]:
+    """When r would be picked up and set down at a place that `best_place` has found."""
+    _exact_cost(task, plan, scratch, v, r, i, j)
+    return scratch.at_s[i + 1], scratch.at_s[j + 2]
+
+
+@kernel
 def best_place(
     task: Task, plan: Plan, scratch: Scratch, v: int, r: int, below: float, blink: float, rng: AnyArray
 ) -> tuple[float, int, int]:

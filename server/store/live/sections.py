@@ -1,0 +1,32 @@
+"""Who holds which section, in memory."""
+
+from sqlalchemy import Connection
+
+from server.domain.sections import Occupancy
+from server.store.live.memory import Memory, Rows
+from server.store.sections import Sections
+
+_OCCUPANCIES = "occupancies"
+
+
+class LiveSections(Sections):
+    def __init__(self, connection: Connection, campus_id: str, memory: Memory) -> None:
+        super().__init__(connection, campus_id, locks=False)
+        self._memory = memory
+
+    def all(self) -> tuple[Occupancy, ...]:
+        known = self._known()
+        return tuple(known[vehicle_id] for vehicle_id in sorted(known))
+
+    def save(self, occupancy: Occupancy) -> None:
+        self._write(occupancy, self._known().get(occupancy.vehicle_id))
+        self._memory.put(_OCCUPANCIES, occupancy.vehicle_id, occupancy)
+
+    def remove(self, vehicle_id: str) -> None:
+        super().remove(vehicle_id)
+        self._memory.remove(_OCCUPANCIES, vehicle_id)
+
+    def _known(self) -> Rows:
+        return self._memory.table(
+            _OCCUPANCIES, lambda: {occupancy.vehicle_id: occupancy for occupancy in Sections.all(self)}
+        )

@@ -1,0 +1,64 @@
+"""Service patterns, exceptions and the map in force, in memory: they change seldom, every booking asks."""
+
+from datetime import date
+
+from sqlalchemy import Connection
+
+from server.domain.service import ServiceException, ServicePattern
+from server.store.live.memory import Memory, Rows
+from server.store.maps import Maps
+from server.store.service import Service
+
+_PATTERNS, _EXCEPTIONS, _ACTIVE_MAP = "service patterns", "service exceptions", "active map"
+
+
+class LiveService(Service):
+    def __init__(self, connection: Connection, campus_id: str, memory: Memory) -> None:
+        super().__init__(connection, campus_id, locks=False)
+        self._memory = memory
+
+    def patterns(self) -> tuple[ServicePattern, ...]:
+        known = self._memory.table(_PATTERNS, lambda: {p.service_id: p for p in Service.patterns(self)})
+        return tuple(known.values())
+
+    def pattern(self, service_id: str) -> ServicePattern | None:
+        return next((pattern for pattern in self.patterns() if pattern.service_id == service_id), None)
+
+    def save_pattern(self, pattern: ServicePattern) -> None:
+        super().save_pattern(pattern)
+        self._memory.unload(_PATTERNS)
+
+    def remove_pattern(self, service_id: str) -> None:
+        super().remove_pattern(service_id)
+        self._memory.unload(_PATTERNS)
+        self._memory.unload(_EXCEPTIONS)
+
+    def exceptions(self, since: date | None = None) -> tuple[ServiceException, ...]:
+        known = self._memory.table(_EXCEPTIONS, self._read_exceptions)
+        return tuple(e for e in known.values() if since is None or e.day >= since)
+
+    def save_exception(self, exception: ServiceException) -> None:
+        super().save_exception(exception)
+        self._memory.unload(_EXCEPTIONS)
+
+    def remove_exception(self, day: date, service_id: str) -> bool:
+        self._memory.unload(_EXCEPTIONS)
+        return super().remove_exception(day, service_id)
+
+    def _read_exceptions(self) -> Rows:
+        return {(e.day, e.service_id): e for e in super().exceptions()}
+
+
+class LiveMaps(Maps):
+    def __init__(self, connection: Connection, campus_id: str, memory: Memory) -> None:
+        super().__init__(connection, campus_id, locks=False)
+        self._memory = memory
+
+    def active_version(self) -> str | None:
+        known = self._memory.table(_ACTIVE_MAP, lambda: {"": Maps.active_version(self)})
+        version: str | None = known[""]
+        return version
+
+    def activate(self, map_version: str) -> None:
+        super().activate(map_version)
+        self._memory.unload(_ACTIVE_MAP)
