@@ -89,7 +89,10 @@ class PlantView:
 
 
 class Plant:
-    """All vehicles of a world, in one array. `commands` is (n, COMMAND_SIZE), held until changed."""
+    """All vehicles of a world, in one array. `commands` is (n, COMMAND_SIZE), held until changed.
+
+    charging_w  (n,) power into each battery from outside, held until changed
+    """
 
     def __init__(self, params: tuple[PlantParams, ...], poses_map: tuple[Pose2, ...]) -> None:
         n = len(params)
@@ -101,6 +104,7 @@ class Plant:
         for i, (p, pose) in enumerate(zip(params, poses_map, strict=True)):
             self.state[i, :3] = pose.x_m, pose.y_m, pose.yaw_rad
             self.state[i, ENERGY] = p.battery_j
+        self.charging_w: Array = np.zeros(n)
         self.commands: Array = np.zeros((n, COMMAND_SIZE))
         self.commands[:, CMD_RATE] = self._rows[:, P_STEER_RATE]
         self._history: Array = np.zeros((n, slots, COMMAND_SIZE))
@@ -112,6 +116,8 @@ class Plant:
         self._head = advance_plant(
             self.state, self.commands, self._history, self._head, self._rows, SUBSTEP_S, substeps
         )
+        charged = self.state[:, ENERGY] + self.charging_w * duration_s
+        self.state[:, ENERGY] = np.minimum(charged, self._rows[:, P_BATTERY])
 
     def view(self, i: int) -> PlantView:
         x, y, yaw, v, a, steer, throttle, brake, odometer, energy = self.state[i].tolist()

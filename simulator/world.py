@@ -11,6 +11,7 @@ import numpy as np
 from contract.geometry import Array, Pose2
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
+from simulator.chargers import Chargers
 from simulator.corridor import SAMPLES, Corridor
 from simulator.doors import Display, Doors
 from simulator.ecus.by_wire import ByWire
@@ -71,6 +72,7 @@ class SimWorld:
         self._number = {v: i for i, v in enumerate(profiles)}
         self.fleet = SimFleet(profiles, poses_map, self.options.plants)
         network = RoadNetwork(road_map)
+        self._chargers = Chargers(network)
         self._corridors = [Corridor(network) for _ in profiles]
         self._vehicles: Array = np.zeros((len(profiles), VEHICLE_COLUMNS))
         self._ahead: Array = np.zeros((len(profiles), SAMPLES, 2))
@@ -158,6 +160,8 @@ class SimWorld:
         """Advance the world from now_ns to now_ns + 20 ms."""
         self.fleet.step(now_ns)
         self._look()
+        places_map, speeds_mps = self._vehicles[:, V_X:V_YAW], self._vehicles[:, V_SPEED]
+        self.fleet.plant.charging_w[:] = self._chargers.power_w(places_map, speeds_mps)
         dt_s = STEP_NS * 1e-9
         odometers_m = np.array([self.truth(v).odometer_m for v in self.vehicle_ids])
         if self.pedestrians:

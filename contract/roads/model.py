@@ -68,8 +68,10 @@ class Stop(msgspec.Struct, frozen=True):
     placed_by: Literal["tag", "rule", "hand"] = "tag"
 
 
-class RestingPlace(msgspec.Struct, frozen=True):
+class RestingPlace(msgspec.Struct, frozen=True, omit_defaults=True):
     """Where a shuttle may stand for as long as it likes.
+
+    charger  a shuttle that stands here is charged; where no place of a map says so, all of them charge
 
     With a shuttle at every resting place of the map at once, every stop can still be reached from every
     resting place and the other way round. This is what makes the fleet free of deadlock (docs/roads.md).
@@ -78,6 +80,7 @@ class RestingPlace(msgspec.Struct, frozen=True):
     place_id: str
     lane_id: str
     s_m: float
+    charger: bool = False
 
 
 class Building(msgspec.Struct, frozen=True):
@@ -117,3 +120,9 @@ class RoadMap(msgspec.Struct, frozen=True):
     repairs: tuple[str, ...] = ()
     format_version: int = FORMAT_VERSION
     map_version: str = ""
+
+    @property
+    def charging_places(self) -> tuple[RestingPlace, ...]:
+        """The resting places at which shuttles charge."""
+        named = tuple(place for place in self.resting_places if place.charger)
+        return named or self.resting_places

@@ -37,6 +37,7 @@ RIDE_EXAMPLE: JsonDict = {
     "left_early": False,
     "first_to_stop": None,
     "let_out": False,
+    "stranded_by": None,
 }
 
 
@@ -110,6 +111,9 @@ class RideView(BaseModel):
     left_early: bool
     first_to_stop: str | None = Field(description="Where it was booked to, when the destination has changed.")
     let_out: bool = Field(description="The party asked to get off as soon as possible: to_stop is where.")
+    stranded_by: str | None = Field(
+        description="The shuttle that carried the party and cannot go on: another one comes to from_stop."
+    )
 
 
 class AlternativeView(BaseModel):
@@ -288,6 +292,7 @@ def _fields(ride: Ride) -> dict[str, object]:
         "left_early": ride.left_early,
         "first_to_stop": ride.first_to_stop,
         "let_out": ride.let_out,
+        "stranded_by": ride.stranded_by,
     }
 
 

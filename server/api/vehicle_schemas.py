@@ -1,13 +1,15 @@
 """Vehicles as consoles see them, and as vehicles enrol themselves."""
 
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.config import JsonDict
 
 from server.api.formats import Name, Words
+from server.domain.battery import charge_s
 from server.domain.plans import PlannedVisit
+from server.domain.rules import FleetRules
 from server.domain.vehicles import Vehicle, VehicleCommand
 from server.usecases.views import VehicleView
 
@@ -20,6 +22,8 @@ VEHICLE_EXAMPLE: JsonDict = {
     "held": False,
     "in_service": True,
     "placed": True,
+    "hold_ends": None,
+    "charging": False,
     "mode": "autonomous",
     "epoch": 7,
     "boot_id": "boot-7a1e",
@@ -43,6 +47,8 @@ class VehicleFacts(BaseModel):
     held: bool = Field(description="It stands until an operator resumes it.")
     in_service: bool = Field(description="It may get new rides.")
     placed: bool = Field(description="It holds the ground under its body, so that it can be given a route.")
+    hold_ends: datetime | None = Field(description="When the server resumes it; null: an operator does.")
+    charging: bool = Field(description="It went to charge and has not charged to the full yet.")
     mode: str
     epoch: int
     boot_id: str
@@ -86,6 +92,9 @@ class VisitView(BaseModel):
     not_before: datetime | None
     latest: datetime | None
     eta: datetime | None
+    why: Literal["", "charge", "demand"] = Field(
+        description="A rest to charge, or where riders are expected; empty for the nearest place."
+    )
 
 
 class VehicleDetail(VehicleFacts):
@@ -98,6 +107,7 @@ class VehicleDetail(VehicleFacts):
                 "live": None,
                 "plan_version": 12,
                 "visits": [],
+                "charged_at": None,
                 "order_id": "order-4",
                 "revision": 2,
                 "order_state": "accepted",
@@ -112,6 +122,9 @@ class VehicleDetail(VehicleFacts):
     live: LiveView | None
     plan_version: int
     visits: list[VisitView]
+    charged_at: datetime | None = Field(
+        description="When it will have charged, if it is at a charger by now; null: it does not charge."
+    )
     order_id: str
     revision: int
     order_state: str | None
@@ -217,13 +230,14 @@ def vehicle_facts(vehicle: Vehicle) -> VehicleFacts:
     return VehicleFacts.model_validate(_facts(vehicle))
 
 
-def vehicle_detail(view: VehicleView) -> VehicleDetail:
+def vehicle_detail(view: VehicleView, rules: FleetRules) -> VehicleDetail:
     return VehicleDetail.model_validate(
         _facts(view.vehicle)
         | {
             "live": _live(view),
             "plan_version": view.plan.version,
             "visits": [_visit(visit) for visit in view.plan.visits],
+            "charged_at": _charged_at(view, rules),
             "order_id": view.order_id,
             "revision": view.revision,
             "order_state": view.order_state,
@@ -256,6 +270,8 @@ def _facts(vehicle: Vehicle) -> dict[str, object]:
         "held": vehicle.held,
         "in_service": vehicle.in_service,
         "placed": vehicle.placed,
+        "hold_ends": vehicle.hold_ends,
+        "charging": vehicle.charging,
         "mode": vehicle.mode,
         "epoch": vehicle.epoch,
         "boot_id": vehicle.boot_id,
@@ -264,6 +280,13 @@ def _facts(vehicle: Vehicle) -> dict[str, object]:
         "map_version": vehicle.map_version,
         "enrolled_at": vehicle.enrolled_at,
     }
+
+
+def _charged_at(view: VehicleView, rules: FleetRules) -> datetime | None:
+    if not view.vehicle.charging or view.status is None or view.heard_at is None:
+        return None
+    takes_s = charge_s(view.status.battery_ratio, rules.battery_full_ratio, rules)
+    return view.heard_at + timedelta(seconds=takes_s)
 
 
 def _live(view: VehicleView) -> LiveView | None:
@@ -304,4 +327,5 @@ def _visit(visit: PlannedVisit) -> VisitView:
         not_before=visit.not_before,
         latest=visit.latest,
         eta=visit.eta,
+        why=visit.why,
     )

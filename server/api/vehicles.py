@@ -6,8 +6,10 @@ from fastapi import APIRouter, Query
 
 from server.api.access import ChangingOperator, Client, ReadingOperator, now_ns
 from server.api.formats import StopId, VehicleId
+from server.api.intervention_schemas import HoldSeconds
 from server.api.problems import CsrfMissing, problems
 from server.api.rate_limit import TooManyTries
+from server.api.ride_schemas import RideRecord, ride_record
 from server.api.services import Given, Services
 from server.api.vehicle_schemas import (
     Announcement,
@@ -22,12 +24,15 @@ from server.api.vehicle_schemas import (
     vehicle_detail,
     vehicle_facts,
 )
+from server.domain.effects import Intervention
 from server.domain.errors import (
     EnrolmentCodeUnknown,
     EnrolmentCodeUsed,
     KeyInvalid,
     KeyUnknown,
+    NobodyAboard,
     NoRestingPlaceFree,
+    PlanChanged,
     SectionsTaken,
     SessionExpired,
     StopUnknown,
@@ -36,8 +41,9 @@ from server.domain.errors import (
     VehicleOutOfService,
     VehicleUnknown,
 )
-from server.domain.vehicles import CommandKind
-from server.usecases import commands, identity, plans, vehicles
+from server.domain.vehicles import CommandKind, Vehicle
+from server.usecases import commands, identity, interventions, lost_vehicles, plans, vehicles
+from server.usecases.ports import UnitOfWork
 
 router = APIRouter(prefix="/vehicles", tags=["vehicles"])
 enrolments = APIRouter(prefix="/enrolments", tags=["vehicles"])
@@ -48,23 +54,37 @@ COMMAND = problems(VehicleUnknown, SessionExpired, CsrfMissing)
 @router.get("", operation_id="list_vehicles", responses=problems(SessionExpired))
 async def list_vehicles(services: Given, _: ReadingOperator) -> list[VehicleDetail]:
     """By id, retired ones left out."""
-    return [
-        vehicle_detail(view) for view in await services.transactions.read(lambda uow: uow.views.vehicles())
-    ]
+    return await services.transactions.read(
+        lambda uow: [vehicle_detail(view, uow.rules) for view in uow.views.vehicles()]
+    )
 
 
 @router.get("/{vehicle_id}", operation_id="get_vehicle", responses=problems(VehicleUnknown, SessionExpired))
 async def get_vehicle(vehicle_id: VehicleId, services: Given, _: ReadingOperator) -> VehicleDetail:
-    view = await services.transactions.read(lambda uow: uow.views.vehicle(vehicle_id))
-    if view is None:
-        raise VehicleUnknown(f"no vehicle is called {vehicle_id}; see GET /vehicles")
-    return vehicle_detail(view)
+    def work(uow: UnitOfWork) -> VehicleDetail:
+        view = uow.views.vehicle(vehicle_id)
+        if view is None:
+            raise VehicleUnknown(f"no vehicle is called {vehicle_id}; see GET /vehicles")
+        return vehicle_detail(view, uow.rules)
+
+    return await services.transactions.read(work)
 
 
 @router.post("/{vehicle_id}/hold", operation_id="hold_vehicle", status_code=202, responses=COMMAND)
-async def hold_vehicle(vehicle_id: VehicleId, services: Given, operator: ChangingOperator) -> CommandView:
-    """Come to a comfortable stand and stay there until resumed."""
-    return await _command(services, vehicle_id, "hold", operator.name)
+async def hold_vehicle(
+    vehicle_id: VehicleId, services: Given, operator: ChangingOperator, for_s: HoldSeconds = None
+) -> CommandView:
+    """Come to a comfortable stand and stay there until resumed, or for so long. See the preview."""
+    wish = Intervention("hold", for_s)
+    try:
+        done = await services.transactions.run(
+            lambda uow: interventions.intervene(uow, vehicle_id, wish, operator.name)
+        )
+    except (NoRestingPlaceFree, PlanChanged):
+        # Whatever is to become of the rides: a vehicle that is to stand is told so.
+        return await _command(services, vehicle_id, "hold", operator.name)
+    assert done.command is not None
+    return command_view(done.command)
 
 
 @router.post("/{vehicle_id}/resume", operation_id="resume_vehicle", status_code=202, responses=COMMAND)
@@ -90,9 +110,12 @@ async def announce_in_vehicle(
 @router.post("/{vehicle_id}/recall", operation_id="recall_vehicle", responses=COMMAND)
 async def recall_vehicle(vehicle_id: VehicleId, services: Given, operator: ChangingOperator) -> VehicleFacts:
     """Take it out of service: it brings home who is aboard, then rests."""
-    return vehicle_facts(
-        await services.transactions.run(lambda uow: vehicles.recall(uow, vehicle_id, operator.name))
-    )
+
+    def work(uow: UnitOfWork) -> Vehicle:
+        interventions.intervene(uow, vehicle_id, Intervention("recall"), operator.name)
+        return vehicles.vehicle_of(uow, vehicle_id)
+
+    return vehicle_facts(await services.transactions.run(work))
 
 
 @router.post("/{vehicle_id}/release", operation_id="release_vehicle", responses=COMMAND)
@@ -129,6 +152,24 @@ async def send_vehicle(
     """Let it visit a stop without a ride, at the first chance that keeps every promise."""
     await services.transactions.run(lambda uow: plans.send_to_stop(uow, vehicle_id, stop_id, operator.name))
     return await get_vehicle(vehicle_id, services, operator)
+
+
+@router.post(
+    "/{vehicle_id}/evacuations",
+    operation_id="evacuate_vehicle",
+    responses=problems(VehicleUnknown, NobodyAboard, SessionExpired, CsrfMissing),
+)
+async def evacuate_vehicle(
+    vehicle_id: VehicleId, services: Given, operator: ChangingOperator
+) -> list[RideRecord]:
+    """It cannot go on: whoever is aboard is sent to the nearest stop, where another shuttle comes.
+
+    The rides as they are planned now.
+    """
+    moved = await services.transactions.run(
+        lambda uow: lost_vehicles.evacuate(uow, vehicle_id, operator.name)
+    )
+    return [ride_record(ride) for ride in moved]
 
 
 @router.put(

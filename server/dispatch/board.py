@@ -237,8 +237,8 @@ class Board:
                 locked = len(nodes) + 1
         riders = (node >> 1 for node in nodes if node < 2 * requests)
         self.plan.vehicle_of[np.fromiter(riders, np.int64)] = v
-        for node in nodes[: locked - 1]:
-            if node < 2 * requests:
+        for number, node in enumerate(nodes):
+            if node < 2 * requests and (number < locked - 1 or self.requests[node >> 1].pinned):
                 self.plan.movable[node >> 1] = False
         self._write_route(v, nodes, locked)
         if not vehicle.accepts:

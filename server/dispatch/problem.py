@@ -41,6 +41,7 @@ class Request:
     arrive_from_s  nor any earlier
     ride_s_max   longest time between the end of boarding and coming to the drop-off
     dwell_s      how long they take to get on, and off; None for the problem's dwell
+    pinned       it stays with the vehicle that has it: no improvement gives it to another one
     pickup_walks, dropoff_walks  other stops that would do; whoever walks is later at the pickup, and wants
                  to be earlier at the drop-off, by as much
     """
@@ -58,6 +59,7 @@ class Request:
     dropoff_walks: tuple[Walk, ...] = ()
     arrive_from_s: float = -math.inf
     dwell_s: float | None = None
+    pinned: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -116,6 +116,16 @@ class RideRefused(DomainError):
         self.rule = rule
 
 
+class ReassignmentRefused(DomainError):
+    """Nobody named can take the ride; `rule` names what binds, and the ride stays as it was."""
+
+    code = "reassignment_refused"
+
+    def __init__(self, detail: str, rule: str = "") -> None:
+        super().__init__(detail)
+        self.rule = rule
+
+
 class SeriesUnknown(DomainError):
     """No recurring booking has this id or token, or none of its rides falls on that day."""
 
@@ -216,6 +226,12 @@ class VehicleNotPlaced(DomainError):
     """The vehicle has not said yet where it stands, or stands on no lane."""
 
     code = "vehicle_not_placed"
+
+
+class NobodyAboard(DomainError):
+    """There is nobody in the vehicle who could go on with another one."""
+
+    code = "nobody_aboard"
 
 
 class VehicleOutOfService(DomainError):

@@ -18,6 +18,7 @@ class IncidentKind(StrEnum):
     VEHICLE_BLOCKED = "vehicle_blocked"
     VEHICLE_SILENT = "vehicle_silent"
     VEHICLE_FAULT = "vehicle_fault"
+    BATTERY_LOW = "battery_low"
     RIDER_DID_NOT_ALIGHT = "rider_did_not_alight"
     NO_RESTING_PLACE = "no_resting_place"
     ORDER_REJECTED = "order_rejected"
@@ -38,6 +39,7 @@ PRIORITY: Mapping[IncidentKind, int] = {
     IncidentKind.VEHICLE_BLOCKED: 22,
     IncidentKind.VEHICLE_SILENT: 23,
     IncidentKind.VEHICLE_FAULT: 24,
+    IncidentKind.BATTERY_LOW: 25,
     IncidentKind.RIDER_DID_NOT_ALIGHT: 30,
     IncidentKind.NO_RESTING_PLACE: 35,
     IncidentKind.ORDER_REJECTED: 40,

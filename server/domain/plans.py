@@ -3,9 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
+from typing import Literal
 
 from contract.wire.messages import VisitKind, VisitState
 from server.domain.errors import IllegalTransition
+
+# Why a shuttle goes to another resting place than the one at hand.
+RestReason = Literal["", "charge", "demand"]
 
 # `under_way` means that the vehicle stands at the place; driving towards it is still `pending`.
 VISIT_TRANSITIONS: Mapping[VisitState, frozenset[VisitState]] = {
@@ -25,6 +29,7 @@ class PlannedVisit:
     not_before  the vehicle does not leave earlier; latest: it should have arrived by then
     eta         arrival as planned now
     departure_id, call  the timetable departure and its call that this visit makes, "" and 0 for none
+    why         a rest is made to charge, or where riders are expected; "" for the nearest place
     """
 
     visit_id: str
@@ -41,6 +46,7 @@ class PlannedVisit:
     state: VisitState = "pending"
     departure_id: str = ""
     call: int = 0
+    why: RestReason = ""
 
     @property
     def is_open(self) -> bool:

@@ -29,7 +29,8 @@ TRANSITIONS: Mapping[RideState, frozenset[RideState]] = {
     S.REQUESTED: frozenset({S.ASSIGNED, S.ABOARD, S.REFUSED, S.CANCELLED, S.FAILED}),
     S.ASSIGNED: frozenset({S.REQUESTED, S.BOARDING, S.ABOARD, S.CANCELLED, S.NO_SHOW, S.FAILED}),
     S.BOARDING: frozenset({S.REQUESTED, S.ABOARD, S.CANCELLED, S.NO_SHOW, S.FAILED}),
-    S.ABOARD: frozenset({S.COMPLETED, S.FAILED}),
+    # Back to waiting where the shuttle cannot go on.
+    S.ABOARD: frozenset({S.REQUESTED, S.COMPLETED, S.FAILED}),
     S.COMPLETED: frozenset(),
     S.REFUSED: frozenset(),
     # A cancellation or a verdict of no-show can cross with a boarding on a vehicle that was out of reach.
@@ -84,6 +85,8 @@ class Ride:
     first_to_stop  the destination it was booked to, None while that is the present one
     let_out       the party asked to get off as soon as possible; to_stop is where that is
     series_id     the recurring booking that it is a day of
+    stranded_by   the shuttle that carried the party and cannot go on; another one comes to from_stop
+    pinned        an operator chose its vehicle: no improvement moves it to another one
     """
 
     campus_id: str
@@ -116,6 +119,8 @@ class Ride:
     first_to_stop: str | None = None
     let_out: bool = False
     series_id: str | None = None
+    stranded_by: str | None = None
+    pinned: bool = False
 
     @property
     def has_ended(self) -> bool:
@@ -151,7 +156,28 @@ def assigned(ride: Ride, vehicle_id: str, pickup_eta: datetime, arrival_eta: dat
 
 def unassigned(ride: Ride) -> Ride:
     """Back to where it was before a vehicle had it; the promise stays."""
-    return replace(moved(ride, S.REQUESTED), vehicle_id=None, pickup_eta=None, arrival_eta=None)
+    return replace(moved(ride, S.REQUESTED), vehicle_id=None, pickup_eta=None, arrival_eta=None, pinned=False)
+
+
+def stranded(ride: Ride, from_stop: str, earliest: datetime, at: datetime) -> Ride:
+    """The party has to leave a shuttle that cannot go on, and waits at this stop for another one."""
+    return replace(
+        moved(ride, S.REQUESTED),
+        from_stop=from_stop,
+        earliest=earliest,
+        requested_at=at,
+        arrive_before=None,
+        promise=None,
+        first_promise=ride.first_promise or ride.promise,
+        promise_broken=True,
+        vehicle_id=None,
+        pickup_eta=None,
+        arrival_eta=None,
+        boarded_at=None,
+        boarded_how=None,
+        let_out=False,
+        stranded_by=ride.vehicle_id,
+    )
 
 
 def promised_anew(ride: Ride, promise: Promise) -> Ride:

@@ -28,6 +28,18 @@ class FleetRules:
     order_stops           an order holds so many stops, then a resting place: short routes are safe sooner
     held_back_s           a resting shuttle leaves so much earlier than a promised pickup demands
     departure_early_s     the same for a timetable call, which nobody can be told to come later for
+    battery_reserve_ratio no plan takes a battery below it; a shuttle that falls below gets nothing more
+    battery_charge_below_ratio, battery_accept_ratio, battery_full_ratio  an idle shuttle below the first
+                          goes to charge, is given rides again from the second on, and charges to the third
+    battery_per_drive_s   of a battery, for each second of planned driving: 2.5 kW of 8.6 kWh
+    battery_per_charge_s  of a battery, for each second at a charger: 6.5 kW gained of 8.6 kWh
+    battery_rest_s_min    planned standing before a shuttle can have charged: the way to a charger and back
+    relocates             idle shuttles move to where riders are expected
+    relocation_gain_s_min a move lowers the expected mean wait by so much at least
+    relocation_pickups_1ph_min  nobody moves while fewer pickups than these are expected in an hour, in all
+    relocation_ahead_s    how far ahead is looked: about as long as the way takes
+    demand_days, demand_half_life_days, demand_prior_days  how far back bookings are learned from, how soon
+                          they count half, and the days without any that are added to them
     silent_after_s        not heard for so long: an incident
     order_valid_s         a vehicle accepts an order within this time
     booking_ahead_s_max   how far ahead rides can be booked
@@ -60,6 +72,20 @@ class FleetRules:
     order_stops: int = 2
     held_back_s: float = 90.0
     departure_early_s: float = 300.0
+    battery_reserve_ratio: float = 0.1
+    battery_charge_below_ratio: float = 0.25
+    battery_accept_ratio: float = 0.5
+    battery_full_ratio: float = 0.95
+    battery_per_drive_s: float = 8e-5
+    battery_per_charge_s: float = 2.1e-4
+    battery_rest_s_min: float = 1800.0
+    relocates: bool = True
+    relocation_gain_s_min: float = 60.0
+    relocation_pickups_1ph_min: float = 0.5
+    relocation_ahead_s: float = 900.0
+    demand_days: float = 56.0
+    demand_half_life_days: float = 14.0
+    demand_prior_days: float = 2.0
     silent_after_s: float = 5.0
     order_valid_s: float = 60.0
     booking_ahead_s_max: float = 7 * 86400.0

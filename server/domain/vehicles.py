@@ -18,6 +18,8 @@ class Vehicle:
     held        it stands until an operator resumes it
     in_service  it may get new rides; a recalled vehicle finishes those aboard and rests
     unavailable_since  since when it has been held or out of reach, None while it is neither
+    hold_ends   an operator's hold is over then, and the server resumes it; None: it stands until resumed
+    charging    it went to charge and has not charged to the full yet
     placed      it holds the ground under its body, so that it can be given a route
     """
 
@@ -39,6 +41,8 @@ class Vehicle:
     placed: bool = False
     retired: bool = False
     unavailable_since: datetime | None = None
+    hold_ends: datetime | None = None
+    charging: bool = False
 
     @property
     def accepts_rides(self) -> bool:

@@ -67,6 +67,7 @@ class SceneFeed:
         self._stale = _Stale()
         self._incident_changes = 0
         self._shapes: RouteShapes | None = None
+        self._chargers: frozenset[str] = frozenset()
         self._tasks: list[asyncio.Task[None]] = []
         self._subscription: Subscription | None = None
 
@@ -145,13 +146,15 @@ class SceneFeed:
 
     def _show_map(self, network: RoadNetwork | None) -> None:
         self.board.map_version = "" if network is None else network.map_version
+        places = () if network is None else network.road_map.charging_places
+        self._chargers = frozenset(place.place_id for place in places)
         if network is None:
             self._shapes = None
         elif self._shapes is None or self._shapes.lines is not network.lines:
             self._shapes = RouteShapes(network.lines)
 
     def _put(self, view: VehicleView, parties: Mapping[str, int]) -> None:
-        scene = vehicle_scene(view, self._shapes, parties)
+        scene = vehicle_scene(view, self._shapes, parties, self._chargers)
         held = self.board.vehicle(scene.vehicle_id)
         if held is not None and held.heard_ms > scene.heard_ms:
             # The store lags behind what came by the bus: keep where it is, take what it is about.

@@ -1,6 +1,6 @@
 """From the server's nouns to what a screen shows: one function each way in."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from datetime import UTC, datetime, timedelta
 
 import msgspec
@@ -20,8 +20,17 @@ def ms_of(moment: datetime | None) -> int:
     return 0 if moment is None else (moment - EPOCH) // timedelta(milliseconds=1)
 
 
-def vehicle_scene(view: VehicleView, shapes: RouteShapes | None, parties: Mapping[str, int]) -> VehicleScene:
-    """A vehicle from the store. parties: people of the rides that may be aboard, by ride id."""
+def vehicle_scene(
+    view: VehicleView,
+    shapes: RouteShapes | None,
+    parties: Mapping[str, int],
+    chargers: Collection[str] = (),
+) -> VehicleScene:
+    """A vehicle from the store.
+
+    parties   people of the rides that may be aboard, by ride id
+    chargers  the resting places that charge, by place id
+    """
     vehicle, status = view.vehicle, view.status
     visits = [visit for visit in view.plan.visits if visit.is_open]
     scene = VehicleScene(
@@ -33,6 +42,7 @@ def vehicle_scene(view: VehicleView, shapes: RouteShapes | None, parties: Mappin
         in_service=vehicle.in_service,
         mode=vehicle.mode,
         next_stop=next((visit.stop_id for visit in visits if visit.stop_id), ""),
+        charging=not visits and view.plan.resting_place_id in chargers,
     )
     if status is None:
         return scene

@@ -17,6 +17,7 @@ class VehicleScene(msgspec.Struct, frozen=True):
     heard_ms    when the server last heard it; 0 for never
     located     False while nobody knows where it is: the pose then means nothing
     route       where it will drive, from where it was when its task last changed, simplified to 0.5 m
+    charging    it rests where it is charged
     next_stop   stop_id of the visit it drives to or stands at, "" when it only goes to rest
     """
 
@@ -34,6 +35,7 @@ class VehicleScene(msgspec.Struct, frozen=True):
     in_service: bool = True
     heard_ms: int = 0
     battery_ratio: float = 0.0
+    charging: bool = False
     doors_open: bool = False
     obstacle_m: float | None = None
     waiting_for: str = ""

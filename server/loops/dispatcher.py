@@ -12,7 +12,16 @@ from typing import TypeVar
 from server.dispatch.solve import Budget
 from server.domain.errors import LeaseLost
 from server.loops.pulse import Pulse
-from server.usecases import plans, promises, sections, topics
+from server.usecases import (
+    charging,
+    interventions,
+    lost_vehicles,
+    plans,
+    promises,
+    relocation,
+    sections,
+    topics,
+)
 from server.usecases.decisions import Search
 from server.usecases.ports import Bus, Ids, Solver, Transactions, UnitOfWork
 
@@ -44,6 +53,7 @@ class Dispatcher:
         self._holder = ids.new_id("dispatcher")
         self._token = 0
         self._beats = 0
+        self._demand: relocation.Demand | None = None
         heard = (topics.dispatch(campus_id),)
         self._pulse = Pulse("dispatcher", self.beat, PERIOD_S, bus, heard)
 
@@ -58,13 +68,17 @@ class Dispatcher:
         if token is None:
             return
         self._token = token
+        await self._fenced(lost_vehicles.rescue_riders)
+        await self._fenced(interventions.end_holds)
         await self._fenced(plans.assign_waiting)
         await self._fenced(sections.extend_grants)
         await self._fenced(promises.check_promises)
         self._beats += 1
         if self._beats % SLOW_BEATS == 0:
+            await self._fenced(charging.look_after_batteries)
             await self._fenced(plans.refresh_expected)
             await self._improve()
+            await self._relocate()
 
     async def _improve(self) -> None:
         """Solve outside any transaction; an answer that comes too late is dropped."""
@@ -75,6 +89,17 @@ class Dispatcher:
         solution = await self._solver.solve(improvement.problem, self._budget, seed)
         search = Search(replace(self._budget, stop_after=solution.slices), seed)
         await self._fenced(lambda uow: plans.adopt_improvement(uow, improvement, solution, search))
+
+    async def _relocate(self) -> None:
+        """What is expected is learned anew every hour, outside the transactions that write."""
+        if await self._transactions.read(lambda uow: relocation.is_stale(uow, self._demand)):
+            self._demand = await self._transactions.read(relocation.learn_demand)
+        demand = self._demand
+        if demand is None:
+            return
+        move = await self._transactions.read(lambda uow: relocation.proposed(uow, demand))
+        if move is not None:
+            await self._fenced(lambda uow: relocation.relocate(uow, move))
 
     async def _fenced(self, work: Callable[[UnitOfWork], T]) -> T:
         def under_lease(uow: UnitOfWork) -> T:

@@ -135,7 +135,9 @@ def ride_from_row(row: AnyRow) -> Ride:
         arrive_before=row.arrive_before,
         first_to_stop=row.first_to_stop,
         let_out=row.let_out,
+        stranded_by=row.stranded_by,
         series_id=row.series_id,
+        pinned=row.pinned,
     )
 
 
@@ -174,7 +176,9 @@ def _ride_to_row(ride: Ride) -> dict[str, Any]:
         "arrive_before": ride.arrive_before,
         "first_to_stop": ride.first_to_stop,
         "let_out": ride.let_out,
+        "stranded_by": ride.stranded_by,
         "series_id": ride.series_id,
+        "pinned": ride.pinned,
     }
 
 

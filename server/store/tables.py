@@ -89,6 +89,8 @@ vehicles = Table(
     Column("placed", Boolean, nullable=False),
     Column("retired", Boolean, nullable=False),
     _later("unavailable_since"),
+    _later("hold_ends"),
+    Column("charging", Boolean, nullable=False, server_default=false()),
 )
 
 whereabouts = Table(
@@ -168,7 +170,9 @@ rides = Table(
     _later("arrive_before"),
     Column("first_to_stop", String(200), nullable=True),
     Column("let_out", Boolean, nullable=False, server_default=false()),
+    Column("stranded_by", String(200), nullable=True),
     Column("series_id", String(64), nullable=True),
+    Column("pinned", Boolean, nullable=False, server_default=false()),
     UniqueConstraint("campus_id", "token"),
     UniqueConstraint("campus_id", "idempotency_key"),
     Index(None, "campus_id", "ride_code"),

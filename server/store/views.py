@@ -4,7 +4,7 @@ from collections.abc import Sequence, Set
 from datetime import datetime
 from typing import TypeVar
 
-from sqlalchemy import case
+from sqlalchemy import case, select
 
 from server.domain.events import RecordedEvent, ServerEvent
 from server.domain.incidents import Incident
@@ -84,6 +84,13 @@ class SqlViews(Repository):
             statement = statement.where(_ride.requested_at < before)
         ordered = statement.order_by(_ride.requested_at.desc(), _ride.ride_id.desc()).limit(limit)
         return tuple(ride_from_row(row) for row in self._many(ordered))
+
+    def pickups(self, since: datetime, until: datetime) -> tuple[tuple[str, datetime], ...]:
+        statement = select(_ride.from_stop, _ride.earliest).where(
+            _ride.campus_id == self._campus_id, _ride.earliest >= since, _ride.earliest < until
+        )
+        rows = self._many(statement.order_by(_ride.earliest, _ride.ride_id))
+        return tuple((row.from_stop, row.earliest) for row in rows)
 
     def incidents(self, include_closed: bool = False, limit: int = 200) -> tuple[Incident, ...]:
         statement = self._select(tables.incidents)

@@ -1,6 +1,6 @@
 """Rides that want a shuttle, decided one after the other on one look at the fleet."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import msgspec
@@ -41,8 +41,10 @@ def assign_ride(uow: UnitOfWork, ride: Ride, kind: DecisionKind) -> Assigned:
     return assign_rides(uow, [ride], kind)[0]
 
 
-def assign_rides(uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind) -> list[Assigned]:
-    """What becomes of each ride, in the order given.
+def assign_rides(
+    uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind, only: Collection[str] | None = None
+) -> list[Assigned]:
+    """What becomes of each ride, in the order given; `only` these vehicles may take them.
 
     A ride that has its promise keeps it. The decision is stored with all that it rests on; one that changed
     nothing for a ride which goes on waiting is not.
@@ -50,6 +52,8 @@ def assign_rides(uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind) ->
     if not wanted:
         return []
     snapshot = take_snapshot(uow, wanted=wanted)
+    if only is not None:
+        snapshot = _taken_only_by(snapshot, only)
     board = Board(snapshot.problem)
     for ride in wanted:
         board.add(snapshot.problem.requests[ride.ride_id])
@@ -60,7 +64,7 @@ def assign_rides(uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind) ->
     answers = answer_all(board, [ride.ride_id for ride in wanted], terms, promised)
     stay = _still_held(snapshot, answers)
     if stay:
-        return _without(uow, wanted, kind, stay)
+        return _without(uow, wanted, kind, stay, only)
     is_kept = kind == "booking" or any(answer.best for answer in answers)
     problem = encode_problem(snapshot.problem) if is_kept else b""
     for ride, answer in zip(wanted, answers, strict=True):
@@ -86,11 +90,23 @@ def _still_held(snapshot: Snapshot, answers: Sequence[Answer]) -> dict[str, str]
     return {ride_id: rule for ride_id, rule in refused.items() if ride_id in planned}
 
 
+def _taken_only_by(snapshot: Snapshot, only: Collection[str]) -> Snapshot:
+    vehicles = tuple(
+        replace(vehicle, accepts=vehicle.accepts and vehicle.vehicle_id in only)
+        for vehicle in snapshot.problem.vehicles
+    )
+    return replace(snapshot, problem=replace(snapshot.problem, vehicles=vehicles))
+
+
 def _without(
-    uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind, stay: dict[str, str]
+    uow: UnitOfWork,
+    wanted: Sequence[Ride],
+    kind: DecisionKind,
+    stay: dict[str, str],
+    only: Collection[str] | None,
 ) -> list[Assigned]:
     """Decide again on a fleet in which these rides stay where they are."""
-    others = assign_rides(uow, [ride for ride in wanted if ride.ride_id not in stay], kind)
+    others = assign_rides(uow, [ride for ride in wanted if ride.ride_id not in stay], kind, only)
     decided = iter(others)
     return [Assigned(ride, stay[ride.ride_id]) if ride.ride_id in stay else next(decided) for ride in wanted]
 

@@ -7,7 +7,7 @@ from server.domain.errors import IllegalTransition
 from server.domain.events import ServerEvent
 from server.domain.incidents import IncidentKind
 from server.domain.rides import Ride, RideState, boarded, ended
-from server.usecases import plans, topics
+from server.usecases import lost_vehicles, plans, topics
 from server.usecases.incidents import clear_incident, open_incident
 from server.usecases.ports import UnitOfWork
 from server.usecases.routes import visits_of
@@ -42,6 +42,8 @@ def rider_alighted(uow: UnitOfWork, vehicle_id: str, event: RiderAlighted) -> No
         return _unknown(uow, vehicle_id, "rider_alighted", event.ride_id)
     if ride.state is RideState.COMPLETED:
         return None
+    if ride.stranded_by == vehicle_id and not ride.has_ended and ride.vehicle_id != vehicle_id:
+        return lost_vehicles.left(uow, vehicle_id, ride)
     if ride.state is not RideState.ABOARD:
         return _contradiction(uow, vehicle_id, ride, "alighted")
     plan = uow.plans.get(vehicle_id)

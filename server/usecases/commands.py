@@ -1,5 +1,7 @@
 """Words to one vehicle: hold, resume, announce."""
 
+from dataclasses import replace
+
 from server.domain.errors import VehicleUnknown
 from server.domain.events import ServerEvent
 from server.domain.vehicles import CommandKind, VehicleCommand
@@ -11,8 +13,11 @@ def send_command(
     uow: UnitOfWork, vehicle_id: str, kind: CommandKind, by: str, text: str = ""
 ) -> VehicleCommand:
     """Repeat it to the vehicle until it says that it is done. Raises VehicleUnknown."""
-    if uow.vehicles.get(vehicle_id) is None:
+    vehicle = uow.vehicles.get(vehicle_id)
+    if vehicle is None:
         raise VehicleUnknown(f"no vehicle {vehicle_id} is enrolled")
+    if vehicle.hold_ends is not None and kind in ("resume", "stop_now"):
+        uow.vehicles.save(replace(vehicle, hold_ends=None))
     command = VehicleCommand(
         campus_id=uow.campus_id,
         command_id=uow.ids.new_id("command"),

@@ -43,8 +43,12 @@ def mode_changed(uow: UnitOfWork, vehicle: Vehicle, event: ModeChanged) -> None:
 
 
 def with_mode(uow: UnitOfWork, vehicle: Vehicle, mode: DriveMode) -> Vehicle:
-    """The vehicle in another mode, with since when it has been unavailable."""
-    return with_availability(uow, replace(vehicle, mode=mode, held=mode != "autonomous"))
+    """The vehicle in another mode, with since when it has been unavailable.
+
+    A hold that ends by itself ends only as what it was: after a takeover or a fault an operator resumes.
+    """
+    ends = vehicle.hold_ends if mode == "held" else None
+    return with_availability(uow, replace(vehicle, mode=mode, held=mode != "autonomous", hold_ends=ends))
 
 
 def with_availability(uow: UnitOfWork, vehicle: Vehicle) -> Vehicle:
@@ -93,6 +97,9 @@ def command_done(uow: UnitOfWork, vehicle: Vehicle, event: CommandDone) -> None:
         return
     answered = replace(command, state="done" if event.done else "failed", detail=event.detail)
     uow.vehicles.save_command(answered)
+    if (command.kind, event.done) in (("hold", False), ("resume", True)):
+        # A hold counts from the operator's word on; what the vehicle does goes before.
+        uow.vehicles.save(with_mode(uow, replace(vehicle, hold_ends=None), vehicle.mode))
     uow.publish(topics.vehicle(uow.campus_id, vehicle.vehicle_id), command_id=command.command_id)
 
 

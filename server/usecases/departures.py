@@ -20,6 +20,11 @@ def plan_departures(uow: UnitOfWork) -> tuple[Departure, ...]:
     missed, which is an incident.
     """
     _enter_due(uow)
+    return assign_planned(uow)
+
+
+def assign_planned(uow: UnitOfWork) -> tuple[Departure, ...]:
+    """Give each departure that has no vehicle one; those assigned now."""
     assigned = []
     for departure in uow.departures.unfinished():
         if departure.state is not DepartureState.PLANNED:

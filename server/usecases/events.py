@@ -23,6 +23,7 @@ from contract.wire.sequence import is_new
 from server.domain.errors import VehicleUnknown
 from server.domain.events import RecordedEvent
 from server.domain.plans import PlannedVisit
+from server.domain.rides import WAITING, RideState
 from server.domain.vehicles import Vehicle
 from server.usecases import boarding, conditions, plans, sections, topics, visits
 from server.usecases.ports import EventStore, UnitOfWork
@@ -96,14 +97,31 @@ def _take_effect(uow: UnitOfWork, vehicle: Vehicle, body: VehicleEvent) -> None:
 def _visit_changed(uow: UnitOfWork, vehicle_id: str, event: VisitChanged) -> None:
     """A visit left behind opens the road ahead; riders whom it left out are planned for anew."""
     visit = visits.change(uow, vehicle_id, event.visit_id, event.state)
-    if visit is None or event.state not in ("done", "skipped"):
+    if event.state not in ("done", "skipped"):
         return
-    if event.state == "skipped":
-        plans.requeue(uow, vehicle_id, visit.board)
+    if visit is None:
+        _mend(uow, vehicle_id)
+        return
+    # Who was told of and did not come is a no-show by now: these it had not heard of, or passed by.
+    plans.requeue(uow, vehicle_id, visit.board)
     if _left_somebody(uow, vehicle_id, visit):
         plans.replan(uow, vehicle_id)
     plans.go_on(uow, vehicle_id)
     sections.extend_grants(uow)
+
+
+def _mend(uow: UnitOfWork, vehicle_id: str) -> None:
+    """The vehicle's hello told of the visit before this event came: whom it left out is planned for now."""
+    plan = uow.plans.get(vehicle_id)
+    if plan is None:
+        return
+    fetched = {ride_id for visit in plan.visits for ride_id in visit.board}
+    let_out = {ride_id for visit in plan.visits for ride_id in visit.alight}
+    left = [r.ride_id for r in uow.rides.of_vehicle(vehicle_id, sorted(WAITING)) if r.ride_id not in fetched]
+    aboard = uow.rides.of_vehicle(vehicle_id, [RideState.ABOARD])
+    plans.requeue(uow, vehicle_id, left)
+    if left or any(ride.ride_id not in let_out for ride in aboard):
+        plans.replan(uow, vehicle_id)
 
 
 def _left_somebody(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> bool:

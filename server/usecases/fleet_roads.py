@@ -31,13 +31,17 @@ _WALKING_DETOUR = 1.3
 _WALKS_MAX = 3
 
 
+def on_foot_s(apart_m: float, walk_mps: float) -> float:
+    return apart_m * _WALKING_DETOUR / walk_mps
+
+
 def _walks(network: RoadNetwork, walk_m_max: float, walk_mps: float) -> tuple[tuple[Walk, ...], ...]:
     """For each stop the nearest others on foot, the nearest first."""
     xy = np.array([network.pose(stop.lane_id, stop.s_m)[:2] for stop in network.road_map.stops])
     apart_m = np.linalg.norm(xy[:, None, :] - xy[None, :, :], axis=2)
     return tuple(
         tuple(
-            Walk(int(other), float(row[other]) * _WALKING_DETOUR / walk_mps)
+            Walk(int(other), on_foot_s(float(row[other]), walk_mps))
             for other in np.argsort(row, kind="stable")
             if other != number and row[other] <= walk_m_max
         )[:_WALKS_MAX]
@@ -66,6 +70,7 @@ class FleetRoads:
         self._from_rest: dict[str, Array] = {}
         self._routes: dict[tuple[Place, Place, frozenset[str]], Route | None] = {}
         self._empty = Reservations(network.road_map.sections)
+        self._to_charger_s: float | None = None
 
     def reservations(self) -> Reservations:
         """A controller for this map with nobody on it."""
@@ -120,12 +125,19 @@ class FleetRoads:
         return planned
 
     def times_over_held(
-        self, held: Sequence[str], place: Place, own: Own, opened: frozenset[str], stopping_m: float
+        self,
+        held: Sequence[str],
+        place: Place,
+        own: Own,
+        opened: frozenset[str],
+        stopping_m: float,
+        heading_for: str = "",
     ) -> Array:
         """(n,) planned seconds to every stop from a place on the first of the held sections.
 
         A shuttle drives what it holds to its end, so a way that turns off begins there. A stop on it is
-        come by on the way, if it lies stopping_m ahead at least.
+        come by on the way, if it lies stopping_m ahead at least; `heading_for` names the stop that the
+        shuttle drives to already, for which it has begun to brake in time.
         """
         passed = np.full(len(self.stop_ids), np.inf)
         clock_s, travelled_m = 0.0, 0.0
@@ -137,7 +149,8 @@ class FleetRoads:
             for number, (stop_lane_id, stop_s_m) in enumerate(self._stop_places):
                 ahead_m = travelled_m + stop_s_m - s_m
                 is_on_it = stop_lane_id == lane_id and s_m <= stop_s_m <= section.s_to_m
-                if is_on_it and ahead_m >= stopping_m and math.isinf(passed[number]):
+                is_in_time = ahead_m >= stopping_m or self.stop_ids[number] == heading_for
+                if is_on_it and is_in_time and math.isinf(passed[number]):
                     passed[number] = clock_s + self._time_between(lane_id, s_m, stop_s_m)
             clock_s += self._time_between(lane_id, s_m, section.s_to_m)
             travelled_m += section.s_to_m - s_m
@@ -163,6 +176,14 @@ class FleetRoads:
                 (rest.lane_id, rest.s_m), frozenset({rest.place_id}), frozenset()
             )
         return self._from_rest[rest.place_id]
+
+    def to_charger_s(self) -> float:
+        """Planned seconds from the stop that is farthest from a charger to the nearest one."""
+        if self._to_charger_s is None:
+            chargers = self.network.road_map.charging_places
+            ways_s = (min(self.time_to_rest(stop, place) for place in chargers) for stop in self._stop_places)
+            self._to_charger_s = max((way_s for way_s in ways_s if math.isfinite(way_s)), default=0.0)
+        return self._to_charger_s
 
     def route(self, origin: Place, destination: Place, blocked: frozenset[str]) -> Route | None:
         """Most begin where a section ends or at a stop, so that the same ones are asked for again."""

@@ -80,16 +80,18 @@ def send_home(uow: UnitOfWork, vehicle_id: str) -> None:
             carry_out(uow, snapshot, (vehicle_id,))
 
 
-def assign_waiting(uow: UnitOfWork) -> tuple[Ride, ...]:
+def assign_waiting(uow: UnitOfWork, also: Sequence[Ride] = ()) -> tuple[Ride, ...]:
     """Give every ride that has lost its vehicle to another one; answers those that got one.
 
+    also  assigned rides whose vehicle cannot come, or not in time: who else keeps the promise gets them
     A promise that nobody can keep any more gives way to the earliest pickup that somebody can make. A ride
     that nobody could take within the longest wait fails, which is an incident.
     """
-    waiting = [*uow.rides.in_states([RideState.REQUESTED]), *_stranded(uow)]
+    wanted = [*uow.rides.in_states([RideState.REQUESTED]), *_stranded(uow), *also]
+    waiting = list({ride.ride_id: ride for ride in wanted}.values())
     if not waiting:
         return ()
-    free = [ride if ride.state is RideState.REQUESTED else unassigned(ride) for ride in waiting]
+    free = [asked_anew(uow, ride, in_time=True) for ride in waiting]
     answers = assign_rides(uow, free, "reassignment")
     found = [answer.ride for answer in answers if not answer.rule]
     left = [
@@ -97,17 +99,28 @@ def assign_waiting(uow: UnitOfWork) -> tuple[Ride, ...]:
         for ride, wish, answer in zip(waiting, free, answers, strict=True)
         if answer.rule and (ride.state is RideState.REQUESTED or _has_lapsed(uow, ride))
     ]
-    late = [replace(wish, promise=None, requested_at=uow.now, arrive_before=None) for _, wish in left]
+    late = [asked_anew(uow, ride, in_time=False) for ride, _ in left]
     for (ride, _), answer in zip(left, assign_rides(uow, late, "reassignment"), strict=True):
         if not answer.rule:
-            kept = _promised_later(ride, answer.ride)
-            uow.rides.save(kept)
-            found.append(kept)
-            if kept.promise_broken:
-                promises.tell(uow, kept, "goes with another shuttle, later than promised")
+            found.append(keep_later(uow, ride, answer.ride))
         elif ride.state is RideState.REQUESTED:
             _give_up_late(uow, ride, answer.rule)
     return tuple(found)
+
+
+def asked_anew(uow: UnitOfWork, ride: Ride, *, in_time: bool) -> Ride:
+    """A waiting ride as a wish for another vehicle, with its promise; or without, as early as can be."""
+    free = ride if ride.state is RideState.REQUESTED else unassigned(ride)
+    return free if in_time else replace(free, promise=None, requested_at=uow.now, arrive_before=None)
+
+
+def keep_later(uow: UnitOfWork, ride: Ride, taken: Ride) -> Ride:
+    """Keep a ride that another vehicle took without regard to its promise, and tell the party the new one."""
+    kept = _promised_later(ride, taken)
+    uow.rides.save(kept)
+    if kept.promise_broken:
+        promises.tell(uow, kept, "goes with another shuttle, later than promised")
+    return kept
 
 
 def release_waiting(uow: UnitOfWork, vehicle_id: str) -> None:
@@ -123,17 +136,23 @@ def requeue(uow: UnitOfWork, vehicle_id: str, ride_ids: Sequence[str]) -> None:
         if ride is not None and ride.vehicle_id == vehicle_id and ride.state in WAITING:
             uow.rides.save(unassigned(ride))
             uow.publish(topics.ride(uow.campus_id, ride_id))
-    uow.publish(topics.dispatch(uow.campus_id))
+            uow.publish(topics.dispatch(uow.campus_id))
 
 
-def release_departures(uow: UnitOfWork, vehicle_id: str) -> None:
-    """Take its departures from a vehicle that has not begun them; the others it still finishes."""
+def release_departures(uow: UnitOfWork, vehicle_id: str, call_ids: frozenset[str] | None = None) -> None:
+    """Take its departures from a vehicle that has not begun them; the others it still finishes.
+
+    call_ids  only those departures of which some of these visits is a call
+    """
     plan = uow.plans.get(vehicle_id)
     if plan is None:
         return
     begun = {visit.departure_id for visit in plan.visits if visit.call > 0} - {
         visit.departure_id for visit in plan.visits if visit.departure_id and visit.call == 0
     }
+    if call_ids is not None:
+        named = {visit.departure_id for visit in plan.visits if visit.visit_id in call_ids}
+        begun |= {visit.departure_id for visit in plan.visits} - named
     kept = [visit for visit in plan.visits if not visit.departure_id or visit.departure_id in begun]
     if len(kept) == len(plan.visits):
         return
@@ -141,6 +160,11 @@ def release_departures(uow: UnitOfWork, vehicle_id: str) -> None:
     for departure in uow.departures.unfinished():
         if departure.vehicle_id == vehicle_id and departure.departure_id not in begun:
             uow.departures.save(without_vehicle(departure))
+
+
+def overdue(uow: UnitOfWork) -> frozenset[str]:
+    """Rides, and visits of departures, that the present plans cannot keep in time any more."""
+    return _solved(take_snapshot(uow)).overdue
 
 
 def send_to_stop(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> Plan:
@@ -172,6 +196,11 @@ def send_to_stop(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> Pla
     uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, "vehicle.sent", vehicle_id, by, stop_id))
     _resettle(uow, vehicle_id)
     return plan_of(uow, vehicle_id)
+
+
+def go_to_rest(uow: UnitOfWork, vehicle_id: str) -> None:
+    """Choose the vehicle's resting place anew. Raises NoRestingPlaceFree."""
+    _resettle(uow, vehicle_id)
 
 
 def go_on(uow: UnitOfWork, vehicle_id: str) -> None:
@@ -280,7 +309,10 @@ def _stranded(uow: UnitOfWork) -> list[Ride]:
     return [
         ride
         for vehicle in uow.vehicles.all()
-        if vehicle.unavailable_since is not None and vehicle.unavailable_since <= limit
+        if vehicle.unavailable_since is not None
+        and vehicle.unavailable_since <= limit
+        # Until when it is held is known: what that makes late was given away when the hold began.
+        and (vehicle.hold_ends is None or vehicle.hold_ends <= uow.now)
         for ride in uow.rides.of_vehicle(vehicle.vehicle_id, [RideState.ASSIGNED])
     ]
 

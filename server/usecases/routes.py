@@ -7,7 +7,7 @@ from datetime import datetime, timedelta
 from contract.roads.model import RestingPlace
 from server.dispatch.problem import Call, CallTime, VehicleRoute
 from server.domain.orders import OrderState
-from server.domain.plans import Plan, PlannedVisit, next_version
+from server.domain.plans import Plan, PlannedVisit, RestReason, next_version
 from server.domain.rides import Ride, RideState, assigned, unassigned
 from server.domain.timetable import given_to
 from server.usecases import topics
@@ -101,7 +101,10 @@ def _ended(uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[Planne
     place_here = (here.lane_id, here.s_m)
     resting = tuple(visit for visit in plan.visits if visit.kind == "rest")
     arriving = tuple(visit for visit in resting if visit.state == "under_way")
+    charges = plan.vehicle_id in snapshot.charging
     standing = rests_at(uow, plan, place_here)
+    if charges and standing is not None and standing not in uow.network().road_map.charging_places:
+        standing = None
     if not visits and standing is not None:
         stay = () if arriving or not _is_ordered_away(uow, plan) else (rest_visit(uow, *place_here),)
         return next_version(plan, (*arriving, *stay), standing.place_id)
@@ -109,7 +112,8 @@ def _ended(uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[Planne
     count = _stops_ahead(uow, snapshot, plan, visits, at_rest)
     place, _ = _rest_after(uow, snapshot, plan, visits, count)
     same = [v for v in resting if (v.lane_id, v.s_m) == (place.lane_id, place.s_m) and v not in arriving]
-    rest = same[0] if same else rest_visit(uow, place.lane_id, place.s_m)
+    why: RestReason = "charge" if charges else ""
+    rest = replace(same[0], why=why) if same else rest_visit(uow, place.lane_id, place.s_m, why)
     return next_version(plan, (*arriving, *visits[:count], rest, *visits[count:]), place.place_id)
 
 
@@ -157,7 +161,8 @@ def _rest_after(
     here = snapshot.footings[plan.vehicle_id]
     last = (visits[count - 1].lane_id, visits[count - 1].s_m) if count else (here.lane_id, here.s_m)
     onward = visits[count] if count < len(visits) else None
-    return resting_place_for(uow, plan, last, onward, snapshot.desk)
+    charges = onward is None and plan.vehicle_id in snapshot.charging
+    return resting_place_for(uow, plan, last, onward, snapshot.desk, charges=charges)
 
 
 def _assign(uow: UnitOfWork, snapshot: Snapshot, route: VehicleRoute) -> None:

@@ -15,6 +15,7 @@ from server.domain.rides import Ride, RideState
 from server.domain.sections import Occupancy
 from server.domain.timetable import Departure
 from server.domain.vehicles import Vehicle
+from server.usecases.battery_room import Charge, within_battery
 from server.usecases.fleet_roads import FleetRoads
 from server.usecases.ground import ARRIVED_M, Footing, footing
 from server.usecases.order_payload import EPOCH
@@ -26,7 +27,8 @@ ON_THE_WAY = (RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """problem's vehicles are those that are placed, by id; chained: call_id -> (departure, its call)."""
+    """problem's vehicles are those that are placed, by id; chained: call_id -> (departure, its call);
+    charging: vehicles that rest at a charger or nowhere."""
 
     problem: Problem
     plans: dict[str, Plan]
@@ -34,6 +36,16 @@ class Snapshot:
     footings: dict[str, Footing]
     chained: dict[str, tuple[Departure, int]]
     desk: SectionDesk
+    charging: frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
+class _Drive:
+    """Where a vehicle is, how far ahead it could still stop for a new visit, and the visit it drives to."""
+
+    here: Footing
+    stopping_m: float
+    heading_for: str
 
 
 def take_snapshot(
@@ -45,27 +57,37 @@ def take_snapshot(
     rides = {ride.ride_id: ride for ride in (*uow.rides.in_states(ON_THE_WAY), *wanted)}
     vehicles: list[VehicleState] = []
     footings: dict[str, Footing] = {}
+    charges: list[Charge] = []
     for vehicle in uow.vehicles.all():
         status = _status(uow, vehicle)
         if status is None:
             continue
+        charges.append(Charge(status.battery_ratio, vehicle.charging))
         plan = plans.setdefault(vehicle.vehicle_id, Plan(uow.campus_id, vehicle.vehicle_id, 0))
         occupancy = desk.occupancy(vehicle.vehicle_id)
         here = footing(uow.network(), occupancy.held_ids, status)
         footings[vehicle.vehicle_id] = here
         stopping_m = uow.rules.stopping_m(status.speed_mps)
-        vehicles.append(_vehicle(uow, vehicle, plan, occupancy, here, stopping_m, rides))
+        drives = _Drive(here, stopping_m, status.visit_id)
+        vehicles.append(_vehicle(uow, vehicle, plan, occupancy, drives, rides))
     requests = {ride.ride_id: _request(uow, ride) for ride in rides.values()}
     chains, chained = _chains(uow.roads(), departures, uow.rules.departure_tolerance_s, uow.rules.dwell_s)
+    times = uow.roads().stop_times(frozenset())
     problem = Problem(
-        vehicles=tuple(vehicles),
+        vehicles=tuple(
+            within_battery(uow, vehicle, charge, requests, times)
+            for vehicle, charge in zip(vehicles, charges, strict=True)
+        ),
         requests=requests,
-        times=uow.roads().stop_times(frozenset()),
+        times=times,
         open_requests=tuple(ride.ride_id for ride in wanted),
         open_chains=chains,
         dwell_s=uow.rules.dwell_s,
     )
-    return Snapshot(problem, plans, rides, footings, chained, desk)
+    charging = frozenset(
+        vehicle.vehicle_id for vehicle, charge in zip(vehicles, charges, strict=True) if charge.charging
+    )
+    return Snapshot(problem, plans, rides, footings, chained, desk, charging)
 
 
 def seconds(moment: datetime) -> float:
@@ -86,8 +108,7 @@ def _vehicle(
     vehicle: Vehicle,
     plan: Plan,
     occupancy: Occupancy,
-    here: Footing,
-    stopping_m: float,
+    drives: _Drive,
     rides: dict[str, Ride],
 ) -> VehicleState:
     roads = uow.roads()
@@ -96,8 +117,8 @@ def _vehicle(
     inside = tuple(ride_id for ride_id, ride in mine.items() if ride.state is RideState.ABOARD)
     return VehicleState(
         vehicle_id=vehicle.vehicle_id,
-        to_places_s=_to_stops_s(roads, plan, visits, occupancy, here, stopping_m),
-        ready_s=seconds(uow.now),
+        to_places_s=_to_stops_s(roads, plan, visits, occupancy, drives),
+        ready_s=seconds(max(uow.now, vehicle.hold_ends or uow.now)),
         seats=vehicle.seats,
         wheelchair_places=vehicle.wheelchair_places,
         aboard=inside,
@@ -138,14 +159,17 @@ def _to_stops_s(
     plan: Plan,
     visits: Sequence[PlannedVisit],
     occupancy: Occupancy,
-    here: Footing,
-    stopping_m: float,
+    drives: _Drive,
 ) -> Array:
     """(stops,) planned seconds from the vehicle's own place."""
+    here = drives.here
     own = frozenset({plan.resting_place_id})
     opened = frozenset((*occupancy.held_ids, *occupancy.ahead))
     held = occupancy.held_ids[here.index :]
-    row = roads.times_over_held(held, (here.lane_id, here.s_m), own, opened, stopping_m)
+    is_going_there = bool(visits) and visits[0].visit_id == drives.heading_for
+    heading_for = visits[0].stop_id if is_going_there else ""
+    place = (here.lane_id, here.s_m)
+    row = roads.times_over_held(held, place, own, opened, drives.stopping_m, heading_for)
     if visits and _is_there(visits[0], here):
         row[roads.stop_numbers[visits[0].stop_id]] = 0.0
     return row
@@ -186,6 +210,7 @@ def _request(uow: UnitOfWork, ride: Ride) -> Request:
         pickup_to_s=earliest_s + rules.wait_s_max if promise is None else seconds(promise.pickup_to),
         arrive_by_s=_arrive_by_s(ride),
         ride_s_max=rules.ride_s_max(direct_s),
+        pinned=ride.pinned,
     )
 
 

@@ -57,7 +57,7 @@ def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
     )
     if hello.boot_id != vehicle.boot_id:
         # A vehicle comes up standing and held, whatever it was before.
-        opened = with_mode(uow, opened, "held")
+        opened = with_mode(uow, replace(opened, hold_ends=None), "held")
     opened = with_availability(uow, opened)
     uow.vehicles.save(opened)
     uow.vehicles.heard(hello.vehicle_id, uow.now)

@@ -16,9 +16,8 @@ from server.domain.errors import (
 from server.domain.events import ServerEvent
 from server.domain.identity import VehicleKey
 from server.domain.incidents import IncidentKind
-from server.domain.rides import RideState, ended
 from server.domain.vehicles import Vehicle
-from server.usecases import orders, plans, topics
+from server.usecases import departures, lost_vehicles, orders, plans, topics
 from server.usecases.ground import under_body
 from server.usecases.identity import sha256_of
 from server.usecases.incidents import clear_incident, open_incident
@@ -83,6 +82,7 @@ def recall(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
     _give_away(uow, vehicle_id)
     plans.replan(uow, vehicle_id)
     plans.assign_waiting(uow)
+    departures.assign_planned(uow)
     return vehicle
 
 
@@ -138,7 +138,7 @@ def stand_on(uow: UnitOfWork, vehicle: Vehicle, lane_id: str, s_m: float) -> Veh
 def retire(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
     """Take it off the roads for good: its sections become free, its waiting rides are given to others.
 
-    A ride that is aboard fails, which is an incident.
+    Who is aboard goes on with another one, from the nearest stop.
 
     Raises VehicleUnknown.
     """
@@ -148,7 +148,7 @@ def retire(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
     )
     uow.vehicles.save(gone)
     _give_away(uow, vehicle_id)
-    _give_up_aboard(uow, vehicle_id)
+    lost_vehicles.strand(uow, gone, f"{vehicle_id} has been taken off the road")
     orders.withdraw(uow, vehicle_id)
     plan = uow.plans.get(vehicle_id)
     if plan is not None:
@@ -163,18 +163,6 @@ def retire(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
 def _give_away(uow: UnitOfWork, vehicle_id: str) -> None:
     plans.release_waiting(uow, vehicle_id)
     plans.release_departures(uow, vehicle_id)
-
-
-def _give_up_aboard(uow: UnitOfWork, vehicle_id: str) -> None:
-    """Nobody will hear from this vehicle that they have got off."""
-    for ride in uow.rides.of_vehicle(vehicle_id, [RideState.ABOARD]):
-        detail = "the shuttle was taken off the road with the party aboard"
-        uow.rides.save(ended(ride, RideState.FAILED, uow.now, "vehicle_retired", detail))
-        uow.publish(topics.ride(uow.campus_id, ride.ride_id))
-        cause = f"ride {ride.ride_code}: {detail}; see to it that they get on"
-        open_incident(
-            uow, IncidentKind.RIDE_FAILED, ride.ride_id, cause, vehicle_id=vehicle_id, ride_id=ride.ride_id
-        )
 
 
 def _require_key(public_key: str) -> None:

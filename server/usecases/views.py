@@ -74,6 +74,10 @@ class Views(Protocol):
         """Newest request first; `before` pages on."""
         ...
 
+    def pickups(self, since: datetime, until: datetime) -> tuple[tuple[str, datetime], ...]:
+        """Stop and earliest pickup of every ride that was wanted in [since, until), refused ones too."""
+        ...
+
     def incidents(self, include_closed: bool = False, limit: int = 200) -> tuple[Incident, ...]:
         """Open ones by urgency and age, then closed ones, newest first."""
         ...

@@ -37,9 +37,29 @@ def test_a_session_survives_a_reload_and_ends_with_signing_out(console: Page) ->
 def test_a_vehicle_is_held_and_resumed(console: Page) -> None:
     panel = show_vehicle(console, "Shuttle 1")
     panel.get_by_role("button", name="Hold").click()
+    question = console.get_by_role("dialog")
+    expect(question).to_contain_text("What this does")
+    question.get_by_role("button", name="Hold").click()
     expect(panel.locator(".chip").first).to_have_text("Held")
     panel.get_by_role("button", name="Resume").click()
     expect(panel.locator(".chip").first).not_to_have_text("Held")
+
+
+def test_a_recall_says_whom_it_leaves_behind_before_it_is_done(console: Page, open_page: OpenPage) -> None:
+    phone = open_page("/", **PHONE)
+    code = book(phone, "Main Library", "Gymnasium")
+    panel = show_vehicle(console, "Shuttle 1")
+    panel.get_by_role("button", name="Recall").click()
+    effect = console.get_by_role("dialog").locator(f'[data-effect="{code}"]')
+    expect(effect).to_contain_text("left with nobody")
+    console.get_by_role("dialog").get_by_role("button", name="Back").click()
+    panel.get_by_role("button", name="Reassign").click()
+    question = console.get_by_role("dialog")
+    expect(question.get_by_label("Which rides")).to_contain_text(code)
+    expect(question).to_contain_text("Nobody's ride changes.")
+    question.get_by_role("button", name="Back").click()
+    expect(panel.get_by_role("button", name="Recall")).to_be_visible()
+    cancel(phone)
 
 
 def test_an_announcement_appears_as_spoken_on_board(console: Page) -> None:

@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 
 from contract.geometry import Pose2
+from simulator.chargers import CHARGER_W, REACH_M
 from simulator.control import ByWireFault, DriverActs, GnssOutage, PersonPlaced, SeatPressed, StopButton
+from simulator.plant import ENERGY, SPEED, PlantParams
 from simulator.scenario import Happening, Scenario
 from simulator.start_places import start_poses
 from simulator.traffic.population import TrafficParams
@@ -141,3 +143,32 @@ def test_vehicles_start_at_resting_places_and_too_many_are_refused() -> None:
     assert [pose.x_m for pose in poses.values()] == pytest.approx([10.0, 590.0])
     with pytest.raises(WorldError, match="2 resting places"):
         start_poses(street(), ("s1", "s2", "s3"))
+
+
+def test_a_shuttle_that_stands_where_shuttles_charge_is_charged_and_one_that_drives_by_is_not() -> None:
+    world = a_world(QUIET)
+    plant = world.fleet.plant
+    s_m = street().charging_places[0].s_m
+    charger, elsewhere = Pose2(s_m, 0.0, 0.0), Pose2(s_m + REACH_M + 1.0, 0.0, 0.0)
+    params = PlantParams()
+    for pose, gained_w in ((charger, CHARGER_W - params.idle_power_w), (elsewhere, -params.idle_power_w)):
+        world.place("s1", pose)
+        plant.state[0, ENERGY] = 0.5 * params.battery_j
+        world.step(START_NS)
+        before_j = float(plant.state[0, ENERGY])
+        for k in range(1, 251):
+            world.step(START_NS + k * 20_000_000)
+        assert plant.state[0, ENERGY] - before_j == pytest.approx(5.0 * gained_w, rel=1e-6)
+    world.place("s1", charger)
+    plant.state[0, ENERGY] = params.battery_j
+    plant.state[0, SPEED] = 2.0
+    world.step(START_NS)
+    assert plant.charging_w[0] == 0.0
+
+
+def test_a_full_battery_takes_no_more() -> None:
+    world = a_world(QUIET)
+    plant = world.fleet.plant
+    plant.charging_w[:] = CHARGER_W
+    plant.step(0.1)
+    assert world.fleet.plant.view(0).battery_ratio == 1.0

@@ -156,7 +156,7 @@ def repartition(
     if chosen is None:
         return False, master
     mix = _mixed(task, plan, pool, scratch, chosen)
-    if total_cost(task, mix) >= total_cost(task, plan):
+    if mix is None or total_cost(task, mix) >= total_cost(task, plan):
         return False, master
     copy_plan(plan, mix)
     return True, master
@@ -219,8 +219,11 @@ def _chosen(
     return [int(column) for column in useful[values[requests:] > 0.5]]
 
 
-def _mixed(task: Task, plan: Plan, pool: Pool, scratch: Scratch, chosen: list[int]) -> Plan:
-    """The plan in which each chosen route has a vehicle of its kind; vehicles left over have no visits."""
+def _mixed(task: Task, plan: Plan, pool: Pool, scratch: Scratch, chosen: list[int]) -> Plan | None:
+    """The plan in which each chosen route has a vehicle of its kind; vehicles left over have no visits.
+
+    None where a rule breaks: with roads that know no shortcuts, an idle vehicle may be further from its end.
+    """
     mix = empty_plan(task, plan.route.shape[1])
     copy_plan(mix, plan)
     mix.vehicle_of[plan.movable] = ABSENT
@@ -240,5 +243,5 @@ def _mixed(task: Task, plan: Plan, pool: Pool, scratch: Scratch, chosen: list[in
         if v not in taken:
             mix.route[v, 1], mix.length[v] = 2 * (task.requests + v) + 1, 2
         if not refresh(task, mix, scratch, v):
-            raise RuntimeError("a route that kept every rule breaks one in another mix")
+            return None
     return mix

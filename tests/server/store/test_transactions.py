@@ -11,7 +11,9 @@ from sqlalchemy.exc import DBAPIError
 
 from contract.roads.load import encode_map
 from server.adapters import SeededIds
+from server.api.rehearsal import rehearsed
 from server.bus.in_process import InProcessBus, LocalSubscription
+from server.domain.effects import Effects, Intervention
 from server.domain.errors import PlanChanged, VehicleUnknown
 from server.domain.incidents import IncidentKind
 from server.domain.plans import Plan
@@ -21,6 +23,7 @@ from server.store.map_library import MapLibrary
 from server.store.transactions import GroupCommit, Inline, Pooled
 from server.store.unit_of_work import Context
 from server.usecases import campus, commands, incidents, rides
+from server.usecases.interventions import intervene
 from server.usecases.ports import UnitOfWork
 from tests.server.usecases.campus_under_test import CampusUnderTest, HandClock, PlainHasher
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -200,3 +203,33 @@ def test_inline_transactions_roll_back_as_well() -> None:
     content = encode_map(shipped_map("snow-lion"))
     assert campus_.do(lambda uow: campus.load_map(uow, content, "test")).active
     campus_.close()
+
+
+def test_a_preview_leaves_the_live_store_as_it_was_and_says_nothing(engine: Engine) -> None:
+    """The writer keeps the fleet in memory: what a preview did there is taken back with its rows."""
+    campus_ = CampusUnderTest(shipped_map("snow-lion"), engine=engine)
+    fleet = FakeFleet(campus_, shipped_map("snow-lion"), 2).start()
+    ride = fleet.book("NN20", "C6")
+    vehicle_id = ride.vehicle_id or ""
+    campus_.release()
+
+    def preview(uow: UnitOfWork) -> Effects:
+        return intervene(uow, vehicle_id, Intervention("recall"), "ann").effects
+
+    def fleet_now(uow: UnitOfWork) -> object:
+        known = uow.vehicles.all(), uow.plans.all(), uow.sections.all(), uow.incidents.all_open()
+        return known, uow.rides.in_states(list(RideState)), uow.departures.unfinished()
+
+    async def scenario() -> None:
+        async with live(engine) as (transactions, heard):
+            before = await transactions.run(fleet_now)
+            said = await rehearsed(transactions, preview)
+            assert [effect.vehicle_before for effect in said.rides] == [vehicle_id]
+            assert await transactions.run(fleet_now) == before
+            assert await transactions.read(fleet_now) == before
+            assert await transactions.run(preview) == said
+            topic, _ = await anext(aiter(heard))
+            assert topic.startswith("campus/snow-lion/")
+            assert await transactions.run(fleet_now) != before
+
+    asyncio.run(scenario())

@@ -45,7 +45,10 @@ ARRIVED_M = 0.3
 
 @dataclass
 class FakeShuttle:
-    """place: where the rear axle is. no_shows: rides that nobody boards for."""
+    """place: where the rear axle is. no_shows: rides that nobody boards for.
+
+    drain_per_s, charge_per_s  of a battery: while it drives, and while it stands idle at a charger
+    """
 
     campus: CampusUnderTest
     vehicle_id: str
@@ -75,6 +78,9 @@ class FakeShuttle:
     connected: bool = False
     astray: Pose2 | None = None
     is_fresh: bool = True
+    battery_ratio: float = 1.0
+    drain_per_s: float = 0.0
+    charge_per_s: float = 0.0
 
     # ------------------------------------------------------------ link
 
@@ -151,6 +157,7 @@ class FakeShuttle:
         return StatusReport(self.vehicle_id, self.boot_id, self.campus.clock.now(), self.status())
 
     def status(self) -> Status:
+        heading_for = self.next_visit()
         x_m, y_m, yaw_rad = self.network.pose(self.place.lane_id, self.place.s_m)
         return Status(
             epoch=self.epoch,
@@ -160,13 +167,13 @@ class FakeShuttle:
             accel_mps2=0.0,
             steer_rad=0.0,
             mode=self.mode,  # type: ignore[arg-type]
-            battery_ratio=1.0,
+            battery_ratio=self.battery_ratio,
             doors_open=False,
             lane_id=self.place.lane_id,
             s_m=self.place.s_m,
             order_id="" if self.order is None else self.order.order_id,
             revision=0 if self.order is None else self.order.revision,
-            visit_id="",
+            visit_id="" if heading_for is None else heading_for.visit_id,
             aboard=tuple(self.aboard),
             waiting_for=self.waited_for,
         )
@@ -224,6 +231,13 @@ class FakeShuttle:
                 self._dwell(visit)
             else:
                 self._drive(visit)
+        elif visit is None and self._is_at_charger():
+            self.battery_ratio = min(1.0, self.battery_ratio + self.charge_per_s * STEP_S)
+
+    def _is_at_charger(self) -> bool:
+        lane_id, s_m = self.place.lane_id, self.place.s_m
+        places = self.network.road_map.charging_places
+        return any(place.lane_id == lane_id and abs(place.s_m - s_m) <= ARRIVED_M for place in places)
 
     def next_visit(self) -> Visit | None:
         if self.order is None:
@@ -242,6 +256,7 @@ class FakeShuttle:
         self.waited_for = leave.waiting_for if leave.hold_s_m < min(target_m, self.s_m + 0.01) else ""
         reach_m = min(target_m, leave.hold_s_m, self.s_m + self.speed_mps * STEP_S)
         if reach_m > self.s_m:
+            self.battery_ratio -= self.drain_per_s * (reach_m - self.s_m) / self.speed_mps
             self.driven_m += reach_m - self.s_m
             self.s_m = reach_m
             self.place = self.line.place(self.s_m)

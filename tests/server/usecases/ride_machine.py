@@ -25,11 +25,21 @@ from contract.wire.messages import (
     VisitChanged,
 )
 from contract.wire.sequence import SequenceGap
+from server.domain.effects import Intervention
 from server.domain.errors import DomainError, SessionFenced
 from server.domain.events import RecordedEvent
 from server.domain.orders import OrderState
 from server.domain.rides import Ride, RideState
-from server.usecases import destinations, events, orders, rides, vehicle_sessions, vehicles
+from server.usecases import (
+    destinations,
+    events,
+    interventions,
+    lost_vehicles,
+    orders,
+    rides,
+    vehicle_sessions,
+    vehicles,
+)
 from server.usecases.order_payload import utc_ns
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -133,12 +143,19 @@ class RideMachine(RuleBasedStateMachine):
             case _:
                 self.speak_with_an_old_session(which)
 
-    @rule(which=SHUTTLES, retires=st.sampled_from([False, False, True]))
-    def an_operator_acts(self, which: int, retires: bool) -> None:
-        if retires and not self.retired:
-            self.retire()
-        else:
-            self.recall_and_return(which)
+    @rule(data=st.data(), which=SHUTTLES)
+    def an_operator_acts(self, data: st.DataObject, which: int) -> None:
+        match data.draw(st.sampled_from(["retire", "recall", "evacuate", "hold", "reassign"])):
+            case "retire" if not self.retired:
+                self.retire()
+            case "evacuate":
+                self.evacuate(which)
+            case "hold":
+                self.hold(which, data.draw(st.sampled_from([None, 60.0, 900.0])))
+            case "reassign":
+                self.intervene(which, Intervention("reassign"))
+            case _:
+                self.recall_and_return(which)
 
     @rule(seconds=st.sampled_from([-5.0, 90.0, 600.0, 7200.0]))
     def the_clock_jumps(self, seconds: float) -> None:
@@ -291,6 +308,24 @@ class RideMachine(RuleBasedStateMachine):
         self.try_(lambda: self.campus.do(lambda uow: vehicles.recall(uow, vehicle_id, "ann")))
         if vehicle_id not in self.retired:
             self.campus.do(lambda uow: vehicles.return_to_service(uow, vehicle_id, "ann"))
+
+    def evacuate(self, which: int) -> None:
+        """Whoever is told to leaves without a word to the vehicle."""
+        shuttle = self.fleet.shuttles[which]
+        self.try_(lambda: self.campus.do(lambda uow: lost_vehicles.evacuate(uow, shuttle.vehicle_id, "ann")))
+        for ride_id in list(shuttle.aboard):
+            if self.fleet.ride(ride_id).state is not RideState.ABOARD:
+                del shuttle.aboard[ride_id]
+
+    def hold(self, which: int, for_s: float | None) -> None:
+        shuttle = self.fleet.shuttles[which]
+        if shuttle.vehicle_id not in self.retired:
+            self.intervene(which, Intervention("hold", for_s))
+            shuttle.hold()
+
+    def intervene(self, which: int, wish: Intervention) -> None:
+        vehicle_id = self.fleet.shuttles[which].vehicle_id
+        self.try_(lambda: self.campus.do(lambda uow: interventions.intervene(uow, vehicle_id, wish, "ann")))
 
     def retire(self) -> None:
         """Only one of the two, so that somebody is left to bring everybody home."""

@@ -26,7 +26,6 @@ from server.domain.errors import (
     VehicleOutOfService,
     WrongCredentials,
 )
-from server.domain.incidents import IncidentKind
 from server.domain.rides import RideState
 from server.domain.runs import Segment
 from server.usecases import campus as campuses
@@ -207,17 +206,3 @@ def test_positions_become_history_and_old_ones_are_forgotten(fleet: FakeFleet) -
     campus.clock.advance(campus.rules.history_days * 86400.0)
     assert campus.do(retention.forget_old) == 2
     assert campus.read(lambda uow: uow.views.history(shuttle.vehicle_id, began, later)) != points
-
-
-def test_riders_aboard_a_retired_vehicle_are_an_incident_and_their_ride_is_over(
-    driven_fleet: FakeFleet,
-) -> None:
-    ride = driven_fleet.book("NN20", "C6")
-    while driven_fleet.ride(ride.ride_id).state is not RideState.ABOARD:
-        driven_fleet.step()
-    vehicle_id = ride.vehicle_id or ""
-    driven_fleet.campus.do(lambda uow: vehicles.retire(uow, vehicle_id, "ann"))
-    failed = driven_fleet.ride(ride.ride_id)
-    assert (failed.state, failed.reason) == (RideState.FAILED, "vehicle_retired")
-    kinds = {incident.kind for incident in driven_fleet.campus.read(lambda uow: uow.views.incidents())}
-    assert IncidentKind.RIDE_FAILED in kinds

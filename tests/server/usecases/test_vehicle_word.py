@@ -140,6 +140,22 @@ def test_a_skipped_visit_gives_its_riders_to_another_shuttle(driven_fleet: FakeF
     assert driven_fleet.ride(ride.ride_id).state is RideState.COMPLETED
 
 
+def test_a_visit_that_was_skipped_out_of_reach_gives_its_riders_to_another_shuttle_too(
+    driven_fleet: FakeFleet,
+) -> None:
+    ride = driven_fleet.book("NN20", "C6")
+    shuttle = shuttle_of(driven_fleet, ride)
+    driven_fleet.step()
+    visit = shuttle.next_visit()
+    assert visit is not None
+    shuttle.disconnect()
+    shuttle.states[visit.visit_id] = "skipped"
+    shuttle.say(VisitChanged(visit.visit_id, visit.stop_id, "skipped"))
+    shuttle.connect()
+    driven_fleet.run_until_idle(6000.0)
+    assert driven_fleet.ride(ride.ride_id).state is RideState.COMPLETED
+
+
 @pytest.mark.parametrize(
     ("event", "cleared", "kind"),
     [

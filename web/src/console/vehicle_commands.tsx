@@ -4,34 +4,37 @@ import { campus } from "../shared/api/campus";
 import { answerOf, api } from "../shared/api/client";
 import type { Answer, Problem } from "../shared/api/problem";
 import { stopName } from "../shared/map/campus_shape";
-import type { VehicleScene } from "../shared/scene/scene";
+import type { Scene, VehicleScene } from "../shared/scene/scene";
 import { Question } from "../shared/ui/dialog";
 import { ProblemNote } from "../shared/ui/notes";
 import { language } from "../shared/words/language";
+import type { InterventionKind } from "./intervention";
+import { Intervention } from "./intervention";
 import { words } from "./words";
 
-type Command = "hold" | "resume" | "stop-now" | "recall" | "release";
+type Command = "resume" | "stop-now" | "release";
 
 function send(vehicle_id: string, command: Command): Promise<Answer<unknown>> {
   const path = { params: { path: { vehicle_id } } };
   switch (command) {
-    case "hold":
-      return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/hold", path));
     case "resume":
       return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/resume", path));
     case "stop-now":
       return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/stop-now", path));
-    case "recall":
-      return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/recall", path));
     case "release":
       return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/release", path));
   }
 }
 
-export function VehicleCommands({ vehicle }: { readonly vehicle: VehicleScene }) {
+interface VehicleCommandsProps {
+  readonly vehicle: VehicleScene;
+  readonly scene: Scene;
+}
+
+export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
   const problem = useSignal<Problem | null>(null);
   const said = useSignal("");
-  const asking = useSignal<"stop-now" | "recall" | null>(null);
+  const asking = useSignal<"stop-now" | InterventionKind | null>(null);
   const say = words.value;
   const { vehicle_id, name } = vehicle;
   const finish = (answer: Answer<unknown>, text: string) => {
@@ -56,7 +59,9 @@ export function VehicleCommands({ vehicle }: { readonly vehicle: VehicleScene })
           type="button"
           class="button small"
           disabled={vehicle.held}
-          onClick={() => void run("hold", say.hold)}
+          onClick={() => {
+            asking.value = "hold";
+          }}
         >
           {say.hold}
         </button>
@@ -68,6 +73,15 @@ export function VehicleCommands({ vehicle }: { readonly vehicle: VehicleScene })
           }}
         >
           {say.stop_now}
+        </button>
+        <button
+          type="button"
+          class="button small"
+          onClick={() => {
+            asking.value = "reassign";
+          }}
+        >
+          {say.reassign}
         </button>
         {vehicle.in_service ? (
           <button
@@ -95,20 +109,30 @@ export function VehicleCommands({ vehicle }: { readonly vehicle: VehicleScene })
         {said.value}
       </p>
       {problem.value !== null && <ProblemNote problem={problem.value} />}
-      {asking.value !== null && (
+      {asking.value === "stop-now" && (
         <Question
           danger
-          title={asking.value === "recall" ? say.recall_title(name) : say.stop_now_title(name)}
-          text={asking.value === "recall" ? say.recall_text : say.stop_now_text}
-          yes={asking.value === "recall" ? say.recall : say.stop_now}
+          title={say.stop_now_title(name)}
+          text={say.stop_now_text}
+          yes={say.stop_now}
           no={say.cancel}
           onNo={() => {
             asking.value = null;
           }}
           onYes={() => {
-            const command = asking.value!;
             asking.value = null;
-            void run(command, command === "recall" ? say.recall : say.stop_now);
+            void run("stop-now", say.stop_now);
+          }}
+        />
+      )}
+      {asking.value !== null && asking.value !== "stop-now" && (
+        <Intervention
+          kind={asking.value}
+          vehicle={vehicle}
+          scene={scene}
+          onDone={(answer, title) => finish(answer, say.commanded(title))}
+          onClose={() => {
+            asking.value = null;
           }}
         />
       )}

@@ -86,7 +86,7 @@ export function VehiclePanel({ vehicle, scene, now_ms }: VehiclePanelProps) {
         <ConditionChip vehicle={vehicle} />
         {!vehicle.in_service && <span class="chip warning">{say.out_of_service}</span>}
       </div>
-      <VehicleCommands vehicle={vehicle} />
+      <VehicleCommands vehicle={vehicle} scene={scene} />
       <VehicleFacts vehicle={vehicle} scene={scene} now_ms={now_ms} />
       <VisitsAhead vehicle={vehicle} />
     </section>
@@ -116,6 +116,12 @@ function VisitsAhead({ vehicle }: { readonly vehicle: VehicleScene }) {
   return (
     <div>
       <h3>{say.visits}</h3>
+      {detail.value.value?.hold_ends != null && (
+        <p class="hint">{say.held_until(clock(detail.value.value.hold_ends))}</p>
+      )}
+      {detail.value.value?.charged_at != null && (
+        <p class="hint">{say.charged_at(clock(detail.value.value.charged_at))}</p>
+      )}
       {detail.value.value?.order_waits === true && <p class="hint">{say.order_waits}</p>}
       {visits.length === 0 && <p class="hint">{say.no_visits}</p>}
       <ol class="visits">
@@ -123,7 +129,11 @@ function VisitsAhead({ vehicle }: { readonly vehicle: VehicleScene }) {
           <li key={visit.visit_id}>
             <span>
               {visit.stop_id === "" ? say.visit_kinds[visit.kind] : stopTitle(visit.stop_id)}
-              <small>{say.visit_states[visit.state]}</small>
+              <small>
+                {[say.visit_states[visit.state], say.rest_reasons[visit.why]]
+                  .filter((text) => text)
+                  .join(" · ")}
+              </small>
             </span>
             <span class="people">
               {visit.board.length > 0 && say.boards(visit.board.length)}{" "}

@@ -10,6 +10,7 @@ const conditions: Record<Condition, string> = {
   blocked: "Blocked",
   waiting: "Waits for section",
   driving: "Driving",
+  charging: "Charging",
   standing: "Standing",
 };
 
@@ -85,6 +86,12 @@ export const en = {
   visit_kinds: { stop: "Stop", rest: "Rest", temporary: "Early stop" } as Readonly<
     Record<string, string>
   >,
+  rest_reasons: {
+    charge: "to charge",
+    demand: "nearer to expected riders",
+  } as Readonly<Record<string, string>>,
+  charged_at: (time: string) => `full at about ${time}`,
+  held_until: (time: string) => `Held until ${time}`,
   visit_states: {
     pending: "ahead",
     under_way: "standing there",
@@ -95,6 +102,33 @@ export const en = {
   alights: (rides: number) => `−${rides}`,
 
   hold: "Hold",
+  hold_title: (name: string) => `Hold ${name}?`,
+  hold_text:
+    "It comes to a comfortable stand. Others get the waiting rides that it would make late.",
+  hold_length: "For how long",
+  until_resumed: "Until resumed",
+  reassign: "Reassign",
+  reassign_title: (name: string) => `Give rides of ${name} to others?`,
+  reassign_text: "Only rides that still wait. They stay with the shuttle that gets them.",
+  which_rides: "Which rides",
+  all_waiting: "All that wait for it",
+  to_vehicle: "To which shuttle",
+  any_other: "Whoever can",
+  preview: "What this does",
+  concerns_nobody: "Nobody's ride changes.",
+  departure: "Timetable departure",
+  left_with_nobody: "left with nobody",
+  goes_with: (name: string) => `goes with ${name}`,
+  waits_until_resumed: "waits until resumed",
+  pickup_shift: (minutes: number) =>
+    minutes === 0
+      ? "pickup as planned"
+      : `pickup ${Math.abs(minutes)} min ${minutes > 0 ? "later" : "earlier"}`,
+  arrival_shift: (minutes: number) =>
+    minutes === 0
+      ? "arrives as planned"
+      : `arrives ${Math.abs(minutes)} min ${minutes > 0 ? "later" : "earlier"}`,
+  promise_breaks: "promise broken",
   resume: "Resume",
   stop_now: "Stop now",
   stop_now_title: (name: string) => `Stop ${name} as hard as is safe?`,
@@ -172,6 +206,7 @@ export const en = {
     vehicle_blocked: "Vehicle blocked",
     vehicle_silent: "Vehicle silent",
     vehicle_fault: "Vehicle fault",
+    battery_low: "Battery below its reserve",
     rider_did_not_alight: "Rider did not get off",
     no_resting_place: "No resting place free",
     order_rejected: "Order rejected",

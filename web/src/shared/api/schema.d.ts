@@ -578,7 +578,7 @@ export interface paths {
         put?: never;
         /**
          * Hold Vehicle
-         * @description Come to a comfortable stand and stay there until resumed.
+         * @description Come to a comfortable stand and stay there until resumed, or for so long. See the preview.
          */
         post: operations["hold_vehicle"];
         delete?: never;
@@ -781,6 +781,46 @@ export interface paths {
          * @description Called by the vehicle: its key is taken in.
          */
         post: operations["enrol_vehicle"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/previews": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Preview Intervention
+         * @description Whom it would delay by how much. Nothing changes; doing it then yields this, if nothing else does.
+         */
+        post: operations["preview_intervention"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/reassign": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Reassign Rides
+         * @description Give the rides that wait for this vehicle, or one of them, to others, which keep them.
+         */
+        post: operations["reassign_rides"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1284,6 +1324,24 @@ export interface components {
             incidents: components["schemas"]["IncidentsScene"] | null;
         };
         /**
+         * DepartureEffectView
+         * @description A timetable departure that changes its vehicle or its lateness.
+         */
+        DepartureEffectView: {
+            /** Departure Id */
+            departure_id: string;
+            /** Vehicle Before */
+            vehicle_before: string | null;
+            /** Vehicle After */
+            vehicle_after: string | null;
+            /** Late Before S */
+            late_before_s: number;
+            /** Late After S */
+            late_after_s: number;
+            /** Waits */
+            waits: boolean;
+        };
+        /**
          * DepartureState
          * @enum {string}
          */
@@ -1297,6 +1355,39 @@ export interface components {
         DestinationRequest: {
             /** To Stop */
             to_stop: string;
+        };
+        /**
+         * EffectsView
+         * @description Whom it concerns; rides and departures that stay as they are are left out.
+         * @example {
+         *       "departures": [],
+         *       "rides": [
+         *         {
+         *           "arrival_after": "2026-09-01T08:34:10Z",
+         *           "arrival_before": "2026-09-01T08:31:00Z",
+         *           "arrival_later_s": 190,
+         *           "breaks": false,
+         *           "from_stop": "library",
+         *           "party": 2,
+         *           "pickup_after": "2026-09-01T08:23:10Z",
+         *           "pickup_before": "2026-09-01T08:20:00Z",
+         *           "pickup_later_s": 190,
+         *           "ride_code": "K7M2QX",
+         *           "ride_id": "ride-9",
+         *           "state": "assigned",
+         *           "to_stop": "gate",
+         *           "vehicle_after": "shuttle-2",
+         *           "vehicle_before": "shuttle-1",
+         *           "waits": false
+         *         }
+         *       ]
+         *     }
+         */
+        EffectsView: {
+            /** Rides */
+            rides: components["schemas"]["RideEffectView"][];
+            /** Departures */
+            departures: components["schemas"]["DepartureEffectView"][];
         };
         /**
          * Enrolment
@@ -1443,7 +1534,7 @@ export interface components {
          * IncidentKind
          * @enum {string}
          */
-        IncidentKind: "help_call" | "impossible_position" | "ground_conflict" | "key_conflict" | "minimal_risk_stop" | "takeover" | "vehicle_blocked" | "vehicle_silent" | "vehicle_fault" | "rider_did_not_alight" | "no_resting_place" | "order_rejected" | "departure_missed" | "promise_broken" | "ride_failed" | "seat_button";
+        IncidentKind: "help_call" | "impossible_position" | "ground_conflict" | "key_conflict" | "minimal_risk_stop" | "takeover" | "vehicle_blocked" | "vehicle_silent" | "vehicle_fault" | "battery_low" | "rider_did_not_alight" | "no_resting_place" | "order_rejected" | "departure_missed" | "promise_broken" | "ride_failed" | "seat_button";
         /**
          * IncidentView
          * @example {
@@ -1500,6 +1591,38 @@ export interface components {
             help_calls: number;
             /** @default 0 */
             serial: number;
+        };
+        /**
+         * InterventionWish
+         * @description What an operator is about to do.
+         * @example {
+         *       "for_s": 600,
+         *       "kind": "hold"
+         *     }
+         */
+        InterventionWish: {
+            /**
+             * Ride Id
+             * @description Empty for all waiting rides.
+             * @default
+             */
+            ride_id: string;
+            /**
+             * To Vehicle Id
+             * @description Empty for whoever can.
+             * @default
+             */
+            to_vehicle_id: string;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "hold" | "recall" | "reassign";
+            /**
+             * For S
+             * @description How long a hold lasts; null: until resumed.
+             */
+            for_s?: number | null;
         };
         /**
          * LaneShape
@@ -1911,6 +2034,28 @@ export interface components {
             vehicles_connected: number;
         };
         /**
+         * Reassignment
+         * @description All rides that wait for the vehicle, or one of them; to any others, or to a named one.
+         * @example {
+         *       "ride_id": "ride-9",
+         *       "to_vehicle_id": "shuttle-2"
+         *     }
+         */
+        Reassignment: {
+            /**
+             * Ride Id
+             * @description Empty for all waiting rides.
+             * @default
+             */
+            ride_id: string;
+            /**
+             * To Vehicle Id
+             * @description Empty for whoever can.
+             * @default
+             */
+            to_vehicle_id: string;
+        };
+        /**
          * Refused
          * @description Last message before the server closes: why, and what to do.
          */
@@ -1919,6 +2064,56 @@ export interface components {
             type: "refused";
             code: string;
             detail: string;
+        };
+        /**
+         * RideEffectView
+         * @description A ride that does not go on as before.
+         */
+        RideEffectView: {
+            /** Ride Id */
+            ride_id: string;
+            /** Ride Code */
+            ride_code: string;
+            /** State */
+            state: string;
+            /** From Stop */
+            from_stop: string;
+            /** To Stop */
+            to_stop: string;
+            /** Party */
+            party: number;
+            /** Vehicle Before */
+            vehicle_before: string | null;
+            /**
+             * Vehicle After
+             * @description Null: it is left with nobody.
+             */
+            vehicle_after: string | null;
+            /** Pickup Before */
+            pickup_before: string | null;
+            /** Pickup After */
+            pickup_after: string | null;
+            /**
+             * Pickup Later S
+             * @description Negative: earlier; null where there is no saying.
+             */
+            pickup_later_s: number | null;
+            /** Arrival Before */
+            arrival_before: string | null;
+            /** Arrival After */
+            arrival_after: string | null;
+            /** Arrival Later S */
+            arrival_later_s: number | null;
+            /**
+             * Breaks
+             * @description Its promise cannot be kept any more.
+             */
+            breaks: boolean;
+            /**
+             * Waits
+             * @description Its vehicle stands until somebody resumes it.
+             */
+            waits: boolean;
         };
         /**
          * RideRecord
@@ -2812,6 +3007,7 @@ export interface components {
          * @description Facts, newest word, plan and ground of one vehicle.
          * @example {
          *       "boot_id": "boot-7a1e",
+         *       "charging": false,
          *       "connected": true,
          *       "enrolled_at": "2026-08-30T06:00:00Z",
          *       "epoch": 7,
@@ -2870,6 +3066,16 @@ export interface components {
              * @description It holds the ground under its body, so that it can be given a route.
              */
             placed: boolean;
+            /**
+             * Hold Ends
+             * @description When the server resumes it; null: an operator does.
+             */
+            hold_ends: string | null;
+            /**
+             * Charging
+             * @description It went to charge and has not charged to the full yet.
+             */
+            charging: boolean;
             /** Mode */
             mode: string;
             /** Epoch */
@@ -2892,6 +3098,11 @@ export interface components {
             plan_version: number;
             /** Visits */
             visits: components["schemas"]["VisitView"][];
+            /**
+             * Charged At
+             * @description When it will have charged, if it is at a charger by now; null: it does not charge.
+             */
+            charged_at: string | null;
             /** Order Id */
             order_id: string;
             /** Revision */
@@ -2915,6 +3126,7 @@ export interface components {
          * @description What changes seldom.
          * @example {
          *       "boot_id": "boot-7a1e",
+         *       "charging": false,
          *       "connected": true,
          *       "enrolled_at": "2026-08-30T06:00:00Z",
          *       "epoch": 7,
@@ -2957,6 +3169,16 @@ export interface components {
              * @description It holds the ground under its body, so that it can be given a route.
              */
             placed: boolean;
+            /**
+             * Hold Ends
+             * @description When the server resumes it; null: an operator does.
+             */
+            hold_ends: string | null;
+            /**
+             * Charging
+             * @description It went to charge and has not charged to the full yet.
+             */
+            charging: boolean;
             /** Mode */
             mode: string;
             /** Epoch */
@@ -2982,6 +3204,7 @@ export interface components {
          *         heard_ms    when the server last heard it; 0 for never
          *         located     False while nobody knows where it is: the pose then means nothing
          *         route       where it will drive, from where it was when its task last changed, simplified to 0.5 m
+         *         charging    it rests where it is charged
          *         next_stop   stop_id of the visit it drives to or stands at, "" when it only goes to rest
          */
         VehicleScene: {
@@ -3010,6 +3233,8 @@ export interface components {
             heard_ms: number;
             /** @default 0 */
             battery_ratio: number;
+            /** @default false */
+            charging: boolean;
             /** @default false */
             doors_open: boolean;
             /** @default null */
@@ -3070,6 +3295,12 @@ export interface components {
             latest: string | null;
             /** Eta */
             eta: string | null;
+            /**
+             * Why
+             * @description A rest to charge, or where riders are expected; empty for the nearest place.
+             * @enum {string}
+             */
+            why: "" | "charge" | "demand";
         };
         /**
          * Watch
@@ -4968,7 +5199,10 @@ export interface operations {
     };
     hold_vehicle: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Resumed by the server then. */
+                for_s?: number | null;
+            };
             header?: never;
             path: {
                 vehicle_id: string;
@@ -5690,6 +5924,184 @@ export interface operations {
             };
             /** @description Too Many Requests */
             429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    preview_intervention: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["InterventionWish"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EffectsView"];
+                };
+            };
+            /** @description The body is not even text. */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than any request needs to be. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    reassign_rides: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Reassignment"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EffectsView"];
+                };
+            };
+            /** @description The body is not even text. */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than any request needs to be. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -7,6 +7,9 @@ import { aVehicle } from "./scene_builders";
 const cases: readonly (readonly [Condition, Partial<VehicleScene>])[] = [
   ["driving", {}],
   ["standing", { speed_mps: 0 }],
+  ["charging", { speed_mps: 0, charging: true }],
+  ["standing", { speed_mps: 0, charging: true, battery_ratio: 1 }],
+  ["driving", { charging: true }],
   ["boarding", { speed_mps: 0, doors_open: true }],
   ["blocked", { speed_mps: 0, obstacle_m: 3 }],
   ["standing", { speed_mps: 0, obstacle_m: 40 }],

@@ -11,6 +11,7 @@ export type Condition =
   | "blocked"
   | "waiting"
   | "driving"
+  | "charging"
   | "standing";
 
 /** How much attention a condition asks for; colour always comes with the sign and the word. */
@@ -19,6 +20,8 @@ export type Urgency = "danger" | "warning" | "good" | "calm";
 const MOVING_MPS = 0.15;
 /** A shuttle keeps about a metre in front of what it stands for; beyond this nothing blocks it. */
 const BLOCKED_WITHIN_M = 6;
+/** From here on a battery takes hardly any more. */
+const FULL_RATIO = 0.99;
 
 export function conditionOf(vehicle: VehicleScene): Condition {
   if (!vehicle.connected) return "offline";
@@ -30,6 +33,7 @@ export function conditionOf(vehicle: VehicleScene): Condition {
   if (Math.abs(vehicle.speed_mps) >= MOVING_MPS) return "driving";
   if (vehicle.waiting_for !== "") return "waiting";
   if (vehicle.obstacle_m !== null && vehicle.obstacle_m <= BLOCKED_WITHIN_M) return "blocked";
+  if (vehicle.charging && vehicle.battery_ratio < FULL_RATIO) return "charging";
   return "standing";
 }
 
@@ -43,6 +47,7 @@ const URGENCY: Record<Condition, Urgency> = {
   waiting: "calm",
   boarding: "good",
   driving: "good",
+  charging: "calm",
   standing: "calm",
 };
 

@@ -17,6 +17,7 @@ export function aVehicle(changes: Partial<VehicleScene> = {}): VehicleScene {
     in_service: true,
     heard_ms: 0,
     battery_ratio: 0.8,
+    charging: false,
     doors_open: false,
     obstacle_m: null,
     waiting_for: "",

@@ -19,6 +19,7 @@ const PROBLEMS: Record<Language, Readonly<Record<string, string>>> = {
     same_stop: "Pickup and destination are the same stop. Choose two different ones.",
     no_service:
       "The shuttles do not run at that time, or close before you could be there. Choose another time.",
+    reassignment_refused: "No such shuttle can take this ride. It stays with the one that has it.",
     destination_refused:
       "The shuttle cannot take you there without letting others down. Your ride stays as it was.",
     ride_refused: "No shuttle can take this ride.",
@@ -71,6 +72,7 @@ const PROBLEMS: Record<Language, Readonly<Record<string, string>>> = {
     party_invalid: "至少一人乘车，且轮椅数不能多于人数。",
     same_stop: "上车站与下车站相同，请选择两个不同的站点。",
     no_service: "该时间不在运营时段内，或运营会在您到达前结束。请选择其他时间。",
+    reassignment_refused: "没有这样的车辆可以接手此行程，行程仍由原车辆完成。",
     destination_refused: "改往该站会影响其他乘客，车辆无法前往。您的行程保持不变。",
     ride_refused: "没有车辆可以完成此行程。",
     series_unknown: "没有找到该定期预约。请检查链接，或重新预约。",

@@ -1,0 +1,133 @@
+"""Riders aboard a shuttle that cannot go on: another one fetches them at the nearest stop.
+
+A shuttle is lost when it has stood with a fault for long, when an operator says so, or when it is taken off
+the road. One that is merely silent may still be driving: its riders stay with it until somebody decides.
+"""
+
+import math
+from dataclasses import replace
+from datetime import timedelta
+
+from contract.wire.messages import DriveMode
+from server.domain.errors import NobodyAboard, VehicleUnknown
+from server.domain.events import ServerEvent
+from server.domain.incidents import IncidentKind
+from server.domain.rides import Ride, RideState, boarded, ended, stranded
+from server.domain.vehicles import Vehicle
+from server.usecases import plans, topics
+from server.usecases.fleet_roads import on_foot_s
+from server.usecases.incidents import open_incident
+from server.usecases.ports import UnitOfWork
+from server.usecases.routes import visits_of
+
+LOST_MODES: tuple[DriveMode, ...] = ("minimal_risk", "fault")
+# Who has come so near to the destination on foot or by hand is there.
+_THERE_M = 30.0
+
+
+def rescue_riders(uow: UnitOfWork) -> tuple[Ride, ...]:
+    """The riders of shuttles that have stood with a fault for too long, sent to stops near by."""
+    limit = uow.now - timedelta(seconds=uow.rules.reassign_after_s)
+    moved: list[Ride] = []
+    for vehicle in uow.vehicles.all():
+        since = vehicle.unavailable_since
+        if vehicle.mode in LOST_MODES and since is not None and since <= limit:
+            moved += strand(uow, vehicle, f"{vehicle.vehicle_id} stands ({vehicle.mode})")
+    return tuple(moved)
+
+
+def evacuate(uow: UnitOfWork, vehicle_id: str, by: str) -> tuple[Ride, ...]:
+    """An operator decides that a shuttle cannot go on: whoever is aboard goes on with others.
+
+    The rides as they are planned now. Raises VehicleUnknown, NobodyAboard.
+    """
+    vehicle = uow.vehicles.get(vehicle_id)
+    if vehicle is None:
+        raise VehicleUnknown(f"no vehicle {vehicle_id} is enrolled")
+    _note(uow, "vehicle.evacuated", vehicle_id, by, "")
+    moved = strand(uow, vehicle, f"an operator has {vehicle_id} evacuated")
+    if not moved:
+        raise NobodyAboard(f"nobody is aboard {vehicle_id}")
+    plans.assign_waiting(uow)
+    return tuple(uow.rides.get(ride.ride_id) or ride for ride in moved)
+
+
+def strand(uow: UnitOfWork, vehicle: Vehicle, cause: str) -> list[Ride]:
+    """Send everybody aboard to the nearest stop, where they wait for another shuttle; an incident for each.
+
+    Where nobody knows where the shuttle stands, or the nearest stop is where they are going, the ride ends.
+    `plans.assign_waiting` finds the other shuttle.
+    """
+    moved = []
+    for ride in uow.rides.of_vehicle(vehicle.vehicle_id, [RideState.ABOARD]):
+        stop_id, walk_s = _nearest_stop(uow, vehicle.vehicle_id, ride)
+        if stop_id in ("", ride.to_stop):
+            _give_up(uow, ride, cause, walk_s)
+            continue
+        after = stranded(ride, stop_id, uow.now + timedelta(seconds=walk_s), uow.now)
+        uow.rides.save(after)
+        moved.append(after)
+        stop = uow.network().stops[stop_id].name
+        detail = f"{cause}; another shuttle comes to {stop}, {walk_s / 60.0:.0f} minutes on foot"
+        _tell(uow, ride, IncidentKind.PROMISE_BROKEN, "ride.stranded", detail)
+    if moved and not vehicle.retired:
+        plans.replan(uow, vehicle.vehicle_id)
+        uow.publish(topics.dispatch(uow.campus_id))
+    return moved
+
+
+def left(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> None:
+    """The lost shuttle says that a stranded party has got off: at its destination after all, or as told."""
+    if not _is_near(uow, vehicle_id, ride.to_stop):
+        _note(uow, "ride.left_lost_vehicle", ride.ride_id, vehicle_id, "")
+        return
+    aboard = replace(boarded(ride, ride.boarded_how or "tap", uow.now), vehicle_id=vehicle_id)
+    uow.rides.save(ended(aboard, RideState.COMPLETED, uow.now))
+    _note(uow, "ride.completed", ride.ride_id, vehicle_id, "with the shuttle that was given up")
+    uow.publish(topics.ride(uow.campus_id, ride.ride_id))
+    for other in visits_of(uow.plans.all(), ride.ride_id):
+        plans.replan(uow, other)
+
+
+def _nearest_stop(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> tuple[str, float]:
+    """The stop and the seconds on foot; "" where there is none, or nobody knows where the shuttle is."""
+    where = uow.vehicles.whereabouts(vehicle_id)
+    if where is None or where.status is None:
+        return "", 0.0
+    roads, pose = uow.roads(), where.status.pose_map
+    best = ("", math.inf)
+    for stop in roads.network.road_map.stops:
+        x_m, y_m, _ = roads.network.pose(stop.lane_id, stop.s_m)
+        apart_m = math.hypot(x_m - pose.x_m, y_m - pose.y_m)
+        served = stop.stop_id == ride.to_stop or math.isfinite(roads.direct_s(stop.stop_id, ride.to_stop))
+        if served and apart_m < best[1]:
+            best = stop.stop_id, apart_m
+    return best[0], on_foot_s(best[1], uow.rules.walk_mps) if best[0] else 0.0
+
+
+def _is_near(uow: UnitOfWork, vehicle_id: str, stop_id: str) -> bool:
+    where = uow.vehicles.whereabouts(vehicle_id)
+    if where is None or where.status is None:
+        return False
+    stop, pose = uow.network().stops[stop_id], where.status.pose_map
+    x_m, y_m, _ = uow.network().pose(stop.lane_id, stop.s_m)
+    return math.hypot(x_m - pose.x_m, y_m - pose.y_m) <= _THERE_M
+
+
+def _give_up(uow: UnitOfWork, ride: Ride, cause: str, walk_s: float) -> None:
+    detail = f"{cause}; your stop is {max(1, round(walk_s / 60.0))} minutes away on foot"
+    if walk_s == 0.0:
+        detail = f"{cause}, and nobody knows where"
+    uow.rides.save(ended(ride, RideState.FAILED, uow.now, "vehicle_lost", detail))
+    _tell(uow, ride, IncidentKind.RIDE_FAILED, "ride.failed", f"{detail}; see to it that they get on")
+
+
+def _tell(uow: UnitOfWork, ride: Ride, kind: IncidentKind, name: str, detail: str) -> None:
+    cause = f"ride {ride.ride_code}: {detail}"
+    open_incident(uow, kind, ride.ride_id, cause, vehicle_id=ride.vehicle_id, ride_id=ride.ride_id)
+    _note(uow, name, ride.ride_id, "", detail)
+    uow.publish(topics.ride(uow.campus_id, ride.ride_id))
+
+
+def _note(uow: UnitOfWork, name: str, subject: str, by: str, detail: str) -> None:
+    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, subject, by, detail))
