@@ -6,6 +6,7 @@ from fastapi import APIRouter, FastAPI
 
 from server.api import (
     campus,
+    closures,
     developer_socket,
     health,
     incidents,
@@ -18,7 +19,9 @@ from server.api import (
     series,
     service,
     sessions,
+    shifts,
     tokens,
+    travel_times,
     vehicle_socket,
     vehicles,
 )
@@ -46,8 +49,11 @@ def bare_app(**options: Any) -> FastAPI:
         rides.router,
         series.router,
         service.router,
+        closures.router,
+        travel_times.router,
         sessions.router,
         vehicles.router,
+        shifts.router,
         vehicles.enrolments,
         interventions.router,
         incidents.router,

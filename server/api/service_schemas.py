@@ -169,7 +169,7 @@ def pattern_of(campus_id: str, service_id: Name, body: PatternBody) -> ServicePa
         tuple(sorted(set(body.weekdays))),
         body.starts_on,
         body.ends_on,
-        tuple(Hours(_seconds(hours.opens), _seconds(hours.closes)) for hours in body.hours),
+        tuple(Hours(seconds_of(hours.opens), seconds_of(hours.closes)) for hours in body.hours),
     )
 
 
@@ -180,7 +180,7 @@ def pattern_view(pattern: ServicePattern, trips: int) -> PatternView:
         weekdays=list(pattern.weekdays),
         starts_on=pattern.starts_on,
         ends_on=pattern.ends_on,
-        hours=[HoursModel(opens=_clock(h.opens_s), closes=_clock(h.closes_s)) for h in pattern.hours],
+        hours=[HoursModel(opens=clock_of(h.opens_s), closes=clock_of(h.closes_s)) for h in pattern.hours],
         trips=trips,
     )
 
@@ -230,10 +230,12 @@ def _span(span: Span) -> SpanView:
     return SpanView(opens_at=span[0], closes_at=span[1])
 
 
-def _seconds(clock_time: str) -> int:
+def seconds_of(clock_time: str) -> int:
+    """After local midnight."""
     hours, minutes = clock_time.split(":")
     return int(hours) * 3600 + int(minutes) * 60
 
 
-def _clock(second: int) -> str:
+def clock_of(second: int) -> str:
+    """ "08:00", counted from local midnight."""
     return f"{second // 3600:02d}:{second % 3600 // 60:02d}"

@@ -39,4 +39,5 @@ def blank_task(problem: Problem, requests: int, nodes: int) -> Task:
         xy=xy,
         slowness=0.0 if problem.plane is None else problem.plane.slowness,
         joined=problem.together,
+        pace=np.ones(nodes),
     )

@@ -98,9 +98,17 @@ class Board:
         r = self._free.pop()
         self.rows[request.request_id] = r
         self.write(r, request, self.problem.dwell_s if request.dwell_s is None else request.dwell_s)
+        self._set_pace(2 * r, request.pace)
+        self._set_pace(2 * r + 1, request.pace)
         self.plan.vehicle_of[r] = ABSENT
         self.plan.movable[r] = True
         return r
+
+    def _set_pace(self, node: int, pace: float) -> None:
+        """A request keeps the pace with which it came, so that narrower windows never change its times."""
+        self.task.pace[node] = pace
+        if pace != 1.0 and not self.task.paced:
+            self.task = self.task._replace(paced=True)
 
     def write(self, r: int, request: Request, dwell_s: float | None = None) -> None:
         """Make row r this request; its service times stay where dwell_s is None."""
@@ -197,6 +205,7 @@ class Board:
         early_s = call.leave_from_s - call.dwell_s - self.origin_s
         timed = np.isfinite(early_s)
         task.place[node] = call.place
+        self._set_pace(node, call.pace)
         task.service_s[node] = call.dwell_s
         task.early_s[node] = early_s if timed else -CUT_OFF_S
         late_s = min(call.arrive_by_s - self.origin_s, 0.5 * CUT_OFF_S)
@@ -334,7 +343,14 @@ class Board:
     def route(self, v: int) -> VehicleRoute:
         """A vehicle's calls with their times."""
         calls, times = calls_and_times(self.task, self.plan, v, self._stays, self.requests, self.origin_s)
-        return VehicleRoute(self.vehicle_ids[v], calls, times)
+        made = [pair for pair in zip(calls, times, strict=True) if not pair[0].off_duty]
+        return VehicleRoute(
+            self.vehicle_ids[v], tuple(call for call, _ in made), tuple(time for _, time in made)
+        )
+
+    def off_duty_nodes(self) -> list[int]:
+        """The calls that stand for time off between two shifts."""
+        return [node for node, stay in self._stays.items() if stay.call.off_duty]
 
     def routes(self, vehicle_ids: Container[str] | None = None) -> tuple[VehicleRoute, ...]:
         """Every vehicle's route, or those of the named ones; impossible ones are left out."""

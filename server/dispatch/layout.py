@@ -16,6 +16,10 @@ class Stay:
     number: int
 
 
+def _off_duty(stay: Stay | None) -> bool:
+    return stay is not None and stay.call.off_duty
+
+
 @dataclass(slots=True)
 class _Group:
     place: int
@@ -29,7 +33,7 @@ class _Group:
 
     def takes(self, place: int, locked: bool, stay: Stay | None) -> bool:
         """Whether a node right after those of the group is part of the same call."""
-        if place != self.place or locked != self.locked:
+        if place != self.place or locked != self.locked or _off_duty(stay) or _off_duty(self.stay):
             return False
         if stay is None or self.stay is None or stay.number == self.stay.number:
             return True
@@ -86,4 +90,6 @@ def _call(group: _Group, named: set[int]) -> Call:
         was.arrive_by_s,
         was.fixed,
         was.call_id,
+        was.pace,
+        was.off_duty,
     )

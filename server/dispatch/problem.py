@@ -42,6 +42,7 @@ class Request:
     ride_s_max   longest time between the end of boarding and coming to the drop-off
     dwell_s      how long they take to get on, and off; None for the problem's dwell
     pinned       it stays with the vehicle that has it: no improvement gives it to another one
+    pace         what driving to either stop takes at that hour, over the table's time
     pickup_walks, dropoff_walks  other stops that would do; whoever walks is later at the pickup, and wants
                  to be earlier at the drop-off, by as much
     """
@@ -60,6 +61,7 @@ class Request:
     arrive_from_s: float = -math.inf
     dwell_s: float | None = None
     pinned: bool = False
+    pace: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +73,8 @@ class Call:
     leave_from_s  the vehicle leaves no earlier (a timetable departure)
     arrive_by_s  it arrives no later
     fixed        it stays even where nobody boards or alights
+    pace         of a fixed call: what driving to it takes at that hour, over the table's time
+    off_duty     it stands for the time between two shifts, and is left out of the routes that are decided
     """
 
     place: int
@@ -81,6 +85,8 @@ class Call:
     arrive_by_s: float = math.inf
     fixed: bool = False
     call_id: str = ""
+    pace: float = 1.0
+    off_duty: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from server.dispatch.arrays import AnyArray
 from server.dispatch.board import Board
 from server.dispatch.decide import offers_for
 from server.dispatch.engine.task import SEATS, WHEELCHAIRS
@@ -15,8 +16,9 @@ NO_VEHICLE, SEATS_RULE, WHEELCHAIR, WINDOW = "no_vehicle_free", "seats", "wheelc
 RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, CLOSED = "ride_time", "arrival", "timetable", "battery", "closed_road"
 RULES = (NO_VEHICLE, SEATS_RULE, WHEELCHAIR, WINDOW, RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, CLOSED)
 # Asked in this order: the first rule without which somebody could carry the request is the one that binds.
-# With more time nearly everything passes, so the window comes last.
-_LOOSENED = (SEATS_RULE, WHEELCHAIR, RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, WINDOW)
+# With more time nearly everything passes, so the window comes last. A shuttle whose shift is over, or has not
+# begun, is not free.
+_LOOSENED = (NO_VEHICLE, SEATS_RULE, WHEELCHAIR, RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, WINDOW)
 
 
 def binding_rule(board: Board, request_id: str) -> str:
@@ -50,6 +52,7 @@ def binding_rule(board: Board, request_id: str) -> str:
 def _in_play(board: Board, request: Request) -> list[str]:
     """The rules that could be in the way at all, in the order in which they are asked."""
     idle = {
+        NO_VEHICLE: not _on_shifts(board).any(),
         WHEELCHAIR: request.wheelchairs == 0,
         RIDE_TIME: np.isinf(request.ride_s_max),
         ARRIVAL: np.isinf(request.arrive_by_s),
@@ -57,6 +60,24 @@ def _in_play(board: Board, request: Request) -> list[str]:
         BATTERY: bool(np.isinf(board.task.drive_s_max).all()),
     }
     return [rule for rule in _LOOSENED if not idle.get(rule, False)]
+
+
+def _on_shifts(board: Board) -> AnyArray:
+    """(V,) whose duty ends at some time."""
+    task = board.task
+    ends = slice(2 * task.requests + 1, 2 * (task.requests + task.vehicles), 2)
+    return np.asarray(task.late_s[ends] < CUT_OFF_S)
+
+
+def _without_shifts(board: Board) -> None:
+    """Every vehicle is on duty all the time."""
+    task = board.task
+    starts = 2 * (task.requests + np.flatnonzero(_on_shifts(board)))
+    task.early_s[starts] = -CUT_OFF_S
+    task.late_s[starts + 1] = CUT_OFF_S
+    off = board.off_duty_nodes()
+    task.early_s[off], task.late_s[off] = -CUT_OFF_S, CUT_OFF_S
+    task.service_s[off] = 0.0
 
 
 def _fixed(board: Board) -> slice:
@@ -71,7 +92,10 @@ def _without(board: Board, r: int, rule: str) -> Iterator[None]:
     kept = task.load[2 * r : 2 * r + 2].copy()
     drive_s_max = task.drive_s_max.copy()
     fixed = _fixed(board)
-    late_s = task.late_s[fixed].copy()
+    early_s, late_s = task.early_s[fixed].copy(), task.late_s[fixed].copy()
+    service_s = task.service_s[fixed].copy()
+    duty = slice(2 * task.requests, 2 * (task.requests + task.vehicles))
+    duty_s = task.early_s[duty].copy(), task.late_s[duty].copy()
     board.write(r, _lifted(request, rule))
     if rule == SEATS_RULE:
         task.load[2 * r : 2 * r + 2, SEATS] = 0
@@ -82,14 +106,19 @@ def _without(board: Board, r: int, rule: str) -> Iterator[None]:
     elif rule == TIMETABLE:
         task.late_s[fixed] += CUT_OFF_S
         board.retime()
+    elif rule == NO_VEHICLE:
+        _without_shifts(board)
+        board.retime()
     try:
         yield
     finally:
         board.write(r, request)
         task.load[2 * r : 2 * r + 2] = kept
         task.drive_s_max[:] = drive_s_max
-        if rule == TIMETABLE:
-            task.late_s[fixed] = late_s
+        if rule in (TIMETABLE, NO_VEHICLE):
+            task.early_s[fixed], task.late_s[fixed] = early_s, late_s
+            task.service_s[fixed] = service_s
+            task.early_s[duty], task.late_s[duty] = duty_s
             board.retime()
 
 

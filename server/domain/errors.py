@@ -213,6 +213,42 @@ class ExceptionUnknown(DomainError):
     code = "exception_unknown"
 
 
+class ShiftsInvalid(DomainError):
+    """A vehicle's shifts contradict each other or the clock."""
+
+    code = "shifts_invalid"
+
+
+class LaneUnknown(DomainError):
+    """The active map has no such lane."""
+
+    code = "lane_unknown"
+
+
+class SectionUnknown(DomainError):
+    """The active map has no such section."""
+
+    code = "section_unknown"
+
+
+class ClosureInvalid(DomainError):
+    """A road closure closes nothing, or ends before it begins."""
+
+    code = "closure_invalid"
+
+
+class ClosureUnknown(DomainError):
+    """No road closure has this id."""
+
+    code = "closure_unknown"
+
+
+class ClosureOver(DomainError):
+    """The road closure has ended or was lifted already."""
+
+    code = "closure_over"
+
+
 # ---------------------------------------------------------------- vehicles, plans, orders
 
 

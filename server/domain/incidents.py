@@ -21,6 +21,7 @@ class IncidentKind(StrEnum):
     BATTERY_LOW = "battery_low"
     RIDER_DID_NOT_ALIGHT = "rider_did_not_alight"
     NO_RESTING_PLACE = "no_resting_place"
+    ROAD_CLOSED = "road_closed"
     ORDER_REJECTED = "order_rejected"
     DEPARTURE_MISSED = "departure_missed"
     PROMISE_BROKEN = "promise_broken"
@@ -42,6 +43,7 @@ PRIORITY: Mapping[IncidentKind, int] = {
     IncidentKind.BATTERY_LOW: 25,
     IncidentKind.RIDER_DID_NOT_ALIGHT: 30,
     IncidentKind.NO_RESTING_PLACE: 35,
+    IncidentKind.ROAD_CLOSED: 36,
     IncidentKind.ORDER_REJECTED: 40,
     IncidentKind.RIDE_FAILED: 41,
     IncidentKind.DEPARTURE_MISSED: 42,

@@ -14,3 +14,16 @@ class StoredMap:
     content: bytes
     added_at: datetime
     active: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ActiveMap:
+    """What every transaction asks of the campus's roads.
+
+    has_closures  some road closure stands: scheduled or in force
+    factors       travel times by the hour as learnt (`domain.pace`), None before anything is
+    """
+
+    map_version: str | None
+    has_closures: bool
+    factors: tuple[float, ...] | None

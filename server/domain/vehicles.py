@@ -5,6 +5,7 @@ from datetime import datetime
 from typing import Literal
 
 from contract.wire.messages import DriveMode, Status
+from server.domain.shifts import Shifts
 
 CommandKind = Literal["hold", "resume", "announce", "stop_now"]
 
@@ -21,6 +22,7 @@ class Vehicle:
     hold_ends   an operator's hold is over then, and the server resumes it; None: it stands until resumed
     charging    it went to charge and has not charged to the full yet
     placed      it holds the ground under its body, so that it can be given a route
+    shifts      when it is on duty, None for always
     """
 
     campus_id: str
@@ -43,6 +45,7 @@ class Vehicle:
     unavailable_since: datetime | None = None
     hold_ends: datetime | None = None
     charging: bool = False
+    shifts: Shifts | None = None
 
     @property
     def accepts_rides(self) -> bool:

@@ -1,8 +1,8 @@
 """How the fleet is assigned, beat by beat. One dispatcher a campus: it holds a lease, others stand by.
 
 A booking is decided at once by whoever takes it (`usecases.rides.book`); this loop does what remains:
-rides that have lost their vehicle, routes and grants that were not safe yet, expected times and promises,
-and moving waiting rides to where they cost less.
+roads that close and open, rides that have lost their vehicle, routes and grants that were not safe yet,
+expected times and promises, and moving waiting rides to where they cost less.
 """
 
 from collections.abc import Callable
@@ -14,6 +14,7 @@ from server.domain.errors import LeaseLost
 from server.loops.pulse import Pulse
 from server.usecases import (
     charging,
+    closures,
     interventions,
     lost_vehicles,
     plans,
@@ -68,6 +69,7 @@ class Dispatcher:
         if token is None:
             return
         self._token = token
+        await self._fenced(closures.keep_time)
         await self._fenced(lost_vehicles.rescue_riders)
         await self._fenced(interventions.end_holds)
         await self._fenced(plans.assign_waiting)

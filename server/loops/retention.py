@@ -1,7 +1,8 @@
-"""Telemetry and sessions are kept for a bounded time; events, rides and runs are kept."""
+"""Telemetry and sessions are kept for a bounded time; events, rides and runs are kept. Travel times by the
+hour are learnt anew as often."""
 
 from server.loops.pulse import Pulse
-from server.usecases import retention
+from server.usecases import paces, retention
 from server.usecases.ports import Transactions
 
 PERIOD_S = 3600.0
@@ -17,3 +18,4 @@ class Retention:
 
     async def beat(self) -> None:
         await self._transactions.run(retention.forget_old)
+        await self._transactions.run(paces.learn)

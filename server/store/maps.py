@@ -1,12 +1,31 @@
 """Campus maps as rows."""
 
-from sqlalchemy import Connection, select
+from functools import lru_cache
 
-from server.domain.maps import StoredMap
+from sqlalchemy import Connection, bindparam, exists, select
+
+from server.domain.closures import ClosureState
+from server.domain.maps import ActiveMap, StoredMap
 from server.store import tables
+from server.store.columns import from_json
 from server.store.repository import Repository
 
 _map = tables.maps.c
+_closure = tables.closures.c
+_STANDING = [str(ClosureState.SCHEDULED), str(ClosureState.IN_FORCE)]
+# Asked in every transaction, so that the three questions are one statement, made once.
+_ACTIVE = select(
+    _map.map_version,
+    exists().where(_closure.campus_id == bindparam("campus_id"), _closure.state.in_(_STANDING)),
+    select(tables.paces.c.factors)
+    .where(tables.paces.c.campus_id == bindparam("campus_id"))
+    .scalar_subquery(),
+).where(_map.campus_id == bindparam("campus_id"), _map.active.is_(True))
+
+
+@lru_cache(maxsize=8)
+def _factors(text: str) -> tuple[float, ...]:
+    return from_json(text, tuple[float, ...])
 
 
 class Maps(Repository):
@@ -17,9 +36,13 @@ class Maps(Repository):
         return StoredMap(row.campus_id, row.map_version, row.name, row.content, row.added_at, row.active)
 
     def active_version(self) -> str | None:
-        return self._connection.execute(
-            select(_map.map_version).where(_map.campus_id == self._campus_id, _map.active.is_(True))
-        ).scalar_one_or_none()
+        return self.active().map_version
+
+    def active(self) -> ActiveMap:
+        row = self._connection.execute(_ACTIVE, {"campus_id": self._campus_id}).one_or_none()
+        if row is None:
+            return ActiveMap(None, False, None)
+        return ActiveMap(row[0], bool(row[1]), None if row[2] is None else _factors(row[2]))
 
     def add(self, stored: StoredMap) -> None:
         self._insert(

@@ -91,6 +91,7 @@ vehicles = Table(
     _later("unavailable_since"),
     _later("hold_ends"),
     Column("charging", Boolean, nullable=False, server_default=false()),
+    Column("shifts", Text, nullable=True),
 )
 
 whereabouts = Table(
@@ -286,6 +287,54 @@ service_exceptions = Table(
     Column("runs", Boolean, nullable=False),
     _text("note"),
     _word("made_by", 200),
+)
+
+closures = Table(
+    "closures",
+    metadata,
+    _campus(),
+    _key("closure_id"),
+    _text("lane_ids"),
+    _text("section_ids"),
+    _text("reason"),
+    _instant("starts_at"),
+    _later("ends_at"),
+    _word("made_by", 200),
+    _instant("made_at"),
+    _word("state"),
+    _word("lifted_by", 200),
+    Index(None, "campus_id", "state"),
+)
+
+open_legs = Table(
+    "open_legs",
+    metadata,
+    _campus(),
+    _key("vehicle_id"),
+    _word("from_stop", 200),
+    _instant("left_at"),
+)
+
+driven_legs = Table(
+    "driven_legs",
+    metadata,
+    _campus(),
+    _key("vehicle_id"),
+    Column("left_at", Utc(), primary_key=True),
+    _word("from_stop", 200),
+    _word("to_stop", 200),
+    Column("hour", Integer, nullable=False),
+    Column("planned_s", Float, nullable=False),
+    Column("driven_s", Float, nullable=False),
+)
+
+paces = Table(
+    "paces",
+    metadata,
+    _campus(),
+    _text("factors"),
+    _text("legs"),
+    _instant("learned_at"),
 )
 
 series = Table(

@@ -3,13 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
+from zoneinfo import ZoneInfo
 
 import msgspec
 from sqlalchemy import Connection
 
 from contract.roads.network import RoadNetwork
 from server.domain.errors import CampusUnknown
+from server.domain.pace import pace_at
 from server.domain.rules import FleetRules
+from server.store.closures import Closures
 from server.store.decisions import Decisions
 from server.store.departures import Departures
 from server.store.events import Events
@@ -17,15 +20,17 @@ from server.store.history import History
 from server.store.identity import Identity
 from server.store.incidents import Incidents
 from server.store.leases import Leases
+from server.store.live.ground import LiveClosures, LiveMaps, LivePaces
 from server.store.live.memory import Memory
 from server.store.live.orders import LiveOrders
 from server.store.live.plans import LivePlans
 from server.store.live.rides import LiveRides
 from server.store.live.sections import LiveSections
-from server.store.live.service import LiveMaps, LiveService
+from server.store.live.service import LiveService
 from server.store.live.vehicles import LiveVehicles
 from server.store.maps import Maps
 from server.store.orders import Orders
+from server.store.paces import PaceBook
 from server.store.plans import Plans
 from server.store.rides import Rides
 from server.store.runs import Runs
@@ -34,9 +39,11 @@ from server.store.series import SeriesBook
 from server.store.service import Service
 from server.store.vehicles import Vehicles
 from server.store.views import SqlViews
+from server.usecases.closed_roads import sections_closed
 from server.usecases.fleet_roads import FleetRoads
 from server.usecases.ports import (
     Clock,
+    ClosureRepository,
     DecisionRepository,
     DepartureRepository,
     EventRepository,
@@ -48,6 +55,7 @@ from server.usecases.ports import (
     MapLibrary,
     MapRepository,
     OrderRepository,
+    PaceRepository,
     PasswordHasher,
     PlanRepository,
     RideRepository,
@@ -120,6 +128,8 @@ class SqlUnitOfWork:
             self.vehicles: VehicleRepository = Vehicles(connection, campus_id, writes)
             self.service: ServiceRepository = Service(connection, campus_id, False)
             self.maps: MapRepository = Maps(connection, campus_id, False)
+            self.closures: ClosureRepository = Closures(connection, campus_id, False)
+            self.paces: PaceRepository = PaceBook(connection, campus_id, False)
         else:
             self._rides = LiveRides(connection, campus_id, memory)
             self.plans = LivePlans(connection, campus_id, memory)
@@ -128,6 +138,8 @@ class SqlUnitOfWork:
             self.vehicles = LiveVehicles(connection, campus_id, memory)
             self.service = LiveService(connection, campus_id, memory)
             self.maps = LiveMaps(connection, campus_id, memory)
+            self.closures = LiveClosures(connection, campus_id, memory)
+            self.paces = LivePaces(connection, campus_id, memory)
         self.rides: RideRepository = self._rides
         self.departures: DepartureRepository = Departures(connection, campus_id, writes)
         self.decisions: DecisionRepository = Decisions(connection, campus_id, False)
@@ -142,6 +154,8 @@ class SqlUnitOfWork:
         self._views = SqlViews(connection, campus_id, False)
         self._library = context.library
         self._roads: FleetRoads | None = None
+        self._has_closures = False
+        self._factors: tuple[float, ...] | None = None
 
     @property
     def views(self) -> Views:
@@ -161,6 +175,18 @@ class SqlUnitOfWork:
             self._roads = self._active_roads()
         return self._roads
 
+    def has_closures(self) -> bool:
+        self.roads()
+        return self._has_closures
+
+    def hour_of(self, moment: datetime) -> float:
+        local = moment.astimezone(ZoneInfo(self.network().road_map.timezone))
+        return local.hour + local.minute / 60.0 + local.second / 3600.0
+
+    def pace_at(self, moment: datetime) -> float:
+        self.roads()
+        return 1.0 if self._factors is None else pace_at(self._factors, self.hour_of(moment))
+
     def network_of(self, content: bytes) -> RoadNetwork:
         return self._library.decode(content).network
 
@@ -171,17 +197,20 @@ class SqlUnitOfWork:
     def publish(self, topic: str, **fields: str | int) -> None:
         self.outgoing.add(topic, fields)
 
-    def map_changed(self) -> None:
+    def roads_changed(self) -> None:
         self._roads = None
 
     def _active_roads(self) -> FleetRoads:
-        version = self.maps.active_version()
+        active = self.maps.active()
+        version, self._has_closures, self._factors = active.map_version, active.has_closures, active.factors
         if version is None:
             raise CampusUnknown(f"campus {self.campus_id} has no map; import one and activate it")
         roads = self._roads_at(version)
         if roads is None:
             raise CampusUnknown(f"the active map {version} is missing from the store; import it again")
-        return roads
+        if not self._has_closures:
+            return roads
+        return roads.closed_to(sections_closed(self.closures.standing(), roads.network))
 
     def _roads_at(self, version: str) -> FleetRoads | None:
         """Decoded once for the life of the process; None for a map that is not stored."""

@@ -3,11 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import fields
 from datetime import datetime
+from functools import lru_cache
 from typing import Any
 
 from sqlalchemy import Connection
 
 from contract.wire.messages import Status
+from server.domain.shifts import Shifts
 from server.domain.vehicles import StatusReport, Vehicle, VehicleCommand, Whereabouts
 from server.store import tables
 from server.store.columns import from_json, to_json
@@ -90,7 +92,13 @@ class Vehicles(Repository):
 
 
 def vehicle_from_row(row: AnyRow) -> Vehicle:
-    return Vehicle(**{name: getattr(row, name) for name in _VEHICLE_FIELDS})
+    values = {name: getattr(row, name) for name in _VEHICLE_FIELDS}
+    return Vehicle(**values | {"shifts": None if row.shifts is None else _shifts(row.shifts)})
+
+
+@lru_cache(maxsize=256)
+def _shifts(text: str) -> Shifts:
+    return from_json(text, Shifts)
 
 
 def whereabouts_from_row(row: AnyRow) -> Whereabouts:
@@ -99,7 +107,8 @@ def whereabouts_from_row(row: AnyRow) -> Whereabouts:
 
 
 def _vehicle_to_row(vehicle: Vehicle) -> dict[str, Any]:
-    return {name: getattr(vehicle, name) for name in _VEHICLE_FIELDS if name != "campus_id"}
+    values = {name: getattr(vehicle, name) for name in _VEHICLE_FIELDS if name != "campus_id"}
+    return values | {"shifts": None if vehicle.shifts is None else to_json(vehicle.shifts)}
 
 
 def _command_from_row(row: AnyRow) -> VehicleCommand:

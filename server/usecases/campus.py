@@ -36,7 +36,7 @@ def activate_map(uow: UnitOfWork, map_version: str, by: str) -> StoredMap:
     for occupancy in uow.sections.all():
         uow.sections.remove(occupancy.vehicle_id)
     uow.maps.activate(map_version)
-    uow.map_changed()
+    uow.roads_changed()
     enter_services(uow, uow.network().road_map)
     uow.events.add_server_event(
         ServerEvent(uow.campus_id, uow.now, "map.activated", map_version, by, stored.name)

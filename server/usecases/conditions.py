@@ -15,7 +15,7 @@ from contract.wire.messages import (
 from server.domain.events import ServerEvent
 from server.domain.incidents import IncidentKind
 from server.domain.vehicles import Vehicle
-from server.usecases import plans, sections, topics
+from server.usecases import paces, plans, sections, topics
 from server.usecases.incidents import clear_incident, open_incident
 from server.usecases.ports import UnitOfWork
 
@@ -33,6 +33,8 @@ def mode_changed(uow: UnitOfWork, vehicle: Vehicle, event: ModeChanged) -> None:
     uow.vehicles.save(after)
     _note(uow, f"vehicle.{event.mode}", vehicle_id, event.reason)
     uow.publish(topics.vehicle(uow.campus_id, vehicle_id), mode=event.mode)
+    if event.mode != "autonomous":
+        paces.interrupted(uow, vehicle_id)
     kind = _INCIDENT_OF_MODE.get(event.mode)
     if kind is not None:
         open_incident(uow, kind, vehicle_id, event.reason or event.mode, vehicle_id=vehicle_id)

@@ -13,6 +13,7 @@ import numpy as np
 from contract.geometry import Array
 from server.dispatch.board import Board
 from server.dispatch.problem import Call, Problem, VehicleRoute, VehicleState
+from server.dispatch.refusal import CLOSED
 from server.domain.errors import (
     DestinationRefused,
     NoRestingPlaceFree,
@@ -56,6 +57,12 @@ def change_destination(uow: UnitOfWork, ride: Ride, to_stop: str, by: str) -> Ri
     return changed
 
 
+def let_out_elsewhere(uow: UnitOfWork, ride: Ride, to_stop: str) -> Ride | None:
+    """Somebody aboard is let out at another stop, wherever that costs least; None where it would break a
+    promise."""
+    return _let_out_there(uow, replace(redirected(ride, to_stop), let_out=ride.let_out))
+
+
 def let_out(uow: UnitOfWork, ride: Ride, by: str) -> Ride:
     """Somebody aboard wants to get off: at the first stop that breaks nobody's promise, else at the next
     one of the plan. The ride goes on until the vehicle says that they are out.
@@ -89,6 +96,8 @@ def _require_possible(uow: UnitOfWork, ride: Ride, to_stop: str) -> None:
             raise SameStop("from and to are the same stop; cancel the ride instead")
     elif math.isinf(roads.direct_s(ride.from_stop, to_stop)):
         raise StopUnreachable("no road leads there from the pickup stop")
+    if roads.is_cut_off(ride.from_stop if ride.state is not RideState.ABOARD else to_stop, to_stop):
+        raise DestinationRefused(f"{WORDS[CLOSED]}; your ride stays as it was", CLOSED)
 
 
 def _require_before_closing(uow: UnitOfWork, ride: Ride) -> None:
@@ -136,7 +145,7 @@ def _inserted_anew(uow: UnitOfWork, wish: Ride) -> Ride:
 
 def _ride_s_max(uow: UnitOfWork, ride: Ride) -> float:
     direct_s = uow.roads().direct_s(ride.from_stop, ride.to_stop)
-    return uow.rules.ride_s_max(direct_s)
+    return uow.rules.ride_s_max(direct_s * uow.pace_at(max(uow.now, ride.earliest)))
 
 
 # ---------------------------------------------------------------- on the vehicle that has it
@@ -188,7 +197,7 @@ def _routes(
     for index in indices:
         if index < max(locked, boards + 1) or index > len(calls):
             continue
-        if index < len(calls) and calls[index].place == place:
+        if index < len(calls) and calls[index].place == place and not calls[index].off_duty:
             here = calls[index]
             yield (
                 *calls[:index],

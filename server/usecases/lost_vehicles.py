@@ -15,10 +15,10 @@ from server.domain.incidents import IncidentKind
 from server.domain.rides import Ride, RideState, boarded, ended, stranded
 from server.domain.vehicles import Vehicle
 from server.usecases import plans, topics
-from server.usecases.fleet_roads import on_foot_s
 from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
 from server.usecases.routes import visits_of
+from server.usecases.walks import on_foot_s
 
 LOST_MODES: tuple[DriveMode, ...] = ("minimal_risk", "fault")
 # Who has come so near to the destination on foot or by hand is there.

@@ -16,7 +16,7 @@ from server.usecases.incidents import clear_incident, open_incident
 from server.usecases.order_payload import order_payload, utc_ns
 from server.usecases.ports import UnitOfWork
 from server.usecases.section_desk import SectionDesk
-from server.usecases.ways import Way, blocked_for, way_through
+from server.usecases.ways import Way, blocked_for, leads_through_closed, way_through
 
 REJECTIONS_MAX = 3
 
@@ -32,9 +32,14 @@ def reissue(uow: UnitOfWork, vehicle_id: str, desk: SectionDesk | None = None) -
         raise VehicleUnknown(f"no vehicle {vehicle_id} is enrolled")
     plan = uow.plans.get(vehicle_id)
     present = uow.orders.current(vehicle_id)
-    if plan is None or not plan.ordered or not vehicle.placed or not _is_behind(present, plan):
+    if plan is None or not plan.ordered or not vehicle.placed:
         return None
-    if present is not None and _says_the_same(present, plan):
+    if uow.roads().closed:
+        desk = desk or SectionDesk(uow)
+    turns = desk is not None and leads_through_closed(uow.roads(), desk, vehicle_id)
+    if not turns and not _is_behind(present, plan):
+        return None
+    if not turns and present is not None and _says_the_same(present, plan):
         uow.orders.save(replace(present, plan_version=plan.version))
         return None
     where = uow.vehicles.whereabouts(vehicle_id)
@@ -136,7 +141,7 @@ def _is_held_back(uow: UnitOfWork, plan: Plan, present: IssuedOrder | None, here
     roads = uow.roads()
     own = frozenset({plan.resting_place_id})
     row = roads.times_to_stops((here.lane_id, here.s_m), own, frozenset())
-    drive_s = float(row[roads.stop_numbers[first.stop_id]])
+    drive_s = uow.pace_at(first.not_before) * float(row[roads.stop_numbers[first.stop_id]])
     early_s = uow.rules.early_s(timed=bool(first.departure_id))
     leave_at = first.not_before - timedelta(seconds=first.dwell_s + drive_s + early_s)
     return uow.now < leave_at
@@ -156,7 +161,6 @@ def _way(
     heading_for = ""
     if going and present is not None and plan.visits[0].visit_id in _visit_ids(present):
         heading_for = plan.visits[0].visit_id
-    driven = (*occupancy.held_ids, *occupancy.ahead)
     others = {p.resting_place_id for p in uow.plans.all() if p.vehicle_id != plan.vehicle_id}
     unreserved = frozenset(roads.network.resting_places) - others
     for own in (frozenset({plan.resting_place_id}), unreserved):
@@ -165,7 +169,7 @@ def _way(
             occupancy.held_ids,
             here,
             plan.ordered,
-            blocked_for(roads, own, driven),
+            blocked_for(roads, own, occupancy.held_ids, occupancy.ahead),
             stopping_m=rules.stopping_m(speed_mps),
             heading_for=heading_for,
         )

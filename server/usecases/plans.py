@@ -10,6 +10,7 @@ from datetime import timedelta
 from math import isfinite
 
 from server.dispatch.problem import Problem, VehicleState
+from server.dispatch.refusal import CLOSED
 from server.dispatch.solve import Budget, Solution, solve
 from server.domain.errors import (
     NoRestingPlaceFree,
@@ -20,15 +21,13 @@ from server.domain.errors import (
     VehicleUnknown,
 )
 from server.domain.events import ServerEvent
-from server.domain.incidents import IncidentKind
 from server.domain.plans import Plan, PlannedVisit, next_version
-from server.domain.rides import WAITING, Ride, RideState, ended, promised_anew, unassigned
+from server.domain.rides import WAITING, Ride, RideState, promised_anew, unassigned
 from server.domain.timetable import Departure, without_vehicle
-from server.usecases import promises, topics
+from server.usecases import cut_off, promises, topics
 from server.usecases.assign import assign_rides
 from server.usecases.carry_out import carry_out, commit
 from server.usecases.decisions import Search, keep_improvement
-from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
 from server.usecases.routes import is_news, refresh_times, save_route
 from server.usecases.snapshot import Snapshot, take_snapshot
@@ -85,7 +84,8 @@ def assign_waiting(uow: UnitOfWork, also: Sequence[Ride] = ()) -> tuple[Ride, ..
 
     also  assigned rides whose vehicle cannot come, or not in time: who else keeps the promise gets them
     A promise that nobody can keep any more gives way to the earliest pickup that somebody can make. A ride
-    that nobody could take within the longest wait fails, which is an incident.
+    that nobody could take within the longest wait fails, which is an incident; so does one that a closed
+    road cuts off, unless the road opens in time (`cut_off`).
     """
     wanted = [*uow.rides.in_states([RideState.REQUESTED]), *_stranded(uow), *also]
     waiting = list({ride.ride_id: ride for ride in wanted}.values())
@@ -99,12 +99,16 @@ def assign_waiting(uow: UnitOfWork, also: Sequence[Ride] = ()) -> tuple[Ride, ..
         for ride, wish, answer in zip(waiting, free, answers, strict=True)
         if answer.rule and (ride.state is RideState.REQUESTED or _has_lapsed(uow, ride))
     ]
+    cut_off_rides: list[Ride] = []
     late = [asked_anew(uow, ride, in_time=False) for ride, _ in left]
     for (ride, _), answer in zip(left, assign_rides(uow, late, "reassignment"), strict=True):
         if not answer.rule:
             found.append(keep_later(uow, ride, answer.ride))
+        elif ride.state is RideState.REQUESTED and answer.rule == CLOSED and uow.roads().closed:
+            cut_off_rides.append(ride)
         elif ride.state is RideState.REQUESTED:
-            _give_up_late(uow, ride, answer.rule)
+            cut_off.give_up_late(uow, ride, answer.rule)
+    cut_off.put_off(uow, cut_off_rides)
     return tuple(found)
 
 
@@ -315,18 +319,3 @@ def _stranded(uow: UnitOfWork) -> list[Ride]:
         and (vehicle.hold_ends is None or vehicle.hold_ends <= uow.now)
         for ride in uow.rides.of_vehicle(vehicle.vehicle_id, [RideState.ASSIGNED])
     ]
-
-
-def _give_up_late(uow: UnitOfWork, ride: Ride, rule: str) -> None:
-    wanted = ride.earliest if ride.promise is None else ride.promise.pickup_to
-    if uow.now <= wanted + timedelta(seconds=uow.rules.wait_s_max):
-        return
-    uow.rides.save(ended(ride, RideState.FAILED, uow.now, rule, "no shuttle could take over the ride"))
-    uow.publish(topics.ride(uow.campus_id, ride.ride_id))
-    open_incident(
-        uow,
-        IncidentKind.RIDE_FAILED,
-        ride.ride_id,
-        f"ride {ride.ride_code}: no shuttle could take it over ({rule})",
-        ride_id=ride.ride_id,
-    )

@@ -12,12 +12,14 @@ from contract.roads.network import RoadNetwork
 from contract.wire.messages import Status
 from server.dispatch.problem import Problem
 from server.dispatch.solve import Budget, Solution
+from server.domain.closures import Closure
 from server.domain.decisions import Decision, RideDecision
 from server.domain.events import RecordedEvent, ServerEvent
 from server.domain.identity import DeveloperToken, EnrolmentCode, Operator, OperatorSession, VehicleKey
 from server.domain.incidents import Incident, IncidentKind
-from server.domain.maps import StoredMap
+from server.domain.maps import ActiveMap, StoredMap
 from server.domain.orders import IssuedOrder
+from server.domain.pace import DrivenLeg, Paces
 from server.domain.plans import Plan
 from server.domain.rides import Ride, RideState, Tap
 from server.domain.rules import FleetRules
@@ -271,6 +273,38 @@ class ServiceRepository(Protocol):
         ...
 
 
+class ClosureRepository(Protocol):
+    def get(self, closure_id: str) -> Closure | None: ...
+
+    def standing(self) -> tuple[Closure, ...]:
+        """Scheduled or in force, by beginning."""
+        ...
+
+    def add(self, closure: Closure) -> None: ...
+
+    def save(self, closure: Closure) -> None: ...
+
+
+class PaceRepository(Protocol):
+    def begin_leg(self, vehicle_id: str, from_stop: str, left_at: datetime) -> None: ...
+
+    def end_leg(self, vehicle_id: str) -> tuple[str, datetime] | None:
+        """Where and when the leg under way began, None for none; there is none any more."""
+        ...
+
+    def add(self, leg: DrivenLeg) -> None: ...
+
+    def legs(self) -> tuple[DrivenLeg, ...]:
+        """Oldest first."""
+        ...
+
+    def forget_before(self, moment: datetime) -> int: ...
+
+    def present(self) -> Paces | None: ...
+
+    def save(self, paces: Paces) -> None: ...
+
+
 class SeriesRepository(Protocol):
     def get(self, series_id: str) -> Series | None: ...
 
@@ -319,6 +353,8 @@ class MapRepository(Protocol):
     def get(self, map_version: str) -> StoredMap | None: ...
 
     def active_version(self) -> str | None: ...
+
+    def active(self) -> ActiveMap: ...
 
     def add(self, stored: StoredMap) -> None: ...
 
@@ -422,6 +458,8 @@ class UnitOfWork(Protocol):
     departures: DepartureRepository
     decisions: DecisionRepository
     service: ServiceRepository
+    closures: ClosureRepository
+    paces: PaceRepository
     series: SeriesRepository
     incidents: IncidentRepository
     events: EventRepository
@@ -441,7 +479,20 @@ class UnitOfWork(Protocol):
         ...
 
     def roads(self) -> FleetRoads:
-        """The active map as the fleet uses it. Raises CampusUnknown."""
+        """The active map as the fleet uses it, without the roads closed now. Raises CampusUnknown."""
+        ...
+
+    def has_closures(self) -> bool:
+        """Some road closure is scheduled or in force; asks nothing that `roads` has not asked."""
+        ...
+
+    def hour_of(self, moment: datetime) -> float:
+        """The time of day on the campus, in hours after local midnight. Raises CampusUnknown."""
+        ...
+
+    def pace_at(self, moment: datetime) -> float:
+        """What driving takes at this time of day, over the map's times; 1 before anything is learnt.
+        Raises CampusUnknown."""
         ...
 
     def network_of(self, content: bytes) -> RoadNetwork:
@@ -452,8 +503,8 @@ class UnitOfWork(Protocol):
         """A stored map, active or not, decoded once; None for one that is not stored."""
         ...
 
-    def map_changed(self) -> None:
-        """Another map is active now: `network` has to look again."""
+    def roads_changed(self) -> None:
+        """Another map is active now, or a road was closed or opened: `roads` has to look again."""
         ...
 
     def publish(self, topic: str, **fields: str | int) -> None:

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from datetime import timedelta
 
+from server.dispatch.problem import CUT_OFF_S
 from server.domain.events import ServerEvent
 from server.domain.incidents import IncidentKind
 from server.domain.rides import Promise, Ride, RideState, promised_anew
@@ -12,6 +13,8 @@ from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
 from server.usecases.snapshot import moment, seconds
 
+# No plan is so long: a closed road lies in between, and `detours` deals with that.
+_CUT_OFF_S = 0.5 * CUT_OFF_S
 _UNDER_WAY = (RideState.REQUESTED, RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
 
 
@@ -46,6 +49,8 @@ def _missed(uow: UnitOfWork, ride: Ride) -> tuple[str, Promise | None]:
     pickup_eta = ride.pickup_eta if waits else None
     # Times in the past are of a plan that has not been looked at since.
     arrival_eta = max(ride.arrival_eta, uow.now)
+    if (arrival_eta - uow.now).total_seconds() > _CUT_OFF_S:
+        return _broken(uow, ride), None
     pickup_eta = None if pickup_eta is None else max(pickup_eta, uow.now)
     what = ""
     if pickup_eta is not None and pickup_eta > promise.pickup_to + room:
@@ -78,9 +83,9 @@ def _broken(uow: UnitOfWork, ride: Ride) -> str:
     return "not picked up within the window" if waiting and uow.now > ride.promise.pickup_to else ""
 
 
-def tell(uow: UnitOfWork, ride: Ride, what: str) -> None:
+def tell(uow: UnitOfWork, ride: Ride, what: str, reason: str = "") -> None:
     """An incident that names the cause; the party's phone shows the ride anew."""
-    cause = f"ride {ride.ride_code} {what}: {_reason(uow, ride)}"
+    cause = f"ride {ride.ride_code} {what}: {reason or _reason(uow, ride)}"
     open_incident(
         uow,
         IncidentKind.PROMISE_BROKEN,

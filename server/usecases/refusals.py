@@ -5,7 +5,7 @@ from datetime import datetime
 from server.domain.service import ServiceCalendar
 
 WORDS = {
-    "no_vehicle_free": "no shuttle is in service now",
+    "no_vehicle_free": "no shuttle is in service at that time",
     "seats": "no shuttle has so many seats",
     "wheelchair": "no shuttle has so many wheelchair places",
     "pickup_window": "every shuttle is too busy to pick you up in time",

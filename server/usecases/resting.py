@@ -7,7 +7,7 @@ from contract.roads.travel_times import Place
 from server.domain.errors import NoRestingPlaceFree
 from server.domain.plans import Plan, PlannedVisit, RestReason
 from server.usecases.fleet_roads import FleetRoads
-from server.usecases.ground import ARRIVED_M
+from server.usecases.ground import ARRIVED_M, Footing
 from server.usecases.ports import UnitOfWork
 from server.usecases.section_desk import SectionDesk
 
@@ -48,6 +48,16 @@ def resting_place_for(
             f"every resting place that {plan.vehicle_id} can reach belongs to another shuttle"
         )
     return best[1], best[0][2]
+
+
+def can_rest(uow: UnitOfWork, plan: Plan, here: Footing) -> bool:
+    """Some resting place that is reserved for nobody else can be reached from where the vehicle is."""
+    reserved = {other.resting_place_id for other in uow.plans.all() if other.vehicle_id != plan.vehicle_id}
+    return any(
+        place.place_id not in reserved
+        and math.isfinite(uow.roads().time_to_rest((here.lane_id, here.s_m), place))
+        for place in uow.network().road_map.resting_places
+    )
 
 
 def _way_round_s(roads: FleetRoads, last: Place, place: RestingPlace, onward: PlannedVisit | None) -> float:

@@ -28,7 +28,7 @@ from server.domain.events import ServerEvent
 from server.domain.incidents import Incident, IncidentKind
 from server.domain.rides import BookRide, Ride, RideState, Tap, TapKind, cancelled, ended
 from server.domain.service import ServiceCalendar
-from server.usecases import destinations, plans, topics
+from server.usecases import cut_off, destinations, plans, topics
 from server.usecases.assign import Assigned, assign_rides
 from server.usecases.calendars import calendar_of
 from server.usecases.incidents import open_incident
@@ -92,6 +92,12 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[Booked | Dom
 
 
 def _assigned(uow: UnitOfWork, rides: Sequence[Ride]) -> list[Assigned]:
+    if rides and uow.has_closures():
+        return cut_off.booked_around(uow, rides, _assigned_now)
+    return _assigned_now(uow, rides)
+
+
+def _assigned_now(uow: UnitOfWork, rides: Sequence[Ride]) -> list[Assigned]:
     try:
         return assign_rides(uow, rides, "booking")
     except NoRestingPlaceFree:
@@ -236,7 +242,7 @@ def _closing(uow: UnitOfWork, request: BookRide, calendar: ServiceCalendar) -> d
         raise BookingTooFarAhead(f"rides can be booked {days:.0f} days ahead at most")
     calendar.require_open(earliest)
     closes = calendar.closes_after(earliest)
-    direct_s = uow.roads().direct_s(request.from_stop, request.to_stop)
+    direct_s = uow.pace_at(earliest) * uow.roads().direct_s(request.from_stop, request.to_stop)
     if closes is not None and earliest + timedelta(seconds=direct_s) > closes:
         raise NoService(closing_words(calendar, closes))
     return closes

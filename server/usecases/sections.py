@@ -5,8 +5,10 @@ import math
 from contract.wire.messages import SectionGrant
 from server.domain.orders import IssuedOrder, OrderState
 from server.domain.plans import Plan, PlannedVisit
+from server.domain.sections import Occupancy
 from server.domain.vehicles import Vehicle
 from server.usecases import orders, topics
+from server.usecases.fleet_roads import FleetRoads
 from server.usecases.ground import footing, sections_to_ask
 from server.usecases.order_payload import grants_on_the_wire
 from server.usecases.ports import UnitOfWork
@@ -62,7 +64,17 @@ def _wanted(uow: UnitOfWork, vehicle: Vehicle, desk: SectionDesk) -> int:
     if _is_alone(uow, vehicle.vehicle_id):
         distance_m *= ALONE_FACTOR
     halt = _next_halt(uow.plans.get(vehicle.vehicle_id), uow.orders.current(vehicle.vehicle_id))
-    return sections_to_ask(network, occupancy.held_ids, occupancy.ahead, here, distance_m, halt)
+    ahead = _open_ahead(uow.roads(), occupancy)
+    return sections_to_ask(network, occupancy.held_ids, ahead, here, distance_m, halt)
+
+
+def _open_ahead(roads: FleetRoads, occupancy: Occupancy) -> tuple[str, ...]:
+    """The road ahead as far as nobody has closed it."""
+    if not roads.closed:
+        return occupancy.ahead
+    shut = roads.shut_for(occupancy.held_ids[-1])
+    first = next((n for n, section_id in enumerate(occupancy.ahead) if section_id in shut), None)
+    return occupancy.ahead[:first]
 
 
 def _next_halt(plan: Plan | None, order: IssuedOrder | None) -> PlannedVisit | None:

@@ -18,8 +18,10 @@ from server.domain.vehicles import Vehicle
 from server.usecases.battery_room import Charge, within_battery
 from server.usecases.fleet_roads import FleetRoads
 from server.usecases.ground import ARRIVED_M, Footing, footing
+from server.usecases.on_duty import with_shifts
 from server.usecases.order_payload import EPOCH
 from server.usecases.ports import UnitOfWork
+from server.usecases.resting import can_rest
 from server.usecases.section_desk import SectionDesk
 
 ON_THE_WAY = (RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
@@ -69,9 +71,13 @@ def take_snapshot(
         footings[vehicle.vehicle_id] = here
         stopping_m = uow.rules.stopping_m(status.speed_mps)
         drives = _Drive(here, stopping_m, status.visit_id)
-        vehicles.append(_vehicle(uow, vehicle, plan, occupancy, drives, rides))
-    requests = {ride.ride_id: _request(uow, ride) for ride in rides.values()}
-    chains, chained = _chains(uow.roads(), departures, uow.rules.departure_tolerance_s, uow.rules.dwell_s)
+        state = _vehicle(uow, vehicle, plan, occupancy, drives, rides)
+        if vehicle.shifts is not None:
+            planned_s = _planned_s(uow, plan, state.calls)
+            state = with_shifts(uow, vehicle.shifts, state, planned_s, _until(wanted, departures))
+        vehicles.append(state)
+    requests = {ride.ride_id: request_of(uow, ride) for ride in rides.values()}
+    chains, chained = _chains(uow, departures)
     times = uow.roads().stop_times(frozenset())
     problem = Problem(
         vehicles=tuple(
@@ -88,6 +94,23 @@ def take_snapshot(
         vehicle.vehicle_id for vehicle, charge in zip(vehicles, charges, strict=True) if charge.charging
     )
     return Snapshot(problem, plans, rides, footings, chained, desk, charging)
+
+
+def _planned_s(uow: UnitOfWork, plan: Plan, calls: Sequence[Call]) -> list[float]:
+    """When each call is made as planned so far."""
+    visits = {visit.visit_id: visit for visit in plan.visits}
+    found = []
+    for call in calls:
+        visit = visits.get(call.call_id)
+        known = [] if visit is None else [at for at in (visit.eta, visit.not_before) if at is not None]
+        found.append(seconds(max([uow.now, *known])))
+    return found
+
+
+def _until(wanted: Sequence[Ride], departures: Sequence[Departure]) -> datetime:
+    """The latest moment at which one of these wants to begin."""
+    begins = [ride.earliest if ride.promise is None else ride.promise.pickup_from for ride in wanted]
+    return max([EPOCH, *begins, *(departure.calls[-1].leave_at for departure in departures)])
 
 
 def seconds(moment: datetime) -> float:
@@ -123,11 +146,11 @@ def _vehicle(
         wheelchair_places=vehicle.wheelchair_places,
         aboard=inside,
         calls=(
-            *(_call(roads, visit, mine) for visit in visits),
+            *(_call(uow, visit, mine) for visit in visits),
             *_forgotten(roads, visits, mine, uow.rules.dwell_s),
         ),
         locked=1 if visits and visits[0].state == "under_way" else 0,
-        accepts=vehicle.accepts_rides,
+        accepts=vehicle.accepts_rides and (not roads.closed or can_rest(uow, plan, drives.here)),
     )
 
 
@@ -170,6 +193,8 @@ def _to_stops_s(
     heading_for = visits[0].stop_id if is_going_there else ""
     place = (here.lane_id, here.s_m)
     row = roads.times_over_held(held, place, own, opened, drives.stopping_m, heading_for)
+    if roads.closed:
+        row = roads.taking_on_nobody_new(row, [visit.stop_id for visit in visits])
     if visits and _is_there(visits[0], here):
         row[roads.stop_numbers[visits[0].stop_id]] = 0.0
     return row
@@ -181,8 +206,8 @@ def _is_there(visit: PlannedVisit, here: Footing) -> bool:
     return visit.state == "under_way" or 0.0 <= beyond_m <= ARRIVED_M
 
 
-def _call(roads: FleetRoads, visit: PlannedVisit, mine: dict[str, Ride]) -> Call:
-    timed = bool(visit.departure_id)
+def _call(uow: UnitOfWork, visit: PlannedVisit, mine: dict[str, Ride]) -> Call:
+    roads, timed = uow.roads(), bool(visit.departure_id)
     return Call(
         place=roads.stop_numbers[visit.stop_id],
         board=tuple(r for r in visit.board if r in mine and mine[r].state is not RideState.ABOARD),
@@ -192,14 +217,16 @@ def _call(roads: FleetRoads, visit: PlannedVisit, mine: dict[str, Ride]) -> Call
         arrive_by_s=seconds(visit.latest) if timed and visit.latest else np.inf,
         fixed=timed or not (visit.board or visit.alight),
         call_id=visit.visit_id,
+        pace=uow.pace_at(max(uow.now, visit.not_before or uow.now)),
     )
 
 
-def _request(uow: UnitOfWork, ride: Ride) -> Request:
+def request_of(uow: UnitOfWork, ride: Ride) -> Request:
     roads, rules = uow.roads(), uow.rules
     direct_s = roads.direct_s(ride.from_stop, ride.to_stop)
     promise = ride.promise
     earliest_s = seconds(max(ride.earliest, ride.requested_at))
+    pace = uow.pace_at(max(uow.now, ride.earliest if promise is None else promise.pickup_from))
     return Request(
         request_id=ride.ride_id,
         pickup=roads.stop_numbers[ride.from_stop],
@@ -209,8 +236,9 @@ def _request(uow: UnitOfWork, ride: Ride) -> Request:
         pickup_from_s=earliest_s if promise is None else seconds(promise.pickup_from),
         pickup_to_s=earliest_s + rules.wait_s_max if promise is None else seconds(promise.pickup_to),
         arrive_by_s=_arrive_by_s(ride),
-        ride_s_max=rules.ride_s_max(direct_s),
+        ride_s_max=rules.ride_s_max(direct_s * pace),
         pinned=ride.pinned,
+        pace=pace,
     )
 
 
@@ -221,13 +249,15 @@ def _arrive_by_s(ride: Ride) -> float:
 
 
 def _chains(
-    roads: FleetRoads, departures: Sequence[Departure], tolerance_s: float, dwell_s: float
+    uow: UnitOfWork, departures: Sequence[Departure]
 ) -> tuple[tuple[Chain, ...], dict[str, tuple[Departure, int]]]:
     """Each departure as timed calls.
 
     The first one has to be made within the tolerance. Where planned driving is slower than the timetable the
     later ones follow as fast as it allows: a timetable is not refused for a careful plan.
     """
+    roads, dwell_s = uow.roads(), uow.rules.dwell_s
+    tolerance_s = uow.rules.departure_tolerance_s
     every = frozenset(roads.network.resting_places)
     drive = roads.stop_times(every)
     chains: list[Chain] = []
@@ -239,9 +269,10 @@ def _chains(
             call_id = f"{departure.departure_id}#{number}"
             chained[call_id] = departure, number
             place, leave_s = roads.stop_numbers[call.stop_id], seconds(call.leave_at)
+            pace = uow.pace_at(call.leave_at)
             if calls:
                 left_s = max(calls[-1].leave_from_s, arrive_s + dwell_s)
-                arrive_s = left_s + float(drive[calls[-1].place, place])
+                arrive_s = left_s + pace * float(drive[calls[-1].place, place])
             calls.append(
                 Call(
                     place=place,
@@ -250,6 +281,7 @@ def _chains(
                     arrive_by_s=max(leave_s - dwell_s, arrive_s) + tolerance_s,
                     fixed=True,
                     call_id=call_id,
+                    pace=pace,
                 )
             )
         chains.append(Chain(departure.departure_id, tuple(calls)))

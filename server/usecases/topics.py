@@ -58,6 +58,11 @@ def service(campus_id: str) -> str:
     return f"campus/{campus_id}/service"
 
 
+def closures(campus_id: str) -> str:
+    """A road was closed or opened."""
+    return f"campus/{campus_id}/closures"
+
+
 def series(campus_id: str, series_id: str) -> str:
     """A recurring booking or one of its days has changed."""
     return f"campus/{campus_id}/series/{series_id}"

@@ -16,6 +16,7 @@ from server.domain.errors import (
 from server.domain.events import ServerEvent
 from server.domain.identity import VehicleKey
 from server.domain.incidents import IncidentKind
+from server.domain.shifts import Shifts, require_sound
 from server.domain.vehicles import Vehicle
 from server.usecases import departures, lost_vehicles, orders, plans, topics
 from server.usecases.ground import under_body
@@ -91,6 +92,21 @@ def return_to_service(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
     vehicle = replace(vehicle_of(uow, vehicle_id), in_service=True)
     uow.vehicles.save(vehicle)
     _note(uow, "vehicle.returned", vehicle_id, by)
+    uow.publish(topics.vehicle(uow.campus_id, vehicle_id))
+    uow.publish(topics.dispatch(uow.campus_id))
+    return vehicle
+
+
+def set_shifts(uow: UnitOfWork, vehicle_id: str, shifts: Shifts | None, by: str) -> Vehicle:
+    """When it is on duty, None for always. What it has promised already is kept.
+
+    Raises VehicleUnknown, ShiftsInvalid.
+    """
+    if shifts is not None:
+        require_sound(shifts)
+    vehicle = replace(vehicle_of(uow, vehicle_id), shifts=shifts)
+    uow.vehicles.save(vehicle)
+    _note(uow, "vehicle.shifts_set", vehicle_id, by)
     uow.publish(topics.vehicle(uow.campus_id, vehicle_id))
     uow.publish(topics.dispatch(uow.campus_id))
     return vehicle

@@ -14,7 +14,7 @@ from server.domain.orders import OrderState
 from server.domain.plans import Plan, PlannedVisit, with_visit_state
 from server.domain.rides import RideState, moved
 from server.domain.timetable import DepartureState
-from server.usecases import topics
+from server.usecases import paces, topics
 from server.usecases.ports import UnitOfWork
 
 NEAR_M = 15.0
@@ -41,6 +41,7 @@ def change(uow: UnitOfWork, vehicle_id: str, visit_id: str, state: VisitState) -
     follow(uow, plan, after)
     visit = plan.visit(visit_id)
     if visit is not None:
+        _measure(uow, vehicle_id, visit, state)
         if state != "skipped":
             _stand_at(uow, vehicle_id, visit)
         _tell(uow, vehicle_id, visit, state)
@@ -68,6 +69,14 @@ def follow(uow: UnitOfWork, before: Plan, after: Plan) -> None:
         uow.orders.save(replace(order, plan_version=after.version, state=OrderState.DONE))
     elif order.state is OrderState.ACCEPTED or ordered <= open_now:
         uow.orders.save(replace(order, plan_version=after.version))
+
+
+def _measure(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitState) -> None:
+    """How long the fleet drives from stop to stop, for the plans of other days."""
+    if state == "under_way":
+        paces.arrived(uow, vehicle_id, visit)
+    elif state == "done":
+        paces.left(uow, vehicle_id, visit)
 
 
 def _stand_at(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> None:

@@ -7,6 +7,7 @@ from contract.roads.routing import route_sections
 from server.domain.plans import PlannedVisit
 from server.usecases.fleet_roads import FleetRoads, Own
 from server.usecases.ground import ARRIVED_M, Footing, ahead_of
+from server.usecases.section_desk import SectionDesk
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +53,7 @@ class _WayMaker:
         self._held = list(held)
         self._sections = list(held)
         self._blocked = blocked
+        self._shut = roads.shut_for(held[-1])
         self._at: Footing | None = start
         self._place = (start.lane_id, start.s_m)
         self._legs: list[tuple[str, ...]] = []
@@ -100,8 +102,12 @@ class _WayMaker:
         joined = lanes + list(
             route.lane_ids[1:] if lanes and lanes[-1] == route.lane_ids[0] else route.lane_ids
         )
+        sections = route_sections(self._network, route)
+        if self._shut and not self._shut.isdisjoint(sections):
+            # A route may begin in any section, also in a closed one in mid-lane.
+            return False
         self._legs.append(tuple(joined))
-        for section_id in route_sections(self._network, route):
+        for section_id in sections:
             if self._sections[-1] != section_id:
                 self._sections.append(section_id)
         self._at, self._place = None, (visit.lane_id, visit.s_m)
@@ -116,6 +122,16 @@ class _WayMaker:
         return tuple(lanes)
 
 
-def blocked_for(roads: FleetRoads, own: Own, present: Sequence[str]) -> frozenset[str]:
-    """What a vehicle may not drive through: others' resting places, save on its present route."""
-    return roads.kept_clear(own) - frozenset(present)
+def blocked_for(roads: FleetRoads, own: Own, held: Sequence[str], ahead: Sequence[str]) -> frozenset[str]:
+    """What a vehicle may not drive through: others' resting places, save on its present route, and closed
+    road, save to leave it."""
+    rests = roads.every_road.kept_clear(own).difference(held, ahead)
+    return rests | roads.shut_for(held[-1]) if roads.closed else rests
+
+
+def leads_through_closed(roads: FleetRoads, desk: SectionDesk, vehicle_id: str) -> bool:
+    """The vehicle's present route goes over closed road that it is not just leaving."""
+    if not roads.closed:
+        return False
+    occupancy = desk.occupancy(vehicle_id)
+    return not roads.shut_for(occupancy.held_ids[-1]).isdisjoint(occupancy.ahead)

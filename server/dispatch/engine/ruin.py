@@ -84,7 +84,9 @@ def close_gaps(task: Task, plan: Plan, scratch: Scratch, v: int) -> None:
             plan.route[v, kept] = node
             kept += 1
     plan.length[v] = kept
-    refresh(task, plan, scratch, v)
+    if not refresh(task, plan, scratch, v):
+        # Without a visit the way can be longer where paces differ: no such attempt is kept.
+        plan.cost[v] = np.inf
 
 
 @kernel

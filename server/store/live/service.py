@@ -1,4 +1,4 @@
-"""Service patterns, exceptions and the map in force, in memory: they change seldom, every booking asks."""
+"""Service patterns and exceptions, in memory: they change seldom, every booking asks."""
 
 from datetime import date
 
@@ -6,10 +6,9 @@ from sqlalchemy import Connection
 
 from server.domain.service import ServiceException, ServicePattern
 from server.store.live.memory import Memory, Rows
-from server.store.maps import Maps
 from server.store.service import Service
 
-_PATTERNS, _EXCEPTIONS, _ACTIVE_MAP = "service patterns", "service exceptions", "active map"
+_PATTERNS, _EXCEPTIONS = "service patterns", "service exceptions"
 
 
 class LiveService(Service):
@@ -47,18 +46,3 @@ class LiveService(Service):
 
     def _read_exceptions(self) -> Rows:
         return {(e.day, e.service_id): e for e in super().exceptions()}
-
-
-class LiveMaps(Maps):
-    def __init__(self, connection: Connection, campus_id: str, memory: Memory) -> None:
-        super().__init__(connection, campus_id, locks=False)
-        self._memory = memory
-
-    def active_version(self) -> str | None:
-        known = self._memory.table(_ACTIVE_MAP, lambda: {"": Maps.active_version(self)})
-        version: str | None = known[""]
-        return version
-
-    def activate(self, map_version: str) -> None:
-        super().activate(map_version)
-        self._memory.unload(_ACTIVE_MAP)

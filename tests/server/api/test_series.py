@@ -59,7 +59,7 @@ def test_why_nobody_can_take_a_day_is_told(server: ServerUnderTest) -> None:
     beat(server)
     today = server.get(f"/series/{token}").json()["days"][0]
     assert (today["state"], today["reason"]) == ("trying", "no_vehicle_free")
-    assert today["reason_detail"] == "no shuttle is in service now"
+    assert today["reason_detail"] == "no shuttle is in service at that time"
 
 
 def test_operators_see_and_cancel_recurring_bookings(campus: ServerUnderTest) -> None:

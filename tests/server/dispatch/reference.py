@@ -83,13 +83,20 @@ def _earliest(
     times = []
     row, clock_s = vehicle.to_places_s, vehicle.ready_s
     for call, bound_s in zip(calls, bounds, strict=True):
-        arrive_s = clock_s + float(row[call.place])
+        arrive_s = clock_s + float(row[call.place]) * pace_of(problem, call)
         clock_s = max(arrive_s + call.dwell_s, call.leave_from_s, bound_s)
         for request_id in call.board:
             clock_s = max(clock_s, problem.requests[request_id].pickup_from_s + call.dwell_s)
         times.append(CallTime(arrive_s, clock_s))
         row = problem.times[call.place]
     return tuple(times)
+
+
+def pace_of(problem: Problem, call: Call) -> float:
+    """The pace of whom a call is for: of the first to get off, else on."""
+    if call.fixed or not (call.board or call.alight):
+        return call.pace
+    return problem.requests[(*call.alight, *call.board)[0]].pace
 
 
 def _late(calls: Sequence[Call], requests: Mapping[str, Request], times: Sequence[CallTime]) -> Broken | None:
@@ -162,7 +169,7 @@ def route_cost(
     row = vehicle.to_places_s
     picked_up = dict.fromkeys(vehicle.aboard, vehicle.ready_s)
     for call, time in zip(calls, times, strict=True):
-        drive_s += float(row[call.place])
+        drive_s += float(row[call.place]) * pace_of(problem, call)
         row = problem.times[call.place]
         if math.isfinite(call.leave_from_s):
             late_s += max(0.0, time.leave_s - call.leave_from_s)

@@ -6,7 +6,16 @@ from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from server.domain.rides import BookRide, Ride
 from server.domain.vehicles import StatusReport
-from server.usecases import charging, lost_vehicles, plans, promises, rides, sections, vehicle_sessions
+from server.usecases import (
+    charging,
+    closures,
+    lost_vehicles,
+    plans,
+    promises,
+    rides,
+    sections,
+    vehicle_sessions,
+)
 from server.usecases.ports import UnitOfWork
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_shuttle import STEP_S, FakeShuttle
@@ -44,6 +53,7 @@ class FakeFleet:
         vehicle_sessions.record_status(uow, reports)
         self.beats += 1
         if self.beats % 2 == 0:
+            closures.keep_time(uow)
             lost_vehicles.rescue_riders(uow)
             plans.assign_waiting(uow)
             sections.extend_grants(uow)

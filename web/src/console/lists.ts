@@ -29,6 +29,8 @@ export const tokens = new Fetched(() => answerOf(api.GET("/api/v1/developer-toke
 
 export const service = new Fetched(() => answerOf(api.GET("/api/v1/service")));
 
+export const closures = new Fetched(() => answerOf(api.GET("/api/v1/closures")));
+
 export const timetable = new Fetched(() => answerOf(api.GET("/api/v1/timetable")));
 
 export const seriesList = new Fetched(() =>

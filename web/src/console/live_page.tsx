@@ -1,10 +1,11 @@
 import { useComputed } from "@preact/signals";
+import { useEffect } from "preact/hooks";
 import type { Campus } from "../shared/api/campus";
 import { second } from "../shared/live/clock";
 import type { Scene } from "../shared/scene/scene";
 import { Loading, Note } from "../shared/ui/notes";
 import { IncidentList } from "./incident_list";
-import { incidents } from "./lists";
+import { closures, incidents } from "./lists";
 import { goTo, place } from "./navigation";
 import { SceneMap } from "./scene_map";
 import { link } from "./session";
@@ -17,6 +18,9 @@ const INCIDENTS_SHOWN = 4;
 export function LivePage({ campus }: { readonly campus: Campus }) {
   const scene = useComputed(() => link.value?.scene.value ?? null);
   const chosen = place.value.parts[0] ?? "";
+  useEffect(() => {
+    void closures.refresh();
+  }, []);
   return (
     <div class="live">
       <SceneMap
@@ -24,6 +28,7 @@ export function LivePage({ campus }: { readonly campus: Campus }) {
         scene={scene.value}
         chosen={chosen}
         still={false}
+        closures={closures.value.value ?? []}
         onChoose={(vehicle_id) => goTo("live", vehicle_id)}
       />
       <aside class="side">

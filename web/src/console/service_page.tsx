@@ -1,8 +1,9 @@
 import { useEffect } from "preact/hooks";
 import { Loading, Note, ProblemNote } from "../shared/ui/notes";
 import { CalendarList } from "./calendar_list";
+import { ClosureBlock } from "./closure_block";
 import { ExceptionList } from "./exception_list";
-import { service, seriesList, timetable } from "./lists";
+import { closures, service, seriesList, timetable } from "./lists";
 import { SeriesBlock } from "./series_block";
 import { TimetableBlock } from "./timetable_block";
 import { words } from "./words";
@@ -15,6 +16,7 @@ export function ServicePage() {
     void service.refresh();
     void timetable.refresh();
     void seriesList.refresh();
+    void closures.refresh();
   }, []);
   return (
     <section class="sheet">
@@ -29,6 +31,7 @@ export function ServicePage() {
       <div class="service-grid">
         {shown !== null && <ExceptionList shown={shown} />}
         {shown !== null && <CalendarList shown={shown} />}
+        <ClosureBlock />
         <TimetableBlock />
         <SeriesBlock />
       </div>

@@ -12,7 +12,7 @@ import type { InterventionKind } from "./intervention";
 import { Intervention } from "./intervention";
 import { words } from "./words";
 
-type Command = "resume" | "stop-now" | "release";
+type Command = "resume" | "stop-now" | "release" | "evacuate";
 
 function send(vehicle_id: string, command: Command): Promise<Answer<unknown>> {
   const path = { params: { path: { vehicle_id } } };
@@ -23,6 +23,8 @@ function send(vehicle_id: string, command: Command): Promise<Answer<unknown>> {
       return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/stop-now", path));
     case "release":
       return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/release", path));
+    case "evacuate":
+      return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/evacuations", path));
   }
 }
 
@@ -34,7 +36,7 @@ interface VehicleCommandsProps {
 export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
   const problem = useSignal<Problem | null>(null);
   const said = useSignal("");
-  const asking = useSignal<"stop-now" | InterventionKind | null>(null);
+  const asking = useSignal<"stop-now" | "evacuate" | InterventionKind | null>(null);
   const say = words.value;
   const { vehicle_id, name } = vehicle;
   const finish = (answer: Answer<unknown>, text: string) => {
@@ -83,6 +85,17 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
         >
           {say.reassign}
         </button>
+        {vehicle.people_aboard > 0 && (
+          <button
+            type="button"
+            class="button small danger"
+            onClick={() => {
+              asking.value = "evacuate";
+            }}
+          >
+            {say.evacuate}
+          </button>
+        )}
         {vehicle.in_service ? (
           <button
             type="button"
@@ -109,6 +122,22 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
         {said.value}
       </p>
       {problem.value !== null && <ProblemNote problem={problem.value} />}
+      {asking.value === "evacuate" && (
+        <Question
+          danger
+          title={say.evacuate_title(name)}
+          text={say.evacuate_text}
+          yes={say.evacuate}
+          no={say.cancel}
+          onNo={() => {
+            asking.value = null;
+          }}
+          onYes={() => {
+            asking.value = null;
+            void run("evacuate", say.evacuate);
+          }}
+        />
+      )}
       {asking.value === "stop-now" && (
         <Question
           danger
@@ -125,7 +154,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
           }}
         />
       )}
-      {asking.value !== null && asking.value !== "stop-now" && (
+      {asking.value !== null && asking.value !== "stop-now" && asking.value !== "evacuate" && (
         <Intervention
           kind={asking.value}
           vehicle={vehicle}

@@ -9,6 +9,7 @@ import { clock } from "./clocks";
 import { ConditionChip } from "./condition_chip";
 import { Fetched } from "./fetched";
 import { goTo } from "./navigation";
+import { ShiftForm } from "./shift_form";
 import { Signboard } from "./signboard";
 import { stopTitle } from "./stop_title";
 import { VehicleCommands } from "./vehicle_commands";
@@ -89,6 +90,7 @@ export function VehiclePanel({ vehicle, scene, now_ms }: VehiclePanelProps) {
       <VehicleCommands vehicle={vehicle} scene={scene} />
       <VehicleFacts vehicle={vehicle} scene={scene} now_ms={now_ms} />
       <VisitsAhead vehicle={vehicle} />
+      <ShiftForm vehicle_id={vehicle.vehicle_id} />
     </section>
   );
 }

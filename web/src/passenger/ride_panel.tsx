@@ -166,6 +166,9 @@ function Details({
     <>
       {text !== "" && <p class="lead">{text}</p>}
       {ticket.let_out && !story.ended && <Note tone="good">{say.let_out}</Note>}
+      {ticket.stranded_by !== null && !story.ended && story.chapter !== "riding" && (
+        <Note tone="warning">{say.stranded}</Note>
+      )}
       {ticket.promise_broken && (
         <Note tone="warning">{ticket.first_promise == null ? say.late : say.promised_anew}</Note>
       )}

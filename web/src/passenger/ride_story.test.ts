@@ -25,6 +25,7 @@ const ticket: Schemas["RideView"] = {
   left_early: false,
   first_to_stop: null,
   let_out: false,
+  stranded_by: null,
 };
 const at_gate = aVehicle({ doors_open: true, next_stop: "gate", speed_mps: 0 });
 const at_library = aVehicle({ doors_open: true, next_stop: "library", speed_mps: 0 });

@@ -156,6 +156,7 @@ export const en = {
   get_off_title: "Get off early?",
   get_off_text: "The shuttle lets you out at the next stop where it can. The ride ends there.",
   let_out: "You will be let out at the stop below.",
+  stranded: "Your shuttle cannot go on. Walk to the stop above: another one comes there.",
   change_booking: "Change the booking",
   book_another: "Book another ride",
   copy_link: "Copy the ride’s link",
@@ -190,6 +191,7 @@ export const en = {
     timetable: "Every shuttle that could come has a timetable to keep. Choose another time.",
     battery: "No shuttle has enough charge left for this ride. Try later.",
     closed_road: "A closed road cuts these stops off from each other. Choose other stops.",
+    vehicle_lost: "Your shuttle cannot go on. Your stop is near; somebody has been told.",
     ride_time: "Everybody would ride too long. Choose a later time or a nearer stop.",
   } as Readonly<Record<string, string>>,
 };

@@ -501,6 +501,71 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/closures": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Closures
+         * @description Those that hold now and those to come, by their beginning.
+         */
+        get: operations["list_closures"];
+        put?: never;
+        /**
+         * Close Road
+         * @description Nobody is sent there from its beginning on. Rides that this cuts off are put off, let out elsewhere or
+         *     ended, and told so at once.
+         */
+        post: operations["close_road"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/closures/{closure_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Lift Closure
+         * @description The road is open again, or will not be closed.
+         */
+        delete: operations["lift_closure"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/travel-times": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Travel Times
+         * @description What plans and promises multiply driving by, at each hour of the day.
+         */
+        get: operations["get_travel_times"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/session": {
         parameters: {
             query?: never;
@@ -707,6 +772,28 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{vehicle_id}/evacuations": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Evacuate Vehicle
+         * @description It cannot go on: whoever is aboard is sent to the nearest stop, where another shuttle comes.
+         *
+         *     The rides as they are planned now.
+         */
+        post: operations["evacuate_vehicle"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{vehicle_id}/place": {
         parameters: {
             query?: never;
@@ -742,6 +829,34 @@ export interface paths {
          * @description The key opens nothing any more, and the open session ends.
          */
         delete: operations["revoke_vehicle_key"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/shifts": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Vehicle Shifts
+         * @description Null: always on duty.
+         */
+        get: operations["get_vehicle_shifts"];
+        /**
+         * Put Vehicle Shifts
+         * @description In place of those it had. What it has promised already is kept.
+         */
+        put: operations["put_vehicle_shifts"];
+        post?: never;
+        /**
+         * Delete Vehicle Shifts
+         * @description It is always on duty.
+         */
+        delete: operations["delete_vehicle_shifts"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1195,6 +1310,108 @@ export interface components {
             booking_ahead_s_max: number;
         };
         /**
+         * ClosureBody
+         * @description Lanes, or single sections of them, that nobody is sent through.
+         * @example {
+         *       "ends_at": "2026-09-01T16:00:00Z",
+         *       "lane_ids": [
+         *         "lane-17"
+         *       ],
+         *       "reason": "water main",
+         *       "section_ids": []
+         *     }
+         */
+        ClosureBody: {
+            /**
+             * Lane Ids
+             * @default []
+             */
+            lane_ids: string[];
+            /**
+             * Section Ids
+             * @default []
+             */
+            section_ids: string[];
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+            /**
+             * Starts At
+             * @description Null: now.
+             */
+            starts_at?: string | null;
+            /**
+             * Ends At
+             * @description Null: until it is lifted.
+             */
+            ends_at?: string | null;
+        };
+        /**
+         * ClosureState
+         * @description scheduled: its time has not come; over: its time has passed, or it was lifted.
+         * @enum {string}
+         */
+        ClosureState: "scheduled" | "in_force" | "over";
+        /**
+         * ClosureView
+         * @example {
+         *       "closure_id": "closure-2",
+         *       "ends_at": "2026-09-01T16:00:00Z",
+         *       "lane_ids": [
+         *         "lane-17"
+         *       ],
+         *       "lifted_by": "",
+         *       "lines": [
+         *         [
+         *           12,
+         *           4.5,
+         *           13,
+         *           4.5
+         *         ]
+         *       ],
+         *       "made_at": "2026-09-01T08:00:00Z",
+         *       "made_by": "operator",
+         *       "reason": "water main",
+         *       "section_ids": [],
+         *       "starts_at": "2026-09-01T08:00:00Z",
+         *       "state": "in_force"
+         *     }
+         */
+        ClosureView: {
+            /** Closure Id */
+            closure_id: string;
+            /** Lane Ids */
+            lane_ids: string[];
+            /** Section Ids */
+            section_ids: string[];
+            /** Reason */
+            reason: string;
+            /**
+             * Starts At
+             * Format: date-time
+             */
+            starts_at: string;
+            /** Ends At */
+            ends_at: string | null;
+            /** Made By */
+            made_by: string;
+            /**
+             * Made At
+             * Format: date-time
+             */
+            made_at: string;
+            state: components["schemas"]["ClosureState"];
+            /** Lifted By */
+            lifted_by: string;
+            /**
+             * Lines
+             * @description What is closed on the active map: x0, y0, x1, y1, ... in metres, a line a section.
+             */
+            lines: number[][];
+        };
+        /**
          * CodeView
          * @description Type it on the vehicle; it works once.
          * @example {
@@ -1357,6 +1574,22 @@ export interface components {
             to_stop: string;
         };
         /**
+         * DutyExceptionModel
+         * @description A day with other shifts than its weekday's; with none a day off.
+         */
+        DutyExceptionModel: {
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /**
+             * Shifts
+             * @default []
+             */
+            shifts: components["schemas"]["ShiftModel"][];
+        };
+        /**
          * EffectsView
          * @description Whom it concerns; rides and departures that stay as they are are left out.
          * @example {
@@ -1514,6 +1747,24 @@ export interface components {
              */
             text: string;
         };
+        /** HourPace */
+        HourPace: {
+            /**
+             * Hour
+             * @description Campus local: 8 is from 08:00 to 09:00.
+             */
+            hour: number;
+            /**
+             * Factor
+             * @description Planned driving is multiplied by this; 1 as in the map's times.
+             */
+            factor: number;
+            /**
+             * Legs
+             * @description How many drives from stop to stop it rests on.
+             */
+            legs: number;
+        };
         /**
          * HoursModel
          * @description Campus local time; closing after 24:00 is on the next day.
@@ -1534,7 +1785,7 @@ export interface components {
          * IncidentKind
          * @enum {string}
          */
-        IncidentKind: "help_call" | "impossible_position" | "ground_conflict" | "key_conflict" | "minimal_risk_stop" | "takeover" | "vehicle_blocked" | "vehicle_silent" | "vehicle_fault" | "battery_low" | "rider_did_not_alight" | "no_resting_place" | "order_rejected" | "departure_missed" | "promise_broken" | "ride_failed" | "seat_button";
+        IncidentKind: "help_call" | "impossible_position" | "ground_conflict" | "key_conflict" | "minimal_risk_stop" | "takeover" | "vehicle_blocked" | "vehicle_silent" | "vehicle_fault" | "battery_low" | "rider_did_not_alight" | "no_resting_place" | "road_closed" | "order_rejected" | "departure_missed" | "promise_broken" | "ride_failed" | "seat_button";
         /**
          * IncidentView
          * @example {
@@ -2204,6 +2455,11 @@ export interface components {
              */
             let_out: boolean;
             /**
+             * Stranded By
+             * @description The shuttle that carried the party and cannot go on: another one comes to from_stop.
+             */
+            stranded_by: string | null;
+            /**
              * Source
              * @enum {string}
              */
@@ -2366,6 +2622,11 @@ export interface components {
              */
             let_out: boolean;
             /**
+             * Stranded By
+             * @description The shuttle that carried the party and cannot go on: another one comes to from_stop.
+             */
+            stranded_by: string | null;
+            /**
              * Token
              * @description The secret of the passenger's link: who has it can cancel the ride.
              */
@@ -2470,6 +2731,11 @@ export interface components {
              * @description The party asked to get off as soon as possible: to_stop is where.
              */
             let_out: boolean;
+            /**
+             * Stranded By
+             * @description The shuttle that carried the party and cannot go on: another one comes to from_stop.
+             */
+            stranded_by: string | null;
         };
         /**
          * RunView
@@ -2793,6 +3059,60 @@ export interface components {
             expires_at: string;
         };
         /**
+         * ShiftModel
+         * @description Campus local time; one past midnight ends after 24:00.
+         */
+        ShiftModel: {
+            /**
+             * Begins
+             * @example 08:00
+             */
+            begins: string;
+            /**
+             * Ends
+             * @example 08:00
+             */
+            ends: string;
+        };
+        /**
+         * ShiftsModel
+         * @description When a vehicle is on duty. Off duty it rests; riders aboard are always brought home first.
+         * @example {
+         *       "exceptions": [
+         *         {
+         *           "day": "2026-10-01",
+         *           "shifts": []
+         *         }
+         *       ],
+         *       "weekly": [
+         *         [
+         *           {
+         *             "begins": "07:30",
+         *             "ends": "22:00"
+         *           }
+         *         ],
+         *         [],
+         *         [],
+         *         [],
+         *         [],
+         *         [],
+         *         []
+         *       ]
+         *     }
+         */
+        ShiftsModel: {
+            /**
+             * Weekly
+             * @description For each weekday, Monday first.
+             */
+            weekly: components["schemas"]["ShiftModel"][][];
+            /**
+             * Exceptions
+             * @default []
+             */
+            exceptions: components["schemas"]["DutyExceptionModel"][];
+        };
+        /**
          * Snapshot
          * @description First message on /ws/live, and again whenever the campus changes its map.
          */
@@ -2984,6 +3304,32 @@ export interface components {
             expires_at: string;
             /** Revoked At */
             revoked_at: string | null;
+        };
+        /**
+         * TravelTimes
+         * @description Factors between 0.5 and 3, drawn towards 1 where few drives have been measured.
+         * @example {
+         *       "hours": [
+         *         {
+         *           "factor": 1.34,
+         *           "hour": 8,
+         *           "legs": 112
+         *         }
+         *       ],
+         *       "learned_at": "2026-09-01T08:00:00Z",
+         *       "timezone": "Asia/Shanghai"
+         *     }
+         */
+        TravelTimes: {
+            /** Timezone */
+            timezone: string;
+            /**
+             * Learned At
+             * @description Null while nothing has been learnt.
+             */
+            learned_at: string | null;
+            /** Hours */
+            hours: components["schemas"]["HourPace"][];
         };
         /** TripView */
         TripView: {
@@ -4927,6 +5273,225 @@ export interface operations {
             };
         };
     };
+    list_closures: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ClosureView"][];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    close_road: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ClosureBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ClosureView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than any request needs to be. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    lift_closure: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                closure_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_travel_times: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TravelTimes"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_session: {
         parameters: {
             query?: never;
@@ -5639,6 +6204,73 @@ export interface operations {
             };
         };
     };
+    evacuate_vehicle: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RideRecord"][];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     place_vehicle: {
         parameters: {
             query?: never;
@@ -5747,6 +6379,191 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["VehicleFacts"];
                 };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_vehicle_shifts: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ShiftsModel"] | null;
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    put_vehicle_shifts: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ShiftsModel"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ShiftsModel"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than any request needs to be. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    delete_vehicle_shifts: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description Unauthorized */
             401: {

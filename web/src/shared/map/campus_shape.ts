@@ -6,7 +6,11 @@ export type Stop = Readonly<components["schemas"]["StopView"]>;
 /** What the map draws of a campus; metres in the map frame. */
 export interface CampusShape {
   readonly map_version: string;
-  readonly lanes: readonly { readonly points: readonly Point[]; readonly width_m: number }[];
+  readonly lanes: readonly {
+    readonly lane_id: string;
+    readonly points: readonly Point[];
+    readonly width_m: number;
+  }[];
   readonly buildings: readonly (readonly Point[])[];
   readonly stops: readonly Stop[];
 }
@@ -19,7 +23,11 @@ type Geometry = Pick<
 export function campusShape(geometry: Geometry): CampusShape {
   return {
     map_version: geometry.map_version,
-    lanes: geometry.lanes.map((lane) => ({ points: pairs(lane.xy), width_m: lane.width_m })),
+    lanes: geometry.lanes.map((lane) => ({
+      lane_id: lane.lane_id,
+      points: pairs(lane.xy),
+      width_m: lane.width_m,
+    })),
     buildings: geometry.buildings.map((building) => pairs(building.xy)),
     stops: geometry.stops,
   };

@@ -21,6 +21,8 @@ export interface Look {
   readonly pickup: string;
   readonly destination: string;
   readonly chosen_vehicle: string;
+  /** Closed road, as lines in the map frame. */
+  readonly closed?: readonly (readonly Point[])[];
   readonly language: string;
   /** Shuttles jump from report to report instead of gliding. */
   readonly still: boolean;
@@ -37,6 +39,7 @@ export interface MapEvents {
 
 /** Room for marks and labels, and on the right for the buttons. */
 const FREE_EDGE: Padding = { top: 32, right: 88, bottom: 40, left: 36 };
+const CLOSED_PX = 6;
 const FINGERTIP_PX = 24;
 const MOUSE_PX = 12;
 
@@ -150,6 +153,8 @@ export class MapView {
     pen.save();
     useMapMetres(pen, this.camera, size, ratio);
     this.ground?.draw(pen, this.camera, palette);
+    for (const line of this.look?.closed ?? [])
+      drawLine(pen, this.camera, line, palette.closed, CLOSED_PX);
     this.drawRoutes(now_ms);
     pen.restore();
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);

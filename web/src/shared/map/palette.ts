@@ -7,6 +7,7 @@ export interface Palette {
   readonly road: string;
   readonly road_edge: string;
   readonly route: string;
+  readonly closed: string;
   readonly ink: string;
   readonly halo: string;
   readonly stop: string;
@@ -26,6 +27,7 @@ export function readPalette(element: Element): Palette {
     road: value("--map-road"),
     road_edge: value("--map-road-edge"),
     route: value("--map-route"),
+    closed: value("--danger"),
     ink: value("--ink"),
     halo: value("--map-halo"),
     stop: value("--map-stop"),
