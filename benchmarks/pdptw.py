@@ -27,7 +27,7 @@ _FLEET = 0.4
 _RESERVE = 0.05
 # The plans with fewest vehicles lie far apart: each cycle starts from another one, and the pool of routes
 # joins them.
-_SETTINGS = Settings(afresh_every=1, growth=1.2, cycle_max=40)
+_SETTINGS = Settings(cycle=15, growth=1.2, longest_cycle=2.7, afresh_every=1, hot=0.2)
 
 
 def main() -> None:

@@ -8,14 +8,18 @@ import numpy as np
 from server.dispatch.arrays import AnyArray
 from server.dispatch.board import Board
 from server.dispatch.engine.optimise import Optimiser, Settings
+from server.dispatch.engine.partition import Partitioning
 from server.dispatch.engine.plan import ABSENT, total_cost
 from server.dispatch.part import part_of, put_back
 
 _WORTH_S = 1.0
 # A plan in use is good already: what is far from it is not worth a visit.
-_HOT = 0.1
-# Routes are not put together anew here, so hardly any are remembered.
-_COLUMNS, _VISITS = 16, 1024
+_HOT, _COLD = 0.1, 0.1
+# Routes that are remembered until the end, when the best of them are put together.
+_COLUMNS, _VISITS = 2000, 100_000
+_PARTITIONING = Partitioning(columns_max=300, nodes_max=20)
+# Where nothing is put together there is none to be remembered.
+_NO_COLUMNS, _NO_VISITS = 16, 1024
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +33,9 @@ class Cooling:
 def improve(board: Board, cooling: Cooling, seed: int, most: int, go_on: Callable[[], bool]) -> int:
     """Make the board's routes cheaper by `most` slices while `go_on` says so; how many ran.
 
-    Requests that nobody carries are tried again. The routes stay as they are unless they become cheaper by a
-    second at least: people are not told new times for nothing.
+    Requests that nobody carries are tried again. At the end the best of the routes that were met are put
+    together (`engine/partition.py`), however many slices ran. The routes stay as they are unless they become
+    cheaper by a second at least: people are not told new times for nothing.
     """
     used = np.array(sorted(board.rows.values()), dtype=np.int64)
     absent = used[board.plan.vehicle_of[used] == ABSENT]
@@ -40,7 +45,7 @@ def improve(board: Board, cooling: Cooling, seed: int, most: int, go_on: Callabl
         return 0
     if len(movable) == 1 and len(accepting) == 1 and not len(absent):
         return 0
-    return _improve_part(board, accepting, absent, cooling, seed, most, go_on)
+    return _improve_part(board, accepting, absent, cooling, seed, most, go_on, together=True)
 
 
 def improve_around(board: Board, v: int, vehicles: int, attempts: int, seed: int) -> None:
@@ -51,7 +56,7 @@ def improve_around(board: Board, v: int, vehicles: int, attempts: int, seed: int
         apart = _apart(board, v, accepting)
         accepting = np.sort(accepting[np.argsort(apart, kind="stable")[:vehicles]])
     nobody = np.zeros(0, np.int64)
-    _improve_part(board, accepting, nobody, Cooling(1, attempts), seed, 1, lambda: True)
+    _improve_part(board, accepting, nobody, Cooling(1, attempts), seed, 1, lambda: True, together=False)
 
 
 def _improve_part(
@@ -62,16 +67,25 @@ def _improve_part(
     seed: int,
     most: int,
     go_on: Callable[[], bool],
+    together: bool,
 ) -> int:
     part = part_of(board, vehicles, absent)
     if part.task.requests == 0:
         return 0
     settings = Settings(
-        attempts=cooling.attempts, cycle=cooling.slices + 1, hot=_HOT, columns=_COLUMNS, visits=_VISITS
+        attempts=cooling.attempts,
+        cycle=cooling.slices + 1,
+        hot=_HOT,
+        cold=_COLD,
+        columns=_COLUMNS if together else _NO_COLUMNS,
+        visits=_VISITS if together else _NO_VISITS,
+        partitioning=_PARTITIONING,
     )
     search = Optimiser(part.task, seed, settings, start=part.plan)
     while search.slices < most and go_on():
         search.run_slice()
+    if together and search.slices:
+        search.put_together()
     if search.cost < float(total_cost(part.task, part.plan)) - _WORTH_S:
         put_back(board, part, search.best)
     return search.slices

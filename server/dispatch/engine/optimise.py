@@ -14,14 +14,20 @@ from server.dispatch.engine.draw import seeded
 from server.dispatch.engine.nearness import near_requests
 from server.dispatch.engine.partition import Partitioning, repartition
 from server.dispatch.engine.plan import Plan, copy_plan, empty_plan, refresh, scratch_for, total_cost
-from server.dispatch.engine.pool import empty_pool, remember
+from server.dispatch.engine.pool import empty_pool
 from server.dispatch.engine.recreate import no_offers
 from server.dispatch.engine.ruin import undo_for
 from server.dispatch.engine.search import Annealing, anneal
-from server.dispatch.engine.task import Task, typical_drive_s
+from server.dispatch.engine.task import Task, freedom, typical_drive_s
 
 _NEIGHBOURS = 100
 _ENDS = 2
+# Freedom (see `freedom`) from which on windows count as wide.
+_WIDE = 3.0
+# With wide windows, the hottest temperature for each unit of freedom, and at most; the slices of a cycle
+# for each request and unit of freedom squared, and at least.
+_HOT, _HOT_MAX = 0.12, 0.7
+_CYCLE, _CYCLE_LEAST = 0.055, 15
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,10 +36,12 @@ class Settings:
 
     attempts     ruin and recreate attempts in a slice
     cycle        slices from hot to cold the first time
-    growth       each further cycle has so many times as many, but no more than `cycle_max`
+    growth       each further cycle has so many times as many, but no cycle more than `longest_cycle`
+                 times the first
     afresh_every   every how many cycles one begins afresh, so that the pool gets routes of another kind; the
                  others begin with the best plan
-    hot, cold    temperatures as shares of a typical direct drive
+    hot          temperature at the beginning as a share of a typical direct drive
+    cold         temperature at the end as a share of that at the beginning
     mean_out     requests taken out in an attempt, on average; longest: visits in a string at most
     blink        chance to overlook a vehicle
     regretful    share of attempts that put requests back by regret
@@ -44,10 +52,10 @@ class Settings:
     attempts: int = 1000
     cycle: int = 15
     growth: float = 1.5
-    cycle_max: int = 80
+    longest_cycle: float = 5.4
     afresh_every: int = 2
     hot: float = 0.2
-    cold: float = 0.01
+    cold: float = 0.05
     mean_out: float = 12.0
     longest: float = 10.0
     blink: float = 0.01
@@ -56,6 +64,25 @@ class Settings:
     columns: int = 200_000
     visits: int = 5_000_000
     partitioning: Partitioning = field(default_factory=Partitioning)
+
+
+def settings_for(task: Task) -> Settings:
+    """What suits a task.
+
+    Where windows are narrow, many short cycles, half of them afresh, fill a pool that goes together well.
+    Where they are wide such cycles freeze at once and far too high: there, cycles are hotter and longer. They
+    end in valleys of which some are far deeper than others, and heating does not lead out of one: each begins
+    afresh.
+    """
+    free = freedom(task)
+    if free < _WIDE:
+        return Settings()
+    return Settings(
+        cycle=max(_CYCLE_LEAST, round(_CYCLE * task.requests * free**2)),
+        growth=1.0,
+        afresh_every=1,
+        hot=min(_HOT_MAX, _HOT * free),
+    )
 
 
 class Optimiser:
@@ -79,7 +106,7 @@ class Optimiser:
         self.task = task
         self.slices = 0
         self.bound_of_pool = -np.inf
-        self._settings = settings or Settings()
+        self._settings = settings or settings_for(task)
         room = 2 * task.requests + _ENDS if start is None else start.route.shape[1]
         self._scratch = scratch_for(task, room)
         self.best, self._plan, before = (self._without_requests(room) for _ in range(3))
@@ -93,6 +120,7 @@ class Optimiser:
         self._rng = seeded(seed)
         self._unit = typical_drive_s(task)
         self._cycles, self._in_cycle, self._cycle = 0, 0, self._settings.cycle
+        self._cycle_max = round(self._cycle * self._settings.longest_cycle)
         self._afresh = afresh or (lambda: self._without_requests(room))
 
     @property
@@ -109,7 +137,6 @@ class Optimiser:
         how = self._settings
         began, ends = self._in_cycle / self._cycle, (self._in_cycle + 1) / self._cycle
         heat = how.hot * self._unit
-        fall = how.cold / how.hot
         anneal(
             self.task,
             self._plan,
@@ -122,8 +149,8 @@ class Optimiser:
             self._rng,
             Annealing(
                 attempts=how.attempts,
-                hot=heat * fall**began,
-                cold=heat * fall**ends,
+                hot=heat * how.cold**began,
+                cold=heat * how.cold**ends,
                 mean_out=how.mean_out,
                 longest=how.longest,
                 blink=how.blink,
@@ -138,12 +165,10 @@ class Optimiser:
             self._cycles += 1
             again = self._cycles % how.afresh_every != 0
             copy_plan(self._plan, self.best if again else self._afresh())
-            self._in_cycle, self._cycle = 0, min(how.cycle_max, round(self._cycle * how.growth))
+            self._in_cycle, self._cycle = 0, min(self._cycle_max, round(self._cycle * how.growth))
 
     def put_together(self) -> bool:
         """Make the best plan from all the routes that are remembered; whether it became cheaper."""
-        for v in range(self.task.vehicles):
-            remember(self.task, self._pool, self.best, v)
         changed, master = repartition(
             self.task, self.best, self._pool, self._scratch, self._settings.partitioning
         )

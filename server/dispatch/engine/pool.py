@@ -11,7 +11,9 @@ from server.dispatch.engine.draw import bits, seeded
 from server.dispatch.engine.plan import Plan
 from server.dispatch.engine.task import Task
 
-_EMPTY = -1
+NO_COLUMN = -1
+# Visits of a route that is only a start and an end.
+_WITHOUT_VISITS = 2
 # Sets are told apart by 64-bit sums of random marks (Zobrist 1970); they are the same in every run.
 _MARKS_SEED = 0x5E7
 
@@ -45,7 +47,7 @@ def empty_pool(task: Task, columns: int, visits: int) -> Pool:
     return Pool(
         marks=np.array([bits(state) for _ in range(task.requests)], dtype=np.uint64),
         kind_marks=np.array([bits(state) for _ in range(task.vehicles)], dtype=np.uint64),
-        table=np.full(size, _EMPTY, np.int32),
+        table=np.full(size, NO_COLUMN, np.int32),
         key=np.zeros(columns, np.uint64),
         cost=np.zeros(columns),
         kind=np.zeros(columns, np.int32),
@@ -57,11 +59,14 @@ def empty_pool(task: Task, columns: int, visits: int) -> Pool:
 
 
 @kernel
-def remember(task: Task, pool: Pool, plan: Plan, v: int) -> None:
-    """Keep a vehicle's route if it is new, or cheaper than the one with the same requests."""
+def remember(task: Task, pool: Pool, plan: Plan, v: int) -> int:
+    """Keep a vehicle's route if it is new, or cheaper than the one with the same requests.
+
+    Returns its column; NO_COLUMN for a vehicle without a visit, or where there is no room.
+    """
     n = plan.length[v]
-    if n == plan.locked[v] + 1:
-        return
+    if n == _WITHOUT_VISITS:
+        return NO_COLUMN
     kind = task.kind[v]
     key = pool.kind_marks[kind]
     requests = len(pool.marks)
@@ -72,22 +77,23 @@ def remember(task: Task, pool: Pool, plan: Plan, v: int) -> None:
     mask = uint64(len(pool.table) - 1)
     place = np.int64(key & mask)
     column = pool.table[place]
-    while column != _EMPTY and pool.key[column] != key:
+    while column != NO_COLUMN and pool.key[column] != key:
         place = np.int64((uint64(place) + uint64(1)) & mask)
         column = pool.table[place]
-    if column == _EMPTY:
+    if column == NO_COLUMN:
         column = pool.counts[0]
         first = pool.counts[1]
         if column == len(pool.key) or first + n > len(pool.store):
-            return
+            return NO_COLUMN
         pool.counts[0] += 1
         pool.counts[1] += n
         pool.table[place] = column
         pool.key[column], pool.kind[column] = key, kind
         pool.first[column], pool.length[column] = first, n
     elif pool.cost[column] <= plan.cost[v]:
-        return
+        return int(column)
     pool.cost[column] = plan.cost[v]
     first = pool.first[column]
     for k in range(n):
         pool.store[first + k] = plan.route[v, k]
+    return int(column)

@@ -101,3 +101,12 @@ def typical_drive_s(task: Task) -> float:
     if len(task.travel_s):
         return float(np.median(task.travel_s[pickups, dropoffs]))
     return float(np.median(task.slowness * np.linalg.norm(task.xy[pickups] - task.xy[dropoffs], axis=1)))
+
+
+def freedom(task: Task) -> float:
+    """Mean window of a visit over what a typical visit takes: how many others may come before it or after."""
+    visits = 2 * task.requests
+    if visits == 0:
+        return 0.0
+    window_s = float((task.late_s[:visits] - task.early_s[:visits]).mean())
+    return max(0.0, window_s) / max(EPSILON_S, typical_drive_s(task) + float(task.service_s[:visits].mean()))

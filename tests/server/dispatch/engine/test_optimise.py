@@ -13,7 +13,7 @@ from benchmarks.rescore import RouteBroken, rescored
 from server.dispatch.engine.draw import seeded
 from server.dispatch.engine.from_instance import node_routes, task_of
 from server.dispatch.engine.insertion import best_place, exact_cost
-from server.dispatch.engine.optimise import Optimiser, Settings
+from server.dispatch.engine.optimise import Optimiser, Settings, settings_for
 from server.dispatch.engine.plan import refresh, scratch_for
 from server.dispatch.instance import Instance
 from tests.server.dispatch.engine.instances import small_instance
@@ -94,6 +94,19 @@ def test_the_same_seed_gives_the_same_plan() -> None:
             optimiser.run_slice()
         found.append((optimiser.cost, node_routes(instance, optimiser.best)))
     assert found[0] == found[1]
+
+
+@pytest.mark.parametrize(("window_s", "hot", "cycle"), [(0.0, 0.2, 15), (40.0, 0.48, 35), (400.0, 0.7, 3520)])
+def test_wide_windows_are_annealed_hotter_and_longer(window_s: float, hot: float, cycle: int) -> None:
+    """Forty requests of which each visit takes ten seconds of driving and standing."""
+    task = task_of(small_instance(1, 40))
+    visits = 2 * task.requests
+    task.late_s[:visits] = task.early_s[:visits] + window_s
+    task.service_s[:visits] = 10.0
+    task.travel_s[:] = 0.0
+    found = settings_for(task)
+    assert (round(found.hot, 6), found.cycle) == (hot, cycle)
+    assert (found.afresh_every == 1) == (window_s > 30.0)
 
 
 @settings(deadline=None, max_examples=40)
