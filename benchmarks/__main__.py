@@ -17,6 +17,7 @@ SHORT_FORMS: tuple[tuple[str, ...], ...] = (
     ("benchmarks.decisions", "--vehicles", "12", "--rides", "50"),
     ("benchmarks.decisions", "--vehicles", "1000", "--rides", "4000"),
     ("benchmarks.bookings", "--seconds", "10"),
+    ("benchmarks.replies",),
 )
 
 

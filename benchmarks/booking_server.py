@@ -47,7 +47,7 @@ async def _serve(map_path: Path, var: Path, vehicles: int) -> None:
     if vehicles > len(road_map.resting_places):
         sys.exit(f"the map has resting places for {len(road_map.resting_places)} shuttles only")
     for number in range(vehicles):
-        await _enter(transactions, road_map, network, number)
+        await enter_shuttle(transactions, road_map, network, number)
     reporting = asyncio.create_task(_report(transactions, road_map, network, vehicles))
     print(settings.port, flush=True)
     server = uvicorn.Server(uvicorn_config(settings, live))
@@ -56,9 +56,11 @@ async def _serve(map_path: Path, var: Path, vehicles: int) -> None:
     reporting.cancel()
 
 
-async def _enter(transactions: Transactions, road_map: RoadMap, network: RoadNetwork, number: int) -> None:
+async def enter_shuttle(
+    transactions: Transactions, road_map: RoadMap, network: RoadNetwork, number: int
+) -> None:
     """Enrol a shuttle, say hello, report where it stands, and be in service."""
-    vehicle_id = _name(number)
+    vehicle_id = shuttle_name(number)
 
     def work(uow: UnitOfWork) -> None:
         identity.create_enrolment_code(uow, vehicle_id, vehicle_id, "benchmark", seats=6, wheelchair_places=1)
@@ -103,10 +105,10 @@ def _status(uow: UnitOfWork, road_map: RoadMap, network: RoadNetwork, number: in
         revision=0,
         visit_id="",
     )
-    return StatusReport(_name(number), _BOOT, uow.now, status)
+    return StatusReport(shuttle_name(number), _BOOT, uow.now, status)
 
 
-def _name(number: int) -> str:
+def shuttle_name(number: int) -> str:
     return f"shuttle-{number + 1}"
 
 
