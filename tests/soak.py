@@ -46,6 +46,11 @@ CAMPAIGNS = (
         (sys.executable, "-m", "tests.server.dispatch.promise_campaign", "--events", "1000000"),
     ),
     Campaign(
+        "noise",
+        "20,000 rides on drives that take up to a fifth more or less than planned; 1 % of promises may break",
+        (sys.executable, "-m", "tests.server.dispatch.noise_campaign", "--rides", "20000"),
+    ),
+    Campaign(
         "missions",
         "1,000 random missions for three shuttles on the shipped and on generated maps",
         (sys.executable, "-m", "tests.contract.roads.random_missions", "--missions", "1000"),

@@ -15,6 +15,8 @@ class Terms:
     """What a promise leaves room for, and what may be offered instead.
 
     pickup_early_s, pickup_slack_s  the promised pickup window around the planned pickup
+    pickup_slack_ratio, uncertain_s_max  it ends later by this share of the time until then, which counts up
+                 to so many seconds
     arrival_slack_s, arrival_slack_ratio  the promised latest arrival after the planned one, the second as a
                  share of the planned time on board
     later_s_max  how much later than asked for an alternative may be
@@ -27,6 +29,13 @@ class Terms:
     arrival_slack_ratio: float = 0.0
     later_s_max: float = 0.0
     walks: tuple[tuple[Walk, ...], ...] = ()
+    pickup_slack_ratio: float = 0.0
+    uncertain_s_max: float = 0.0
+
+    def pickup_to_s(self, pickup_s: float, now_s: float) -> float:
+        """The latest pickup that is promised now with this one planned."""
+        ahead_s = min(max(0.0, pickup_s - now_s), self.uncertain_s_max)
+        return pickup_s + self.pickup_slack_s + self.pickup_slack_ratio * ahead_s
 
     def arrive_by_s(self, pickup_s: float, arrival_s: float) -> float:
         """The latest arrival that is promised with these times planned."""
@@ -80,7 +89,7 @@ def _answer(board: Board, request_id: str, terms: Terms, promised: bool) -> Answ
     best = _quote(board, offers.best)
     windows = (wish.pickup_from_s, wish.pickup_to_s, wish.arrive_by_s)
     if not promised:
-        windows = _promised(offers.best.request, best, terms)
+        windows = _promised(offers.best.request, best, terms, board.origin_s)
         board.narrow(
             replace(
                 offers.best.request, pickup_from_s=windows[0], pickup_to_s=windows[1], arrive_by_s=windows[2]
@@ -89,11 +98,14 @@ def _answer(board: Board, request_id: str, terms: Terms, promised: bool) -> Answ
     return Answer(request_id, best, runner_up, windows)
 
 
-def _promised(request: Request, quote: Quote, terms: Terms) -> tuple[float, float, float]:
+def _promised(request: Request, quote: Quote, terms: Terms, now_s: float) -> tuple[float, float, float]:
     """The planned times, with room for later riders, people in the way and waiting for the road."""
     opens_s = max(request.pickup_from_s, quote.pickup_s - terms.pickup_early_s)
-    by_s = min(terms.arrive_by_s(quote.pickup_s, quote.arrival_s), request.arrive_by_s)
-    return opens_s, quote.pickup_s + terms.pickup_slack_s, by_s
+    closes_s = terms.pickup_to_s(quote.pickup_s, now_s)
+    # Whoever is picked up late arrives late as well.
+    later_s = closes_s - quote.pickup_s - terms.pickup_slack_s
+    by_s = terms.arrive_by_s(quote.pickup_s, quote.arrival_s) + later_s
+    return opens_s, closes_s, min(by_s, request.arrive_by_s)
 
 
 def _quote(board: Board, offer: Offer) -> Quote:

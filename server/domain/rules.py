@@ -14,10 +14,14 @@ class FleetRules:
     dwell_s               doors stay open at least so long where somebody boards or alights
     wait_s_max            a booking is refused when nobody can come within this time after `earliest`
     detour_ratio_max, detour_s_min  a ride may take max(ratio x direct, direct + min) at most
-    pickup_early_s, pickup_slack_s  the promised pickup window around the planned pickup
+    pickup_early_s, pickup_slack_s  the promised pickup window around the planned pickup, which ends later
+    pickup_slack_ratio    by this share of the time until then: what is far off is less certain
+    uncertain_s_max       from then on nothing is less certain: shuttles have stood meanwhile
     arrival_slack_s, arrival_slack_ratio  the promised latest arrival after the planned one, the second
                           as a share of the planned time on board
     promise_lapse_s       a promise that the plan misses by so much is told anew
+    promise_reserve_s, promise_reserve_ratio  later riders may use up a promise's slack but for this much, and
+                          this share of the time until then, which is for the road
     walk_m_max, walk_mps  other stops are offered within this distance (straight), walked at this speed
     later_s_max           how much later than asked for a refused rider is offered a ride
     departure_tolerance_s a timetable call that would be left later than this is no candidate
@@ -57,9 +61,13 @@ class FleetRules:
     detour_s_min: float = 600.0
     pickup_early_s: float = 60.0
     pickup_slack_s: float = 300.0
+    pickup_slack_ratio: float = 0.1
+    uncertain_s_max: float = 1800.0
     arrival_slack_s: float = 300.0
     arrival_slack_ratio: float = 0.5
     promise_lapse_s: float = 20.0
+    promise_reserve_s: float = 60.0
+    promise_reserve_ratio: float = 0.1
     walk_m_max: float = 400.0
     walk_mps: float = 1.1
     later_s_max: float = 7200.0
@@ -102,6 +110,17 @@ class FleetRules:
     def ride_s_max(self, direct_s: float) -> float:
         """Longest time on board that a ride may take, which takes direct_s without detours."""
         return max(self.detour_ratio_max * direct_s, direct_s + self.detour_s_min)
+
+    def reserve_s(self, ahead_s: float, *, told_anew: bool) -> float:
+        """How much of its slack a promise keeps from later riders, made ahead_s before it is due.
+
+        One that was told anew keeps all: nobody is made late twice for the sake of others.
+        """
+        for_the_road_s = self.promise_reserve_s + self.promise_reserve_ratio * self._uncertain_s(ahead_s)
+        return for_the_road_s + (self.pickup_slack_s if told_anew else 0.0)
+
+    def _uncertain_s(self, ahead_s: float) -> float:
+        return min(max(0.0, ahead_s), self.uncertain_s_max)
 
     def stopping_m(self, speed_mps: float) -> float:
         """How far ahead of a shuttle the first place is at which it can still be told to stop."""

@@ -165,6 +165,8 @@ class FleetRoads:
             rules.arrival_slack_ratio,
             rules.later_s_max,
             self._walks,
+            rules.pickup_slack_ratio,
+            rules.uncertain_s_max,
         )
 
     def times_to_stops(self, place: Place, own: Own, opened: frozenset[str]) -> Array:

@@ -249,6 +249,11 @@ def _request(roads: FleetRoads, rules: FleetRules, ride: Ride, pace: float) -> R
     direct_s = roads.direct_s(ride.from_stop, ride.to_stop)
     promise = ride.promise
     earliest_s = seconds(max(ride.earliest, ride.requested_at))
+    pickup_to_s, arrive_by_s = earliest_s + rules.wait_s_max, _arrive_by_s(ride)
+    if promise is not None:
+        ahead_s = (promise.pickup_to - ride.requested_at).total_seconds()
+        reserve_s = rules.reserve_s(ahead_s, told_anew=ride.promise_broken)
+        pickup_to_s, arrive_by_s = seconds(promise.pickup_to) - reserve_s, arrive_by_s - reserve_s
     return Request(
         request_id=ride.ride_id,
         pickup=roads.stop_numbers[ride.from_stop],
@@ -256,8 +261,8 @@ def _request(roads: FleetRoads, rules: FleetRules, ride: Ride, pace: float) -> R
         party=ride.party,
         wheelchairs=ride.wheelchairs,
         pickup_from_s=earliest_s if promise is None else seconds(promise.pickup_from),
-        pickup_to_s=earliest_s + rules.wait_s_max if promise is None else seconds(promise.pickup_to),
-        arrive_by_s=_arrive_by_s(ride),
+        pickup_to_s=pickup_to_s,
+        arrive_by_s=arrive_by_s,
         ride_s_max=rules.ride_s_max(direct_s * pace),
         pinned=ride.pinned,
         pace=pace,
