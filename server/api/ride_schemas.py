@@ -54,6 +54,11 @@ class RideRequest(BaseModel):
     party: int = Field(1, ge=1, le=1000, description="People travelling, wheelchairs included.")
     wheelchairs: int = Field(0, ge=0, le=1000, description="How many of them need a wheelchair place.")
     earliest: Moment | None = None
+    may_walk: bool = Field(
+        False,
+        description="Other stops within walking distance will do: the answer says from and to which, and the "
+        "promised window allows for the walk.",
+    )
 
 
 class DestinationRequest(BaseModel):
@@ -209,6 +214,7 @@ def booking(request: RideRequest, idempotency_key: str | None) -> BookRide:
         wheelchairs=request.wheelchairs,
         earliest=request.earliest,
         idempotency_key=idempotency_key,
+        may_walk=request.may_walk,
     )
 
 

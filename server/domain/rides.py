@@ -51,6 +51,7 @@ class BookRide:
 
     idempotency_key   a repeated booking with the same key gives the same ride
     series_id         the recurring booking that it is a day of
+    may_walk          other stops within walking distance will do, at either end
     """
 
     from_stop: str
@@ -61,6 +62,7 @@ class BookRide:
     idempotency_key: str | None = None
     source: RideSource = "passenger"
     series_id: str | None = None
+    may_walk: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """Rides that want a shuttle, decided one after the other on one look at the fleet."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Sequence, Set
 from dataclasses import dataclass, replace
 
 import msgspec
@@ -8,6 +8,7 @@ import msgspec
 from server.dispatch.alternatives import Alternative as Found
 from server.dispatch.answer import Answer, Quote, Terms, answer_all
 from server.dispatch.board import Board
+from server.dispatch.problem import Request
 from server.dispatch.problem_codec import encode_problem
 from server.domain.decisions import Alternative, Decision, DecisionKind, RideDecision
 from server.domain.decisions import Quote as ToldQuote
@@ -42,9 +43,14 @@ def assign_ride(uow: UnitOfWork, ride: Ride, kind: DecisionKind) -> Assigned:
 
 
 def assign_rides(
-    uow: UnitOfWork, wanted: Sequence[Ride], kind: DecisionKind, only: Collection[str] | None = None
+    uow: UnitOfWork,
+    wanted: Sequence[Ride],
+    kind: DecisionKind,
+    only: Collection[str] | None = None,
+    walking: Set[str] = frozenset(),
 ) -> list[Assigned]:
-    """What becomes of each ride, in the order given; `only` these vehicles may take them.
+    """What becomes of each ride, in the order given; `only` these vehicles may take them. Those of `walking`
+    may begin and end at other stops within walking distance: their rides have these then.
 
     A ride that has its promise keeps it. The decision is stored with all that it rests on; one that changed
     nothing for a ride which goes on waiting is not.
@@ -54,10 +60,13 @@ def assign_rides(
     snapshot = take_snapshot(uow, wanted=wanted)
     if only is not None:
         snapshot = _taken_only_by(snapshot, only)
+    terms = uow.roads().terms(uow.rules)
+    requests = snapshot.problem.requests
+    for ride_id in walking:
+        requests[ride_id] = _with_walks(requests[ride_id], terms)
     board = Board(snapshot.problem)
     for ride in wanted:
-        board.add(snapshot.problem.requests[ride.ride_id])
-    terms = uow.roads().terms(uow.rules)
+        board.add(requests[ride.ride_id])
     if kind != "booking":
         terms = replace(terms, later_s_max=0.0)
     promised = {ride.ride_id for ride in wanted if ride.promise is not None}
@@ -69,7 +78,7 @@ def assign_rides(
     problem = encode_problem(snapshot.problem) if is_kept else b""
     for ride, answer in zip(wanted, answers, strict=True):
         if answer.best is not None:
-            _promise(snapshot, board, ride, answer)
+            _promise(uow.roads(), snapshot, board, ride, answer)
     # A ride that comes from another vehicle leaves that one's route as well.
     taken = {answer.best.vehicle_id for answer in answers if answer.best is not None}
     commit(uow, snapshot, board.routes(taken if kind == "booking" else None))
@@ -111,14 +120,25 @@ def _without(
     return [Assigned(ride, stay[ride.ride_id]) if ride.ride_id in stay else next(decided) for ride in wanted]
 
 
-def _promise(snapshot: Snapshot, board: Board, ride: Ride, answer: Answer) -> None:
+def _with_walks(request: Request, terms: Terms) -> Request:
+    if not terms.walks:
+        return request
+    return replace(
+        request, pickup_walks=terms.walks[request.pickup], dropoff_walks=terms.walks[request.dropoff]
+    )
+
+
+def _promise(roads: FleetRoads, snapshot: Snapshot, board: Board, ride: Ride, answer: Answer) -> None:
     """Into the snapshot before the plan is stored, so that the visits already keep its window."""
     if ride.promise is not None or answer.windows is None:
         return
     from_s, to_s, by_s = answer.windows
     promise = Promise(moment(from_s), moment(to_s), moment(by_s))
-    snapshot.rides[ride.ride_id] = replace(ride, promise=promise)
-    snapshot.problem.requests[ride.ride_id] = board.requests[board.rows[ride.ride_id]]
+    taken = board.requests[board.rows[ride.ride_id]]
+    snapshot.rides[ride.ride_id] = replace(
+        ride, promise=promise, from_stop=roads.stop_ids[taken.pickup], to_stop=roads.stop_ids[taken.dropoff]
+    )
+    snapshot.problem.requests[ride.ride_id] = taken
 
 
 def _keep(

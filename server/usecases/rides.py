@@ -74,7 +74,8 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[Booked | Dom
         except DomainError as error:
             answers.append(error)
     decided: dict[str, Booked] = {}
-    assigned = _assigned(uow, [ride for ride, _ in asked.values()])
+    walking = frozenset(ride_id for ride_id, (_, request) in asked.items() if request.may_walk)
+    assigned = _assigned(uow, [ride for ride, _ in asked.values()], walking)
     for (ride, request), answer in zip(asked.values(), assigned, strict=True):
         booked = answer.ride
         if answer.rule:
@@ -91,15 +92,18 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[Booked | Dom
     ]
 
 
-def _assigned(uow: UnitOfWork, rides: Sequence[Ride]) -> list[Assigned]:
+def _assigned(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[Assigned]:
+    def now(uow: UnitOfWork, rides: Sequence[Ride]) -> list[Assigned]:
+        return _assigned_now(uow, rides, walking)
+
     if rides and uow.has_closures():
-        return cut_off.booked_around(uow, rides, _assigned_now)
-    return _assigned_now(uow, rides)
+        return cut_off.booked_around(uow, rides, now)
+    return now(uow, rides)
 
 
-def _assigned_now(uow: UnitOfWork, rides: Sequence[Ride]) -> list[Assigned]:
+def _assigned_now(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[Assigned]:
     try:
-        return assign_rides(uow, rides, "booking")
+        return assign_rides(uow, rides, "booking", walking=walking)
     except NoRestingPlaceFree:
         if len(rides) > 1:
             raise
@@ -192,13 +196,9 @@ def _booked_before(uow: UnitOfWork, request: BookRide) -> Ride | None:
     ride = uow.rides.by_idempotency_key(request.idempotency_key)
     if ride is None:
         return None
-    same = (ride.from_stop, ride.to_stop, ride.party, ride.wheelchairs) == (
-        request.from_stop,
-        request.to_stop,
-        request.party,
-        request.wheelchairs,
-    )
-    if not same:
+    same_stops = (ride.from_stop, ride.to_stop) == (request.from_stop, request.to_stop)
+    same_party = (ride.party, ride.wheelchairs) == (request.party, request.wheelchairs)
+    if not same_party or not (same_stops or request.may_walk):
         raise IdempotencyMismatch("this Idempotency-Key belongs to another booking; use a new one")
     return ride
 

@@ -11,6 +11,8 @@ export const pickup = signal("");
 export const destination = signal("");
 export const party = signal(1);
 export const wheelchairs = signal(0);
+/** Other stops within walking distance will do. */
+export const mayWalk = signal(false);
 /** Campus local time as the input holds it; "" means now. */
 export const earliest = signal("");
 /** Which end the next tap on the map or the list chooses. */
@@ -67,6 +69,7 @@ export async function book(timezone: string): Promise<Answer<Schemas["RideTicket
     party: party.value,
     wheelchairs: wheelchairs.value,
     earliest: time?.toISOString() ?? null,
+    may_walk: mayWalk.value,
   };
   const wish = JSON.stringify(body);
   if (attempt?.wish !== wish) attempt = { wish, key: randomKey() };

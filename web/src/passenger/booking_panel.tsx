@@ -13,6 +13,7 @@ import {
   canBook,
   chooseStop,
   destination,
+  mayWalk,
   party,
   pickup,
   setParty,
@@ -112,6 +113,18 @@ function BookingForm({ campus, onPick }: BookingFormProps) {
         />
       </div>
       <WhenField view={campus.view} />
+      {!repeating.value && (
+        <label class="walk">
+          <input
+            type="checkbox"
+            checked={mayWalk.value}
+            onChange={(event) => {
+              mayWalk.value = event.currentTarget.checked;
+            }}
+          />
+          {say.may_walk}
+        </label>
+      )}
       {problem.value !== null && <ProblemNote problem={problem.value} />}
       <div class="book-bar">
         <button class="button main large wide" disabled={!is_ready || busy.value}>

@@ -20,6 +20,7 @@ export const en = {
   back: "Back",
   people: "People",
   wheelchairs: "Wheelchairs",
+  may_walk: "Stops near by will do",
   fewer: "One fewer",
   more: "One more",
   when: "When",

@@ -22,6 +22,7 @@ export const zh: PassengerWords = {
   back: "返回",
   people: "人数",
   wheelchairs: "轮椅",
+  may_walk: "附近站点也可以",
   fewer: "减少一个",
   more: "增加一个",
   when: "时间",

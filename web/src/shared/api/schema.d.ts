@@ -2500,6 +2500,12 @@ export interface components {
             wheelchairs: number;
             /** Earliest */
             earliest?: string | null;
+            /**
+             * May Walk
+             * @description Other stops within walking distance will do: the answer says from and to which, and the promised window allows for the walk.
+             * @default false
+             */
+            may_walk: boolean;
         };
         /**
          * RideScene
