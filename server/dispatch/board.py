@@ -276,6 +276,7 @@ class Board:
         r = self.rows[request_id]
         node = 2 * r + (request_id in call.alight)
         self.task.service_s[node] = call.dwell_s
+        self._set_pace(node, call.pace)
         self._stays[node] = stay
         return 2 * r
 

@@ -24,6 +24,7 @@ def _off_duty(stay: Stay | None) -> bool:
 class _Group:
     place: int
     locked: bool
+    pace: float
     stay: Stay | None = None
     board: list[str] = field(default_factory=list)
     alight: list[str] = field(default_factory=list)
@@ -60,7 +61,8 @@ def calls_and_times(
         if not groups or not groups[-1].takes(int(task.place[node]), locked, stay):
             left_s = groups[-1].leave_s if groups else float(plan.least_s[v, 0])
             arrive_s = left_s + float(drive_s(task, route[k - 1], node))
-            groups.append(_Group(int(task.place[node]), locked, arrive_s=arrive_s, leave_s=arrive_s))
+            pace = float(task.pace[node])
+            groups.append(_Group(int(task.place[node]), locked, pace, arrive_s=arrive_s, leave_s=arrive_s))
         group = groups[-1]
         if stay is not None and (group.stay is None or stay.call.fixed):
             group.stay = stay
@@ -78,7 +80,7 @@ def calls_and_times(
 def _call(group: _Group, named: set[int]) -> Call:
     board, alight = tuple(group.board), tuple(group.alight)
     if group.stay is None or group.stay.number in named:
-        return Call(group.place, board, alight, group.dwell_s)
+        return Call(group.place, board, alight, group.dwell_s, pace=group.pace)
     named.add(group.stay.number)
     was = group.stay.call
     return Call(
@@ -90,6 +92,6 @@ def _call(group: _Group, named: set[int]) -> Call:
         was.arrive_by_s,
         was.fixed,
         was.call_id,
-        was.pace,
+        group.pace,
         was.off_duty,
     )

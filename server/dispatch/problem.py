@@ -73,7 +73,8 @@ class Call:
     leave_from_s  the vehicle leaves no earlier (a timetable departure)
     arrive_by_s  it arrives no later
     fixed        it stays even where nobody boards or alights
-    pace         of a fixed call: what driving to it takes at that hour, over the table's time
+    pace         what driving to it takes at that hour, over the table's time: that of whoever it was made for
+                 first, so that it is the same in whatever order its riders are named
     off_duty     it stands for the time between two shifts, and is left out of the routes that are decided
     """
 

@@ -194,6 +194,7 @@ def _routes(
 ) -> Iterator[tuple[Call, ...]]:
     """The calls with the party let out at one there is already, and at a new one before each index."""
     boards = next((n for n, call in enumerate(calls) if wish.ride_id in call.board), -1)
+    out = Call(place, (), (wish.ride_id,), uow.rules.dwell_s, pace=uow.pace_at(uow.now))
     for index in indices:
         if index < max(locked, boards + 1) or index > len(calls):
             continue
@@ -204,7 +205,7 @@ def _routes(
                 replace(here, alight=(*here.alight, wish.ride_id)),
                 *calls[index + 1 :],
             )
-        yield (*calls[:index], Call(place, (), (wish.ride_id,), uow.rules.dwell_s), *calls[index:])
+        yield (*calls[:index], out, *calls[index:])
 
 
 def _times_of(problem: Problem, before: Board, wish: Ride) -> Board | None:

@@ -162,7 +162,7 @@ def _vehicle(
         aboard=inside,
         calls=(
             *(_call(uow, visit, mine) for visit in visits),
-            *_forgotten(roads, visits, mine, uow.rules.dwell_s),
+            *_forgotten(uow, visits, mine),
         ),
         locked=1 if visits and visits[0].state == "under_way" else 0,
         accepts=vehicle.accepts_rides and (not roads.closed or can_rest(uow, plan, drives.here)),
@@ -180,13 +180,12 @@ def _is_needed(visit: PlannedVisit, mine: dict[str, Ride]) -> bool:
     )
 
 
-def _forgotten(
-    roads: FleetRoads, visits: Sequence[PlannedVisit], mine: dict[str, Ride], dwell_s: float
-) -> list[Call]:
+def _forgotten(uow: UnitOfWork, visits: Sequence[PlannedVisit], mine: dict[str, Ride]) -> list[Call]:
     """Calls for riders aboard whom no visit lets out any more."""
     let_out = {ride_id for visit in visits for ride_id in visit.alight}
+    places, dwell_s, pace = uow.roads().stop_numbers, uow.rules.dwell_s, uow.pace_at(uow.now)
     return [
-        Call(roads.stop_numbers[ride.to_stop], (), (ride_id,), dwell_s)
+        Call(places[ride.to_stop], (), (ride_id,), dwell_s, pace=pace)
         for ride_id, ride in mine.items()
         if ride.state is RideState.ABOARD and ride_id not in let_out
     ]

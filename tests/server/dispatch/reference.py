@@ -83,20 +83,13 @@ def _earliest(
     times = []
     row, clock_s = vehicle.to_places_s, vehicle.ready_s
     for call, bound_s in zip(calls, bounds, strict=True):
-        arrive_s = clock_s + float(row[call.place]) * pace_of(problem, call)
+        arrive_s = clock_s + float(row[call.place]) * call.pace
         clock_s = max(arrive_s + call.dwell_s, call.leave_from_s, bound_s)
         for request_id in call.board:
             clock_s = max(clock_s, problem.requests[request_id].pickup_from_s + call.dwell_s)
         times.append(CallTime(arrive_s, clock_s))
         row = problem.times[call.place]
     return tuple(times)
-
-
-def pace_of(problem: Problem, call: Call) -> float:
-    """The pace of whom a call is for: of the first to get off, else on."""
-    if call.fixed or not (call.board or call.alight):
-        return call.pace
-    return problem.requests[(*call.alight, *call.board)[0]].pace
 
 
 def _late(calls: Sequence[Call], requests: Mapping[str, Request], times: Sequence[CallTime]) -> Broken | None:
@@ -169,7 +162,7 @@ def route_cost(
     row = vehicle.to_places_s
     picked_up = dict.fromkeys(vehicle.aboard, vehicle.ready_s)
     for call, time in zip(calls, times, strict=True):
-        drive_s += float(row[call.place]) * pace_of(problem, call)
+        drive_s += float(row[call.place]) * call.pace
         row = problem.times[call.place]
         if math.isfinite(call.leave_from_s):
             late_s += max(0.0, time.leave_s - call.leave_from_s)
@@ -185,8 +178,8 @@ def route_cost(
 
 def every_insertion(calls: Sequence[Call], request: Request, dwell_s: float) -> Iterator[tuple[Call, ...]]:
     """By brute force: both new calls anywhere in order, then any of them merged into an equal neighbour."""
-    pickup = Call(request.pickup, (request.request_id,), (), dwell_s)
-    dropoff = Call(request.dropoff, (), (request.request_id,), dwell_s)
+    pickup = Call(request.pickup, (request.request_id,), (), dwell_s, pace=request.pace)
+    dropoff = Call(request.dropoff, (), (request.request_id,), dwell_s, pace=request.pace)
     for i, j in itertools.combinations_with_replacement(range(len(calls) + 1), 2):
         whole = [*calls[:i], pickup, *calls[i:j], dropoff, *calls[j:]]
         for joins in ((), (j + 1,), (i,), (i, j + 1)):
@@ -206,5 +199,6 @@ def _joined(calls: list[Call], index: int) -> list[Call] | None:
         board=two.board + one.board,
         alight=two.alight + one.alight,
         dwell_s=max(one.dwell_s, two.dwell_s),
+        pace=one.pace,
     )
     return [*calls[:index], both, *calls[index + 2 :]]
