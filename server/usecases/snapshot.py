@@ -251,7 +251,9 @@ def _request(roads: FleetRoads, rules: FleetRules, ride: Ride, pace: float) -> R
     pickup_to_s, arrive_by_s = earliest_s + rules.wait_s_max, _arrive_by_s(ride)
     if promise is not None:
         ahead_s = (promise.pickup_to - ride.requested_at).total_seconds()
-        reserve_s = rules.reserve_s(ahead_s, told_anew=ride.promise_broken)
+        # The reserve is kept from others: whoever looks for a vehicle may use the whole promise.
+        is_planned = ride.vehicle_id is not None
+        reserve_s = rules.reserve_s(ahead_s, told_anew=ride.promise_broken) if is_planned else 0.0
         pickup_to_s, arrive_by_s = seconds(promise.pickup_to) - reserve_s, arrive_by_s - reserve_s
     return Request(
         request_id=ride.ride_id,

@@ -78,7 +78,8 @@ def best_place(
     """
     p, d = 2 * r, 2 * r + 1
     n = plan.length[v]
-    if n + 2 > plan.route.shape[1]:
+    # A route that broke when a visit was taken out of it has no times to insert by.
+    if n + 2 > plan.route.shape[1] or plan.cost[v] == np.inf:
         return np.inf, 0, 0
     route, least, most, load = plan.route[v], plan.least_s[v], plan.most_s[v], plan.load[v]
     capacity, more = task.capacity[v], task.load[p]
