@@ -142,6 +142,12 @@ class RoadNetwork:
             self._lane_times[speed_cap_mps] = times
         return times
 
+    def apart_m(self, stop_id: str, x_m: float, y_m: float) -> float:
+        """From a stop to a point of the map, straight. KeyError for a stop that the map does not have."""
+        stop = self.stops[stop_id]
+        stop_x_m, stop_y_m, _ = self.pose(stop.lane_id, stop.s_m)
+        return math.hypot(stop_x_m - x_m, stop_y_m - y_m)
+
     def is_open(self, lane_id: str, s_from_m: float, s_to_m: float, closed: frozenset[str]) -> bool:
         """No section between two places on the lane is among the closed ones."""
         return not any(

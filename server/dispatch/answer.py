@@ -34,12 +34,16 @@ class Terms:
 
     def pickup_to_s(self, pickup_s: float, now_s: float) -> float:
         """The latest pickup that is promised now with this one planned."""
-        ahead_s = min(max(0.0, pickup_s - now_s), self.uncertain_s_max)
-        return pickup_s + self.pickup_slack_s + self.pickup_slack_ratio * ahead_s
+        return pickup_s + self.pickup_slack_s + self._uncertain_s(pickup_s, now_s)
 
-    def arrive_by_s(self, pickup_s: float, arrival_s: float) -> float:
-        """The latest arrival that is promised with these times planned."""
-        return arrival_s + self.arrival_slack_s + self.arrival_slack_ratio * max(0.0, arrival_s - pickup_s)
+    def arrive_by_s(self, pickup_s: float, arrival_s: float, now_s: float) -> float:
+        """The latest arrival that is promised now with these times planned: who is picked up late arrives
+        late as well."""
+        slack_s = self.arrival_slack_s + self.arrival_slack_ratio * max(0.0, arrival_s - pickup_s)
+        return arrival_s + slack_s + self._uncertain_s(pickup_s, now_s)
+
+    def _uncertain_s(self, pickup_s: float, now_s: float) -> float:
+        return self.pickup_slack_ratio * min(max(0.0, pickup_s - now_s), self.uncertain_s_max)
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,9 +106,7 @@ def _promised(request: Request, quote: Quote, terms: Terms, now_s: float) -> tup
     """The planned times, with room for later riders, people in the way and waiting for the road."""
     opens_s = max(request.pickup_from_s, quote.pickup_s - terms.pickup_early_s)
     closes_s = terms.pickup_to_s(quote.pickup_s, now_s)
-    # Whoever is picked up late arrives late as well.
-    later_s = closes_s - quote.pickup_s - terms.pickup_slack_s
-    by_s = terms.arrive_by_s(quote.pickup_s, quote.arrival_s) + later_s
+    by_s = terms.arrive_by_s(quote.pickup_s, quote.arrival_s, now_s)
     return opens_s, closes_s, min(by_s, request.arrive_by_s)
 
 

@@ -31,19 +31,21 @@ class ServiceDay:
 
 
 def calendar_of(uow: UnitOfWork) -> ServiceCalendar:
-    """Raises CampusUnknown."""
-    timezone = uow.network().road_map.timezone
+    """From now on. Raises CampusUnknown."""
     # A night's service and a timetable past midnight began yesterday.
-    since = (uow.now - timedelta(days=2)).date()
+    return whole_calendar(uow, (uow.now - timedelta(days=2)).date())
+
+
+def whole_calendar(uow: UnitOfWork, since: date | None = None) -> ServiceCalendar:
+    """With the exceptions of days gone by too, or since this one. Raises CampusUnknown."""
+    timezone = uow.network().road_map.timezone
     return ServiceCalendar(timezone, uow.service.patterns(), uow.service.exceptions(since), uow.rules.hours)
 
 
 def service_day(uow: UnitOfWork, day: date | None = None) -> ServiceDay:
     """What runs on a local day, today when none is named. Raises CampusUnknown."""
     road_map = uow.network().road_map
-    calendar = ServiceCalendar(
-        road_map.timezone, uow.service.patterns(), uow.service.exceptions(), uow.rules.hours
-    )
+    calendar = whole_calendar(uow)
     shown = calendar.day_of(uow.now) if day is None else day
     made = [
         uow.departures.get(departure.departure_id) or departure

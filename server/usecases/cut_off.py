@@ -10,13 +10,12 @@ from server.dispatch.board import Board
 from server.dispatch.problem import Problem, Request, VehicleState
 from server.dispatch.refusal import CLOSED
 from server.domain.closures import Closure, ClosureState, ends_of
-from server.domain.incidents import IncidentKind
-from server.domain.rides import Promise, Ride, RideState, ended, promised_anew, unassigned
+from server.domain.rides import Promise, Ride, RideState, promised_anew, unassigned
 from server.usecases import promises, topics
 from server.usecases.assign import Assigned
 from server.usecases.closed_roads import sections_closed_within
+from server.usecases.failed_rides import fail_ride
 from server.usecases.fleet_roads import FleetRoads
-from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
 from server.usecases.snapshot import moment, request_of, seconds
 
@@ -123,7 +122,9 @@ def _promised_at(
     terms = replace(roads.terms(uow.rules), later_s_max=0.0)
     found: dict[str, Promise] = {}
     for ride in rides:
-        if ride.promise is not None and _taken(board, request_of(uow, ride), terms, promised=True):
+        if ride.promise is not None and _taken(
+            board, request_of(uow, replace(ride, vehicle_id=None)), terms, promised=True
+        ):
             found[ride.ride_id] = ride.promise
             continue
         free = replace(ride, promise=None, earliest=max(ride.earliest, opens), arrive_before=None)
@@ -179,33 +180,8 @@ def _give_up(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
     certain = will_be_cut_off(uow, ride, standing) or not stands
     if not (soon and certain):
         return False
-    cause = words_of(standing)
-    uow.rides.save(ended(ride, RideState.FAILED, uow.now, CLOSED, f"no shuttle can come: {cause}"))
-    uow.publish(topics.ride(uow.campus_id, ride.ride_id))
-    open_incident(
-        uow,
-        IncidentKind.RIDE_FAILED,
-        ride.ride_id,
-        f"ride {ride.ride_code}: no shuttle can come: {cause}",
-        ride_id=ride.ride_id,
-    )
+    fail_ride(uow, ride, CLOSED, f"no shuttle can come: {words_of(standing)}")
     return True
-
-
-def give_up_late(uow: UnitOfWork, ride: Ride, rule: str) -> None:
-    """A ride that nobody could take within the longest wait fails, whatever the rule."""
-    wanted = ride.earliest if ride.promise is None else ride.promise.pickup_to
-    if uow.now <= wanted + timedelta(seconds=uow.rules.wait_s_max):
-        return
-    uow.rides.save(ended(ride, RideState.FAILED, uow.now, rule, "no shuttle could take over the ride"))
-    uow.publish(topics.ride(uow.campus_id, ride.ride_id))
-    open_incident(
-        uow,
-        IncidentKind.RIDE_FAILED,
-        ride.ride_id,
-        f"ride {ride.ride_code}: no shuttle could take it over ({rule})",
-        ride_id=ride.ride_id,
-    )
 
 
 def words_of(standing: Sequence[Closure]) -> str:

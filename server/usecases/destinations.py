@@ -267,7 +267,7 @@ def _promised_anew(uow: UnitOfWork, ride: Ride) -> Ride:
         return ride
     begun = uow.now if ride.boarded_at is not None or ride.pickup_eta is None else ride.pickup_eta
     terms = uow.roads().terms(uow.rules)
-    arrive_by = moment(terms.arrive_by_s(seconds(begun), seconds(ride.arrival_eta)))
+    arrive_by = moment(terms.arrive_by_s(seconds(begun), seconds(ride.arrival_eta), seconds(uow.now)))
     promised = replace(ride, promise=Promise(ride.promise.pickup_from, ride.promise.pickup_to, arrive_by))
     uow.rides.save(promised)
     return promised

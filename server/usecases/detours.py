@@ -1,6 +1,5 @@
 """Plans after a road was closed: without what no road leads to any more, and everybody aboard let out."""
 
-import math
 from collections.abc import Sequence, Set
 from dataclasses import replace
 
@@ -131,14 +130,11 @@ def _let_out(uow: UnitOfWork, ride: Ride, to_stop: str | None, cause: str) -> No
 def _nearest(uow: UnitOfWork, ride: Ride, row: Array) -> str | None:
     """By the straight distance, which is what they walk on from there."""
     roads = uow.roads()
-    stops = roads.network.stops
-    there = stops[ride.to_stop]
+    there = roads.network.stops[ride.to_stop]
     x_m, y_m, _ = roads.network.pose(there.lane_id, there.s_m)
 
     def away_m(stop_id: str) -> tuple[float, str]:
-        stop = stops[stop_id]
-        stop_x_m, stop_y_m, _ = roads.network.pose(stop.lane_id, stop.s_m)
-        return math.hypot(stop_x_m - x_m, stop_y_m - y_m), stop_id
+        return roads.network.apart_m(stop_id, x_m, y_m), stop_id
 
     reached = [stop_id for stop_id, time_s in zip(roads.stop_ids, row, strict=True) if np.isfinite(time_s)]
     return min(reached, key=away_m, default=None)

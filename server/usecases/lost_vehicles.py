@@ -15,6 +15,7 @@ from server.domain.incidents import IncidentKind
 from server.domain.rides import Ride, RideState, boarded, ended, stranded
 from server.domain.vehicles import Vehicle
 from server.usecases import plans, topics
+from server.usecases.failed_rides import fail_ride
 from server.usecases.incidents import open_incident
 from server.usecases.ports import UnitOfWork
 from server.usecases.routes import visits_of
@@ -69,7 +70,7 @@ def strand(uow: UnitOfWork, vehicle: Vehicle, cause: str) -> list[Ride]:
         moved.append(after)
         stop = uow.network().stops[stop_id].name
         detail = f"{cause}; another shuttle comes to {stop}, {walk_s / 60.0:.0f} minutes on foot"
-        _tell(uow, ride, IncidentKind.PROMISE_BROKEN, "ride.stranded", detail)
+        _tell_stranded(uow, ride, detail)
     if moved and not vehicle.retired:
         plans.replan(uow, vehicle.vehicle_id)
         uow.publish(topics.dispatch(uow.campus_id))
@@ -97,8 +98,7 @@ def _nearest_stop(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> tuple[str, fl
     roads, pose = uow.roads(), where.status.pose_map
     best = ("", math.inf)
     for stop in roads.network.road_map.stops:
-        x_m, y_m, _ = roads.network.pose(stop.lane_id, stop.s_m)
-        apart_m = math.hypot(x_m - pose.x_m, y_m - pose.y_m)
+        apart_m = roads.network.apart_m(stop.stop_id, pose.x_m, pose.y_m)
         served = stop.stop_id == ride.to_stop or math.isfinite(roads.direct_s(stop.stop_id, ride.to_stop))
         if served and apart_m < best[1]:
             best = stop.stop_id, apart_m
@@ -109,23 +109,28 @@ def _is_near(uow: UnitOfWork, vehicle_id: str, stop_id: str) -> bool:
     where = uow.vehicles.whereabouts(vehicle_id)
     if where is None or where.status is None:
         return False
-    stop, pose = uow.network().stops[stop_id], where.status.pose_map
-    x_m, y_m, _ = uow.network().pose(stop.lane_id, stop.s_m)
-    return math.hypot(x_m - pose.x_m, y_m - pose.y_m) <= _THERE_M
+    pose = where.status.pose_map
+    return uow.network().apart_m(stop_id, pose.x_m, pose.y_m) <= _THERE_M
 
 
 def _give_up(uow: UnitOfWork, ride: Ride, cause: str, walk_s: float) -> None:
     detail = f"{cause}; your stop is {max(1, round(walk_s / 60.0))} minutes away on foot"
     if walk_s == 0.0:
         detail = f"{cause}, and nobody knows where"
-    uow.rides.save(ended(ride, RideState.FAILED, uow.now, "vehicle_lost", detail))
-    _tell(uow, ride, IncidentKind.RIDE_FAILED, "ride.failed", f"{detail}; see to it that they get on")
+    fail_ride(uow, ride, "vehicle_lost", detail, f"{detail}; see to it that they get on")
+    _note(uow, "ride.failed", ride.ride_id, "", detail)
 
 
-def _tell(uow: UnitOfWork, ride: Ride, kind: IncidentKind, name: str, detail: str) -> None:
-    cause = f"ride {ride.ride_code}: {detail}"
-    open_incident(uow, kind, ride.ride_id, cause, vehicle_id=ride.vehicle_id, ride_id=ride.ride_id)
-    _note(uow, name, ride.ride_id, "", detail)
+def _tell_stranded(uow: UnitOfWork, ride: Ride, detail: str) -> None:
+    open_incident(
+        uow,
+        IncidentKind.PROMISE_BROKEN,
+        ride.ride_id,
+        f"ride {ride.ride_code}: {detail}",
+        vehicle_id=ride.vehicle_id,
+        ride_id=ride.ride_id,
+    )
+    _note(uow, "ride.stranded", ride.ride_id, "", detail)
     uow.publish(topics.ride(uow.campus_id, ride.ride_id))
 
 

@@ -28,6 +28,7 @@ from server.usecases import cut_off, promises, topics
 from server.usecases.assign import assign_rides
 from server.usecases.carry_out import carry_out, commit
 from server.usecases.decisions import Search, keep_improvement
+from server.usecases.failed_rides import give_up_late
 from server.usecases.ports import UnitOfWork
 from server.usecases.routes import is_news, refresh_times, save_route
 from server.usecases.snapshot import Snapshot, take_snapshot
@@ -107,7 +108,7 @@ def assign_waiting(uow: UnitOfWork, also: Sequence[Ride] = ()) -> tuple[Ride, ..
         elif ride.state is RideState.REQUESTED and answer.rule == CLOSED and uow.roads().closed:
             cut_off_rides.append(ride)
         elif ride.state is RideState.REQUESTED:
-            cut_off.give_up_late(uow, ride, answer.rule)
+            give_up_late(uow, ride, answer.rule)
     cut_off.put_off(uow, cut_off_rides)
     return tuple(found)
 

@@ -59,12 +59,13 @@ def _missed(uow: UnitOfWork, ride: Ride) -> tuple[str, Promise | None]:
         what = f"will arrive {_minutes(arrival_eta - promise.arrive_by)} later than promised"
     if not what:
         return "", None
+    terms = uow.roads().terms(rules)
     begins = pickup_eta or ride.pickup_eta or uow.now
     pickup_from, pickup_to = promise.pickup_from, promise.pickup_to
     if pickup_eta is not None:
         pickup_from = max(pickup_from, pickup_eta - timedelta(seconds=rules.pickup_early_s))
-        pickup_to = max(pickup_to, pickup_eta + timedelta(seconds=rules.pickup_slack_s))
-    arrive_by = moment(uow.roads().terms(rules).arrive_by_s(seconds(begins), seconds(arrival_eta)))
+        pickup_to = max(pickup_to, moment(terms.pickup_to_s(seconds(pickup_eta), seconds(uow.now))))
+    arrive_by = moment(terms.arrive_by_s(seconds(begins), seconds(arrival_eta), seconds(uow.now)))
     return what, Promise(pickup_from, pickup_to, max(promise.arrive_by, arrive_by))
 
 

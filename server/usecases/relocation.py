@@ -15,6 +15,7 @@ from server.domain.plans import Plan, next_version
 from server.domain.service import ServiceCalendar
 from server.domain.vehicles import Vehicle
 from server.usecases import orders, sections, topics
+from server.usecases.calendars import whole_calendar
 from server.usecases.ports import UnitOfWork
 from server.usecases.resting import rest_visit
 from server.usecases.section_desk import SectionDesk
@@ -42,7 +43,7 @@ def is_stale(uow: UnitOfWork, demand: Demand | None) -> bool:
 
 def learn_demand(uow: UnitOfWork) -> Demand:
     """Expected pickups, from every ride that was asked for in the past weeks. Reads only."""
-    rules, roads, calendar = uow.rules, uow.roads(), _whole_calendar(uow)
+    rules, roads, calendar = uow.rules, uow.roads(), whole_calendar(uow)
     today = calendar.day_of(uow.now)
     since = uow.now - timedelta(days=rules.demand_days)
     pickups = []
@@ -119,11 +120,6 @@ def relocate(uow: UnitOfWork, move: Relocation) -> bool:
 # ---------------------------------------------------------------- inside
 
 
-def _whole_calendar(uow: UnitOfWork) -> ServiceCalendar:
-    timezone = uow.network().road_map.timezone
-    return ServiceCalendar(timezone, uow.service.patterns(), uow.service.exceptions(), uow.rules.hours)
-
-
 def _kind(calendar: ServiceCalendar, day: date) -> int:
     is_free = day.weekday() >= _SATURDAY or calendar.holiday(day) is not None
     return FREE_DAY if is_free else WORKDAY
@@ -135,7 +131,7 @@ def _hour(moment: datetime) -> datetime:
 
 def _expected(uow: UnitOfWork, demand: Demand) -> Array:
     """(stops,) pickups an hour, when a shuttle that sets out now has come to its place."""
-    calendar = _whole_calendar(uow)
+    calendar = whole_calendar(uow)
     then = (uow.now + timedelta(seconds=uow.rules.relocation_ahead_s)).astimezone(calendar.zone)
     rates: Array = demand.rates[_kind(calendar, then.date()), then.hour]
     return rates

@@ -237,8 +237,8 @@ class _Day:
         if not late:
             return
         rider.told_s = min(rider.told_s, self._now_s)
-        closes_s = max(request.pickup_to_s, begins_s + self._rules.pickup_slack_s)
-        by_s = max(request.arrive_by_s, self._terms.arrive_by_s(begins_s, arrival_s))
+        closes_s = max(request.pickup_to_s, self._terms.pickup_to_s(begins_s, self._now_s))
+        by_s = max(request.arrive_by_s, self._terms.arrive_by_s(begins_s, arrival_s, self._now_s))
         rider.request = replace(request, pickup_to_s=closes_s, arrive_by_s=by_s)
 
     def _follow(self, routes: tuple[VehicleRoute, ...]) -> None:
