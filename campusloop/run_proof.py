@@ -12,7 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from contract.runlog.reader import RunLogError
 from vehicle_agent.runtime.replay import replay_segment
-from vehicle_agent.stacks.gem import gem
+from vehicle_agent.stacks.choice import build_car
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ class RunProof:
 def prove(path: Path) -> Proof:
     """Replay one segment; a damaged one is a flaw to be told like any other."""
     try:
-        result = replay_segment(path, gem)
+        result = replay_segment(path, build_car)
     except RunLogError as error:
         return Proof(path, 0, str(error))
     flaw = f"differs at {result.difference}" if result.difference is not None else result.cut_short

@@ -31,11 +31,14 @@ from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.runtime.recorder import Recorder
 from vehicle_agent.runtime.runlog_files import RunLogFiles
 from vehicle_agent.runtime.tick_process import TickNewsWriter
-from vehicle_agent.signals import LinkWord, ObstaclePercept, Task
-from vehicle_agent.stacks.gem import gem, height_map
+from vehicle_agent.signals import LinkWord, ObstaclePercept, PlanAnswer, Task
+from vehicle_agent.stacks.choice import build_car, build_planner
+from vehicle_agent.stacks.gem import height_map
 
 # What the worker takes for one scan, with the trip to it and back.
 PERCEPT_DELAY_NS = 2 * STEP_NS
+# What the motion planner takes for one job, with the trip to it and back.
+PLAN_DELAY_NS = 2 * STEP_NS
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +67,9 @@ class VirtualVehicle:
         self._map_json = encode_map(setup.road_map)
         self._profile_bytes = msgspec.msgpack.encode(setup.profile)
         self._height_map: HeightMap = height_map(setup.profile)
+        self._planner = build_planner(setup.profile, setup.road_map)
         self._percepts: deque[tuple[int, ObstaclePercept]] = deque()
+        self._plans: deque[tuple[int, PlanAnswer]] = deque()
         self.computer: VehicleComputer | None = None
         self._line_id = -1
         self.times = RoomTimes()
@@ -92,7 +97,7 @@ class VirtualVehicle:
             holding(memory),
             sync=False,
         )
-        car = self.times.timed(gem(setup.profile, setup.road_map))
+        car = self.times.timed(build_car(setup.profile, setup.road_map))
         state = msgspec.structs.replace(initial_state(car), mission=car.mission.initial(memory))
         header = RunHeader(
             setup.vehicle_id,
@@ -115,6 +120,7 @@ class VirtualVehicle:
         self.link.drop()
         self.computer = None
         self._percepts.clear()
+        self._plans.clear()
 
     def tell(self, now_ns: int, word: LinkWord) -> None:
         """Put a word into the inbox as if the link had brought it (for drives without a server)."""
@@ -133,11 +139,15 @@ class VirtualVehicle:
             self._inbox.put(now_ns, "sensors", item)
         while self._percepts and self._percepts[0][0] <= now_ns:
             self._inbox.put(now_ns, "worker", self._percepts.popleft()[1])
+        while self._plans and self._plans[0][0] <= now_ns:
+            self._inbox.put(now_ns, "planner", self._plans.popleft()[1])
         for word in self._desk.take_words():
             self._inbox.put(now_ns, "link", word)
         begun_ns = time.perf_counter_ns()
         outputs = self.computer.run_tick(self._inbox.drain(), now_ns)
         self.times.whole.append(time.perf_counter_ns() - begun_ns)
+        if self._planner is not None:
+            self._plans.extend((now_ns + PLAN_DELAY_NS, self._planner(job)) for job in outputs.jobs)
         self._gate.take(outputs.frames, now_ns)
         self._world.frames_from_vehicle(self.setup.vehicle_id, self._gate.step(now_ns))
         self._world.show(self.setup.vehicle_id, outputs.says, now_ns)

@@ -104,7 +104,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Everything about one kind of vehicle; `stack` names the implementation that fills the rooms."""
 
     name: str = "campus-shuttle"
-    stack: Literal["gem"] = "gem"
+    stack: Literal["gem", "nus", "snow_lion"] = "gem"
     fail_action: Literal["coast", "spring_brake"] = "coast"
     body: Body = Body()
     limits: Limits = Limits()

@@ -72,6 +72,24 @@ class ObstaclePercept(msgspec.Struct, frozen=True, tag="obstacle_percept"):
     points_used: int
 
 
+class TrackPercept(msgspec.Struct, frozen=True, tag="track_percept"):
+    """A tracker's answer to one scan: who and what moves around the vehicle.
+
+    stamp_ns             end of the scan
+    ids (n,), kinds (n,) int64: the same number as long as a thing is followed; index into TRACK_KINDS
+    poses_base (n, 3)    x, y, yaw of the middle of its outline, base frame at stamp_ns
+    velocities_base_mps  (n, 2) over ground, along the axes of that base frame
+    sizes_m (n, 2)       length and width; a person is a disc of that diameter
+    """
+
+    stamp_ns: int
+    ids: np.ndarray
+    kinds: np.ndarray
+    poses_base: np.ndarray
+    velocities_base_mps: np.ndarray
+    sizes_m: np.ndarray
+
+
 class SeatButton(msgspec.Struct, frozen=True, tag="seat_button"):
     """A passenger wants to get off before the planned stop."""
 
@@ -107,6 +125,45 @@ class LinkState(msgspec.Struct, frozen=True, tag="link_state"):
     server_offset_ns: int
 
 
+class PlanAnswer(msgspec.Struct, frozen=True, tag="plan_answer"):
+    """The motion planner's answer to the job of the same number.
+
+    stamp_ns     of the job: the vehicle clock at row 0 of the trajectory
+    trajectory   (k, 8) see `Trajectory`; no rows when no motion at all could be planned
+    limited_by   what keeps the vehicle from going faster; also for people to read
+    cut_s_m      the line is blocked for good from here on (the paper's pi_s); inf when it is not
+    yields_to    ids of the tracks that it slows or stops for
+    violations   what the independent check found wrong, empty for a feasible trajectory
+    memory       handed back with the next job
+    """
+
+    number: int
+    stamp_ns: int
+    line_id: int
+    trajectory: np.ndarray
+    limited_by: str
+    cut_s_m: float
+    yields_to: np.ndarray
+    violations: tuple[str, ...]
+    memory: "PlanMemory"
+
+
+class PlanMemory(msgspec.Struct, frozen=True):
+    """What the planner wants to know again next time; (0,) and (0, 3) arrays when there is nothing.
+
+    offset_m     the lateral offset chosen, and for how many plans in a row another one has been better
+    path_s_m, path_l_m  (n,) and (n, 3) the last path: offset and its two derivatives along the line
+    stopping_for areas that it stops before, so that going on needs more than stopping did
+    """
+
+    offset_m: float = 0.0
+    better_offset_m: float = 0.0
+    better_count: int = 0
+    path_s_m: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0))
+    path_l_m: np.ndarray = msgspec.field(default_factory=lambda: np.empty((0, 3)))
+    stopping_for: tuple[str, ...] = ()
+
+
 class OtherVehicle(msgspec.Struct, frozen=True, tag="other_vehicle"):
     """A fleet mate's pose as told by infrastructure or the server; stamped in this vehicle's clock."""
 
@@ -125,15 +182,21 @@ class PedestrianPresence(msgspec.Struct, frozen=True, tag="pedestrian_presence")
 
 
 ServerWord = Order | Grants | Command | PassengerTap
+Percept = ObstaclePercept | TrackPercept
 # What the link brings the tick.
 LinkWord = ServerWord | LinkState | OtherVehicle
 Pressed = SeatButton | CodeTyped | SeatSensor | DoorState
 Infrastructure = OtherVehicle | PedestrianPresence
+# What a track can be, by number.
+TRACK_KINDS = ("pedestrian", "cyclist", "vehicle", "other")
+PEDESTRIAN, CYCLIST, VEHICLE, OTHER = range(len(TRACK_KINDS))
 InboxBody = (
     CanFrame
     | GnssFix
     | ImuSample
     | ObstaclePercept
+    | TrackPercept
+    | PlanAnswer
     | SeatButton
     | CodeTyped
     | SeatSensor
@@ -163,7 +226,8 @@ class Inputs(msgspec.Struct, frozen=True):
     stamp_ns: int
     frames: tuple[CanFrame, ...] = ()
     poses: tuple[GnssFix | ImuSample, ...] = ()
-    percepts: tuple[ObstaclePercept, ...] = ()
+    percepts: tuple[Percept, ...] = ()
+    plans: tuple[PlanAnswer, ...] = ()
     infrastructure: tuple[Infrastructure, ...] = ()
     words: tuple[ServerWord, ...] = ()
     pressed: tuple[Pressed, ...] = ()
@@ -221,6 +285,27 @@ class Ego(msgspec.Struct, frozen=True):
     faults: tuple[Fault, ...] = ()
 
 
+class Tracks(msgspec.Struct, frozen=True):
+    """Who and what moves, map frame; fields as in `TrackPercept`. stamp_ns 0 before the first."""
+
+    stamp_ns: int
+    ids: np.ndarray
+    kinds: np.ndarray
+    poses_map: np.ndarray
+    velocities_map_mps: np.ndarray
+    sizes_m: np.ndarray
+
+
+NO_TRACKS = Tracks(
+    0,
+    np.empty(0, np.int64),
+    np.empty(0, np.int64),
+    np.empty((0, 3)),
+    np.empty((0, 2)),
+    np.empty((0, 2)),
+)
+
+
 class Seen(msgspec.Struct, frozen=True):
     """perception: obstacles around the vehicle; the same object until the next scan.
 
@@ -231,6 +316,7 @@ class Seen(msgspec.Struct, frozen=True):
     stamp_ns: int
     points_map: np.ndarray
     blind: bool
+    tracks: Tracks = NO_TRACKS
 
 
 class LeadVehicle(msgspec.Struct, frozen=True):
@@ -241,11 +327,57 @@ class LeadVehicle(msgspec.Struct, frozen=True):
     speed_mps: float
 
 
+class Predictions(msgspec.Struct, frozen=True):
+    """Where each of the world's tracks is expected to be, in the order of the tracks.
+
+    times_s     (k,) after stamp_ns, from 0 on
+    poses_map   (n, k, 3) middle of the outline
+    sigmas_m    (n, k) standard deviation of the place, in any direction
+    """
+
+    stamp_ns: int
+    times_s: np.ndarray
+    poses_map: np.ndarray
+    sigmas_m: np.ndarray
+
+
+NO_PREDICTIONS = Predictions(0, np.zeros(1), np.empty((0, 1, 3)), np.empty((0, 1)))
+
+
+class View(msgspec.Struct, frozen=True):
+    """How far the vehicle can see: what is beyond may hold a person.
+
+    pose_map   of the sensor
+    ranges_m   (n,) free line of sight by bearing in the sensor's frame, from -pi in n equal steps
+    """
+
+    pose_map: Pose2
+    ranges_m: np.ndarray
+
+
+NO_VIEW = View(Pose2(0.0, 0.0, 0.0), np.empty(0))
+
+
+class WatchedArea(msgspec.Struct, frozen=True):
+    """Who is in, or about to come into, one of the map's observation areas.
+
+    track_ids  of moving tracks whose expected way leads across our lanes through it
+    told       an infrastructure camera says that it is taken: a reason to slow, never one to go
+    """
+
+    area_id: str
+    track_ids: tuple[int, ...]
+    told: bool = False
+
+
 class World(msgspec.Struct, frozen=True):
     """world: what the vehicle must respect, besides its own task.
 
-    points_map  (n, 2) obstacle cells that are not the fleet mates themselves
+    points_map  (n, 2) obstacle cells that are neither the fleet mates nor the tracks themselves
     others      fleet mates heard of lately
+    tracks      who and what moves; predictions in the same order
+    watched     the observation areas near the vehicle
+    taken_stops stop ids whose place somebody else stands on
     """
 
     stamp_ns: int
@@ -254,6 +386,11 @@ class World(msgspec.Struct, frozen=True):
     others: tuple[OtherVehicle, ...]
     presence: tuple[PedestrianPresence, ...]
     blind: bool
+    tracks: Tracks = NO_TRACKS
+    predictions: Predictions = NO_PREDICTIONS
+    view: View = NO_VIEW
+    watched: tuple[WatchedArea, ...] = ()
+    taken_stops: tuple[str, ...] = ()
 
 
 TaskMode = Literal["idle", "drive", "dwell", "hold"]
@@ -295,6 +432,68 @@ class Task(msgspec.Struct, frozen=True):
     refused_ns: int = 0
 
 
+class Trajectory(msgspec.Struct, frozen=True):
+    """Where the rear-axle centre shall be when.
+
+    stamp_ns  vehicle clock at row 0
+    rows      (k, 8) t_s since stamp_ns, x_m, y_m, yaw_rad (map, continuous along the rows), curvature_1pm,
+              speed_mps, accel_mps2, s_m along the task's line; times strictly rising
+    """
+
+    stamp_ns: int
+    rows: np.ndarray
+
+
+class Corridor(msgspec.Struct, frozen=True):
+    """A window of the task's line at even steps, with what the map says beside it; all arrays (n, ...).
+
+    s_m         along the task's line; points_map (n, 2), yaw_rad continuous, curvature_1pm
+    limit_mps   the lane's speed limit
+    left_m, right_m  from the line to where a body may no longer be (kerb, wall), both positive
+    scenario    int64 index into contract.roads.model.SCENARIOS
+    """
+
+    s_m: np.ndarray
+    points_map: np.ndarray
+    yaw_rad: np.ndarray
+    curvature_1pm: np.ndarray
+    limit_mps: np.ndarray
+    left_m: np.ndarray
+    right_m: np.ndarray
+    scenario: np.ndarray
+
+
+class PlanJob(msgspec.Struct, frozen=True, tag="plan_job"):
+    """Everything that one motion plan depends on: the planner itself remembers nothing.
+
+    stamp_ns     vehicle clock at the start state, at which the trajectory shall begin
+    pose_map, speed_mps, accel_mps2, curvature_1pm   the start state: where the vehicle is expected then
+    stop_s_m     where the rear axle must stand at the latest
+    speed_mps_max  the lowest of all limits that hold everywhere, and what it is for
+    points_map   (m, 2) obstacle cells near the corridor
+    """
+
+    number: int
+    stamp_ns: int
+    line_id: int
+    pose_map: Pose2
+    speed_mps: float
+    accel_mps2: float
+    curvature_1pm: float
+    corridor: Corridor
+    stop_s_m: float
+    stop_name: str
+    speed_mps_max: float
+    speed_reason: str
+    points_map: np.ndarray
+    tracks: Tracks
+    predictions: Predictions
+    view: View
+    watched: tuple[WatchedArea, ...]
+    presence: tuple[PedestrianPresence, ...]
+    memory: PlanMemory
+
+
 class Path(msgspec.Struct, frozen=True):
     """planning: what to follow now.
 
@@ -306,6 +505,8 @@ class Path(msgspec.Struct, frozen=True):
     obstacle_m   free distance from the front bumper to the closest obstacle on the swept path, if any
     stop_m       distance still to drive to the task's stop
     emergency    brake as hard as the vehicle can
+    trajectory   the same with times, from a stack that plans them; None from one that does not
+    yields_to    ids of the tracks that the vehicle slows or stops for
     """
 
     stamp_ns: int
@@ -317,6 +518,8 @@ class Path(msgspec.Struct, frozen=True):
     stop_m: float
     emergency: bool
     accel_mps2: float = 0.0
+    trajectory: Trajectory | None = None
+    yields_to: tuple[int, ...] = ()
 
 
 class Wish(msgspec.Struct, frozen=True):
@@ -385,7 +588,10 @@ class Flow(msgspec.Struct, frozen=True):
 
 
 class Outputs(msgspec.Struct, frozen=True):
-    """One tick's whole effect on the world outside the tick."""
+    """One tick's whole effect on the world outside the tick.
+
+    jobs  for the workers; each answer is an item of a later tick's inbox
+    """
 
     frames: tuple[CanFrame, ...]
     says: Says
@@ -393,6 +599,7 @@ class Outputs(msgspec.Struct, frozen=True):
     answers: tuple[OrderAccepted | OrderRejected, ...]
     report: Status
     flow: Flow
+    jobs: tuple[PlanJob, ...] = ()
 
 
 def fault_report(fault: Fault) -> FaultReport:

@@ -11,7 +11,7 @@ from contract.roads.load import MapError
 from contract.runlog.reader import RunLogError
 from vehicle_agent.config import ProfileError, load_profile
 from vehicle_agent.runtime.replay import ReplayResult, replay_segment
-from vehicle_agent.stacks.gem import gem
+from vehicle_agent.stacks.choice import build_car
 
 console = Console()
 
@@ -40,7 +40,7 @@ def replay(
         task = progress.add_task("replaying", total=len(paths))
         for path in paths:
             try:
-                result = replay_segment(path, gem, other)
+                result = replay_segment(path, build_car, other)
             except (RunLogError, MapError) as error:
                 console.print(f"[red]{path}: {error}[/red]", soft_wrap=True)
                 raise typer.Exit(EXIT_UNREADABLE) from error

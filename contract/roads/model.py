@@ -11,6 +11,7 @@ import msgspec
 Point = tuple[float, float]
 LaneKind = Literal["road", "turn", "turnaround"]
 Scenario = Literal["common_road", "parking_lot", "unprotected_intersection"]
+SCENARIOS: tuple[Scenario, ...] = ("common_road", "parking_lot", "unprotected_intersection")
 
 FORMAT_VERSION = 1
 

@@ -7,7 +7,7 @@ import pytest
 
 from tests.faults.real_campus import RealCampus, a_real_campus
 from vehicle_agent.runtime.replay import replay_segment
-from vehicle_agent.stacks.gem import gem
+from vehicle_agent.stacks.choice import build_car
 
 pytestmark = pytest.mark.faults
 
@@ -56,7 +56,7 @@ def test_a_ride_outlives_the_kill_of_the_agent_and_of_the_server(tmp_path: Path)
         segments = sorted((tmp_path / "campus" / "vehicles").rglob("*.mcap"))
         assert len({segment.parent for segment in segments}) == 2
         for segment in segments:
-            assert replay_segment(segment, gem).difference is None
+            assert replay_segment(segment, build_car).difference is None
 
     asyncio.run(scenario())
 

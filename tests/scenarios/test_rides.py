@@ -9,7 +9,7 @@ from contract.roads.load import load_map
 from tests.scenarios.campus_days import CampusDay
 from tests.server.feeds.shipped import CAMPUS_MAP
 from vehicle_agent.runtime.replay import replay_segment
-from vehicle_agent.stacks.gem import gem
+from vehicle_agent.stacks.choice import build_car
 
 
 @pytest.mark.long
@@ -59,4 +59,4 @@ def test_a_vehicle_that_crashes_while_riding_stands_held_until_an_operator_resum
     assert [state for number, state in day.told].count("completed") == 1
     day.close()
     for segment in sorted((tmp_path / "shuttle-1" / "runs").rglob("*.mcap")):
-        assert replay_segment(segment, gem).difference is None
+        assert replay_segment(segment, build_car).difference is None

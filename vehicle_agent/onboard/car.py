@@ -15,8 +15,10 @@ from vehicle_agent.signals import (
     ImuSample,
     Infrastructure,
     LinkState,
-    ObstaclePercept,
     Path,
+    Percept,
+    PlanAnswer,
+    PlanJob,
     Pressed,
     Says,
     Seen,
@@ -43,7 +45,7 @@ class Localization(Protocol):
 
 class Perception(Protocol):
     def initial(self) -> Any: ...
-    def step(self, state: Any, percepts: tuple[ObstaclePercept, ...], ego: Ego) -> tuple[Seen, Any]: ...
+    def step(self, state: Any, percepts: tuple[Percept, ...], ego: Ego) -> tuple[Seen, Any]: ...
 
 
 class WorldModel(Protocol):
@@ -80,7 +82,12 @@ class Mission(Protocol):
 
 class Planning(Protocol):
     def initial(self) -> Any: ...
-    def step(self, state: Any, ego: Ego, world: World, task: Task) -> tuple[Path, Any]: ...
+    def step(
+        self, state: Any, ego: Ego, world: World, task: Task, plans: tuple[PlanAnswer, ...]
+    ) -> tuple[Path, Any]: ...
+    def jobs(self, state: Any) -> tuple[PlanJob, ...]:
+        """What the motion planner shall work on after the step that made this state."""
+        ...
 
 
 class Control(Protocol):

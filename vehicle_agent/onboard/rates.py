@@ -24,6 +24,8 @@ DOORS = (
     Door("gnss_fix", 50.0, 300 * MS),
     Door("imu_sample", 50.0, 300 * MS),
     Door("obstacle_percept", 10.0, 400 * MS),
+    Door("track_percept", 10.0, 400 * MS),
+    Door("plan_answer", 10.0, 500 * MS),
     Door("other_vehicle", 5.0, 1500 * MS),
     Door("pedestrian_presence", 1.0, 2500 * MS),
     Door("link_state", 1.0, 0),

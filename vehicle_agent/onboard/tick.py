@@ -19,7 +19,7 @@ def tick(state: OnboardState, inputs: Inputs, car: Car) -> tuple[OnboardState, O
     task, mis = car.mission.step(
         state.mission, inputs.words, inputs.pressed, inputs.link, ego, motion, world, now
     )
-    path, pln = car.planning.step(state.planning, ego, world, task)
+    path, pln = car.planning.step(state.planning, ego, world, task, inputs.plans)
     wish, ctl = car.control.step(state.control, ego, path, motion)
     act, verdict, grd = car.guard.step(
         state.guard, wish, motion, ego, world, task, path, ages(now, motion, ego, seen, path)
@@ -30,4 +30,5 @@ def tick(state: OnboardState, inputs: Inputs, car: Car) -> tuple[OnboardState, O
     events = car.mission.events(mis) + car.guard.events(grd)
     report = status(now, ego, motion, task, path, verdict, says)
     flow = Flow(motion, ego, seen, world, task, path, wish, act, verdict, says)
-    return new, Outputs(frames, says, events, car.mission.answers(mis), report, flow)
+    jobs = car.planning.jobs(pln)
+    return new, Outputs(frames, says, events, car.mission.answers(mis), report, flow, jobs)

@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Array, Pose2, inverse, transform_points, wrap_angle
-from vehicle_agent.signals import Ego, ObstaclePercept, Seen
+from vehicle_agent.signals import Ego, ObstaclePercept, Percept, Seen
 
 
 class Sighting(msgspec.Struct, frozen=True):
@@ -54,14 +54,15 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
         under_m = max(0.0, self.lidar_z_m - self.person_m)
         return under_m / math.tan(-self.ring_rad_min) + self.blind_margin_m
 
-    def step(self, state: Sighting, percepts: tuple[ObstaclePercept, ...], ego: Ego) -> tuple[Seen, Sighting]:
+    def step(self, state: Sighting, percepts: tuple[Percept, ...], ego: Ego) -> tuple[Seen, Sighting]:
         """The obstacles known now: those of the newest scan, and those hidden since."""
         poses = (*state.poses, (ego.stamp_ns, ego.pose_map))
         oldest_ns = ego.stamp_ns - self.history_ns
         if poses[0][0] < oldest_ns:
             poses = tuple(entry for entry in poses if entry[0] >= oldest_ns)
         state = msgspec.structs.replace(state, poses=poses)
-        newer = [percept for percept in percepts if percept.stamp_ns > state.seen.stamp_ns]
+        scans = [percept for percept in percepts if isinstance(percept, ObstaclePercept)]
+        newer = [scan for scan in scans if scan.stamp_ns > state.seen.stamp_ns]
         if not newer:
             return state.seen, state
         percept = max(newer, key=lambda item: item.stamp_ns)

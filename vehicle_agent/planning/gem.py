@@ -10,7 +10,7 @@ from vehicle_agent.planning.gap import GapRule
 from vehicle_agent.planning.obstacle import ObstacleRule, sweep_arc, sweep_line
 from vehicle_agent.planning.selector import SpeedCommand, lowest
 from vehicle_agent.planning.waypoints import WaypointRules, Waypoints, waypoints_from_line
-from vehicle_agent.signals import Ego, Path, Task, World
+from vehicle_agent.signals import Ego, Path, PlanAnswer, PlanJob, Task, World
 
 _NOTHING = Waypoints(np.empty((0, 2)), np.empty(0), np.empty(0))
 
@@ -71,8 +71,13 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
     def initial(self) -> Plan:
         return Plan()
 
-    def step(self, state: Plan, ego: Ego, world: World, task: Task) -> tuple[Path, Plan]:
-        """The waypoints ahead and the speed to obey now. Without a line: stand still."""
+    def jobs(self, state: Plan) -> tuple[PlanJob, ...]:
+        return ()
+
+    def step(
+        self, state: Plan, ego: Ego, world: World, task: Task, plans: tuple[PlanAnswer, ...] = ()
+    ) -> tuple[Path, Plan]:
+        """The waypoints ahead and the speed to obey now. Without a line: stand still. Nobody plans for it."""
         travelled_m = abs(ego.speed_mps) * (ego.stamp_ns - state.stamp_ns) * 1e-9 if state.stamp_ns else 0.0
         state = msgspec.structs.replace(
             state, stamp_ns=ego.stamp_ns, odometer_m=state.odometer_m + travelled_m, ticks=state.ticks + 1

@@ -21,12 +21,14 @@ from vehicle_agent.runtime.agent_files import AgentFolder
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.gate_process import GateProcess
 from vehicle_agent.runtime.link_process import LinkedVehicle, serve_links
+from vehicle_agent.runtime.planner_process import PlannerProcess
 from vehicle_agent.runtime.recorder import Recorder
 from vehicle_agent.runtime.supervisor import Job
 from vehicle_agent.runtime.tick_process import TickProcess, utc_offset_now_ns
 from vehicle_agent.runtime.worker_process import ScannedVehicle, serve_percepts
 from vehicle_agent.signals import Says
-from vehicle_agent.stacks.gem import gem, height_map
+from vehicle_agent.stacks.choice import PLANNING_STACKS, build_car, build_planner
+from vehicle_agent.stacks.gem import height_map
 
 SOFTWARE = "0.1.0"
 
@@ -40,15 +42,36 @@ class AgentPlace:
 
 
 def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
-    """The processes of these vehicles, in starting order: who brakes comes first."""
+    """The processes of these vehicles, in starting order: who brakes comes first.
+
+    A vehicle whose stack plans beside the tick has a planner of its own.
+    """
     names = [AgentFolder(place.folder).vehicle().vehicle_id for place in places]
+    planners = [
+        Job(f"planner {name}", run_planner, (place,))
+        for name, place in zip(names, places, strict=True)
+        if AgentFolder(place.folder).profile().stack in PLANNING_STACKS
+    ]
     gates = [Job(f"gate {name}", run_gate, (place,)) for name, place in zip(names, places, strict=True)]
     ticks = [Job(f"tick {name}", run_tick, (place,)) for name, place in zip(names, places, strict=True)]
-    return [*gates, Job("link", run_links, (places,)), Job("worker", run_worker, (places,)), *ticks]
+    return [
+        *gates,
+        Job("link", run_links, (places,)),
+        Job("worker", run_worker, (places,)),
+        *planners,
+        *ticks,
+    ]
 
 
 def run_gate(place: AgentPlace) -> None:
     GateProcess(place.mail, AgentFolder(place.folder).vehicle().can_channel).run()
+
+
+def run_planner(place: AgentPlace) -> None:
+    files = AgentFolder(place.folder)
+    planner = build_planner(files.profile(), files.road_map())
+    assert planner is not None, "only stacks that plan beside the tick are given this process"
+    PlannerProcess(place.mail, planner).run()
 
 
 def run_worker(places: tuple[AgentPlace, ...]) -> None:
@@ -76,7 +99,7 @@ def run_tick(place: AgentPlace) -> None:
     """A new boot: mission memory from disk, everything else from scratch."""
     files = AgentFolder(place.folder)
     vehicle, profile, road_map = files.vehicle(), files.profile(), files.road_map()
-    car = gem(profile, road_map)
+    car = build_car(profile, road_map)
     state = initial_state(car)
     state = msgspec.structs.replace(state, mission=car.mission.initial(mission_memory(files)))
     offset_ns = utc_offset_now_ns()

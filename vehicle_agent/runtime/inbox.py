@@ -16,8 +16,10 @@ from vehicle_agent.signals import (
     ObstaclePercept,
     OtherVehicle,
     PedestrianPresence,
+    PlanAnswer,
     SeatButton,
     SeatSensor,
+    TrackPercept,
 )
 
 
@@ -54,7 +56,8 @@ def inputs_from(items: Sequence[InboxItem], stamp_ns: int) -> Inputs:
         stamp_ns=stamp_ns,
         frames=tuple(body for body in bodies if isinstance(body, CanFrame)),
         poses=tuple(body for body in bodies if isinstance(body, GnssFix | ImuSample)),
-        percepts=tuple(body for body in bodies if isinstance(body, ObstaclePercept)),
+        percepts=tuple(body for body in bodies if isinstance(body, ObstaclePercept | TrackPercept)),
+        plans=tuple(body for body in bodies if isinstance(body, PlanAnswer)),
         infrastructure=tuple(body for body in bodies if isinstance(body, OtherVehicle | PedestrianPresence)),
         words=tuple(body for body in bodies if isinstance(body, Order | Grants | Command | PassengerTap)),
         pressed=tuple(

@@ -12,7 +12,7 @@ import msgspec
 from contract.runlog.arrays import dec_hook, enc_hook
 from vehicle_agent.link.desk import TickNews
 from vehicle_agent.runtime.recorder import RunLogEntry
-from vehicle_agent.signals import CanFrame, InboxBody
+from vehicle_agent.signals import CanFrame, InboxBody, PlanJob
 
 DATAGRAM_BYTES_MAX = 200_000
 BUFFER_BYTES = 4 * 1024 * 1024
@@ -43,7 +43,13 @@ class TickReport(msgspec.Struct, frozen=True, tag="tick_report"):
     entries: tuple[RunLogEntry, ...]
 
 
-Mail = Deliveries | Commands | TickReport
+class Work(msgspec.Struct, frozen=True, tag="work"):
+    """To the planner: one tick's jobs."""
+
+    jobs: tuple[PlanJob, ...]
+
+
+Mail = Deliveries | Commands | TickReport | Work
 
 _encoder = msgspec.msgpack.Encoder(enc_hook=enc_hook)
 _decoder: msgspec.msgpack.Decoder[Mail] = msgspec.msgpack.Decoder(Mail, dec_hook=dec_hook)

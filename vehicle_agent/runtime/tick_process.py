@@ -16,7 +16,7 @@ from vehicle_agent.mission.memory import MissionMemory, holding
 from vehicle_agent.onboard.rates import LATE_TICK_FAULT_NS, REPORT_EVERY_TICKS
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.inbox import Inbox
-from vehicle_agent.runtime.mailbox import Commands, Deliveries, Mailbox, TickReport
+from vehicle_agent.runtime.mailbox import Commands, Deliveries, Mailbox, TickReport, Work
 from vehicle_agent.runtime.pacing import Pacer
 from vehicle_agent.signals import InboxBody, Outputs, Says
 
@@ -108,6 +108,8 @@ class TickProcess:
     def _hand_out(self, outputs: Outputs, now_ns: int) -> None:
         """Frames first: everything else can wait."""
         self._mailbox.post(self._mail / "gate", Commands(outputs.frames))
+        if outputs.jobs:
+            self._mailbox.post(self._mail / "planner", Work(outputs.jobs))
         if outputs.says != self._shown or now_ns - self._shown_ns >= SHOW_EVERY_NS:
             self._shown, self._shown_ns = outputs.says, now_ns
             self._show(outputs.says)

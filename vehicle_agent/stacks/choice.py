@@ -1,0 +1,30 @@
+"""From a profile's `stack` to the rooms and the workers that drive it."""
+
+from collections.abc import Callable
+
+from contract.roads.model import RoadMap
+from vehicle_agent.config import Profile, ProfileError
+from vehicle_agent.onboard.car import Car
+from vehicle_agent.signals import PlanAnswer, PlanJob
+from vehicle_agent.stacks.gem import gem
+
+Planner = Callable[[PlanJob], PlanAnswer]
+# Stacks whose motion planner is a worker beside the tick.
+PLANNING_STACKS = frozenset({"snow_lion"})
+
+
+def build_car(profile: Profile, road_map: RoadMap) -> Car:
+    """The rooms of the profile's stack on one map. ProfileError for a stack that this version lacks."""
+    match profile.stack:
+        case "gem":
+            return gem(profile, road_map)
+        case _:
+            raise ProfileError(f"this version has no stack {profile.stack!r}; it has: gem")
+
+
+def build_planner(profile: Profile, road_map: RoadMap) -> Planner | None:
+    """Answers the plan jobs of the profile's stack; None for a stack that plans within the tick.
+
+    Pure: equal jobs give equal answers, in whichever process and order they are asked.
+    """
+    return None
