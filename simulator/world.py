@@ -254,9 +254,9 @@ class SimWorld:
         """Tell people and score the vehicle's route (n, 2); without one they take the lanes ahead."""
         self._corridors[self._number[vehicle_id]].follow(points_map)
 
-    def place(self, vehicle_id: str, pose_map: Pose2) -> None:
-        """Set a vehicle down at rest."""
-        self.fleet.place(vehicle_id, pose_map)
+    def place(self, vehicle_id: str, pose_map: Pose2, speed_mps: float = 0.0) -> None:
+        """Set a vehicle down, at rest or rolling."""
+        self.fleet.place(vehicle_id, pose_map, speed_mps)
         self._look()
 
     def people_near(self, vehicle_id: str, within_m: float) -> Array:

@@ -9,6 +9,7 @@ from contract.geometry import Array
 from contract.roads.model import SCENARIOS
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import ReferenceLine
+from contract.roads.width import drivable_width
 from vehicle_agent.signals import Corridor
 
 STEP_M = 0.5
@@ -46,7 +47,7 @@ def corridor_of(line: ReferenceLine, network: RoadNetwork) -> Corridor:
     curvature[over != 0.0] = 0.0
     lane = line.lane_number[np.clip(np.searchsorted(line.s, held, side="right") - 1, 0, len(line.s) - 1)]
     lanes = [network.lanes[lane_id] for lane_id in line.lane_ids]
-    half_m = np.array([0.5 * item.width_m for item in lanes])[lane]
+    left_m, right_m = drivable_width(network, line, network.road_map.buildings)
     scenario = np.array([_SCENARIO_NUMBER[item.scenario] for item in lanes], dtype=np.int64)[lane]
     limit = np.array([item.speed_limit_mps for item in lanes])[lane]
     return Corridor(
@@ -55,8 +56,8 @@ def corridor_of(line: ReferenceLine, network: RoadNetwork) -> Corridor:
         yaw,
         curvature,
         np.ascontiguousarray(limit, dtype=np.float64),
-        half_m.copy(),
-        half_m.copy(),
+        np.interp(held, line.s, left_m),
+        np.interp(held, line.s, right_m),
         scenario,
     )
 

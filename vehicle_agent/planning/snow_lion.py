@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Pose2
+from contract.roads.areas import AreaAhead, areas_ahead
 from contract.roads.network import RoadNetwork
 from vehicle_agent.planning import timed
 from vehicle_agent.planning.cadence import Cadence
@@ -34,13 +35,15 @@ _NO_SPEEDS = np.empty(0)
 class Driving(msgspec.Struct, frozen=True):
     """What planning remembers.
 
-    corridor   the whole line; answer: the plan being driven; stopping: its fallback, once no plan comes
+    corridor   the whole line; areas: its passes through observation areas
+    answer: the plan being driven; stopping: its fallback, once no plan comes
     asked_*    of the last job; job: the one of this very tick
     deviated   localization was off the trajectory, so the next plan starts from where the vehicle is
     """
 
     line_id: int = 0
     corridor: Corridor = NO_CORRIDOR
+    areas: tuple[AreaAhead, ...] = ()
     ticks: int = 0
     jobs: int = 0
     answer: PlanAnswer | None = None
@@ -102,7 +105,8 @@ class MotionPlanning:
             return _standing(ego, "no order", 0.0), Driving(ticks=state.ticks, jobs=state.jobs)
         if task.line_id != state.line_id:
             corridor = corridor_of(task.line, self._network)
-            kept = Driving(line_id=task.line_id, corridor=corridor, ticks=state.ticks, jobs=state.jobs)
+            areas = areas_ahead(self._network, task.line)
+            kept = Driving(task.line_id, corridor, areas, ticks=state.ticks, jobs=state.jobs)
             # What is being driven stays good until there is a plan for the new line.
             state = msgspec.structs.replace(kept, stopping=_moving_stop(state, ego, self._stop_mps2))
         state = self._taken(state, plans)
@@ -196,7 +200,11 @@ class MotionPlanning:
             predictions=world.predictions,
             view=world.view,
             watched=world.watched,
-            presence=world.presence,
+            areas=tuple(
+                area
+                for area in state.areas
+                if near.s_m[0] <= area.leave_s_m and area.stop_s_m <= near.s_m[-1]
+            ),
             memory=state.answer.memory if state.answer is not None else PlanMemory(),
         )
         return msgspec.structs.replace(

@@ -19,11 +19,13 @@ from vehicle_agent.signals import (
     Seen,
     Tracks,
     View,
+    WatchedArea,
     World,
 )
 from vehicle_agent.world.prediction import Predictor
 from vehicle_agent.world.surroundings import Heard, Surroundings
-from vehicle_agent.world.view import Sight, building_edges
+from vehicle_agent.world.view import Sight, building_edges, points_on_walls
+from vehicle_agent.world.watching import AreaWatch, outlines_of
 
 # Fleet mates that no sensor sees take part as tracks too; their ids count down from here.
 MATES_FROM = -1
@@ -41,10 +43,14 @@ class Watching(msgspec.Struct, frozen=True):
     predictions: Predictions = NO_PREDICTIONS
     view: View = NO_VIEW
     taken_stops: tuple[str, ...] = ()
+    watched: tuple[WatchedArea, ...] = ()
 
 
 class ObservedWorld:
-    """Built once for a map. track_margin_m: cells this near to a track are the track."""
+    """Built once for a map. track_margin_m: cells this near to a track are the track.
+
+    walls_from_map: a vehicle without lidar takes the walls near it from the map
+    """
 
     def __init__(
         self,
@@ -53,12 +59,18 @@ class ObservedWorld:
         sight: Sight,
         predictor: Predictor | None = None,
         track_margin_m: float = 0.35,
+        area_watch: AreaWatch | None = None,
+        walls_from_map: bool = False,
     ) -> None:
         self._network = network
         self._surroundings = surroundings
         self._sight = sight
         self._predictor = predictor or Predictor()
         self._track_margin_m = track_margin_m
+        self._area_watch = area_watch or AreaWatch()
+        self._areas = network.road_map.observation_areas
+        self._outlines = outlines_of(self._areas)
+        self._walls_from_map = walls_from_map
         self._edges = building_edges(network.road_map.buildings)
         stops = [network.pose(stop.lane_id, stop.s_m) for stop in network.road_map.stops]
         self._stop_ids = tuple(stop.stop_id for stop in network.road_map.stops)
@@ -84,24 +96,32 @@ class ObservedWorld:
             predictions=state.predictions,
             view=state.view,
             taken_stops=state.taken_stops,
+            watched=state.watched,
         )
         return world, state
 
     def _made(self, state: Watching, ego: Ego, seen: Seen, plain: World, newest_ns: int) -> Watching:
         tracks = _with_mates(seen.tracks, plain.others, self._surroundings)
+        solid = plain.points_map
+        if self._walls_from_map:
+            solid = np.vstack((solid, points_on_walls(self._edges, ego.pose_map, self._sight.range_m)))
         points = without_tracks(
-            plain.points_map,
+            solid,
             tracks.poses_map,
             tracks.sizes_m,
             self._track_margin_m,
             tracks.velocities_map_mps,
         )
+        predictions = self._predictor.predictions(tracks, self._network)
         return msgspec.structs.replace(
             state,
             made_ns=newest_ns,
             points_map=points,
             tracks=tracks,
-            predictions=self._predictor.predictions(tracks, self._network),
+            predictions=predictions,
+            watched=self._area_watch.watched(
+                self._areas, self._outlines, ego.pose_map, tracks, predictions, plain.presence
+            ),
             view=self._sight.view(ego.pose_map, points, tracks, self._edges),
             taken_stops=self._taken(tracks, ego.pose_map),
         )

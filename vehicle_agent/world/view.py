@@ -48,6 +48,20 @@ def building_edges(buildings: tuple[Building, ...]) -> Array:
     return np.array(walls, dtype=np.float64).reshape(-1, 4)
 
 
+def points_on_walls(edges: Array, pose_map: Pose2, within_m: float, step_m: float = 0.4) -> Array:
+    """(m, 2) places every step_m along those of the (n, 4) walls that come near the vehicle."""
+    low, high = np.minimum(edges[:, :2], edges[:, 2:]), np.maximum(edges[:, :2], edges[:, 2:])
+    here = np.array([pose_map.x_m, pose_map.y_m])
+    near = edges[((low - within_m <= here) & (here <= high + within_m)).all(axis=1)]
+    pieces = [np.empty((0, 2))]
+    for x0, y0, x1, y1 in near.tolist():
+        count = max(2, math.ceil(math.hypot(x1 - x0, y1 - y0) / step_m) + 1)
+        share = np.linspace(0.0, 1.0, count)[:, None]
+        places = np.array([x0, y0]) + share * np.array([x1 - x0, y1 - y0])
+        pieces.append(places[np.hypot(places[:, 0] - here[0], places[:, 1] - here[1]) <= within_m])
+    return np.vstack(pieces)
+
+
 def _outline_edges(poses: Array, sizes: Array) -> Array:
     """(4 n, 4) the sides of boxes, poses (n, 3) of their middles and sizes (n, 2)."""
     n = len(poses)
