@@ -65,3 +65,14 @@ def say_stopping_at(name: str, name_en: str) -> Words:
 
 def say_next_stop(name: str, name_en: str) -> Words:
     return f"Next stop: {name_en or name}.", f"下一站：{name or name_en}。"
+
+
+def every_text(language: str) -> str:
+    """All characters that the screens need besides stop names; language "en" or "zh"."""
+    at = {"en": 0, "zh": 1}[language]
+    fixed = [
+        MANUAL, SAFETY_STOP, HELD, DOORS_OPEN, DOORS_CLOSING, AFTER_YOU, STEP_ASIDE, SLOWING,
+        PASSING, WAITING, RESTING, REQUESTED, REAR_DRIVING, REAR_YIELDING, REAR_SLOWING,
+        REAR_PASSING, REAR_STOPPING, REAR_DOORS, REAR_STANDING, stopping_at("", ""), next_stop("", ""),
+    ]  # fmt: skip
+    return "".join(words[at] for words in fixed)
