@@ -127,10 +127,10 @@ class Plant:
             v * math.tan(steer) / p.wheelbase_m, odometer, energy / p.battery_j,
         )  # fmt: skip
 
-    def place(self, i: int, pose_map: Pose2) -> None:
-        """Set a vehicle down at rest."""
+    def place(self, i: int, pose_map: Pose2, speed_mps: float = 0.0) -> None:
+        """Set a vehicle down, at rest or rolling."""
         self.state[i, :3] = pose_map.x_m, pose_map.y_m, pose_map.yaw_rad
-        self.state[i, SPEED] = self.state[i, ACCEL] = 0.0
+        self.state[i, SPEED], self.state[i, ACCEL] = speed_mps, 0.0
 
 
 @njit(cache=True)
