@@ -19,7 +19,8 @@ class Occupancy(msgspec.Struct, frozen=True):
 
     hard_low_m, hard_high_m  (T, a) nominal place and hard margin
     soft_low_m, soft_high_m  (T, a) the inflated place
-    limit_mps                (T, n) speed by clearance to pedestrians (eq. 2) at each path sample
+    limit_mps                (T, n) speed by clearance to pedestrians (eq. 2) at each path sample; 1000 where
+                             nobody is near enough to matter
     inside                   (a,) touches the vehicle now
     """
 
@@ -85,7 +86,7 @@ def projected(
     slots, total, n = discs.shape[0], discs.shape[1], poses.shape[0]
     hard_low, hard_high = np.full((slots, agents), np.inf), np.full((slots, agents), -np.inf)
     soft_low, soft_high = np.full((slots, agents), np.inf), np.full((slots, agents), -np.inf)
-    limit = np.full((slots, n), law[5])
+    limit = np.full((slots, n), 1e3)
     inside = np.zeros(agents, np.bool_)
     behind = np.zeros(agents, np.bool_)
     now = np.full(agents, np.inf)
