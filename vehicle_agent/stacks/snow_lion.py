@@ -12,7 +12,7 @@ from vehicle_agent.perception.gem import HeightMapPerception
 from vehicle_agent.perception.snow_lion import TrackingPerception
 from vehicle_agent.planning.behaviour.crossing_traffic import CrossingRules
 from vehicle_agent.planning.behaviour.decide import BehaviourRules
-from vehicle_agent.planning.motion.request import DrivingLimits, MotionParams, Vehicle
+from vehicle_agent.planning.motion.request import ClearanceLaw, DrivingLimits, MotionParams, Vehicle
 from vehicle_agent.planning.snow_lion import MotionPlanning
 from vehicle_agent.planning.worker import MotionPlanner
 from vehicle_agent.stacks.gem import guard, mission_rules
@@ -87,4 +87,5 @@ def planner(profile: Profile) -> MotionPlanner:
         lateral_accel_mps2_max=limits.lateral_accel_mps2_max,
         hard_decel_mps2=0.9 * limits.decel_mps2_max,
     )
-    return MotionPlanner(rules, MotionParams(vehicle=vehicle, limits=driving))
+    law = ClearanceLaw(speed_mps_max=limits.speed_mps_max)
+    return MotionPlanner(rules, MotionParams(vehicle=vehicle, limits=driving, law=law))
