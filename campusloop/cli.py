@@ -12,6 +12,7 @@ _COMMANDS = (
     "serve",
     "agent",
     "simulate",
+    "scenario",
     "replay",
     "waypoints",
     "dispatch",
@@ -20,6 +21,7 @@ _COMMANDS = (
 )
 _GROUPS = {
     "map": "Campus maps: import, check, rebuild.",
+    "scenario": "Scenarios from small files: run them, see what passes.",
     "agent": "The agent on a vehicle: enrol, run.",
     "dispatch": "Dispatch: explain, replay, what if; demand; bounds of published instances.",
     "waypoints": "Waypoint files, of a route or of a recorded drive.",
