@@ -118,7 +118,7 @@ class Observer(msgspec.Struct, frozen=True):
         )
         moving[MWHEELS] += self.wheels_gain * (steer_rad - moving[MWHEELS])
         if motion.stamp_ns > state.report_ns and math.isfinite(motion.speed_mps):
-            surprise = abs(motion.speed_mps) - float(moving[MSPEED])
+            surprise = motion.speed_mps - float(moving[MSPEED])
             moving[MSPEED] = max(0.0, moving[MSPEED] + self.speed_gain * surprise)
             if not standing:
                 rest_mps2 += self.rest_gain_1ps * surprise

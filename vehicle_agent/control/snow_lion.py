@@ -50,7 +50,7 @@ class Asked(msgspec.Struct, frozen=True):
 class SnowLionControl(msgspec.Struct, frozen=True):
     """astray_m, astray_rad  farther off the trajectory there is nothing to follow
     blind_s_max          without a pose that can be believed for this long the vehicle stops
-    released_brake_ratio a reported brake above it keeps a standing vehicle: the guard's, perhaps
+    released_brake_ratio a reported brake this far above ours is the guard's
     """
 
     observer: Observer = Observer()
@@ -61,6 +61,7 @@ class SnowLionControl(msgspec.Struct, frozen=True):
     astray_m: float = 2.0
     astray_rad: float = 1.0
     blind_s_max: float = 0.5
+    released_brake_ratio: float = 0.1
     dt_s: float = 0.02
 
     def initial(self) -> Driver:
@@ -74,6 +75,8 @@ class SnowLionControl(msgspec.Struct, frozen=True):
         be. Commands are finite and within the limits whatever comes in."""
         if not motion.enabled:
             state = self._hands_off(state, motion)
+        if self._kept(state, motion):
+            state = msgspec.structs.replace(state, speeding=self.speed.initial())
         holding = state.speeding.foot.holding
         seen = self.observer.step(state.observed, ego, motion, state.commands, holding)
         asked = self._asked(ego, path, seen)
@@ -91,6 +94,12 @@ class SnowLionControl(msgspec.Struct, frozen=True):
         else:
             steer = SteerAnswer(self.steer.eased(state.steering), 0.0, 0.0, False, True, 0)
         return self._wish(state, seen, asked, speed, steer)
+
+    def _kept(self, state: Driver, motion: VehicleMotion) -> bool:
+        """Somebody else's brake keeps the vehicle standing, for minutes perhaps. What were commanded against it
+        meanwhile would make the vehicle leap once it is let go."""
+        ours = float(state.commands[:, 2].max())
+        return motion.speed_mps == 0.0 and motion.brake_ratio > max(ours, 0.0) + self.released_brake_ratio
 
     def _hands_off(self, state: Driver, motion: VehicleMotion) -> Driver:
         """By-wire is not ours: go on from what the vehicle does by itself."""

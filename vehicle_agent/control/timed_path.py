@@ -159,6 +159,16 @@ def asked(
 
 
 @njit(cache=True)
+def next_stop_m(rows: Array, s: Array, t_s: float) -> float:
+    """Where along the rows they next ask for standing, from t_s on; inf when they do not."""
+    for i in range(rows.shape[0]):
+        if rows[i, T] >= t_s and rows[i, SPEED] <= 0.01:
+            return float(s[i])
+    last = rows.shape[0] - 1
+    return float(s[last]) if rows[last, SPEED] <= 0.01 else np.inf
+
+
+@njit(cache=True)
 def bends(rows: Array, s: Array, s_m: float, speeds: Array, dt_s: float) -> Array:
     """(n,) curvatures met when driving on from s_m at speeds (n,), dt_s apart."""
     found = np.empty(speeds.shape[0])
