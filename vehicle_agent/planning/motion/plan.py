@@ -45,7 +45,7 @@ _CONTACT = frozenset({"agent", "static", "footprint"})
 
 
 class Draft(msgspec.Struct, frozen=True):
-    """One try: a path with its speed, rows, and what is wrong with them."""
+    """One try: a path with its speed, rows, and what is wrong with them; `instead`: of what plan it is a stop."""
 
     path: SolvedPath
     samples: PathSamples
@@ -53,6 +53,7 @@ class Draft(msgspec.Struct, frozen=True):
     rows: np.ndarray
     quality: Quality
     wrong: tuple[str, ...]
+    instead: tuple[str, ...] = ()
 
 
 def plan_motion(request: MotionRequest, params: MotionParams) -> Motion:
@@ -229,7 +230,8 @@ def _safest(
             samples = sample_path(road.line, old, params.sample_m)
             speed = plan_speed(request, params, road, samples, moving, request.static_discs)
             choices += _stops(request, params, road, old, samples, speed)[:1]
-    return min(choices, key=lambda choice: _badness(choice.wrong))
+    best = min(choices, key=lambda choice: _badness(choice.wrong))
+    return msgspec.structs.replace(best, instead=draft.wrong)
 
 
 def _old_path(warm: WarmStart, s0_m: float, start: Array, params: MotionParams) -> SolvedPath | None:
@@ -249,7 +251,7 @@ def _answer(draft: Draft, request: MotionRequest, used: int, moving: MovingDiscs
     speed, path = draft.speed, draft.path
     limited = speed.limited_by
     if draft.quality != "planned":
-        limited = "footprint" if speed.inside else ("emergency" if draft.quality == "emergency" else "stop")
+        limited = "footprint" if speed.inside else " ".join((draft.quality, *draft.instead))
     figures = (
         ("path_cost", path.cost),
         ("path_iterations", float(path.iterations)),

@@ -6,6 +6,7 @@ solution: braking as hard as the bounds allow satisfies every hard row (`brake_e
 Solved by PIQP (Schwan et al. 2023).
 """
 
+import math
 from functools import lru_cache
 
 import msgspec
@@ -142,21 +143,20 @@ def solve_speed(
     Hard bounds are widened where the start itself is outside: a start above the limit may come down as
     `brake_envelope` does, one that brakes harder than allowed may let go at the jerk bound.
     """
+    # A vehicle that would roll back comes to rest instead: its brake is let go of sooner than the jerk allows.
+    v0_mps = max(v0_mps, 0.0)
+    a0_mps2 = max(a0_mps2, -0.95 * math.sqrt(2.0 * bounds.jerk_mps3_max * v0_mps))
     n = len(corridor.high_m)
     equal, below = _pattern(n, dt_s)
     t = dt_s * np.arange(1, n + 1)
     jerk = bounds.jerk_mps3_max
     envelope = brake_envelope(v0_mps, a0_mps2, bounds.decel_mps2_comfort, jerk, dt_s, n)
-    rising = (
-        v0_mps + np.minimum(a0_mps2, 0.0) * t + 0.5 * jerk * np.minimum(t, max(-a0_mps2, 0.0) / jerk) ** 2
-    )
-    lowest = np.minimum(0.0, np.minimum(rising, v0_mps) - 0.02)
     coasting = np.maximum(a0_mps2 - jerk * t, 0.0)
     v_max = np.maximum(speed_mps_max, envelope[1:, 1] + 0.05)
     x_l = np.full(8 * n, 0.0)
     x_u = np.full(8 * n, _INF)
-    x_l[:n] = -1.0
-    x_l[n : 2 * n], x_u[n : 2 * n] = lowest, v_max
+    x_l[:n] = -0.1
+    x_l[n : 2 * n], x_u[n : 2 * n] = -1e-4, v_max
     x_l[2 * n : 3 * n] = np.minimum(-bounds.decel_mps2_max, a0_mps2 + jerk * t)
     x_u[2 * n : 3 * n] = np.maximum(bounds.accel_mps2_max, np.maximum(coasting, 0.0))
     x_l[2 * n : 3 * n] -= 1e-6

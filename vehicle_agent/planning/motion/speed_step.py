@@ -99,6 +99,7 @@ def plan_speed(
     for _ in range(_PROGRAMS):
         limit, slope, wish = _along(samples.u_m, place.speed_mps, clearance_limit, at)
         _end_ahead(limit, slope, at, high, room.end_speed_mps, limits.decel_mps2_comfort)
+        limit[room.stands[1:]], slope[room.stands[1:]] = 0.0, 0.0
         corridor = SpeedCorridor(
             room.low_m[1:], high, np.minimum(room.soft_m[1:], _FAR_M), at, limit, slope, wish
         )

@@ -44,12 +44,14 @@ class Searched(msgspec.Struct, frozen=True):
 class Corridor(msgspec.Struct, frozen=True):
     """What the speed program shall keep, (K,) by knot; yields_to, passes rows of Agents.
 
+    stands         (K,) the way stands while somebody walks by or into it: no motion then
     end_speed_mps  of the one ahead at the last knot, along the path
     """
 
     low_m: np.ndarray
     high_m: np.ndarray
     soft_m: np.ndarray
+    stands: np.ndarray
     yields_to: np.ndarray
     passes: np.ndarray
     end_speed_mps: float
@@ -289,27 +291,28 @@ def corridor(graph: Graph, way: Searched) -> Corridor:
 
     A soft stretch that the way itself enters is given up: the search has found that waiting costs more.
     """
-    low, high, soft, side = sides(graph.low_m, graph.high_m, graph.soft_low_m, graph.soft_high_m, way.u_m)
+    low, high, soft, stands, side = sides(graph.low_m, graph.high_m, graph.soft_low_m, graph.soft_high_m, way.u_m)
     knots = len(high)
     step = high[-1] - high[max(knots - 6, 0)]
     end_speed = max(step / (5.0 * graph.dt_s), 0.0) if np.isfinite(step) else 0.0
-    return Corridor(low, high, soft, graph.who[side == 1], graph.who[side == 2], min(end_speed, 5.0))
+    return Corridor(low, high, soft, stands, graph.who[side == 1], graph.who[side == 2], min(end_speed, 5.0))
 
 
 @njit(cache=True)
 def sides(
     low: Array, high: Array, soft_low: Array, soft_high: Array, u: Array
-) -> tuple[Array, Array, Array, IntArray]:
-    """((K,) low, (K,) high, (K,) soft high, (a,) 1 yielded to, 2 passed before, 0 neither)."""
+) -> tuple[Array, Array, Array, BoolArray, IntArray]:
+    """((K,) low, (K,) high, (K,) soft high, (K,) stands, (a,) 1 yielded to, 2 passed before, 0 neither)."""
     knots, agents = low.shape
     out_low, out_high, out_soft = np.full(knots, -1e3), np.full(knots, 1e3), np.full(knots, 1e3)
     side = np.zeros(agents, np.int64)
+    stands = np.zeros(knots, np.bool_)
     for a in range(agents):
         enters: BoolArray = (soft_low[:, a] < u) & (u < soft_high[:, a])
         gives_up = np.any(enters & ~((low[:, a] <= u) & (u <= high[:, a])))
         for k in range(1, knots):
             if low[k, a] <= high[k, a]:
-                if u[k] <= low[k, a] or (u[k] < high[k, a] and u[k] - low[k, a] <= high[k, a] - u[k]):
+                if u[k] <= low[k, a]:
                     out_high[k] = min(out_high[k], max(low[k, a], 0.0))
                     side[a] = 1
                 elif u[k] >= high[k, a]:
@@ -318,7 +321,8 @@ def sides(
                         side[a] = 2
                 else:
                     out_high[k] = min(out_high[k], u[k])
+                    stands[k] = True
                     side[a] = 1
             if soft_low[k, a] <= soft_high[k, a] and not gives_up and u[k] <= soft_low[k, a]:
                 out_soft[k] = min(out_soft[k], soft_low[k, a])
-    return out_low, out_high, out_soft, side
+    return out_low, out_high, out_soft, stands, side
