@@ -291,7 +291,9 @@ def corridor(graph: Graph, way: Searched) -> Corridor:
 
     A soft stretch that the way itself enters is given up: the search has found that waiting costs more.
     """
-    low, high, soft, stands, side = sides(graph.low_m, graph.high_m, graph.soft_low_m, graph.soft_high_m, way.u_m)
+    low, high, soft, stands, side = sides(
+        graph.low_m, graph.high_m, graph.soft_low_m, graph.soft_high_m, way.u_m
+    )
     knots = len(high)
     step = high[-1] - high[max(knots - 6, 0)]
     end_speed = max(step / (5.0 * graph.dt_s), 0.0) if np.isfinite(step) else 0.0
