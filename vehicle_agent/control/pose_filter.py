@@ -67,9 +67,7 @@ class Belief(msgspec.Struct, frozen=True):
 
 def unknown() -> Belief:
     """Before the first pose: nothing hidden is known, and nominal tyres are assumed."""
-    return Belief(
-        np.array((0.0, 0.0, 0.0, 0.0, 0.0, 1.0)), np.diag((0.0, 0.0, 0.0, 1e-6, 4e-4, 0.09))
-    )
+    return Belief(np.array((0.0, 0.0, 0.0, 0.0, 0.0, 1.0)), np.diag((0.0, 0.0, 0.0, 1e-6, 4e-4, 0.09)))
 
 
 def placed(belief: Belief, pose_map: Pose2, std_m: float, heading_std_rad: float, stamp_ns: int) -> Belief:
@@ -83,9 +81,7 @@ def placed(belief: Belief, pose_map: Pose2, std_m: float, heading_std_rad: float
 
 
 @njit(cache=True)
-def predicted(
-    mean: Array, P: Array, speed: float, yaw_rate: float, dt: float, slip: float, n: Array
-) -> None:
+def predicted(mean: Array, P: Array, speed: float, yaw_rate: float, dt: float, slip: float, n: Array) -> None:
     """Carry mean (6,) and P (6, 6) in place over dt.
 
     speed, yaw_rate  of the wheels and the gyroscope; slip: of the rear axle, rad per m/s2, for nominal tyres
@@ -168,7 +164,9 @@ def turned(
 
 
 @njit(cache=True)
-def fixed(mean: Array, P: Array, x: float, y: float, yaw: float, std_m: float, std_rad: float, n: Array) -> bool:
+def fixed(
+    mean: Array, P: Array, x: float, y: float, yaw: float, std_m: float, std_rad: float, n: Array
+) -> bool:
     """Take a pose in, in place; False when it is beyond the gate and was not taken."""
     if math.hypot(x - mean[FX], y - mean[FY]) > n[14] + 6.0 * std_m:
         return False

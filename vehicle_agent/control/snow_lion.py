@@ -119,7 +119,10 @@ class SnowLionControl(msgspec.Struct, frozen=True):
         fault = NO_FAULT
         rows, stamp_ns = np.zeros((0, 8)), ego.stamp_ns
         if path.trajectory is not None:
-            rows, stamp_ns = np.ascontiguousarray(path.trajectory.rows, dtype=np.float64), path.trajectory.stamp_ns
+            rows, stamp_ns = (
+                np.ascontiguousarray(path.trajectory.rows, dtype=np.float64),
+                path.trajectory.stamp_ns,
+            )
             fault = MALFORMED if rows.ndim != 2 or fault_number(rows) else NO_FAULT
         else:
             rows = self._made(path, seen)

@@ -72,7 +72,9 @@ class SpeedControl(msgspec.Struct, frozen=True):
         if emergency:
             foot = Foot(0.0, 1.0, True, False)
             after = Speeding(foot, -self.mpc.decel_mps2_max, no_guess(N))
-            return SpeedAnswer(after, np.full(N + 1, moving[MSPEED]), lead_s, behind_m, missing_mps, False, True, 0)
+            return SpeedAnswer(
+                after, np.full(N + 1, moving[MSPEED]), lead_s, behind_m, missing_mps, False, True, 0
+            )
         if self._stands(state.foot, seen.speed_mps, speeds_mps):
             after = Speeding(self.pedalling.held(state.foot), 0.0, no_guess(N))
             return SpeedAnswer(after, np.zeros(N + 1), lead_s, behind_m, missing_mps, False, True, 0)
@@ -80,7 +82,9 @@ class SpeedControl(msgspec.Struct, frozen=True):
         accel_mps2 = observer.accel_mps2(moving, seen.rest_mps2)
         rising = np.diff(speeds_mps) / dt_s
         # Rows change their speed in steps of acceleration; what is meant is smooth.
-        wanted_mps2 = np.convolve(np.concatenate((rising[:1], rising, rising[-1:])), (0.25, 0.5, 0.25), "valid")
+        wanted_mps2 = np.convolve(
+            np.concatenate((rising[:1], rising, rising[-1:])), (0.25, 0.5, 0.25), "valid"
+        )
         answer = self.mpc.solve(
             limited_m, missing_mps, accel_mps2, state.accel_mps2, wanted_mps2, state.guess
         )
@@ -89,7 +93,9 @@ class SpeedControl(msgspec.Struct, frozen=True):
         command = self._arriving(command, state.accel_mps2, float(moving[MSPEED]), left_m)
         command = min(max(command, -self.mpc.decel_mps2_max), self.mpc.accel_mps2_max)
         foot = self.pedalling.step(state.foot, command - seen.rest_mps2, float(moving[MSPEED]))
-        expected = rolled(answer.inputs, float(moving[MSPEED]), accel_mps2, command, self.mpc.accel_lag_s, dt_s)
+        expected = rolled(
+            answer.inputs, float(moving[MSPEED]), accel_mps2, command, self.mpc.accel_lag_s, dt_s
+        )
         return SpeedAnswer(
             Speeding(foot, command, answer.guess), expected, lead_s, behind_m, missing_mps,
             answer.bounded, answer.feasible, answer.iterations,

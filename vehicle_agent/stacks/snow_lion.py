@@ -71,6 +71,7 @@ def planner(profile: Profile) -> MotionPlanner:
         back_m=body.rear_overhang_m,
         half_width_m=0.5 * body.width_m,
         crossing=CrossingRules(body.front_overhang_m),
+        sensor_x_m=profile.lidar.x_m,
     )
     vehicle = Vehicle(
         length_m=body.length_m,

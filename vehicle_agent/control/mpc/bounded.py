@@ -50,7 +50,9 @@ def within(inputs: Array, command: float, bounds: Bounds, dt_s: float) -> bool:
     )
 
 
-def solved(H: Array, g: Array, command: float, bounds: Bounds, dt_s: float, inputs: Array, prices: Array) -> Solved:
+def solved(
+    H: Array, g: Array, command: float, bounds: Bounds, dt_s: float, inputs: Array, prices: Array
+) -> Solved:
     """Minimise 1/2 u' H u + g' u within bounds, started from a guess: inputs (N,) and prices (2 N,).
 
     command must lie within its bounds. The answer depends on the arguments alone: the workspace works without

@@ -128,9 +128,7 @@ def _end_costs(mpc: LateralMpc) -> Array:
     weights = np.array((w.offset, w.course, w.yaw_rate)) * mpc.dt_s
     costs = np.zeros((len(END_MPS), STATES, STATES))
     for i, speed_mps in enumerate(END_MPS):
-        A, B, _, Q = horizon(
-            np.full(2, speed_mps), np.zeros(2), 1.0, mpc.chassis.row(), weights, mpc.dt_s
-        )
+        A, B, _, Q = horizon(np.full(2, speed_mps), np.zeros(2), 1.0, mpc.chassis.row(), weights, mpc.dt_s)
         costs[i] = end_cost(A[0], B[0], Q[0], w.steer_rate * mpc.dt_s, END_ROUNDS)
     return costs
 
@@ -169,4 +167,3 @@ def horizon(
         q[3, 3] = course * rear * rear + weights[2]
         q[1, 3] = q[3, 1] = -course * rear
     return A, B, d, Q
-

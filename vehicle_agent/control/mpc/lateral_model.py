@@ -60,7 +60,10 @@ class Chassis(msgspec.Struct, frozen=True):
     @property
     def understeer_s2pm(self) -> float:
         """K in yaw rate = V delta / (L + K V^2), in s2/m times m."""
-        front, rear = self.cog_to_rear_m / self.cornering_front_npr, self.cog_to_front_m / self.cornering_rear_npr
+        front, rear = (
+            self.cog_to_rear_m / self.cornering_front_npr,
+            self.cog_to_front_m / self.cornering_rear_npr,
+        )
         return self.mass_kg / self.wheelbase_m * (front - rear)
 
 
