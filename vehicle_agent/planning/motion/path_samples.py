@@ -25,7 +25,7 @@ class PathSamples(msgspec.Struct, frozen=True):
     curvature_slope_1pm2: np.ndarray
 
     def s_at(self, u_m: Array) -> Array:
-        """(m,) s at the way u_m (m,), to better than a micrometre (cubic Hermite of the inverse)."""
+        """(m,) s at the way u_m (m,), to better than a tenth of a millimetre (cubic Hermite of the inverse)."""
         s: Array = inverse_way(self.s_m, self.u_m, self.stretch, u_m)
         return s
 

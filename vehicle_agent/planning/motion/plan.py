@@ -42,6 +42,8 @@ from vehicle_agent.planning.motion.request import (
 from vehicle_agent.planning.motion.speed_step import Speed, plan_speed
 
 _CONTACT = frozenset({"agent", "static", "footprint"})
+# What another path could mend; for the rest the same one would come out again.
+_PATH_FAULTS = frozenset({"curvature", "lateral", "wall", "static", "kinematics", "start"})
 
 
 class Draft(msgspec.Struct, frozen=True):
@@ -64,6 +66,7 @@ def plan_motion(request: MotionRequest, params: MotionParams) -> Motion:
     check_request(request)
     times = params.row_s * np.arange(round(params.horizon_s / params.row_s) + 1)
     moving = moving_discs(request.agents, times, params.track_mps_max)
+    road: Road | None = None
     try:
         road = road_from(request, params)
         s0_m, start = start_on(road, request)
@@ -73,10 +76,20 @@ def plan_motion(request: MotionRequest, params: MotionParams) -> Motion:
     except LineFolds:
         return _on_arc(request, params, "line_folds", moving)
     except OffLine:
-        return _on_arc(request, params, "off_line", moving)
+        folds = road is not None and _folds_near(road, request)
+        return _on_arc(request, params, "line_folds" if folds else "off_line", moving)
     if draft.wrong:
         draft = _safest(request, params, road, s0_m, start, moving, draft)
     return _answer(draft, request, used, moving)
+
+
+def _folds_near(road: Road, request: MotionRequest) -> bool:
+    """The start is where the line folds, so that there is no telling which way along it is forward."""
+    if math.isinf(road.folds_m):
+        return False
+    frame = road.line.frames(np.array([road.folds_m]))[0]
+    pose = request.start.pose_map
+    return math.hypot(frame[0] - pose.x_m, frame[1] - pose.y_m) < 6.0
 
 
 def check_request(request: MotionRequest) -> None:
@@ -138,7 +151,7 @@ def _refined(
         draft = _draft(request, params, road, path, moving)
         if best is None or _badness(draft.wrong) < _badness(best.wrong):
             best = draft
-        if not draft.wrong:
+        if not _PATH_FAULTS.intersection(draft.wrong):
             break
         # What was breached gets a wider margin, and the lateral factor the speeds that were planned.
         warm = WarmStart(problem.support_m(), path.states)

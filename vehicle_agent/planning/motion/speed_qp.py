@@ -105,12 +105,20 @@ def brake_envelope(v0: float, a0: float, decel: float, jerk: float, dt: float, n
     out[0, 1], out[0, 2] = v0, a0
     u, v, a = 0.0, v0, a0
     for k in range(1, n + 1):
-        if v > 0.0:
+        if v > 0.0 and a < -decel:
+            # Harder than allowed at the start: back to the bound first.
+            after = min(a + jerk * dt, -decel)
+            if v + 0.5 * (a + after) * dt <= 0.02:
+                u, v, a = u + 0.5 * v * dt, 0.0, 0.0
+            else:
+                u += v * dt + (2.0 * a + after) * dt * dt / 6.0
+                v, a = v + 0.5 * (a + after) * dt, after
+        elif v > 0.0:
             for change in (-1.0, -0.5, 0.0, 0.5, 1.0):
                 after = a + change * jerk * dt
                 if change < 0.0 and a > -decel:
                     after = max(after, -decel)
-                elif a <= -decel and change < 0.0:
+                elif change < 0.0:
                     continue
                 reached = v + 0.5 * (a + after) * dt
                 if reached >= after * after / (2.0 * jerk) - 1e-9 or after >= 0.0:

@@ -69,8 +69,9 @@ def plan_speed(
     v0, a0 = max(request.start.speed_mps, 0.0), request.start.accel_mps2
     if v0 < 0.05:
         a0 = max(a0, 0.0)
+    top_mps = max(limits.speed_mps_max, v0) + 0.5
     clearance_limit = speed_limits.backward_in_time(
-        np.ascontiguousarray(occupancy.limit_mps[::per_knot]),
+        np.minimum(occupancy.limit_mps[::per_knot], top_mps),
         samples.u_m,
         limits.decel_mps2_comfort,
         params.knot_s,

@@ -16,6 +16,8 @@ from vehicle_agent.planning.motion.request import PASS_YIELD, DrivingLimits
 
 _CELL_M, _CELL_MPS = 0.4, 0.25
 _STILL_MPS = 0.05
+# Farther than any path leads, and finite: it is turned into a cell's number.
+_BEYOND_M = 1e4
 
 
 class Graph(msgspec.Struct, frozen=True):
@@ -78,7 +80,7 @@ def graph(occupancy: Occupancy, pass_rule: IntArray, slots_per_knot: int, dt_s: 
             continue
         until = slice(0, times[-1] + 1)
         low[: times[0], column] = low[times[0], column]
-        high[until, column] = np.inf
+        high[until, column] = _BEYOND_M
     taken = low <= high
     soft_low = np.where(taken, np.minimum(low - gap_m, soft_low), soft_low)
     soft_high = np.where(taken, np.maximum(high + 0.5 * gap_m, soft_high), soft_high)
@@ -291,7 +293,9 @@ def corridor(graph: Graph, way: Searched) -> Corridor:
 
     A soft stretch that the way itself enters is given up: the search has found that waiting costs more.
     """
-    low, high, soft, stands, side = sides(graph.low_m, graph.high_m, graph.soft_low_m, graph.soft_high_m, way.u_m)
+    low, high, soft, stands, side = sides(
+        graph.low_m, graph.high_m, graph.soft_low_m, graph.soft_high_m, way.u_m
+    )
     knots = len(high)
     step = high[-1] - high[max(knots - 6, 0)]
     end_speed = max(step / (5.0 * graph.dt_s), 0.0) if np.isfinite(step) else 0.0
