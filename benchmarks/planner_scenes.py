@@ -1,4 +1,4 @@
-"""Random campus scenes for the motion planner: a stretch of road, a shuttle on it, and fifty others around it."""
+"""Random campus scenes for the motion planner: a stretch of road, a shuttle on it, fifty others around it."""
 
 import math
 from dataclasses import dataclass, field
@@ -187,7 +187,7 @@ class SceneMaker:
 
 
 def _leave_way_out(scene: Scene) -> None:
-    """Take away whom not even the hardest braking, begun now, would miss: nobody has driven into such a scene."""
+    """Take away whom not even the hardest braking would miss: nobody has driven into such a scene."""
     params = MotionParams()
     corridor = scene.corridor()
     n = len(corridor.s_m)

@@ -22,7 +22,7 @@ def a_corridor(curvature_1pm: float = 0.0, length_m: float = 60.0, limit_mps: fl
 
 
 def a_request(corridor: Corridor | None = None, **changed: Any) -> MotionRequest:
-    """On the line at s = 0, 1.5 m of room on each side; speed_mps, pose, accel_mps2 and curvature_1pm may change."""
+    """On the line at s = 0, 1.5 m of room on each side; also pose, speed_mps, accel_mps2, curvature_1pm."""
     corridor = corridor or a_corridor()
     start = StartState(
         Pose2(*changed.pop("pose", (0.0, 0.0, 0.0))),

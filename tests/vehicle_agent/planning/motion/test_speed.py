@@ -18,7 +18,8 @@ from vehicle_agent.planning.motion.speed_qp import (
     brake_envelope,
     solve_speed,
 )
-from vehicle_agent.planning.motion.st_search import Graph, corridor, search
+from vehicle_agent.planning.motion.st_graph import Graph, corridor
+from vehicle_agent.planning.motion.st_search import search
 
 LIMITS = DrivingLimits()
 BOUNDS = SpeedBounds(1.0, 0.8, 1.8, 1.9)
@@ -95,7 +96,7 @@ def ways(graph: Graph, v0: float, limit_mps: float = 4.17) -> tuple[str, np.ndar
     free = np.full((41, len(u)), 100.0)
     way = search(graph, u, np.full(len(u), limit_mps), free, v0, 0.0, LIMITS, 60_000)
     assert way.found
-    room = corridor(graph, way)
+    room = corridor(graph, way.u_m)
     return ("yield" if len(room.yields_to) else "pass" if len(room.passes) else "free"), way.u_m
 
 
