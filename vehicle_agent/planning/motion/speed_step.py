@@ -62,7 +62,14 @@ def plan_speed(
         samples, given, stop_m, limits, params.vehicle, cap, max(request.start.speed_mps, 0.0)
     )
     occupancy = project_agents(
-        samples, moving, len(request.agents.ids), box, params.hard_margin_m, params.soft_margin_m, params.law
+        samples,
+        moving,
+        len(request.agents.ids),
+        box,
+        params.hard_margin_m,
+        params.soft_margin_m,
+        params.law,
+        params.vehicle.nose_m,
     )
     per_knot = round(params.knot_s / params.row_s)
     graph = st_graph.graph(occupancy, request.agents.pass_rule, per_knot, params.knot_s, params.stop_gap_m)
