@@ -1,4 +1,4 @@
-"""Random campus scenes for the motion planner: a stretch of road, a shuttle on it, and fifty others around it."""
+"""Random campus scenes for the motion planner: a stretch of road, a shuttle on it, fifty others around it."""
 
 import math
 from dataclasses import dataclass, field
@@ -116,7 +116,11 @@ class SceneMaker:
         s_m = float(random.uniform(0.0, max(1.0, last - 45.0)))
         limit_mps = float(np.interp(s_m, road.s_m, road.limit_mps))
         kappa = float(np.interp(s_m, road.s_m, road.curvature_1pm))
-        fastest = min(20.0 / 3.6, math.sqrt(0.8 / max(abs(kappa), 1e-6)), limit_mps + 1.4)
+        # Nobody arrives at a curve faster than braking at 0.6 m/s2 allows.
+        ahead = road.s_m >= s_m
+        curve = 0.75 / np.maximum(np.abs(road.curvature_1pm[ahead]), 1e-6)
+        arrival = np.sqrt(curve + 1.2 * np.maximum(road.s_m[ahead] - s_m - 3.0, 0.0))
+        fastest = float(min(20.0 / 3.6, arrival.min(), limit_mps + 1.4))
         speed = float(random.choice([0.0, random.uniform(0.0, fastest), fastest]))
         offset = float(np.clip(random.normal(0.0, 0.15), -0.4, 0.4))
         x, y = (float(np.interp(s_m, road.s_m, road.points_map[:, i])) for i in range(2))
@@ -183,7 +187,7 @@ class SceneMaker:
 
 
 def _leave_way_out(scene: Scene) -> None:
-    """Take away whom not even the hardest braking, begun now, would miss: nobody has driven into such a scene."""
+    """Take away whom not even the hardest braking would miss: nobody has driven into such a scene."""
     params = MotionParams()
     corridor = scene.corridor()
     n = len(corridor.s_m)
