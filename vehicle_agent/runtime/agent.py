@@ -19,6 +19,7 @@ from vehicle_agent.link.session import Identity
 from vehicle_agent.mission.memory import MissionMemory, holding
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.runtime.agent_files import AgentFolder
+from vehicle_agent.runtime.camera_link import CameraLink, SensorsAndCameras
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.gate_process import GateProcess
 from vehicle_agent.runtime.link_process import LinkedVehicle, serve_links
@@ -122,7 +123,10 @@ def run_tick(place: AgentPlace) -> None:
     def show(says: Says) -> None:
         speaker.send(vehicle.words_port, DeviceWords(says))
 
-    TickProcess(place.mail, computer, DeviceSensors(vehicle.values_port), show).run()
+    sensors: DeviceSensors | SensorsAndCameras = DeviceSensors(vehicle.values_port)
+    if vehicle.cameras:
+        sensors = SensorsAndCameras(sensors, CameraLink(vehicle.cameras))
+    TickProcess(place.mail, computer, sensors, show).run()
 
 
 def _linked(place: AgentPlace) -> LinkedVehicle:
