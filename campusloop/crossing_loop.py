@@ -145,9 +145,9 @@ class CrossingLoop:
         body = profile.body
         self._profile = profile
         room = _room(profile, self.road_map, speed_mps, infrastructure)
-        # The first cart begins behind the crossing, so that no cart stands on it.
-        starts = [(CROSSING_M + 8.0 + k * self.lap_m / vehicles) % self.lap_m for k in range(vehicles)]
-        starts = [CROSSING_M - 8.0 if CROSSING_M - 6.0 < s < CROSSING_M + 4.0 else s for s in starts]
+        # Evenly spaced, the first one behind the crossing and the last one well before it.
+        apart_m = min(self.lap_m / vehicles, (self.lap_m - 14.0) / max(vehicles - 1, 1))
+        starts = [(CROSSING_M + 6.0 + k * apart_m) % self.lap_m for k in range(vehicles)]
         control = _slower(pursuit_control(profile))
         self.carts = [Cart(room, control, s) for s in starts]
         poses = tuple(Pose2(*pose_at(self.line.points, self.line.s, s)) for s in starts)

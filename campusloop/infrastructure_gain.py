@@ -18,6 +18,8 @@ from vehicle_agent.config import Profile
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 # A run that takes so many times what free carts need is ended: at 1 person/s a crossing is almost never free.
 PATIENCE = 4.0
@@ -134,13 +136,13 @@ def plot_fleet(rows: Sequence[GainRow], path: Path) -> None:
     _save(figure, path)
 
 
-def _line(axis: plt.Axes, values: Sequence[float], label: str, number: int) -> None:
+def _line(axis: Axes, values: Sequence[float], label: str, number: int) -> None:
     # Drawn from zero; where not one lap was finished the name alone is left in the legend.
     shown = [0.0, *values] if values else []
     axis.plot(range(len(shown)), shown, marker=".", color=COLOURS[number % len(COLOURS)], label=label)
 
 
-def _name(axis: plt.Axes, title: str, ylabel: str) -> None:
+def _name(axis: Axes, title: str, ylabel: str) -> None:
     axis.set_title(title, fontsize=10)
     axis.set_xlabel("laps")
     axis.set_ylabel(ylabel)
@@ -149,7 +151,7 @@ def _name(axis: plt.Axes, title: str, ylabel: str) -> None:
     axis.legend(fontsize=8)
 
 
-def _save(figure: plt.Figure, path: Path) -> None:
+def _save(figure: Figure, path: Path) -> None:
     figure.tight_layout()
     figure.savefig(path, dpi=110)
     plt.close(figure)

@@ -123,10 +123,12 @@ def run_tick(place: AgentPlace) -> None:
     def show(says: Says) -> None:
         speaker.send(vehicle.words_port, DeviceWords(says))
 
-    sensors: DeviceSensors | SensorsAndCameras = DeviceSensors(vehicle.values_port)
+    devices = DeviceSensors(vehicle.values_port)
     if vehicle.cameras:
-        sensors = SensorsAndCameras(sensors, CameraLink(vehicle.cameras))
-    TickProcess(place.mail, computer, sensors, show).run()
+        both = SensorsAndCameras(devices, CameraLink(vehicle.cameras))
+        TickProcess(place.mail, computer, both, show).run()
+    else:
+        TickProcess(place.mail, computer, devices, show).run()
 
 
 def _linked(place: AgentPlace) -> LinkedVehicle:
