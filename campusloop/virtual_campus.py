@@ -8,15 +8,15 @@ from collections.abc import Coroutine
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, TypeVar
 
 import httpx
-from fastapi import FastAPI
 
 from campusloop.conductor import Conductor
 from campusloop.operator_client import OperatorClient
 from campusloop.passengers import Passengers, Tell, Wish
 from campusloop.virtual_cameras import VirtualCameras
+from campusloop.virtual_ends import VirtualPhones, VirtualServer
 from campusloop.virtual_link import VirtualNetwork
 from campusloop.virtual_vehicle import VirtualVehicle, VirtualVehicleSetup
 from contract.geometry import Pose2
@@ -82,18 +82,6 @@ class CampusOptions:
     database_url: str = "sqlite://"
 
 
-class _Server(httpx.AsyncBaseTransport):
-    """The server that answers requests now; there may be none, and later another one."""
-
-    def __init__(self) -> None:
-        self.app: FastAPI | None = None
-
-    async def handle_async_request(self, request: httpx.Request) -> httpx.Response:
-        if self.app is None:
-            raise httpx.ConnectError("the server is away", request=request)
-        return await httpx.ASGITransport(app=self.app).handle_async_request(request)
-
-
 class VirtualClock:
     """The server's clock: `begins` plus the conductor's time."""
 
@@ -103,20 +91,6 @@ class VirtualClock:
 
     def now(self) -> datetime:
         return self._begins + timedelta(microseconds=self._conductor.now_ns // 1000)
-
-
-class _Phones:
-    """What riders see and press; taps go to the server as from a phone."""
-
-    def __init__(self) -> None:
-        self.vehicles: dict[str, str] = {}
-        self.taps: list[tuple[str, Literal["board", "alight"]]] = []
-
-    def vehicle_of(self, ride_id: str) -> str:
-        return self.vehicles.get(ride_id, "")
-
-    def tap(self, ride_id: str, kind: Literal["board", "alight"]) -> None:
-        self.taps.append((ride_id, kind))
 
 
 class _Fleet:
@@ -141,10 +115,10 @@ class VirtualCampus:
         self.clock = VirtualClock(self.conductor, options.begins)
         self.network = VirtualNetwork(self.conductor)
         self.roads = RoadNetwork(options.road_map)
-        self._server = _Server()
+        self._server = VirtualServer()
         self.client = httpx.AsyncClient(base_url=ORIGIN, transport=self._server)
         self.operator = OperatorClient(self.client)
-        self._phones = _Phones()
+        self._phones = VirtualPhones()
         self.world, self.vehicles = self._set_up_vehicles()
         self._lifespan: asyncio.Task[None] | None = None
         self._leave = asyncio.Event()

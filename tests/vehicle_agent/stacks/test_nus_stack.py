@@ -2,11 +2,13 @@
 
 import dataclasses
 import functools
+import sys
 from pathlib import Path
 
 import msgspec
 import numpy as np
 import pytest
+from numba.core.registry import CPUDispatcher
 
 from contract.geometry import Pose2
 from contract.roads.load import with_version
@@ -23,6 +25,7 @@ from vehicle_agent.onboard.car import Car
 from vehicle_agent.planning.nus_crossings import CrossingRule
 from vehicle_agent.runtime.snapshot import decode_state, encode_state
 from vehicle_agent.signals import OtherVehicle, PedestrianPresence
+from vehicle_agent.stacks import warm
 from vehicle_agent.stacks.nus import planning
 
 _encoder = msgspec.msgpack.Encoder(enc_hook=enc_hook)
@@ -72,6 +75,25 @@ def speed_mps(shuttle: DrivenShuttle) -> float:
 
 def bumper_m(shuttle: DrivenShuttle) -> float:
     return x_m(shuttle) + the_cart().body.front_overhang_m
+
+
+def test_warm_kernels_leave_nothing_to_compile_for_a_drive() -> None:
+    # First in this file: later on, other tests have compiled what warming may have forgotten.
+    warm.warm_kernels()
+    before = specialisations()
+    told(a_cart(), 12.0, 1)
+    grown = {name for name, count in specialisations().items() if count > before.get(name, 0)}
+    assert grown == set()
+
+
+def specialisations() -> dict[str, int]:
+    found: dict[str, int] = {}
+    for name, module in sorted(sys.modules.items()):
+        if name.startswith(("vehicle_agent", "contract")) and module is not None:
+            for attribute, value in sorted(vars(module).items()):
+                if isinstance(value, CPUDispatcher):
+                    found[f"{name}.{attribute}"] = len(value.signatures)
+    return found
 
 
 def test_a_ride_is_driven_from_stop_to_stop_within_twenty_centimetres() -> None:
