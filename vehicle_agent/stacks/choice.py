@@ -8,6 +8,7 @@ from vehicle_agent.onboard.car import Car
 from vehicle_agent.signals import PlanAnswer, PlanJob
 from vehicle_agent.stacks.gem import gem
 from vehicle_agent.stacks.nus import nus
+from vehicle_agent.stacks.snow_lion import planner, snow_lion
 
 Planner = Callable[[PlanJob], PlanAnswer]
 # Stacks whose motion planner is a worker beside the tick.
@@ -21,8 +22,10 @@ def build_car(profile: Profile, road_map: RoadMap) -> Car:
             return gem(profile, road_map)
         case "nus":
             return nus(profile, road_map)
+        case "snow_lion":
+            return snow_lion(profile, road_map)
         case _:
-            raise ProfileError(f"this version has no stack {profile.stack!r}; it has: gem, nus")
+            raise ProfileError(f"this version has no stack {profile.stack!r}; it has: gem, nus, snow_lion")
 
 
 def build_planner(profile: Profile, road_map: RoadMap) -> Planner | None:
@@ -30,4 +33,4 @@ def build_planner(profile: Profile, road_map: RoadMap) -> Planner | None:
 
     Pure: equal jobs give equal answers, in whichever process and order they are asked.
     """
-    return None
+    return planner(profile) if profile.stack == "snow_lion" else None
