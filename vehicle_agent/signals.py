@@ -185,7 +185,7 @@ class PedestrianPresence(msgspec.Struct, frozen=True, tag="pedestrian_presence")
 ServerWord = Order | Grants | Command | PassengerTap
 Percept = ObstaclePercept | TrackPercept
 # What the link brings the tick.
-LinkWord = ServerWord | LinkState | OtherVehicle
+LinkWord = ServerWord | LinkState | OtherVehicle | PedestrianPresence
 Pressed = SeatButton | CodeTyped | SeatSensor | DoorState
 Infrastructure = OtherVehicle | PedestrianPresence
 # What a track can be, by number.

@@ -18,6 +18,7 @@ from contract.roads.network import RoadNetwork
 from contract.wire.messages import Command, Order, SectionGrant, Visit
 from simulator.traffic.actors import Actors
 from simulator.world import SimWorld, WorldOptions
+from vehicle_agent.can.by_wire import braking_of
 from vehicle_agent.config import Profile
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.perception.height_map import percept_from_scan
@@ -98,7 +99,7 @@ class SceneDrive:
         car = build_car(profile, scene.road_map)
         self.computer = VehicleComputer(car, initial_state(car))
         self._planner: Planner | None = build_planner(profile, scene.road_map)
-        self._gate, self._inbox = Gate(), Inbox()
+        self._gate, self._inbox = Gate(braking_of(profile)), Inbox()
         self._height_map = height_map(profile)
         self._percepts: deque[tuple[int, ObstaclePercept]] = deque()
         self._plans: deque[tuple[int, PlanAnswer]] = deque()

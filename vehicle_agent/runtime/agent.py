@@ -12,12 +12,14 @@ import msgspec
 
 from contract.roads.load import encode_map
 from contract.runlog.records import RunHeader
+from vehicle_agent.can.by_wire import braking_of
 from vehicle_agent.device_feed import DatagramPort, DeviceSensors, DeviceWords
 from vehicle_agent.link.outbox import read_memory
 from vehicle_agent.link.session import Identity
 from vehicle_agent.mission.memory import MissionMemory, holding
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.runtime.agent_files import AgentFolder
+from vehicle_agent.runtime.camera_link import CameraLink, SensorsAndCameras
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.gate_process import GateProcess
 from vehicle_agent.runtime.link_process import LinkedVehicle, serve_links
@@ -64,7 +66,8 @@ def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
 
 
 def run_gate(place: AgentPlace) -> None:
-    GateProcess(place.mail, AgentFolder(place.folder).vehicle().can_channel).run()
+    files = AgentFolder(place.folder)
+    GateProcess(place.mail, files.vehicle().can_channel, braking_of(files.profile())).run()
 
 
 def run_planner(place: AgentPlace) -> None:
@@ -120,7 +123,12 @@ def run_tick(place: AgentPlace) -> None:
     def show(says: Says) -> None:
         speaker.send(vehicle.words_port, DeviceWords(says))
 
-    TickProcess(place.mail, computer, DeviceSensors(vehicle.values_port), show).run()
+    devices = DeviceSensors(vehicle.values_port)
+    if vehicle.cameras:
+        both = SensorsAndCameras(devices, CameraLink(vehicle.cameras))
+        TickProcess(place.mail, computer, both, show).run()
+    else:
+        TickProcess(place.mail, computer, devices, show).run()
 
 
 def _linked(place: AgentPlace) -> LinkedVehicle:
