@@ -16,6 +16,7 @@ from contract.roads.model import RoadMap
 from contract.runlog.records import RunHeader
 from contract.wire.messages import VehicleEvent
 from simulator.world import SimWorld
+from vehicle_agent.can.by_wire import braking_of
 from vehicle_agent.config import Profile
 from vehicle_agent.link.desk import Desk
 from vehicle_agent.link.keys import load_or_make_key, signature_text
@@ -112,7 +113,8 @@ class VirtualVehicle:
         )
         self.computer = VehicleComputer(car, state, Recorder(header, setup.profile.body), setup.utc_offset_ns)
         self.run_log = RunLogFiles(setup.folder / "runs", self._profile_bytes, self._map_json)
-        self._desk, self._gate, self._inbox, self._news = desk, Gate(), Inbox(), TickNewsWriter()
+        self._desk, self._inbox, self._news = desk, Inbox(), TickNewsWriter()
+        self._gate = Gate(braking_of(setup.profile))
         self.link = VirtualLink(desk, self._dial)
 
     def crash(self) -> None:

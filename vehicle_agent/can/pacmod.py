@@ -1,11 +1,11 @@
 """The can room for a PACMod3-class by-wire module: frames <-> VehicleMotion / Actuation."""
 
 import math
-from typing import Literal
 
 import msgspec
 
 from vehicle_agent.can.commands import COUNTER_STEPS, CommandEncoder
+from vehicle_agent.can.faults import Severity, since
 from vehicle_agent.can.handshake import Handshake, advance
 from vehicle_agent.can.reports import Reports, heard
 from vehicle_agent.can.steering_column import front_from_wheel, wheel_from_front
@@ -16,8 +16,6 @@ REPORT_LOST_NS = 150_000_000
 BOOT_GRACE_NS = 1_000_000_000
 REFUSALS_MAX = 3
 MALFORMED_SHOWN_NS = 1_000_000_000
-
-Severity = Literal["info", "warning", "stop"]
 
 
 class CanState(msgspec.Struct, frozen=True):
@@ -49,7 +47,7 @@ class Pacmod(msgspec.Struct, frozen=True):
         reports = heard(state.reports, frames)
         enabled = bool(reports.enabled) and now_ns - reports.global_ns <= REPORT_LOST_NS
         overridden = bool(reports.override_active) or (state.overridden and not enabled)
-        faults = _since(_active(reports, state.handshake, boot_ns, now_ns), state.faults, now_ns)
+        faults = since(_active(reports, state.handshake, boot_ns, now_ns), state.faults, now_ns)
         motion = VehicleMotion(
             stamp_ns=reports.speed_ns,
             speed_mps=reports.speed_mps,
@@ -110,11 +108,3 @@ def _active(reports: Reports, shake: Handshake, boot_ns: int, now_ns: int) -> li
     if reports.malformed_ns and now_ns - reports.malformed_ns <= MALFORMED_SHOWN_NS:
         faults.append(("can_frame_malformed", "warning"))
     return faults
-
-
-def _since(active: list[tuple[str, Severity]], before: tuple[Fault, ...], now_ns: int) -> tuple[Fault, ...]:
-    """Active faults with the time each began, taken from the last tick where it was there already."""
-    if not active:
-        return ()
-    began = {(fault.code, fault.severity): fault.since_ns for fault in before}
-    return tuple(Fault(code, severity, began.get((code, severity), now_ns)) for code, severity in active)

@@ -4,7 +4,7 @@ Small enough to read aloud. It knows nothing of roads or plans: fresh, consisten
 else is answered with the gate's own brake sequence, for as long as it takes.
 """
 
-from vehicle_agent.can.braking import CommandSetError, braking_frames, checked_counter
+from vehicle_agent.can.braking import Braking, CommandSetError
 from vehicle_agent.signals import CanFrame
 
 TICK_NS = 20_000_000
@@ -16,7 +16,8 @@ class Gate:
     """refused: why the last set of commands was not let through, empty when it was.
     braking: the gate itself is braking, because the tick has gone silent."""
 
-    def __init__(self) -> None:
+    def __init__(self, by_wire: Braking) -> None:
+        self._by_wire = by_wire
         self.refused = ""
         self.braking = False
         self._pending: tuple[CanFrame, ...] = ()
@@ -29,7 +30,7 @@ class Gate:
         """One tick's command frames. A set that is inconsistent or repeats the one before is refused: a
         stale command must not look alive."""
         try:
-            counter = checked_counter(frames)
+            counter = self._by_wire.checked_counter(frames)
         except CommandSetError as error:
             self.refused = str(error)
             return
@@ -51,4 +52,4 @@ class Gate:
             return ()
         self.braking = True
         self._braked_steps += 1
-        return braking_frames(self._last, self._braked_steps, now_ns)
+        return self._by_wire.braking_frames(self._last, self._braked_steps, now_ns)

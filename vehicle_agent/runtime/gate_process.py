@@ -9,8 +9,7 @@ from types import FrameType
 import can
 import structlog
 
-from vehicle_agent.can.commands import COMMANDS, FRAME_GAP_NS
-from vehicle_agent.can.dbc import layouts
+from vehicle_agent.can.braking import Braking
 from vehicle_agent.runtime.can_bus import open_bus
 from vehicle_agent.runtime.gate import TICK_NS, Gate
 from vehicle_agent.runtime.mailbox import Commands, Deliveries, Delivery, Mailbox
@@ -22,15 +21,16 @@ log = structlog.get_logger()
 class GateProcess:
     """Moves frames both ways; the deciding is `Gate`'s."""
 
-    def __init__(self, folder: Path, channel: str) -> None:
+    def __init__(self, folder: Path, channel: str, by_wire: Braking) -> None:
         """folder  where the vehicle's mailboxes are; channel: see `open_bus`."""
-        self._gate = Gate()
+        self._gate = Gate(by_wire)
+        self._frame_gap_s = by_wire.frame_gap_ns / 1e9
         self._bus = open_bus(channel)
         self._mailbox = Mailbox(folder / "gate")
         self._tick = folder / "tick"
         self._stopping = False
         # A simulated bus brings a sender's own frames back.
-        self._own_ids = frozenset(layouts()[name].arbitration_id for name in COMMANDS)
+        self._own_ids = by_wire.command_ids()
 
     def run(self) -> None:
         """Until SIGTERM."""
@@ -79,7 +79,7 @@ class GateProcess:
         """The by-wire module wants a pause between frames."""
         for number, frame in enumerate(frames):
             if number:
-                time.sleep(FRAME_GAP_NS / 1e9)
+                time.sleep(self._frame_gap_s)
             self._bus.send(
                 can.Message(arbitration_id=frame.arbitration_id, data=frame.data, is_extended_id=False)
             )

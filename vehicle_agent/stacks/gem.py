@@ -4,7 +4,7 @@ import math
 
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
-from vehicle_agent.can.pacmod import pacmod
+from vehicle_agent.can.by_wire import codec_of
 from vehicle_agent.config import Profile
 from vehicle_agent.control.brake_map import BrakeMap
 from vehicle_agent.control.follower import WaypointFollower
@@ -37,7 +37,7 @@ def gem(profile: Profile, road_map: RoadMap) -> Car:
     """A car that drives as in the GEM paper, on one map."""
     body = profile.body
     return Car(
-        can=pacmod(profile),
+        can=codec_of(profile),
         localization=GnssLocalization(road_map.origin),
         perception=HeightMapPerception(
             lidar_x_m=profile.lidar.x_m,

@@ -3,6 +3,7 @@ import pytest
 from vehicle_agent.can.commands import CommandEncoder
 from vehicle_agent.can.dbc import layouts
 from vehicle_agent.can.handshake import Handshake
+from vehicle_agent.can.pacmod_braking import PacmodBraking
 from vehicle_agent.config import SteeringColumn
 from vehicle_agent.runtime.gate import FRESH_NS, TICK_NS, Gate
 from vehicle_agent.signals import Actuation, CanFrame
@@ -22,7 +23,7 @@ def position(frames: tuple[CanFrame, ...], name: str) -> float:
 
 
 def test_fresh_commands_pass_unchanged_and_once() -> None:
-    gate = Gate()
+    gate = Gate(PacmodBraking())
     frames = commands(3, TICK_NS)
     gate.take(frames, TICK_NS)
     assert gate.step(TICK_NS) == frames
@@ -30,7 +31,7 @@ def test_fresh_commands_pass_unchanged_and_once() -> None:
 
 
 def test_a_tick_that_goes_silent_is_braked_for_after_two_missed_ticks() -> None:
-    gate = Gate()
+    gate = Gate(PacmodBraking())
     gate.take(commands(3, 0), 0)
     gate.step(0)
     assert gate.step(FRESH_NS) == ()
@@ -41,7 +42,7 @@ def test_a_tick_that_goes_silent_is_braked_for_after_two_missed_ticks() -> None:
 
 
 def test_the_brake_sequence_counts_on_where_the_tick_stopped() -> None:
-    gate = Gate()
+    gate = Gate(PacmodBraking())
     gate.take(commands(15, 0), 0)
     gate.step(0)
     counters = []
@@ -55,7 +56,7 @@ def test_the_brake_sequence_counts_on_where_the_tick_stopped() -> None:
 
 
 def test_a_repeated_set_is_stale_and_ends_in_braking() -> None:
-    gate = Gate()
+    gate = Gate(PacmodBraking())
     frames = commands(3, 0)
     gate.take(frames, 0)
     gate.step(0)
@@ -68,7 +69,7 @@ def test_a_repeated_set_is_stale_and_ends_in_braking() -> None:
 
 @pytest.mark.parametrize("spoil", ["missing", "both_pedals", "complement", "short"])
 def test_an_inconsistent_set_is_not_let_through(spoil: str) -> None:
-    gate = Gate()
+    gate = Gate(PacmodBraking())
     frames = commands(3, 0)
     if spoil == "missing":
         frames = frames[:-1]
@@ -85,7 +86,7 @@ def test_an_inconsistent_set_is_not_let_through(spoil: str) -> None:
 
 
 def test_the_tick_has_the_vehicle_again_as_soon_as_it_is_back() -> None:
-    gate = Gate()
+    gate = Gate(PacmodBraking())
     gate.take(commands(3, 0), 0)
     gate.step(0)
     gate.step(10 * TICK_NS)
@@ -96,4 +97,4 @@ def test_the_tick_has_the_vehicle_again_as_soon_as_it_is_back() -> None:
 
 
 def test_before_the_first_tick_the_gate_says_nothing() -> None:
-    assert Gate().step(10 * TICK_NS) == ()
+    assert Gate(PacmodBraking()).step(10 * TICK_NS) == ()
