@@ -1,4 +1,4 @@
-"""Through recorded crowds: `python -m benchmarks.crowd DIR --json F [--traces DIR] [--stacks snow_lion,gem,nus]`.
+"""Through recorded crowds: `python -m benchmarks.crowd DIR --json F [--traces DIR] [--stacks snow_lion,gem]`.
 
 DIR holds drone recordings of cars among students. Every car that drove (mean of 0.5 m/s and more) is a run:
 the shuttle drives that car's path among the people, and the other cars, as they were recorded, beginning

@@ -1,6 +1,7 @@
-"""How the vehicles really move: a kinematic bicycle with late, lagging and limited actuators.
+"""How the vehicles really move: a bicycle with late, lagging and limited actuators.
 
-All vehicles are stepped together. Frames as onboard: the pose is the rear-axle centre in the map frame.
+Kinematic unless a vehicle's `tyres` are switched on (`simulator/tyres.py`). All vehicles are stepped together.
+Frames as onboard: the pose is the rear-axle centre in the map frame.
 """
 
 import math
@@ -10,12 +11,14 @@ import numpy as np
 from numba import njit
 
 from contract.geometry import Array, Pose2, wrap_angle
+from simulator.tyres import slipped
 from vehicle_agent.config import Profile
 
 SUBSTEP_S = 0.005
 # columns of the state
-X, Y, YAW, SPEED, ACCEL, STEER, THROTTLE, BRAKE, ODOMETER, ENERGY = range(10)
-STATE_SIZE = 10
+X, Y, YAW, SPEED, ACCEL, STEER, THROTTLE, BRAKE, ODOMETER, ENERGY, SIDE_SPEED, YAW_RATE = range(12)
+STATE_SIZE = 12
+GRAVITY_MPS2 = 9.81
 # columns of a command: front-wheel angle and its rate limit, pedals, direction (1, -1, 0 for none), lock
 CMD_STEER, CMD_RATE, CMD_THROTTLE, CMD_BRAKE, CMD_DIRECTION, CMD_LOCK = range(6)
 COMMAND_SIZE = 6
@@ -24,6 +27,13 @@ COMMAND_SIZE = 6
 @dataclass(frozen=True, slots=True)
 class PlantParams:
     """One vehicle's dynamics. SI units; delays are pure dead time, lags first-order time constants.
+
+    steer_bias_rad  what the front wheels really stand at beyond what the steering reports
+    load_kg         beyond mass_kg, at which the pedals' accelerations hold; negative for a lighter vehicle
+    grade_ratio     slope of the road, uphill positive
+    tyres           side slip of a dynamic bicycle; without them the wheels roll where they point
+    cog_ratio       centre of gravity behind the front axle, as a share of the wheelbase
+    cornering_*     stiffness of an axle, both wheels; friction limits its force
 
     The brake follows decel = knee ((full / knee + 1)^b - 1), the inverse of the GEM paper's logarithmic
     brake map b = k ln(a) + c. Dead time and lag together make the paper's 0.27 s: 3 m/s stops in 1.6 m.
@@ -48,6 +58,15 @@ class PlantParams:
     battery_j: float = 8.6e3 * 3600.0
     idle_power_w: float = 900.0
     drive_efficiency: float = 0.75
+    steer_bias_rad: float = 0.0
+    load_kg: float = 0.0
+    grade_ratio: float = 0.0
+    tyres: bool = False
+    yaw_inertia_kgm2: float = 1800.0
+    cog_ratio: float = 0.48
+    cornering_front_npr: float = 60_000.0
+    cornering_rear_npr: float = 70_000.0
+    friction: float = 0.8
 
     def row(self) -> Array:
         """The parameters as the kernel takes them, in the order of the fields."""
@@ -59,7 +78,9 @@ class PlantParams:
     P_THROTTLE_DELAY, P_THROTTLE_LAG, P_THROTTLE_FULL,
     P_BRAKE_DELAY, P_BRAKE_LAG, P_BRAKE_FULL, P_BRAKE_KNEE,
     P_ROLLING, P_SPEED_DRAG, P_SPEED_MAX, P_MASS, P_BATTERY, P_IDLE, P_EFFICIENCY,
-) = range(19)  # fmt: skip
+    P_STEER_BIAS, P_LOAD, P_GRADE, P_TYRES, P_INERTIA, P_COG, P_STIFF_FRONT, P_STIFF_REAR, P_FRICTION,
+) = range(28)  # fmt: skip
+PARAMS_SIZE = 28
 
 
 def plant_params(profile: Profile) -> PlantParams:
@@ -97,7 +118,7 @@ class Plant:
     def __init__(self, params: tuple[PlantParams, ...], poses_map: tuple[Pose2, ...]) -> None:
         n = len(params)
         self._params = params
-        self._rows = np.array([p.row() for p in params]).reshape(n, 19)
+        self._rows = np.array([p.row() for p in params]).reshape(n, PARAMS_SIZE)
         longest_s = max(max(p.steer_delay_s, p.throttle_delay_s, p.brake_delay_s) for p in params)
         slots = round(longest_s / SUBSTEP_S) + 1
         self.state: Array = np.zeros((n, STATE_SIZE))
@@ -120,17 +141,20 @@ class Plant:
         self.state[:, ENERGY] = np.minimum(charged, self._rows[:, P_BATTERY])
 
     def view(self, i: int) -> PlantView:
-        x, y, yaw, v, a, steer, throttle, brake, odometer, energy = self.state[i].tolist()
+        x, y, yaw, v, a, steer, throttle, brake, odometer, energy, _, yaw_rate = self.state[i].tolist()
         p = self._params[i]
+        if not p.tyres:
+            yaw_rate = v * math.tan(steer + p.steer_bias_rad) / p.wheelbase_m
         return PlantView(
             Pose2(x, y, yaw), v, a, steer, throttle, brake,
-            v * math.tan(steer) / p.wheelbase_m, odometer, energy / p.battery_j,
+            yaw_rate, odometer, energy / p.battery_j,
         )  # fmt: skip
 
     def place(self, i: int, pose_map: Pose2, speed_mps: float = 0.0) -> None:
         """Set a vehicle down, at rest or rolling."""
         self.state[i, :3] = pose_map.x_m, pose_map.y_m, pose_map.yaw_rad
-        self.state[i, SPEED], self.state[i, ACCEL] = speed_mps, 0.0
+        self.state[i, [SPEED, ACCEL, SIDE_SPEED, YAW_RATE]] = 0.0
+        self.state[i, SPEED] = speed_mps
 
 
 @njit(cache=True)
@@ -182,7 +206,7 @@ def advance_plant(
 ) -> int:
     """Advance every vehicle in place by `substeps` of dt; returns the new head of the command history.
 
-    state (n, STATE_SIZE), commands (n, COMMAND_SIZE), history (n, slots, COMMAND_SIZE) ring, rows (n, 19).
+    state (n, STATE_SIZE), commands (n, COMMAND_SIZE), history (n, slots, COMMAND_SIZE) ring, rows (n, PARAMS_SIZE).
     """
     n, slots = state.shape[0], history.shape[1]
     for _ in range(substeps):
@@ -199,23 +223,36 @@ def advance_plant(
             s[BRAKE] = _lag(s[BRAKE], brake, p[P_BRAKE_LAG], dt)
             v = s[SPEED]
             fade = max(0.0, 1.0 - abs(v) / p[P_SPEED_MAX])
-            drive = commands[i, CMD_DIRECTION] * p[P_THROTTLE_FULL] * s[THROTTLE] * fade
+            # The pedals' forces are the same whatever the vehicle weighs.
+            lightness = p[P_MASS] / (p[P_MASS] + p[P_LOAD])
+            motor = lightness * commands[i, CMD_DIRECTION] * p[P_THROTTLE_FULL] * s[THROTTLE] * fade
             hold = (
                 p[P_ROLLING]
                 + p[P_SPEED_DRAG] * abs(v)
-                + brake_decel(s[BRAKE], p[P_BRAKE_FULL], p[P_BRAKE_KNEE])
+                + lightness * brake_decel(s[BRAKE], p[P_BRAKE_FULL], p[P_BRAKE_KNEE])
                 + commands[i, CMD_LOCK] * p[P_BRAKE_FULL]
             )
+            wheels = s[STEER] + p[P_STEER_BIAS]
+            drive, side, yaw_rate = motor - GRAVITY_MPS2 * p[P_GRADE], 0.0, 0.0
+            if p[P_TYRES] > 0.0:
+                side, yaw_rate, drag = slipped(
+                    v, s[SIDE_SPEED], s[YAW_RATE], wheels, motor - hold,
+                    p[P_WHEELBASE], p[P_COG], p[P_MASS] + p[P_LOAD], p[P_INERTIA],
+                    p[P_STIFF_FRONT], p[P_STIFF_REAR], p[P_FRICTION], dt,
+                )  # fmt: skip
+                drive += drag
             v_next = _next_speed(v, drive, hold, p, dt)
             s[ACCEL] = (v_next - v) / dt
             mean = 0.5 * (v + v_next)
-            yaw_rate = mean * math.tan(s[STEER]) / p[P_WHEELBASE]
+            if p[P_TYRES] <= 0.0:
+                yaw_rate = mean * math.tan(wheels) / p[P_WHEELBASE]
+            s[SIDE_SPEED], s[YAW_RATE] = side, yaw_rate
             heading = s[YAW] + 0.5 * yaw_rate * dt
-            s[X] += mean * math.cos(heading) * dt
-            s[Y] += mean * math.sin(heading) * dt
+            s[X] += (mean * math.cos(heading) - side * math.sin(heading)) * dt
+            s[Y] += (mean * math.sin(heading) + side * math.cos(heading)) * dt
             s[YAW] = wrap_angle(s[YAW] + yaw_rate * dt)
             s[SPEED] = v_next
             s[ODOMETER] += abs(mean) * dt
-            power = p[P_IDLE] + max(0.0, drive * mean) * p[P_MASS] / p[P_EFFICIENCY]
+            power = p[P_IDLE] + max(0.0, motor * mean) * (p[P_MASS] + p[P_LOAD]) / p[P_EFFICIENCY]
             s[ENERGY] = max(0.0, s[ENERGY] - power * dt)
     return head

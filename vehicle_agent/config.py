@@ -60,6 +60,18 @@ class LidarMount(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     elevation_rad_max: float = 0.2617993877991494
 
 
+class Tyres(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How the vehicle answers its wheels beyond rolling where they point.
+
+    cog_ratio  centre of gravity behind the front axle over the wheelbase; cornering_*_npr: stiffness of an axle
+    """
+
+    yaw_inertia_kgm2: float = 1800.0
+    cog_ratio: float = 0.48
+    cornering_front_npr: float = 60_000.0
+    cornering_rear_npr: float = 70_000.0
+
+
 class SteeringColumn(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Steering-wheel angle from front-wheel angle d, in degrees: linear * d - quadratic * d * |d|.
 
@@ -95,6 +107,8 @@ class Response(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     throttle_per_mps2  pedal per acceleration
     accel_filter_s low-pass on the measured acceleration; GEM: 2 s
     *_delay_s      from a command to its effect
+    *_dead_s, *_lag_s  the same split into dead time and first-order lag
+    throttle_fade_mps  speed at which full throttle no longer accelerates
     """
 
     brake_gain: float = 0.2473
@@ -105,16 +119,27 @@ class Response(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     accel_filter_s: float = 2.0
     steer_delay_s: float = 0.28
     brake_delay_s: float = 0.25
+    steer_dead_s: float = 0.25
+    steer_lag_s: float = 0.05
+    throttle_dead_s: float = 0.25
+    throttle_lag_s: float = 0.15
+    brake_dead_s: float = 0.2
+    brake_lag_s: float = 0.05
+    throttle_fade_mps: float = 8.0
 
 
 class Driving(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How it drives. obstacles: "line" sweeps the route to 5 (v + 1) m, "paper" the steering arc to 15 m."""
+    """How it drives. obstacles: "line" sweeps the route to 5 (v + 1) m, "paper" the steering arc to 15 m.
+
+    jerk_mps3_max  of the acceleration commanded by a controller that plans it, full stops excepted
+    """
 
     heading_gain_1ps: float = 2.4
     heading_integral_1ps2: float = 0.0
     obstacles: Literal["line", "paper"] = "line"
     clearance_m: float = 0.4
     stop_decel_mps2: float = 0.6
+    jerk_mps3_max: float = 1.8
 
 
 class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -124,6 +149,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     stack: Literal["gem", "nus", "snow_lion"] = "gem"
     fail_action: Literal["coast", "spring_brake"] = "coast"
     body: Body = Body()
+    tyres: Tyres = Tyres()
     limits: Limits = Limits()
     lidar: LidarMount = LidarMount()
     steering: SteeringColumn = SteeringColumn()

@@ -3,6 +3,7 @@
 import msgspec
 
 from vehicle_agent.perception.gem import HeightMapPerception, Sighting
+from vehicle_agent.perception.own_cells import outside_tracks
 from vehicle_agent.perception.pose_history import pose_at
 from vehicle_agent.perception.track_keeper import Kept, TrackKeeper
 from vehicle_agent.signals import Ego, Percept, Seen, TrackPercept
@@ -17,11 +18,16 @@ class Followed(msgspec.Struct, frozen=True):
 
 
 class TrackingPerception(msgspec.Struct, frozen=True):
-    """has_lidar False: nobody waits for cells, as in a simulation of tracks alone."""
+    """has_lidar False: nobody waits for cells, as in a simulation of tracks alone.
+
+    own_margin_m: cells this near to a track are its own. Under the lidar's rays they are not remembered: who
+    is followed walks on, and would leave a ghost behind
+    """
 
     cells: HeightMapPerception
     keeper: TrackKeeper = TrackKeeper()
     has_lidar: bool = True
+    own_margin_m: float = 0.5
 
     def initial(self) -> Followed:
         sighting = self.cells.initial()
@@ -40,8 +46,17 @@ class TrackingPerception(msgspec.Struct, frozen=True):
             kept = self.keeper.step(kept, percept, pose_at(sighting.poses, percept.stamp_ns))
         if kept is state.kept and cells is state.sighting.seen:
             return state.seen, msgspec.structs.replace(state, sighting=sighting)
+        if cells is not state.sighting.seen:
+            sighting = self._without_followed(sighting, kept)
         stamp_ns = kept.tracks.stamp_ns
         if self.has_lidar:
             stamp_ns = min(stamp_ns, cells.stamp_ns)
         seen = Seen(stamp_ns, cells.points_map, cells.blind and self.has_lidar, kept.tracks)
         return seen, Followed(sighting, kept, seen)
+
+    def _without_followed(self, sighting: Sighting, kept: Kept) -> Sighting:
+        tracks = kept.tracks
+        others = outside_tracks(sighting.hidden_map, tracks.poses_map, tracks.sizes_m, self.own_margin_m)
+        return msgspec.structs.replace(
+            sighting, hidden_map=sighting.hidden_map[others], hidden_ns=sighting.hidden_ns[others]
+        )

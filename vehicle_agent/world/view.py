@@ -21,15 +21,18 @@ class Sight(msgspec.Struct, frozen=True):
     bearings: int = 240
     range_m: float = 40.0
     cell_m: float = 0.15
+    standing_mps: float = 0.5
 
     def view(self, pose_map: Pose2, points_map: Array, tracks: Tracks, edges: Array) -> View:
-        """edges (n, 4): walls known from the map. People hide nobody; vehicles do."""
+        """edges (n, 4): walls known from the map. People hide nobody, nor does what drives: it is gone
+        before anybody could come out from behind it. Standing vehicles do."""
         cos, sin = math.cos(pose_map.yaw_rad), math.sin(pose_map.yaw_rad)
         x_m, y_m = pose_map.x_m + self.sensor_x_m * cos, pose_map.y_m + self.sensor_x_m * sin
         low, high = np.minimum(edges[:, :2], edges[:, 2:]), np.maximum(edges[:, :2], edges[:, 2:])
         here = np.array([x_m, y_m])
         near = ((low - self.range_m <= here) & (here <= high + self.range_m)).all(axis=1)
-        hiding = tracks.kinds != PEDESTRIAN
+        speeds = np.hypot(tracks.velocities_map_mps[:, 0], tracks.velocities_map_mps[:, 1])
+        hiding = (tracks.kinds != PEDESTRIAN) & (speeds < self.standing_mps)
         boxes = _outline_edges(tracks.poses_map[hiding], tracks.sizes_m[hiding])
         walls = np.vstack((edges[near], boxes))
         ranges = ranges_by_bearing(

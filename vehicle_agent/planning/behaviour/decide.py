@@ -49,7 +49,7 @@ class BehaviourRules(msgspec.Struct, frozen=True):
 
 
 class Decision(msgspec.Struct, frozen=True):
-    """s_m, l_m: the start on the line; arrays (n,) by station of the job's corridor.
+    """s_m, l_m: the start on the line; arrays (n,) by station of the job's corridor, at stations_m.
 
     end_s_m   where the rear axle stops at the latest, and end_reason
     cut_s_m   where something that stands blocks the way, inf for nowhere
@@ -58,6 +58,7 @@ class Decision(msgspec.Struct, frozen=True):
 
     s_m: float
     l_m: float
+    stations_m: np.ndarray
     reference_l_m: np.ndarray
     lower_l_m: np.ndarray
     upper_l_m: np.ndarray
@@ -103,6 +104,7 @@ def decide(job: PlanJob, rules: BehaviourRules) -> Decision:
     return Decision(
         s_m=s_m,
         l_m=l_m,
+        stations_m=corridor.s_m,
         reference_l_m=reference,
         lower_l_m=lower,
         upper_l_m=upper,

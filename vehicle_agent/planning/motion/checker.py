@@ -128,12 +128,13 @@ def _offsets(rows: Array, request: MotionRequest) -> tuple[Array, Array]:
     return left, s[best] + share[k, best] * np.diff(s)[best]
 
 
-def _gaps(rows: Array, vehicle: Vehicle, x: Array, y: Array, radius: Array) -> Array:
+def _gaps(rows: Array, vehicle: Vehicle, x: Array, y: Array, radius: Array, nose_m: float = np.inf) -> Array:
     """(k, m) clearance of the outline at each row to discs (m,) or (k, m)."""
     cos, sin = np.cos(rows[:, 3])[:, None], np.sin(rows[:, 3])[:, None]
     dx, dy = x - rows[:, 1, None], y - rows[:, 2, None]
-    middle = 0.5 * vehicle.length_m - vehicle.rear_overhang_m
-    along = np.abs(dx * cos + dy * sin - middle) - 0.5 * vehicle.length_m
+    length_m = min(vehicle.length_m, nose_m)
+    middle = vehicle.length_m - vehicle.rear_overhang_m - 0.5 * length_m
+    along = np.abs(dx * cos + dy * sin - middle) - 0.5 * length_m
     across = np.abs(dy * cos - dx * sin) - 0.5 * vehicle.width_m
     outside = np.hypot(np.maximum(along, 0.0), np.maximum(across, 0.0))
     gaps: Array = np.where(outside > 0.0, outside, np.maximum(along, across)) - radius
@@ -163,8 +164,11 @@ def _known(agents: Agents) -> BoolArray:
     return known
 
 
-def _agent_gaps(rows: Array, agents: Agents, vehicle: Vehicle) -> Array:
-    """(k, a) clearance to each agent's nominal outline: people as discs, others as boxes (exact overlap)."""
+def _agent_gaps(rows: Array, agents: Agents, vehicle: Vehicle, nose_m: float = np.inf) -> Array:
+    """(k, a) clearance to each agent's nominal outline: people as discs, others as boxes (exact overlap).
+
+    nose_m: people are looked at from so much of the body alone, the bumper's end.
+    """
     known = _known(agents)
     poses, sizes = agents.poses_map[known], agents.sizes_m[known]
     t = rows[:, 0]
@@ -176,7 +180,7 @@ def _agent_gaps(rows: Array, agents: Agents, vehicle: Vehicle) -> Array:
         w = (t - agents.times_s[i]) / (agents.times_s[i + 1] - agents.times_s[i])
         places = poses[:, i, :2] + w[None, :, None] * (poses[:, i + 1, :2] - poses[:, i, :2])
         x, y = places[..., 0].T, places[..., 1].T
-    gaps = _gaps(rows, vehicle, x, y, 0.5 * sizes.max(axis=1)[None, :])
+    gaps = _gaps(rows, vehicle, x, y, 0.5 * sizes.max(axis=1)[None, :], nose_m)
     for a in np.flatnonzero(agents.kinds[known] != PEDESTRIAN):
         nearest = np.clip(np.searchsorted(agents.times_s, t), 0, poses.shape[1] - 1)
         yaw = poses[a, nearest, 2]
@@ -207,7 +211,7 @@ def _hits_agent(rows: Array, agents: Agents, vehicle: Vehicle) -> bool:
     """Touches somebody's nominal place while moving; who is inside already is `footprint`'s matter."""
     if not len(agents.ids):
         return False
-    gaps = _agent_gaps(rows, agents, vehicle)
+    gaps = _agent_gaps(rows, agents, vehicle, vehicle.nose_m)
     hits = (gaps < 0.0) & (rows[:, 5, None] > _STILL_MPS)
     return bool(hits[:, gaps[0] >= 0.0].any())
 

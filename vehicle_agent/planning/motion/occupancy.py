@@ -19,7 +19,8 @@ class Occupancy(msgspec.Struct, frozen=True):
 
     hard_low_m, hard_high_m  (T, a) nominal place and hard margin
     soft_low_m, soft_high_m  (T, a) the inflated place
-    limit_mps                (T, n) speed by clearance to pedestrians (eq. 2) at each path sample
+    limit_mps                (T, n) speed by clearance to pedestrians (eq. 2) at each path sample; 1000 where
+                             nobody is near enough to matter
     inside                   (a,) touches the vehicle now
     """
 
@@ -39,6 +40,7 @@ def project_agents(
     hard_margin_m: float,
     soft_margin_m: float,
     law: ClearanceLaw,
+    nose_m: float,
 ) -> Occupancy:
     """Every agent on the path; those who are behind the rear bumper now are left to look out for themselves.
 
@@ -60,6 +62,7 @@ def project_agents(
             hard_margin_m,
             soft_margin_m,
             law_vector(law),
+            nose_m,
         )
     )
 
@@ -80,12 +83,13 @@ def projected(
     hard_margin: float,
     soft_margin: float,
     law: Array,
+    nose: float,
 ) -> tuple[Array, Array, Array, Array, Array, BoolArray]:
     """The kernel of `project_agents`; steps over samples that the clearance shows to be out of reach."""
     slots, total, n = discs.shape[0], discs.shape[1], poses.shape[0]
     hard_low, hard_high = np.full((slots, agents), np.inf), np.full((slots, agents), -np.inf)
     soft_low, soft_high = np.full((slots, agents), np.inf), np.full((slots, agents), -np.inf)
-    limit = np.full((slots, n), law[5])
+    limit = np.full((slots, n), 1e3)
     inside = np.zeros(agents, np.bool_)
     behind = np.zeros(agents, np.bool_)
     now = np.full(agents, np.inf)
@@ -106,6 +110,8 @@ def projected(
         a = owner[m]
         if behind[a] and not inside[a]:
             continue
+        # A person can be run into by the vehicle's nose alone; whoever is farther back walks beside it.
+        tail = min(rear, nose - front) if pedestrian[m] else rear
         hard = min(hard_margin, max(now[a] - 0.02, 0.0))
         for t in range(slots):
             soft = hard + (soft_margin + inflation[t, m] if hard == hard_margin else 0.0)
@@ -114,7 +120,7 @@ def projected(
             j = 0
             while j < n:
                 gap = (
-                    box_distance(poses[j, 0], poses[j, 1], cos[j], sin[j], front, rear, half, px, py) - radius
+                    box_distance(poses[j, 0], poses[j, 1], cos[j], sin[j], front, tail, half, px, py) - radius
                 )
                 if gap < hard:
                     hard_low[t, a], hard_high[t, a] = min(hard_low[t, a], u[j]), max(hard_high[t, a], u[j])

@@ -17,6 +17,7 @@ from vehicle_agent.planning.motion.frame import (
     project_on,
 )
 from vehicle_agent.planning.motion.gp_path import PathProblem, between_supports
+from vehicle_agent.planning.motion.gp_prior import states_between
 from vehicle_agent.planning.motion.request import MotionParams, MotionRequest, WarmStart
 
 _OVERRUN_M = 6.0
@@ -136,6 +137,7 @@ def path_problem(
     disc_x = vehicle.length_m * (np.arange(_DISCS) + 0.5) / _DISCS - vehicle.rear_overhang_m
     radius = math.hypot(0.5 * vehicle.length_m / _DISCS, 0.5 * vehicle.width_m)
     lower, upper = np.interp(check, road.s_m, road.lower_m), np.interp(check, road.s_m, road.upper_m)
+    lower, upper = _way_back(check - s0_m, start, lower, upper, vehicle.curvature_1pm_max)
     near_from, near = nearby(
         frames,
         lower - 0.5 * vehicle.width_m - 1.0,
@@ -166,15 +168,36 @@ def path_problem(
     )
 
 
+def _way_back(
+    way_m: Array, start: Array, lower: Array, upper: Array, curvature_1pm_max: float
+) -> tuple[Array, Array]:
+    """Walls, opened for a start that is beyond one: as far out as its heading must take it, then back in."""
+    turned = 1.0 - 1.0 / math.hypot(1.0, start[1])
+    out_m = (turned / curvature_1pm_max) * 1.2 + 0.1
+    ramp = 0.25 * np.maximum(way_m - 5.0, 0.0)
+    if start[0] > upper[0]:
+        upper = np.maximum(upper, start[0] + (out_m if start[1] > 0.0 else 0.1) - ramp)
+    if start[0] < lower[0]:
+        lower = np.minimum(lower, start[0] - (out_m if start[1] < 0.0 else 0.1) + ramp)
+    return lower, upper
+
+
 def first_guess(problem: PathProblem, warm: WarmStart | None) -> Array:
-    """(k, 3): the path before where it reaches, the reference beyond it."""
-    guess = np.zeros((len(problem.reference), 3))
+    """(k, 3): the path before where it reaches and still begins here, else a swing over to the reference."""
+    support = problem.support_m()
+    guess = np.zeros((len(support), 3))
     guess[:, 0] = problem.reference
+    off_m = abs(problem.start[0] - problem.reference[0])
+    reach_m = 6.0 + 4.0 * math.sqrt(off_m) + 4.0 * abs(float(problem.start[1]))
+    over = support < problem.first_m + reach_m
+    target = float(np.interp(problem.first_m + reach_m, support, problem.reference))
+    ends = np.array([problem.start * (1.0, 1.0, 0.0), [target, 0.0, 0.0]])
+    guess[over] = states_between(ends, reach_m, problem.first_m, support[over])
     if warm is not None and len(warm.s_m) >= 2:
-        support = problem.support_m()
+        before = np.column_stack([np.interp(support, warm.s_m, warm.states[:, axis]) for axis in range(3)])
         known = (support >= warm.s_m[0]) & (support <= warm.s_m[-1])
-        for axis in range(3):
-            guess[known, axis] = np.interp(support[known], warm.s_m, warm.states[:, axis])
+        if known[0] and abs(before[0, 0] - problem.start[0]) < 0.3:
+            guess[known] = before[known]
     guess[0] = problem.start
     return guess
 

@@ -24,7 +24,8 @@ def profile_from_plan(plan: SpeedPlan, row_s: float) -> Array:
     a = a0 + j * h
     v = v0 + a0 * h + 0.5 * j * h**2
     u = u0 + v0 * h + 0.5 * a0 * h**2 + j * h**3 / 6.0
-    still = v <= 0.01
+    # Who sets off has no speed yet, but an acceleration that the next plan goes on with.
+    still = (v <= 0.01) & (a <= 0.0)
     v = np.where(still, 0.0, v)
     a = np.where(still, 0.0, a)
     u = np.maximum.accumulate(np.maximum(u, 0.0))

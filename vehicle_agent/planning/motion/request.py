@@ -30,6 +30,8 @@ class StartState(msgspec.Struct, frozen=True):
 class Vehicle(msgspec.Struct, frozen=True):
     """The vehicle's outline and steering; rear_overhang_m from the rear axle to the rear bumper.
 
+    nose_m          so much of the body, from the bumper back, can run into a person; beside the rest of it
+                    people look out for themselves
     curvature_rate  how fast the path's curvature may change in time (1/m/s): steering rate / wheelbase
     """
 
@@ -39,6 +41,7 @@ class Vehicle(msgspec.Struct, frozen=True):
     wheelbase_m: float = 2.6
     curvature_1pm_max: float = 0.2
     curvature_rate_1pmps_max: float = 0.23
+    nose_m: float = 1.5
 
     @property
     def box(self) -> Box:

@@ -27,19 +27,27 @@ def place_limits(
     limits: DrivingLimits,
     vehicle: Vehicle,
     cap_mps: float,
+    v0_mps: float,
 ) -> PlaceLimits:
-    """Limits that do not depend on time; given_mps (n,) at the samples, cap_mps while something is doubted."""
+    """Limits that do not depend on time; given_mps (n,) at the samples, cap_mps while something is doubted.
+
+    A start at v0_mps that is above a given limit comes down to it comfortably: such a limit is a rule, while
+    a curve or a stop is a fact.
+    """
     curve = np.sqrt(limits.lateral_accel_mps2_max / np.maximum(np.abs(samples.curvature_1pm), 1e-6))
     steering = vehicle.curvature_rate_1pmps_max / np.maximum(np.abs(samples.curvature_slope_1pm2), 1e-6)
     # Somebody who stands must be able to set off: steering at a crawl is no matter of comfort.
     steering = np.maximum(steering, 0.6)
-    given = np.minimum(np.maximum(given_mps, 0.0), limits.speed_mps_max)
+    given = np.minimum(np.minimum(np.maximum(given_mps, 0.0), limits.speed_mps_max), cap_mps)
+    lag_m = v0_mps * limits.decel_mps2_comfort / limits.jerk_mps3_max
+    coming_down = v0_mps**2 - 2.0 * limits.decel_mps2_comfort * np.maximum(samples.u_m - lag_m, 0.0)
+    given = np.maximum(given, np.sqrt(np.maximum(coming_down, 0.0)))
     stop = np.where(samples.u_m >= stop_u_m, 0.0, np.inf)
-    each = np.stack([given, 0.99 * curve, steering, stop, np.full(len(given), cap_mps)])
+    each = np.stack([given, 0.99 * curve, steering, stop])
     cause = np.argmin(each, axis=0)
-    speed, cause = backward_pass(
-        samples.u_m, each[cause, np.arange(len(given))], cause, stop_u_m, limits.decel_mps2_comfort
-    )
+    lowest = each[cause, np.arange(len(given))]
+    cause = np.where((cause == LIMIT) & np.isfinite(cap_mps), DOUBT, cause)
+    speed, cause = backward_pass(samples.u_m, lowest, cause, stop_u_m, limits.decel_mps2_comfort)
     return PlaceLimits(speed, cause)
 
 
@@ -90,3 +98,27 @@ def law_speed(c: float, law: Array) -> float:
     if c < law[2]:
         return law[4] + (law[5] - law[4]) * (c - law[1]) / (law[2] - law[1])
     return law[5]
+
+
+@njit(cache=True)
+def backward_in_time(limit: Array, u: Array, decel: float, dt: float) -> Array:
+    """(K, n) limits by knot and sample, lowered so that braking with `decel` keeps every later one.
+
+    At knot k and place u a speed v is allowed when v - decel dt is, where the vehicle is one knot later.
+    """
+    out = limit.copy()
+    knots, n = limit.shape
+    for k in range(knots - 2, -1, -1):
+        j_later = 0
+        for j in range(n):
+            v = out[k, j]
+            for _ in range(3):
+                ahead = u[j] + max(v - 0.5 * decel * dt, 0.0) * dt
+                j_later = j
+                while j_later < n - 2 and u[j_later + 1] < ahead:
+                    j_later += 1
+                w = min(max((ahead - u[j_later]) / (u[j_later + 1] - u[j_later]), 0.0), 1.0)
+                later = out[k + 1, j_later] + w * (out[k + 1, j_later + 1] - out[k + 1, j_later])
+                v = min(out[k, j], later + decel * dt)
+            out[k, j] = v
+    return out

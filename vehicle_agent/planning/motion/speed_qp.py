@@ -10,11 +10,11 @@ from functools import lru_cache
 
 import msgspec
 import numpy as np
-import piqp
+import piqp  # type: ignore[import-untyped]
 from numba import njit
 from scipy.sparse import csc_matrix
 
-from contract.geometry import Array
+from contract.geometry import Array, IntArray
 
 _INF = np.inf
 
@@ -25,8 +25,8 @@ class SpeedWeights(msgspec.Struct, frozen=True):
     """
 
     speed: float = 1.0
-    accel: float = 0.4
-    jerk: float = 0.3
+    accel: float = 0.15
+    jerk: float = 0.15
     hard: float = 2000.0
     soft: float = 3.0
     limit: float = 100.0
@@ -96,22 +96,34 @@ def _pattern(n: int, dt: float) -> tuple[csc_matrix, csc_matrix]:
 
 @njit(cache=True)
 def brake_envelope(v0: float, a0: float, decel: float, jerk: float, dt: float, n: int) -> Array:
-    """(n + 1, 3) u, v, a when braking at once as hard as the bounds allow, standing still afterwards."""
+    """(n + 1, 3) u, v, a when braking at once as hard as the bounds allow, standing still afterwards.
+
+    The jerk is constant between two knots. The brake is let go so that a reaches 0 together with v.
+    """
     out = np.zeros((n + 1, 3))
     out[0, 1], out[0, 2] = v0, a0
-    fine = 20
-    h = dt / fine
     u, v, a = 0.0, v0, a0
     for k in range(1, n + 1):
-        for _ in range(fine):
-            # Let go of the brake so that a reaches 0 together with v.
-            release = v <= a * a / (2.0 * jerk) and a < 0.0
-            a = min(a + jerk * h, 0.0) if release else max(a - jerk * h, -decel)
-            step = max(v + a * h, 0.0)
-            u += 0.5 * (v + step) * h
-            v = step
-            if v <= 0.0:
-                a = 0.0
+        if v > 0.0:
+            for change in (-1.0, -0.5, 0.0, 0.5, 1.0):
+                after = a + change * jerk * dt
+                if change < 0.0 and a > -decel:
+                    after = max(after, -decel)
+                elif a <= -decel and change < 0.0:
+                    continue
+                reached = v + 0.5 * (a + after) * dt
+                if reached >= after * after / (2.0 * jerk) - 1e-9 or after >= 0.0:
+                    break
+            after = min(after, max(a, 0.0))
+            reached = v + 0.5 * (a + after) * dt
+            if reached <= 0.02 and after <= 0.0:
+                u += 0.5 * v * dt
+                v, a = 0.0, 0.0
+            else:
+                u += v * dt + (2.0 * a + after) * dt * dt / 6.0
+                v, a = reached, after
+        else:
+            a = 0.0
         out[k, 0], out[k, 1], out[k, 2] = u, v, a
     return out
 
@@ -206,8 +218,8 @@ def solve_speed(
 
 
 @lru_cache(maxsize=4)
-def _slope_places(n: int, dt: float) -> Array:
+def _slope_places(n: int, dt: float) -> IntArray:
     """(n,) where in the data of the inequality rows the slopes stand."""
     _, below = _pattern(n, dt)
-    places: Array = np.flatnonzero(below.data == 0.5)
+    places: IntArray = np.flatnonzero(below.data == 0.5)
     return places

@@ -58,16 +58,30 @@ def plan_speed(
     stop_m, cut_s_m, touching = _stop(params, road, samples, obstacles)
     given = np.interp(samples.s_m, road.s_m, road.speed_mps)
     cap = params.doubt_mps if len(moving.doubted) else np.inf
-    place = speed_limits.place_limits(samples, given, stop_m, limits, params.vehicle, cap)
+    place = speed_limits.place_limits(
+        samples, given, stop_m, limits, params.vehicle, cap, max(request.start.speed_mps, 0.0)
+    )
     occupancy = project_agents(
-        samples, moving, len(request.agents.ids), box, params.hard_margin_m, params.soft_margin_m, params.law
+        samples,
+        moving,
+        len(request.agents.ids),
+        box,
+        params.hard_margin_m,
+        params.soft_margin_m,
+        params.law,
+        params.vehicle.nose_m,
     )
     per_knot = round(params.knot_s / params.row_s)
     graph = st_search.graph(occupancy, request.agents.pass_rule, per_knot, params.knot_s, params.stop_gap_m)
     v0, a0 = max(request.start.speed_mps, 0.0), request.start.accel_mps2
     if v0 < 0.05:
         a0 = max(a0, 0.0)
-    clearance_limit = np.ascontiguousarray(occupancy.limit_mps[::per_knot])
+    clearance_limit = speed_limits.backward_in_time(
+        np.ascontiguousarray(occupancy.limit_mps[::per_knot]),
+        samples.u_m,
+        limits.decel_mps2_comfort,
+        params.knot_s,
+    )
     knots = len(clearance_limit) - 1
     braking = brake_envelope(v0, a0, limits.decel_mps2_comfort, limits.jerk_mps3_max, params.knot_s, knots)
     # A clearance is kept by braking comfortably and no harder: contact is the corridor's matter.

@@ -1,0 +1,151 @@
+"""Steering: the lateral problem put together from the speeds and curvatures ahead, and solved."""
+
+import math
+from functools import cache
+
+import msgspec
+import numpy as np
+from numba import njit
+
+from contract.geometry import Array
+from vehicle_agent.control.mpc.axis import Answer, Guess, best_inputs
+from vehicle_agent.control.mpc.bounded import Bounds
+from vehicle_agent.control.mpc.lateral_model import (
+    INPUT,
+    SIZE,
+    STATES,
+    TARGET,
+    TARGET_RATE,
+    Chassis,
+    exponential,
+    rates_matrix,
+)
+from vehicle_agent.control.mpc.problem import end_cost
+
+# The end costs are tabled by speed, from the least speed at which the lateral error can be steered at all.
+END_MPS = tuple(0.25 * i for i in range(2, 41))
+END_ROUNDS = 1500
+
+
+class LateralWeights(msgspec.Struct, frozen=True):
+    """Costs a second: of the rear axle's offset (1/m2), its course error (1/rad2), yaw rate error, steering rate.
+
+    The course, not the heading: in a curve the rear axle slips, and the heading must be off for it to be on.
+    """
+
+    offset: float = 60.0
+    course: float = 40.0
+    yaw_rate: float = 2.0
+    steer_rate: float = 10.0
+
+
+class LateralMpc(msgspec.Struct, frozen=True):
+    """steps of dt_s each; the steering's limits as on the wheels."""
+
+    chassis: Chassis = Chassis()
+    weights: LateralWeights = LateralWeights()
+    steer_rad_max: float = 0.4795
+    steer_rate_radps_max: float = 0.6
+    steps: int = 40
+    dt_s: float = 0.05
+
+    def solve(
+        self,
+        offset_m: float,
+        offset_rate_mps: float,
+        heading_rad: float,
+        yaw_rate_radps: float,
+        wheels_rad: float,
+        command_rad: float,
+        bias_rad: float,
+        compliance: float,
+        speeds_mps: Array,
+        curvatures_1pm: Array,
+        guess: Guess,
+    ) -> Answer:
+        """Steering rates (N,) from the rear axle's errors at the time the first of them takes effect.
+
+        offset_rate_mps  d/dt of the rear axle's offset; yaw_rate_radps: of the heading error
+        wheels_rad, command_rad  as the steering reports them; the wheels stand at that plus bias_rad
+        speeds_mps, curvatures_1pm  (N + 1,) expected along the horizon
+        """
+        rear_m = self.chassis.cog_to_rear_m
+        # The command may be a rounding beyond its bounds; the problem must not start there.
+        command_rad = min(max(command_rad, -self.steer_rad_max), self.steer_rad_max)
+        x0 = np.array(
+            (
+                offset_m + rear_m * heading_rad,
+                offset_rate_mps + rear_m * yaw_rate_radps,
+                heading_rad,
+                yaw_rate_radps,
+                wheels_rad + bias_rad,
+                command_rad + bias_rad,
+            )
+        )
+        w = self.weights
+        weights = np.array((w.offset, w.course, w.yaw_rate)) * self.dt_s
+        A, B, d, Q = horizon(speeds_mps, curvatures_1pm, compliance, self.chassis.row(), weights, self.dt_s)
+        bounds = Bounds(
+            self.steer_rate_radps_max, bias_rad - self.steer_rad_max, bias_rad + self.steer_rad_max
+        )
+        P = _end_costs(self)[_end_number(float(speeds_mps[-1]))]
+        return best_inputs(A, B, d, Q, w.steer_rate * self.dt_s, P, x0, bounds, self.dt_s, guess)
+
+
+def _end_number(speed_mps: float) -> int:
+    return min(max(round((speed_mps - END_MPS[0]) / 0.25), 0), len(END_MPS) - 1)
+
+
+@cache
+def _end_costs(mpc: LateralMpc) -> Array:
+    """(speeds, 6, 6) what the errors left at the end will still cost, by speed; nominal tyres."""
+    w = mpc.weights
+    weights = np.array((w.offset, w.course, w.yaw_rate)) * mpc.dt_s
+    costs = np.zeros((len(END_MPS), STATES, STATES))
+    for i, speed_mps in enumerate(END_MPS):
+        A, B, _, Q = horizon(
+            np.full(2, speed_mps), np.zeros(2), 1.0, mpc.chassis.row(), weights, mpc.dt_s
+        )
+        costs[i] = end_cost(A[0], B[0], Q[0], w.steer_rate * mpc.dt_s, END_ROUNDS)
+    return costs
+
+
+@njit(cache=True)
+def horizon(
+    speeds: Array, curvatures: Array, compliance: float, chassis: Array, weights: Array, dt: float
+) -> tuple[Array, Array, Array, Array]:
+    """(A (N, 6, 6), B (N, 6), d (N, 6), Q (N, 6, 6)) of each step; speeds and curvatures (N + 1,).
+
+    Within a step the speed is its mean and psi_dot_tar runs straight from its value at the one end to the other.
+    """
+    N = speeds.shape[0] - 1
+    A, B = np.zeros((N, STATES, STATES)), np.zeros((N, STATES))
+    d, Q = np.zeros((N, STATES)), np.zeros((N, STATES, STATES))
+    M, step = np.zeros((SIZE, SIZE)), np.zeros((SIZE, SIZE))
+    rear = chassis[3]
+    for k in range(N):
+        speed = 0.5 * (speeds[k] + speeds[k + 1])
+        rates_matrix(speed, compliance, chassis, M)
+        exponential(M, dt, step)
+        target = speeds[k] * curvatures[k]
+        slope = (speeds[k + 1] * curvatures[k + 1] - target) / dt
+        for i in range(STATES):
+            for j in range(STATES):
+                A[k, i, j] = step[i, j]
+            B[k, i] = step[i, INPUT]
+            d[k, i] = step[i, TARGET] * target + step[i, TARGET_RATE] * slope
+        pace = 1.0 / max(speeds[k], 1.0)
+        # Rows of the outputs: offset e - l_r psi, course (e' - l_r psi') / V, yaw rate error psi'.
+        q = Q[k]
+        q[0, 0], q[2, 2] = weights[0], weights[0] * rear * rear
+        q[0, 2] = q[2, 0] = -weights[0] * rear
+        course = weights[1] * pace * pace
+        q[1, 1] = course
+        q[3, 3] = course * rear * rear + weights[2]
+        q[1, 3] = q[3, 1] = -course * rear
+    return A, B, d, Q
+
+
+def steering_reach_rad(curvature_1pm: float, wheelbase_m: float) -> float:
+    """The front-wheel angle of a curve, without slip."""
+    return math.atan(wheelbase_m * curvature_1pm)

@@ -1,0 +1,193 @@
+"""Where the vehicle is, for steering by: poses with noise, carried by odometry and gyroscope.
+
+An extended Kalman filter that also finds what steering must know and nobody measures: the gyroscope's bias, the
+angle at which the wheels stand beyond what the steering reports, and how soft the tyres are. Localization's own
+pose may be good to centimetres only; what it says over seconds is good to millimetres.
+"""
+
+import math
+
+import msgspec
+import numpy as np
+from numba import njit
+
+from contract.geometry import Array, Pose2, wrap_angle
+
+# The mean's entries: pose in the map, then the three that nobody measures.
+FX, FY, FYAW, GYRO_BIAS, STEER_BIAS, COMPLIANCE = range(6)
+SIZE = 6
+
+
+class PoseFilter(msgspec.Struct, frozen=True):
+    """Noise of what comes in, and how fast what is hidden may wander.
+
+    heading_rad_per_m     heading noise over position noise, which localization states; 0.3 degrees at 2 cm
+    position_m_min, heading_rad_min  never believed better than this
+    gyro_radps            noise of a yaw rate sample
+    turn_radps            of the yaw rate that the wheels' angle explains, modelling included
+    along_mps, across_mps how fast the position wanders off odometry, m/s at 1 Hz
+    yaw_rads, gyro_bias_rads, steer_bias_rads, compliance_s   per square root of a second
+    gate_m, gate_rad      a pose farther off is not believed, until strays_max in a row are
+    """
+
+    heading_rad_per_m: float = 0.26
+    position_m_min: float = 0.003
+    heading_rad_min: float = 0.0006
+    gyro_radps: float = 0.003
+    turn_radps: float = 0.006
+    along_mps: float = 0.01
+    across_mps: float = 0.0015
+    yaw_rads: float = 0.0006
+    gyro_bias_rads: float = 0.00002
+    steer_bias_rads: float = 0.0004
+    compliance_s: float = 0.02
+    steer_bias_rad_max: float = 0.05
+    compliance_min: float = 0.02
+    compliance_max: float = 2.0
+    gate_m: float = 0.5
+    gate_rad: float = 0.2
+    strays_max: int = 50
+
+    def row(self) -> Array:
+        """(16,) the kernel's numbers, in the order of the fields up to `gate_rad`."""
+        return np.array(msgspec.structs.astuple(self)[:16], dtype=np.float64)
+
+
+class Belief(msgspec.Struct, frozen=True):
+    """mean (6,), covariance (6, 6); strays: poses in a row that were not believed; blind_s: since the last one
+    that was. stamp_ns 0: no pose has come yet."""
+
+    mean: Array
+    covariance: Array
+    stamp_ns: int = 0
+    fix_ns: int = 0
+    strays: int = 0
+    blind_s: float = 0.0
+
+
+def unknown() -> Belief:
+    """Before the first pose: nothing hidden is known, and nominal tyres are assumed."""
+    return Belief(
+        np.array((0.0, 0.0, 0.0, 0.0, 0.0, 1.0)), np.diag((0.0, 0.0, 0.0, 1e-6, 4e-4, 0.09))
+    )
+
+
+def placed(belief: Belief, pose_map: Pose2, std_m: float, heading_std_rad: float, stamp_ns: int) -> Belief:
+    """Start anew at a pose; what was learnt of the vehicle stays learnt."""
+    mean, covariance = belief.mean.copy(), belief.covariance.copy()
+    mean[:3] = pose_map.x_m, pose_map.y_m, pose_map.yaw_rad
+    covariance[:3, :] = covariance[:, :3] = 0.0
+    for i, std in enumerate((std_m, std_m, heading_std_rad)):
+        covariance[i, i] = std * std
+    return Belief(mean, covariance, stamp_ns, stamp_ns)
+
+
+@njit(cache=True)
+def predicted(
+    mean: Array, P: Array, speed: float, yaw_rate: float, dt: float, slip: float, n: Array
+) -> None:
+    """Carry mean (6,) and P (6, 6) in place over dt.
+
+    speed, yaw_rate  of the wheels and the gyroscope; slip: of the rear axle, rad per m/s2, for nominal tyres
+    """
+    turn = yaw_rate - mean[GYRO_BIAS]
+    drift = slip * speed * turn
+    course = mean[FYAW] + 0.5 * turn * dt - mean[COMPLIANCE] * drift
+    cos, sin = math.cos(course), math.sin(course)
+    step = speed * dt
+    F = np.eye(SIZE)
+    F[FX, FYAW], F[FY, FYAW] = -step * sin, step * cos
+    swing = -0.5 * dt + mean[COMPLIANCE] * slip * speed
+    F[FX, GYRO_BIAS], F[FY, GYRO_BIAS] = -step * sin * swing, step * cos * swing
+    F[FX, COMPLIANCE], F[FY, COMPLIANCE] = step * sin * drift, -step * cos * drift
+    F[FYAW, GYRO_BIAS] = -dt
+    mean[FX] += step * cos
+    mean[FY] += step * sin
+    mean[FYAW] = wrap_angle(mean[FYAW] + turn * dt)
+    _sandwiched(F, P)
+    moving = min(1.0, speed)
+    along, across = (n[5] * moving) ** 2 * dt, (n[6] * moving) ** 2 * dt
+    P[FX, FX] += cos * cos * along + sin * sin * across
+    P[FY, FY] += sin * sin * along + cos * cos * across
+    P[FX, FY] += cos * sin * (along - across)
+    P[FY, FX] = P[FX, FY]
+    P[FYAW, FYAW] += (n[7] ** 2 * moving + n[3] ** 2 * dt) * dt
+    P[GYRO_BIAS, GYRO_BIAS] += n[8] ** 2 * dt
+    P[STEER_BIAS, STEER_BIAS] += n[9] ** 2 * moving * dt
+    P[COMPLIANCE, COMPLIANCE] += n[10] ** 2 * moving * dt
+
+
+@njit(cache=True)
+def _sandwiched(F: Array, P: Array) -> None:
+    """P = F P F' in place."""
+    FP = np.zeros((SIZE, SIZE))
+    for i in range(SIZE):
+        for k in range(SIZE):
+            if F[i, k] != 0.0:
+                for j in range(SIZE):
+                    FP[i, j] += F[i, k] * P[k, j]
+    for i in range(SIZE):
+        for j in range(i, SIZE):
+            total = 0.0
+            for k in range(SIZE):
+                total += FP[i, k] * F[j, k]
+            P[i, j] = P[j, i] = total
+
+
+@njit(cache=True)
+def _taken(mean: Array, P: Array, H: Array, innovation: float, variance: float) -> None:
+    """One scalar measurement; H (6,)."""
+    PH = np.zeros(SIZE)
+    total = variance
+    for i in range(SIZE):
+        for j in range(SIZE):
+            PH[i] += P[i, j] * H[j]
+    for i in range(SIZE):
+        total += H[i] * PH[i]
+    for i in range(SIZE):
+        mean[i] += PH[i] / total * innovation
+        for j in range(SIZE):
+            P[i, j] -= PH[i] * PH[j] / total
+
+
+@njit(cache=True)
+def turned(
+    mean: Array, P: Array, speed: float, yaw_rate: float, wheels: float, wheelbase: float, understeer: float,
+    n: Array,
+) -> None:  # fmt: skip
+    """What the wheels' reported angle and the yaw rate say of the steering's bias and the tyres; in place."""
+    length = wheelbase + understeer * mean[COMPLIANCE] * speed * speed
+    angle = wheels + mean[STEER_BIAS]
+    expected = speed * math.tan(angle) / length
+    H = np.zeros(SIZE)
+    H[STEER_BIAS] = speed / (length * math.cos(angle) ** 2)
+    H[GYRO_BIAS] = 1.0
+    H[COMPLIANCE] = -expected / length * understeer * speed * speed
+    _taken(mean, P, H, yaw_rate - mean[GYRO_BIAS] - expected, n[4] * n[4])
+    _bounded(mean, n)
+
+
+@njit(cache=True)
+def fixed(mean: Array, P: Array, x: float, y: float, yaw: float, std_m: float, std_rad: float, n: Array) -> bool:
+    """Take a pose in, in place; False when it is beyond the gate and was not taken."""
+    if math.hypot(x - mean[FX], y - mean[FY]) > n[14] + 6.0 * std_m:
+        return False
+    if abs(wrap_angle(yaw - mean[FYAW])) > n[15] + 6.0 * std_rad:
+        return False
+    for i, value in enumerate((x, y, yaw)):
+        H = np.zeros(SIZE)
+        H[i] = 1.0
+        off = value - mean[i]
+        if i == FYAW:
+            _taken(mean, P, H, wrap_angle(off), std_rad * std_rad)
+        else:
+            _taken(mean, P, H, off, std_m * std_m)
+    mean[FYAW] = wrap_angle(mean[FYAW])
+    _bounded(mean, n)
+    return True
+
+
+@njit(cache=True)
+def _bounded(mean: Array, n: Array) -> None:
+    mean[STEER_BIAS] = min(max(mean[STEER_BIAS], -n[11]), n[11])
+    mean[COMPLIANCE] = min(max(mean[COMPLIANCE], n[12]), n[13])

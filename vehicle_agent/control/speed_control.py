@@ -1,0 +1,111 @@
+"""The longitudinal half: where the vehicle shall be when, down to the pedals."""
+
+import msgspec
+import numpy as np
+from numba import njit
+
+from contract.geometry import Array
+from vehicle_agent.control.actuators import MS, MSPEED, carried
+from vehicle_agent.control.mpc.axis import Guess, no_guess
+from vehicle_agent.control.mpc.longitudinal import LongitudinalMpc
+from vehicle_agent.control.observer import Observed, Observer
+from vehicle_agent.control.pedals import Foot, Pedalling
+from vehicle_agent.control.timed_path import asked
+
+
+class Speeding(msgspec.Struct, frozen=True):
+    """What is remembered: the pedals, the acceleration commanded, and what the next solve starts from."""
+
+    foot: Foot
+    accel_mps2: float
+    guess: Guess
+
+
+class SpeedAnswer(msgspec.Struct, frozen=True):
+    """speeds_mps (N + 1,) expected from lead_s after now on; behind_m as it was before it was limited."""
+
+    state: Speeding
+    speeds_mps: Array
+    lead_s: float
+    behind_m: float
+    missing_mps: float
+    bounded: bool
+    feasible: bool
+    iterations: int
+
+
+class SpeedControl(msgspec.Struct, frozen=True):
+    """behind_m_max  an error beyond is not made up for at once: the vehicle must not race after its plan
+    stand_mps        slower is standing, where nothing faster than start_mps is asked for soon
+    """
+
+    mpc: LongitudinalMpc = LongitudinalMpc()
+    pedalling: Pedalling = Pedalling()
+    behind_m_max: float = 0.6
+    stand_mps: float = 0.06
+    start_mps: float = 0.03
+    decel_mps2_comfort: float = 0.8
+    dt_s: float = 0.02
+
+    def initial(self) -> Speeding:
+        return Speeding(Foot(), 0.0, no_guess(self.mpc.steps))
+
+    def step(
+        self, state: Speeding, seen: Observed, observer: Observer, commands: Array,
+        rows: Array, s: Array, own_s_m: float, t_s: float, emergency: bool,
+    ) -> SpeedAnswer:  # fmt: skip
+        """One tick along rows (k, 8) with lengths s (k,), the vehicle at own_s_m, t_s after the rows' stamp."""
+        drivetrain = observer.drivetrain
+        lead_s = drivetrain.brake_delay_s if state.foot.braking else drivetrain.throttle_delay_s
+        moving = seen.moving.copy()
+        moving[MS] = own_s_m
+        carried(
+            moving, commands, 0.0, lead_s, seen.rest_mps2, observer.turning(seen), self.dt_s, drivetrain.row()
+        )
+        N, dt_s = self.mpc.steps, self.mpc.dt_s
+        places_m, speeds_mps = asked(rows, s, t_s + lead_s, dt_s, N, self.decel_mps2_comfort)
+        behind_m = float(places_m[0] - moving[MS])
+        missing_mps = float(speeds_mps[0] - moving[MSPEED])
+        if emergency:
+            foot = Foot(0.0, 1.0, True, False)
+            after = Speeding(foot, -self.mpc.decel_mps2_max, no_guess(N))
+            return SpeedAnswer(after, np.full(N + 1, moving[MSPEED]), lead_s, behind_m, missing_mps, False, True, 0)
+        if self._stands(state.foot, seen.speed_mps, speeds_mps):
+            after = Speeding(self.pedalling.held(state.foot), 0.0, no_guess(N))
+            return SpeedAnswer(after, np.zeros(N + 1), lead_s, behind_m, missing_mps, False, True, 0)
+        limited_m = min(max(behind_m, -self.behind_m_max), self.behind_m_max)
+        accel_mps2 = observer.accel_mps2(moving, seen.rest_mps2)
+        wanted_mps2 = np.diff(speeds_mps) / dt_s
+        answer = self.mpc.solve(
+            limited_m, missing_mps, accel_mps2, state.accel_mps2, wanted_mps2, state.guess
+        )
+        command = state.accel_mps2 + float(answer.inputs[0]) * self.dt_s
+        command = min(max(command, -self.mpc.decel_mps2_max), self.mpc.accel_mps2_max)
+        foot = self.pedalling.step(state.foot, command - seen.rest_mps2, float(moving[MSPEED]))
+        if foot.holding:
+            # Still letting go of the brake: what is commanded meanwhile would come as a leap.
+            command = 0.0
+        expected = rolled(answer.inputs, float(moving[MSPEED]), accel_mps2, command, self.mpc.accel_lag_s, dt_s)
+        return SpeedAnswer(
+            Speeding(foot, command, answer.guess), expected, lead_s, behind_m, missing_mps,
+            answer.bounded, answer.feasible, answer.iterations,
+        )  # fmt: skip
+
+    def _stands(self, foot: Foot, speed_mps: float, speeds_mps: Array) -> bool:
+        if float(speeds_mps[: max(2, round(0.2 / self.mpc.dt_s))].max()) > self.start_mps:
+            return False
+        return foot.holding or speed_mps < self.stand_mps
+
+
+@njit(cache=True)
+def rolled(jerks: Array, speed: float, accel: float, command: float, lag: float, dt: float) -> Array:
+    """(N + 1,) speeds, never backwards, under jerks (N,) from speed, acceleration and its command."""
+    speeds = np.empty(jerks.shape[0] + 1)
+    speeds[0] = speed
+    share = 1.0 - np.exp(-dt / lag)
+    for k in range(jerks.shape[0]):
+        after = command + jerks[k] * dt
+        next_accel = accel + share * (0.5 * (command + after) - accel)
+        speeds[k + 1] = max(0.0, speeds[k] + 0.5 * (accel + next_accel) * dt)
+        accel, command = next_accel, after
+    return speeds
