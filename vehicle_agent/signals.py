@@ -246,6 +246,10 @@ class Fault(msgspec.Struct, frozen=True):
     since_ns: int
 
 
+# The fault that stands for the gate's own braking: it lets go only when by-wire is asked for anew.
+GATE_BRAKING = "gate_braking"
+
+
 class VehicleMotion(msgspec.Struct, frozen=True):
     """can: what the drive-by-wire reports, in SI units.
 

@@ -2,6 +2,8 @@
 
 from typing import Protocol
 
+import msgspec
+
 from vehicle_agent.signals import CanFrame
 
 
@@ -9,22 +11,42 @@ class CommandSetError(Exception):
     """A tick's frames are not one whole, consistent set of commands; the message says why."""
 
 
+class Commanded(msgspec.Struct, frozen=True):
+    """What a sound set asks for: front-wheel angle, left positive, and pedals of 0..1.
+
+    counter  the set's number, counted on modulo the by-wire's `counter_steps`
+    enable   by-wire shall have the vehicle
+    """
+
+    counter: int
+    enable: bool
+    steer_rad: float
+    throttle_ratio: float
+    brake_ratio: float
+
+
 class Braking(Protocol):
     """Stateless; one for each kind of by-wire (`vehicle_agent.can.by_wire`).
 
-    frame_gap_ns  the pause that the module wants between two frames
+    frame_gap_ns   the pause that the module wants between two frames
+    counter_steps  a set's counter runs from 0 to one less
     """
 
-    frame_gap_ns: int
+    @property
+    def frame_gap_ns(self) -> int: ...
+    @property
+    def counter_steps(self) -> int: ...
 
     def command_ids(self) -> frozenset[int]:
         """Identifiers of the commands: what the gate itself sends."""
         ...
 
-    def checked_counter(self, frames: tuple[CanFrame, ...]) -> int:
-        """The set's counter. Raises CommandSetError unless it is one whole, consistent set."""
+    def commanded(self, frames: tuple[CanFrame, ...]) -> Commanded:
+        """What the set says. Raises CommandSetError unless it is one whole, consistent set."""
         ...
 
-    def braking_frames(self, last: tuple[CanFrame, ...], steps: int, now_ns: int) -> tuple[CanFrame, ...]:
-        """Full brake, no throttle, all else as in the last sound set; the counter `steps` further on."""
+    def braking_frames(
+        self, last: tuple[CanFrame, ...], steps: int, now_ns: int, brake_ratio: float = 1.0
+    ) -> tuple[CanFrame, ...]:
+        """Brake, no throttle, all else as in the last sound set; the counter `steps` further on."""
         ...

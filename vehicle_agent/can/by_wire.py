@@ -15,4 +15,6 @@ def codec_of(profile: Profile) -> Pacmod | ServoCart:
 
 def braking_of(profile: Profile) -> Braking:
     """How the gate checks commands and brakes."""
-    return ServoBraking() if profile.by_wire.kind == "servo" else PacmodBraking()
+    if profile.by_wire.kind == "servo":
+        return ServoBraking(profile.steering, profile.by_wire)
+    return PacmodBraking(profile.steering)

@@ -6,6 +6,7 @@ import msgspec
 
 from vehicle_agent.can.commands import COUNTER_STEPS, CommandEncoder
 from vehicle_agent.can.faults import Severity, since
+from vehicle_agent.can.gate_report import GateWord, heard_gate
 from vehicle_agent.can.handshake import Handshake, advance
 from vehicle_agent.can.reports import Reports, heard
 from vehicle_agent.can.steering_column import front_from_wheel, wheel_from_front
@@ -27,6 +28,7 @@ class CanState(msgspec.Struct, frozen=True):
     boot_ns: int = 0
     overridden: bool = False
     faults: tuple[Fault, ...] = ()
+    gate: GateWord = GateWord()
 
 
 class Pacmod(msgspec.Struct, frozen=True):
@@ -47,7 +49,9 @@ class Pacmod(msgspec.Struct, frozen=True):
         reports = heard(state.reports, frames)
         enabled = bool(reports.enabled) and now_ns - reports.global_ns <= REPORT_LOST_NS
         overridden = bool(reports.override_active) or (state.overridden and not enabled)
-        faults = since(_active(reports, state.handshake, boot_ns, now_ns), state.faults, now_ns)
+        gate = heard_gate(state.gate, frames)
+        active = _active(reports, state.handshake, boot_ns, now_ns) + gate.active(now_ns)
+        faults = since(active, state.faults, now_ns)
         motion = VehicleMotion(
             stamp_ns=reports.speed_ns,
             speed_mps=reports.speed_mps,
@@ -60,7 +64,7 @@ class Pacmod(msgspec.Struct, frozen=True):
             battery_ratio=reports.charge_ratio,
             faults=faults,
         )
-        return motion, CanState(reports, state.handshake, state.counter, boot_ns, overridden, faults)
+        return motion, CanState(reports, state.handshake, state.counter, boot_ns, overridden, faults, gate)
 
     def encode(self, state: CanState, act: Actuation, now_ns: int) -> tuple[tuple[CanFrame, ...], CanState]:
         """All command frames of this tick, from this tick's actuation alone.
@@ -75,7 +79,9 @@ class Pacmod(msgspec.Struct, frozen=True):
         encoder = CommandEncoder(self.steering, self._wheel_rate_radps())
         frames = encoder.frames(act, shake, state.counter, clear_faults, now_ns)
         counter = (state.counter + 1) % COUNTER_STEPS
-        return frames, CanState(reports, shake, counter, state.boot_ns, state.overridden, state.faults)
+        return frames, CanState(
+            reports, shake, counter, state.boot_ns, state.overridden, state.faults, state.gate
+        )
 
     def _wheel_rate_radps(self) -> float:
         lock_rad = math.atan(self.body.wheelbase_m / self.body.turn_radius_m_min)

@@ -9,6 +9,7 @@ import math
 import msgspec
 
 from vehicle_agent.can.faults import Severity, since
+from vehicle_agent.can.gate_report import GateWord, heard_gate
 from vehicle_agent.can.handshake import Handshake, advance
 from vehicle_agent.can.servo_frames import (
     SERVO_COUNTER_STEPS,
@@ -36,6 +37,7 @@ class ServoState(msgspec.Struct, frozen=True):
     boot_ns: int = 0
     overridden: bool = False
     faults: tuple[Fault, ...] = ()
+    gate: GateWord = GateWord()
 
 
 class ServoCart(msgspec.Struct, frozen=True):
@@ -57,7 +59,9 @@ class ServoCart(msgspec.Struct, frozen=True):
         reports = heard(state.reports, frames)
         armed = _armed(reports, now_ns)
         overridden = bool(reports.overridden) or (state.overridden and not armed)
-        faults = since(_active(reports, state.handshake, boot_ns, now_ns), state.faults, now_ns)
+        gate = heard_gate(state.gate, frames)
+        active = _active(reports, state.handshake, boot_ns, now_ns) + gate.active(now_ns)
+        faults = since(active, state.faults, now_ns)
         steer_rad = front_from_wheel(self.steering, reports.shaft_rad)
         ratio = encoder_ratio(steer_rad, self.body.wheelbase_m, self.by_wire.track_width_m)
         motion = VehicleMotion(
@@ -72,7 +76,7 @@ class ServoCart(msgspec.Struct, frozen=True):
             battery_ratio=reports.charge_ratio,
             faults=faults,
         )
-        return motion, ServoState(reports, state.handshake, state.counter, boot_ns, overridden, faults)
+        return motion, ServoState(reports, state.handshake, state.counter, boot_ns, overridden, faults, gate)
 
     def encode(
         self, state: ServoState, act: Actuation, now_ns: int
@@ -90,7 +94,9 @@ class ServoCart(msgspec.Struct, frozen=True):
         encoder = ServoEncoder(self.steering, self.by_wire, self._shaft_rate_radps())
         frames = encoder.frames(act, shake, state.counter, clear_faults, now_ns)
         counter = (state.counter + 1) % SERVO_COUNTER_STEPS
-        return frames, ServoState(reports, shake, counter, state.boot_ns, state.overridden, state.faults)
+        return frames, ServoState(
+            reports, shake, counter, state.boot_ns, state.overridden, state.faults, state.gate
+        )
 
     def _shaft_rate_radps(self) -> float:
         lock_rad = math.atan(self.body.wheelbase_m / self.body.turn_radius_m_min)

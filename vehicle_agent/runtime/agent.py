@@ -12,7 +12,6 @@ import msgspec
 
 from contract.roads.load import encode_map
 from contract.runlog.records import RunHeader
-from vehicle_agent.can.by_wire import braking_of
 from vehicle_agent.device_feed import DatagramPort, DeviceSensors, DeviceWords
 from vehicle_agent.link.outbox import read_memory
 from vehicle_agent.link.session import Identity
@@ -67,7 +66,7 @@ def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
 
 def run_gate(place: AgentPlace) -> None:
     files = AgentFolder(place.folder)
-    GateProcess(place.mail, files.vehicle().can_channel, braking_of(files.profile())).run()
+    GateProcess(place.mail, files.vehicle().can_channel, files.profile()).run()
 
 
 def run_planner(place: AgentPlace) -> None:

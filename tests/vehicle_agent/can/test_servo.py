@@ -26,7 +26,8 @@ from vehicle_agent.can.servo_frames import (
 )
 from vehicle_agent.can.servo_reports import encoder_ratio
 from vehicle_agent.config import Body, ByWire, Profile, SteeringColumn
-from vehicle_agent.runtime.gate import FRESH_NS, Gate
+from vehicle_agent.runtime.gate import gate_of
+from vehicle_agent.runtime.gate_settings import gate_settings
 from vehicle_agent.signals import Actuation, CanFrame, VehicleMotion
 
 TICK_NS = 20_000_000
@@ -238,12 +239,14 @@ def commands(counter: int, now_ns: int, throttle: float = 0.3, brake: float = 0.
 
 
 def test_the_gate_brakes_with_the_servo_when_the_tick_goes_silent() -> None:
-    gate = Gate(ServoBraking())
+    gate, settings = gate_of(CART), gate_settings(CART)
     gate.take(commands(255, 0), 0)
     gate.step(0)
     known = layouts(SERVO)
-    for step in range(3):
-        frames = gate.step(FRESH_NS + 1 + step * TICK_NS)
+    for step in range(settings.comfort_steps):
+        gate.step(settings.fresh_ns + 1 + step * TICK_NS)
+    for step in range(settings.comfort_steps, settings.comfort_steps + 3):
+        frames = gate.step(settings.fresh_ns + 1 + step * TICK_NS)
         values = {
             name: unpack_checked(known[name], frame.data)
             for name, frame in zip(SERVO_COMMANDS, frames, strict=True)
@@ -267,8 +270,8 @@ def test_an_inconsistent_set_is_not_let_through(spoil: str) -> None:
     else:
         frames = (frames[0], commands(4, 0)[1], *frames[2:])
     with pytest.raises(CommandSetError):
-        ServoBraking().checked_counter(frames)
-    gate = Gate(ServoBraking())
+        ServoBraking().commanded(frames)
+    gate = gate_of(CART)
     gate.take(frames, 0)
     assert gate.refused
     assert gate.step(0) == ()
