@@ -12,6 +12,7 @@ import numpy as np
 from contract.geometry import Array
 from vehicle_agent.control.actuators import MSPEED, MX, MY, MYAW
 from vehicle_agent.control.made_path import timed
+from vehicle_agent.control.mpc.bounded import prepare
 from vehicle_agent.control.observer import Observed, Observer
 from vehicle_agent.control.speed_control import SpeedAnswer, SpeedControl, Speeding
 from vehicle_agent.control.steer_control import SteerAnswer, SteerControl, Steering
@@ -65,6 +66,10 @@ class SnowLionControl(msgspec.Struct, frozen=True):
     dt_s: float = 0.02
 
     def initial(self) -> Driver:
+        # Tables and workspaces: no tick may wait for them.
+        self.steer.mpc.prepare()
+        prepare(self.steer.mpc.steps)
+        prepare(self.speed.mpc.steps)
         memory = self.observer.drivetrain.memory(self.dt_s)
         return Driver(
             self.observer.initial(), np.zeros((memory, 3)), self.speed.initial(), self.steer.initial()

@@ -37,6 +37,7 @@ class SpeedAnswer(msgspec.Struct, frozen=True):
 class SpeedControl(msgspec.Struct, frozen=True):
     """behind_m_max  an error beyond is not made up for at once: the vehicle must not race after its plan
     arrive_m, arrive_mps2  farther from a stop, or needing less braking for it, all is left to the MPC
+    overrun_m        this far beyond a stop is not worth a jolt
     stand_mps        slower is standing, where nothing faster than start_mps is asked for soon
     """
 
@@ -45,6 +46,7 @@ class SpeedControl(msgspec.Struct, frozen=True):
     behind_m_max: float = 0.6
     arrive_m: float = 0.5
     arrive_mps2: float = 0.05
+    overrun_m: float = 0.015
     stand_mps: float = 0.06
     start_mps: float = 0.03
     decel_mps2_comfort: float = 0.8
@@ -100,7 +102,7 @@ class SpeedControl(msgspec.Struct, frozen=True):
 
         Errors either way cost the same in the MPC, but a vehicle does not come back from beyond its stop.
         """
-        needed = 0.5 * speed_mps * speed_mps / max(left_m, 0.01)
+        needed = 0.5 * speed_mps * speed_mps / max(left_m + self.overrun_m, 0.01)
         if left_m > self.arrive_m or not needed > self.arrive_mps2:
             return command
         reach = self.mpc.jerk_mps3_max * self.dt_s

@@ -78,6 +78,11 @@ def solved(H: Array, g: Array, command: float, bounds: Bounds, dt_s: float, inpu
     return Solved(kept_within(wanted, command, bounds, dt_s), kept, good, int(answer.info.iter))
 
 
+def prepare(steps: int) -> None:
+    """Set the workspace for that many inputs up, so that no solve waits for it."""
+    _workspace(steps)
+
+
 def kept_within(inputs: Array, command: float, bounds: Bounds, dt_s: float) -> Array:
     """The inputs (N,) with whatever is beyond a bound taken off, first to last."""
     out = np.clip(inputs, -bounds.rate, bounds.rate)

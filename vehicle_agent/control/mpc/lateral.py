@@ -51,6 +51,10 @@ class LateralMpc(msgspec.Struct, frozen=True):
     steps: int = 40
     dt_s: float = 0.05
 
+    def prepare(self) -> None:
+        """Make ready what every solve shares, so that none waits for it."""
+        _end_costs(self)
+
     def solve(
         self,
         offset_m: float,
