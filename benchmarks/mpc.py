@@ -1,9 +1,9 @@
 """What the Snow Lion stack's control costs a tick: `python -m benchmarks.mpc --json F [--steps N]`.
 
-One continuous drive over CAN on the simulated shuttle with tyres, noise and steering bias: straights at 4.2 m/s,
-curves and tight bends, crawling, stops and standing, on and on. The last fifth of the steps is driven with the
-steering rate limited to 1 degree a second, which no leg respects, so that the bound is met again and again. A
-step is the room's whole `step`: observer, projection, lead, both problems (N = 40) and pedals.
+One continuous drive over CAN on the simulated shuttle with tyres, noise and steering bias: straights at 4.2
+m/s, curves and tight bends, crawling, stops and standing, on and on. The last fifth of the steps is driven
+with the steering rate limited to 1 degree a second, which no leg respects, so that the bound is met again
+and again. A step is the room's whole `step`: observer, projection, lead, both problems (N = 40) and pedals.
 """
 
 import argparse
@@ -31,12 +31,24 @@ STAND_S = 3.0
 Bend = tuple[float, float, float]
 LEGS: tuple[tuple[float, tuple[Bend, ...]], ...] = (
     (4.2, ((45.0, 0.0, 0.0),)),
-    (3.0, ((6.0, 0.0, 0.05), (20.0, 0.05, 0.05), (12.0, 0.05, -0.05), (20.0, -0.05, -0.05), (6.0, -0.05, 0.0))),
+    (
+        3.0,
+        ((6.0, 0.0, 0.05), (20.0, 0.05, 0.05), (12.0, 0.05, -0.05), (20.0, -0.05, -0.05), (6.0, -0.05, 0.0)),
+    ),
     (1.5, ((4.0, 0.0, 0.18), (6.0, 0.18, 0.18), (4.0, 0.18, 0.0), (10.0, 0.0, 0.0))),
     (0.3, ((5.0, 0.0, 0.0),)),
 )
 MILD_LEGS: tuple[tuple[float, tuple[Bend, ...]], ...] = (
-    (3.0, ((20.0, 0.0, 0.0), (4.0, 0.0, 0.012), (10.0, 0.012, 0.012), (6.0, 0.012, -0.012), (10.0, -0.012, 0.0))),
+    (
+        3.0,
+        (
+            (20.0, 0.0, 0.0),
+            (4.0, 0.0, 0.012),
+            (10.0, 0.012, 0.012),
+            (6.0, 0.012, -0.012),
+            (10.0, -0.012, 0.0),
+        ),
+    ),
     (1.5, ((5.0, 0.0, 0.0), (1.0, 0.0, 0.03), (4.0, 0.03, 0.03), (2.0, 0.03, -0.03), (5.0, -0.03, 0.0))),
 )
 _PROFILES = Path(__file__).resolve().parent.parent / "vehicle_agent" / "profiles"
@@ -98,7 +110,11 @@ def _bent(bends: tuple[Bend, ...], x_m: float, y_m: float, yaw_rad: float, name:
 
 
 def _drive(
-    legs: tuple[tuple[float, tuple[Bend, ...]], ...], steps: int, profile: Profile, hands: SnowLionControl, seed: int
+    legs: tuple[tuple[float, tuple[Bend, ...]], ...],
+    steps: int,
+    profile: Profile,
+    hands: SnowLionControl,
+    seed: int,
 ) -> TimedRun:
     rows = course(legs, steps)
     return follow_timed(rows, profile, hands, _plant(), noisy(seed, GnssNoise()), 0.0)

@@ -128,7 +128,8 @@ def perfect(now_ns: int, truth: PlantView, motion: VehicleMotion) -> Ego:
 
 @dataclass(frozen=True, slots=True)
 class TimedRun:
-    """drive, and of each tick what control wished and the seconds its step took; state: control's, at the end."""
+    """drive, and of each tick what control wished and the seconds its step took; state: control's, at the
+    end."""
 
     drive: Drive
     wishes: list[Wish]
@@ -138,12 +139,17 @@ class TimedRun:
 
 
 def follow_timed(
-    rows: Array, profile: Profile, hands: TimedControl, params: PlantParams, sense: Sensing, settle_s: float = 3.0
+    rows: Array,
+    profile: Profile,
+    hands: TimedControl,
+    params: PlantParams,
+    sense: Sensing,
+    settle_s: float = 3.0,
 ) -> TimedRun:
     """Drive rows (k, 8) from rest at their beginning over CAN until settle_s after their end.
 
-    The trajectory is handed over in windows of AHEAD_S as a planner's would be, stamped so that row 0's time is
-    READY_S after by-wire is asked for. The trace's time 0 is row 0's.
+    The trajectory is handed over in windows of AHEAD_S as a planner's would be, stamped so that row 0's
+    time is READY_S after by-wire is asked for. The trace's time 0 is row 0's.
     """
     start = Pose2(float(rows[0, 1]), float(rows[0, 2]), float(rows[0, 3]))
     fleet = SimFleet({_NAME: profile}, {_NAME: start}, {_NAME: params})

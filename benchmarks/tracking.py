@@ -1,15 +1,15 @@
 """How well each stack keeps a path: `python -m benchmarks.tracking --json F [LOOP.csv ...]`.
 
 The GEM paper's figure of eight at 3 m/s had a peak cross-track error of 12 cm. Here it is a lemniscate with
-the least radius that the paper's own 0.5 m/s2 allows at that speed, 18 m, and two laps of it. The error is the
-rear-axle centre's distance from the curve itself.
+the least radius that the paper's own 0.5 m/s2 allows at that speed, 18 m, and two laps of it. The error is
+the rear-axle centre's distance from the curve itself.
 
-Every stack drives it on a shuttle with tyres (`simulator/tyres.py`) whose wheels stand 0.6 degrees beyond what the
-steering reports, 0.25 s and a lag late, at its nominal weight and 20 % more and less, with localization noise and
-with perfect localization. The `gem` stack follows waypoints, which are recorded with the same noise, and is also
-driven on the kinematic vehicle: that is its `peak_cross_track_m`, the other its `disturbed_peak_cross_track_m`.
-Stacks that follow trajectories get timed rows off the curve. What the reference time is:
-`benchmarks/tracking_stacks.py`. Recorded loops are for the `gem` stack.
+Every stack drives it on a shuttle with tyres (`simulator/tyres.py`) whose wheels stand 0.6 degrees beyond
+what the steering reports, 0.25 s and a lag late, at its nominal weight and 20 % more and less, with
+localization noise and with perfect localization. The `gem` stack follows waypoints, which are recorded with
+the same noise, and is also driven on the kinematic vehicle: that is its `peak_cross_track_m`, the other its
+`disturbed_peak_cross_track_m`. Stacks that follow trajectories get timed rows off the curve. What the
+reference time is: `benchmarks/tracking_stacks.py`. Recorded loops are for the `gem` stack.
 """
 
 import argparse

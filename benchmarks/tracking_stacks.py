@@ -1,4 +1,4 @@
-"""Which stacks the tracking benchmark drives, and how each is driven along a curve. A new stack is one entry."""
+"""Which stacks the tracking benchmark drives, and how each follows a curve. A new stack is one entry."""
 
 import tempfile
 from collections.abc import Callable
@@ -43,9 +43,9 @@ class Following:
 class Followed:
     """driven_s over reference_s is what the drive took beyond its plan.
 
-    The reference time is that of the speed rule of `timed_drive.SpeedRule` at the commanded speed, from rest. For
-    a stack that stops at the curve's end it ends at rest there, and driven_s when the vehicle stands; for one that
-    rolls on it ends in passing the end.
+    The reference time is that of the speed rule of `timed_drive.SpeedRule` at the commanded speed, from
+    rest. For a stack that stops at the curve's end it ends at rest there, and driven_s when the vehicle
+    stands; for one that rolls on it ends in passing the end.
     """
 
     drive: Drive
@@ -96,5 +96,6 @@ STACKS: dict[str, dict[str, Callable[[Following], Followed]]] = {
     },
     "snow_lion": {"ours": lambda task: timed(task, snow_lion_control.control(task.profile))},
 }
-# Stacks that were published with a vehicle that rolls where its wheels point: also driven, and judged, on that.
+# Stacks that were published with a vehicle that rolls where its wheels point: also driven, and judged, on
+# that.
 KINEMATIC_STACKS = frozenset({"gem"})

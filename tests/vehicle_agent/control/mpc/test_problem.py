@@ -1,4 +1,4 @@
-"""Quadratic problems of one actuator: exact without bounds, right with them, the same from whatever is remembered."""
+"""Quadratic problems of one actuator: exact without bounds, right with them, and forgetful."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,9 @@ def a_problem(seed: int) -> tuple[Array, Array, Array, Array, float, Array, Arra
     return A, B, d, Q, 0.02, rng.normal(0.0, 0.1, N), P, rng.normal(0.0, 0.05, 3), rng.normal(0.0, 0.5, 3)
 
 
-def cost(u: Array, A: Array, B: Array, d: Array, Q: Array, R: float, w: Array, P: Array, x_end: Array, x0: Array) -> float:
+def cost(
+    u: Array, A: Array, B: Array, d: Array, Q: Array, R: float, w: Array, P: Array, x_end: Array, x0: Array
+) -> float:
     x, total = x0, 0.0
     for k in range(N):
         total += x @ Q[k] @ x + R * (u[k] - w[k]) ** 2
@@ -62,7 +64,12 @@ def test_bounded_inputs_agree_with_an_independent_solver(seed: int) -> None:
         method="SLSQP",
         options={"maxiter": 1000, "ftol": 1e-14},
     )
-    assert within(answer.inputs, problem[-1][2], Bounds(0.4 + 1e-9, bounds.command_min - 1e-9, bounds.command_max + 1e-9), DT)
+    assert within(
+        answer.inputs,
+        problem[-1][2],
+        Bounds(0.4 + 1e-9, bounds.command_min - 1e-9, bounds.command_max + 1e-9),
+        DT,
+    )
     gap = 0.5 * answer.inputs @ H @ answer.inputs + g @ answer.inputs - oracle.fun
     assert gap < 2e-3 * abs(oracle.fun)
     assert answer.inputs[0] == pytest.approx(oracle.x[0], abs=0.02)
