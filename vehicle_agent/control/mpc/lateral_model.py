@@ -1,8 +1,9 @@
 """The lateral half of the error model, step by step along the horizon (Snow Lion, eqs. 3-5, corrected).
 
-State z (6,): e_lat (m, left of the trajectory positive) and its rate, e_psi (rad) and its rate, the tangent of
-the front wheels' angle and of its command. Input: the command's rate. Known beforehand: psi_dot_tar = V
-curvature. e_lon and its rate, the paper's other two states, are in `longitudinal.py`: no term of A couples them.
+State z (6,): e_lat (m, left of the trajectory positive) and its rate, e_psi (rad) and its rate, the tangent
+of the front wheels' angle and of its command. Input: the command's rate. Known beforehand: psi_dot_tar = V
+curvature. e_lon and its rate, the paper's other two states, are in `longitudinal.py`: no term of A couples
+them.
 
 The paper's e_lat belongs to the centre of gravity. Here it is the place that the centre of gravity has beyond
 the one it would have with the rear axle on the trajectory, e_lat = e_rear + l_r e_psi, so that e_rear is read
