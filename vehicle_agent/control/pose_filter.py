@@ -1,8 +1,8 @@
 """Where the vehicle is, for steering by: poses with noise, carried by odometry and gyroscope.
 
-An extended Kalman filter that also finds what steering must know and nobody measures: the gyroscope's bias, the
-angle at which the wheels stand beyond what the steering reports, and how soft the tyres are. Localization's own
-pose may be good to centimetres only; what it says over seconds is good to millimetres.
+An extended Kalman filter that also finds what steering must know and nobody measures: the gyroscope's bias,
+the angle at which the wheels stand beyond what the steering reports, and how soft the tyres are.
+Localization's own pose may be good to centimetres only; what it says over seconds is good to millimetres.
 """
 
 import math
@@ -54,8 +54,8 @@ class PoseFilter(msgspec.Struct, frozen=True):
 
 
 class Belief(msgspec.Struct, frozen=True):
-    """mean (6,), covariance (6, 6); strays: poses in a row that were not believed; blind_s: since the last one
-    that was. stamp_ns 0: no pose has come yet."""
+    """mean (6,), covariance (6, 6); strays: poses in a row that were not believed; blind_s: since the last
+    one that was. stamp_ns 0: no pose has come yet."""
 
     mean: Array
     covariance: Array
