@@ -14,6 +14,7 @@ from vehicle_agent.config import ProfileError, load_profile
 from vehicle_agent.link.keys import VehicleKeyError, load_or_make_key, public_key_text
 from vehicle_agent.runtime.agent import AgentPlace, agent_jobs
 from vehicle_agent.runtime.agent_files import AgentFolder, AgentFolderError, VehicleFile
+from vehicle_agent.runtime.speaking import SpeakingError, outlets
 from vehicle_agent.runtime.supervisor import Supervisor
 
 app = typer.Typer(no_args_is_help=True)
@@ -91,6 +92,9 @@ def run(
             files.vehicle()
             files.profile()
             files.road_map()
+            speaking = files.speaking()
+            for outlet in outlets(speaking) if speaking is not None else ():
+                outlet.close()
         with tempfile.TemporaryDirectory(prefix="campusloop-") as mail:
             places = tuple(
                 AgentPlace(folder.resolve(), Path(mail) / str(number))
@@ -99,7 +103,7 @@ def run(
             jobs = agent_jobs(places)
             console.print(f"driving {', '.join(folder.name for folder in folders)}; Ctrl-C ends it")
             Supervisor(jobs).run()
-    except (AgentFolderError, ProfileError, MapError) as error:
+    except (AgentFolderError, ProfileError, MapError, SpeakingError) as error:
         _refuse(str(error))
 
 
