@@ -14,7 +14,7 @@ from contract.roads.network import RoadNetwork
 from simulator.chargers import Chargers
 from simulator.corridor import SAMPLES, Corridor
 from simulator.doors import Display, Doors
-from simulator.ecus.by_wire import ByWire
+from simulator.ecus.module import Module
 from simulator.fleet import STEP_NS, SimFleet
 from simulator.metrics import Scorekeeper, VehicleScore
 from simulator.plant import PlantParams, PlantView
@@ -246,7 +246,7 @@ class SimWorld:
     def score(self, vehicle_id: str) -> VehicleScore:
         return self._score.scores[vehicle_id]
 
-    def module(self, vehicle_id: str) -> ByWire:
+    def module(self, vehicle_id: str) -> Module:
         """The by-wire module, to inject what a safety driver does, a fault or the stop button."""
         return self.fleet.modules[vehicle_id]
 

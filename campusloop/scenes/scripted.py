@@ -31,7 +31,7 @@ def walker(
     if len(places) < 2 or speed_mps <= 0.0:
         raise ValueError(f"who walks needs two places and a speed, not {places} at {speed_mps} m/s")
     rows: list[tuple[float, ...]] = []
-    t = begins_s
+    t = begins_s = begins_s if begins_s > 1e-3 else 0.0
     yaw = math.atan2(places[1][1] - places[0][1], places[1][0] - places[0][0])
     if begins_s > 0.0:
         rows.append((0.0, *places[0], yaw, 0.0, 0.0))

@@ -29,7 +29,7 @@ class Pedalling(msgspec.Struct, frozen=True):
     change_mps2: float = 0.06
     hold_ratio: float = 0.5
     hold_ratio_1ps: float = 1.0
-    release_1ps: float = 2.0
+    release_1ps: float = 5.0
     dt_s: float = 0.02
 
     def step(self, foot: Foot, accel_mps2: float, speed_mps: float) -> Foot:

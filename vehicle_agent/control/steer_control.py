@@ -52,9 +52,7 @@ class SteerControl(msgspec.Struct, frozen=True):
         moving = seen.moving.copy()
         moving[MS] = own_s_m
         delay_s, turning = observer.drivetrain.steer_delay_s, observer.turning(seen)
-        carried(
-            moving, commands, 0.0, delay_s, seen.rest_mps2, turning, self.dt_s, observer.drivetrain.row()
-        )
+        carried(moving, commands, 0.0, delay_s, seen.rest_mps2, turning, self.dt_s, observer.drivetrain.row())
         s_m, offset_m = nearest(rows, s, moving[MX], moving[MY], moving[MS], self.search_m)
         yaw_rad, curvature_1pm = at_length(rows, s, s_m)
         heading_rad = float(wrap_angle(moving[MYAW] - yaw_rad))

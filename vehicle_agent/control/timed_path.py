@@ -53,8 +53,8 @@ def lengths(rows: Array) -> Array:
 def at_time(rows: Array, s: Array, t_s: float, decel_mps2: float) -> tuple[float, float]:
     """(s in m, speed in m/s) that the trajectory asks for t_s after its stamp.
 
-    Before its first row it goes on as it begins. After its last it brakes by decel_mps2 to a stop: rows that end
-    in motion have run out, and nobody may drive on by them.
+    Before its first row it goes on as it begins. After its last it brakes by decel_mps2 to a stop: rows
+    that end in motion have run out, and nobody may drive on by them.
     """
     k = rows.shape[0]
     if t_s <= rows[0, T]:

@@ -51,6 +51,10 @@ class LateralMpc(msgspec.Struct, frozen=True):
     steps: int = 40
     dt_s: float = 0.05
 
+    def prepare(self) -> None:
+        """Make ready what every solve shares, so that none waits for it."""
+        _end_costs(self)
+
     def solve(
         self,
         offset_m: float,
@@ -65,10 +69,11 @@ class LateralMpc(msgspec.Struct, frozen=True):
         curvatures_1pm: Array,
         guess: Guess,
     ) -> Answer:
-        """Rates (N,) of the tangent of the wheels' angle, from the rear axle's errors when the first takes effect.
+        """Rates (N,) of the tangent of the wheels' angle, from the rear axle's errors when the first takes
+        effect.
 
-        The model's wheel angle is that tangent: then it is exact on every circle, and a bound on its rate bounds
-        the angle's own. `turned_rad` brings it back.
+        The model's wheel angle is that tangent: then it is exact on every circle, and a bound on its rate
+        bounds the angle's own. `turned_rad` brings it back.
         offset_rate_mps  d/dt of the rear axle's offset; yaw_rate_radps: of the heading error
         wheels_rad, command_rad  as the steering reports them; the wheels stand at that plus bias_rad
         speeds_mps, curvatures_1pm  (N + 1,) expected along the horizon
@@ -109,7 +114,8 @@ class LateralMpc(msgspec.Struct, frozen=True):
         return min(max(turned, -self.steer_rad_max), self.steer_rad_max)
 
     def _turning(self, speed_mps: float, curvature_1pm: float, compliance: float) -> Array:
-        """(6,) the state of following a circle without error: turned in by the slip, wheels at what it takes."""
+        """(6,) the state of following a circle without error: turned in by the slip, wheels at what it
+        takes."""
         soft, chassis = compliance * float(dynamic_share(speed_mps)), self.chassis
         side_mps2 = speed_mps * speed_mps * curvature_1pm
         slip_rad = soft * chassis.rear_slip_per_mps2 * side_mps2
@@ -128,9 +134,7 @@ def _end_costs(mpc: LateralMpc) -> Array:
     weights = np.array((w.offset, w.course, w.yaw_rate)) * mpc.dt_s
     costs = np.zeros((len(END_MPS), STATES, STATES))
     for i, speed_mps in enumerate(END_MPS):
-        A, B, _, Q = horizon(
-            np.full(2, speed_mps), np.zeros(2), 1.0, mpc.chassis.row(), weights, mpc.dt_s
-        )
+        A, B, _, Q = horizon(np.full(2, speed_mps), np.zeros(2), 1.0, mpc.chassis.row(), weights, mpc.dt_s)
         costs[i] = end_cost(A[0], B[0], Q[0], w.steer_rate * mpc.dt_s, END_ROUNDS)
     return costs
 
@@ -141,7 +145,8 @@ def horizon(
 ) -> tuple[Array, Array, Array, Array]:
     """(A (N, 6, 6), B (N, 6), d (N, 6), Q (N, 6, 6)) of each step; speeds and curvatures (N + 1,).
 
-    Within a step the speed is its mean and psi_dot_tar runs straight from its value at the one end to the other.
+    Within a step the speed is its mean and psi_dot_tar runs straight from its value at the one end to the
+    other.
     """
     N = speeds.shape[0] - 1
     A, B = np.zeros((N, STATES, STATES)), np.zeros((N, STATES))
@@ -169,4 +174,3 @@ def horizon(
         q[3, 3] = course * rear * rear + weights[2]
         q[1, 3] = q[3, 1] = -course * rear
     return A, B, d, Q
-

@@ -31,7 +31,7 @@ class LongitudinalMpc(msgspec.Struct, frozen=True):
     accel_mps2_max: float = 0.8
     decel_mps2_max: float = 2.5
     jerk_mps3_max: float = 1.8
-    accel_lag_s: float = 0.1
+    accel_lag_s: float = 0.12
     steps: int = 40
     dt_s: float = 0.05
 

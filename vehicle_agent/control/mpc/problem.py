@@ -1,9 +1,11 @@
 """Quadratic problems of one actuator over a horizon, and their exact solution while no bound is met.
 
-    min  sum x_k' Q_k x_k + R (u_k - w_k)^2 (k < N) + (x_N - x_end)' P (x_N - x_end),   x_{k+1} = A_k x_k + B_k u_k + d_k
+    min  sum x_k' Q_k x_k + R (u_k - w_k)^2 (k < N) + (x_N - x_end)' P (x_N - x_end)
+    where  x_{k+1} = A_k x_k + B_k u_k + d_k
 
-after Snow Lion, eq. 6, read right (w: the inputs that the reference itself takes): u runs to N - 1 and the end has a cost of its own. The last state is the
-actuator's command and u its rate, so that bounds on rate and command are bounds on u and on a running sum of u.
+after Snow Lion, eq. 6, read right (w: the inputs that the reference itself takes): u runs to N - 1 and the
+end has a cost of its own. The last state is the actuator's command and u its rate, so that bounds on rate
+and command are bounds on u and on a running sum of u.
 """
 
 import numpy as np
