@@ -16,6 +16,7 @@ _COMMANDS = (
     "replay",
     "waypoints",
     "dispatch",
+    "infrastructure",
     "openapi",
     "warm",
 )
@@ -24,6 +25,7 @@ _GROUPS = {
     "scenario": "Scenarios from small files: run them, see what passes.",
     "agent": "The agent on a vehicle: enrol, run.",
     "dispatch": "Dispatch: explain, replay, what if; demand; bounds of published instances.",
+    "infrastructure": "What cameras at crossings are good for.",
     "waypoints": "Waypoint files, of a route or of a recorded drive.",
 }
 _HIDDEN = ("warm",)

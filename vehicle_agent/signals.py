@@ -185,7 +185,7 @@ class PedestrianPresence(msgspec.Struct, frozen=True, tag="pedestrian_presence")
 ServerWord = Order | Grants | Command | PassengerTap
 Percept = ObstaclePercept | TrackPercept
 # What the link brings the tick.
-LinkWord = ServerWord | LinkState | OtherVehicle
+LinkWord = ServerWord | LinkState | OtherVehicle | PedestrianPresence
 Pressed = SeatButton | CodeTyped | SeatSensor | DoorState
 Infrastructure = OtherVehicle | PedestrianPresence
 # What a track can be, by number.
@@ -244,6 +244,10 @@ class Fault(msgspec.Struct, frozen=True):
     code: str
     severity: Literal["info", "warning", "stop"]
     since_ns: int
+
+
+# The fault that stands for the gate's own braking: it lets go only when by-wire is asked for anew.
+GATE_BRAKING = "gate_braking"
 
 
 class VehicleMotion(msgspec.Struct, frozen=True):

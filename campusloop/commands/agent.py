@@ -36,6 +36,9 @@ def enrol(
     values_port: Annotated[int, typer.Option(help="Loopback port of device values.")] = 47_300,
     scans_port: Annotated[int, typer.Option(help="Loopback port of finished scans.")] = 47_400,
     words_port: Annotated[int, typer.Option(help="Loopback port of screen, speaker and doors.")] = 47_500,
+    cameras: Annotated[
+        str, typer.Option(help="HOST:PORT to hear crossings' cameras on, without the cloud.")
+    ] = "",
     certificate: Annotated[str, typer.Option(help="Certificate to trust, if the server made its own.")] = "",
 ) -> None:
     """Make the vehicle's key and have the server take it in, once."""
@@ -48,6 +51,7 @@ def enrol(
         words_port=words_port,
         scan_ring=str(scan_ring),
         server_certificate=certificate,
+        cameras=cameras,
     )
     try:
         load_map(campus_map)

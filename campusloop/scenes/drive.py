@@ -28,11 +28,11 @@ from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.perception.height_map import percept_from_scan
 from vehicle_agent.runtime.agent import SOFTWARE
 from vehicle_agent.runtime.computer import VehicleComputer
-from vehicle_agent.runtime.gate import Gate
+from vehicle_agent.runtime.gate import gate_of
 from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.runtime.recorder import Recorder
 from vehicle_agent.runtime.runlog_files import RunLogFiles
-from vehicle_agent.signals import InboxBody, LinkState, ObstaclePercept, Outputs, PlanAnswer
+from vehicle_agent.signals import InboxBody, LinkState, ObstaclePercept, Outputs, PlanAnswer, TrackPercept
 from vehicle_agent.stacks.choice import Planner, build_car, build_planner
 from vehicle_agent.stacks.gem import height_map
 
@@ -127,7 +127,7 @@ class SceneDrive:
             recorder = Recorder(_header(scene), profile.body)
         self.computer = VehicleComputer(car, initial_state(car), recorder)
         self._planner: Planner | None = build_planner(profile, scene.road_map)
-        self._gate, self._inbox = Gate(), Inbox()
+        self._gate, self._inbox = gate_of(profile), Inbox()
         self._height_map = height_map(profile)
         self._percepts: deque[tuple[int, ObstaclePercept]] = deque()
         self._plans: deque[tuple[int, PlanAnswer]] = deque()
@@ -223,8 +223,11 @@ class SceneDrive:
         """20 ms of the vehicle computer and of the world."""
         now_ns, world = self.now_ns, self.world
         now_s = (now_ns - self._begin_ns) * 1e-9
-        for frame in world.frames_to_vehicle(VEHICLE_ID):
-            self._inbox.put(now_ns, "can", msgspec.structs.replace(frame, stamp_ns=now_ns))
+        arrived = world.frames_to_vehicle(VEHICLE_ID)
+        reports = tuple(msgspec.structs.replace(frame, stamp_ns=now_ns) for frame in arrived)
+        self._gate.hear(reports, now_ns)
+        for frame in reports:
+            self._inbox.put(now_ns, "can", frame)
         for item in world.sensor_items(VEHICLE_ID, now_ns):
             self._bring("sensors", item, now_s)
         for percept in world.tracked(VEHICLE_ID, now_ns):
@@ -253,14 +256,19 @@ class SceneDrive:
         self._plan(outputs, now_s)
         self._gate.take(outputs.frames, now_ns)
         world.frames_from_vehicle(VEHICLE_ID, self._gate.step(now_ns))
+        for told in self._gate.word(now_ns):
+            self._inbox.put(now_ns, "can", told)
         world.show(VEHICLE_ID, outputs.says, now_ns)
         world.step(now_ns)
         self.now_ns += STEP_NS
 
     def _bring(self, source: str, body: InboxBody, now_s: float) -> None:
         arrived = self._faults.passed(body, now_s)
-        if arrived is not None:
-            self._inbox.put(self.now_ns, source, arrived)
+        if arrived is None:
+            return
+        self._inbox.put(self.now_ns, source, arrived)
+        if isinstance(arrived, ObstaclePercept | TrackPercept):
+            self._gate.see(arrived)
 
     def _plan(self, outputs: Outputs, now_s: float) -> None:
         for job in outputs.jobs:

@@ -18,6 +18,7 @@ from vehicle_agent.link.session import Identity
 from vehicle_agent.mission.memory import MissionMemory, holding
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.runtime.agent_files import AgentFolder
+from vehicle_agent.runtime.camera_link import CameraLink, SensorsAndCameras
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.gate_process import GateProcess
 from vehicle_agent.runtime.link_process import LinkedVehicle, serve_links
@@ -71,7 +72,8 @@ def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
 
 
 def run_gate(place: AgentPlace) -> None:
-    GateProcess(place.mail, AgentFolder(place.folder).vehicle().can_channel).run()
+    files = AgentFolder(place.folder)
+    GateProcess(place.mail, files.vehicle().can_channel, files.profile()).run()
 
 
 def run_planner(place: AgentPlace) -> None:
@@ -136,7 +138,12 @@ def run_tick(place: AgentPlace) -> None:
         for port in ports:
             speaker.send(port, DeviceWords(says))
 
-    TickProcess(place.mail, computer, DeviceSensors(vehicle.values_port), show).run()
+    devices = DeviceSensors(vehicle.values_port)
+    if vehicle.cameras:
+        both = SensorsAndCameras(devices, CameraLink(vehicle.cameras))
+        TickProcess(place.mail, computer, both, show).run()
+    else:
+        TickProcess(place.mail, computer, devices, show).run()
 
 
 def _linked(place: AgentPlace) -> LinkedVehicle:

@@ -34,6 +34,7 @@ class VehicleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     scans_port          loopback port on which finished scans are told
     words_port          loopback port of screen, speaker and doors
     scan_ring           file through which scans are handed over
+    cameras             HOST:PORT on this vehicle's own network to hear crossings' cameras on, "" for none
     server_certificate  path of a certificate to trust, for a server with one of its own making
     """
 
@@ -45,6 +46,7 @@ class VehicleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     words_port: int
     scan_ring: str
     server_certificate: str = ""
+    cameras: str = ""
 
 
 class AgentFolder:
