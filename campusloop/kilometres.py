@@ -25,7 +25,6 @@ from contract.geometry import Array
 from contract.roads.load import load_map
 from contract.wire.messages import Blocked, ModeChanged
 from simulator.ride_quality import Stretch, stretch
-from simulator.sensors.tracker import TrackerNoise
 
 STINT_S = 3600.0
 _VEHICLES = 2
@@ -47,7 +46,7 @@ class Stint:
 
 @dataclass(slots=True)
 class StintFigures:
-    """What all shuttles of one stint did. takeovers: why an operator would have had to come, one text each."""
+    """What all shuttles of one stint did. takeovers: why an operator would have had to come."""
 
     stint: Stint
     distance_m: float = 0.0
@@ -73,7 +72,6 @@ def run_stint(stint: Stint) -> StintFigures:
             vehicles=_VEHICLES,
             profile=profile,
             begins=begins.astimezone(UTC),
-            tracker=TrackerNoise() if stint.stack != "gem" else None,
         )
         campus = VirtualCampus(options)
         campus.start()

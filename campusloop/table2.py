@@ -1,4 +1,4 @@
-"""What `campusloop simulate --km` prints, writes and draws: Table 2, Fig. 8b and Fig. 9 of the Snow Lion paper."""
+"""What `campusloop simulate --km` prints, writes and draws: Snow Lion's Table 2, Fig. 8b and Fig. 9."""
 
 import csv
 import json
@@ -9,7 +9,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from campusloop.kilometres import StintFigures
+from campusloop.kilometres import StintFigures, drive_km
+from campusloop.scenes.stacks import profile_of
+from contract.roads.load import load_map
 from simulator.ride_quality import RideQuality, ride_quality
 
 # (what, ours, the paper's)
@@ -39,6 +41,46 @@ class Summary:
     takeovers: tuple[str, ...]
     takeover_km: float | None
     plan_ms_p95: float | None
+
+
+class NothingDriven(Exception):
+    """No shuttle left its place; the message says what to change."""
+
+
+def tell_km(
+    console: Console,
+    maps: tuple[Path, ...],
+    stack: str,
+    km: float,
+    seed: int,
+    workers: int,
+    stint_s: float,
+    out: Path | None,
+) -> int:
+    """Drive, print and write (see `drive_km`); the contacts. Raises MapError, ProfileError, NothingDriven."""
+    profile_of(stack)
+    for path in maps:
+        load_map(path)
+
+    def tell(figures: StintFigures, so_far_km: float) -> None:
+        stint = figures.stint
+        console.print(
+            f"{stint.map_path.parent.name} stint {stint.number} seed {stint.seed}: "
+            f"{figures.distance_m / 1000:.2f} km, {figures.rides_completed} rides, "
+            f"{figures.contacts} contacts, {len(figures.takeovers)} takeovers; "
+            f"{so_far_km:.2f} of {km:g} km",
+            highlight=False,
+            soft_wrap=True,
+        )
+
+    stints = drive_km(maps, stack, km, seed, workers, stint_s, tell)
+    summary = summary_of(stints)
+    if summary is None:
+        raise NothingDriven("nothing was driven in these stints; give them more time (--stint-s)")
+    print_table(console, summary)
+    if out is not None:
+        write_files(out, stints, summary)
+    return summary.contacts
 
 
 def summary_of(stints: list[StintFigures]) -> Summary | None:
@@ -119,7 +161,8 @@ def _histogram(path: Path, values: np.ndarray, bins: np.ndarray, x: str, y: str)
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.legend()
-    FigureCanvasAgg(figure).print_png(path)
+    FigureCanvasAgg(figure)
+    figure.savefig(path)
 
 
 def _or_none(value: float | None) -> str:

@@ -40,7 +40,6 @@ from server.usecases import campus, identity
 from server.usecases.ports import UnitOfWork
 from simulator.infrastructure import CameraParams
 from simulator.riders import Rider
-from simulator.sensors.tracker import TrackerNoise
 from simulator.start_places import start_poses
 from simulator.traffic.population import TrafficParams
 from simulator.world import SimWorld, WorldOptions
@@ -81,7 +80,6 @@ class CampusOptions:
     lidar: bool = True
     cameras: CameraParams | None = None
     database_url: str = "sqlite://"
-    tracker: TrackerNoise | None = None
 
 
 class VirtualClock:
@@ -268,7 +266,7 @@ class VirtualCampus:
             start_poses(options.road_map, vehicle_ids),
             options.seed,
             self._phones,
-            WorldOptions(traffic=options.traffic, lidar=options.lidar, tracker=options.tracker),
+            WorldOptions(traffic=options.traffic, lidar=options.lidar),
         )
         begins_ns = int(options.begins.timestamp()) * 1_000_000_000
         vehicles = {

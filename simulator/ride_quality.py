@@ -1,8 +1,8 @@
 """How a drive felt, in the figures of Table 2 of the Snow Lion paper.
 
 The paper does not say how its speed was differentiated. Here: the true speed at 50 Hz, averaged over 0.1 s;
-its centred difference over 0.2 s, averaged over 0.5 s, is the acceleration, and the centred difference of that
-over 0.2 s the jerk. Every figure is of the time under way: from leaving a stop to standing at the next.
+its centred difference over 0.2 s, averaged over 0.5 s, is the acceleration, and the centred difference of
+that over 0.2 s the jerk. Every figure is of the time under way: from leaving a stop to standing at the next.
 """
 
 from dataclasses import dataclass

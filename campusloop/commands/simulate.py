@@ -2,21 +2,16 @@
 campuses in virtual time, and Table 2 of the Snow Lion paper of what was driven."""
 
 import gc
-import logging
 import os
 import signal
 from pathlib import Path
 from types import FrameType
 from typing import Annotated, NoReturn
 
-import structlog
 import typer
 from rich.console import Console
 from rich.table import Table
 
-from campusloop.kilometres import StintFigures, drive_km
-from campusloop.scenes.stacks import profile_of
-from campusloop.table2 import print_table, summary_of, write_files
 from contract.roads.load import MapError, load_map
 from simulator.control_desk import CarriedPhones, ControlError
 from simulator.live import LiveSimulation, scan_ring_path
@@ -99,32 +94,14 @@ def _drive_km(
     out: Path | None,
 ) -> None:
     """Exit 1 when anybody was touched."""
-    structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.ERROR))
-
-    def tell(figures: StintFigures, so_far_km: float) -> None:
-        stint = figures.stint
-        console.print(
-            f"{stint.map_path.parent.name} stint {stint.number} seed {stint.seed}: "
-            f"{figures.distance_m / 1000:.2f} km, {figures.rides_completed} rides, {figures.contacts} contacts, "
-            f"{len(figures.takeovers)} takeovers; {so_far_km:.2f} of {km:g} km",
-            highlight=False,
-            soft_wrap=True,
-        )
+    # A whole campus comes with it, server included; the simulation in real time has no use for one.
+    from campusloop.table2 import NothingDriven, tell_km
 
     try:
-        profile_of(stack)
-        for path in maps:
-            load_map(path)
-    except (MapError, ProfileError) as error:
+        contacts = tell_km(console, maps, stack, km, seed, workers, stint_s, out)
+    except (MapError, ProfileError, NothingDriven) as error:
         _refuse(console, str(error))
-    stints = drive_km(maps, stack, km, seed, workers, stint_s, tell)
-    summary = summary_of(stints)
-    if summary is None:
-        _refuse(console, "nothing was driven in these stints; give them more time (--stint-s)")
-    print_table(console, summary)
-    if out is not None:
-        write_files(out, stints, summary)
-    if summary.contacts:
+    if contacts:
         raise typer.Exit(_TOUCHED)
 
 
