@@ -130,6 +130,7 @@ class VirtualVehicle:
         """Sensors, inbox drain, tick, gate: what happens at this vehicle in one 20 ms step."""
         reports = self._world.frames_to_vehicle(self.setup.vehicle_id)
         items = self._world.sensor_items(self.setup.vehicle_id, now_ns)
+        items += self._world.tracked(self.setup.vehicle_id, now_ns)
         self._look_around(now_ns)
         if self.computer is None:
             return

@@ -57,8 +57,8 @@ class SimFleet:
             truth = self._views[vehicle_id] = self.plant.view(i)
             self.buses[vehicle_id].send_from_module(self.modules[vehicle_id].report(end_ns, truth))
 
-    def place(self, vehicle_id: str, pose_map: Pose2) -> None:
-        """Set a vehicle down at rest."""
+    def place(self, vehicle_id: str, pose_map: Pose2, speed_mps: float = 0.0) -> None:
+        """Set a vehicle down, at rest or rolling."""
         i = self._number[vehicle_id]
-        self.plant.place(i, pose_map)
+        self.plant.place(i, pose_map, speed_mps)
         self._views[vehicle_id] = self.plant.view(i)

@@ -11,6 +11,7 @@ from contract.roads.model import Building
 from simulator.corridor import place_in_corridor
 from simulator.outlines import outline_meets_edges, outlines_overlap
 from simulator.plant import PlantView
+from simulator.sensors.line_of_sight import wall_edges
 from simulator.traffic.crowd import RADIUS_M, V_FRONT, V_HALF, V_X, V_Y, Ints, clearance_m
 
 ENCOUNTER_AHEAD_M = 15.0
@@ -67,7 +68,7 @@ class Scorekeeper:
     def __init__(self, vehicle_ids: tuple[str, ...], buildings: tuple[Building, ...]) -> None:
         self.scores = {vehicle_id: VehicleScore() for vehicle_id in vehicle_ids}
         self._memories = [_Memory() for _ in vehicle_ids]
-        self._edges = _edges(buildings)
+        self._edges = wall_edges(buildings)
         self._steps = 0
 
     def step(
@@ -138,16 +139,6 @@ def _judge_buildings(score: VehicleScore, memory: _Memory, vehicle: Array, edges
     inside = bool(outline_meets_edges(vehicle, edges))
     score.contacts_buildings += inside and not memory.in_building
     memory.in_building = inside
-
-
-def _edges(buildings: tuple[Building, ...]) -> Array:
-    """(n, 4) x0, y0, x1, y1 of every wall."""
-    walls = [
-        (*a, *b)
-        for building in buildings
-        for a, b in zip(building.outline, building.outline[1:] + building.outline[:1], strict=True)
-    ]
-    return np.array(walls, dtype=np.float64).reshape(-1, 4)
 
 
 @njit(cache=True)

@@ -150,10 +150,11 @@ class Plant:
             yaw_rate, odometer, energy / p.battery_j,
         )  # fmt: skip
 
-    def place(self, i: int, pose_map: Pose2) -> None:
-        """Set a vehicle down at rest."""
+    def place(self, i: int, pose_map: Pose2, speed_mps: float = 0.0) -> None:
+        """Set a vehicle down, at rest or rolling."""
         self.state[i, :3] = pose_map.x_m, pose_map.y_m, pose_map.yaw_rad
         self.state[i, [SPEED, ACCEL, SIDE_SPEED, YAW_RATE]] = 0.0
+        self.state[i, SPEED] = speed_mps
 
 
 @njit(cache=True)

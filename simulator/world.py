@@ -22,13 +22,19 @@ from simulator.riders import Phone, Riders
 from simulator.sensors.gnss import GnssNoise, GnssReceiver
 from simulator.sensors.imu import Imu, ImuNoise
 from simulator.sensors.lidar import Lidar, LidarNoise
+from simulator.sensors.line_of_sight import wall_edges
 from simulator.sensors.ray_hits import BOX_COLUMNS, Array32
+from simulator.sensors.tracker import Tracker, TrackerNoise
 from simulator.sensors.walls import WallScene
-from simulator.traffic.crowd import V_SPEED, V_X, V_YAW, VEHICLE_COLUMNS
+from simulator.traffic.actors import Actors, Bodies, no_bodies, together
+from simulator.traffic.crowd import V_FRONT, V_HALF, V_REAR, V_SPEED, V_X, V_Y, V_YAW, VEHICLE_COLUMNS
 from simulator.traffic.pedestrians import Pedestrians
 from simulator.traffic.population import TrafficParams
 from vehicle_agent.config import Profile
-from vehicle_agent.signals import CanFrame, InboxBody, Says
+from vehicle_agent.signals import VEHICLE, CanFrame, InboxBody, Says, TrackPercept
+
+# Fleet mates as seen by a tracker are numbered from here, people and other traffic below.
+FLEET_NUMBERS_FROM = 1_000_000
 
 
 class WorldError(Exception):
@@ -37,7 +43,11 @@ class WorldError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class WorldOptions:
-    """traffic None: nobody on foot. lidar False: no scans. `plants`: dynamics of some vehicles, by id."""
+    """traffic None: nobody on foot. lidar False: no scans. `plants`: dynamics of some vehicles, by id.
+
+    actors   instead of `traffic`: who moves around the vehicles
+    tracker  the vehicles have trackers of this noise; None: they have none
+    """
 
     traffic: TrafficParams | None = field(default_factory=TrafficParams)
     lidar: bool = True
@@ -45,6 +55,8 @@ class WorldOptions:
     imu: ImuNoise = field(default_factory=ImuNoise)
     lidar_noise: LidarNoise = field(default_factory=LidarNoise)
     plants: dict[str, PlantParams] = field(default_factory=dict)
+    actors: Actors | None = None
+    tracker: TrackerNoise | None = None
 
 
 class SimWorld:
@@ -79,9 +91,10 @@ class SimWorld:
         self._score = Scorekeeper(self.vehicle_ids, road_map.buildings)
         self.pedestrians = (
             Pedestrians(self.options.traffic, self._rng("traffic"), len(profiles))
-            if self.options.traffic
+            if self.options.traffic and self.options.actors is None
             else None
         )
+        self.actors: Actors | None = self.options.actors or self.pedestrians
         self.riders = Riders(self.vehicle_ids, phone, self._rng("riders"))
         self.doors = {v: Doors() for v in profiles}
         self.displays = {v: Display() for v in profiles}
@@ -97,6 +110,13 @@ class SimWorld:
             walls = WallScene(road_map.buildings)
             self._lidars = {
                 v: Lidar(profile.lidar, profile.body, walls, options.lidar_noise)
+                for v, profile in profiles.items()
+            }
+        self.trackers: dict[str, Tracker] = {}
+        if options.tracker is not None:
+            edges = wall_edges(road_map.buildings)
+            self.trackers = {
+                v: Tracker(options.tracker, edges, profile.lidar.x_m, self._rng(f"tracker {v}"))
                 for v, profile in profiles.items()
             }
         self._lidar_rngs = {v: self._rng(f"lidar {v}") for v in profiles}
@@ -145,9 +165,37 @@ class SimWorld:
             self._scan_due_ns[vehicle_id] = due_ns
             return None
         self._scan_due_ns[vehicle_id] = due_ns + period_ns
-        boxes = np.delete(self._boxes(), self._number[vehicle_id], axis=0)
-        people = self.pedestrians.cylinders() if self.pedestrians else np.zeros((0, 4))
-        return lidar.scan(self.truth(vehicle_id).pose_map, boxes, people, self._lidar_rngs[vehicle_id])
+        moving = self.bodies()
+        boxes = np.vstack((np.delete(self._boxes(), self._number[vehicle_id], axis=0), moving.boxes()))
+        pose_map, rng = self.truth(vehicle_id).pose_map, self._lidar_rngs[vehicle_id]
+        return lidar.scan(pose_map, boxes, moving.cylinders(), rng)
+
+    def tracked(self, vehicle_id: str, now_ns: int) -> list[TrackPercept]:
+        """Answers of the vehicle's tracker that are due; call once a tick for each vehicle."""
+        tracker = self.trackers.get(vehicle_id)
+        if tracker is None:
+            return []
+        others = np.delete(np.arange(len(self.vehicle_ids)), self._number[vehicle_id])
+        seen = together(self.bodies(), self._fleet_bodies(others))
+        return tracker.percepts(now_ns, self.truth(vehicle_id).pose_map, seen)
+
+    def bodies(self) -> Bodies:
+        """Everybody and everything that moves, but for the vehicles of this world."""
+        return self.actors.bodies() if self.actors else no_bodies()
+
+    def _fleet_bodies(self, numbers: np.ndarray) -> Bodies:
+        rows = self._vehicles[numbers]
+        headings = np.column_stack((np.cos(rows[:, V_YAW]), np.sin(rows[:, V_YAW])))
+        middle_m = 0.5 * (rows[:, V_FRONT] - rows[:, V_REAR])
+        poses = rows[:, [V_X, V_Y, V_YAW]].copy()
+        poses[:, :2] += middle_m[:, None] * headings
+        return Bodies(
+            FLEET_NUMBERS_FROM + numbers.astype(np.int64),
+            np.full(len(numbers), VEHICLE, np.int64),
+            poses,
+            rows[:, V_SPEED, None] * headings,
+            np.column_stack((rows[:, V_FRONT] + rows[:, V_REAR], 2.0 * rows[:, V_HALF])),
+        )
 
     def show(self, vehicle_id: str, says: Says, now_ns: int) -> None:
         """Screen, speaker and doors do what the vehicle says."""
@@ -164,10 +212,10 @@ class SimWorld:
         self.fleet.plant.charging_w[:] = self._chargers.power_w(places_map, speeds_mps)
         dt_s = STEP_NS * 1e-9
         odometers_m = np.array([self.truth(v).odometer_m for v in self.vehicle_ids])
-        if self.pedestrians:
-            self.pedestrians.step(self._vehicles, odometers_m, self._ahead, dt_s)
-        places = self.pedestrians.places if self.pedestrians else np.zeros((0, 2))
-        numbers = self.pedestrians.numbers if self.pedestrians else np.zeros(0, dtype=np.int64)
+        if self.actors:
+            self.actors.step(self._vehicles, odometers_m, self._ahead, dt_s)
+        moving = self.bodies()
+        places, numbers = moving.poses_map[moving.people, :2], moving.numbers[moving.people]
         views = [self.truth(v) for v in self.vehicle_ids]
         self._score.step(now_ns + STEP_NS, dt_s, views, self._vehicles, self._ahead, places, numbers)
 
@@ -206,15 +254,15 @@ class SimWorld:
         """Tell people and score the vehicle's route (n, 2); without one they take the lanes ahead."""
         self._corridors[self._number[vehicle_id]].follow(points_map)
 
-    def place(self, vehicle_id: str, pose_map: Pose2) -> None:
-        """Set a vehicle down at rest."""
-        self.fleet.place(vehicle_id, pose_map)
+    def place(self, vehicle_id: str, pose_map: Pose2, speed_mps: float = 0.0) -> None:
+        """Set a vehicle down, at rest or rolling."""
+        self.fleet.place(vehicle_id, pose_map, speed_mps)
         self._look()
 
     def people_near(self, vehicle_id: str, within_m: float) -> Array:
         """(n, 2) places of people around a vehicle."""
-        if self.pedestrians is None:
-            return np.zeros((0, 2))
-        i = self._number[vehicle_id]
-        offsets = self.pedestrians.places - self._vehicles[i, V_X:V_YAW]
-        return self.pedestrians.places[np.hypot(offsets[:, 0], offsets[:, 1]) <= within_m]
+        moving = self.bodies()
+        places: Array = moving.poses_map[moving.people, :2]
+        offsets = places - self._vehicles[self._number[vehicle_id], V_X:V_YAW]
+        near: Array = places[np.hypot(offsets[:, 0], offsets[:, 1]) <= within_m]
+        return near

@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Pose2
+from contract.roads.areas import AreaAhead
 from contract.roads.routing import ReferenceLine
 from contract.wire.messages import (
     Command,
@@ -471,6 +472,7 @@ class PlanJob(msgspec.Struct, frozen=True, tag="plan_job"):
     stop_s_m     where the rear axle must stand at the latest
     speed_mps_max  the lowest of all limits that hold everywhere, and what it is for
     points_map   (m, 2) obstacle cells near the corridor
+    areas        the line's passes through observation areas within the corridor
     """
 
     number: int
@@ -490,7 +492,7 @@ class PlanJob(msgspec.Struct, frozen=True, tag="plan_job"):
     predictions: Predictions
     view: View
     watched: tuple[WatchedArea, ...]
-    presence: tuple[PedestrianPresence, ...]
+    areas: tuple[AreaAhead, ...]
     memory: PlanMemory
 
 

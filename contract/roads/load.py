@@ -21,8 +21,16 @@ class MapError(Exception):
 
 def content_version(road_map: RoadMap) -> str:
     """The first 16 hex digits of SHA-256 over the map's content without `map_version`."""
-    content = msgspec.json.encode(msgspec.structs.replace(road_map, map_version=""))
+    content = _json(msgspec.structs.replace(road_map, map_version=""))
     return hashlib.sha256(content).hexdigest()[:_VERSION_DIGITS]
+
+
+def _json(road_map: RoadMap) -> bytes:
+    """A map without observation areas is written as it was before there were any."""
+    fields = msgspec.structs.asdict(road_map)
+    if not road_map.observation_areas:
+        del fields["observation_areas"]
+    return msgspec.json.encode(fields)
 
 
 def with_version(road_map: RoadMap) -> RoadMap:
@@ -32,7 +40,7 @@ def with_version(road_map: RoadMap) -> RoadMap:
 
 def encode_map(road_map: RoadMap) -> bytes:
     """The map as JSON, equal bytes for equal content, `map_version` set."""
-    return msgspec.json.encode(with_version(road_map)) + b"\n"
+    return _json(with_version(road_map)) + b"\n"
 
 
 def decode_map(data: bytes) -> RoadMap:

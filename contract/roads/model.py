@@ -10,6 +10,7 @@ import msgspec
 
 Point = tuple[float, float]
 LaneKind = Literal["road", "turn", "turnaround"]
+AreaKind = Literal["intersection", "crossing"]
 Scenario = Literal["common_road", "parking_lot", "unprotected_intersection"]
 SCENARIOS: tuple[Scenario, ...] = ("common_road", "parking_lot", "unprotected_intersection")
 
@@ -92,6 +93,20 @@ class Building(msgspec.Struct, frozen=True):
     name: str = ""
 
 
+class ObservationArea(msgspec.Struct, frozen=True):
+    """Ground to be watched before a vehicle drives onto what lies behind its stop lines.
+
+    outline     closed implicitly, does not cross itself. Of an intersection: the junction and the last metres
+                of every way into it; of a crossing: the road there and 2 m of pavement on each side
+    stop_lines  (lane_id, s_m): where the front bumper stands clear of those who cross
+    """
+
+    area_id: str
+    kind: AreaKind
+    outline: tuple[Point, ...]
+    stop_lines: tuple[tuple[str, float], ...]
+
+
 class TimetableTrip(msgspec.Struct, frozen=True, omit_defaults=True):
     """One scheduled run: a departure (seconds after local midnight) at each of its stops, in order.
 
@@ -104,7 +119,10 @@ class TimetableTrip(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class RoadMap(msgspec.Struct, frozen=True):
-    """A campus map; `map_version` is the content's hash, set by `contract.roads.load`."""
+    """A campus map; `map_version` is the content's hash, set by `contract.roads.load`.
+
+    observation_areas  not written when there are none: maps made before there were any keep their version
+    """
 
     campus_id: str
     name: str
@@ -121,6 +139,7 @@ class RoadMap(msgspec.Struct, frozen=True):
     repairs: tuple[str, ...] = ()
     format_version: int = FORMAT_VERSION
     map_version: str = ""
+    observation_areas: tuple[ObservationArea, ...] = ()
 
     @property
     def charging_places(self) -> tuple[RestingPlace, ...]:

@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Array, arc_lengths, curvatures, wrap_angle
+from contract.roads.areas import crosses_itself, ground_m2, outline_array
 from contract.roads.design_vehicle import (
     CURVATURE_MAX_1PM,
     CURVATURE_TOLERANCE_1PM,
@@ -46,6 +47,7 @@ def problems(road_map: RoadMap) -> tuple[Problem, ...]:
         *_tiling(road_map, lines),
         *_lopsided(road_map),
         *_off_lane(road_map, lines),
+        *_bad_outlines(road_map),
     )
     if any(problem.code in {"untiled", "off_lane"} for problem in second):
         return second
@@ -65,6 +67,7 @@ def _doubled_ids(road_map: RoadMap) -> Iterator[Problem]:
         [stop.stop_id for stop in road_map.stops],
         [place.place_id for place in road_map.resting_places],
         [trip.trip_id for trip in road_map.timetable],
+        [area.area_id for area in road_map.observation_areas],
     ):
         for doubled, count in Counter(ids).items():
             if count > 1:
@@ -81,6 +84,10 @@ def _dangling(road_map: RoadMap) -> Iterator[Problem]:
     references += [(s.section_id, "conflict", s.conflicts, sections) for s in road_map.sections]
     references += [(stop.stop_id, "lane", (stop.lane_id,), lanes) for stop in road_map.stops]
     references += [(place.place_id, "lane", (place.lane_id,), lanes) for place in road_map.resting_places]
+    references += [
+        (area.area_id, "stop line's lane", [lane_id for lane_id, _ in area.stop_lines], lanes)
+        for area in road_map.observation_areas
+    ]
     references += [
         (trip.trip_id, "stop", [stop_id for stop_id, _ in trip.calls], stops) for trip in road_map.timetable
     ]
@@ -165,10 +172,24 @@ def _lopsided(road_map: RoadMap) -> Iterator[Problem]:
 def _off_lane(road_map: RoadMap, lines: dict[str, Array]) -> Iterator[Problem]:
     placed = [(stop.stop_id, stop.lane_id, stop.s_m) for stop in road_map.stops]
     placed += [(place.place_id, place.lane_id, place.s_m) for place in road_map.resting_places]
+    placed += [
+        (area.area_id, lane_id, s_m)
+        for area in road_map.observation_areas
+        for lane_id, s_m in area.stop_lines
+    ]
     for where, lane_id, s_m in placed:
         length = float(arc_lengths(lines[lane_id])[-1])
         if not 0.0 <= s_m <= length:
             yield Problem("off_lane", where, f"s = {s_m:.1f} m on a lane of {length:.1f} m")
+
+
+def _bad_outlines(road_map: RoadMap) -> Iterator[Problem]:
+    for area in road_map.observation_areas:
+        outline = outline_array(area)
+        if len(outline) < 3 or not np.all(np.isfinite(outline)):
+            yield Problem("bad_outline", area.area_id, "an outline needs three corners with finite places")
+        elif crosses_itself(outline) or ground_m2(outline) <= 0.0:
+            yield Problem("bad_outline", area.area_id, "the outline crosses itself or encloses nothing")
 
 
 def _cut_off(road_map: RoadMap) -> Iterator[Problem]:

@@ -4,10 +4,11 @@ import numpy as np
 
 from contract.geometry import Array
 from simulator.corridor import SAMPLES, SPACING_M
-from simulator.traffic.crowd import RADIUS_M, VEHICLE_COLUMNS, Ints, X, Y, step_crowd
+from simulator.traffic.actors import Bodies
+from simulator.traffic.crowd import RADIUS_M, VEHICLE_COLUMNS, VX, VY, Ints, X, Y, step_crowd
 from simulator.traffic.population import Population, TrafficParams
+from vehicle_agent.signals import PEDESTRIAN
 
-HEIGHT_M = 1.7
 LIVE_WITHIN_M = 80.0
 _POPULATE_EVERY_STEPS = 10
 _SPAWN_CLEAR_M = 18.0
@@ -34,13 +35,18 @@ class Pedestrians:
         """(n,) who it is."""
         return self.population.numbers
 
-    def cylinders(self) -> Array:
-        """(n, 4) for the lidar: x, y, radius, height."""
-        n = len(self.population.people)
-        bodies = np.empty((n, 4))
-        bodies[:, :2] = self.places
-        bodies[:, 2], bodies[:, 3] = RADIUS_M, HEIGHT_M
-        return bodies
+    def bodies(self) -> Bodies:
+        people = self.population.people
+        n = len(people)
+        velocities = people[:, VX : VY + 1].copy()
+        headings = np.arctan2(velocities[:, 1], velocities[:, 0])
+        return Bodies(
+            self.numbers.copy(),
+            np.full(n, PEDESTRIAN, np.int64),
+            np.column_stack((self.places, headings)),
+            velocities,
+            np.full((n, 2), 2.0 * RADIUS_M),
+        )
 
     def step(self, vehicles: Array, odometers_m: Array, ahead: Array, dt_s: float) -> None:
         """One step; vehicles (m, VEHICLE_COLUMNS), odometers_m (m,), ahead (m, SAMPLES, 2)."""

@@ -1,12 +1,12 @@
 """Obstacle cells in the map frame, and what has just walked under the lidar's rays."""
 
-import itertools
 import math
 
 import msgspec
 import numpy as np
 
-from contract.geometry import Array, Pose2, inverse, transform_points, wrap_angle
+from contract.geometry import Array, Pose2, inverse, transform_points
+from vehicle_agent.perception.pose_history import PoseHistory, pose_at
 from vehicle_agent.signals import Ego, ObstaclePercept, Percept, Seen
 
 
@@ -16,7 +16,7 @@ class Sighting(msgspec.Struct, frozen=True):
     hidden_map (n, 2) and hidden_ns (n,): cells in the blind zone and when each was last seen
     """
 
-    poses: tuple[tuple[int, Pose2], ...]
+    poses: PoseHistory
     seen: Seen
     hidden_map: np.ndarray
     hidden_ns: np.ndarray
@@ -73,7 +73,7 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
         return self._sighted(state, percept)
 
     def _sighted(self, state: Sighting, percept: ObstaclePercept) -> tuple[Seen, Sighting]:
-        pose_map = _pose_at(state.poses, percept.stamp_ns)
+        pose_map = pose_at(state.poses, percept.stamp_ns)
         fresh_map = transform_points(pose_map, percept.cells_base)
         fresh_ns = np.full(len(fresh_map), percept.stamp_ns, np.int64)
         kept = self._kept(state, pose_map, fresh_map, percept.stamp_ns)
@@ -99,18 +99,3 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
         under = (x - self.lidar_x_m) ** 2 + y**2 <= radius_m**2
         inside = (-self.body_back_m <= x) & (x <= self.body_front_m) & (np.abs(y) <= self.body_half_width_m)
         return under & ~inside
-
-
-def _pose_at(poses: tuple[tuple[int, Pose2], ...], stamp_ns: int) -> Pose2:
-    """The pose at a stamp, interpolated; the nearest one outside the remembered time."""
-    if stamp_ns <= poses[0][0]:
-        return poses[0][1]
-    for (before_ns, before), (after_ns, after) in itertools.pairwise(poses):
-        if before_ns <= stamp_ns <= after_ns:
-            t = (stamp_ns - before_ns) / (after_ns - before_ns)
-            return Pose2(
-                before.x_m + t * (after.x_m - before.x_m),
-                before.y_m + t * (after.y_m - before.y_m),
-                wrap_angle(before.yaw_rad + t * wrap_angle(after.yaw_rad - before.yaw_rad)),
-            )
-    return poses[-1][1]

@@ -7,6 +7,7 @@ from vehicle_agent.config import Profile, ProfileError
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.signals import PlanAnswer, PlanJob
 from vehicle_agent.stacks.gem import gem
+from vehicle_agent.stacks.snow_lion import planner, snow_lion
 
 Planner = Callable[[PlanJob], PlanAnswer]
 # Stacks whose motion planner is a worker beside the tick.
@@ -18,8 +19,10 @@ def build_car(profile: Profile, road_map: RoadMap) -> Car:
     match profile.stack:
         case "gem":
             return gem(profile, road_map)
+        case "snow_lion":
+            return snow_lion(profile, road_map)
         case _:
-            raise ProfileError(f"this version has no stack {profile.stack!r}; it has: gem")
+            raise ProfileError(f"this version has no stack {profile.stack!r}; it has: gem, snow_lion")
 
 
 def build_planner(profile: Profile, road_map: RoadMap) -> Planner | None:
@@ -27,4 +30,4 @@ def build_planner(profile: Profile, road_map: RoadMap) -> Planner | None:
 
     Pure: equal jobs give equal answers, in whichever process and order they are asked.
     """
-    return None
+    return planner(profile) if profile.stack == "snow_lion" else None

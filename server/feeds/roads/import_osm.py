@@ -10,6 +10,7 @@ from contract.roads.load import MapError, with_version
 from contract.roads.model import RoadMap
 from contract.roads.validate import problems
 from server.feeds.roads import sections
+from server.feeds.roads.areas import observation_areas
 from server.feeds.roads.buildings import Feature, features, is_building, is_water, obstacles
 from server.feeds.roads.connectivity import largest_loop
 from server.feeds.roads.drafts import ImportLog, LaneDraft, finished_lane
@@ -185,6 +186,7 @@ def _finish(
         buildings=obstacles(found, drafts, log),
         timezone=options.timezone,
         attribution=options.attribution,
+        observation_areas=observation_areas(data, frame, drafts),
     )
     road_map = _with_resting_places(road_map, log)
     road_map = with_version(msgspec.structs.replace(road_map, repairs=tuple(log.repairs)))

@@ -29,8 +29,8 @@ def tile(drafts: Sequence[LaneDraft]) -> tuple[Section, ...]:
     """The sections of all lanes with their conflicts, in the order of the lanes."""
     spans = [span for draft in drafts for span in _spans(draft)]
     by_id = {draft.lane_id: draft for draft in drafts}
-    before = _tails(drafts)
-    regions = [_region(by_id[lane_id], s0, s1, before[lane_id]) for _, lane_id, s0, s1 in spans]
+    before = tails_of(drafts)
+    regions = [ground_of(by_id[lane_id], s0, s1, before[lane_id]) for _, lane_id, s0, s1 in spans]
     conflicts = _conflicts(spans, regions, by_id)
     return tuple(
         Section(section_id, lane_id, s0, s1, tuple(spans[k][0] for k in sorted(conflicts[i])))
@@ -49,7 +49,7 @@ def _spans(draft: LaneDraft) -> list[tuple[str, str, float, float]]:
     return [(f"{draft.lane_id}/{k}", draft.lane_id, cuts[k], cuts[k + 1]) for k in range(count)]
 
 
-def _tails(drafts: Sequence[LaneDraft]) -> dict[str, list[Array]]:
+def tails_of(drafts: Sequence[LaneDraft]) -> dict[str, list[Array]]:
     """For each lane, the last metres of every lane that leads into it: a body enters from there."""
     tails: dict[str, list[Array]] = {draft.lane_id: [] for draft in drafts}
     for draft in drafts:
@@ -60,7 +60,7 @@ def _tails(drafts: Sequence[LaneDraft]) -> dict[str, list[Array]]:
     return tails
 
 
-def _region(draft: LaneDraft, s0: float, s1: float, tails: list[Array]) -> shapely.Geometry:
+def ground_of(draft: LaneDraft, s0: float, s1: float, tails: list[Array]) -> shapely.Geometry:
     """The ground that bodies cover between s0 and s1, half the clearance added to each side."""
     paths = [(draft.points, 0.0)]
     if s0 < FRONT_REACH_M:

@@ -8,7 +8,7 @@ import pytest
 from msgspec.structs import replace
 
 from contract.roads.load import load_map
-from contract.roads.model import Lane, RestingPlace, RoadMap, Section, Stop, TimetableTrip
+from contract.roads.model import Lane, ObservationArea, RestingPlace, RoadMap, Section, Stop, TimetableTrip
 from contract.roads.validate import problems
 from tests.contract.roads.made_maps import made_map
 from tests.contract.roads.ring_map import ring_map
@@ -37,6 +37,11 @@ def _bent(lane: Lane) -> Lane:
     return replace(lane, points=(lane.points[0], *moved, lane.points[-1]))
 
 
+def _area(**changes: Any) -> Callable[[RoadMap], RoadMap]:
+    area = ObservationArea("a", "crossing", ((38, -4), (42, -4), (42, 4), (38, 4)), (("side-0", 37.5),))
+    return lambda road_map: replace(road_map, observation_areas=(replace(area, **changes),))
+
+
 SECOND_PLACE = RestingPlace("r", "side-1", 20.0)
 
 DEFECTS: list[tuple[str, Callable[[RoadMap], RoadMap]]] = [
@@ -50,6 +55,12 @@ DEFECTS: list[tuple[str, Callable[[RoadMap], RoadMap]]] = [
     ("dangling_id", lambda m: replace(m, stops=(Stop("s", "S", "nowhere", 1.0),))),
     ("dangling_id", lambda m: replace(m, resting_places=(RestingPlace("r", "nowhere", 1.0),))),
     ("dangling_id", lambda m: replace(m, timetable=(TimetableTrip("t", (("nowhere", 0),)),))),
+    ("dangling_id", _area(stop_lines=(("nowhere", 1.0),))),
+    ("doubled_id", lambda m: replace(m, observation_areas=_area()(m).observation_areas * 2)),
+    ("off_lane", _area(stop_lines=(("side-0", 100.5),))),
+    ("bad_outline", _area(outline=((0, 0), (2, 2), (2, 0), (0, 2)))),
+    ("bad_outline", _area(outline=((0, 0), (2, 2)))),
+    ("bad_outline", _area(outline=((0, 0), (2, 0), (math.inf, 2)))),
     ("too_few_points", _lane(lambda lane: replace(lane, points=lane.points[:1]))),
     ("not_finite", _lane(lambda lane: replace(lane, points=((math.nan, 0.0), *lane.points[1:])))),
     ("bad_speed", _lane(lambda lane: replace(lane, speed_limit_mps=0.0))),

@@ -1,0 +1,123 @@
+"""Through recorded crowds: `python -m benchmarks.crowd DIR --json F [--traces DIR] [--stacks snow_lion,gem]`.
+
+DIR holds drone recordings of cars among students. Every car that drove (mean of 0.5 m/s and more) is a run:
+the shuttle drives that car's path among the people, and the other cars, as they were recorded, beginning
+where, when and as fast as the car did, with the car's own maximum in the clip as its cap. The people do not
+see the shuttle. A front contact while moving faster than 0.3 m/s counts, and a run that takes more than twice
+the human's time is a failure. The human's own drive is judged by the same rule, with the shuttle's outline.
+"""
+
+import argparse
+import os
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.report import Row, write_report
+from campusloop.scenes.crowd_clips import ClipRun, clip_runs
+from campusloop.scenes.drive import SceneDrive, SceneRun
+from simulator.traffic.recordings import RecordingError, drone_clips
+from vehicle_agent.config import load_profile
+
+_PROFILES = Path(__file__).resolve().parent.parent / "vehicle_agent" / "profiles"
+PROFILES = {"snow_lion": "snow-lion.toml", "gem": "campus-shuttle.toml", "nus": "nus-cart.toml"}
+
+
+def main() -> None:
+    arguments = _arguments()
+    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+    try:
+        clips = drone_clips(arguments.folder)
+    except RecordingError as error:
+        raise SystemExit(f"cannot drive: {error}") from error
+    rows: list[Row] = []
+    for stack in arguments.stacks.split(","):
+        profile = load_profile(_PROFILES / PROFILES[stack])
+        for clip in clips:
+            for number, clip_run in enumerate(clip_runs(clip, profile, arguments.seed)):
+                run = SceneDrive(clip_run.scene).run()
+                if arguments.traces is not None:
+                    run.trace.write(arguments.traces / stack, clip_run.scene.name)
+                rows.append(_row(stack, clip.name, number, clip_run, run))
+                print(_line(rows[-1]), flush=True)
+    write_report(
+        arguments.json,
+        "crowd",
+        {"folder": str(arguments.folder), "stacks": arguments.stacks, "seed": arguments.seed},
+        rows,
+        summary(rows),
+    )
+
+
+def _row(stack: str, clip: str, number: int, clip_run: ClipRun, run: SceneRun) -> Row:
+    limit_s = clip_run.scene.limit_s
+    cpu_ms = run.plan_cpu_ms or (0.0,)
+    return {
+        "stack": stack,
+        "clip": clip,
+        "run": number,
+        "human_s": clip_run.human_time_s,
+        "human_max_mps": clip_run.human_max_mps,
+        "time_s": run.time_s if run.time_s is not None else limit_s,
+        "reached": run.time_s is not None,
+        "contacts": len(run.verdict.front_contacts),
+        "other_contacts": len(run.verdict.other_contacts),
+        "clearance_m": _finite(run.verdict.clearance_m),
+        "human_contacts": len(clip_run.human.front_contacts),
+        "human_clearance_m": _finite(clip_run.human.clearance_m),
+        "plan_cpu_p95_ms": float(np.percentile(cpu_ms, 95)),
+        "limited_by": " ".join(f"{name}:{count}" for name, count in run.limited_by[:4]),
+    }
+
+
+def summary(rows: list[Row]) -> Row:
+    """Per stack; every clip and every run counts, a failed one with the time limit as its time."""
+    out: dict[str, float | int | None] = {}
+    for stack in dict.fromkeys(str(row["stack"]) for row in rows):
+        mine = [row for row in rows if row["stack"] == stack]
+        human_s = sum(_number(row["human_s"]) for row in mine)
+        clear = [_number(row["clearance_m"]) for row in mine if row["clearance_m"] is not None]
+        human_clear = [
+            _number(row["human_clearance_m"]) for row in mine if row["human_clearance_m"] is not None
+        ]
+        out[f"{stack}.runs"] = len(mine)
+        out[f"{stack}.contacts"] = int(sum(_number(row["contacts"]) for row in mine))
+        out[f"{stack}.failures"] = sum(not row["reached"] for row in mine)
+        out[f"{stack}.time_ratio"] = (
+            sum(_number(row["time_s"]) for row in mine) / human_s if human_s else None
+        )
+        out[f"{stack}.clearance_median_m"] = float(np.median(clear)) if clear else None
+        out[f"{stack}.human_contacts"] = int(sum(_number(row["human_contacts"]) for row in mine))
+        out[f"{stack}.human_clearance_median_m"] = float(np.median(human_clear)) if human_clear else None
+    return out
+
+
+def _number(value: object) -> float:
+    assert isinstance(value, int | float)
+    return float(value)
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def _line(row: Row) -> str:
+    return (
+        f"{row['stack']} {row['clip']} {row['run']}: {row['time_s']:.1f} s (human {row['human_s']:.1f}), "
+        f"contacts {row['contacts']}+{row['other_contacts']}, clearance {row['clearance_m']} "
+        f"(human {row['human_clearance_m']}), {row['limited_by']}"
+    )
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="benchmarks.crowd", description=__doc__)
+    parser.add_argument("folder", type=Path, help="drone recordings")
+    parser.add_argument("--json", type=Path, help="where to write the report")
+    parser.add_argument("--traces", type=Path, help="folder for two CSV files a run")
+    parser.add_argument("--stacks", default="snow_lion,gem,nus", help="with commas between")
+    parser.add_argument("--seed", type=int, default=1, help="of sensor noise")
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,63 @@
+"""Recorded people and cars, played again as they were: they see no shuttle and make no room for it."""
+
+import numpy as np
+
+from contract.geometry import Array
+from simulator.traffic.actors import Bodies, no_bodies
+from simulator.traffic.recordings import Clip, Recorded
+
+# Whoever is still there when the recording ends goes on as before; beyond this time nobody is left.
+AFTERWARDS_S = 60.0
+# Times are sums of floats.
+_AT_ONCE_S = 1e-6
+
+
+class ReplayedTraffic:
+    """Plays a clip from `from_s` on, some tracks left out; `hold` stops its clock and hides everybody."""
+
+    def __init__(self, clip: Clip, from_s: float, without: frozenset[int] = frozenset()) -> None:
+        self.clock_s = from_s
+        self.hold = False
+        self._ends_s = clip.ends_s
+        self._tracks = tuple(track for track in clip.tracks if track.number not in without)
+
+    def step(self, vehicles: Array, odometers_m: Array, ahead: Array, dt_s: float) -> None:
+        """Time goes on; the vehicles make no difference."""
+        if not self.hold:
+            self.clock_s += dt_s
+
+    def bodies(self) -> Bodies:
+        """Everybody who is there now."""
+        if self.hold:
+            return no_bodies()
+        there = [(track, state) for track in self._tracks if (state := self._state(track)) is not None]
+        if not there:
+            return no_bodies()
+        states = np.array([state for _, state in there])
+        return Bodies(
+            np.array([track.number for track, _ in there], dtype=np.int64),
+            np.array([track.kind for track, _ in there], dtype=np.int64),
+            np.ascontiguousarray(states[:, :3]),
+            np.ascontiguousarray(states[:, 3:]),
+            np.array([track.size_m for track, _ in there]),
+        )
+
+    def _state(self, track: Recorded) -> Array | None:
+        """x, y, yaw, vx, vy now, between two sights a straight line; None for who is not there."""
+        t, times = self.clock_s, track.times_s
+        if t < times[0] - _AT_ONCE_S:
+            return None
+        if t > times[-1]:
+            beyond_s = t - float(times[-1])
+            if times[-1] < self._ends_s - 0.1 or beyond_s > AFTERWARDS_S:
+                return None
+            gone: Array = track.states[-1].copy()
+            gone[:2] += beyond_s * gone[3:]
+            return gone
+        i = min(int(np.searchsorted(times, t, side="right")), len(times) - 1)
+        if i == 0:
+            first: Array = track.states[0]
+            return first
+        share = (t - times[i - 1]) / (times[i] - times[i - 1])
+        between: Array = track.states[i - 1] + share * (track.states[i] - track.states[i - 1])
+        return between

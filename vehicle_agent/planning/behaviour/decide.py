@@ -1,0 +1,299 @@
+"""What to do, before how to move: the page of the behavioral planner (Snow Lion, behavioral planning).
+
+From the job comes a decision: which offset to drive at, how fast at most where, whom to let go first, where
+to stop. It is made anew for each plan; what has to last is in the job's memory.
+"""
+
+import math
+
+import msgspec
+import numpy as np
+
+from contract.geometry import Array, project
+from vehicle_agent.planning.behaviour.crossing_traffic import CrossingRules, Yielding, yielding
+from vehicle_agent.planning.behaviour.occlusion import hidden_beside, occlusion_speeds
+from vehicle_agent.planning.behaviour.offsets import Chosen, OffsetRules, choose, rate
+from vehicle_agent.planning.behaviour.scenarios import MANNERS, Manner
+from vehicle_agent.signals import PEDESTRIAN, Corridor, PlanJob
+
+_CELL_RADIUS_M = 0.12
+_CELL_M = 0.3
+_DISC_REACH_M = 6.0
+
+
+class BehaviourRules(msgspec.Struct, frozen=True):
+    """front_m, back_m, half_width_m of the body about the rear axle; wall_m: room to walls and kerbs
+
+    standing_mps   who is slower is an obstacle to drive around
+    gap_m          between the bumper and something that stands on the way
+    sensor_x_m     the sensor before the rear axle
+    run_mps, react_s, decel_mps2  who comes from a hidden place runs so fast; how the vehicle can stop
+    creep_mps      no hidden place makes the vehicle go slower than this
+    inflation_growth, inflation_m_max  share of a prediction's deviation that is added to the inflation
+    """
+
+    front_m: float
+    back_m: float
+    half_width_m: float
+    crossing: CrossingRules
+    offsets: OffsetRules = OffsetRules()
+    wall_m: float = 0.1
+    standing_mps: float = 0.25
+    gap_m: float = 1.0
+    sensor_x_m: float = 3.2
+    run_mps: float = 2.2
+    react_s: float = 0.6
+    decel_mps2: float = 5.0
+    creep_mps: float = 1.0
+    hidden_reach_m: float = 3.0
+    inflation_growth: float = 0.5
+    inflation_m_max: float = 0.5
+
+
+class Decision(msgspec.Struct, frozen=True):
+    """s_m, l_m: the start on the line; arrays (n,) by station of the job's corridor, at stations_m.
+
+    end_s_m   where the rear axle stops at the latest, and end_reason
+    cut_s_m   where something that stands blocks the way, inf for nowhere
+    discs     (m, 3) what stands; inflation_m (a, k) of the job's predictions
+    """
+
+    s_m: float
+    l_m: float
+    stations_m: np.ndarray
+    reference_l_m: np.ndarray
+    lower_l_m: np.ndarray
+    upper_l_m: np.ndarray
+    speed_mps_max: np.ndarray
+    reasons: tuple[str, ...]
+    end_s_m: float
+    end_reason: str
+    cut_s_m: float
+    discs: np.ndarray
+    inflation_m: np.ndarray
+    chosen: Chosen
+    yielding: Yielding
+
+
+def decide(job: PlanJob, rules: BehaviourRules) -> Decision:
+    """One decision. The job's corridor must have stations around the start."""
+    corridor = job.corridor
+    s_m, l_m, first = _place(job)
+    manner = MANNERS[int(corridor.scenario[first])]
+    upper = np.maximum(corridor.left_m - rules.half_width_m - rules.wall_m, 0.0)
+    lower = -np.maximum(corridor.right_m - rules.half_width_m - rules.wall_m, 0.0)
+    discs = standing_discs(job, rules)
+    candidates = np.array(manner.offsets_m)
+    ratings = _rated(job, rules, manner, candidates, discs, lower, upper, s_m, l_m, first)
+    memory = job.memory
+    chosen = choose(
+        rules.offsets,
+        candidates,
+        ratings,
+        memory.offset_m,
+        memory.better_offset_m,
+        memory.better_count,
+    )
+    reference = np.clip(np.full(len(corridor.s_m), chosen.offset_m), lower, upper)
+    yields = yielding(job, s_m, rules.crossing)
+    speeds, reasons = _speeds(job, rules, reference, discs, yields, first)
+    cut_s_m = s_m + chosen.free_m if math.isfinite(chosen.free_m) else math.inf
+    end_s_m, end_reason = min(
+        (job.stop_s_m, job.stop_name),
+        (yields.end_s_m, "crossing traffic"),
+        (max(s_m, cut_s_m - rules.gap_m), "obstacle"),
+    )
+    return Decision(
+        s_m=s_m,
+        l_m=l_m,
+        stations_m=corridor.s_m,
+        reference_l_m=reference,
+        lower_l_m=lower,
+        upper_l_m=upper,
+        speed_mps_max=speeds,
+        reasons=reasons,
+        end_s_m=end_s_m,
+        end_reason=end_reason,
+        cut_s_m=cut_s_m,
+        discs=discs,
+        inflation_m=_inflation(job, rules, manner),
+        chosen=chosen,
+        yielding=yields,
+    )
+
+
+def _place(job: PlanJob) -> tuple[float, float, int]:
+    """(s_m, l_m, station) of the start on the corridor."""
+    corridor, pose = job.corridor, job.pose_map
+    along_m, l_m, first = project(
+        corridor.points_map,
+        corridor.s_m - corridor.s_m[0],
+        pose.x_m,
+        pose.y_m,
+        0,
+        len(corridor.s_m) - 1,
+    )
+    return float(corridor.s_m[0] + along_m), float(l_m), int(first)
+
+
+def standing_discs(job: PlanJob, rules: BehaviourRules) -> Array:
+    """(m, 3) obstacle cells, one a few decimetres, and standing tracks; a box is discs along its outline."""
+    low = job.corridor.points_map.min(axis=0) - _DISC_REACH_M
+    high = job.corridor.points_map.max(axis=0) + _DISC_REACH_M
+    points = job.points_map
+    points = points[((low <= points) & (points <= high)).all(axis=1)]
+    if len(points):
+        _, kept = np.unique(np.round(points / _CELL_M).astype(np.int64), axis=0, return_index=True)
+        points = points[np.sort(kept)]
+    pieces = [np.column_stack((points, np.full(len(points), _CELL_RADIUS_M)))]
+    speeds = np.hypot(job.tracks.velocities_map_mps[:, 0], job.tracks.velocities_map_mps[:, 1])
+    for i in np.flatnonzero(speeds < rules.standing_mps):
+        pose, size = job.tracks.poses_map[i], job.tracks.sizes_m[i]
+        if job.tracks.kinds[i] == PEDESTRIAN:
+            pieces.append(np.array([[pose[0], pose[1], 0.5 * size[0]]]))
+        else:
+            pieces.append(_outline_discs(pose, size))
+    discs: Array = np.ascontiguousarray(np.vstack(pieces))
+    return discs
+
+
+def _outline_discs(pose: Array, size: Array) -> Array:
+    """Discs of 0.2 m along the inside of a box's outline, half a metre apart."""
+    u, v = max(0.5 * size[0] - 0.2, 0.0), max(0.5 * size[1] - 0.2, 0.0)
+    along = np.linspace(-u, u, max(2, math.ceil(4.0 * u)))
+    aside = np.linspace(-v, v, max(2, math.ceil(4.0 * v)))
+    rim = np.vstack(
+        (
+            np.column_stack((along, np.full(len(along), v))),
+            np.column_stack((along, np.full(len(along), -v))),
+            np.column_stack((np.full(len(aside), u), aside)),
+            np.column_stack((np.full(len(aside), -u), aside)),
+        )
+    )
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    return np.column_stack(
+        (
+            pose[0] + cos * rim[:, 0] - sin * rim[:, 1],
+            pose[1] + sin * rim[:, 0] + cos * rim[:, 1],
+            np.full(len(rim), 0.2),
+        )
+    )
+
+
+def _rated(
+    job: PlanJob,
+    rules: BehaviourRules,
+    manner: Manner,
+    candidates: Array,
+    discs: Array,
+    lower: Array,
+    upper: Array,
+    s_m: float,
+    l_m: float,
+    first: int,
+) -> Array:
+    corridor, offsets = job.corridor, rules.offsets
+    step_m = float(corridor.s_m[1] - corridor.s_m[0])
+    turned = math.remainder(job.pose_map.yaw_rad - float(corridor.yaw_rad[first]), math.tau)
+    slope = math.tan(min(max(turned, -0.8), 0.8)) * (1.0 - float(corridor.curvature_1pm[first]) * l_m)
+    speed_mps = min(max(job.speed_mps, 1.5), max(job.speed_mps_max, 0.1))
+    return rate(
+        corridor.points_map,
+        corridor.yaw_rad,
+        corridor.curvature_1pm,
+        lower,
+        upper,
+        first,
+        step_m,
+        candidates,
+        l_m,
+        slope,
+        offsets.blend_m + offsets.blend_s * job.speed_mps,
+        speed_mps,
+        discs,
+        _moving(job, rules, manner),
+        np.array((rules.front_m, rules.back_m, rules.half_width_m)),
+        offsets.weights(),
+        offsets.clearance_floor_m,
+        offsets.touch_m,
+        offsets.look_m,
+        max(1, round(offsets.step_m / step_m)),
+        offsets.moving_s,
+        offsets.moving_step_s,
+    )
+
+
+def _moving(job: PlanJob, rules: BehaviourRules, manner: Manner) -> Array:
+    """(a, 8) those who move, as `rate` takes them, carried to the job's start."""
+    tracks = job.tracks
+    velocities = tracks.velocities_map_mps
+    moves = np.hypot(velocities[:, 0], velocities[:, 1]) >= rules.standing_mps
+    late_s = (job.stamp_ns - tracks.stamp_ns) * 1e-9 if tracks.stamp_ns else 0.0
+    places = tracks.poses_map[moves, :2] + late_s * velocities[moves]
+    wider = np.full(int(moves.sum()), manner.inflation_m)
+    table: Array = np.column_stack(
+        (places, tracks.poses_map[moves, 2], velocities[moves], tracks.sizes_m[moves], wider)
+    )
+    return np.ascontiguousarray(table)
+
+
+def _speeds(
+    job: PlanJob,
+    rules: BehaviourRules,
+    reference: Array,
+    discs: Array,
+    yields: Yielding,
+    first: int,
+) -> tuple[Array, tuple[str, ...]]:
+    """(n,) the lowest limit by station, and what each is for."""
+    corridor: Corridor = job.corridor
+    manners = np.array([manner.speed_mps_max for manner in MANNERS])
+    wide = np.full(len(corridor.s_m), job.speed_mps_max)
+    layers = [("speed limit", corridor.limit_mps), (job.speed_reason, wide)]
+    layers.append(("scenario", manners[corridor.scenario]))
+    slow = np.full(len(corridor.s_m), np.inf)
+    for from_s_m, to_s_m, speed_mps in yields.slow:
+        held = (corridor.s_m >= from_s_m) & (corridor.s_m <= to_s_m)
+        slow[held] = np.minimum(slow[held], speed_mps)
+    layers.append(("crossing", slow))
+    view = job.view.pose_map
+    step_m = float(corridor.s_m[1] - corridor.s_m[0])
+    front = first + math.ceil(rules.front_m / step_m)
+    hidden = hidden_beside(
+        corridor.points_map,
+        corridor.yaw_rad,
+        reference,
+        front,
+        front + math.ceil(25.0 / step_m),
+        rules.half_width_m,
+        np.array((view.x_m, view.y_m, view.yaw_rad)),
+        job.view.ranges_m,
+        np.ascontiguousarray(discs[:, :2]),
+        rules.hidden_reach_m,
+        0.25,
+    )
+    cap_mps = max(job.speed_mps_max, 0.1)
+    unseen = occlusion_speeds(
+        hidden,
+        step_m,
+        rules.front_m,
+        rules.front_m - rules.sensor_x_m,
+        rules.half_width_m,
+        rules.run_mps,
+        rules.react_s,
+        rules.decel_mps2,
+        rules.creep_mps,
+        cap_mps,
+    )
+    layers.append(("hidden place", unseen))
+    table = np.vstack([limits for _, limits in layers])
+    lowest = np.argmin(table, axis=0)
+    speeds: Array = table.min(axis=0)
+    return speeds, tuple(layers[i][0] for i in lowest)
+
+
+def _inflation(job: PlanJob, rules: BehaviourRules, manner: Manner) -> Array:
+    """(a, k) w_o of the scenario, and more the less is known of where somebody will be."""
+    growth = rules.inflation_growth * (job.predictions.sigmas_m - job.predictions.sigmas_m[:, :1])
+    inflation: Array = np.minimum(manner.inflation_m + growth, rules.inflation_m_max)
+    return inflation

@@ -1,0 +1,28 @@
+"""What each of the map's scenario tags means for driving (Snow Lion, behavioral planning)."""
+
+import msgspec
+
+from contract.roads.model import SCENARIOS
+
+
+class Manner(msgspec.Struct, frozen=True):
+    """How to drive where one scenario tag holds.
+
+    offsets_m       lateral offsets of the reference route to choose from, left positive, 0 among them
+    inflation_m     w_o: what others' outlines are widened by
+    speed_mps_max   v_r: the reference speed
+    """
+
+    offsets_m: tuple[float, ...]
+    inflation_m: float
+    speed_mps_max: float
+
+
+COMMON_ROAD = Manner((-1.2, -0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9, 1.2), 0.12, 12.0)
+# A parked car may pull out at any moment: slower, wider, and no weaving.
+PARKING_LOT = Manner((-0.6, -0.3, 0.0, 0.3, 0.6), 0.25, 2.8)
+# In a junction others rely on the lane: keep to it.
+UNPROTECTED_INTERSECTION = Manner((-0.3, 0.0, 0.3), 0.18, 3.4)
+
+MANNERS: tuple[Manner, ...] = (COMMON_ROAD, PARKING_LOT, UNPROTECTED_INTERSECTION)
+assert len(MANNERS) == len(SCENARIOS)

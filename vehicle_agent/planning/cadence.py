@@ -1,0 +1,68 @@
+"""When to plan anew (Snow Lion, motion planning): as rarely as the road allows.
+
+Planning again too often passes the noise of localization and perception on to the wheels; too rarely, and
+the vehicle answers late. So a free vehicle keeps its trajectory until that nears its end, and one that may
+meet somebody plans at every chance it gets.
+"""
+
+import math
+
+import msgspec
+import numpy as np
+
+from contract.geometry import Array
+from vehicle_agent.signals import Corridor, Ego, Tracks, Trajectory, World
+
+
+class Cadence(msgspec.Struct, frozen=True):
+    """beside_m, ahead_s, ahead_m  somebody this near to the line, this far ahead, is met
+    left_s                      a trajectory that lasts no longer than this is renewed
+    astray_m, behind_mps        so far from the trajectory, or so much slower, it is no longer ours
+    every_ticks                 plan at most so often: 10 Hz
+    """
+
+    beside_m: float = 7.0
+    ahead_s: float = 6.0
+    ahead_m: float = 12.0
+    left_s: float = 3.5
+    astray_m: float = 0.4
+    astray_mps: float = 0.7
+    every_ticks: int = 5
+
+    def is_meeting(self, world: World, corridor: Corridor, ego: Ego) -> bool:
+        """Somebody, or something on the line itself, is near enough to change what to do."""
+        reach_m = self.ahead_m + self.ahead_s * ego.speed_mps
+        if _near(corridor, world.points_map, reach_m, 0.5 * self.beside_m):
+            return True
+        return _near(corridor, _soon(world.tracks), reach_m, self.beside_m)
+
+    def is_running_out(self, trajectory: Trajectory, now_ns: int) -> bool:
+        """It ends soon, and not at rest."""
+        rows = trajectory.rows
+        left_s = float(rows[-1, 0]) - (now_ns - trajectory.stamp_ns) * 1e-9
+        return left_s < self.left_s and float(rows[-1, 5]) > 0.05
+
+    def is_astray(self, here: Array, ego: Ego) -> bool:
+        """here (8,): the trajectory's row of now."""
+        off_m = math.hypot(here[1] - ego.pose_map.x_m, here[2] - ego.pose_map.y_m)
+        return off_m > self.astray_m or abs(float(here[5]) - ego.speed_mps) > self.astray_mps
+
+
+def _soon(tracks: Tracks) -> Array:
+    """Where tracks are, and where they are in one, two and three seconds: (4 n, 2)."""
+    places = [tracks.poses_map[:, :2] + t * tracks.velocities_map_mps for t in (0.0, 1.0, 2.0, 3.0)]
+    soon: Array = np.vstack(places)
+    return soon
+
+
+def _near(corridor: Corridor, places_map: Array, reach_m: float, beside_m: float) -> bool:
+    if not len(places_map) or not len(corridor.s_m):
+        return False
+    # Every fourth station is 2 m apart: enough to tell near from far.
+    stations = corridor.points_map[(corridor.s_m - corridor.s_m[0]) <= reach_m + 8.0][::4]
+    low, high = stations.min(axis=0) - beside_m, stations.max(axis=0) + beside_m
+    boxed = places_map[((low <= places_map) & (places_map <= high)).all(axis=1)]
+    if not len(boxed):
+        return False
+    apart2 = ((boxed[:, None, :] - stations[None, :, :]) ** 2).sum(axis=2)
+    return bool(apart2.min() < beside_m**2)

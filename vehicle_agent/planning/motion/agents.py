@@ -1,0 +1,118 @@
+"""Predicted agents as moving discs on the planner's own clock, and which of them can be believed."""
+
+import math
+
+import msgspec
+import numpy as np
+from numba import njit
+
+from contract.geometry import Array, BoolArray, IntArray
+from vehicle_agent.planning.motion.request import Agents, MotionRequestError
+from vehicle_agent.signals import PEDESTRIAN
+
+
+class MovingDiscs(msgspec.Struct, frozen=True):
+    """discs (T, m, 3) x, y, radius at times_s (T,); inflation_m (T, m); owner (m,) row of Agents.
+
+    pedestrian  (m,) whether the speed law holds for it
+    doubted     ids whose predictions are not believed: not finite, or faster than anything
+    """
+
+    times_s: np.ndarray
+    discs: np.ndarray
+    inflation_m: np.ndarray
+    owner: np.ndarray
+    pedestrian: np.ndarray
+    doubted: np.ndarray
+
+
+def check_agents(agents: Agents) -> None:
+    """Raises MotionRequestError for arrays that do not fit each other. Values are judged, not refused."""
+    count, times = len(agents.ids), len(agents.times_s)
+    shapes = {
+        "poses_map": (agents.poses_map.shape, (count, times, 3)),
+        "sizes_m": (agents.sizes_m.shape, (count, 2)),
+        "inflation_m": (agents.inflation_m.shape, (count, times)),
+        "kinds": (agents.kinds.shape, (count,)),
+        "pass_rule": (agents.pass_rule.shape, (count,)),
+    }
+    for name, (got, wanted) in shapes.items():
+        if got != wanted:
+            raise MotionRequestError(f"agents.{name} has shape {got}, not {wanted}")
+    if times < 1 or not np.isfinite(agents.times_s).all() or (np.diff(agents.times_s) <= 0.0).any():
+        raise MotionRequestError("agents.times_s must rise strictly")
+
+
+def moving_discs(agents: Agents, times_s: Array, speed_mps_max: float) -> MovingDiscs:
+    """Agents as discs at times_s (T,); a long outline becomes a row of discs that covers it.
+
+    Beyond the last prediction an agent keeps its last velocity. One that is faster than speed_mps_max is held
+    where it was first seen; one without a finite place is left out; both are told in `doubted`.
+    """
+    first = agents.poses_map[:, 0]
+    sizes_ok = np.isfinite(agents.sizes_m).all(axis=1) & (agents.sizes_m > 0.0).all(axis=1)
+    sizes_ok &= (agents.sizes_m < 50.0).all(axis=1)
+    placed = np.isfinite(first).all(axis=1) & (np.abs(first[:, :2]) < 1e7).all(axis=1) & sizes_ok
+    smooth = placed & _is_believable(agents, speed_mps_max)
+    kept = np.flatnonzero(placed)
+    poses = np.where(smooth[:, None, None], agents.poses_map, first[:, None, :])[kept]
+    inflation = np.where(np.isfinite(agents.inflation_m), np.maximum(agents.inflation_m, 0.0), 0.0)[kept]
+    sizes = agents.sizes_m[kept]
+    walks = agents.kinds[kept] == PEDESTRIAN
+    discs, spread, owner = discs_over_time(
+        np.ascontiguousarray(poses), agents.times_s, sizes, walks, inflation, times_s
+    )
+    return MovingDiscs(times_s, discs, spread, kept[owner], walks[owner], agents.ids[~smooth])
+
+
+def _is_believable(agents: Agents, speed_mps_max: float) -> BoolArray:
+    finite: BoolArray = np.isfinite(agents.poses_map).all(axis=(1, 2))
+    if len(agents.times_s) < 2:
+        return finite
+    steps = np.diff(np.where(finite[:, None, None], agents.poses_map, 0.0)[:, :, :2], axis=1)
+    speeds = np.hypot(steps[..., 0], steps[..., 1]) / np.diff(agents.times_s)
+    believable: BoolArray = finite & (speeds <= speed_mps_max).all(axis=1)
+    return believable
+
+
+@njit(cache=True)
+def discs_over_time(
+    poses: Array, times: Array, sizes: Array, is_disc: BoolArray, inflation: Array, at: Array
+) -> tuple[Array, Array, IntArray]:
+    """((T, m, 3) discs, (T, m) inflation, (m,) owner) at the times `at`; see `moving_discs`."""
+    agents, k, slots = poses.shape[0], times.shape[0], at.shape[0]
+    counts = np.ones(agents, np.int64)
+    for a in range(agents):
+        if not is_disc[a]:
+            counts[a] = min(max(math.ceil(sizes[a, 0] / sizes[a, 1] - 1e-9), 1), 8)
+    total = counts.sum()
+    discs, spread = np.empty((slots, total, 3)), np.empty((slots, total))
+    owner = np.empty(total, np.int64)
+    m = 0
+    for a in range(agents):
+        length, width = sizes[a]
+        part = length / counts[a]
+        radius = 0.5 * max(length, width) if is_disc[a] else 0.5 * math.hypot(part, width)
+        for c in range(counts[a]):
+            owner[m + c] = a
+        i = 0
+        for t in range(slots):
+            while i < k - 2 and times[i + 1] <= at[t]:
+                i += 1
+            if k == 1:
+                x, y, yaw, extra = poses[a, 0, 0], poses[a, 0, 1], poses[a, 0, 2], inflation[a, 0]
+            else:
+                w = (at[t] - times[i]) / (times[i + 1] - times[i])
+                x = poses[a, i, 0] + w * (poses[a, i + 1, 0] - poses[a, i, 0])
+                y = poses[a, i, 1] + w * (poses[a, i + 1, 1] - poses[a, i, 1])
+                yaw = poses[a, i, 2] if w < 0.5 else poses[a, i + 1, 2]
+                w = min(max(w, 0.0), 1.0)
+                extra = inflation[a, i] + w * (inflation[a, i + 1] - inflation[a, i])
+            for c in range(counts[a]):
+                along = (c + 0.5) * part - 0.5 * length if not is_disc[a] else 0.0
+                discs[t, m + c, 0] = x + along * math.cos(yaw)
+                discs[t, m + c, 1] = y + along * math.sin(yaw)
+                discs[t, m + c, 2] = radius
+                spread[t, m + c] = extra
+        m += counts[a]
+    return discs, spread, owner

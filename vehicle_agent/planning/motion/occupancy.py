@@ -1,0 +1,145 @@
+"""Predicted agents projected on the path: who takes which stretch of it when (the s-t graph's obstacles)."""
+
+import math
+
+import msgspec
+import numpy as np
+from numba import njit
+
+from contract.geometry import Array, BoolArray, IntArray
+from vehicle_agent.planning.motion.agents import MovingDiscs
+from vehicle_agent.planning.motion.clearance import Box, box_distance
+from vehicle_agent.planning.motion.path_samples import PathSamples
+from vehicle_agent.planning.motion.request import ClearanceLaw
+from vehicle_agent.planning.motion.speed_limits import law_speed, law_vector
+
+
+class Occupancy(msgspec.Struct, frozen=True):
+    """By agent a and time slot t: rear-axle ways u at which the vehicle meets it; low > high when nowhere.
+
+    hard_low_m, hard_high_m  (T, a) nominal place and hard margin
+    soft_low_m, soft_high_m  (T, a) the inflated place
+    limit_mps                (T, n) speed by clearance to pedestrians (eq. 2) at each path sample; 1000 where
+                             nobody is near enough to matter
+    inside                   (a,) touches the vehicle now
+    """
+
+    hard_low_m: np.ndarray
+    hard_high_m: np.ndarray
+    soft_low_m: np.ndarray
+    soft_high_m: np.ndarray
+    limit_mps: np.ndarray
+    inside: np.ndarray
+
+
+def project_agents(
+    samples: PathSamples,
+    moving: MovingDiscs,
+    agents: int,
+    box: Box,
+    hard_margin_m: float,
+    soft_margin_m: float,
+    law: ClearanceLaw,
+    nose_m: float,
+) -> Occupancy:
+    """Every agent on the path; those who are behind the rear bumper now are left to look out for themselves.
+
+    An agent nearer than the margin now keeps the margin that it has: the vehicle may drive away from it.
+    """
+    return Occupancy(
+        *projected(
+            samples.poses_map,
+            samples.u_m,
+            samples.curvature_1pm,
+            moving.discs,
+            moving.inflation_m,
+            moving.owner,
+            moving.pedestrian,
+            agents,
+            box.front_m,
+            box.rear_m,
+            box.half_width_m,
+            hard_margin_m,
+            soft_margin_m,
+            law_vector(law),
+            nose_m,
+        )
+    )
+
+
+@njit(cache=True)
+def projected(
+    poses: Array,
+    u: Array,
+    curvature: Array,
+    discs: Array,
+    inflation: Array,
+    owner: IntArray,
+    pedestrian: BoolArray,
+    agents: int,
+    front: float,
+    rear: float,
+    half: float,
+    hard_margin: float,
+    soft_margin: float,
+    law: Array,
+    nose: float,
+) -> tuple[Array, Array, Array, Array, Array, BoolArray]:
+    """The kernel of `project_agents`; steps over samples that the clearance shows to be out of reach."""
+    slots, total, n = discs.shape[0], discs.shape[1], poses.shape[0]
+    hard_low, hard_high = np.full((slots, agents), np.inf), np.full((slots, agents), -np.inf)
+    soft_low, soft_high = np.full((slots, agents), np.inf), np.full((slots, agents), -np.inf)
+    limit = np.full((slots, n), 1e3)
+    inside = np.zeros(agents, np.bool_)
+    behind = np.zeros(agents, np.bool_)
+    now = np.full(agents, np.inf)
+    cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    reach = math.hypot(max(front, rear), half)
+    # How far a corner moves for a metre of way: at most 1 and the turn's part.
+    pace = 1.0 + reach * np.max(np.abs(curvature))
+    x, y = poses[0, 0], poses[0, 1]
+    for m in range(total):
+        gap = box_distance(x, y, cos[0], sin[0], front, rear, half, discs[0, m, 0], discs[0, m, 1])
+        now[owner[m]] = min(now[owner[m]], gap - discs[0, m, 2])
+        ahead = cos[0] * (discs[0, m, 0] - x) + sin[0] * (discs[0, m, 1] - y)
+        behind[owner[m]] |= ahead + discs[0, m, 2] < -rear
+    for a in range(agents):
+        inside[a] = now[a] < 0.0
+    spacing = np.max(u[1:] - u[:-1])
+    for m in range(total):
+        a = owner[m]
+        if behind[a] and not inside[a]:
+            continue
+        # A person can be run into by the vehicle's nose alone; whoever is farther back walks beside it.
+        tail = min(rear, nose - front) if pedestrian[m] else rear
+        hard = min(hard_margin, max(now[a] - 0.02, 0.0))
+        for t in range(slots):
+            soft = hard + (soft_margin + inflation[t, m] if hard == hard_margin else 0.0)
+            seen = max(soft, law[2]) if pedestrian[m] else soft
+            px, py, radius = discs[t, m]
+            j = 0
+            while j < n:
+                gap = (
+                    box_distance(poses[j, 0], poses[j, 1], cos[j], sin[j], front, tail, half, px, py) - radius
+                )
+                if gap < hard:
+                    hard_low[t, a], hard_high[t, a] = min(hard_low[t, a], u[j]), max(hard_high[t, a], u[j])
+                if gap < soft:
+                    soft_low[t, a], soft_high[t, a] = min(soft_low[t, a], u[j]), max(soft_high[t, a], u[j])
+                if gap >= seen:
+                    j += max(1, int((gap - seen) / (pace * 1.05 * spacing)))
+                    continue
+                if pedestrian[m] and gap < law[2]:
+                    speed = law_speed(gap, law)
+                    limit[t, j] = min(limit[t, j], speed)
+                j += 1
+    # The samples are `spacing` apart: the true ends are up to so much farther.
+    for t in range(slots):
+        for a in range(agents):
+            if hard_low[t, a] <= hard_high[t, a]:
+                hard_low[t, a] -= spacing
+                hard_high[t, a] += spacing
+            if soft_low[t, a] <= soft_high[t, a]:
+                soft_low[t, a] -= spacing
+                soft_high[t, a] += spacing
+    return hard_low, hard_high, soft_low, soft_high, limit, inside

@@ -1,0 +1,198 @@
+"""What the motion planner is asked, by what parameters, and what it answers."""
+
+from typing import Literal
+
+import msgspec
+import numpy as np
+
+from contract.geometry import Pose2
+from vehicle_agent.planning.motion.clearance import Box
+from vehicle_agent.planning.motion.gp_path import PathWeights
+from vehicle_agent.planning.motion.speed_qp import SpeedWeights
+from vehicle_agent.signals import Corridor
+
+PASS_FREE, PASS_YIELD = 0, 1
+
+
+class MotionRequestError(ValueError):
+    """A motion request that cannot be understood: a wrong shape, or a number that is none."""
+
+
+class StartState(msgspec.Struct, frozen=True):
+    """Where the rear-axle centre is and how it moves at time 0."""
+
+    pose_map: Pose2
+    speed_mps: float
+    accel_mps2: float = 0.0
+    curvature_1pm: float = 0.0
+
+
+class Vehicle(msgspec.Struct, frozen=True):
+    """The vehicle's outline and steering; rear_overhang_m from the rear axle to the rear bumper.
+
+    nose_m          so much of the body, from the bumper back, can run into a person; beside the rest of it
+                    people look out for themselves
+    curvature_rate  how fast the path's curvature may change in time (1/m/s): steering rate / wheelbase
+    """
+
+    length_m: float = 4.35
+    width_m: float = 1.63
+    rear_overhang_m: float = 0.85
+    wheelbase_m: float = 2.6
+    curvature_1pm_max: float = 0.2
+    curvature_rate_1pmps_max: float = 0.23
+    nose_m: float = 1.5
+
+    @property
+    def box(self) -> Box:
+        return Box(self.length_m - self.rear_overhang_m, self.rear_overhang_m, 0.5 * self.width_m)
+
+
+class DrivingLimits(msgspec.Struct, frozen=True):
+    """Limits of the motion; decelerations are positive.
+
+    decel_mps2_comfort  before limits and stops that are known of
+    decel_mps2_max      the hard bound of an ordinary plan
+    hard_decel_mps2     of the emergency braking profile alone, together with hard_jerk_mps3
+    """
+
+    speed_mps_max: float = 4.17
+    accel_mps2_max: float = 1.0
+    decel_mps2_comfort: float = 0.8
+    decel_mps2_max: float = 1.8
+    jerk_mps3_max: float = 1.9
+    lateral_accel_mps2_max: float = 0.8
+    hard_decel_mps2: float = 5.0
+    hard_jerk_mps3: float = 30.0
+
+
+class ClearanceLaw(msgspec.Struct, frozen=True):
+    """Speed by clearance to a pedestrian, eq. 2 of Snow Lion: three points, linear between."""
+
+    delta_m_min: float = 0.25
+    delta_m_mdn: float = 0.8
+    delta_m_max: float = 1.6
+    speed_mps_min: float = 0.8
+    speed_mps_mdn: float = 2.5
+    speed_mps_max: float = 4.2
+
+
+class Agents(msgspec.Struct, frozen=True):
+    """Where those who move are expected to be; arrays in the same order, a agents at k times.
+
+    ids (a,), kinds (a,) as TRACK_KINDS; times_s (k,) rising from 0; poses_map (a, k, 3) of the outline's
+    middle;
+    sizes_m (a, 2) length, width (a person is a disc of that diameter); inflation_m (a, k) softly kept extra;
+    pass_rule (a,): PASS_FREE, or PASS_YIELD when the vehicle may not go before it
+    """
+
+    ids: np.ndarray
+    kinds: np.ndarray
+    times_s: np.ndarray
+    poses_map: np.ndarray
+    sizes_m: np.ndarray
+    inflation_m: np.ndarray
+    pass_rule: np.ndarray
+
+
+def no_agents() -> Agents:
+    """Nobody."""
+    none = np.empty(0, np.int64)
+    return Agents(none, none, np.zeros(1), np.empty((0, 1, 3)), np.empty((0, 2)), np.empty((0, 1)), none)
+
+
+class WarmStart(msgspec.Struct, frozen=True):
+    """The path of the plan before: s_m (k,) at even steps, states (k, 3) of l, l', l''."""
+
+    s_m: np.ndarray
+    states: np.ndarray
+
+
+class MotionRequest(msgspec.Struct, frozen=True):
+    """One motion to plan; arrays (n,) by corridor station.
+
+    reference_l_m  the offset that the path should have; may jump
+    lower_l_m, upper_l_m  where the rear-axle centre may be: hard walls
+    speed_mps_max  limits that are known by place
+    end_s_m        where the rear axle must stand at the latest; inf for nowhere
+    static_discs   (m, 3) x, y, radius
+    s_hint_m       about where on the line the start is; a line that meets itself needs it
+    """
+
+    corridor: Corridor
+    start: StartState
+    reference_l_m: np.ndarray
+    lower_l_m: np.ndarray
+    upper_l_m: np.ndarray
+    speed_mps_max: np.ndarray
+    end_s_m: float = np.inf
+    static_discs: np.ndarray = msgspec.field(default_factory=lambda: np.empty((0, 3)))
+    agents: Agents = msgspec.field(default_factory=no_agents)
+    warm: WarmStart | None = None
+    s_hint_m: float | None = None
+
+
+class MotionParams(msgspec.Struct, frozen=True):
+    """The planner's parameters; see docs/planning.md.
+
+    step_m, checks     support states this far apart, with so many check points a step
+    sample_m           of the path, for limits and projections
+    hard_margin_m      kept to every nominal place, soft_margin_m kept where it costs little
+    stop_gap_m         between the bumper and what the vehicle stops for
+    iterations_max     of path and speed together; path_iterations_max of one path
+    nodes_max          of one s-t search
+    moving_m           who moves less than this in the horizon is a static obstacle to the path
+    doubt_mps          the speed while a track cannot be believed
+    """
+
+    vehicle: Vehicle = Vehicle()
+    limits: DrivingLimits = DrivingLimits()
+    law: ClearanceLaw = ClearanceLaw()
+    path: PathWeights = PathWeights()
+    speed: SpeedWeights = SpeedWeights()
+    smoothing_m: float = 0.6
+    step_m: float = 2.0
+    checks: int = 4
+    sample_m: float = 0.25
+    horizon_s: float = 8.0
+    knot_s: float = 0.2
+    row_s: float = 0.1
+    hard_margin_m: float = 0.15
+    soft_margin_m: float = 0.35
+    stop_gap_m: float = 0.8
+    static_margin_m: float = 0.1
+    iterations_max: int = 3
+    path_iterations_max: int = 25
+    nodes_max: int = 60_000
+    moving_m: float = 0.4
+    track_mps_max: float = 30.0
+    doubt_mps: float = 1.5
+
+
+Quality = Literal["planned", "stop", "emergency"]
+
+
+class Motion(msgspec.Struct, frozen=True):
+    """The answer; there are always rows.
+
+    rows          (k, 8) as in signals.Trajectory: every 0.1 s until the horizon or rest
+    path          to be handed back as `warm` next time
+    feasible      no violations; violations are names from the independent check, or why nothing was planned
+    limited_by    what keeps the vehicle from going faster
+    quality       planned, stop (a comfortable one instead of a plan) or emergency
+    yields_to, passes  ids of the agents that it lets go first, and goes before
+    cut_s_m       something that stands blocks the path from here on (rear axle); inf when nothing does
+    diagnostics   figures for the record, by name
+    """
+
+    rows: np.ndarray
+    path: WarmStart | None
+    feasible: bool
+    violations: tuple[str, ...]
+    limited_by: str
+    quality: Quality
+    iterations: int
+    yields_to: np.ndarray
+    passes: np.ndarray
+    cut_s_m: float
+    diagnostics: tuple[tuple[str, float], ...]

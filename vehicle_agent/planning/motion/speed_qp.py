@@ -1,0 +1,233 @@
+"""The speed as piecewise polynomials of constant jerk: one quadratic program (Snow Lion, "Motion planning").
+
+Knots k = 0..N a step dt apart; u is the way along the path. The bounds of v, a and jerk are hard; the
+corridor and the limits that depend on the place are soft with exact penalties, so that the program always
+has a solution: braking as hard as the bounds allow satisfies every hard row (`brake_envelope`).
+Solved by PIQP (Schwan et al. 2023).
+"""
+
+import math
+from functools import lru_cache
+
+import msgspec
+import numpy as np
+import piqp  # type: ignore[import-untyped]
+from numba import njit
+from scipy.sparse import csc_matrix
+
+from contract.geometry import Array, IntArray
+
+_INF = np.inf
+
+
+class SpeedWeights(msgspec.Struct, frozen=True):
+    """Cost of one second of: (v - wish)^2, a^2, jerk^2; and the penalties, linear and squared, of a metre
+    beyond the hard corridor, the soft corridor, and of 1 m/s above a limit of the place.
+    """
+
+    speed: float = 1.0
+    accel: float = 0.15
+    jerk: float = 0.15
+    hard: float = 2000.0
+    soft: float = 3.0
+    limit: float = 100.0
+
+
+class SpeedBounds(msgspec.Struct, frozen=True):
+    """Hard bounds; decelerations are positive. A start above the limit comes down at the comfortable one."""
+
+    accel_mps2_max: float
+    decel_mps2_comfort: float
+    decel_mps2_max: float
+    jerk_mps3_max: float
+
+
+class SpeedCorridor(msgspec.Struct, frozen=True):
+    """What knots 1..N should keep, all (N,): low <= u <= high, softly u <= soft,
+    v <= limit + slope (u - at), and v near wish.
+    """
+
+    low_m: np.ndarray
+    high_m: np.ndarray
+    soft_m: np.ndarray
+    at_m: np.ndarray
+    limit_mps: np.ndarray
+    slope_1ps: np.ndarray
+    wish_mps: np.ndarray
+
+
+class SpeedPlan(msgspec.Struct, frozen=True):
+    """Knots 0..N: u, v, a (N + 1,), jerk (N,) of each piece; the worst excess over the corridor; solved."""
+
+    dt_s: float
+    u_m: np.ndarray
+    v_mps: np.ndarray
+    a_mps2: np.ndarray
+    jerk_mps3: np.ndarray
+    excess_m: float
+    solved: bool
+    iterations: int
+
+
+@lru_cache(maxsize=4)
+def _pattern(n: int, dt: float) -> tuple[csc_matrix, csc_matrix]:
+    """Equality rows (fixed values) and the pattern of the inequality rows, ordered as in `solve_speed`."""
+    rows: list[tuple[int, int, float]] = []
+    for k in range(n):
+        u, v, a, j = k, n + k, 2 * n + k, 3 * n + k
+        rows += [(3 * k, u, -1.0), (3 * k + 1, v, -1.0), (3 * k + 2, a, -1.0)]
+        rows += [(3 * k, j, dt**3 / 6), (3 * k + 1, j, dt**2 / 2), (3 * k + 2, j, dt)]
+        if k:
+            rows += [(3 * k, u - 1, 1.0), (3 * k, v - 1, dt), (3 * k, a - 1, dt**2 / 2)]
+            rows += [(3 * k + 1, v - 1, 1.0), (3 * k + 1, a - 1, dt), (3 * k + 2, a - 1, 1.0)]
+    i, j_, x = (np.array(column) for column in zip(*rows, strict=True))
+    equal = csc_matrix((x, (i, j_)), shape=(3 * n, 8 * n))
+    rows = []
+    for k in range(n):
+        rows += [(k, k, 1.0), (k, 4 * n + k, -1.0)]
+        rows += [(n + k, k, 1.0), (n + k, 5 * n + k, -1.0)]
+        rows += [(2 * n + k, k, 1.0), (2 * n + k, 6 * n + k, 1.0)]
+        # The slope is filled in by each program; 0.5 keeps its place in the pattern.
+        rows += [(3 * n + k, n + k, 1.0), (3 * n + k, k, 0.5), (3 * n + k, 7 * n + k, -1.0)]
+    i, j_, x = (np.array(column) for column in zip(*rows, strict=True))
+    below = csc_matrix((x, (i, j_)), shape=(4 * n, 8 * n))
+    below.sort_indices()
+    return equal, below
+
+
+@njit(cache=True)
+def brake_envelope(v0: float, a0: float, decel: float, jerk: float, dt: float, n: int) -> Array:
+    """(n + 1, 3) u, v, a when braking at once as hard as the bounds allow, standing still afterwards.
+
+    The jerk is constant between two knots. The brake is let go so that a reaches 0 together with v.
+    """
+    out = np.zeros((n + 1, 3))
+    out[0, 1], out[0, 2] = v0, a0
+    u, v, a = 0.0, v0, a0
+    for k in range(1, n + 1):
+        if v > 0.0 and a < -decel:
+            # Harder than allowed at the start: back to the bound first.
+            after = min(a + jerk * dt, -decel)
+            if v + 0.5 * (a + after) * dt <= 0.02:
+                u, v, a = u + 0.5 * v * dt, 0.0, 0.0
+            else:
+                u += v * dt + (2.0 * a + after) * dt * dt / 6.0
+                v, a = v + 0.5 * (a + after) * dt, after
+        elif v > 0.0:
+            for change in (-1.0, -0.5, 0.0, 0.5, 1.0):
+                after = a + change * jerk * dt
+                if change < 0.0 and a > -decel:
+                    after = max(after, -decel)
+                elif change < 0.0:
+                    continue
+                reached = v + 0.5 * (a + after) * dt
+                if reached >= after * after / (2.0 * jerk) - 1e-9 or after >= 0.0:
+                    break
+            after = min(after, max(a, 0.0))
+            reached = v + 0.5 * (a + after) * dt
+            if reached <= 0.02 and after <= 0.0:
+                u += 0.5 * v * dt
+                v, a = 0.0, 0.0
+            else:
+                u += v * dt + (2.0 * a + after) * dt * dt / 6.0
+                v, a = reached, after
+        else:
+            a = 0.0
+        out[k, 0], out[k, 1], out[k, 2] = u, v, a
+    return out
+
+
+def solve_speed(
+    v0_mps: float,
+    a0_mps2: float,
+    corridor: SpeedCorridor,
+    bounds: SpeedBounds,
+    speed_mps_max: float,
+    weights: SpeedWeights,
+    dt_s: float,
+) -> SpeedPlan:
+    """The smoothest speed near the wish inside the corridor; from u = 0 at the start.
+
+    Hard bounds are widened where the start itself is outside: a start above the limit may come down as
+    `brake_envelope` does, one that brakes harder than allowed may let go at the jerk bound.
+    """
+    # A vehicle that would roll back comes to rest instead: it lets go sooner than the jerk allows.
+    v0_mps = max(v0_mps, 0.0)
+    a0_mps2 = max(a0_mps2, -0.95 * math.sqrt(2.0 * bounds.jerk_mps3_max * v0_mps))
+    n = len(corridor.high_m)
+    equal, below = _pattern(n, dt_s)
+    t = dt_s * np.arange(1, n + 1)
+    jerk = bounds.jerk_mps3_max
+    envelope = brake_envelope(v0_mps, a0_mps2, bounds.decel_mps2_comfort, jerk, dt_s, n)
+    coasting = np.maximum(a0_mps2 - jerk * t, 0.0)
+    v_max = np.maximum(speed_mps_max, envelope[1:, 1] + 0.05)
+    x_l = np.full(8 * n, 0.0)
+    x_u = np.full(8 * n, _INF)
+    x_l[:n] = -0.1
+    x_l[n : 2 * n], x_u[n : 2 * n] = -1e-4, v_max
+    x_l[2 * n : 3 * n] = np.minimum(-bounds.decel_mps2_max, a0_mps2 + jerk * t)
+    x_u[2 * n : 3 * n] = np.maximum(bounds.accel_mps2_max, np.maximum(coasting, 0.0))
+    x_l[2 * n : 3 * n] -= 1e-6
+    x_l[3 * n : 4 * n], x_u[3 * n : 4 * n] = -jerk, jerk
+
+    quadratic = np.concatenate(
+        [
+            np.full(n, 1e-6),
+            np.full(n, 2.0 * weights.speed * dt_s),
+            np.full(n, 2.0 * weights.accel * dt_s),
+            np.full(n, 2.0 * weights.jerk * dt_s),
+            np.full(n, 2.0 * weights.hard * dt_s),
+            np.full(n, 2.0 * weights.soft * dt_s),
+            np.full(n, 2.0 * weights.hard * dt_s),
+            np.full(n, 2.0 * weights.limit * dt_s),
+        ]
+    )
+    linear = np.zeros(8 * n)
+    linear[n : 2 * n] = -2.0 * weights.speed * dt_s * corridor.wish_mps
+    linear[4 * n :] = dt_s * np.repeat([weights.hard, weights.soft, weights.hard, weights.limit], n)
+    right = np.zeros(3 * n)
+    right[0] = -(v0_mps * dt_s + 0.5 * a0_mps2 * dt_s**2)
+    right[1] = -(v0_mps + a0_mps2 * dt_s)
+    right[2] = -a0_mps2
+    upper = np.concatenate(
+        [
+            corridor.high_m,
+            corridor.soft_m,
+            np.full(n, _INF),
+            corridor.limit_mps - corridor.slope_1ps * corridor.at_m,
+        ]
+    )
+    lower = np.full(4 * n, -_INF)
+    lower[2 * n : 3 * n] = corridor.low_m
+    data = below.data.copy()
+    data[_slope_places(n, dt_s)] = -corridor.slope_1ps
+    rows = csc_matrix((data, below.indices, below.indptr), shape=below.shape)
+    cost = csc_matrix((quadratic, np.arange(8 * n), np.arange(8 * n + 1)), shape=(8 * n, 8 * n))
+
+    solver = piqp.SparseSolver()
+    solver.settings.max_iter = 60
+    solver.settings.eps_abs = 1e-5
+    solver.settings.eps_rel = 1e-6
+    solver.setup(cost, linear, equal, right, rows, lower, upper, x_l, x_u)
+    status = solver.solve()
+    z = np.asarray(solver.result.x)
+    u, v, a, j = (np.clip(z[i * n : (i + 1) * n], -1e9, 1e9) for i in range(4))
+    excess = float(np.max(np.maximum(z[4 * n : 5 * n], z[6 * n : 7 * n]), initial=0.0))
+    return SpeedPlan(
+        dt_s,
+        np.concatenate([[0.0], u]),
+        np.concatenate([[v0_mps], v]),
+        np.concatenate([[a0_mps2], a]),
+        j,
+        excess,
+        status == piqp.PIQP_SOLVED and bool(np.isfinite(z).all()),
+        int(solver.result.info.iter),
+    )
+
+
+@lru_cache(maxsize=4)
+def _slope_places(n: int, dt: float) -> IntArray:
+    """(n,) where in the data of the inequality rows the slopes stand."""
+    _, below = _pattern(n, dt)
+    places: IntArray = np.flatnonzero(below.data == 0.5)
+    return places

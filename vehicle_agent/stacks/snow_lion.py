@@ -1,0 +1,92 @@
+"""The Snow Lion stack: behaviour, Gaussian-process path, speed profile and MPC behind the same doors."""
+
+from contract.roads.model import RoadMap
+from contract.roads.network import RoadNetwork
+from vehicle_agent.can.pacmod import pacmod
+from vehicle_agent.config import Profile
+from vehicle_agent.hmi.gem import Announcer
+from vehicle_agent.localization.gem import GnssLocalization
+from vehicle_agent.mission.mission import Mission
+from vehicle_agent.onboard.car import Car
+from vehicle_agent.perception.gem import HeightMapPerception
+from vehicle_agent.perception.snow_lion import TrackingPerception
+from vehicle_agent.planning.behaviour.crossing_traffic import CrossingRules
+from vehicle_agent.planning.behaviour.decide import BehaviourRules
+from vehicle_agent.planning.motion.request import ClearanceLaw, DrivingLimits, MotionParams, Vehicle
+from vehicle_agent.planning.snow_lion import MotionPlanning
+from vehicle_agent.planning.worker import MotionPlanner
+from vehicle_agent.stacks.gem import guard, mission_rules
+from vehicle_agent.stacks.snow_lion_control import control
+from vehicle_agent.world.snow_lion import ObservedWorld
+from vehicle_agent.world.surroundings import Surroundings
+from vehicle_agent.world.view import Sight
+
+# From a steering command's first move to the path's curvature: the plan may not bend faster than wheels turn.
+_STEER_SHARE = 0.85
+
+
+def snow_lion(profile: Profile, road_map: RoadMap) -> Car:
+    """A car that drives as in the Snow Lion paper, on one map."""
+    body, network = profile.body, RoadNetwork(road_map)
+    half_m = 0.5 * body.width_m
+    has_lidar = profile.lidar.rate_hz > 0.0
+    return Car(
+        can=pacmod(profile),
+        localization=GnssLocalization(road_map.origin),
+        perception=TrackingPerception(
+            HeightMapPerception(
+                lidar_x_m=profile.lidar.x_m,
+                lidar_z_m=profile.lidar.z_m,
+                ring_rad_min=profile.lidar.elevation_rad_min,
+                body_front_m=body.front_overhang_m,
+                body_back_m=body.rear_overhang_m,
+                body_half_width_m=half_m,
+            ),
+            has_lidar=has_lidar,
+        ),
+        world=ObservedWorld(
+            network,
+            Surroundings(body.front_overhang_m, body.rear_overhang_m, half_m),
+            Sight(profile.lidar.x_m),
+            walls_from_map=not has_lidar,
+        ),
+        mission=Mission(network, mission_rules(profile)),
+        planning=MotionPlanning(
+            network,
+            profile.limits.speed_mps_max,
+            body.front_overhang_m,
+            body.wheelbase_m,
+        ),
+        control=control(profile),
+        guard=guard(profile),
+        hmi=Announcer(),
+    )
+
+
+def planner(profile: Profile) -> MotionPlanner:
+    """What answers the plan jobs of this car."""
+    body, limits = profile.body, profile.limits
+    rules = BehaviourRules(
+        front_m=body.front_overhang_m,
+        back_m=body.rear_overhang_m,
+        half_width_m=0.5 * body.width_m,
+        crossing=CrossingRules(body.front_overhang_m),
+        sensor_x_m=profile.lidar.x_m,
+    )
+    vehicle = Vehicle(
+        length_m=body.length_m,
+        width_m=body.width_m,
+        rear_overhang_m=body.rear_overhang_m,
+        wheelbase_m=body.wheelbase_m,
+        curvature_1pm_max=1.0 / body.turn_radius_m_min,
+        curvature_rate_1pmps_max=_STEER_SHARE * limits.steer_rate_radps_max / body.wheelbase_m,
+    )
+    driving = DrivingLimits(
+        speed_mps_max=limits.speed_mps_max,
+        accel_mps2_max=limits.accel_mps2_max,
+        decel_mps2_comfort=limits.decel_mps2_comfort,
+        lateral_accel_mps2_max=limits.lateral_accel_mps2_max,
+        hard_decel_mps2=0.9 * limits.decel_mps2_max,
+    )
+    law = ClearanceLaw(speed_mps_max=limits.speed_mps_max)
+    return MotionPlanner(rules, MotionParams(vehicle=vehicle, limits=driving, law=law))

@@ -1,0 +1,185 @@
+"""The Snow Lion stack's world: the GEM stack's, and who moves where, and what cannot be seen."""
+
+import math
+
+import msgspec
+import numpy as np
+from numba import njit
+
+from contract.geometry import Array, Pose2
+from contract.roads.network import RoadNetwork
+from vehicle_agent.signals import (
+    NO_PREDICTIONS,
+    NO_VIEW,
+    VEHICLE,
+    Ego,
+    Infrastructure,
+    OtherVehicle,
+    Predictions,
+    Seen,
+    Tracks,
+    View,
+    WatchedArea,
+    World,
+)
+from vehicle_agent.world.prediction import Predictor
+from vehicle_agent.world.surroundings import Heard, Surroundings
+from vehicle_agent.world.view import Sight, building_edges, points_on_walls
+from vehicle_agent.world.watching import AreaWatch, outlines_of
+
+# Fleet mates that no sensor sees take part as tracks too; their ids count down from here.
+MATES_FROM = -1
+_MATE_IS_SEEN_M = 2.5
+_STOP_TAKEN_M = 3.0
+
+
+class Watching(msgspec.Struct, frozen=True):
+    """What the world remembers: what was heard, and what was made of the last scan."""
+
+    heard: Heard
+    made_ns: int = 0
+    points_map: np.ndarray = msgspec.field(default_factory=lambda: np.empty((0, 2)))
+    tracks: Tracks | None = None
+    predictions: Predictions = NO_PREDICTIONS
+    view: View = NO_VIEW
+    taken_stops: tuple[str, ...] = ()
+    watched: tuple[WatchedArea, ...] = ()
+
+
+class ObservedWorld:
+    """Built once for a map. track_margin_m: cells this near to a track are the track.
+
+    walls_from_map: a vehicle without lidar takes the walls near it from the map
+    """
+
+    def __init__(
+        self,
+        network: RoadNetwork,
+        surroundings: Surroundings,
+        sight: Sight,
+        predictor: Predictor | None = None,
+        track_margin_m: float = 0.35,
+        area_watch: AreaWatch | None = None,
+        walls_from_map: bool = False,
+    ) -> None:
+        self._network = network
+        self._surroundings = surroundings
+        self._sight = sight
+        self._predictor = predictor or Predictor()
+        self._track_margin_m = track_margin_m
+        self._area_watch = area_watch or AreaWatch()
+        self._areas = network.road_map.observation_areas
+        self._outlines = outlines_of(self._areas)
+        self._walls_from_map = walls_from_map
+        self._edges = building_edges(network.road_map.buildings)
+        stops = [network.pose(stop.lane_id, stop.s_m) for stop in network.road_map.stops]
+        self._stop_ids = tuple(stop.stop_id for stop in network.road_map.stops)
+        self._stop_poses: Array = np.array(stops).reshape(-1, 3)
+
+    def initial(self) -> Watching:
+        return Watching(self._surroundings.initial())
+
+    def step(
+        self, state: Watching, ego: Ego, seen: Seen, infrastructure: tuple[Infrastructure, ...], now_ns: int
+    ) -> tuple[World, Watching]:
+        """Predictions are made once for each scan and stamped with it; mates are carried to now_ns."""
+        plain, heard = self._surroundings.step(state.heard, ego, seen, infrastructure, now_ns)
+        state = msgspec.structs.replace(state, heard=heard)
+        newest_ns = max(seen.stamp_ns, seen.tracks.stamp_ns)
+        if state.tracks is None or newest_ns != state.made_ns:
+            state = self._made(state, ego, seen, plain, newest_ns)
+        assert state.tracks is not None
+        world = msgspec.structs.replace(
+            plain,
+            points_map=state.points_map,
+            tracks=state.tracks,
+            predictions=state.predictions,
+            view=state.view,
+            taken_stops=state.taken_stops,
+            watched=state.watched,
+        )
+        return world, state
+
+    def _made(self, state: Watching, ego: Ego, seen: Seen, plain: World, newest_ns: int) -> Watching:
+        tracks = _with_mates(seen.tracks, plain.others, self._surroundings)
+        solid = plain.points_map
+        if self._walls_from_map:
+            solid = np.vstack((solid, points_on_walls(self._edges, ego.pose_map, self._sight.range_m)))
+        points = without_tracks(
+            solid,
+            tracks.poses_map,
+            tracks.sizes_m,
+            self._track_margin_m,
+            tracks.velocities_map_mps,
+        )
+        predictions = self._predictor.predictions(tracks, self._network)
+        return msgspec.structs.replace(
+            state,
+            made_ns=newest_ns,
+            points_map=points,
+            tracks=tracks,
+            predictions=predictions,
+            watched=self._area_watch.watched(
+                self._areas, self._outlines, ego.pose_map, tracks, predictions, plain.presence
+            ),
+            view=self._sight.view(ego.pose_map, points, tracks, self._edges),
+            taken_stops=self._taken(tracks, ego.pose_map),
+        )
+
+    def _taken(self, tracks: Tracks, pose_map: Pose2) -> tuple[str, ...]:
+        """Stops in sight on which another vehicle stands."""
+        standing = (tracks.kinds == VEHICLE) & (
+            np.abs(tracks.velocities_map_mps).max(axis=1, initial=0.0) < 0.5
+        )
+        taken = []
+        for stop_id, (x_m, y_m, _) in zip(self._stop_ids, self._stop_poses, strict=True):
+            if math.hypot(x_m - pose_map.x_m, y_m - pose_map.y_m) > self._sight.range_m:
+                continue
+            apart = np.hypot(tracks.poses_map[standing, 0] - x_m, tracks.poses_map[standing, 1] - y_m)
+            if len(apart) and apart.min() < _STOP_TAKEN_M:
+                taken.append(stop_id)
+        return tuple(taken)
+
+
+def _with_mates(tracks: Tracks, mates: tuple[OtherVehicle, ...], body: Surroundings) -> Tracks:
+    """The tracks, and those fleet mates that none of them is."""
+    length_m, width_m = body.body_front_m + body.body_back_m, 2.0 * body.body_half_width_m
+    forward_m = 0.5 * (body.body_front_m - body.body_back_m)
+    rows = []
+    for number, mate in enumerate(mates):
+        pose, speed = mate.pose_map, mate.speed_mps
+        cos, sin = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+        x_m, y_m = pose.x_m + forward_m * cos, pose.y_m + forward_m * sin
+        apart = np.hypot(tracks.poses_map[:, 0] - x_m, tracks.poses_map[:, 1] - y_m)
+        if len(apart) and apart.min() < _MATE_IS_SEEN_M:
+            continue
+        rows.append((MATES_FROM - number, x_m, y_m, pose.yaw_rad, speed * cos, speed * sin))
+    if not rows:
+        return tracks
+    table = np.array(rows)
+    return Tracks(
+        tracks.stamp_ns,
+        np.concatenate((tracks.ids, table[:, 0].astype(np.int64))),
+        np.concatenate((tracks.kinds, np.full(len(rows), VEHICLE, np.int64))),
+        np.vstack((tracks.poses_map, table[:, 1:4])),
+        np.vstack((tracks.velocities_map_mps, table[:, 4:6])),
+        np.vstack((tracks.sizes_m, np.full((len(rows), 2), (length_m, width_m)))),
+    )
+
+
+@njit(cache=True)
+def without_tracks(points: Array, poses: Array, sizes: Array, margin_m: float, velocities: Array) -> Array:
+    """(m, 2) those of the (n, 2) points that belong to no track: outside every outline and its margin.
+
+    A moving track has a longer margin along its way: scan and track are not of one moment.
+    """
+    keep = np.ones(points.shape[0], np.bool_)
+    for k in range(poses.shape[0]):
+        cos, sin = math.cos(poses[k, 2]), math.sin(poses[k, 2])
+        lag = 0.15 * math.hypot(velocities[k, 0], velocities[k, 1])
+        length, width = 0.5 * sizes[k, 0] + margin_m + lag, 0.5 * sizes[k, 1] + margin_m
+        for i in range(points.shape[0]):
+            dx, dy = points[i, 0] - poses[k, 0], points[i, 1] - poses[k, 1]
+            if abs(cos * dx + sin * dy) <= length and abs(-sin * dx + cos * dy) <= width:
+                keep[i] = False
+    return points[keep]

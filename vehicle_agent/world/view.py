@@ -1,0 +1,120 @@
+"""How far the vehicle can see in each direction: what hides behind a parked car must be reckoned with."""
+
+import math
+
+import msgspec
+import numpy as np
+from numba import njit
+
+from contract.geometry import Array, Pose2
+from contract.roads.model import Building
+from vehicle_agent.signals import PEDESTRIAN, Tracks, View
+
+
+class Sight(msgspec.Struct, frozen=True):
+    """bearings: rays all around; range_m: nothing farther is looked at; sensor_x_m before the rear axle.
+
+    cell_m: an obstacle cell hides this much to each side of its middle
+    """
+
+    sensor_x_m: float
+    bearings: int = 720
+    range_m: float = 40.0
+    cell_m: float = 0.15
+    standing_mps: float = 0.5
+
+    def view(self, pose_map: Pose2, points_map: Array, tracks: Tracks, edges: Array) -> View:
+        """edges (n, 4): walls known from the map. People hide nobody, nor does what drives: it is gone
+        before anybody could come out from behind it. Standing vehicles do."""
+        cos, sin = math.cos(pose_map.yaw_rad), math.sin(pose_map.yaw_rad)
+        x_m, y_m = pose_map.x_m + self.sensor_x_m * cos, pose_map.y_m + self.sensor_x_m * sin
+        low, high = np.minimum(edges[:, :2], edges[:, 2:]), np.maximum(edges[:, :2], edges[:, 2:])
+        here = np.array([x_m, y_m])
+        near = ((low - self.range_m <= here) & (here <= high + self.range_m)).all(axis=1)
+        speeds = np.hypot(tracks.velocities_map_mps[:, 0], tracks.velocities_map_mps[:, 1])
+        hiding = (tracks.kinds != PEDESTRIAN) & (speeds < self.standing_mps)
+        boxes = _outline_edges(tracks.poses_map[hiding], tracks.sizes_m[hiding])
+        walls = np.vstack((edges[near], boxes))
+        ranges = ranges_by_bearing(
+            x_m, y_m, pose_map.yaw_rad, points_map, self.cell_m, walls, self.bearings, self.range_m
+        )
+        return View(Pose2(x_m, y_m, pose_map.yaw_rad), ranges)
+
+
+def building_edges(buildings: tuple[Building, ...]) -> Array:
+    """(n, 4) x0, y0, x1, y1 of every wall of the map."""
+    walls = [
+        (*a, *b)
+        for building in buildings
+        for a, b in zip(building.outline, building.outline[1:] + building.outline[:1], strict=True)
+    ]
+    return np.array(walls, dtype=np.float64).reshape(-1, 4)
+
+
+def points_on_walls(edges: Array, pose_map: Pose2, within_m: float, step_m: float = 0.4) -> Array:
+    """(m, 2) places every step_m along those of the (n, 4) walls that come near the vehicle."""
+    low, high = np.minimum(edges[:, :2], edges[:, 2:]), np.maximum(edges[:, :2], edges[:, 2:])
+    here = np.array([pose_map.x_m, pose_map.y_m])
+    near = edges[((low - within_m <= here) & (here <= high + within_m)).all(axis=1)]
+    pieces = [np.empty((0, 2))]
+    for x0, y0, x1, y1 in near.tolist():
+        count = max(2, math.ceil(math.hypot(x1 - x0, y1 - y0) / step_m) + 1)
+        share = np.linspace(0.0, 1.0, count)[:, None]
+        places = np.array([x0, y0]) + share * np.array([x1 - x0, y1 - y0])
+        pieces.append(places[np.hypot(places[:, 0] - here[0], places[:, 1] - here[1]) <= within_m])
+    return np.vstack(pieces)
+
+
+def _outline_edges(poses: Array, sizes: Array) -> Array:
+    """(4 n, 4) the sides of boxes, poses (n, 3) of their middles and sizes (n, 2)."""
+    n = len(poses)
+    cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    corners = np.empty((n, 4, 2))
+    for k, (u, v) in enumerate(((0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5))):
+        along, aside = u * sizes[:, 0], v * sizes[:, 1]
+        corners[:, k, 0] = poses[:, 0] + cos * along - sin * aside
+        corners[:, k, 1] = poses[:, 1] + sin * along + cos * aside
+    sides: Array = np.concatenate((corners, np.roll(corners, -1, axis=1)), axis=2).reshape(4 * n, 4)
+    return sides
+
+
+@njit(cache=True)
+def ranges_by_bearing(
+    x_m: float,
+    y_m: float,
+    yaw_rad: float,
+    points: Array,
+    cell_m: float,
+    edges: Array,
+    bearings: int,
+    range_m: float,
+) -> Array:
+    """(bearings,) free line of sight; ray i has the bearing -pi + (i + 0.5) 2 pi / bearings in the body."""
+    ranges = np.full(bearings, range_m)
+    step = 2.0 * math.pi / bearings
+    for p in range(points.shape[0]):
+        dx, dy = points[p, 0] - x_m, points[p, 1] - y_m
+        distance = math.hypot(dx, dy)
+        if distance >= range_m or distance < 1e-3:
+            continue
+        bearing = math.atan2(dy, dx) - yaw_rad
+        half = math.atan2(cell_m, distance)
+        first = math.floor((bearing - half + math.pi) / step)
+        last = math.floor((bearing + half + math.pi) / step)
+        for k in range(first, last + 1):
+            i = k % bearings
+            ranges[i] = min(ranges[i], distance)
+    for i in range(bearings):
+        angle = yaw_rad - math.pi + (i + 0.5) * step
+        ux, uy = math.cos(angle), math.sin(angle)
+        for e in range(edges.shape[0]):
+            ax, ay = edges[e, 0] - x_m, edges[e, 1] - y_m
+            bx, by = edges[e, 2] - edges[e, 0], edges[e, 3] - edges[e, 1]
+            across = ux * by - uy * bx
+            if abs(across) < 1e-12:
+                continue
+            t = (ax * by - ay * bx) / across
+            q = (ax * uy - ay * ux) / across
+            if t > 0.0 and 0.0 <= q <= 1.0:
+                ranges[i] = min(ranges[i], t)
+    return ranges
