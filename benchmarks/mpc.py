@@ -23,7 +23,6 @@ from contract.geometry import Array, arc_lengths
 from simulator.plant import PlantParams
 from simulator.sensors.gnss import GnssNoise
 from vehicle_agent.config import Profile, load_profile
-from vehicle_agent.control.mpc.bounded import ITERATIONS
 from vehicle_agent.control.snow_lion import SnowLionControl
 from vehicle_agent.stacks.snow_lion_control import control
 
@@ -150,7 +149,6 @@ def _row(name: str, run: TimedRun) -> Row:
         "max_cpu_ms": float(1e3 * run.step_cpu_s.max()),
         "bound_met": run.state.bounded,
         "infeasible": run.state.infeasible,
-        "not_converged": sum(word["solver_iterations"] >= ITERATIONS for word in said),
         "standing_ratio": float(np.mean(run.drive.trace[:, 4] == 0.0)),
         "not_followed": sum(word["path_fault"] != 0.0 for word in said),
         "peak_offset_m": max(abs(word["offset_m"]) for word in said),
