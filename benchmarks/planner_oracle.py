@@ -79,7 +79,8 @@ def _error(residual: Residual, states: int) -> Callable[..., Array]:
     steps = np.vstack([np.zeros((1, size)), 1j * _TINY * np.eye(size)])
 
     def error(this: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[Array] | None) -> Array:
-        x = np.concatenate([values.atVector(key) for key in this])
+        keys = this.keys()
+        x = np.concatenate([values.atVector(key) for key in keys])
         if jacobians is None:
             return np.ascontiguousarray(residual(x[None].astype(np.complex128))[0].real)
         out = residual(x + steps)

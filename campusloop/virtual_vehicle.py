@@ -26,7 +26,7 @@ from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
 from vehicle_agent.runtime.agent import SOFTWARE, mission_memory
 from vehicle_agent.runtime.agent_files import AgentFolder
 from vehicle_agent.runtime.computer import VehicleComputer
-from vehicle_agent.runtime.gate import Gate
+from vehicle_agent.runtime.gate import gate_of
 from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.runtime.recorder import Recorder
 from vehicle_agent.runtime.runlog_files import RunLogFiles
@@ -112,7 +112,8 @@ class VirtualVehicle:
         )
         self.computer = VehicleComputer(car, state, Recorder(header, setup.profile.body), setup.utc_offset_ns)
         self.run_log = RunLogFiles(setup.folder / "runs", self._profile_bytes, self._map_json)
-        self._desk, self._gate, self._inbox, self._news = desk, Gate(), Inbox(), TickNewsWriter()
+        self._desk, self._inbox, self._news = desk, Inbox(), TickNewsWriter()
+        self._gate = gate_of(setup.profile)
         self.link = VirtualLink(desk, self._dial)
 
     def crash(self) -> None:
@@ -130,16 +131,22 @@ class VirtualVehicle:
         """Sensors, inbox drain, tick, gate: what happens at this vehicle in one 20 ms step."""
         reports = self._world.frames_to_vehicle(self.setup.vehicle_id)
         items = self._world.sensor_items(self.setup.vehicle_id, now_ns)
-        items += self._world.tracked(self.setup.vehicle_id, now_ns)
+        tracked = self._world.tracked(self.setup.vehicle_id, now_ns)
         self._look_around(now_ns)
         if self.computer is None:
             return
+        reports = tuple(msgspec.structs.replace(frame, stamp_ns=now_ns) for frame in reports)
+        self._gate.hear(reports, now_ns)
         for frame in reports:
-            self._inbox.put(now_ns, "can", msgspec.structs.replace(frame, stamp_ns=now_ns))
-        for item in items:
+            self._inbox.put(now_ns, "can", frame)
+        for item in (*items, *tracked):
             self._inbox.put(now_ns, "sensors", item)
+        for percept in tracked:
+            self._gate.see(percept)
         while self._percepts and self._percepts[0][0] <= now_ns:
-            self._inbox.put(now_ns, "worker", self._percepts.popleft()[1])
+            _, cells = self._percepts.popleft()
+            self._inbox.put(now_ns, "worker", cells)
+            self._gate.see(cells)
         while self._plans and self._plans[0][0] <= now_ns:
             self._inbox.put(now_ns, "planner", self._plans.popleft()[1])
         for word in self._desk.take_words():
@@ -151,6 +158,8 @@ class VirtualVehicle:
             self._plans.extend((now_ns + PLAN_DELAY_NS, self._planner(job)) for job in outputs.jobs)
         self._gate.take(outputs.frames, now_ns)
         self._world.frames_from_vehicle(self.setup.vehicle_id, self._gate.step(now_ns))
+        for told in self._gate.word(now_ns):
+            self._inbox.put(now_ns, "can", told)
         self._world.show(self.setup.vehicle_id, outputs.says, now_ns)
         self._show_way(outputs.flow.task, self.computer.state.mission.segment)
         self.happened.extend((now_ns, event) for event in outputs.events)

@@ -3,11 +3,18 @@
 from contract.geometry import Pose2
 from simulator.bus import ListBus
 from simulator.ecus.by_wire import ByWire
+from simulator.ecus.module import Module
+from simulator.ecus.servo_cart import ServoModule
 from simulator.plant import Plant, PlantParams, PlantView, plant_params
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import CanFrame
 
 STEP_NS = 20_000_000
+
+
+def module_of(profile: Profile) -> Module:
+    """The by-wire module that the vehicle has."""
+    return ServoModule(profile) if profile.by_wire.kind == "servo" else ByWire(profile)
 
 
 class SimFleet:
@@ -27,7 +34,7 @@ class SimFleet:
             tuple(chosen.get(v) or plant_params(profile) for v, profile in profiles.items()),
             tuple(poses_map[v] for v in profiles),
         )
-        self.modules = {v: ByWire(profile) for v, profile in profiles.items()}
+        self.modules = {v: module_of(profile) for v, profile in profiles.items()}
         self.buses = {v: ListBus() for v in profiles}
         self._number = {v: i for i, v in enumerate(profiles)}
         self._views = {v: self.plant.view(i) for v, i in self._number.items()}

@@ -83,6 +83,23 @@ class SteeringColumn(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     quadratic: float = 0.1084
 
 
+class ByWire(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Which drive-by-wire the vehicle has, and what a servo conversion must know of itself.
+
+    kind                   "pacmod": a PACMod3-class module; "servo": motors on steering and brake, a PWM
+                           voltage for the throttle (docs/can.md)
+    throttle_duty_min, _max  PWM duty at which the motor begins to turn, and at full throttle
+    brake_travel_free      travel of the brake servo before the pads touch
+    track_width_m          between the front wheels: the encoder sits on the left one
+    """
+
+    kind: Literal["pacmod", "servo"] = "pacmod"
+    throttle_duty_min: float = 0.15
+    throttle_duty_max: float = 0.90
+    brake_travel_free: float = 0.10
+    track_width_m: float = 0.98
+
+
 class Response(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """How the vehicle answers its actuators, identified on the vehicle (docs/onboard.md, control).
 
@@ -137,6 +154,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     limits: Limits = Limits()
     lidar: LidarMount = LidarMount()
     steering: SteeringColumn = SteeringColumn()
+    by_wire: ByWire = ByWire()
     response: Response = Response()
     driving: Driving = Driving()
 

@@ -22,7 +22,7 @@ from vehicle_agent.config import Profile
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.perception.height_map import percept_from_scan
 from vehicle_agent.runtime.computer import VehicleComputer
-from vehicle_agent.runtime.gate import Gate
+from vehicle_agent.runtime.gate import gate_of
 from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.signals import LinkState, ObstaclePercept, Outputs, PlanAnswer
 from vehicle_agent.stacks.choice import Planner, build_car, build_planner
@@ -98,7 +98,7 @@ class SceneDrive:
         car = build_car(profile, scene.road_map)
         self.computer = VehicleComputer(car, initial_state(car))
         self._planner: Planner | None = build_planner(profile, scene.road_map)
-        self._gate, self._inbox = Gate(), Inbox()
+        self._gate, self._inbox = gate_of(profile), Inbox()
         self._height_map = height_map(profile)
         self._percepts: deque[tuple[int, ObstaclePercept]] = deque()
         self._plans: deque[tuple[int, PlanAnswer]] = deque()
@@ -174,18 +174,24 @@ class SceneDrive:
     def step(self) -> None:
         """20 ms of the vehicle computer and of the world."""
         now_ns, world = self.now_ns, self.world
-        for frame in world.frames_to_vehicle(VEHICLE_ID):
-            self._inbox.put(now_ns, "can", msgspec.structs.replace(frame, stamp_ns=now_ns))
+        arrived = world.frames_to_vehicle(VEHICLE_ID)
+        reports = tuple(msgspec.structs.replace(frame, stamp_ns=now_ns) for frame in arrived)
+        self._gate.hear(reports, now_ns)
+        for frame in reports:
+            self._inbox.put(now_ns, "can", frame)
         for item in world.sensor_items(VEHICLE_ID, now_ns):
             self._inbox.put(now_ns, "sensors", item)
         for percept in world.tracked(VEHICLE_ID, now_ns):
             self._inbox.put(now_ns, "tracker", percept)
+            self._gate.see(percept)
         scan = world.scan(VEHICLE_ID, now_ns)
         if scan is not None:
             cells = percept_from_scan(np.ascontiguousarray(scan[0]), now_ns, self._height_map)
             self._percepts.append((now_ns + PERCEPT_DELAY_NS, cells))
         while self._percepts and self._percepts[0][0] <= now_ns:
-            self._inbox.put(now_ns, "worker", self._percepts.popleft()[1])
+            _, seen = self._percepts.popleft()
+            self._inbox.put(now_ns, "worker", seen)
+            self._gate.see(seen)
         while self._plans and self._plans[0][0] <= now_ns:
             self._inbox.put(now_ns, "planner", self._plans.popleft()[1])
         begun_s = time.process_time()
@@ -194,6 +200,8 @@ class SceneDrive:
         self._plan(outputs)
         self._gate.take(outputs.frames, now_ns)
         world.frames_from_vehicle(VEHICLE_ID, self._gate.step(now_ns))
+        for told in self._gate.word(now_ns):
+            self._inbox.put(now_ns, "can", told)
         world.show(VEHICLE_ID, outputs.says, now_ns)
         world.step(now_ns)
         self.now_ns += STEP_NS

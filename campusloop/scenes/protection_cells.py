@@ -28,6 +28,8 @@ _RUN_UP_M, _RUN_OUT_M = 14.0, 40.0
 _TARGET, _PARKED = 1, 100
 # From the parked cars' side to the vehicle's, as in the consumer tests: a lane's width between them.
 _PARKED_GAPS_M = (1.0, 1.5)
+# The child waits behind the parked cars, where it cannot be seen.
+_HIDDEN_M = 5.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,10 +116,11 @@ def _crosser(
     kind: int,
     target_mps: float,
     size_m: tuple[float, float] | None = None,
+    way_m_max: float = 25.0,
 ) -> Recorded:
     """Crosses the path at a right angle so as to be at `share` of the front's width at the contact.
 
-    share counts from the side that the target comes from.
+    share counts from the side that the target comes from; it stands until way_m_max before the contact.
     """
     s = arc_lengths(path)
     x_m, y_m, yaw_rad = pose_at(path, s, meet_s_m)
@@ -127,11 +130,9 @@ def _crosser(
     left = np.array([-math.sin(yaw_rad), math.cos(yaw_rad)])
     offset_m = side * (0.5 - share) * body.width_m
     met = front + offset_m * left
-    way_m = max(target_mps * BEFORE_S, 4.0)
-    begins_s = BEFORE_S - min(way_m, target_mps * BEFORE_S) / target_mps
-    begin = met + side * min(way_m, 25.0) * left
-    if way_m > 25.0:
-        begins_s = BEFORE_S - 25.0 / target_mps
+    way_m = min(target_mps * BEFORE_S, way_m_max)
+    begins_s = BEFORE_S - way_m / target_mps
+    begin = met + side * way_m * left
     end = met - side * (8.0 + length_m) * left
     places = ((float(begin[0]), float(begin[1])), (float(end[0]), float(end[1])))
     return walker(_TARGET, kind, places, target_mps, begins_s, size_m)
@@ -144,7 +145,9 @@ def _occluded(body: Body, light: str, speed_mps: float) -> Iterator[Cell]:
             for share in SHARES:
                 path, start, meet = _straight(speed_mps)
                 size_m = CHILD_SIZE_M
-                child = _crosser(body, path, meet, -1.0, share, PEDESTRIAN, target_kmh * KMH, size_m)
+                child = _crosser(
+                    body, path, meet, -1.0, share, PEDESTRIAN, target_kmh * KMH, size_m, _HIDDEN_M
+                )
                 child_x_m = meet + body.front_overhang_m + 0.5 * size_m[1]
                 aside_m = -(0.5 * body.width_m + gap_m + 0.9)
                 # The last parked car ends half a metre before the child's way, the next stands behind that.

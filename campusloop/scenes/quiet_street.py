@@ -9,7 +9,6 @@ from campusloop.scenes.drive import Scene
 from campusloop.scenes.path_map import path_map
 from campusloop.scenes.scripted import clip_of, standing, walker
 from contract.geometry import Array, arc_lengths, pose_at
-from simulator.sensors.tracker import TrackerNoise
 from simulator.traffic.recordings import Recorded
 from simulator.traffic.replayed import ReplayedTraffic
 from simulator.world import WorldOptions
@@ -56,7 +55,9 @@ def quiet_street(profile: Profile, length_m: float, seed: int) -> Scene:
         limit_s=4.0 * length_m / speed_mps,
         seed=seed,
         actors=ReplayedTraffic(clip_of("street", tuple(tracks)), 0.0),
-        options=WorldOptions(traffic=None, tracker=TrackerNoise()),
+        options=WorldOptions(
+            traffic=None,
+        ),
     )
 
 

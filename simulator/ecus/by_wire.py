@@ -1,9 +1,7 @@
 """The by-wire module of one vehicle: commands in by CAN, actuators out, reports back at 30 Hz."""
 
-from dataclasses import dataclass
-from typing import Literal
-
 from simulator.ecus.command_watch import CommandWatch
+from simulator.ecus.module import REPORT_PERIOD_NS, ActuatorTargets, FailAction
 from simulator.ecus.report_frames import ModuleStatus, report_frames
 from simulator.ecus.safety_driver import HANDS_OFF, SafetyDriver
 from simulator.plant import PlantView
@@ -12,31 +10,9 @@ from vehicle_agent.can.steering_column import front_from_wheel, wheel_from_front
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import CanFrame
 
-REPORT_PERIOD_NS = 33_333_333
 PEDAL_REST_RATIO = 0.0005
 SHIFT_SPEED_MPS_MAX = 0.3
 PARK, REVERSE, DRIVE, LOW = 0.0, 1.0, 3.0, 4.0
-
-FailAction = Literal["coast", "spring_brake"]
-
-
-@dataclass(frozen=True, slots=True)
-class ActuatorTargets:
-    """What the module makes the actuators do; direction is 1, -1 or 0, lock 1 with the park pawl in."""
-
-    steer_rad: float
-    steer_rate_radps: float
-    throttle_ratio: float
-    brake_ratio: float
-    direction: float
-    lock: float
-
-    def row(self) -> tuple[float, float, float, float, float, float]:
-        """In the order of the plant's command columns."""
-        return (
-            self.steer_rad, self.steer_rate_radps, self.throttle_ratio,
-            self.brake_ratio, self.direction, self.lock,
-        )  # fmt: skip
 
 
 class ByWire:

@@ -1,15 +1,44 @@
 """What a by-wire module accepts from the bus: well-formed, counted and fresh commands."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache
 
 from vehicle_agent.can.commands import COMMANDS, COUNTER_STEPS, FRAME_GAP_NS
-from vehicle_agent.can.dbc import FrameError, MessageLayout, layouts
+from vehicle_agent.can.dbc import PACMOD, SERVO, FrameError, MessageLayout, layouts
+from vehicle_agent.can.servo_frames import SERVO_COMMANDS, SERVO_COUNTER_STEPS, unpack_checked
 from vehicle_agent.signals import CanFrame
 
 # Three periods of 30 Hz.
 COMMAND_TIMEOUT_NS = 100_000_000
-COUNTED = frozenset({"global_command", "supervisory_command"})
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """The commands of one kind of module.
+
+    counted  those that carry a counter; `complement` must fill it up where the module wants one
+    unpack   the values of a frame; FrameError when its length or check byte is wrong
+    """
+
+    file: str
+    commands: tuple[str, ...]
+    counted: frozenset[str]
+    counter_steps: int
+    complemented: bool
+    unpack: Callable[[MessageLayout, bytes], dict[str, float]]
+
+
+PACMOD_DIALECT = Dialect(
+    PACMOD,
+    COMMANDS,
+    frozenset({"global_command", "supervisory_command"}),
+    COUNTER_STEPS,
+    True,
+    MessageLayout.unpack,
+)
+SERVO_DIALECT = Dialect(
+    SERVO, SERVO_COMMANDS, frozenset(SERVO_COMMANDS), SERVO_COUNTER_STEPS, False, unpack_checked
+)
 
 
 @dataclass(slots=True)
@@ -23,6 +52,7 @@ class CommandWatch:
 
     gap_ns_min: int = FRAME_GAP_NS
     timeout_ns: int = COMMAND_TIMEOUT_NS
+    dialect: Dialect = PACMOD_DIALECT
     crowded: int = 0
     malformed: int = 0
     miscounted: int = 0
@@ -30,10 +60,15 @@ class CommandWatch:
     _stamps_ns: dict[str, int] = field(default_factory=dict)
     _counters: dict[str, int] = field(default_factory=dict)
     _last_frame_ns: int | None = None
+    _known: dict[int, MessageLayout] = field(init=False)
+
+    def __post_init__(self) -> None:
+        known = layouts(self.dialect.file)
+        self._known = {known[name].arbitration_id: known[name] for name in self.dialect.commands}
 
     def take(self, frame: CanFrame) -> str:
         """The name of the command, or "" when the frame is another module's or was refused."""
-        layout = _commands().get(frame.arbitration_id)
+        layout = self._known.get(frame.arbitration_id)
         if layout is None:
             return ""
         if self._last_frame_ns is not None and frame.stamp_ns - self._last_frame_ns < self.gap_ns_min:
@@ -41,11 +76,11 @@ class CommandWatch:
             return ""
         self._last_frame_ns = frame.stamp_ns
         try:
-            values = layout.unpack(frame.data)
+            values = self.dialect.unpack(layout, frame.data)
         except FrameError:
             self.malformed += 1
             return ""
-        if layout.name in COUNTED and not self._counts(layout.name, values):
+        if layout.name in self.dialect.counted and not self._counts(layout.name, values):
             self.miscounted += 1
             return ""
         self._values[layout.name] = values
@@ -63,17 +98,12 @@ class CommandWatch:
 
     def late(self, now_ns: int) -> tuple[str, ...]:
         """Commands that have not come in time."""
-        return tuple(name for name in COMMANDS if self.is_late(name, now_ns))
+        return tuple(name for name in self.dialect.commands if self.is_late(name, now_ns))
 
     def _counts(self, name: str, values: dict[str, float]) -> bool:
         counter = int(values["counter"])
         before = self._counters.get(name)
         self._counters[name] = counter
-        follows = before is None or counter == (before + 1) % COUNTER_STEPS
-        return follows and values["complement"] == COUNTER_STEPS - 1 - counter
-
-
-@cache
-def _commands() -> dict[int, MessageLayout]:
-    known = layouts()
-    return {known[name].arbitration_id: known[name] for name in COMMANDS}
+        steps = self.dialect.counter_steps
+        follows = before is None or counter == (before + 1) % steps
+        return follows and (not self.dialect.complemented or values["complement"] == steps - 1 - counter)

@@ -2,7 +2,7 @@
 
 from contract.geometry import Pose2
 from simulator.fleet import STEP_NS, SimFleet
-from vehicle_agent.can.pacmod import pacmod
+from vehicle_agent.can.by_wire import codec_of
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import Actuation, CanFrame, VehicleMotion
 
@@ -18,7 +18,7 @@ class CanDriver:
         self.profile = profile or Profile()
         self.fleet = SimFleet({"s1": self.profile}, {"s1": Pose2(0.0, 0.0, 0.0)})
         self.module = self.fleet.modules["s1"]
-        self.can = pacmod(self.profile)
+        self.can = codec_of(self.profile)
         self.state = self.can.initial()
         self.now_ns = 1_000_000_000
         self.motion: VehicleMotion

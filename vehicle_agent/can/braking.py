@@ -1,7 +1,9 @@
-"""The gate's own brake sequence: the last commands that were sound, with the pedals set to stop."""
+"""What the gate must know of a by-wire: the small door behind which PACMod and servo differ."""
 
-from vehicle_agent.can.commands import COMMANDS, COUNTER_STEPS, FRAME_GAP_NS
-from vehicle_agent.can.dbc import FrameError, layouts
+from typing import Protocol
+
+import msgspec
+
 from vehicle_agent.signals import CanFrame
 
 
@@ -9,49 +11,42 @@ class CommandSetError(Exception):
     """A tick's frames are not one whole, consistent set of commands; the message says why."""
 
 
-def checked_counter(frames: tuple[CanFrame, ...]) -> int:
-    """The set's counter.
+class Commanded(msgspec.Struct, frozen=True):
+    """What a sound set asks for: front-wheel angle, left positive, and pedals of 0..1.
 
-    Raises CommandSetError unless the frames are the six commands in order, with matching counters and
-    complements, accelerator and brake within 0..1 and never both pressed.
+    counter  the set's number, counted on modulo the by-wire's `counter_steps`
+    enable   by-wire shall have the vehicle
     """
-    known = layouts()
-    if tuple(frame.arbitration_id for frame in frames) != tuple(
-        known[name].arbitration_id for name in COMMANDS
-    ):
-        raise CommandSetError("not the six command frames in order")
-    try:
-        values = {name: known[name].unpack(frame.data) for name, frame in zip(COMMANDS, frames, strict=True)}
-    except FrameError as error:
-        raise CommandSetError(str(error)) from error
-    counts = {(int(values[name]["counter"]), int(values[name]["complement"])) for name in COMMANDS[:2]}
-    counter, complement = counts.pop()
-    if counts or counter + complement != COUNTER_STEPS - 1:
-        raise CommandSetError("counters and complements do not match")
-    accelerator = values["accelerator_command"]["position"]
-    brake = values["brake_command"]["position"]
-    if accelerator > 0.0 and brake > 0.0:
-        raise CommandSetError("accelerator and brake pressed together")
-    return counter
+
+    counter: int
+    enable: bool
+    steer_rad: float
+    throttle_ratio: float
+    brake_ratio: float
 
 
-def braking_frames(last: tuple[CanFrame, ...], steps: int, now_ns: int) -> tuple[CanFrame, ...]:
-    """Full brake, no accelerator, steering and enable bits as they were; the counter `steps` further on.
+class Braking(Protocol):
+    """Stateless; one for each kind of by-wire (`vehicle_agent.can.by_wire`).
 
-    last  the last sound set of commands (see `checked_counter`)
+    frame_gap_ns   the pause that the module wants between two frames
+    counter_steps  a set's counter runs from 0 to one less
     """
-    known = layouts()
-    frames = []
-    for i, (name, frame) in enumerate(zip(COMMANDS, last, strict=True)):
-        values = known[name].unpack(frame.data)
-        if "counter" in values:
-            counter = (int(values["counter"]) + steps) % COUNTER_STEPS
-            values |= {"counter": counter, "complement": COUNTER_STEPS - 1 - counter}
-        if name == "global_command":
-            values |= {"clear_faults": 0.0, "clear_overrides": 0.0}
-        if name == "accelerator_command":
-            values["position"] = 0.0
-        if name == "brake_command":
-            values["position"] = 1.0 if values["enable"] else 0.0
-        frames.append(CanFrame(now_ns + i * FRAME_GAP_NS, frame.arbitration_id, known[name].pack(values)))
-    return tuple(frames)
+
+    @property
+    def frame_gap_ns(self) -> int: ...
+    @property
+    def counter_steps(self) -> int: ...
+
+    def command_ids(self) -> frozenset[int]:
+        """Identifiers of the commands: what the gate itself sends."""
+        ...
+
+    def commanded(self, frames: tuple[CanFrame, ...]) -> Commanded:
+        """What the set says. Raises CommandSetError unless it is one whole, consistent set."""
+        ...
+
+    def braking_frames(
+        self, last: tuple[CanFrame, ...], steps: int, now_ns: int, brake_ratio: float = 1.0
+    ) -> tuple[CanFrame, ...]:
+        """Brake, no throttle, all else as in the last sound set; the counter `steps` further on."""
+        ...

@@ -1,4 +1,4 @@
-"""The frame layouts of our DBC, compiled once to integer bit operations.
+"""The frame layouts of our DBCs, compiled once to integer bit operations.
 
 cantools reads the file; it is too slow to pack with at 50 Hz, so each signal becomes a shift and a mask on
 the frame taken as one big-endian integer. tests/vehicle_agent/can proves the two equal.
@@ -12,7 +12,8 @@ from pathlib import Path
 import cantools
 import msgspec
 
-DBC_PATH = Path(__file__).with_name("campus_pacmod.dbc")
+PACMOD, SERVO = "campus_pacmod.dbc", "servo_cart.dbc"
+DBC_PATH = Path(__file__).with_name(PACMOD)
 
 
 class FrameError(Exception):
@@ -72,11 +73,11 @@ class MessageLayout(msgspec.Struct, frozen=True):
         return {name: signal.read(word) for name, signal in self.signals.items()}
 
 
-def _signal(signal: cantools.database.can.Signal, length: int) -> SignalLayout:
+def _signal(signal: cantools.database.can.Signal, length: int, file: str) -> SignalLayout:
     if signal.byte_order != "big_endian" or signal.offset != 0:
-        raise FrameError(f"{DBC_PATH.name}: {signal.name} must be big-endian without an offset")
+        raise FrameError(f"{file}: {signal.name} must be big-endian without an offset")
     if signal.minimum is None or signal.maximum is None:
-        raise FrameError(f"{DBC_PATH.name}: {signal.name} must declare its range")
+        raise FrameError(f"{file}: {signal.name} must declare its range")
     first_bit = 8 * (signal.start // 8) + 7 - signal.start % 8
     mask = (1 << signal.length) - 1
     scale = float(signal.scale)
@@ -92,16 +93,16 @@ def _signal(signal: cantools.database.can.Signal, length: int) -> SignalLayout:
 
 
 @cache
-def layouts() -> dict[str, MessageLayout]:
-    """Every message of `campus_pacmod.dbc` by name."""
+def layouts(file: str = PACMOD) -> dict[str, MessageLayout]:
+    """Every message of one of our DBC files by name."""
     database = cantools.database.can.Database()
-    database.add_dbc_file(DBC_PATH)
+    database.add_dbc_file(DBC_PATH.with_name(file))
     return {
         message.name: MessageLayout(
             message.name,
             message.frame_id,
             message.length,
-            {signal.name: _signal(signal, message.length) for signal in message.signals},
+            {signal.name: _signal(signal, message.length, file) for signal in message.signals},
         )
         for message in database.messages
     }

@@ -1,11 +1,12 @@
 """The can room for a PACMod3-class by-wire module: frames <-> VehicleMotion / Actuation."""
 
 import math
-from typing import Literal
 
 import msgspec
 
 from vehicle_agent.can.commands import COUNTER_STEPS, CommandEncoder
+from vehicle_agent.can.faults import Severity, since
+from vehicle_agent.can.gate_report import GateWord, heard_gate
 from vehicle_agent.can.handshake import Handshake, advance
 from vehicle_agent.can.reports import Reports, heard
 from vehicle_agent.can.steering_column import front_from_wheel, wheel_from_front
@@ -17,8 +18,6 @@ BOOT_GRACE_NS = 1_000_000_000
 REFUSALS_MAX = 3
 MALFORMED_SHOWN_NS = 1_000_000_000
 
-Severity = Literal["info", "warning", "stop"]
-
 
 class CanState(msgspec.Struct, frozen=True):
     """boot_ns: stamp of the first tick; 0 before it."""
@@ -29,6 +28,7 @@ class CanState(msgspec.Struct, frozen=True):
     boot_ns: int = 0
     overridden: bool = False
     faults: tuple[Fault, ...] = ()
+    gate: GateWord = GateWord()
 
 
 class Pacmod(msgspec.Struct, frozen=True):
@@ -49,7 +49,9 @@ class Pacmod(msgspec.Struct, frozen=True):
         reports = heard(state.reports, frames)
         enabled = bool(reports.enabled) and now_ns - reports.global_ns <= REPORT_LOST_NS
         overridden = bool(reports.override_active) or (state.overridden and not enabled)
-        faults = _since(_active(reports, state.handshake, boot_ns, now_ns), state.faults, now_ns)
+        gate = heard_gate(state.gate, frames)
+        active = _active(reports, state.handshake, boot_ns, now_ns) + gate.active(now_ns)
+        faults = since(active, state.faults, now_ns)
         motion = VehicleMotion(
             stamp_ns=reports.speed_ns,
             speed_mps=reports.speed_mps,
@@ -62,7 +64,7 @@ class Pacmod(msgspec.Struct, frozen=True):
             battery_ratio=reports.charge_ratio,
             faults=faults,
         )
-        return motion, CanState(reports, state.handshake, state.counter, boot_ns, overridden, faults)
+        return motion, CanState(reports, state.handshake, state.counter, boot_ns, overridden, faults, gate)
 
     def encode(self, state: CanState, act: Actuation, now_ns: int) -> tuple[tuple[CanFrame, ...], CanState]:
         """All command frames of this tick, from this tick's actuation alone.
@@ -77,7 +79,9 @@ class Pacmod(msgspec.Struct, frozen=True):
         encoder = CommandEncoder(self.steering, self._wheel_rate_radps())
         frames = encoder.frames(act, shake, state.counter, clear_faults, now_ns)
         counter = (state.counter + 1) % COUNTER_STEPS
-        return frames, CanState(reports, shake, counter, state.boot_ns, state.overridden, state.faults)
+        return frames, CanState(
+            reports, shake, counter, state.boot_ns, state.overridden, state.faults, state.gate
+        )
 
     def _wheel_rate_radps(self) -> float:
         lock_rad = math.atan(self.body.wheelbase_m / self.body.turn_radius_m_min)
@@ -110,11 +114,3 @@ def _active(reports: Reports, shake: Handshake, boot_ns: int, now_ns: int) -> li
     if reports.malformed_ns and now_ns - reports.malformed_ns <= MALFORMED_SHOWN_NS:
         faults.append(("can_frame_malformed", "warning"))
     return faults
-
-
-def _since(active: list[tuple[str, Severity]], before: tuple[Fault, ...], now_ns: int) -> tuple[Fault, ...]:
-    """Active faults with the time each began, taken from the last tick where it was there already."""
-    if not active:
-        return ()
-    began = {(fault.code, fault.severity): fault.since_ns for fault in before}
-    return tuple(Fault(code, severity, began.get((code, severity), now_ns)) for code, severity in active)

@@ -1,8 +1,12 @@
 """Everything that is wrong right now, as faults with the time each began."""
 
+import math
+
 import msgspec
 
-from vehicle_agent.signals import Ages, Ego, Fault, VehicleMotion, World
+from contract.wire.messages import DriveMode, FaultRaised
+from vehicle_agent.guard.others import are_finite
+from vehicle_agent.signals import Ages, Ego, Fault, VehicleMotion, World, fault_report
 
 Found = tuple[str, str]
 
@@ -31,6 +35,7 @@ def current(
     """Faults by code. tick_ns: time since the tick before, 0 in the first one."""
     found = {fault.code: fault for fault in (*motion.faults, *ego.faults)}
     now_ns = ego.stamp_ns
+    pose = (ego.pose_map.x_m, ego.pose_map.y_m, ego.pose_map.yaw_rad, ego.speed_mps)
 
     def add(code: str, severity: str, since_ns: int = now_ns) -> None:
         found.setdefault(code, Fault(code, severity, since_ns))  # type: ignore[arg-type]
@@ -47,13 +52,19 @@ def current(
             add(f"{name}_missing", "stop")
         elif age_ns > stale_ns:
             add(f"{name}_stale", "stop", now_ns - age_ns)
+    if not all(map(math.isfinite, pose)):
+        add("pose_not_finite", "stop")
+    if not are_finite(world.tracks):
+        add("tracks_not_finite", "warning")
     if world.blind and limits.percept_ns:
         add("lidar_blind", "stop")
     if not wish_is_finite:
         add("command_not_finite", "stop")
     if by_wire_late:
         add("by_wire_not_given", "stop")
-    if tick_ns > limits.lost_tick_ns:
+    if tick_ns < 0:
+        add("clock_went_back", "stop")
+    elif tick_ns > limits.lost_tick_ns:
         add("tick_lost", "stop")
     elif tick_ns > limits.late_tick_ns:
         add("tick_late", "warning")
@@ -67,3 +78,28 @@ def begun(found: dict[str, Fault], before: tuple[Fault, ...], now_ns: int) -> tu
         Fault(code, found[code].severity, known.get(code) or found[code].since_ns or now_ns)
         for code in sorted(found)
     )
+
+
+def news(
+    told: tuple[Fault, ...], faults: tuple[Fault, ...], mode: DriveMode, now_ns: int, tell_after_ns: int
+) -> tuple[tuple[Fault, ...], tuple[FaultRaised, ...]]:
+    """(faults told of by now, events). What is only not there yet at boot is not news at once."""
+    known = {fault.code for fault in told}
+    raised = tuple(
+        fault
+        for fault in faults
+        if fault.code not in known
+        and fault.severity != "info"
+        and (mode not in ("held", "manual") or now_ns - fault.since_ns > tell_after_ns)
+    )
+    active = {fault.code for fault in faults}
+    cleared = tuple(fault for fault in told if fault.code not in active)
+    kept = tuple(fault for fault in told if fault.code in active)
+    events = tuple(FaultRaised(fault_report(fault)) for fault in raised)
+    return kept + raised, events + tuple(FaultRaised(fault_report(fault), True) for fault in cleared)
+
+
+def shown(faults: tuple[Fault, ...], latched: tuple[Fault, ...]) -> tuple[Fault, ...]:
+    """Active faults, and those that are over but still hold the vehicle."""
+    active = {fault.code for fault in faults}
+    return faults + tuple(fault for fault in latched if fault.code not in active)

@@ -1,54 +1,131 @@
 """The second layer of safety: between the tick and the CAN bus, and the only owner of the bus.
 
-Small enough to read aloud. It knows nothing of roads or plans: fresh, consistent commands pass; anything
-else is answered with the gate's own brake sequence, for as long as it takes.
+Small enough to read aloud. It knows nothing of roads or plans: fresh, consistent commands within the limits
+pass; silence, a clock that runs backwards, a wheel that does not follow, a speed that cannot be, or something
+before the bumper that nobody brakes for, are answered with the gate's own brake sequence. That goes on until
+the vehicle stands and the tick asks for by-wire anew in two frames, which takes an operator's resume.
 """
 
-from vehicle_agent.can.braking import CommandSetError, braking_frames, checked_counter
-from vehicle_agent.signals import CanFrame
+from typing import Any
 
-TICK_NS = 20_000_000
-# Two missed ticks, and half a tick of slack for the scheduler.
-FRESH_NS = 2 * TICK_NS + TICK_NS // 2
+from vehicle_agent.can.braking import Braking, Commanded, CommandSetError
+from vehicle_agent.can.by_wire import braking_of, codec_of
+from vehicle_agent.can.gate_report import gate_report
+from vehicle_agent.config import Profile
+from vehicle_agent.onboard.car import Can
+from vehicle_agent.runtime.gate_checks import CommandChecks
+from vehicle_agent.runtime.gate_settings import GateSettings, gate_settings
+from vehicle_agent.runtime.gate_watches import FootprintWatch, SpeedWatch, SteeringWatch
+from vehicle_agent.signals import CanFrame, Percept, VehicleMotion
+
+_CLOSE = "something before the bumper"
 
 
 class Gate:
     """refused: why the last set of commands was not let through, empty when it was.
-    braking: the gate itself is braking, because the tick has gone silent."""
+    braking: why the gate itself brakes, empty when it does not."""
 
-    def __init__(self) -> None:
+    def __init__(self, by_wire: Braking, codec: Can, settings: GateSettings) -> None:
+        self._by_wire, self._codec, self._settings = by_wire, codec, settings
+        self._reports: Any = codec.initial()
+        self._motion: VehicleMotion | None = None
+        self._checks = CommandChecks(by_wire, settings)
+        self._steering, self._speed = SteeringWatch(settings), SpeedWatch(settings)
+        self._footprint = FootprintWatch(settings)
         self.refused = ""
-        self.braking = False
+        self.braking = ""
         self._pending: tuple[CanFrame, ...] = ()
         self._last: tuple[CanFrame, ...] = ()
-        self._last_counter = -1
+        self._asked: Commanded | None = None
         self._last_ns = 0
+        self._stepped_ns = 0
         self._braked_steps = 0
+        self._saw_disabled = False
+        self._tells = 0
+
+    def hear(self, frames: tuple[CanFrame, ...], now_ns: int) -> None:
+        """The module's reports, before they go on to the tick."""
+        self._motion, self._reports = self._codec.decode(self._reports, frames, now_ns)
+
+    def see(self, percept: Percept) -> None:
+        """A perception worker's answer, straight from the worker."""
+        self._footprint.see(percept)
 
     def take(self, frames: tuple[CanFrame, ...], now_ns: int) -> None:
-        """One tick's command frames. A set that is inconsistent or repeats the one before is refused: a
-        stale command must not look alive."""
+        """One tick's command frames. A set that is inconsistent, old, repeated or beyond the limits is
+        refused: a stale command must not look alive."""
         try:
-            counter = checked_counter(frames)
+            asked = self._checks.believed(frames, now_ns)
         except CommandSetError as error:
             self.refused = str(error)
             return
-        if counter == self._last_counter:
-            self.refused = "the counter stands still"
-            return
         self.refused = ""
-        self._last, self._pending = frames, frames
-        self._last_counter, self._last_ns = counter, now_ns
+        if self.braking and not self._lets_go(asked):
+            return
+        self.braking = ""
+        self._last, self._pending, self._asked = frames, frames, asked
+        self._last_ns = now_ns
         self._braked_steps = 0
 
     def step(self, now_ns: int) -> tuple[CanFrame, ...]:
         """Frames for the bus now, called every 20 ms: the tick's, or nothing yet, or the gate's brake."""
-        if self._pending:
-            frames, self._pending = self._pending, ()
-            self.braking = False
-            return frames
-        if not self._last or now_ns - self._last_ns <= FRESH_NS:
+        went_back = now_ns < self._stepped_ns
+        self._stepped_ns = now_ns
+        if went_back:
+            # What was stamped by the clock before means nothing to them now.
+            self._steering, self._footprint = SteeringWatch(self._settings), FootprintWatch(self._settings)
+        asked = self._asked
+        if asked is None:
             return ()
-        self.braking = True
+        if asked.enable and not self.braking:
+            self.braking = "the clock went back" if went_back else self._danger(asked, now_ns)
+        frames, self._pending = self._pending, ()
+        if self.braking:
+            return self._brake(now_ns)
+        if frames:
+            self._steering.sent(now_ns, asked)
+        return frames
+
+    def word(self, now_ns: int) -> tuple[CanFrame, ...]:
+        """For the tick, after each step: that the gate brakes, and once that it does no longer."""
+        self._tells = 2 if self.braking else max(0, self._tells - 1)
+        return (gate_report(bool(self.braking), now_ns),) if self._tells else ()
+
+    def _danger(self, asked: Commanded, now_ns: int) -> str:
+        """Why the gate must brake now, empty when all is well. Without by-wire there is nothing to brake."""
+        if not self._pending and now_ns - self._last_ns > self._settings.fresh_ns:
+            return self.refused or "the tick is silent"
+        motion = self._motion
+        if motion is None:
+            return ""
+        if self._footprint.is_close(motion, asked, now_ns):
+            return _CLOSE
+        if self._speed.is_over(motion):
+            return "too fast"
+        return "the steering does not follow" if self._steering.is_stuck(motion) else ""
+
+    def _brake(self, now_ns: int) -> tuple[CanFrame, ...]:
+        """Comfortably first, then fully, and held; the steering as it was, by-wire kept alive."""
         self._braked_steps += 1
-        return braking_frames(self._last, self._braked_steps, now_ns)
+        gently = self.braking != _CLOSE and self._braked_steps <= self._settings.comfort_steps
+        ratio = self._settings.comfort_ratio if gently else 1.0
+        return self._by_wire.braking_frames(self._last, self._braked_steps, now_ns, ratio)
+
+    def _lets_go(self, asked: Commanded) -> bool:
+        """The vehicle stands, or is not by-wire's, and the tick's enable falls and rises again."""
+        motion = self._motion
+        stands = motion is not None and (
+            abs(motion.speed_mps) < self._settings.standing_mps or not motion.enabled
+        )
+        if not asked.enable:
+            self._saw_disabled = stands
+            return False
+        if not (self._saw_disabled and stands):
+            return False
+        self._saw_disabled = False
+        return True
+
+
+def gate_of(profile: Profile) -> Gate:
+    """The gate of a kind of vehicle."""
+    return Gate(braking_of(profile), codec_of(profile), gate_settings(profile))

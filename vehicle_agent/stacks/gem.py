@@ -4,15 +4,18 @@ import math
 
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
-from vehicle_agent.can.pacmod import pacmod
+from vehicle_agent.can.by_wire import codec_of
 from vehicle_agent.config import Profile
 from vehicle_agent.control.brake_map import BrakeMap
 from vehicle_agent.control.follower import WaypointFollower
 from vehicle_agent.control.gem import WaypointControl
 from vehicle_agent.control.steering import BicycleSteering
 from vehicle_agent.control.twist import TwistController
+from vehicle_agent.guard.collision import Avoidance
 from vehicle_agent.guard.faults import Ageing
 from vehicle_agent.guard.guard import Guard
+from vehicle_agent.guard.limits import Limits as GuardLimits
+from vehicle_agent.hmi.attention import Attention
 from vehicle_agent.hmi.gem import Announcer
 from vehicle_agent.localization.gem import GnssLocalization
 from vehicle_agent.mission.mission import Mission
@@ -31,13 +34,15 @@ from vehicle_agent.planning.waypoints import WaypointRules
 from vehicle_agent.world.surroundings import Surroundings
 
 _TICK_S = TICK_NS * 1e-9
+# What the guard chooses from before it brakes fully.
+_GUARD_BRAKES_MPS2 = (1.5, 2.5, 3.5, 4.5)
 
 
 def gem(profile: Profile, road_map: RoadMap) -> Car:
     """A car that drives as in the GEM paper, on one map."""
     body = profile.body
     return Car(
-        can=pacmod(profile),
+        can=codec_of(profile),
         localization=GnssLocalization(road_map.origin),
         perception=HeightMapPerception(
             lidar_x_m=profile.lidar.x_m,
@@ -52,8 +57,14 @@ def gem(profile: Profile, road_map: RoadMap) -> Car:
         planning=planning(profile),
         control=control(profile),
         guard=guard(profile),
-        hmi=Announcer(),
+        hmi=announcer(profile),
     )
+
+
+def announcer(profile: Profile) -> Announcer:
+    """Screens and voice, about the vehicle's own outline."""
+    body = profile.body
+    return Announcer(Attention(front_m=body.front_overhang_m, half_width_m=0.5 * body.width_m))
 
 
 def mission_rules(profile: Profile) -> MissionRules:
@@ -122,15 +133,25 @@ def control(profile: Profile) -> WaypointControl:
 
 def guard(profile: Profile) -> Guard:
     """The profile's limits, and the ages of `rates`; a vehicle without lidar waits for no scans."""
-    limits = profile.limits
+    body, limits = profile.body, profile.limits
+    brakes = brake_map(profile)
     return Guard(
-        wheelbase_m=profile.body.wheelbase_m,
-        body_front_m=profile.body.front_overhang_m,
-        half_width_m=0.5 * profile.body.width_m,
-        steer_rad_max=steer_rad_max(profile),
-        steer_rate_radps_max=limits.steer_rate_radps_max,
-        speed_mps_max=limits.speed_mps_max,
-        stop_ratio=brake_map(profile).brake_ratio(0.4 * limits.decel_mps2_max),
+        limits=GuardLimits(
+            steer_rad_max=steer_rad_max(profile),
+            steer_rate_radps_max=limits.steer_rate_radps_max,
+            speed_mps_max=limits.speed_mps_max,
+        ),
+        avoidance=Avoidance(
+            wheelbase_m=body.wheelbase_m,
+            back_m=body.rear_overhang_m,
+            front_m=body.front_overhang_m,
+            half_width_m=0.5 * body.width_m,
+            brakes=tuple((decel, brakes.brake_ratio(decel)) for decel in _GUARD_BRAKES_MPS2),
+            accel_mps2_max=limits.accel_mps2_max,
+            delay_s=profile.response.brake_delay_s,
+        ),
+        stop_ratio=brakes.brake_ratio(0.4 * limits.decel_mps2_max),
+        slow_ratio=brakes.brake_ratio(limits.decel_mps2_comfort),
         ageing=Ageing(
             motion_ns=STALE_AFTER_NS["can_frame"],
             pose_ns=STALE_AFTER_NS["gnss_fix"],

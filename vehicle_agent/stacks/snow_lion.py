@@ -2,7 +2,7 @@
 
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
-from vehicle_agent.can.pacmod import pacmod
+from vehicle_agent.can.by_wire import codec_of
 from vehicle_agent.config import Profile
 from vehicle_agent.hmi.gem import Announcer
 from vehicle_agent.localization.gem import GnssLocalization
@@ -31,7 +31,7 @@ def snow_lion(profile: Profile, road_map: RoadMap) -> Car:
     half_m = 0.5 * body.width_m
     has_lidar = profile.lidar.rate_hz > 0.0
     return Car(
-        can=pacmod(profile),
+        can=codec_of(profile),
         localization=GnssLocalization(road_map.origin),
         perception=TrackingPerception(
             HeightMapPerception(

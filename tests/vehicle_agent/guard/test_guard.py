@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from contract.geometry import Pose2
 from contract.wire.messages import Blocked, FaultRaised, ModeChanged
 from vehicle_agent.config import Profile
-from vehicle_agent.guard.bumper import distance_on_arc
 from vehicle_agent.guard.guard import Watch
 from vehicle_agent.signals import Actuation, Ages, Ego, Fault, Guarded, Path, Task, VehicleMotion, Wish, World
 from vehicle_agent.stacks.gem import guard
@@ -190,12 +189,12 @@ def test_every_command_is_within_limits(ticks: list[tuple[float, float, float, b
         act, _ = bench.step(
             Wish(wished, throttle, brake, 0.0), motion_enabled=enabled, path_emergency=emergency
         )
-        assert 0.0 <= act.throttle_ratio <= GUARD.throttle_ratio_max
+        assert 0.0 <= act.throttle_ratio <= GUARD.limits.throttle_ratio_max
         assert 0.0 <= act.brake_ratio <= 1.0
         assert act.throttle_ratio == 0.0 or act.brake_ratio == 0.0
-        assert abs(act.steer_rad) <= GUARD.steer_rad_max
+        assert abs(act.steer_rad) <= GUARD.limits.steer_rad_max
         if enabled:
-            assert abs(act.steer_rad - steer) <= GUARD.steer_rate_radps_max * 0.02 + 1e-9
+            assert abs(act.steer_rad - steer) <= GUARD.limits.steer_rate_radps_max * 0.02 + 1e-9
         steer = act.steer_rad
 
 
@@ -214,14 +213,6 @@ def test_a_minute_behind_an_obstacle_is_told_once_and_its_end_once() -> None:
     blocked = [event for event in bench.events if isinstance(event, Blocked)]
     assert [event.cleared for event in blocked] == [False, True]
     assert blocked[0].obstacle_m == 4.0
-
-
-def test_on_a_curve_the_guard_looks_along_the_arc() -> None:
-    left, right = np.array([[6.0, 3.0]]), np.array([[6.0, -3.0]])
-    assert distance_on_arc(left, 0.15, 3.5, 0.9, 10.0) < 4.0
-    assert math.isinf(distance_on_arc(right, 0.15, 3.5, 0.9, 10.0))
-    assert distance_on_arc(right, -0.15, 3.5, 0.9, 10.0) < 4.0
-    assert distance_on_arc(np.array([[5.0, 0.0]]), 0.0, 3.5, 0.9, 10.0) == 1.5
 
 
 def test_the_watch_of_a_new_guard_is_held() -> None:

@@ -141,11 +141,20 @@ def _draft(
     return Draft(path, samples, speed, rows, "planned", judge(rows, request, params, "planned"))
 
 
+def _why_stopped(draft: Draft) -> str:
+    """A stop in a word or two: for whom, or what was wrong with the plan that it replaces."""
+    if draft.speed.inside:
+        return "footprint"
+    if "agent" in draft.instead:
+        return "emergency" if draft.quality == "emergency" else "yielding"
+    return " ".join((draft.quality, *draft.instead))
+
+
 def _answer(draft: Draft, request: MotionRequest, used: int, moving: MovingDiscs) -> Motion:
     speed, path = draft.speed, draft.path
     limited = speed.limited_by
     if draft.quality != "planned":
-        limited = "footprint" if speed.inside else " ".join((draft.quality, *draft.instead))
+        limited = _why_stopped(draft)
     figures = (
         ("path_cost", path.cost),
         ("path_iterations", float(path.iterations)),

@@ -1,4 +1,4 @@
-"""The guard's own look ahead: is something within braking distance on the arc that is being steered?"""
+"""The gate's look ahead: how far is it to what the bumper will meet on the arc that is being steered?"""
 
 import math
 

@@ -1,0 +1,20 @@
+"""From a profile's `[by_wire] kind` to the codec and to what the gate knows of it."""
+
+from vehicle_agent.can.braking import Braking
+from vehicle_agent.can.pacmod import Pacmod, pacmod
+from vehicle_agent.can.pacmod_braking import PacmodBraking
+from vehicle_agent.can.servo import ServoCart, servo_cart
+from vehicle_agent.can.servo_braking import ServoBraking
+from vehicle_agent.config import Profile
+
+
+def codec_of(profile: Profile) -> Pacmod | ServoCart:
+    """The can room of the vehicle's by-wire."""
+    return servo_cart(profile) if profile.by_wire.kind == "servo" else pacmod(profile)
+
+
+def braking_of(profile: Profile) -> Braking:
+    """How the gate checks commands and brakes."""
+    if profile.by_wire.kind == "servo":
+        return ServoBraking(profile.steering, profile.by_wire)
+    return PacmodBraking(profile.steering)

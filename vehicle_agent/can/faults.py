@@ -1,0 +1,15 @@
+"""Since when each fault has been there."""
+
+from typing import Literal
+
+from vehicle_agent.signals import Fault
+
+Severity = Literal["info", "warning", "stop"]
+
+
+def since(active: list[tuple[str, Severity]], before: tuple[Fault, ...], now_ns: int) -> tuple[Fault, ...]:
+    """Active faults with the time each began, taken from the last tick where it was there already."""
+    if not active:
+        return ()
+    began = {(fault.code, fault.severity): fault.since_ns for fault in before}
+    return tuple(Fault(code, severity, began.get((code, severity), now_ns)) for code, severity in active)

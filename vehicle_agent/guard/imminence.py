@@ -1,0 +1,115 @@
+"""Whether somebody will be touched, if the vehicle still drives on for its response time and then brakes.
+
+After RSS (Shalev-Shwartz, Shammah, Shashua 2017, definitions 1-6 and the response to them): the vehicle's own
+response time and braking stand against the worst reasonable behaviour of the others. Where RSS has closed
+formulas for straight lanes, here both are carried along the steered arc in small steps, with the whole swept
+body: that is the same rule for any curve and any direction.
+"""
+
+import math
+
+from numba import njit
+
+from contract.geometry import Array
+
+STEP_S = 0.05
+# Who comes at the vehicle by himself counts when he meets it this close behind its front bumper: whoever
+# walks into its flank is not helped by its braking.
+FRONT_ZONE_M = 0.5
+_STRAIGHT_1PM = 1e-5
+
+
+@njit(cache=True)
+def clearance_m(x_m: float, y_m: float, back_m: float, front_m: float, half_m: float) -> float:
+    """Distance of a point (base frame) from the body's rectangle, negative inside."""
+    beyond = max(-back_m - x_m, x_m - front_m)
+    aside = abs(y_m) - half_m
+    if beyond > 0.0 and aside > 0.0:
+        return math.hypot(beyond, aside)
+    return max(beyond, aside)
+
+
+@njit(cache=True)
+def travel_m(t_s: float, speed_mps: float, accel_mps2: float, response_s: float, decel_mps2: float) -> float:
+    """How far the vehicle has come: response_s at accel_mps2, then braking to a stand."""
+    early = min(t_s, response_s)
+    way = early * (speed_mps + 0.5 * accel_mps2 * early)
+    peak = speed_mps + accel_mps2 * response_s
+    late = min(t_s - early, peak / decel_mps2)
+    way += late * (peak - 0.5 * decel_mps2 * late)
+    return way
+
+
+@njit(cache=True)
+def will_touch(
+    rows: Array,
+    curvature_1pm: float,
+    speed_mps: float,
+    accel_mps2: float,
+    response_s: float,
+    decel_mps2: float,
+    body: tuple[float, float, float],
+    front_margin_m: float,
+    margin_m: float,
+) -> bool:
+    """True when one of the (n, 7) rows of `others` comes too close before the vehicle stands.
+
+    curvature_1pm  of the arc that the rear axle drives; body: back, front, half width from there
+    front_margin_m more room before the bumper; margin_m: on every side
+    Each is tried as somebody who stops as hard as he can, and as somebody who keeps going; both may stray to
+    any side by half his sideways acceleration times the time squared. Who is near already may not be brought
+    nearer than half as near: walking along beside the vehicle is no danger.
+    """
+    back, front, half = body[0], body[1] + front_margin_m, body[2]
+    end_s = response_s + (speed_mps + accel_mps2 * response_s) / decel_mps2
+    reach = travel_m(end_s, speed_mps, accel_mps2, response_s, decel_mps2)
+    steps = int(math.ceil(end_s / STEP_S))
+    for i in range(rows.shape[0]):
+        x, y, vx, vy, radius, brake, swerve = rows[i]
+        v = math.hypot(vx, vy)
+        now_m = clearance_m(x, y, back, front, half) - radius
+        most_stray = 0.5 * swerve * end_s * end_s
+        if now_m > reach + v * end_s + margin_m + most_stray:
+            continue
+        for k in range(1, steps + 1):
+            t = min(k * STEP_S, end_s)
+            s = travel_m(t, speed_mps, accel_mps2, response_s, decel_mps2)
+            allowed = margin_m + 0.5 * swerve * t * t
+            # Nearer than he is by two centimetres, when he overlaps already.
+            allowed = min(allowed, 0.5 * now_m) if now_m > 0.0 else now_m - 0.02
+            stop_s = min(t, v / brake) if brake > 0.0 else 0.0
+            stopped = stop_s * (1.0 - 0.5 * brake * stop_s / v) if v > 1e-6 else 0.0
+            ahead, aside = _seen_from(x + vx * stopped, y + vy * stopped, s, curvature_1pm)
+            if clearance_m(ahead, aside, back, front, half) - radius < allowed:
+                return True
+            ahead, aside = _seen_from(x + vx * t, y + vy * t, s, curvature_1pm)
+            if ahead < front - FRONT_ZONE_M:
+                continue
+            if clearance_m(ahead, aside, back, front, half) - radius < allowed:
+                return True
+    return False
+
+
+@njit(cache=True)
+def _seen_from(x: float, y: float, s: float, curvature: float) -> tuple[float, float]:
+    """A place of the base frame at the start, in the base frame after s metres along the arc."""
+    yaw = curvature * s
+    if abs(curvature) < _STRAIGHT_1PM:
+        ex, ey = s, 0.5 * curvature * s * s
+    else:
+        ex, ey = math.sin(yaw) / curvature, (1.0 - math.cos(yaw)) / curvature
+    dx, dy = x - ex, y - ey
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return cos * dx + sin * dy, cos * dy - sin * dx
+
+
+@njit(cache=True)
+def anybody_within(
+    rows: Array, body: tuple[float, float, float], front_margin_m: float, margin_m: float
+) -> bool:
+    """Somebody is in the footprint with its margins now."""
+    back, front, half = body[0], body[1] + front_margin_m, body[2]
+    for i in range(rows.shape[0]):
+        if clearance_m(rows[i, 0], rows[i, 1], back, front, half) - rows[i, 4] < margin_m:
+            return True
+    return False

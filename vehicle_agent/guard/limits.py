@@ -1,0 +1,34 @@
+"""How far a command may go: angle, rate, throttle, speed."""
+
+import msgspec
+
+# Beyond the limit itself: what a healthy speed controller overshoots, and a bit.
+_OVER_SHARE, _OVER_MPS = 0.15, 0.3
+
+
+class Limits(msgspec.Struct, frozen=True):
+    """SI units. A limit on speed that falls (a poor position) is come down to at `slow_mps2`."""
+
+    steer_rad_max: float
+    steer_rate_radps_max: float
+    speed_mps_max: float
+    throttle_ratio_max: float = 0.7
+    poor_std_m: float = 0.3
+    poor_mps: float = 0.5
+    slow_mps2: float = 0.8
+
+    def speed_mps(self, before_mps: float, position_std_m: float, dt_s: float) -> float:
+        """The speed allowed now, given the one allowed in the last tick."""
+        # A deviation that is not a number is as poor as there is.
+        allowed = self.speed_mps_max if position_std_m <= self.poor_std_m else self.poor_mps
+        allowed = min(allowed, self.speed_mps_max)
+        return max(allowed, before_mps - self.slow_mps2 * max(dt_s, 0.0))
+
+    def is_over(self, speed_mps: float, allowed_mps: float) -> bool:
+        return speed_mps > (1.0 + _OVER_SHARE) * allowed_mps + _OVER_MPS
+
+    def steer_rad(self, before_rad: float, wanted_rad: float, dt_s: float) -> float:
+        """The wanted front-wheel angle within angle and rate."""
+        wanted = min(max(wanted_rad, -self.steer_rad_max), self.steer_rad_max)
+        reach = self.steer_rate_radps_max * dt_s
+        return before_rad + min(max(wanted - before_rad, -reach), reach)
