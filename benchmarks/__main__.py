@@ -14,6 +14,8 @@ BEGIN, END = "<!-- figures -->", "<!-- end of figures -->"
 SHORT_FORMS: tuple[tuple[str, ...], ...] = (
     ("benchmarks.loop", "--seconds", "20", "--virtual-seconds", "40"),
     ("benchmarks.tracking",),
+    ("benchmarks.planner", "--seeds", "60"),
+    ("benchmarks.mpc", "--steps", "20000"),
     ("benchmarks.decisions", "--vehicles", "12", "--rides", "50"),
     ("benchmarks.decisions", "--vehicles", "1000", "--rides", "4000"),
     ("benchmarks.bookings", "--seconds", "10"),

@@ -30,12 +30,19 @@ class ReferencePath:
         return float(self.s[-1])
 
     def cross_track_m(self, xy: Array) -> Array:
-        """(n,) signed distances of a drive's (n, 2) places from the path, followed along it in order."""
+        """(n,) signed distances of a drive's (n, 2) places from the path, followed along it in order.
+
+        A closed curve goes on where the last lap ends: who stops a little beyond is not off it.
+        """
         errors = np.empty(len(xy))
         segment = 0
         window = round(5.0 / DENSE_M)
+        points, s = self.points, self.s
+        if self.closed:
+            points = np.vstack((points, points[1 : window + 1]))
+            s = np.concatenate((s, s[-1] + s[1 : window + 1]))
         for i, (x, y) in enumerate(xy):
-            _, errors[i], segment = project(self.points, self.s, x, y, segment - window, segment + window)
+            _, errors[i], segment = project(points, s, x, y, segment - window, segment + window)
         return errors
 
 

@@ -126,13 +126,30 @@ def perfect(now_ns: int, truth: PlantView, motion: VehicleMotion) -> Ego:
     )  # fmt: skip
 
 
+@dataclass(frozen=True, slots=True)
+class TimedRun:
+    """drive, and of each tick what control wished and the seconds its step took; state: control's, at the
+    end."""
+
+    drive: Drive
+    wishes: list[Wish]
+    step_cpu_s: Array
+    step_wall_s: Array
+    state: Any
+
+
 def follow_timed(
-    rows: Array, profile: Profile, hands: TimedControl, params: PlantParams, sense: Sensing, settle_s: float = 3.0
-) -> tuple[Drive, list[Wish]]:
+    rows: Array,
+    profile: Profile,
+    hands: TimedControl,
+    params: PlantParams,
+    sense: Sensing,
+    settle_s: float = 3.0,
+) -> TimedRun:
     """Drive rows (k, 8) from rest at their beginning over CAN until settle_s after their end.
 
-    The trajectory is handed over in windows of AHEAD_S as a planner's would be, stamped so that row 0's time is
-    READY_S after by-wire is asked for. The trace's time 0 is row 0's.
+    The trajectory is handed over in windows of AHEAD_S as a planner's would be, stamped so that row 0's
+    time is READY_S after by-wire is asked for. The trace's time 0 is row 0's.
     """
     start = Pose2(float(rows[0, 1]), float(rows[0, 2]), float(rows[0, 3]))
     fleet = SimFleet({_NAME: profile}, {_NAME: start}, {_NAME: params})
@@ -140,7 +157,7 @@ def follow_timed(
     can_state, ctl_state = can.initial(), hands.initial()
     stamp_ns = STEP_NS + round(READY_S * 1e9)
     ticks = round((READY_S + float(rows[-1, 0]) + settle_s) / _STEP_S)
-    trace, wishes, cpu_s = [], [], 0.0
+    trace, wishes, times_s = np.zeros((ticks, 7)), [], np.zeros((ticks, 2))
     trajectory = window(rows, stamp_ns, 0.0)
     for tick in range(ticks):
         now_ns = (tick + 1) * STEP_NS
@@ -151,27 +168,26 @@ def follow_timed(
             now_ns, trajectory.rows[:, 1:3], trajectory.rows[:, 5], float(trajectory.rows[0, 5]), "plan",
             None, 0.0, False, 0.0, trajectory,
         )  # fmt: skip
-        began_s = time.process_time()
         motion, can_state = can.decode(can_state, fleet.frames_to_vehicle(_NAME), now_ns)
-        cpu_s += time.process_time() - began_s
         ego = sense(now_ns, truth, motion)
-        began_s = time.process_time()
+        began_s = time.process_time(), time.perf_counter()
         wish, ctl_state = hands.step(ctl_state, ego, planned, motion)
-        cpu_s += time.process_time() - began_s
-        # Standing still is not driving: the handshake wants both pedals at zero.
+        times_s[tick] = time.process_time() - began_s[0], time.perf_counter() - began_s[1]
         act = Actuation(True, "drive", wish.steer_rad, wish.throttle_ratio, wish.brake_ratio)
         out, can_state = can.encode(can_state, act, now_ns)
         fleet.frames_from_vehicle(_NAME, out)
         fleet.step(now_ns)
         at = truth.pose_map
-        trace.append(
-            ((now_ns - stamp_ns) * 1e-9, at.x_m, at.y_m, at.yaw_rad, truth.speed_mps, truth.accel_mps2,
-             truth.steer_rad)
+        trace[tick] = (
+            (now_ns - stamp_ns) * 1e-9, at.x_m, at.y_m, at.yaw_rad, truth.speed_mps, truth.accel_mps2,
+            truth.steer_rad,
         )  # fmt: skip
         wishes.append(wish)
-    driven = np.array(trace)
-    left_m = math.hypot(driven[-1, 1] - rows[-1, 1], driven[-1, 2] - rows[-1, 2])
-    return Drive(driven, left_m < 0.5 and driven[-1, 4] == 0.0, ticks, cpu_s), wishes
+    left_m = math.hypot(trace[-1, 1] - rows[-1, 1], trace[-1, 2] - rows[-1, 2])
+    driven_m = fleet.truth(_NAME).odometer_m
+    finished = left_m < 0.5 and trace[-1, 4] == 0.0 and driven_m > float(rows[-1, 7] - rows[0, 7]) - 1.0
+    drive = Drive(trace, finished, ticks, float(times_s[:, 0].sum()))
+    return TimedRun(drive, wishes, times_s[:, 0], times_s[:, 1], ctl_state)
 
 
 def window(rows: Array, stamp_ns: int, t_s: float) -> Trajectory:

@@ -11,7 +11,7 @@ from benchmarks.reference_paths import ReferencePath
 from contract.geometry import Array, Pose2, curvatures, pose_at, project
 from contract.roads.model import Origin
 from simulator.fleet import STEP_NS, SimFleet
-from simulator.plant import PlantView
+from simulator.plant import PlantParams, PlantView
 from simulator.sensors.gnss import GnssNoise, GnssReceiver
 from simulator.sensors.imu import Imu, ImuNoise
 from vehicle_agent.can.pacmod import pacmod
@@ -74,13 +74,17 @@ def follow(
     speed_mps: float,
     seed: int,
     noise: GnssNoise,
+    params: PlantParams | None = None,
 ) -> Drive:
-    """Follow a waypoint file from rest at the path's start to its end: localization, control, CAN."""
+    """Follow a waypoint file from rest at the path's start to its end: localization, control, CAN.
+
+    params: the vehicle's dynamics, instead of the profile's kinematic ones
+    """
     limits = profile.limits
     rules = WaypointRules(speed_mps, limits.lateral_accel_mps2_max)
     waypoints = _with_overrun(read_waypoints(file, _ORIGIN, rules), rules.overrun_m)
     start = Pose2(*pose_at(path.points, path.s, 0.0))
-    fleet = SimFleet({_NAME: profile}, {_NAME: start})
+    fleet = SimFleet({_NAME: profile}, {_NAME: start}, None if params is None else {_NAME: params})
     rng = np.random.default_rng([seed, 2])
     receiver, imu = GnssReceiver(_ORIGIN, noise, rng), Imu(ImuNoise(), rng)
     can, localization = pacmod(profile), GnssLocalization(_ORIGIN)

@@ -15,6 +15,7 @@ _COMMANDS = (
     "replay",
     "waypoints",
     "dispatch",
+    "infrastructure",
     "openapi",
     "warm",
 )
@@ -22,6 +23,7 @@ _GROUPS = {
     "map": "Campus maps: import, check, rebuild.",
     "agent": "The agent on a vehicle: enrol, run.",
     "dispatch": "Dispatch: explain, replay, what if; demand; bounds of published instances.",
+    "infrastructure": "What cameras at crossings are good for.",
     "waypoints": "Waypoint files, of a route or of a recorded drive.",
 }
 _HIDDEN = ("warm",)

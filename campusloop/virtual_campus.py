@@ -8,20 +8,22 @@ from collections.abc import Coroutine
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, TypeVar
 
 import httpx
-from fastapi import FastAPI
 
 from campusloop.conductor import Conductor
 from campusloop.operator_client import OperatorClient
 from campusloop.passengers import Passengers, Tell, Wish
+from campusloop.virtual_cameras import VirtualCameras
+from campusloop.virtual_ends import VirtualPhones, VirtualServer
 from campusloop.virtual_link import VirtualNetwork
 from campusloop.virtual_vehicle import VirtualVehicle, VirtualVehicleSetup
 from contract.geometry import Pose2
 from contract.roads.load import encode_map
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
+from contract.wire.messages import PresenceSeen
 from server.adapters import SeededIds
 from server.api.offload import Inline as InlineOffload
 from server.app import Ports, create_app, services_of_app, standing_tasks
@@ -36,6 +38,7 @@ from server.store.transactions import Inline
 from server.store.unit_of_work import Context
 from server.usecases import campus, identity
 from server.usecases.ports import UnitOfWork
+from simulator.infrastructure import CameraParams
 from simulator.riders import Rider
 from simulator.start_places import start_poses
 from simulator.traffic.population import TrafficParams
@@ -62,7 +65,10 @@ class PlainHasher:
 
 @dataclass(frozen=True, slots=True)
 class CampusOptions:
-    """folder: where vehicles and server keep their files. begins: UTC at virtual time 0."""
+    """folder: where vehicles and server keep their files. begins: UTC at virtual time 0.
+
+    cameras  of what kind the camera at each of the map's crossings is; None for none
+    """
 
     road_map: RoadMap
     folder: Path
@@ -72,19 +78,8 @@ class CampusOptions:
     begins: datetime = datetime(2026, 9, 1, 0, 0, tzinfo=UTC)
     traffic: TrafficParams | None = field(default_factory=TrafficParams)
     lidar: bool = True
+    cameras: CameraParams | None = None
     database_url: str = "sqlite://"
-
-
-class _Server(httpx.AsyncBaseTransport):
-    """The server that answers requests now; there may be none, and later another one."""
-
-    def __init__(self) -> None:
-        self.app: FastAPI | None = None
-
-    async def handle_async_request(self, request: httpx.Request) -> httpx.Response:
-        if self.app is None:
-            raise httpx.ConnectError("the server is away", request=request)
-        return await httpx.ASGITransport(app=self.app).handle_async_request(request)
 
 
 class VirtualClock:
@@ -96,20 +91,6 @@ class VirtualClock:
 
     def now(self) -> datetime:
         return self._begins + timedelta(microseconds=self._conductor.now_ns // 1000)
-
-
-class _Phones:
-    """What riders see and press; taps go to the server as from a phone."""
-
-    def __init__(self) -> None:
-        self.vehicles: dict[str, str] = {}
-        self.taps: list[tuple[str, Literal["board", "alight"]]] = []
-
-    def vehicle_of(self, ride_id: str) -> str:
-        return self.vehicles.get(ride_id, "")
-
-    def tap(self, ride_id: str, kind: Literal["board", "alight"]) -> None:
-        self.taps.append((ride_id, kind))
 
 
 class _Fleet:
@@ -134,10 +115,10 @@ class VirtualCampus:
         self.clock = VirtualClock(self.conductor, options.begins)
         self.network = VirtualNetwork(self.conductor)
         self.roads = RoadNetwork(options.road_map)
-        self._server = _Server()
+        self._server = VirtualServer()
         self.client = httpx.AsyncClient(base_url=ORIGIN, transport=self._server)
         self.operator = OperatorClient(self.client)
-        self._phones = _Phones()
+        self._phones = VirtualPhones()
         self.world, self.vehicles = self._set_up_vehicles()
         self._lifespan: asyncio.Task[None] | None = None
         self._leave = asyncio.Event()
@@ -164,9 +145,21 @@ class VirtualCampus:
             self.call(self._enrol(vehicle))
             vehicle.boot(self.conductor.now_ns)
         self.conductor.add("fleet", _Fleet(self.world, self.vehicles))
+        if self.options.cameras is not None:
+            kind = self.options.cameras
+            cameras = VirtualCameras(
+                self.options.road_map, kind, self.world, self.conductor.rng, self._camera_says
+            )
+            self.conductor.add("cameras", cameras)
         self.conductor.loop.create_task(self._forward_taps())
         for vehicle_id in self.vehicles:
             self.call(self.operator.release(vehicle_id), timeout_s=60.0)
+
+    def _camera_says(self, word: PresenceSeen) -> None:
+        """As the infrastructure socket does; while no server is up, nobody hears it."""
+        if self._server.app is not None:
+            desk = services_of_app(self._server.app).presence
+            self.conductor.loop.create_task(desk.seen(word))
 
     def start_server(self) -> None:
         """Bring a server up on the campus's database; vehicles find it by themselves."""

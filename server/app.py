@@ -24,6 +24,7 @@ from server.api.routers import bare_app
 from server.api.security_headers import SecurityHeaders
 from server.api.services import Limits, Services
 from server.fleet.hub import Hub
+from server.fleet.presence import PresenceDesk
 from server.fleet.segment_files import SegmentFiles
 from server.live.feed import SceneFeed
 from server.loops.departures import DepartureClerk
@@ -133,6 +134,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
             ports.bus,
             settings.hello_timeout_s,
         ),
+        presence=PresenceDesk(ports.campus_id, ports.clock, ports.transactions, ports.bus),
         feed=SceneFeed(ports.campus_id, ports.clock, ports.transactions, ports.bus, settings.live_interval_s),
         limits=Limits(
             logins=RateLimit(settings.login_tries_per_minute),

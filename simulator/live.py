@@ -10,8 +10,7 @@ from simulator.live_bus import LiveBus
 from simulator.live_ports import VehiclePorts, control_port, ports_of
 from simulator.world import SimWorld
 from vehicle_agent.can.commands import FRAME_GAP_NS
-from vehicle_agent.device_feed import DatagramPort, DeviceValues, DeviceWords, ScanRing
-from vehicle_agent.signals import CodeTyped, DoorState, GnssFix, ImuSample, SeatButton, SeatSensor
+from vehicle_agent.device_feed import DatagramPort, DeviceValue, DeviceValues, DeviceWords, ScanRing
 
 LATE_MAX_NS = 5 * STEP_NS
 SCORES_EVERY_STEPS = 50
@@ -35,11 +34,8 @@ class VehicleWiring:
     def exchange(self, world: SimWorld, now_ns: int) -> None:
         """Send what the devices measured at now_ns, do what the vehicle said."""
         self.bus.send(world.frames_to_vehicle(self.vehicle_id))
-        values = tuple(
-            item
-            for item in world.sensor_items(self.vehicle_id, now_ns)
-            if isinstance(item, GnssFix | ImuSample | DoorState | SeatSensor | SeatButton | CodeTyped)
-        )
+        items = [*world.sensor_items(self.vehicle_id, now_ns), *world.tracked(self.vehicle_id, now_ns)]
+        values = tuple(item for item in items if isinstance(item, DeviceValue))
         self.words.send(self.ports.values_port, DeviceValues(values))
         scan = world.scan(self.vehicle_id, now_ns)
         if scan is not None:

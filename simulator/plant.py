@@ -1,7 +1,7 @@
 """How the vehicles really move: a bicycle with late, lagging and limited actuators.
 
-Kinematic unless a vehicle's `tyres` are switched on (`simulator/tyres.py`). All vehicles are stepped together.
-Frames as onboard: the pose is the rear-axle centre in the map frame.
+Kinematic unless a vehicle's `tyres` are switched on (`simulator/tyres.py`). All vehicles are stepped
+together. Frames as onboard: the pose is the rear-axle centre in the map frame.
 """
 
 import math
@@ -206,7 +206,8 @@ def advance_plant(
 ) -> int:
     """Advance every vehicle in place by `substeps` of dt; returns the new head of the command history.
 
-    state (n, STATE_SIZE), commands (n, COMMAND_SIZE), history (n, slots, COMMAND_SIZE) ring, rows (n, PARAMS_SIZE).
+    state (n, STATE_SIZE), commands (n, COMMAND_SIZE), history (n, slots, COMMAND_SIZE) ring,
+    rows (n, PARAMS_SIZE).
     """
     n, slots = state.shape[0], history.shape[1]
     for _ in range(substeps):

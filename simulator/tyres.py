@@ -1,7 +1,8 @@
 """Side slip of a dynamic bicycle: linear tyres that friction limits.
 
-Rajamani, Vehicle Dynamics and Control, chapter 2.3, with the lateral speed taken at the rear-axle centre. Below
-walking pace slip angles lose their meaning, so that the motion is blended into the kinematic bicycle there.
+Rajamani, Vehicle Dynamics and Control, chapter 2.3, with the lateral speed taken at the rear-axle centre.
+Below walking pace slip angles lose their meaning, so that the motion is blended into the kinematic bicycle
+there.
 """
 
 import math

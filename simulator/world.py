@@ -47,7 +47,7 @@ class WorldOptions:
     """traffic None: nobody on foot. lidar False: no scans. `plants`: dynamics of some vehicles, by id.
 
     actors   instead of `traffic`: who moves around the vehicles
-    tracker  the vehicles have trackers of this noise; None: they have none
+    tracker  noise of the trackers that vehicles of the Snow Lion stack have
     """
 
     traffic: TrafficParams | None = field(default_factory=TrafficParams)
@@ -57,7 +57,7 @@ class WorldOptions:
     lidar_noise: LidarNoise = field(default_factory=LidarNoise)
     plants: dict[str, PlantParams] = field(default_factory=dict)
     actors: Actors | None = None
-    tracker: TrackerNoise | None = None
+    tracker: TrackerNoise = field(default_factory=TrackerNoise)
 
 
 class SimWorld:
@@ -113,13 +113,12 @@ class SimWorld:
                 v: Lidar(profile.lidar, profile.body, walls, options.lidar_noise)
                 for v, profile in profiles.items()
             }
-        self.trackers: dict[str, Tracker] = {}
-        if options.tracker is not None:
-            edges = wall_edges(road_map.buildings)
-            self.trackers = {
-                v: Tracker(options.tracker, edges, profile.lidar.x_m, self._rng(f"tracker {v}"))
-                for v, profile in profiles.items()
-            }
+        edges = wall_edges(road_map.buildings)
+        self.trackers = {
+            v: Tracker(options.tracker, edges, profile.lidar.x_m, self._rng(f"tracker {v}"))
+            for v, profile in profiles.items()
+            if profile.stack == "snow_lion"
+        }
         self._lidar_rngs = {v: self._rng(f"lidar {v}") for v in profiles}
         self._scan_due_ns: dict[str, int] = {}
 

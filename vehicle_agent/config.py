@@ -63,7 +63,8 @@ class LidarMount(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Tyres(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """How the vehicle answers its wheels beyond rolling where they point.
 
-    cog_ratio  centre of gravity behind the front axle over the wheelbase; cornering_*_npr: stiffness of an axle
+    cog_ratio  centre of gravity behind the front axle over the wheelbase; cornering_*_npr: stiffness of an
+    axle
     """
 
     yaw_inertia_kgm2: float = 1800.0

@@ -16,6 +16,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from contract.runlog.arrays import dec_hook, enc_hook
 from vehicle_agent.signals import (
     CodeTyped,
     DoorState,
@@ -25,10 +26,11 @@ from vehicle_agent.signals import (
     Says,
     SeatButton,
     SeatSensor,
+    TrackPercept,
 )
 
 Array32 = NDArray[np.float32]
-DeviceValue = GnssFix | ImuSample | DoorState | SeatSensor | SeatButton | CodeTyped
+DeviceValue = GnssFix | ImuSample | DoorState | SeatSensor | SeatButton | CodeTyped | TrackPercept
 
 HOST = "127.0.0.1"
 DATAGRAM_BYTES_MAX = 60_000
@@ -64,8 +66,8 @@ class DeviceWords(msgspec.Struct, frozen=True, tag="device_words"):
 
 Datagram = DeviceValues | ScanReady | DeviceWords
 
-_encoder = msgspec.msgpack.Encoder()
-_decoder: msgspec.msgpack.Decoder[Datagram] = msgspec.msgpack.Decoder(Datagram)
+_encoder = msgspec.msgpack.Encoder(enc_hook=enc_hook)
+_decoder: msgspec.msgpack.Decoder[Datagram] = msgspec.msgpack.Decoder(Datagram, dec_hook=dec_hook)
 
 
 class DatagramPort:

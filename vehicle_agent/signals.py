@@ -185,7 +185,7 @@ class PedestrianPresence(msgspec.Struct, frozen=True, tag="pedestrian_presence")
 ServerWord = Order | Grants | Command | PassengerTap
 Percept = ObstaclePercept | TrackPercept
 # What the link brings the tick.
-LinkWord = ServerWord | LinkState | OtherVehicle
+LinkWord = ServerWord | LinkState | OtherVehicle | PedestrianPresence
 Pressed = SeatButton | CodeTyped | SeatSensor | DoorState
 Infrastructure = OtherVehicle | PedestrianPresence
 # What a track can be, by number.
@@ -560,13 +560,19 @@ class Guarded(msgspec.Struct, frozen=True):
 
 
 class Says(msgspec.Struct, frozen=True):
-    """hmi: texts for people outside and announcements, each once."""
+    """hmi: texts for people outside and announcements, each once.
+
+    screen, rear  the LED screens in front, for whom the vehicle meets, and behind, for who follows
+    announce      set in the one tick in which the sentence begins
+    """
 
     screen: str
     screen_zh: str
     announce: str
     announce_zh: str
     doors_open: bool
+    rear: str = ""
+    rear_zh: str = ""
 
 
 class Ages(msgspec.Struct, frozen=True):

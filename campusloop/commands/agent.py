@@ -14,6 +14,7 @@ from vehicle_agent.config import ProfileError, load_profile
 from vehicle_agent.link.keys import VehicleKeyError, load_or_make_key, public_key_text
 from vehicle_agent.runtime.agent import AgentPlace, agent_jobs
 from vehicle_agent.runtime.agent_files import AgentFolder, AgentFolderError, VehicleFile
+from vehicle_agent.runtime.speaking import SpeakingError, outlets
 from vehicle_agent.runtime.supervisor import Supervisor
 
 app = typer.Typer(no_args_is_help=True)
@@ -35,6 +36,9 @@ def enrol(
     values_port: Annotated[int, typer.Option(help="Loopback port of device values.")] = 47_300,
     scans_port: Annotated[int, typer.Option(help="Loopback port of finished scans.")] = 47_400,
     words_port: Annotated[int, typer.Option(help="Loopback port of screen, speaker and doors.")] = 47_500,
+    cameras: Annotated[
+        str, typer.Option(help="HOST:PORT to hear crossings' cameras on, without the cloud.")
+    ] = "",
     certificate: Annotated[str, typer.Option(help="Certificate to trust, if the server made its own.")] = "",
 ) -> None:
     """Make the vehicle's key and have the server take it in, once."""
@@ -47,6 +51,7 @@ def enrol(
         words_port=words_port,
         scan_ring=str(scan_ring),
         server_certificate=certificate,
+        cameras=cameras,
     )
     try:
         load_map(campus_map)
@@ -87,6 +92,9 @@ def run(
             files.vehicle()
             files.profile()
             files.road_map()
+            speaking = files.speaking()
+            for outlet in outlets(speaking) if speaking is not None else ():
+                outlet.close()
         with tempfile.TemporaryDirectory(prefix="campusloop-") as mail:
             places = tuple(
                 AgentPlace(folder.resolve(), Path(mail) / str(number))
@@ -95,7 +103,7 @@ def run(
             jobs = agent_jobs(places)
             console.print(f"driving {', '.join(folder.name for folder in folders)}; Ctrl-C ends it")
             Supervisor(jobs).run()
-    except (AgentFolderError, ProfileError, MapError) as error:
+    except (AgentFolderError, ProfileError, MapError, SpeakingError) as error:
         _refuse(str(error))
 
 

@@ -19,6 +19,7 @@ from campusloop.run_folder import NotOurFolder, emptied
 from campusloop.timetable_run import local_moment, run_timetable
 from campusloop.virtual_campus import CampusOptions
 from contract.roads.load import MapError, load_map
+from vehicle_agent.config import Profile, ProfileError, load_profile
 
 # Of tables that go to a file or to another program.
 WIDTH_ELSEWHERE = 120
@@ -44,6 +45,9 @@ def demo(
         typer.Option(help="Where runs, logs and the database go; var/demo, headless var/headless (emptied)."),
     ] = None,
     people: Annotated[bool, typer.Option(help="Simulated passengers book rides.")] = True,
+    profile: Annotated[
+        Path | None, typer.Option(help="Vehicle profile (headless); the campus shuttle without it.")
+    ] = None,
     begin: Annotated[str, typer.Option("--from", help="Headless timetable from HH:MM, campus time.")] = "",
     end: Annotated[str, typer.Option("--to", help="... to HH:MM.")] = "",
 ) -> None:
@@ -59,13 +63,14 @@ def demo(
             _timetable(console, campus_map, count, seed, begin, end, folder or HEADLESS)
             return
         if headless:
-            _headless(console, campus_map, count, rides, seed, folder or HEADLESS)
+            chosen = Profile() if profile is None else load_profile(profile)
+            _headless(console, campus_map, count, rides, seed, folder or HEADLESS, chosen)
             return
         options = LiveOptions(
             campus_map, folder or Path("var/demo"), count, host, port, tls_cert, tls_key, seed
         )
         asyncio.run(LiveDemo(options, console, people_book=people).run())
-    except (MapError, CampusStartError, NotOurFolder) as error:
+    except (MapError, ProfileError, CampusStartError, NotOurFolder) as error:
         console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
 
@@ -93,8 +98,16 @@ def _timetable(
     console.print(f"all {len(calls)} calls kept, every run replays exactly; the runs are in {folder}")
 
 
-def _headless(console: Console, campus_map: Path, vehicles: int, rides: int, seed: int, folder: Path) -> None:
-    options = CampusOptions(load_map(campus_map), emptied(folder), seed, vehicles)
+def _headless(
+    console: Console,
+    campus_map: Path,
+    vehicles: int,
+    rides: int,
+    seed: int,
+    folder: Path,
+    profile: Profile,
+) -> None:
+    options = CampusOptions(load_map(campus_map), emptied(folder), seed, vehicles, profile)
     result = run_headless(options, rides, console)
     for failure in result.failures:
         console.print(f"[red]{failure}[/red]", soft_wrap=True, highlight=False)

@@ -11,7 +11,6 @@ from campusloop.scenes.drive import Scene
 from campusloop.scenes.judge import Verdict, judge
 from campusloop.scenes.path_map import extended, path_map
 from contract.geometry import Array, arc_lengths
-from simulator.sensors.tracker import TrackerNoise
 from simulator.traffic.actors import Bodies
 from simulator.traffic.recordings import Clip, Recorded
 from simulator.traffic.replayed import ReplayedTraffic
@@ -70,7 +69,9 @@ def _run(clip: Clip, car: Recorded, profile: Profile, seed: int) -> ClipRun:
         limit_s=TIMES_HUMAN_MAX * human_time_s,
         seed=seed,
         actors=ReplayedTraffic(clip, float(car.times_s[0]), frozenset({car.number})),
-        options=WorldOptions(traffic=None, tracker=TrackerNoise()),
+        options=WorldOptions(
+            traffic=None,
+        ),
     )
     return ClipRun(scene, human_time_s, cap_mps, _human(clip, car, body))
 

@@ -6,7 +6,7 @@ exchange ties the two together (`ClockSample`). Schema evolution is additive; a 
 `PROTOCOL_VERSION`.
 """
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 
@@ -199,6 +199,18 @@ class Mate(Message, frozen=True, tag="mate"):
     server_ns: int
     pose_map: Pose2
     speed_mps: float
+
+
+class Presence(Message, frozen=True, tag="presence"):
+    """An infrastructure camera's word on who is in an area. Never acknowledged nor repeated, like `Mate`.
+
+    server_ns: when the camera saw it, in the server's clock
+    """
+
+    epoch: int
+    area_id: str
+    server_ns: int
+    count: int
 
 
 class EventsAcknowledged(Message, frozen=True, tag="events_acknowledged"):
@@ -400,9 +412,31 @@ ServerMessage = (
     | Command
     | PassengerTap
     | Mate
+    | Presence
     | EventsAcknowledged
     | Goodbye
 )
+
+
+# ---------------------------------------------------------------- infrastructure cameras
+
+
+class PresenceSeen(Message, frozen=True, tag="presence_seen"):
+    """Camera, once to ten times a second: how many people are in an observation area; latest wins.
+
+    age_s  since the picture was taken, by the camera's own clock: it needs no other one
+    """
+
+    area_id: Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
+    count: Annotated[int, msgspec.Meta(ge=0, le=1000)]
+    age_s: Annotated[float, msgspec.Meta(ge=0.0, le=10.0)] = 0.0
+
+
+class PresenceRefused(Message, frozen=True, tag="presence_refused"):
+    """Server: this word was not taken, and why. The connection stays open unless the token is at fault."""
+
+    code: str
+    detail: str
 
 
 def signed_hello(nonce: str, vehicle_id: str, boot_id: str, protocol: int) -> bytes:

@@ -1,4 +1,4 @@
-"""Writes the AsyncAPI documents of the three websockets from the code that speaks them.
+"""Writes the AsyncAPI documents of the four websockets from the code that speaks them.
 
 python -m docs.protocol.build      # after a change of a message; a test keeps them equal
 """
@@ -12,7 +12,13 @@ import msgspec
 import yaml
 
 from contract.wire.closing import CLOSINGS
-from contract.wire.messages import PROTOCOL_VERSION, ServerMessage, VehicleMessage
+from contract.wire.messages import (
+    PROTOCOL_VERSION,
+    PresenceRefused,
+    PresenceSeen,
+    ServerMessage,
+    VehicleMessage,
+)
 from server.api.developer_methods import DeveloperMethods, Subscriptions
 from server.api.json_rpc import (
     INVALID_PARAMS,
@@ -55,12 +61,21 @@ body}}) come unasked; vehicles and rides have the live view's shape.
 """
 
 
+INFRASTRUCTURE_TEXT = """For cameras at crossings. Open it with the header `Authorization: Bearer TOKEN`; an
+operator makes the token, with the scope infrastructure. The camera sends its word one to five times a second,
+also when nobody is there; latest wins, nothing is acknowledged. A word is forwarded to the vehicles near the
+area and to the consoles; after 2.5 s without one it counts for nothing. Vehicles slow down for people that a
+camera tells of, and never go faster for its word that nobody is there than their own sensors allow.
+"""
+
+
 def documents() -> dict[str, str]:
     """File name -> YAML text."""
     return {
         "vehicle.asyncapi.yaml": _yaml(_vehicle()),
         "live.asyncapi.yaml": _yaml(_live()),
         "developer.asyncapi.yaml": _yaml(_developer()),
+        "infrastructure.asyncapi.yaml": _yaml(_infrastructure()),
     }
 
 
@@ -76,6 +91,16 @@ def _vehicle() -> dict[str, Any]:
 
 def _live() -> dict[str, Any]:
     return _document("Campusloop live view", LIVE_TEXT, "/ws/live", (Watch,), (Snapshot, Delta, Refused))
+
+
+def _infrastructure() -> dict[str, Any]:
+    return _document(
+        "Campusloop infrastructure link",
+        INFRASTRUCTURE_TEXT,
+        "/ws/infrastructure",
+        (PresenceSeen,),
+        (PresenceRefused,),
+    )
 
 
 def _developer() -> dict[str, Any]:

@@ -9,6 +9,7 @@ from fastapi import APIRouter, WebSocket
 
 from contract.wire.codec import decode_from_vehicle
 from contract.wire.messages import EventReport
+from server.api.bearer import bearer_of
 from server.api.developer_methods import DeveloperMethods, Subscriptions
 from server.api.json_rpc import answer, notification
 from server.api.outgoing import OutgoingFrames
@@ -30,7 +31,7 @@ FRAMES_WAITING_MAX = 200
 @router.websocket("/ws/developer")
 async def developer_socket(websocket: WebSocket, services: Given) -> None:
     await websocket.accept()
-    secret = _bearer(websocket)
+    secret = bearer_of(websocket)
     try:
         token = await _token(services, secret)
     except (TokenInvalid, ScopeMissing) as error:
@@ -115,11 +116,6 @@ class _DeveloperConnection:
 async def _token(services: Services, secret: str) -> DeveloperToken:
     """Raises TokenInvalid, ScopeMissing."""
     return await services.transactions.read(lambda uow: identity.developer_of(uow, secret, "read"))
-
-
-def _bearer(websocket: WebSocket) -> str:
-    kind, _, secret = websocket.headers.get("authorization", "").partition(" ")
-    return secret.strip() if kind.lower() == "bearer" else ""
 
 
 def _refusal(error: DomainError) -> str:

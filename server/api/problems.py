@@ -92,6 +92,7 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.MapUnknown: 404,
     errors.MapInvalid: 400,
     errors.MapInUse: 409,
+    errors.AreaUnknown: 404,
     errors.StopUnknown: 404,
     errors.StopUnreachable: 409,
     errors.VehicleUnknown: 404,

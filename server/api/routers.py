@@ -10,6 +10,7 @@ from server.api import (
     developer_socket,
     health,
     incidents,
+    infrastructure_socket,
     interventions,
     live_socket,
     problems,
@@ -64,7 +65,12 @@ def bare_app(**options: Any) -> FastAPI:
     ):
         api.include_router(router)
     app.include_router(api)
-    for router in (vehicle_socket.router, live_socket.router, developer_socket.router):
+    for router in (
+        vehicle_socket.router,
+        live_socket.router,
+        developer_socket.router,
+        infrastructure_socket.router,
+    ):
         app.include_router(router)
     problems.install(app)
     document: dict[str, Any] = {}

@@ -11,6 +11,7 @@ from server.api.offload import Offload
 from server.api.pages import Page
 from server.api.rate_limit import RateLimit
 from server.fleet.hub import Hub
+from server.fleet.presence import PresenceDesk
 from server.fleet.segment_files import SegmentFiles
 from server.live.feed import SceneFeed
 from server.settings import Settings
@@ -38,6 +39,7 @@ class Services:
     offload: Offload
     segments: SegmentFiles
     hub: Hub
+    presence: PresenceDesk
     feed: SceneFeed
     limits: Limits
     pages: dict[str, Page]

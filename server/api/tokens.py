@@ -1,7 +1,7 @@
-"""Developer tokens: what a script may do on /ws/developer."""
+"""Tokens: what a script may do on /ws/developer, or an infrastructure camera on /ws/infrastructure."""
 
 from datetime import datetime
-from typing import Annotated, Literal
+from typing import Annotated
 
 from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
@@ -12,7 +12,7 @@ from server.api.formats import Name, TokenId
 from server.api.problems import CsrfMissing, TokenUnknown, problems
 from server.api.services import Given
 from server.domain.errors import SessionExpired, TokenInvalid
-from server.domain.identity import DeveloperToken
+from server.domain.identity import DeveloperToken, Scope
 from server.usecases import identity
 
 router = APIRouter(prefix="/developer-tokens", tags=["developer tokens"])
@@ -35,7 +35,7 @@ class TokenRequest(BaseModel):
     )
 
     name: Name
-    scopes: Annotated[set[Literal["read", "drive"]], Field(min_length=1)]
+    scopes: Annotated[set[Scope], Field(min_length=1)]
     valid_days: float = Field(30.0, gt=0, le=366)
 
 
@@ -46,7 +46,7 @@ class TokenView(BaseModel):
 
     token_id: str
     name: str
-    scopes: list[Literal["read", "drive"]]
+    scopes: list[Scope]
     made_by: str
     created_at: datetime
     expires_at: datetime

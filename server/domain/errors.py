@@ -177,6 +177,12 @@ class MapInUse(DomainError):
     code = "map_in_use"
 
 
+class AreaUnknown(DomainError):
+    """The active map has no such observation area."""
+
+    code = "area_unknown"
+
+
 class StopUnknown(DomainError):
     """The active map has no such stop."""
 

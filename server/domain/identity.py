@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
-Scope = Literal["read", "drive"]
+# "infrastructure": a camera that tells who is in an observation area; it may do nothing else.
+Scope = Literal["read", "drive", "infrastructure"]
 
 
 @dataclass(frozen=True, slots=True)

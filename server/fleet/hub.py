@@ -17,6 +17,7 @@ from contract.wire.messages import EventReport, Status
 from server.domain.vehicles import StatusReport
 from server.fleet.link import Link, LinkPorts, Transport
 from server.fleet.nearby import Nearby
+from server.fleet.presence import AreaPresence
 from server.fleet.stamps import ns_of
 from server.usecases import topics, vehicle_sessions
 from server.usecases.ports import Bus, Clock, Ids, Subscription, Transactions
@@ -72,6 +73,7 @@ class Hub:
             (topics.vehicle_outbox(self.campus_id, "*"), self._outbox_changed),
             (topics.vehicle_session(self.campus_id, "*"), self._session_opened),
             (topics.vehicle_live(self.campus_id, "*"), self._vehicle_moved),
+            (topics.area_presence(self.campus_id, "*"), self._presence_seen),
         ):
             subscription = await self._bus.subscribe(topic)
             self._subscriptions.append(subscription)
@@ -161,6 +163,14 @@ class Hub:
             link = self._links.get(other)
             if link is not None:
                 link.tell_mate(vehicle_id, pose, status.speed_mps)
+
+    def _presence_seen(self, _: str, payload: bytes) -> None:
+        """Tell the shuttles around the area, whichever replica the camera talks to."""
+        word = msgspec.json.decode(payload, type=AreaPresence)
+        for vehicle_id in self._nearby.around(word.x_m, word.y_m):
+            link = self._links.get(vehicle_id)
+            if link is not None:
+                link.tell_presence(word.area_id, word.count, word.stamp_ns)
 
     # ---------------------------------------------------------------- standing tasks
 

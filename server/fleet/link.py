@@ -20,6 +20,7 @@ from contract.wire.messages import (
     Mate,
     OrderAccepted,
     OrderRejected,
+    Presence,
     Status,
 )
 from contract.wire.sequence import SequenceGap
@@ -118,7 +119,13 @@ class Link:
 
     def tell_mate(self, vehicle_id: str, pose_map: Pose2, speed_mps: float) -> None:
         """Where a fleet mate is now; lost without harm while nobody listens."""
-        word = Mate(self.session.epoch, vehicle_id, self._now_ns(), pose_map, speed_mps)
+        self._tell(Mate(self.session.epoch, vehicle_id, self._now_ns(), pose_map, speed_mps))
+
+    def tell_presence(self, area_id: str, count: int, seen_ns: int) -> None:
+        """Who is in an area, by its camera; lost without harm while nobody listens."""
+        self._tell(Presence(self.session.epoch, area_id, seen_ns, count))
+
+    def _tell(self, word: Mate | Presence) -> None:
         for action in self.session.tell(word):
             assert isinstance(action, Send)
             self._transport.send(encode(action.message))

@@ -20,12 +20,17 @@ class Nearby:
         cell = self._cell(x_m, y_m)
         self._places[vehicle_id] = (x_m, y_m)
         self._cells[cell].add(vehicle_id)
-        around = [(cell[0] + i, cell[1] + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+        return [other for other in self.around(x_m, y_m) if other != vehicle_id]
+
+    def around(self, x_m: float, y_m: float) -> list[str]:
+        """Who is within the radius of a place, by id."""
+        cell = self._cell(x_m, y_m)
         return sorted(
             other
-            for near in around
-            for other in self._cells.get(near, ())
-            if other != vehicle_id and self._distance_m(vehicle_id, other) <= self._radius_m
+            for i in (-1, 0, 1)
+            for j in (-1, 0, 1)
+            for other in self._cells.get((cell[0] + i, cell[1] + j), ())
+            if math.dist(self._places[other], (x_m, y_m)) <= self._radius_m
         )
 
     def remove(self, vehicle_id: str) -> None:
@@ -39,6 +44,3 @@ class Nearby:
 
     def _cell(self, x_m: float, y_m: float) -> Cell:
         return math.floor(x_m / self._radius_m), math.floor(y_m / self._radius_m)
-
-    def _distance_m(self, one: str, other: str) -> float:
-        return math.dist(self._places[one], self._places[other])

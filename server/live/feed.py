@@ -18,7 +18,7 @@ from server.domain.incidents import Incident
 from server.domain.rides import ENDED, Ride, RideState
 from server.live.projection import incidents_scene, ms_of, ride_scene, vehicle_in_status, vehicle_scene
 from server.live.route_shape import RouteShapes
-from server.live.scene import SceneBoard
+from server.live.scene import AreaScene, SceneBoard
 from server.usecases import topics
 from server.usecases.ports import Bus, Clock, Subscription, Transactions, UnitOfWork
 from server.usecases.views import VehicleView
@@ -53,6 +53,14 @@ class _Reading:
     vehicles: tuple[VehicleView, ...]
     rides: tuple[Ride, ...]
     incidents: tuple[Incident, ...] | None
+
+
+class _AreaWatched(msgspec.Struct, frozen=True):
+    """What of a camera's word is shown."""
+
+    area_id: str
+    count: int
+    stamp_ns: int
 
 
 class SceneFeed:
@@ -96,6 +104,8 @@ class SceneFeed:
                     self._stale.vehicles.add(vehicle_id)
                 case ["ride", ride_id]:
                     self._stale.rides.add(ride_id)
+                case ["area", _, "presence"]:
+                    self._area_watched(payload)
                 case ["incidents"]:
                     self._incident_changes += 1
                     self._stale.incidents = True
@@ -112,6 +122,10 @@ class SceneFeed:
         if status.visit_id != scene.visit_id or status.aboard != scene.aboard:
             self._stale.vehicles.add(vehicle_id)
         self.board.put_vehicle(vehicle_in_status(scene, status, ms_of(self._clock.now())))
+
+    def _area_watched(self, payload: bytes) -> None:
+        word = msgspec.json.decode(payload, type=_AreaWatched)
+        self.board.put_area(AreaScene(word.area_id, word.count, word.stamp_ns // 1_000_000))
 
     async def _refresh(self) -> None:
         waited_s = 0.0

@@ -68,6 +68,14 @@ class RideScene(msgspec.Struct, frozen=True):
     reason: str = ""
 
 
+class AreaScene(msgspec.Struct, frozen=True):
+    """An observation area that a camera watches: how many people it saw last, and when."""
+
+    area_id: str
+    count: int
+    heard_ms: int
+
+
 class IncidentsScene(msgspec.Struct, frozen=True):
     """serial grows whenever an incident changes: fetch the list again."""
 
@@ -86,6 +94,7 @@ class Scene(msgspec.Struct, frozen=True):
     vehicles: tuple[VehicleScene, ...] = ()
     rides: tuple[RideScene, ...] = ()
     incidents: IncidentsScene = IncidentsScene()
+    areas: tuple[AreaScene, ...] = ()
 
 
 class Snapshot(msgspec.Struct, frozen=True, tag="snapshot", tag_field="type"):
@@ -106,6 +115,7 @@ class Delta(msgspec.Struct, frozen=True, tag="delta", tag_field="type"):
     rides: tuple[RideScene, ...] = ()
     rides_gone: tuple[str, ...] = ()
     incidents: IncidentsScene | None = None
+    areas: tuple[AreaScene, ...] = ()
 
 
 class SceneBoard:
@@ -117,6 +127,7 @@ class SceneBoard:
         self.incidents = IncidentsScene()
         self.vehicles: dict[str, tuple[int, VehicleScene]] = {}
         self.rides: dict[str, tuple[int, RideScene]] = {}
+        self.areas: dict[str, tuple[int, AreaScene]] = {}
         self._change = itertools.count(1)
 
     def vehicle(self, vehicle_id: str) -> VehicleScene | None:
@@ -131,6 +142,9 @@ class SceneBoard:
         held = self.rides.get(ride.ride_id)
         if held is None or held[1] != ride:
             self.rides[ride.ride_id] = (next(self._change), ride)
+
+    def put_area(self, area: AreaScene) -> None:
+        self.areas[area.area_id] = (next(self._change), area)
 
     def remove_vehicle(self, vehicle_id: str) -> None:
         self.vehicles.pop(vehicle_id, None)

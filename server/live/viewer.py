@@ -8,7 +8,16 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeVar
 
-from server.live.scene import Delta, IncidentsScene, RideScene, Scene, SceneBoard, Snapshot, VehicleScene
+from server.live.scene import (
+    AreaScene,
+    Delta,
+    IncidentsScene,
+    RideScene,
+    Scene,
+    SceneBoard,
+    Snapshot,
+    VehicleScene,
+)
 
 T = TypeVar("T")
 
@@ -39,6 +48,7 @@ class Viewer:
         self._map_version: str | None = None
         self._vehicles: dict[str, int] = {}
         self._rides: dict[str, int] = {}
+        self._areas: dict[str, int] = {}
         self._incidents: IncidentsScene | None = None
         self._spoke_ms = 0
 
@@ -66,6 +76,7 @@ class Viewer:
             rides=tuple(_news(rides, self._rides)),
             rides_gone=_gone(rides, self._rides),
             incidents=incidents if incidents != self._incidents else None,
+            areas=tuple(_news(self._visible_areas(board), self._areas)),
         )
         if delta == Delta(now_ms):
             return None
@@ -82,6 +93,7 @@ class Viewer:
             vehicles=tuple(vehicle for _, vehicle in vehicles.values()),
             rides=tuple(ride for _, ride in rides.values()),
             incidents=self._visible_incidents(board),
+            areas=tuple(area for _, area in self._visible_areas(board).values()),
         )
         return Snapshot(scene)
 
@@ -103,6 +115,9 @@ class Viewer:
     def _visible_incidents(self, board: SceneBoard) -> IncidentsScene:
         return board.incidents if isinstance(self._scope, EverythingScope) else IncidentsScene()
 
+    def _visible_areas(self, board: SceneBoard) -> dict[str, tuple[int, AreaScene]]:
+        return board.areas if isinstance(self._scope, EverythingScope) else {}
+
     def _remember(
         self,
         board: SceneBoard,
@@ -112,6 +127,7 @@ class Viewer:
         self._map_version = board.map_version
         self._vehicles = {key: number for key, (number, _) in vehicles.items()}
         self._rides = {key: number for key, (number, _) in rides.items()}
+        self._areas = {key: number for key, (number, _) in self._visible_areas(board).items()}
         self._incidents = self._visible_incidents(board)
 
 

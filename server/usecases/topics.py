@@ -31,6 +31,11 @@ def vehicle_event(campus_id: str, vehicle_id: str) -> str:
     return f"campus/{campus_id}/vehicle/{vehicle_id}/event"
 
 
+def area_presence(campus_id: str, area_id: str) -> str:
+    """A camera's word on an observation area as it came in: the payload is an `AreaPresence`."""
+    return f"campus/{campus_id}/area/{area_id}/presence"
+
+
 def ride(campus_id: str, ride_id: str) -> str:
     return f"campus/{campus_id}/ride/{ride_id}"
 

@@ -8,6 +8,8 @@ from simulator.traffic.recordings import Clip, Recorded
 
 # Whoever is still there when the recording ends goes on as before; beyond this time nobody is left.
 AFTERWARDS_S = 60.0
+# Times are sums of floats.
+_AT_ONCE_S = 1e-6
 
 
 class ReplayedTraffic:
@@ -43,7 +45,7 @@ class ReplayedTraffic:
     def _state(self, track: Recorded) -> Array | None:
         """x, y, yaw, vx, vy now, between two sights a straight line; None for who is not there."""
         t, times = self.clock_s, track.times_s
-        if t < times[0]:
+        if t < times[0] - _AT_ONCE_S:
             return None
         if t > times[-1]:
             beyond_s = t - float(times[-1])

@@ -11,6 +11,7 @@ from simulator.plant import (
     CMD_LOCK,
     CMD_STEER,
     CMD_THROTTLE,
+    SIDE_SPEED,
     SPEED,
     STEER,
     Plant,
@@ -129,3 +130,76 @@ def test_the_profile_gives_geometry_and_full_brake() -> None:
     params = plant_params(Profile(body=Body(wheelbase_m=1.75), limits=Limits(decel_mps2_max=4.0)))
     assert params.wheelbase_m == 1.75
     assert params.brake_full_mps2 == 4.0
+
+
+def turning(speed_mps: float, steer_rad: float, **params: float) -> Plant:
+    """A vehicle with tyres, after four seconds of driving a constant steering angle."""
+    whole = PlantParams(tyres=True, rolling_drag_mps2=0.0, speed_drag_1ps=0.0, steer_delay_s=0.0, **params)
+    plant = a_plant(whole, speed_mps)
+    plant.commands[0, CMD_STEER] = steer_rad
+    for _ in range(800):
+        # Cornering costs speed; this is about turning.
+        plant.state[0, SPEED] = speed_mps
+        plant.step(0.005)
+    return plant
+
+
+def test_tyres_turn_a_steady_circle_by_the_understeer_gradient() -> None:
+    p, v, steer = PlantParams(), 4.0, 0.05
+    front = p.cog_ratio * p.wheelbase_m
+    rear = p.wheelbase_m - front
+    understeer = p.mass_kg / p.wheelbase_m * (rear / p.cornering_front_npr - front / p.cornering_rear_npr)
+    plant = turning(v, steer)
+    yaw_rate = plant.view(0).yaw_rate_radps
+    assert yaw_rate == pytest.approx(v * steer / (p.wheelbase_m + understeer * v * v), rel=5e-3)
+    slip = -p.mass_kg * front / (p.wheelbase_m * p.cornering_rear_npr) * v * yaw_rate
+    assert plant.state[0, SIDE_SPEED] == pytest.approx(v * slip, rel=2e-2)
+
+
+def test_friction_limits_how_hard_a_vehicle_with_tyres_can_turn() -> None:
+    plant = turning(7.0, 0.4, friction=0.3)
+    assert plant.view(0).yaw_rate_radps * 7.0 < 0.3 * 9.81 * 1.05
+
+
+def test_at_walking_pace_tyres_roll_where_they_point() -> None:
+    slow = turning(0.8, 0.3)
+    assert slow.view(0).yaw_rate_radps == pytest.approx(0.8 * math.tan(0.3) / 2.6, rel=1e-6)
+    assert slow.state[0, SIDE_SPEED] == 0.0
+
+
+def test_tyres_are_steady_at_every_speed() -> None:
+    for v in np.arange(0.0, 8.0, 0.25):
+        plant = turning(float(v), 0.1)
+        before = plant.view(0).yaw_rate_radps
+        plant.state[0, SPEED] = v
+        plant.step(0.005)
+        assert plant.view(0).yaw_rate_radps == pytest.approx(before, abs=1e-3)
+
+
+def test_a_heavier_vehicle_answers_its_pedals_less() -> None:
+    heavy, usual = a_plant(PlantParams(load_kg=350.0)), a_plant()
+    for plant in (heavy, usual):
+        plant.commands[0, CMD_THROTTLE] = 0.5
+        plant.step(1.0)
+    drag = PlantParams().rolling_drag_mps2
+    gained, at_most = heavy.view(0).accel_mps2 + drag, usual.view(0).accel_mps2 + drag
+    assert gained == pytest.approx(at_most * 1400.0 / 1750.0, rel=0.05)
+
+
+def test_wheels_that_stand_off_turn_what_reports_straight() -> None:
+    plant = a_plant(PlantParams(steer_bias_rad=0.01), speed_mps=3.0)
+    plant.step(1.0)
+    assert plant.view(0).steer_rad == 0.0
+    assert plant.view(0).yaw_rate_radps == pytest.approx(plant.view(0).speed_mps * math.tan(0.01) / 2.6)
+
+
+def test_a_slope_rolls_a_vehicle_that_nothing_holds() -> None:
+    plant = a_plant(PlantParams(grade_ratio=0.05))
+    plant.step(2.0)
+    assert plant.view(0).pose_map.x_m < -0.3
+    plant.place(0, ORIGIN)
+    plant.commands[0, CMD_BRAKE] = 1.0
+    plant.step(1.0)
+    plant.place(0, ORIGIN)
+    plant.step(2.0)
+    assert plant.view(0).speed_mps == 0.0

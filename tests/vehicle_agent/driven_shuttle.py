@@ -25,7 +25,8 @@ from vehicle_agent.onboard.tick import tick
 from vehicle_agent.perception.height_map import percept_from_scan
 from vehicle_agent.runtime.inbox import Inbox, inputs_from
 from vehicle_agent.signals import InboxBody, LinkState, Outputs
-from vehicle_agent.stacks.gem import gem, height_map
+from vehicle_agent.stacks.choice import build_car
+from vehicle_agent.stacks.gem import height_map
 
 TICK_NS = 20_000_000
 SERVER_OFFSET_NS = 1_700_000_000_000_000_000
@@ -61,7 +62,7 @@ class DrivenShuttle:
         self.world = SimWorld(
             road_map, {self.name: profile}, {self.name: pose}, seed, SilentPhone(self.name), options
         )
-        self.car = gem(profile, road_map)
+        self.car = build_car(profile, road_map)
         self.state = initial_state(self.car)
         self.now_ns = TICK_NS
         self.events: list[tuple[int, VehicleEvent]] = []

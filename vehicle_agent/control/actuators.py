@@ -1,7 +1,7 @@
 """How the vehicle answers its commands: dead times, lags, and the pedals' accelerations.
 
-The same kernel carries the belief about the actuators from the last tick to this one, and leads the vehicle on
-over the commands that are still on their way.
+The same kernel carries the belief about the actuators from the last tick to this one, and leads the vehicle
+on over the commands that are still on their way.
 """
 
 import math
@@ -13,8 +13,8 @@ from numba import njit
 from contract.geometry import Array, wrap_angle
 
 SUBSTEP_S = 0.005
-# Columns of a moving vehicle: pose (map), wheels (as the steering reports them), throttle and brake in effect,
-# speed, distance driven.
+# Columns of a moving vehicle: pose (map), wheels (as the steering reports them), throttle and brake in
+# effect, speed, distance driven.
 MX, MY, MYAW, MWHEELS, MTHROTTLE, MBRAKE, MSPEED, MS = range(8)
 MOVING_SIZE = 8
 
@@ -57,12 +57,13 @@ class Drivetrain(msgspec.Struct, frozen=True):
 
 @njit(cache=True)
 def pedal_accel_mps2(throttle: float, brake: float, speed_mps: float, p: Array) -> float:
-    """The acceleration that the pedals in effect give a nominal vehicle on the level; p from `Drivetrain.row`."""
+    """The acceleration that the pedals in effect give a nominal vehicle on the level; p from
+    `Drivetrain.row`."""
     push = throttle / p[D_PER] * max(0.0, 1.0 - speed_mps / p[D_FADE])
     held = 0.0
     if brake > 0.0:
         held = max(0.0, math.exp((brake - p[D_OFFSET]) / p[D_GAIN]) - p[D_KNEE])
-    return push - held - p[D_COAST]
+    return float(push - held - p[D_COAST])
 
 
 @njit(cache=True)

@@ -4,6 +4,7 @@ import msgspec
 import numpy as np
 
 from vehicle_agent.control.follower import Aim, WaypointFollower, led_pose
+from vehicle_agent.control.nus import PurePursuit
 from vehicle_agent.control.steering import BicycleSteering
 from vehicle_agent.control.twist import Pedals, TwistController
 from vehicle_agent.signals import Ego, Path, VehicleMotion, Wish
@@ -23,7 +24,7 @@ class WaypointControl(msgspec.Struct, frozen=True):
     released_brake_ratio: a reported brake below this lets the standing vehicle start
     """
 
-    follower: WaypointFollower = WaypointFollower()
+    follower: WaypointFollower | PurePursuit = WaypointFollower()
     steering: BicycleSteering = BicycleSteering()
     twist: TwistController = TwistController()
     steer_delay_s: float = 0.25

@@ -83,8 +83,8 @@ def _line(points: Array, x_m: float, y_m: float, yaw_rad: float) -> Array:
 
 @njit(cache=True)
 def _smooth(points: Array, s: Array) -> tuple[Array, Array]:
-    """(yaw (n,) continuous, curvature (n,)) of (n, 2) points, averaged over SMOOTH_M either way: waypoints have
-    corners."""
+    """(yaw (n,) continuous, curvature (n,)) of (n, 2) points, averaged over SMOOTH_M either way: waypoints
+    have corners."""
     n = points.shape[0]
     raw = np.empty(n)
     for i in range(n):

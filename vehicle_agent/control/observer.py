@@ -110,15 +110,26 @@ class Observer(msgspec.Struct, frozen=True):
         moving, rest_mps2 = state.moving.copy(), state.rest_mps2
         steer_rad = motion.steer_rad if math.isfinite(motion.steer_rad) else float(moving[MWHEELS])
         if not motion.enabled:
-            moving[MWHEELS], moving[MTHROTTLE], moving[MBRAKE] = steer_rad, motion.throttle_ratio, motion.brake_ratio
+            moving[MWHEELS], moving[MTHROTTLE], moving[MBRAKE] = (
+                steer_rad,
+                motion.throttle_ratio,
+                motion.brake_ratio,
+            )
             moving[MSPEED] = abs(motion.speed_mps) if math.isfinite(motion.speed_mps) else moving[MSPEED]
             return moving, 0.0
         carried(
-            moving, commands, -self.dt_s, 0.0, rest_mps2, self.turning(state), self.dt_s, self.drivetrain.row()
+            moving,
+            commands,
+            -self.dt_s,
+            0.0,
+            rest_mps2,
+            self.turning(state),
+            self.dt_s,
+            self.drivetrain.row(),
         )
         moving[MWHEELS] += self.wheels_gain * (steer_rad - moving[MWHEELS])
         if motion.stamp_ns > state.report_ns and math.isfinite(motion.speed_mps):
-            surprise = abs(motion.speed_mps) - float(moving[MSPEED])
+            surprise = motion.speed_mps - float(moving[MSPEED])
             moving[MSPEED] = max(0.0, moving[MSPEED] + self.speed_gain * surprise)
             if not standing:
                 rest_mps2 += self.rest_gain_1ps * surprise
@@ -129,9 +140,7 @@ class Observer(msgspec.Struct, frozen=True):
     def _placed(self, belief: Belief, ego: Ego, moving: Array) -> Belief:
         pose, n = ego.pose_map, self.filter.row()
         std_m = max(ego.position_std_m, self.filter.position_m_min)
-        heading_std_rad = max(
-            self.filter.heading_rad_per_m * ego.position_std_m, self.filter.heading_rad_min
-        )
+        heading_std_rad = max(self.filter.heading_rad_per_m * ego.position_std_m, self.filter.heading_rad_min)
         usable = ego.valid and all(map(math.isfinite, (pose.x_m, pose.y_m, pose.yaw_rad, std_m)))
         dt_s = min(max((ego.stamp_ns - belief.stamp_ns) * 1e-9, 0.0), 0.1)
         if belief.fix_ns == 0:
@@ -148,9 +157,7 @@ class Observer(msgspec.Struct, frozen=True):
                 mean, covariance, speed_mps, yaw_rate_radps, float(moving[MWHEELS]),
                 chassis.wheelbase_m, share * chassis.understeer_s2pm, n,
             )  # fmt: skip
-        blind = Belief(
-            mean, covariance, ego.stamp_ns, belief.fix_ns, belief.strays, belief.blind_s + dt_s
-        )
+        blind = Belief(mean, covariance, ego.stamp_ns, belief.fix_ns, belief.strays, belief.blind_s + dt_s)
         if not usable or ego.fix_stamp_ns <= belief.fix_ns:
             return blind
         if fixed(mean, covariance, pose.x_m, pose.y_m, pose.yaw_rad, std_m, heading_std_rad, n):

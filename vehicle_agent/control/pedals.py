@@ -20,7 +20,8 @@ class Pedalling(msgspec.Struct, frozen=True):
     """The inverse of the identified response.
 
     change_mps2     the foot changes pedals this far beyond coasting, so that it does not dance between them
-    hold_ratio, hold_ratio_1ps  the brake that keeps the vehicle standing, and how fast it comes and goes
+    hold_ratio, hold_ratio_1ps  the brake that keeps the vehicle standing, and how fast it comes
+    release_1ps     how fast it goes
     """
 
     drivetrain: Drivetrain = Drivetrain()
@@ -28,6 +29,7 @@ class Pedalling(msgspec.Struct, frozen=True):
     change_mps2: float = 0.06
     hold_ratio: float = 0.5
     hold_ratio_1ps: float = 1.0
+    release_1ps: float = 5.0
     dt_s: float = 0.02
 
     def step(self, foot: Foot, accel_mps2: float, speed_mps: float) -> Foot:
@@ -40,9 +42,9 @@ class Pedalling(msgspec.Struct, frozen=True):
             return Foot(0.0, pedal, True, False)
         fade = max(0.2, 1.0 - speed_mps / d.throttle_fade_mps)
         throttle = min(max(beyond * d.throttle_per_mps2 / fade, 0.0), self.throttle_ratio_max)
-        # Throttle against a brake that has still to let go would end in a leap.
-        brake = max(0.0, foot.brake_ratio - 4.0 * self.hold_ratio_1ps * self.dt_s) if foot.holding else 0.0
-        return Foot(0.0 if brake > 0.0 else throttle, brake, False, brake > 0.0)
+        # Letting go of the brake at once would let the vehicle roll back before the throttle has come.
+        brake = max(0.0, foot.brake_ratio - self.release_1ps * self.dt_s) if foot.holding else 0.0
+        return Foot(throttle, brake, False, brake > 0.0)
 
     def held(self, foot: Foot) -> Foot:
         """Keep standing: the brake comes gently."""

@@ -1,8 +1,8 @@
 """Where the vehicle is, for steering by: poses with noise, carried by odometry and gyroscope.
 
-An extended Kalman filter that also finds what steering must know and nobody measures: the gyroscope's bias, the
-angle at which the wheels stand beyond what the steering reports, and how soft the tyres are. Localization's own
-pose may be good to centimetres only; what it says over seconds is good to millimetres.
+An extended Kalman filter that also finds what steering must know and nobody measures: the gyroscope's bias,
+the angle at which the wheels stand beyond what the steering reports, and how soft the tyres are.
+Localization's own pose may be good to centimetres only; what it says over seconds is good to millimetres.
 """
 
 import math
@@ -54,8 +54,8 @@ class PoseFilter(msgspec.Struct, frozen=True):
 
 
 class Belief(msgspec.Struct, frozen=True):
-    """mean (6,), covariance (6, 6); strays: poses in a row that were not believed; blind_s: since the last one
-    that was. stamp_ns 0: no pose has come yet."""
+    """mean (6,), covariance (6, 6); strays: poses in a row that were not believed; blind_s: since the last
+    one that was. stamp_ns 0: no pose has come yet."""
 
     mean: Array
     covariance: Array
@@ -67,9 +67,7 @@ class Belief(msgspec.Struct, frozen=True):
 
 def unknown() -> Belief:
     """Before the first pose: nothing hidden is known, and nominal tyres are assumed."""
-    return Belief(
-        np.array((0.0, 0.0, 0.0, 0.0, 0.0, 1.0)), np.diag((0.0, 0.0, 0.0, 1e-6, 4e-4, 0.09))
-    )
+    return Belief(np.array((0.0, 0.0, 0.0, 0.0, 0.0, 1.0)), np.diag((0.0, 0.0, 0.0, 1e-6, 4e-4, 0.09)))
 
 
 def placed(belief: Belief, pose_map: Pose2, std_m: float, heading_std_rad: float, stamp_ns: int) -> Belief:
@@ -83,9 +81,7 @@ def placed(belief: Belief, pose_map: Pose2, std_m: float, heading_std_rad: float
 
 
 @njit(cache=True)
-def predicted(
-    mean: Array, P: Array, speed: float, yaw_rate: float, dt: float, slip: float, n: Array
-) -> None:
+def predicted(mean: Array, P: Array, speed: float, yaw_rate: float, dt: float, slip: float, n: Array) -> None:
     """Carry mean (6,) and P (6, 6) in place over dt.
 
     speed, yaw_rate  of the wheels and the gyroscope; slip: of the rear axle, rad per m/s2, for nominal tyres
@@ -168,7 +164,9 @@ def turned(
 
 
 @njit(cache=True)
-def fixed(mean: Array, P: Array, x: float, y: float, yaw: float, std_m: float, std_rad: float, n: Array) -> bool:
+def fixed(
+    mean: Array, P: Array, x: float, y: float, yaw: float, std_m: float, std_rad: float, n: Array
+) -> bool:
     """Take a pose in, in place; False when it is beyond the gate and was not taken."""
     if math.hypot(x - mean[FX], y - mean[FY]) > n[14] + 6.0 * std_m:
         return False

@@ -1,7 +1,7 @@
 """The Snow Lion stack's control: a timed trajectory followed by model predictive control (eqs. 3-6).
 
-In flow order: what is believed of the vehicle (`observer`), what is asked of it (`timed_path`, `made_path`), the
-speed with its pedals (`speed_control`), the wheels (`steer_control`).
+In flow order: what is believed of the vehicle (`observer`), what is asked of it (`timed_path`,
+`made_path`), the speed with its pedals (`speed_control`), the wheels (`steer_control`).
 """
 
 import math
@@ -9,13 +9,14 @@ import math
 import msgspec
 import numpy as np
 
-from contract.geometry import Array
+from contract.geometry import Array, wrap_angle
 from vehicle_agent.control.actuators import MSPEED, MX, MY, MYAW
 from vehicle_agent.control.made_path import timed
+from vehicle_agent.control.mpc.bounded import prepare
 from vehicle_agent.control.observer import Observed, Observer
 from vehicle_agent.control.speed_control import SpeedAnswer, SpeedControl, Speeding
 from vehicle_agent.control.steer_control import SteerAnswer, SteerControl, Steering
-from vehicle_agent.control.timed_path import at_time, braking, fault_number, lengths, nearest
+from vehicle_agent.control.timed_path import at_length, at_time, braking, fault_number, lengths, nearest
 from vehicle_agent.signals import Ego, Path, VehicleMotion, Wish
 
 NO_FAULT, NOTHING, BLIND, ASTRAY, MALFORMED = range(5)
@@ -37,8 +38,8 @@ class Driver(msgspec.Struct, frozen=True):
 
 
 class Asked(msgspec.Struct, frozen=True):
-    """rows (k, 8), lengths s (k,), the vehicle's place along them and its time since their stamp; fault: why they
-    are not the planner's."""
+    """rows (k, 8), lengths s (k,), the vehicle's place along them and its time since their stamp; fault:
+    why they are not the planner's."""
 
     rows: Array
     s: Array
@@ -50,7 +51,7 @@ class Asked(msgspec.Struct, frozen=True):
 class SnowLionControl(msgspec.Struct, frozen=True):
     """astray_m, astray_rad  farther off the trajectory there is nothing to follow
     blind_s_max          without a pose that can be believed for this long the vehicle stops
-    released_brake_ratio a reported brake above it keeps a standing vehicle: the guard's, perhaps
+    released_brake_ratio a reported brake this far above ours is the guard's
     """
 
     observer: Observer = Observer()
@@ -61,19 +62,26 @@ class SnowLionControl(msgspec.Struct, frozen=True):
     astray_m: float = 2.0
     astray_rad: float = 1.0
     blind_s_max: float = 0.5
+    released_brake_ratio: float = 0.1
     dt_s: float = 0.02
 
     def initial(self) -> Driver:
+        # Tables and workspaces: no tick may wait for them.
+        self.steer.mpc.prepare()
+        prepare(self.steer.mpc.steps)
+        prepare(self.speed.mpc.steps)
         memory = self.observer.drivetrain.memory(self.dt_s)
         return Driver(
             self.observer.initial(), np.zeros((memory, 3)), self.speed.initial(), self.steer.initial()
         )
 
     def step(self, state: Driver, ego: Ego, path: Path, motion: VehicleMotion) -> tuple[Wish, Driver]:
-        """Follow path.trajectory, or what can be made of path.points_map; comfortably to a stop where neither can
-        be. Commands are finite and within the limits whatever comes in."""
+        """Follow path.trajectory, or what can be made of path.points_map; comfortably to a stop where
+        neither can be. Commands are finite and within the limits whatever comes in."""
         if not motion.enabled:
             state = self._hands_off(state, motion)
+        if self._kept(state, motion):
+            state = msgspec.structs.replace(state, speeding=self.speed.initial())
         holding = state.speeding.foot.holding
         seen = self.observer.step(state.observed, ego, motion, state.commands, holding)
         asked = self._asked(ego, path, seen)
@@ -91,6 +99,12 @@ class SnowLionControl(msgspec.Struct, frozen=True):
         else:
             steer = SteerAnswer(self.steer.eased(state.steering), 0.0, 0.0, False, True, 0)
         return self._wish(state, seen, asked, speed, steer)
+
+    def _kept(self, state: Driver, motion: VehicleMotion) -> bool:
+        """Somebody else's brake keeps the vehicle standing, for minutes perhaps. What were commanded
+        against it meanwhile would make the vehicle leap once it is let go."""
+        ours = float(state.commands[:, 2].max())
+        return motion.speed_mps == 0.0 and motion.brake_ratio > max(ours, 0.0) + self.released_brake_ratio
 
     def _hands_off(self, state: Driver, motion: VehicleMotion) -> Driver:
         """By-wire is not ours: go on from what the vehicle does by itself."""
@@ -110,7 +124,10 @@ class SnowLionControl(msgspec.Struct, frozen=True):
         fault = NO_FAULT
         rows, stamp_ns = np.zeros((0, 8)), ego.stamp_ns
         if path.trajectory is not None:
-            rows, stamp_ns = np.ascontiguousarray(path.trajectory.rows, dtype=np.float64), path.trajectory.stamp_ns
+            rows, stamp_ns = (
+                np.ascontiguousarray(path.trajectory.rows, dtype=np.float64),
+                path.trajectory.stamp_ns,
+            )
             fault = MALFORMED if rows.ndim != 2 or fault_number(rows) else NO_FAULT
         else:
             rows = self._made(path, seen)
@@ -155,7 +172,10 @@ class SnowLionControl(msgspec.Struct, frozen=True):
 
     def _followable(self, rows: Array, s: Array, seen: Observed, own_s_m: float, offset_m: float) -> bool:
         beyond_m = max(float(s[0]) - own_s_m, own_s_m - float(s[-1]), 0.0)
-        return abs(offset_m) < self.astray_m and beyond_m < self.steer.search_m
+        yaw_rad, _ = at_length(rows, s, own_s_m)
+        turned_rad = float(wrap_angle(seen.moving[MYAW] - yaw_rad))
+        near = abs(offset_m) < self.astray_m and beyond_m < self.steer.search_m
+        return near and abs(turned_rad) < self.astray_rad
 
     def _wish(
         self, state: Driver, seen: Observed, asked: Asked, speed: SpeedAnswer, steer: SteerAnswer

@@ -10,7 +10,7 @@ from vehicle_agent.control.mpc.axis import Guess, no_guess
 from vehicle_agent.control.mpc.longitudinal import LongitudinalMpc
 from vehicle_agent.control.observer import Observed, Observer
 from vehicle_agent.control.pedals import Foot, Pedalling
-from vehicle_agent.control.timed_path import asked
+from vehicle_agent.control.timed_path import asked, next_stop_m
 
 
 class Speeding(msgspec.Struct, frozen=True):
@@ -35,15 +35,25 @@ class SpeedAnswer(msgspec.Struct, frozen=True):
 
 
 class SpeedControl(msgspec.Struct, frozen=True):
-    """behind_m_max  an error beyond is not made up for at once: the vehicle must not race after its plan
-    stand_mps        slower is standing, where nothing faster than start_mps is asked for soon
+    """behind_m, behind_s  being late by more than this and this of the way ahead is not made up for at
+                        once: the vehicle must not race after its plan
+    ahead_m_max         nor crawl for it to come
+    arrive_m, arrive_mps2  farther from a stop, or needing less braking for it, all is left to the MPC
+    overrun_m        this far beyond a stop is not worth a jolt
+    stand_mps        slower is standing, where nothing faster than start_mps is asked for within start_s
     """
 
     mpc: LongitudinalMpc = LongitudinalMpc()
     pedalling: Pedalling = Pedalling()
-    behind_m_max: float = 0.6
+    behind_m: float = 0.06
+    behind_s: float = 0.08
+    ahead_m_max: float = 0.6
+    arrive_m: float = 0.5
+    arrive_mps2: float = 0.05
+    overrun_m: float = 0.015
     stand_mps: float = 0.06
     start_mps: float = 0.03
+    start_s: float = 0.3
     decel_mps2_comfort: float = 0.8
     dt_s: float = 0.02
 
@@ -54,7 +64,8 @@ class SpeedControl(msgspec.Struct, frozen=True):
         self, state: Speeding, seen: Observed, observer: Observer, commands: Array,
         rows: Array, s: Array, own_s_m: float, t_s: float, emergency: bool,
     ) -> SpeedAnswer:  # fmt: skip
-        """One tick along rows (k, 8) with lengths s (k,), the vehicle at own_s_m, t_s after the rows' stamp."""
+        """One tick along rows (k, 8) with lengths s (k,), the vehicle at own_s_m, t_s after the rows'
+        stamp."""
         drivetrain = observer.drivetrain
         lead_s = drivetrain.brake_delay_s if state.foot.braking else drivetrain.throttle_delay_s
         moving = seen.moving.copy()
@@ -69,30 +80,50 @@ class SpeedControl(msgspec.Struct, frozen=True):
         if emergency:
             foot = Foot(0.0, 1.0, True, False)
             after = Speeding(foot, -self.mpc.decel_mps2_max, no_guess(N))
-            return SpeedAnswer(after, np.full(N + 1, moving[MSPEED]), lead_s, behind_m, missing_mps, False, True, 0)
+            return SpeedAnswer(
+                after, np.full(N + 1, moving[MSPEED]), lead_s, behind_m, missing_mps, False, True, 0
+            )
         if self._stands(state.foot, seen.speed_mps, speeds_mps):
             after = Speeding(self.pedalling.held(state.foot), 0.0, no_guess(N))
             return SpeedAnswer(after, np.zeros(N + 1), lead_s, behind_m, missing_mps, False, True, 0)
-        limited_m = min(max(behind_m, -self.behind_m_max), self.behind_m_max)
+        late_m = self.behind_m + self.behind_s * max(float(speeds_mps[0]), float(moving[MSPEED]))
+        limited_m = min(max(behind_m, -self.ahead_m_max), late_m)
         accel_mps2 = observer.accel_mps2(moving, seen.rest_mps2)
-        wanted_mps2 = np.diff(speeds_mps) / dt_s
+        rising = np.diff(speeds_mps) / dt_s
+        # Rows change their speed in steps of acceleration; what is meant is smooth.
+        wanted_mps2 = np.convolve(
+            np.concatenate((rising[:1], rising, rising[-1:])), (0.25, 0.5, 0.25), "valid"
+        )
         answer = self.mpc.solve(
             limited_m, missing_mps, accel_mps2, state.accel_mps2, wanted_mps2, state.guess
         )
         command = state.accel_mps2 + float(answer.inputs[0]) * self.dt_s
+        left_m = next_stop_m(rows, s, t_s + lead_s) - float(moving[MS])
+        command = self._arriving(command, state.accel_mps2, float(moving[MSPEED]), left_m)
         command = min(max(command, -self.mpc.decel_mps2_max), self.mpc.accel_mps2_max)
         foot = self.pedalling.step(state.foot, command - seen.rest_mps2, float(moving[MSPEED]))
-        if foot.holding:
-            # Still letting go of the brake: what is commanded meanwhile would come as a leap.
-            command = 0.0
-        expected = rolled(answer.inputs, float(moving[MSPEED]), accel_mps2, command, self.mpc.accel_lag_s, dt_s)
+        expected = rolled(
+            answer.inputs, float(moving[MSPEED]), accel_mps2, command, self.mpc.accel_lag_s, dt_s
+        )
         return SpeedAnswer(
             Speeding(foot, command, answer.guess), expected, lead_s, behind_m, missing_mps,
             answer.bounded, answer.feasible, answer.iterations,
         )  # fmt: skip
 
+    def _arriving(self, command: float, before: float, speed_mps: float, left_m: float) -> float:
+        """The command, or the braking that still comes to rest in left_m if that is more.
+
+        Errors either way cost the same in the MPC, but a vehicle does not come back from beyond its stop.
+        """
+        needed = 0.5 * speed_mps * speed_mps / max(left_m + self.overrun_m, 0.01)
+        if left_m > self.arrive_m or not needed > self.arrive_mps2:
+            return command
+        reach = self.mpc.jerk_mps3_max * self.dt_s
+        wanted = min(command, -min(needed, self.decel_mps2_comfort))
+        return min(max(wanted, before - reach), before + reach)
+
     def _stands(self, foot: Foot, speed_mps: float, speeds_mps: Array) -> bool:
-        if float(speeds_mps[: max(2, round(0.2 / self.mpc.dt_s))].max()) > self.start_mps:
+        if float(speeds_mps[: max(2, round(self.start_s / self.mpc.dt_s))].max()) > self.start_mps:
             return False
         return foot.holding or speed_mps < self.stand_mps
 

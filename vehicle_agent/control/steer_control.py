@@ -52,9 +52,7 @@ class SteerControl(msgspec.Struct, frozen=True):
         moving = seen.moving.copy()
         moving[MS] = own_s_m
         delay_s, turning = observer.drivetrain.steer_delay_s, observer.turning(seen)
-        carried(
-            moving, commands, 0.0, delay_s, seen.rest_mps2, turning, self.dt_s, observer.drivetrain.row()
-        )
+        carried(moving, commands, 0.0, delay_s, seen.rest_mps2, turning, self.dt_s, observer.drivetrain.row())
         s_m, offset_m = nearest(rows, s, moving[MX], moving[MY], moving[MS], self.search_m)
         yaw_rad, curvature_1pm = at_length(rows, s, s_m)
         heading_rad = float(wrap_angle(moving[MYAW] - yaw_rad))
@@ -82,15 +80,15 @@ class SteerControl(msgspec.Struct, frozen=True):
             state.guess,
         )
         return SteerAnswer(
-            Steering(self._turned(state.command_rad, float(answer.inputs[0])), answer.guess),
+            Steering(
+                self.mpc.turned_rad(state.command_rad, bias_rad, float(answer.inputs[0]), self.dt_s),
+                answer.guess,
+            ),
             offset_m, heading_rad, answer.bounded, answer.feasible, answer.iterations,
         )  # fmt: skip
 
     def eased(self, state: Steering) -> Steering:
         """Nothing to follow: gently straight."""
-        rate = min(max(-state.command_rad / self.dt_s, -self.ease_radps), self.ease_radps)
-        return Steering(self._turned(state.command_rad, rate), no_guess(self.mpc.steps))
-
-    def _turned(self, command_rad: float, rate_radps: float) -> float:
-        limit = self.mpc.steer_rad_max
-        return min(max(command_rad + rate_radps * self.dt_s, -limit), limit)
+        reach = self.ease_radps * self.dt_s
+        eased_rad = state.command_rad - min(max(state.command_rad, -reach), reach)
+        return Steering(eased_rad, no_guess(self.mpc.steps))

@@ -53,8 +53,8 @@ def lengths(rows: Array) -> Array:
 def at_time(rows: Array, s: Array, t_s: float, decel_mps2: float) -> tuple[float, float]:
     """(s in m, speed in m/s) that the trajectory asks for t_s after its stamp.
 
-    Before its first row it goes on as it begins. After its last it brakes by decel_mps2 to a stop: rows that end
-    in motion have run out, and nobody may drive on by them.
+    Before its first row it goes on as it begins. After its last it brakes by decel_mps2 to a stop: rows
+    that end in motion have run out, and nobody may drive on by them.
     """
     k = rows.shape[0]
     if t_s <= rows[0, T]:
@@ -156,6 +156,16 @@ def asked(
     for k in range(steps + 1):
         places[k], speeds[k] = at_time(rows, s, t_s + k * dt_s, decel_mps2)
     return places, speeds
+
+
+@njit(cache=True)
+def next_stop_m(rows: Array, s: Array, t_s: float) -> float:
+    """Where along the rows they next ask for standing, from t_s on; inf when they do not."""
+    for i in range(rows.shape[0]):
+        if rows[i, T] >= t_s and rows[i, SPEED] <= 0.01:
+            return float(s[i])
+    last = rows.shape[0] - 1
+    return float(s[last]) if rows[last, SPEED] <= 0.01 else np.inf
 
 
 @njit(cache=True)

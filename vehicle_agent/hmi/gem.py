@@ -1,151 +1,152 @@
-"""Talking to people outside and inside (GEM, section VII): one screen text at a time, each sentence once."""
+"""Talking to people outside and inside (GEM, section VII; Snow Lion, rear LED and sound player): texts on the
+screens, and sentences."""
 
 import msgspec
 
 from vehicle_agent.hmi import words
+from vehicle_agent.hmi.attention import Attention, Watched
+from vehicle_agent.hmi.manner import Manner, manner_now
+from vehicle_agent.hmi.signs import Board, is_arriving, sign_for
+from vehicle_agent.hmi.speech import NEWS, TALK, WARNING, Speech
 from vehicle_agent.hmi.words import Words
-from vehicle_agent.signals import Guarded, Path, Says, Task
+from vehicle_agent.signals import Guarded, Path, Says, Task, World
 
-_NOTHING: Words = ("", "")
-
-
-class Sentence(msgspec.Struct, frozen=True):
-    """Something to say, not after until_ns; `about` names the occasion, so that it is said once."""
-
-    about: str
-    english: str
-    chinese: str
-    until_ns: int
+_Occasion = tuple[str, str, Words, int]
 
 
-class Speech(msgspec.Struct, frozen=True):
-    """What is on the screen since when, what was said about, and what is still to be said.
+class Talk(msgspec.Struct, frozen=True):
+    """What the room remembers.
 
-    yielding_ns: standing for somebody since, 0 if not
+    tracks_ns    of the tracks that were last looked at
+    aside_ns     when somebody was last asked to step aside, 0 never
+    talked_ns    when people outside were last addressed in passing or waiting, 0 never
     """
 
-    screen: Words = _NOTHING
-    screen_ns: int = 0
-    yielding_ns: int = 0
-    said: tuple[str, ...] = ()
-    queue: tuple[Sentence, ...] = ()
-    spoken_ns: int = 0
+    board: Board = Board()
+    speech: Speech = Speech()
+    manner: Manner = Manner()
+    watched: tuple[Watched, ...] = ()
+    tracks_ns: int = 0
+    aside_ns: int = 0
+    talked_ns: int = 0
     announced_ns: int = 0
     doors_open: bool = False
+    doors_ns: int = 0
 
 
 class Announcer(msgspec.Struct, frozen=True):
-    """show_ns: a text stays this long, unless somebody must be warned; gap_ns between two sentences."""
+    """show_ns     a text stays this long, unless a warning replaces it
+    calm_ns        yielding and passing last until they have not been so for this long
+    step_aside_ns  after standing so long for somebody, whoever it is is asked to step aside
+    aside_again_ns nobody is asked to within this time of the last such sentence
+    talk_ns        polite words to people outside (after you, passing) are so far apart
+    settle_ns      standing or passing lasts so long before anything is said about it
+    gap_ns         at least, between the beginnings of two sentences; a long one takes its own time
+    patience_ns    what could not be said within this time is not said
+    stopping_m     before a stop, it is announced
+    """
 
-    show_ns: int = 1_000_000_000
+    attention: Attention = Attention()
+    show_ns: int = 1_500_000_000
+    calm_ns: int = 1_000_000_000
     step_aside_ns: int = 10_000_000_000
+    aside_again_ns: int = 10_000_000_000
+    talk_ns: int = 30_000_000_000
+    settle_ns: int = 1_500_000_000
     gap_ns: int = 3_000_000_000
-    patience_ns: int = 8_000_000_000
+    patience_ns: int = 12_000_000_000
     stopping_m: float = 20.0
 
-    def initial(self) -> Speech:
-        return Speech()
+    def initial(self) -> Talk:
+        return Talk()
 
     def step(
-        self, state: Speech, task: Task, path: Path, verdict: Guarded, now_ns: int
-    ) -> tuple[Says, Speech]:
-        """The screen now, and at most one sentence to begin to speak in this very tick."""
-        yields = verdict.mode == "autonomous" and task.mode == "drive" and path.limited_by == "obstacle"
-        stands = yields and path.speed_mps <= 0.0
-        yielding_ns = (state.yielding_ns or now_ns) if stands else 0
-        blocked = stands and now_ns - yielding_ns >= self.step_aside_ns
-        wanted, urgent = self._screen(task, path, verdict, yields, stands, blocked)
-        screen, screen_ns = state.screen, state.screen_ns
-        if wanted != screen and (urgent or not screen_ns or now_ns - screen_ns >= self.show_ns):
-            screen, screen_ns = wanted, now_ns
-        state = msgspec.structs.replace(state, screen=screen, screen_ns=screen_ns, yielding_ns=yielding_ns)
-        for about, said in self._occasions(state, task, path, verdict, blocked):
-            state = self._queued(state, about, said, now_ns)
+        self, state: Talk, task: Task, path: Path, world: World, verdict: Guarded, now_ns: int
+    ) -> tuple[Says, Talk]:
+        """The screens now, and at most one sentence to begin to speak in this very tick."""
+        manner = manner_now(state.manner, task, path, verdict, self.calm_ns, now_ns)
+        state = msgspec.structs.replace(state, manner=manner)
+        driving = verdict.mode == "autonomous" and task.mode == "drive"
+        state = self._watched(state, task, path, world, driving, now_ns)
+        blocked = manner.stands and now_ns - manner.stood_ns >= self.step_aside_ns
+        unaware = driving and bool(self.attention.unaware(state.watched, now_ns))
+        wanted = sign_for(task, path, verdict, manner, blocked or unaware, self.stopping_m)
+        state = msgspec.structs.replace(state, board=state.board.turned_to(wanted, self.show_ns, now_ns))
+        if task.doors_open != state.doors_open:
+            state = msgspec.structs.replace(state, doors_open=task.doors_open, doors_ns=now_ns)
+        state = self._asking(state, blocked, driving, now_ns)
+        speech = state.speech
+        if not (blocked or unaware):
+            speech = speech.without("step aside")
+        if not (manner.stands or manner.passes):
+            speech = speech.without("after you")
+        for kind, key, said, rank in self._occasions(state, task, path, verdict):
+            speech = speech.with_occasion(kind, key, said, rank, now_ns + self.patience_ns)
+        sentence, speech = speech.spoken(self.gap_ns, now_ns)
         state = msgspec.structs.replace(
-            state, doors_open=task.doors_open, announced_ns=max(state.announced_ns, task.announced_ns)
+            state, speech=speech, announced_ns=max(state.announced_ns, task.announced_ns)
         )
-        spoken, state = self._spoken(state, now_ns)
-        return Says(screen[0], screen[1], spoken[0], spoken[1], task.doors_open), state
+        sign, said = state.board.sign, words.NOTHING if sentence is None else sentence.said
+        return Says(*sign.front, *said, task.doors_open, *sign.rear), state
 
-    def _screen(
-        self, task: Task, path: Path, verdict: Guarded, yields: bool, stands: bool, blocked: bool
-    ) -> tuple[Words, bool]:
-        """(the text for the outside, whether it may replace another at once)."""
-        if verdict.mode == "manual":
-            return words.MANUAL, True
-        if verdict.mode in ("minimal_risk", "fault"):
-            return words.SAFETY_STOP, True
-        if task.doors_open:
-            return words.DOORS_OPEN, True
-        if verdict.mode == "held":
-            return words.HELD, False
-        if task.mode == "dwell":
-            return words.DOORS_CLOSING, True
-        if yields:
-            return (words.STEP_ASIDE if blocked else words.AFTER_YOU if stands else words.SLOWING), stands
-        if path.limited_by == "passing":
-            return words.PASSING, False
-        return self._way(task, path), False
+    def _watched(self, state: Talk, task: Task, path: Path, world: World, driving: bool, now_ns: int) -> Talk:
+        """Tracks are looked at once; whoever is in the way of a vehicle that is not under way is not."""
+        if not driving:
+            return msgspec.structs.replace(state, watched=(), tracks_ns=world.tracks.stamp_ns)
+        if world.tracks.stamp_ns == state.tracks_ns:
+            return state
+        watched = self.attention.watch(state.watched, task, path, world, now_ns)
+        return msgspec.structs.replace(state, watched=watched, tracks_ns=world.tracks.stamp_ns)
 
-    def _way(self, task: Task, path: Path) -> Words:
-        if task.mode != "drive":
-            return words.RESTING
-        if task.waiting_for and path.stop_m < self.stopping_m:
-            return words.WAITING
-        if task.reason == "requested stop":
-            return words.REQUESTED
-        if not (task.stop_name or task.stop_name_en):
-            return words.RESTING if path.speed_mps <= 0.0 else _NOTHING
-        names = (task.stop_name, task.stop_name_en)
-        near = path.stop_m < self.stopping_m and not task.waiting_for
-        return words.stopping_at(*names) if near else words.next_stop(*names)
+    def _asking(self, state: Talk, blocked: bool, driving: bool, now_ns: int) -> Talk:
+        """Decides on sentences to people outside; the occasion of each is the moment decided on."""
+        manner = state.manner
+        unasked = driving and bool(self.attention.unasked(state.watched, now_ns))
+        first_block = blocked and state.aside_ns < manner.stood_ns
+        if (unasked or first_block) and _apart(state.aside_ns, self.aside_again_ns, now_ns):
+            watched = self.attention.asked(state.watched, now_ns)
+            return msgspec.structs.replace(state, watched=watched, aside_ns=now_ns)
+        if not driving or not _apart(state.talked_ns, self.talk_ns, now_ns):
+            return state
+        begun_ns = manner.stood_ns or (0 if manner.yields else manner.passing_ns)
+        if begun_ns and now_ns - begun_ns >= self.settle_ns:
+            return msgspec.structs.replace(state, talked_ns=now_ns)
+        return state
 
-    def _occasions(
-        self, state: Speech, task: Task, path: Path, verdict: Guarded, blocked: bool
-    ) -> list[tuple[str, Words]]:
-        """What there is to say now, by occasion."""
-        found: list[tuple[str, Words]] = []
+    def _occasions(self, state: Talk, task: Task, path: Path, verdict: Guarded) -> list[_Occasion]:
+        """What there is to say now, by kind and occasion."""
+        found: list[_Occasion] = []
         if task.announced_ns > state.announced_ns and task.announcement:
-            found.append((f"operator {task.announced_ns}", (task.announcement, task.announcement)))
+            said = (task.announcement, task.announcement)
+            found.append(("operator", str(task.announced_ns), said, NEWS))
         if verdict.mode in ("minimal_risk", "fault"):
-            found.append((f"safety stop {task.resumed_ns}", words.SAY_SAFETY_STOP))
+            found.append(("safety stop", str(task.resumed_ns), words.SAY_SAFETY_STOP, WARNING))
         elif verdict.mode == "held" and task.aboard:
-            found.append((f"held {task.resumed_ns}", words.SAY_HELD))
+            found.append(("held", str(task.resumed_ns), words.SAY_HELD, NEWS))
         if task.refused_ns:
-            found.append((f"refused {task.refused_ns}", words.SAY_REFUSED))
-        if task.doors_open and not state.doors_open:
-            found.append((f"doors open {task.visit_id}", words.SAY_DOORS_OPEN))
-        if state.doors_open and not task.doors_open:
-            found.append((f"doors closing {task.visit_id}", words.SAY_DOORS_CLOSING))
-        if blocked:
-            found.append((f"step aside {state.yielding_ns}", words.SAY_STEP_ASIDE))
+            found.append(("refused", str(task.refused_ns), words.SAY_REFUSED, NEWS))
+        if state.doors_ns:
+            said = words.SAY_DOORS_OPEN if state.doors_open else words.SAY_DOORS_CLOSING
+            found.append(("doors", str(state.doors_ns), said, WARNING))
+        if state.aside_ns:
+            found.append(("step aside", str(state.aside_ns), words.SAY_STEP_ASIDE, WARNING))
+        if state.talked_ns:
+            said = words.SAY_AFTER_YOU if state.manner.stands else words.SAY_PASSING
+            found.append(("after you", str(state.talked_ns), said, TALK))
         if task.mode == "drive" and verdict.mode == "autonomous":
             found += self._on_the_way(task, path)
         return found
 
-    def _on_the_way(self, task: Task, path: Path) -> list[tuple[str, Words]]:
+    def _on_the_way(self, task: Task, path: Path) -> list[_Occasion]:
         if task.reason == "requested stop":
-            return [(f"requested {task.visit_id}", words.SAY_REQUESTED)]
+            return [("requested", task.visit_id, words.SAY_REQUESTED, NEWS)]
         if not (task.stop_name or task.stop_name_en):
             return []
         names = (task.stop_name, task.stop_name_en)
-        if path.stop_m < self.stopping_m and not task.waiting_for:
-            return [(f"arriving {task.visit_id}", words.say_stopping_at(*names))]
-        return [(f"next {task.visit_id}", words.say_next_stop(*names))]
+        if is_arriving(task, path, self.stopping_m):
+            return [("arriving", task.visit_id, words.say_stopping_at(*names), NEWS)]
+        return [("next", task.visit_id, words.say_next_stop(*names), NEWS)]
 
-    def _queued(self, state: Speech, about: str, said: Words, now_ns: int) -> Speech:
-        if about in state.said:
-            return state
-        sentence = Sentence(about, said[0], said[1], now_ns + self.patience_ns)
-        return msgspec.structs.replace(
-            state, said=(*state.said, about)[-32:], queue=(*state.queue, sentence)[-4:]
-        )
 
-    def _spoken(self, state: Speech, now_ns: int) -> tuple[Words, Speech]:
-        queue = tuple(sentence for sentence in state.queue if sentence.until_ns >= now_ns)
-        if not queue or (state.spoken_ns and now_ns - state.spoken_ns < self.gap_ns):
-            return _NOTHING, msgspec.structs.replace(state, queue=queue)
-        first = queue[0]
-        return (first.english, first.chinese), msgspec.structs.replace(
-            state, queue=queue[1:], spoken_ns=now_ns
-        )
+def _apart(last_ns: int, least_ns: int, now_ns: int) -> bool:
+    return not last_ns or now_ns - last_ns >= least_ns

@@ -1,6 +1,12 @@
-"""What the vehicle says, in English and Chinese: the LED screen in front, and the loudspeaker."""
+"""What the vehicle says, in English and Chinese: the LED screens in front and behind, and the loudspeaker.
+
+The front talks to whom the vehicle meets, the rear to who follows: a driver behind must know why the shuttle
+stands, and that nobody is asked to do anything.
+"""
 
 Words = tuple[str, str]
+
+NOTHING: Words = ("", "")
 
 MANUAL: Words = ("DRIVEN BY HAND", "人工驾驶")
 SAFETY_STOP: Words = ("STOPPED FOR SAFETY", "安全停车")
@@ -15,7 +21,17 @@ WAITING: Words = ("WAITING FOR A CLEAR ROAD", "等待会车")
 RESTING: Words = ("RESTING", "待命")
 REQUESTED: Words = ("STOPPING ON REQUEST", "应乘客要求停车")
 
+REAR_DRIVING: Words = ("KEEP DISTANCE", "保持车距")
+REAR_YIELDING: Words = ("PEOPLE AHEAD", "前方行人")
+REAR_SLOWING: Words = ("SLOWING DOWN", "正在减速")
+REAR_PASSING: Words = ("DRIVING SLOWLY", "缓慢行驶")
+REAR_STOPPING: Words = ("STOPPING", "即将停车")
+REAR_DOORS: Words = ("PEOPLE GET ON AND OFF", "乘客上下车")
+REAR_STANDING: Words = ("STANDING, PLEASE PASS", "停车中，请绕行")
+
 SAY_STEP_ASIDE: Words = ("Please step aside, the shuttle would like to pass.", "请让一让，班车需要通过。")
+SAY_AFTER_YOU: Words = ("After you. The shuttle is waiting.", "请您先行，班车等候。")
+SAY_PASSING: Words = ("Attention, the shuttle is passing.", "班车通过，请注意。")
 SAY_DOORS_OPEN: Words = ("Doors are opening.", "车门正在打开。")
 SAY_DOORS_CLOSING: Words = ("Doors are closing.", "车门即将关闭，请注意。")
 SAY_REQUESTED: Words = (
@@ -49,3 +65,14 @@ def say_stopping_at(name: str, name_en: str) -> Words:
 
 def say_next_stop(name: str, name_en: str) -> Words:
     return f"Next stop: {name_en or name}.", f"下一站：{name or name_en}。"
+
+
+def every_text(language: str) -> str:
+    """All characters that the screens need besides stop names; language "en" or "zh"."""
+    at = {"en": 0, "zh": 1}[language]
+    fixed = [
+        MANUAL, SAFETY_STOP, HELD, DOORS_OPEN, DOORS_CLOSING, AFTER_YOU, STEP_ASIDE, SLOWING,
+        PASSING, WAITING, RESTING, REQUESTED, REAR_DRIVING, REAR_YIELDING, REAR_SLOWING,
+        REAR_PASSING, REAR_STOPPING, REAR_DOORS, REAR_STANDING, stopping_at("", ""), next_stop("", ""),
+    ]  # fmt: skip
+    return "".join(words[at] for words in fixed)

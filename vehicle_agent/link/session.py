@@ -27,13 +27,14 @@ from contract.wire.messages import (
     OrderAccepted,
     OrderRejected,
     PassengerTap,
+    Presence,
     Status,
     Welcome,
     signed_hello,
 )
 from contract.wire.sequence import EventLog, LoggedEvent
 from vehicle_agent.link.clock import ClockOffset
-from vehicle_agent.signals import LinkState, LinkWord, OtherVehicle
+from vehicle_agent.signals import LinkState, LinkWord, OtherVehicle, PedestrianPresence
 
 SECOND_NS = 1_000_000_000
 PROBE_EVERY_NS = 10 * SECOND_NS
@@ -110,6 +111,9 @@ class VehicleSession:
             self.refusal = message
         elif isinstance(message, Order | Grants | Command | PassengerTap) and message.epoch == self.epoch:
             self._words.append(message)
+        elif isinstance(message, Presence) and message.epoch == self.epoch:
+            seen_ns = message.server_ns - self._clock.offset_ns
+            self._words.append(PedestrianPresence(seen_ns, message.area_id, message.count))
         elif isinstance(message, Mate) and message.epoch == self.epoch:
             self._words.append(
                 OtherVehicle(

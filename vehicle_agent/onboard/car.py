@@ -113,7 +113,9 @@ class Guard(Protocol):
 
 class Hmi(Protocol):
     def initial(self) -> Any: ...
-    def step(self, state: Any, task: Task, path: Path, verdict: Guarded, now_ns: int) -> tuple[Says, Any]: ...
+    def step(
+        self, state: Any, task: Task, path: Path, world: World, verdict: Guarded, now_ns: int
+    ) -> tuple[Says, Any]: ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,7 @@ def tick(state: OnboardState, inputs: Inputs, car: Car) -> tuple[OnboardState, O
         state.guard, wish, motion, ego, world, task, path, ages(now, motion, ego, seen, path)
     )
     frames, can = car.can.encode(can, act, now)
-    says, hmi = car.hmi.step(state.hmi, task, path, verdict, now)
+    says, hmi = car.hmi.step(state.hmi, task, path, world, verdict, now)
     new = OnboardState(state.tick + 1, can, loc, per, wrl, mis, pln, ctl, grd, hmi)
     events = car.mission.events(mis) + car.guard.events(grd)
     report = status(now, ego, motion, task, path, verdict, says)

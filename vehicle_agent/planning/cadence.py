@@ -21,8 +21,8 @@ class Cadence(msgspec.Struct, frozen=True):
     every_ticks                 plan at most so often: 10 Hz
     """
 
-    beside_m: float = 7.0
-    ahead_s: float = 6.0
+    beside_m: float = 5.0
+    ahead_s: float = 5.0
     ahead_m: float = 12.0
     left_s: float = 3.5
     astray_m: float = 0.4

@@ -18,11 +18,13 @@ from vehicle_agent.link.session import Identity
 from vehicle_agent.mission.memory import MissionMemory, holding
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.runtime.agent_files import AgentFolder
+from vehicle_agent.runtime.camera_link import CameraLink, SensorsAndCameras
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.gate_process import GateProcess
 from vehicle_agent.runtime.link_process import LinkedVehicle, serve_links
 from vehicle_agent.runtime.planner_process import PlannerProcess
 from vehicle_agent.runtime.recorder import Recorder
+from vehicle_agent.runtime.speaking import SpeakingProcess
 from vehicle_agent.runtime.supervisor import Job
 from vehicle_agent.runtime.tick_process import TickProcess, utc_offset_now_ns
 from vehicle_agent.runtime.worker_process import ScannedVehicle, serve_percepts
@@ -54,10 +56,16 @@ def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
     ]
     gates = [Job(f"gate {name}", run_gate, (place,)) for name, place in zip(names, places, strict=True)]
     ticks = [Job(f"tick {name}", run_tick, (place,)) for name, place in zip(names, places, strict=True)]
+    speakers = [
+        Job(f"speaking {name}", run_speaking, (place,))
+        for name, place in zip(names, places, strict=True)
+        if AgentFolder(place.folder).speaking() is not None
+    ]
     return [
         *gates,
         Job("link", run_links, (places,)),
         Job("worker", run_worker, (places,)),
+        *speakers,
         *planners,
         *ticks,
     ]
@@ -73,6 +81,12 @@ def run_planner(place: AgentPlace) -> None:
     planner = build_planner(files.profile(), files.road_map())
     assert planner is not None, "only stacks that plan beside the tick are given this process"
     PlannerProcess(place.mail, planner).run()
+
+
+def run_speaking(place: AgentPlace) -> None:
+    settings = AgentFolder(place.folder).speaking()
+    assert settings is not None, "only vehicles with a speaking.toml are given this process"
+    SpeakingProcess(settings).run()
 
 
 def run_worker(places: tuple[AgentPlace, ...]) -> None:
@@ -117,11 +131,19 @@ def run_tick(place: AgentPlace) -> None:
     )
     computer = VehicleComputer(car, state, Recorder(header, profile.body), offset_ns)
     speaker = DatagramPort()
+    speaking = files.speaking()
+    ports = (vehicle.words_port,) if speaking is None else (vehicle.words_port, speaking.port)
 
     def show(says: Says) -> None:
-        speaker.send(vehicle.words_port, DeviceWords(says))
+        for port in ports:
+            speaker.send(port, DeviceWords(says))
 
-    TickProcess(place.mail, computer, DeviceSensors(vehicle.values_port), show).run()
+    devices = DeviceSensors(vehicle.values_port)
+    if vehicle.cameras:
+        both = SensorsAndCameras(devices, CameraLink(vehicle.cameras))
+        TickProcess(place.mail, computer, both, show).run()
+    else:
+        TickProcess(place.mail, computer, devices, show).run()
 
 
 def _linked(place: AgentPlace) -> LinkedVehicle:

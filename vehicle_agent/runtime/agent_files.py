@@ -2,6 +2,7 @@
 
 vehicle.toml      who it is, whom it serves, which bus it drives (written at enrolment)
 profile.toml      the kind of vehicle
+speaking.toml     its screens and loudspeaker, when this computer drives them (see `speaking`)
 key.pem           its own key
 boots             how often it has started
 outbox/           events and mission memory
@@ -17,6 +18,7 @@ from contract.roads.load import load_map
 from contract.roads.model import RoadMap
 from vehicle_agent.config import Profile, load_profile
 from vehicle_agent.link.keys import load_or_make_key
+from vehicle_agent.runtime.speaking import SpeakingSettings, load_speaking
 
 
 class AgentFolderError(Exception):
@@ -32,6 +34,7 @@ class VehicleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     scans_port          loopback port on which finished scans are told
     words_port          loopback port of screen, speaker and doors
     scan_ring           file through which scans are handed over
+    cameras             HOST:PORT on this vehicle's own network to hear crossings' cameras on, "" for none
     server_certificate  path of a certificate to trust, for a server with one of its own making
     """
 
@@ -43,6 +46,7 @@ class VehicleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     words_port: int
     scan_ring: str
     server_certificate: str = ""
+    cameras: str = ""
 
 
 class AgentFolder:
@@ -73,6 +77,10 @@ class AgentFolder:
     def profile(self) -> Profile:
         path = self.root / "profile.toml"
         return load_profile(path) if path.exists() else Profile()
+
+    def speaking(self) -> SpeakingSettings | None:
+        """Raises SpeakingError."""
+        return load_speaking(self.root / "speaking.toml")
 
     def road_map(self) -> RoadMap:
         """Raises MapError."""

@@ -7,6 +7,7 @@ from vehicle_agent.config import Profile, ProfileError
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.signals import PlanAnswer, PlanJob
 from vehicle_agent.stacks.gem import gem
+from vehicle_agent.stacks.nus import nus
 from vehicle_agent.stacks.snow_lion import planner, snow_lion
 
 Planner = Callable[[PlanJob], PlanAnswer]
@@ -19,10 +20,12 @@ def build_car(profile: Profile, road_map: RoadMap) -> Car:
     match profile.stack:
         case "gem":
             return gem(profile, road_map)
+        case "nus":
+            return nus(profile, road_map)
         case "snow_lion":
             return snow_lion(profile, road_map)
         case _:
-            raise ProfileError(f"this version has no stack {profile.stack!r}; it has: gem, snow_lion")
+            raise ProfileError(f"this version has no stack {profile.stack!r}; it has: gem, nus, snow_lion")
 
 
 def build_planner(profile: Profile, road_map: RoadMap) -> Planner | None:

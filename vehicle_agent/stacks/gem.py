@@ -15,6 +15,7 @@ from vehicle_agent.guard.collision import Avoidance
 from vehicle_agent.guard.faults import Ageing
 from vehicle_agent.guard.guard import Guard
 from vehicle_agent.guard.limits import Limits as GuardLimits
+from vehicle_agent.hmi.attention import Attention
 from vehicle_agent.hmi.gem import Announcer
 from vehicle_agent.localization.gem import GnssLocalization
 from vehicle_agent.mission.mission import Mission
@@ -56,8 +57,14 @@ def gem(profile: Profile, road_map: RoadMap) -> Car:
         planning=planning(profile),
         control=control(profile),
         guard=guard(profile),
-        hmi=Announcer(),
+        hmi=announcer(profile),
     )
+
+
+def announcer(profile: Profile) -> Announcer:
+    """Screens and voice, about the vehicle's own outline."""
+    body = profile.body
+    return Announcer(Attention(front_m=body.front_overhang_m, half_width_m=0.5 * body.width_m))
 
 
 def mission_rules(profile: Profile) -> MissionRules:

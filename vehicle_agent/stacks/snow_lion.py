@@ -2,7 +2,7 @@
 
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
-from vehicle_agent.can.pacmod import pacmod
+from vehicle_agent.can.by_wire import codec_of
 from vehicle_agent.config import Profile
 from vehicle_agent.hmi.gem import Announcer
 from vehicle_agent.localization.gem import GnssLocalization
@@ -31,7 +31,7 @@ def snow_lion(profile: Profile, road_map: RoadMap) -> Car:
     half_m = 0.5 * body.width_m
     has_lidar = profile.lidar.rate_hz > 0.0
     return Car(
-        can=pacmod(profile),
+        can=codec_of(profile),
         localization=GnssLocalization(road_map.origin),
         perception=TrackingPerception(
             HeightMapPerception(
@@ -71,6 +71,7 @@ def planner(profile: Profile) -> MotionPlanner:
         back_m=body.rear_overhang_m,
         half_width_m=0.5 * body.width_m,
         crossing=CrossingRules(body.front_overhang_m),
+        sensor_x_m=profile.lidar.x_m,
     )
     vehicle = Vehicle(
         length_m=body.length_m,

@@ -1,44 +1,91 @@
 """Compiles every kernel used onboard into numba's cache, so that no tick meets the compiler."""
 
+import msgspec
 import numpy as np
 
 from contract.geometry import Pose2
 from contract.roads.load import decode_map, encode_map
-from contract.roads.model import Lane, Origin, RestingPlace, RoadMap, Section
+from contract.roads.model import Lane, ObservationArea, Origin, RestingPlace, RoadMap, Section
 from contract.roads.projection import unproject
 from contract.wire.messages import Command, Order, SectionGrant, Visit
-from vehicle_agent.config import Profile
+from vehicle_agent.config import ByWire, LidarMount, Profile
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.onboard.tick import tick
 from vehicle_agent.perception.height_map import percept_from_scan
-from vehicle_agent.signals import GnssFix, ImuSample, Inputs, LinkState, OtherVehicle, SeatButton, ServerWord
-from vehicle_agent.stacks.gem import gem, height_map
+from vehicle_agent.signals import (
+    CYCLIST,
+    PEDESTRIAN,
+    VEHICLE,
+    GnssFix,
+    ImuSample,
+    Inputs,
+    LinkState,
+    OtherVehicle,
+    PedestrianPresence,
+    Percept,
+    PlanAnswer,
+    SeatButton,
+    ServerWord,
+    TrackPercept,
+)
+from vehicle_agent.stacks.choice import build_car, build_planner
+from vehicle_agent.stacks.gem import height_map
 
 _TICK_NS = 20_000_000
-_TICKS = 20
+_TICKS = 60
 
 
 def warm_kernels() -> None:
     """Drive a straight road for a moment: each kernel is called with the very types that a tick gives it."""
-    profile, road_map = Profile(), straight_road()
-    car = gem(profile, road_map)
+    profiles = (
+        Profile(),
+        Profile(stack="nus", by_wire=ByWire(kind="servo")),
+        Profile(stack="snow_lion"),
+        Profile(stack="snow_lion", lidar=LidarMount(rate_hz=0.0)),
+    )
+    for profile in profiles:
+        _drive(profile, _watched(straight_road()))
+
+
+def _drive(profile: Profile, road_map: RoadMap) -> None:
+    car, planner = build_car(profile, road_map), build_planner(profile, road_map)
+    plans: tuple[PlanAnswer, ...] = ()
     state = initial_state(car)
     params = height_map(profile)
     points = np.array([[9.0, 0.0, z] for z in (0.0, 0.8, 1.6)] * 3, dtype=np.float32)
     words: tuple[ServerWord, ...] = (_order(road_map), Command(1, "go", "resume"))
     for number in range(1, _TICKS):
         now_ns = number * _TICK_NS
-        percepts = (percept_from_scan(points, now_ns, params),) if number % 5 == 0 else ()
+        percepts: tuple[Percept, ...] = ()
+        if number % 5 == 0:
+            percepts = (percept_from_scan(points, now_ns, params), _tracks(now_ns))
         inputs = Inputs(
             stamp_ns=now_ns,
             poses=(_fix(road_map.origin, now_ns), ImuSample(now_ns, 0.0, 0.0)),
             percepts=percepts,
-            infrastructure=(OtherVehicle(now_ns, "mate", Pose2(40.0, 0.0, 0.0), 0.0),),
+            plans=plans,
+            infrastructure=(
+                OtherVehicle(now_ns, "mate", Pose2(40.0, 0.0, 0.0), 0.0),
+                PedestrianPresence(now_ns, "crossing", 1),
+            ),
             words=words if number == 5 else (),
             pressed=(SeatButton(now_ns, 1),) if number == 10 else (),
             link=LinkState(now_ns, True, 1, 0),
         )
-        state, _ = tick(state, inputs, car)
+        state, outputs = tick(state, inputs, car)
+        plans = tuple(planner(job) for job in outputs.jobs) if planner is not None else ()
+
+
+def _tracks(now_ns: int) -> TrackPercept:
+    """Somebody who walks, somebody who stands, a parked car and a cyclist."""
+    return TrackPercept(
+        now_ns,
+        np.arange(4, dtype=np.int64),
+        np.array([PEDESTRIAN, PEDESTRIAN, VEHICLE, CYCLIST], dtype=np.int64),
+        np.array([[15.0, 4.0, 0.0], [12.0, -3.0, 0.0], [20.0, -4.0, 0.0], [25.0, 1.0, 0.0]]),
+        np.array([[0.0, -1.2], [0.0, 0.0], [0.0, 0.0], [3.0, 0.0]]),
+        np.array([[0.5, 0.5], [0.5, 0.5], [4.5, 1.8], [1.8, 0.6]]),
+    )
 
 
 def straight_road(length_m: float = 100.0) -> RoadMap:
@@ -50,6 +97,14 @@ def straight_road(length_m: float = 100.0) -> RoadMap:
     place = RestingPlace("rest", "east", length_m - 10.0)
     road_map = RoadMap("warm", "warm", Origin(31.3, 121.4), (lane,), sections, (), (place,))
     return decode_map(encode_map(road_map))
+
+
+def _watched(road_map: RoadMap) -> RoadMap:
+    outline = ((60.0, -2.0), (64.0, -2.0), (64.0, 2.0), (60.0, 2.0))
+    area = ObservationArea("crossing", "crossing", outline, (("east", 59.0),))
+    return decode_map(
+        encode_map(msgspec.structs.replace(road_map, observation_areas=(area,), map_version=""))
+    )
 
 
 def _order(road_map: RoadMap) -> Order:

@@ -51,7 +51,7 @@ class Surroundings(msgspec.Struct, frozen=True):
             if isinstance(word, OtherVehicle):
                 others[word.vehicle_id] = word
             else:
-                presence[word.area_id] = word
+                _keep_newer(presence, word, now_ns)
         heard = tuple(
             others[name] for name in sorted(others) if now_ns - others[name].stamp_ns <= self.other_age_ns_max
         )
@@ -85,6 +85,17 @@ class Surroundings(msgspec.Struct, frozen=True):
             )
         remaining: Array = points_map[keep]
         return remaining
+
+
+def _keep_newer(presence: dict[str, PedestrianPresence], word: PedestrianPresence, now_ns: int) -> None:
+    """The cloud and the local link tell the same: what was seen last counts, whichever way it came.
+
+    A stamp of the future, of clocks that do not agree, must not outlive its time: it is taken for now.
+    """
+    word = PedestrianPresence(min(word.stamp_ns, now_ns), word.area_id, word.count)
+    known = presence.get(word.area_id)
+    if known is None or word.stamp_ns >= known.stamp_ns:
+        presence[word.area_id] = word
 
 
 def _carried(other: OtherVehicle, now_ns: int) -> OtherVehicle:

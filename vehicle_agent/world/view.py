@@ -18,7 +18,7 @@ class Sight(msgspec.Struct, frozen=True):
     """
 
     sensor_x_m: float
-    bearings: int = 240
+    bearings: int = 720
     range_m: float = 40.0
     cell_m: float = 0.15
     standing_mps: float = 0.5

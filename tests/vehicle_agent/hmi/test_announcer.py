@@ -8,7 +8,7 @@ import numpy as np
 
 from vehicle_agent.hmi import words
 from vehicle_agent.hmi.gem import Announcer
-from vehicle_agent.signals import Guarded, Path, Says, Task
+from vehicle_agent.signals import Guarded, Path, Says, Task, World
 
 TICK_NS = 20_000_000
 TASK = Task(
@@ -34,6 +34,9 @@ TASK = Task(
 PATH = Path(0, np.empty((0, 2)), np.empty(0), 3.0, "waypoints", None, 90.0, False)
 
 
+WORLD = World(0, 0, np.empty((0, 2)), (), (), False)
+
+
 class Street:
     """An announcer and what it has said so far."""
 
@@ -52,7 +55,7 @@ class Street:
             self.now_ns += TICK_NS
             verdict = Guarded(mode, "", ())  # type: ignore[arg-type]
             says, self.state = self.room.step(
-                self.state, msgspec.structs.replace(TASK, **task), path, verdict, self.now_ns
+                self.state, msgspec.structs.replace(TASK, **task), path, WORLD, verdict, self.now_ns
             )
             if says.announce:
                 self.spoken.append((says.announce, says.announce_zh))

@@ -16,6 +16,7 @@ from contract.wire.messages import (
     Hello,
     Holding,
     Message,
+    Presence,
     Status,
     Welcome,
     signed_hello,
@@ -23,7 +24,7 @@ from contract.wire.messages import (
 from contract.wire.sequence import EventLog
 from vehicle_agent.link.clock import ClockOffset
 from vehicle_agent.link.session import REPEAT_AFTER_NS, SILENT_AFTER_NS, Identity, VehicleSession
-from vehicle_agent.signals import LinkState
+from vehicle_agent.signals import LinkState, PedestrianPresence
 
 S = 1_000_000_000
 ME = Identity("shuttle-1", "boot-1", "0.1", "gem", "map-1", 6, 1)
@@ -148,3 +149,15 @@ def test_a_connection_on_which_nothing_comes_is_given_up() -> None:
     session = opened()
     assert not session.is_silent(S + SILENT_AFTER_NS)
     assert session.is_silent(S + SILENT_AFTER_NS + 1)
+
+
+def test_a_cameras_word_is_stamped_in_the_vehicles_own_clock() -> None:
+    session = opened(epoch=4)
+    session.take_words()
+    session.received(encode(Presence(4, "zebra", 105 * S, 2)), 7 * S)
+    session.received(encode(Presence(3, "zebra", 105 * S, 9)), 7 * S)
+    (word,) = session.take_words()
+    assert isinstance(word, PedestrianPresence)
+    assert (word.area_id, word.count) == ("zebra", 2)
+    offset_ns = 105 * S - word.stamp_ns
+    assert abs(offset_ns - 99 * S) <= S

@@ -41,3 +41,21 @@ def test_a_newer_word_replaces_an_older_one() -> None:
     words = (PedestrianPresence(S, "zebra", 2), PedestrianPresence(S, "zebra", 0))
     world, _ = ROOM.step(ROOM.initial(), EGO, seen(), words, S)
     assert [word.count for word in world.presence] == [0]
+
+
+def test_what_was_seen_last_counts_whichever_way_it_came() -> None:
+    words = (PedestrianPresence(S, "zebra", 2), PedestrianPresence(S // 2, "zebra", 0))
+    world, _ = ROOM.step(ROOM.initial(), EGO, seen(), words, S)
+    assert [word.count for word in world.presence] == [2]
+
+
+def test_a_stale_word_of_a_camera_counts_as_nothing() -> None:
+    _, state = ROOM.step(ROOM.initial(), EGO, seen(), (PedestrianPresence(S, "zebra", 2),), S)
+    world, _ = ROOM.step(state, EGO, seen(), (), S + ROOM.presence_age_ns_max + 1)
+    assert world.presence == ()
+
+
+def test_a_word_from_the_future_does_not_outlive_its_time() -> None:
+    _, state = ROOM.step(ROOM.initial(), EGO, seen(), (PedestrianPresence(60 * S, "zebra", 2),), S)
+    world, _ = ROOM.step(state, EGO, seen(), (), S + ROOM.presence_age_ns_max + 1)
+    assert world.presence == ()

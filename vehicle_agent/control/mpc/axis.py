@@ -30,7 +30,7 @@ def no_guess(steps: int) -> Guess:
 
 
 def best_inputs(
-    A: Array, B: Array, d: Array, Q: Array, R: float, P: Array, x0: Array,
+    A: Array, B: Array, d: Array, Q: Array, R: float, w: Array, P: Array, x_end: Array, x0: Array,
     bounds: Bounds, dt_s: float, guess: Guess,
 ) -> Answer:  # fmt: skip
     """Inputs (N,) for the problem of `problem.py`, whose last state is the command.
@@ -38,10 +38,10 @@ def best_inputs(
     While the inputs that are best without bounds keep them all they are best with them too, and OSQP is not
     asked. Otherwise OSQP starts from the guess.
     """
-    inputs = free_inputs(A, B, d, Q, R, P, x0)
+    inputs = free_inputs(A, B, d, Q, R, w, P, x_end, x0)
     if within(inputs, float(x0[-1]), bounds, dt_s):
         return Answer(inputs, Guess(inputs, np.zeros_like(guess.prices)), False, True, 0)
-    H, g = condensed(A, B, d, Q, R, P, x0)
+    H, g = condensed(A, B, d, Q, R, w, P, x_end, x0)
     answer = solved(H, g, float(x0[-1]), bounds, dt_s, guess.inputs, guess.prices)
     return Answer(
         answer.inputs, Guess(answer.inputs, answer.prices), True, answer.feasible, answer.iterations

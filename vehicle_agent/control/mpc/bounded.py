@@ -1,7 +1,8 @@
 """The same problems where a bound is met: OSQP with a fixed pattern (Snow Lion, eq. 6).
 
-Variables are the inputs over their bound. Rows: the inputs themselves, and the command they add up to. Both are
-met by standing still, so that no problem is infeasible as long as the command it starts from is within bounds.
+Variables are the inputs over their bound. Rows: the inputs themselves, and the command they add up to. Both
+are met by standing still, so that no problem is infeasible as long as the command it starts from is within
+bounds.
 """
 
 import math
@@ -13,7 +14,7 @@ import numpy as np
 import osqp
 from scipy import sparse
 
-from contract.geometry import Array
+from contract.geometry import Array, IntArray
 
 # What OSQP says of an answer that may be driven: solved, and solved less exactly than asked for.
 SOLVED = (1, 2)
@@ -50,17 +51,19 @@ def within(inputs: Array, command: float, bounds: Bounds, dt_s: float) -> bool:
     )
 
 
-def solved(H: Array, g: Array, command: float, bounds: Bounds, dt_s: float, inputs: Array, prices: Array) -> Solved:
+def solved(
+    H: Array, g: Array, command: float, bounds: Bounds, dt_s: float, inputs: Array, prices: Array
+) -> Solved:
     """Minimise 1/2 u' H u + g' u within bounds, started from a guess: inputs (N,) and prices (2 N,).
 
     command must lie within its bounds. The answer depends on the arguments alone: the workspace works without
-    scaling, all that changes is given anew each time, and its step size starts from the same value and adapts by
-    counts; so nothing of earlier problems stays in it.
+    scaling, all that changes is given anew each time, and its step size starts from the same value and
+    adapts by counts; so nothing of earlier problems stays in it.
     """
     n = len(g)
     workspace, triangle = _workspace(n)
-    # A fixed step size fits problems whose curvatures lie around 1, and they reach from the last input's alone
-    # to that of all inputs together.
+    # The first step size fits problems whose curvatures lie around 1, and they reach from that of the last
+    # input alone to that of all inputs together.
     cost = 1.0 / (bounds.rate**2 * math.sqrt(float(H[n - 1, n - 1]) * float(np.trace(H))))
     span = bounds.rate * dt_s
     workspace.update(
@@ -78,6 +81,11 @@ def solved(H: Array, g: Array, command: float, bounds: Bounds, dt_s: float, inpu
     return Solved(kept_within(wanted, command, bounds, dt_s), kept, good, int(answer.info.iter))
 
 
+def prepare(steps: int) -> None:
+    """Set the workspace for that many inputs up, so that no solve waits for it."""
+    _workspace(steps)
+
+
 def kept_within(inputs: Array, command: float, bounds: Bounds, dt_s: float) -> Array:
     """The inputs (N,) with whatever is beyond a bound taken off, first to last."""
     out = np.clip(inputs, -bounds.rate, bounds.rate)
@@ -89,7 +97,7 @@ def kept_within(inputs: Array, command: float, bounds: Bounds, dt_s: float) -> A
 
 
 @cache
-def _workspace(n: int) -> tuple[Any, tuple[Array, Array]]:
+def _workspace(n: int) -> tuple[Any, tuple[IntArray, IntArray]]:
     """OSQP's memory for n inputs, and where the upper triangle of H lies, column by column."""
     columns, rows = np.nonzero(np.tril(np.ones((n, n))))
     pattern = sparse.csc_matrix(np.triu(np.ones((n, n))))

@@ -17,6 +17,7 @@ from vehicle_agent.control.mpc.lateral_model import (
     TARGET,
     TARGET_RATE,
     Chassis,
+    dynamic_share,
     exponential,
     rates_matrix,
 )
@@ -28,7 +29,8 @@ END_ROUNDS = 1500
 
 
 class LateralWeights(msgspec.Struct, frozen=True):
-    """Costs a second: of the rear axle's offset (1/m2), its course error (1/rad2), yaw rate error, steering rate.
+    """Costs a second: of the rear axle's offset (1/m2), its course error (1/rad2), yaw rate error, and
+    steering rate beyond what the curve itself takes.
 
     The course, not the heading: in a curve the rear axle slips, and the heading must be off for it to be on.
     """
@@ -49,6 +51,10 @@ class LateralMpc(msgspec.Struct, frozen=True):
     steps: int = 40
     dt_s: float = 0.05
 
+    def prepare(self) -> None:
+        """Make ready what every solve shares, so that none waits for it."""
+        _end_costs(self)
+
     def solve(
         self,
         offset_m: float,
@@ -63,8 +69,11 @@ class LateralMpc(msgspec.Struct, frozen=True):
         curvatures_1pm: Array,
         guess: Guess,
     ) -> Answer:
-        """Steering rates (N,) from the rear axle's errors at the time the first of them takes effect.
+        """Rates (N,) of the tangent of the wheels' angle, from the rear axle's errors when the first takes
+        effect.
 
+        The model's wheel angle is that tangent: then it is exact on every circle, and a bound on its rate
+        bounds the angle's own. `turned_rad` brings it back.
         offset_rate_mps  d/dt of the rear axle's offset; yaw_rate_radps: of the heading error
         wheels_rad, command_rad  as the steering reports them; the wheels stand at that plus bias_rad
         speeds_mps, curvatures_1pm  (N + 1,) expected along the horizon
@@ -78,18 +87,40 @@ class LateralMpc(msgspec.Struct, frozen=True):
                 offset_rate_mps + rear_m * yaw_rate_radps,
                 heading_rad,
                 yaw_rate_radps,
-                wheels_rad + bias_rad,
-                command_rad + bias_rad,
+                math.tan(wheels_rad + bias_rad),
+                math.tan(command_rad + bias_rad),
             )
         )
         w = self.weights
         weights = np.array((w.offset, w.course, w.yaw_rate)) * self.dt_s
         A, B, d, Q = horizon(speeds_mps, curvatures_1pm, compliance, self.chassis.row(), weights, self.dt_s)
         bounds = Bounds(
-            self.steer_rate_radps_max, bias_rad - self.steer_rad_max, bias_rad + self.steer_rad_max
+            self.steer_rate_radps_max,
+            math.tan(bias_rad - self.steer_rad_max),
+            math.tan(bias_rad + self.steer_rad_max),
         )
-        P = _end_costs(self)[_end_number(float(speeds_mps[-1]))]
-        return best_inputs(A, B, d, Q, w.steer_rate * self.dt_s, P, x0, bounds, self.dt_s, guess)
+        speed_mps, curvature_1pm = float(speeds_mps[-1]), float(curvatures_1pm[-1])
+        P = _end_costs(self)[_end_number(speed_mps)]
+        x_end = self._turning(speed_mps, curvature_1pm, compliance)
+        soft = compliance * float(dynamic_share(speed_mps)) * self.chassis.understeer_s2pm
+        wheels = (self.chassis.wheelbase_m + soft * speeds_mps**2) * curvatures_1pm
+        rates = np.clip(np.diff(wheels) / self.dt_s, -bounds.rate, bounds.rate)
+        R = w.steer_rate * self.dt_s
+        return best_inputs(A, B, d, Q, R, rates, P, x_end, x0, bounds, self.dt_s, guess)
+
+    def turned_rad(self, command_rad: float, bias_rad: float, rate: float, dt_s: float) -> float:
+        """The command after dt_s of a rate that `solve` gave, within the steering's limit."""
+        turned = math.atan(math.tan(command_rad + bias_rad) + rate * dt_s) - bias_rad
+        return min(max(turned, -self.steer_rad_max), self.steer_rad_max)
+
+    def _turning(self, speed_mps: float, curvature_1pm: float, compliance: float) -> Array:
+        """(6,) the state of following a circle without error: turned in by the slip, wheels at what it
+        takes."""
+        soft, chassis = compliance * float(dynamic_share(speed_mps)), self.chassis
+        side_mps2 = speed_mps * speed_mps * curvature_1pm
+        slip_rad = soft * chassis.rear_slip_per_mps2 * side_mps2
+        wheels = chassis.wheelbase_m * curvature_1pm + soft * chassis.understeer_s2pm * side_mps2
+        return np.array((chassis.cog_to_rear_m * slip_rad, 0.0, slip_rad, 0.0, wheels, wheels))
 
 
 def _end_number(speed_mps: float) -> int:
@@ -103,9 +134,7 @@ def _end_costs(mpc: LateralMpc) -> Array:
     weights = np.array((w.offset, w.course, w.yaw_rate)) * mpc.dt_s
     costs = np.zeros((len(END_MPS), STATES, STATES))
     for i, speed_mps in enumerate(END_MPS):
-        A, B, _, Q = horizon(
-            np.full(2, speed_mps), np.zeros(2), 1.0, mpc.chassis.row(), weights, mpc.dt_s
-        )
+        A, B, _, Q = horizon(np.full(2, speed_mps), np.zeros(2), 1.0, mpc.chassis.row(), weights, mpc.dt_s)
         costs[i] = end_cost(A[0], B[0], Q[0], w.steer_rate * mpc.dt_s, END_ROUNDS)
     return costs
 
@@ -116,7 +145,8 @@ def horizon(
 ) -> tuple[Array, Array, Array, Array]:
     """(A (N, 6, 6), B (N, 6), d (N, 6), Q (N, 6, 6)) of each step; speeds and curvatures (N + 1,).
 
-    Within a step the speed is its mean and psi_dot_tar runs straight from its value at the one end to the other.
+    Within a step the speed is its mean and psi_dot_tar runs straight from its value at the one end to the
+    other.
     """
     N = speeds.shape[0] - 1
     A, B = np.zeros((N, STATES, STATES)), np.zeros((N, STATES))
@@ -144,8 +174,3 @@ def horizon(
         q[3, 3] = course * rear * rear + weights[2]
         q[1, 3] = q[3, 1] = -course * rear
     return A, B, d, Q
-
-
-def steering_reach_rad(curvature_1pm: float, wheelbase_m: float) -> float:
-    """The front-wheel angle of a curve, without slip."""
-    return math.atan(wheelbase_m * curvature_1pm)

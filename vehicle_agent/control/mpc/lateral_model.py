@@ -1,11 +1,14 @@
 """The lateral half of the error model, step by step along the horizon (Snow Lion, eqs. 3-5, corrected).
 
-State z (6,): e_lat (m, left of the trajectory positive) and its rate, e_psi (rad) and its rate, the front wheels'
-angle and its command (rad). Input: the command's rate (rad/s). Known beforehand: psi_dot_tar = V curvature.
+State z (6,): e_lat (m, left of the trajectory positive) and its rate, e_psi (rad) and its rate, the tangent
+of the front wheels' angle and of its command. Input: the command's rate. Known beforehand: psi_dot_tar = V
+curvature. e_lon and its rate, the paper's other two states, are in `longitudinal.py`: no term of A couples
+them.
 
-The paper's e_lat belongs to the centre of gravity. Here it is the place that the centre of gravity has beyond the
-one it would have with the rear axle on the trajectory, e_lat = e_rear + l_r e_psi, so that e_rear is read off the
-state. Then its rate is the paper's less l_r psi_dot_tar, which moves terms of A into C and adds -l_r psi_ddot_tar.
+The paper's e_lat belongs to the centre of gravity. Here it is the place that the centre of gravity has beyond
+the one it would have with the rear axle on the trajectory, e_lat = e_rear + l_r e_psi, so that e_rear is read
+off the state. Then its rate is the paper's less l_r psi_dot_tar, which moves terms of A into C and adds
+-l_r psi_ddot_tar.
 """
 
 import msgspec
@@ -60,7 +63,10 @@ class Chassis(msgspec.Struct, frozen=True):
     @property
     def understeer_s2pm(self) -> float:
         """K in yaw rate = V delta / (L + K V^2), in s2/m times m."""
-        front, rear = self.cog_to_rear_m / self.cornering_front_npr, self.cog_to_front_m / self.cornering_rear_npr
+        front, rear = (
+            self.cog_to_rear_m / self.cornering_front_npr,
+            self.cog_to_front_m / self.cornering_rear_npr,
+        )
         return self.mass_kg / self.wheelbase_m * (front - rear)
 
 
@@ -75,8 +81,8 @@ def dynamic_share(speed_mps: float) -> float:
 def rates_matrix(speed: float, compliance: float, p: Array, M: Array) -> None:
     """Fill M (SIZE, SIZE): d/dt of [z, psi_dot_tar, input, psi_ddot_tar] at one speed.
 
-    compliance  tyre compliance over the nominal: both stiffnesses are divided by it; towards 0 the wheels roll
-                where they point. p from `Chassis.row`.
+    compliance  tyre compliance over the nominal: both stiffnesses are divided by it; towards 0 the wheels
+                roll where they point. p from `Chassis.row`.
     """
     mass, inertia, lf, lr, lag = p[0], p[1], p[2], p[3], p[6]
     cf, cr = p[4] / compliance, p[5] / compliance

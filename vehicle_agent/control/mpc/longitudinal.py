@@ -16,11 +16,12 @@ END_ROUNDS = 1500
 
 
 class LongitudinalWeights(msgspec.Struct, frozen=True):
-    """Costs a second: of the distance behind (1/m2), of the speed missing (1/(m/s)2), of jerk (1/(m/s3)2)."""
+    """Costs a second: of the distance behind (1/m2), of the speed missing (1/(m/s)2), of jerk beyond
+    the reference's own (1/(m/s3)2)."""
 
-    distance: float = 4.0
-    speed: float = 4.0
-    jerk: float = 0.4
+    distance: float = 40.0
+    speed: float = 20.0
+    jerk: float = 0.2
 
 
 class LongitudinalMpc(msgspec.Struct, frozen=True):
@@ -30,7 +31,7 @@ class LongitudinalMpc(msgspec.Struct, frozen=True):
     accel_mps2_max: float = 0.8
     decel_mps2_max: float = 2.5
     jerk_mps3_max: float = 1.8
-    accel_lag_s: float = 0.1
+    accel_lag_s: float = 0.12
     steps: int = 40
     dt_s: float = 0.05
 
@@ -52,7 +53,10 @@ class LongitudinalMpc(msgspec.Struct, frozen=True):
         x0 = np.array((behind_m, missing_mps, accel_mps2, command_mps2))
         d = wanted_mps2[:, None] * D
         bounds = Bounds(self.jerk_mps3_max, -self.decel_mps2_max, self.accel_mps2_max)
-        return best_inputs(A, B, d, Q, self.weights.jerk * self.dt_s, P, x0, bounds, self.dt_s, guess)
+        rise = np.diff(np.append(wanted_mps2, wanted_mps2[-1])) / self.dt_s
+        w = np.clip(rise, -self.jerk_mps3_max, self.jerk_mps3_max)
+        R = self.weights.jerk * self.dt_s
+        return best_inputs(A, B, d, Q, R, w, P, np.zeros(STATES), x0, bounds, self.dt_s, guess)
 
 
 @cache

@@ -1,9 +1,11 @@
 """Quadratic problems of one actuator over a horizon, and their exact solution while no bound is met.
 
-    min  sum x_k' Q_k x_k + R u_k^2 (k < N) + x_N' P x_N,   x_{k+1} = A_k x_k + B_k u_k + d_k
+    min  sum x_k' Q_k x_k + R (u_k - w_k)^2 (k < N) + (x_N - x_end)' P (x_N - x_end)
+    where  x_{k+1} = A_k x_k + B_k u_k + d_k
 
-after Snow Lion, eq. 6, read right: u runs to N - 1 and the end has a cost of its own. The last state is the
-actuator's command and u its rate, so that bounds on rate and command are bounds on u and on a running sum of u.
+after Snow Lion, eq. 6, read right (w: the inputs that the reference itself takes): u runs to N - 1 and the
+end has a cost of its own. The last state is the actuator's command and u its rate, so that bounds on rate
+and command are bounds on u and on a running sum of u.
 """
 
 import numpy as np
@@ -13,19 +15,25 @@ from contract.geometry import Array
 
 
 @njit(cache=True)
-def free_inputs(A: Array, B: Array, d: Array, Q: Array, R: float, P: Array, x0: Array) -> Array:
+def free_inputs(
+    A: Array, B: Array, d: Array, Q: Array, R: float, w: Array, P: Array, x_end: Array, x0: Array
+) -> Array:
     """(N,) the best inputs without bounds, by the Riccati recursion.
 
-    A (N, n, n), B (N, n), d (N, n), Q (N, n, n) symmetric, P (n, n) cost of the end, x0 (n,)
+    A (N, n, n), B (N, n), d (N, n), Q (N, n, n) symmetric, w (N,), P (n, n) cost of the
+    end, x_end (n,) where it is nothing, x0 (n,)
     """
     N, n = B.shape
     S = P.copy()
     s = np.zeros(n)
+    for i in range(n):
+        for j in range(n):
+            s[i] -= P[i, j] * x_end[j]
     gain = np.zeros((N, n))
     push = np.zeros(N)
     SA = np.zeros((n, n))
     for k in range(N - 1, -1, -1):
-        _back(A[k], B[k], d[k], Q[k], R, S, s, gain[k], push, k, SA)
+        _back(A[k], B[k], d[k], Q[k], R, w[k], S, s, gain[k], push, k, SA)
     u = np.zeros(N)
     x = x0.copy()
     y = np.zeros(n)
@@ -51,7 +59,7 @@ def _forward(A: Array, B: Array, d: Array, u: float, x: Array, y: Array) -> None
 
 @njit(cache=True)
 def _back(
-    A: Array, B: Array, d: Array, Q: Array, R: float, S: Array, s: Array,
+    A: Array, B: Array, d: Array, Q: Array, R: float, w: float, S: Array, s: Array,
     gain: Array, push: Array, k: int, SA: Array,
 ) -> None:  # fmt: skip
     """One step back: S, s become those of the step before; gain and push[k] give u = -(gain x + push)."""
@@ -68,7 +76,7 @@ def _back(
             v[i] += S[i, j] * d[j]
         v[i] += s[i]
     bottom = R
-    along = 0.0
+    along = -R * w
     for i in range(n):
         bottom += B[i] * SB[i]
         along += B[i] * v[i]
@@ -105,13 +113,13 @@ def end_cost(A: Array, B: Array, Q: Array, R: float, rounds: int) -> Array:
     push = np.zeros(1)
     SA = np.zeros((n, n))
     for _ in range(rounds):
-        _back(A, B, nothing, Q, R, S, s, gain, push, 0, SA)
+        _back(A, B, nothing, Q, R, 0.0, S, s, gain, push, 0, SA)
     return S
 
 
 @njit(cache=True)
 def condensed(
-    A: Array, B: Array, d: Array, Q: Array, R: float, P: Array, x0: Array
+    A: Array, B: Array, d: Array, Q: Array, R: float, w: Array, P: Array, x_end: Array, x0: Array
 ) -> tuple[Array, Array]:
     """(H (N, N), g (N,)) of the same problem in the inputs alone: 1/2 u' H u + g' u, up to a constant."""
     N, n = B.shape
@@ -131,6 +139,7 @@ def condensed(
             effect[j, :] = y
         effect[k, :] = B[k]
         weight = Q[k + 1] if k + 1 < N else P
+        off = free if k + 1 < N else free - x_end
         for j in range(k + 1):
             for a in range(n):
                 total = 0.0
@@ -140,7 +149,7 @@ def condensed(
         for j in range(k + 1):
             total = 0.0
             for a in range(n):
-                total += weighted[j, a] * free[a]
+                total += weighted[j, a] * off[a]
             g[j] += 2.0 * total
             for i in range(j + 1):
                 total = 0.0
@@ -149,6 +158,7 @@ def condensed(
                 H[i, j] += 2.0 * total
     for j in range(N):
         H[j, j] += 2.0 * R
+        g[j] -= 2.0 * R * w[j]
         for i in range(j):
             H[j, i] = H[i, j]
     return H, g

@@ -26,6 +26,7 @@ class BehaviourRules(msgspec.Struct, frozen=True):
 
     standing_mps   who is slower is an obstacle to drive around
     gap_m          between the bumper and something that stands on the way
+    sensor_x_m     the sensor before the rear axle
     run_mps, react_s, decel_mps2  who comes from a hidden place runs so fast; how the vehicle can stop
     creep_mps      no hidden place makes the vehicle go slower than this
     inflation_growth, inflation_m_max  share of a prediction's deviation that is added to the inflation
@@ -39,10 +40,11 @@ class BehaviourRules(msgspec.Struct, frozen=True):
     wall_m: float = 0.1
     standing_mps: float = 0.25
     gap_m: float = 1.0
-    run_mps: float = 1.4
-    react_s: float = 0.5
+    sensor_x_m: float = 3.2
+    run_mps: float = 2.2
+    react_s: float = 0.6
     decel_mps2: float = 5.0
-    creep_mps: float = 1.2
+    creep_mps: float = 1.0
     hidden_reach_m: float = 3.0
     inflation_growth: float = 0.5
     inflation_m_max: float = 0.5
@@ -275,6 +277,8 @@ def _speeds(
         hidden,
         step_m,
         rules.front_m,
+        rules.front_m - rules.sensor_x_m,
+        rules.half_width_m,
         rules.run_mps,
         rules.react_s,
         rules.decel_mps2,

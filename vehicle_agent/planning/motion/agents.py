@@ -66,7 +66,7 @@ def moving_discs(agents: Agents, times_s: Array, speed_mps_max: float) -> Moving
 
 
 def _is_believable(agents: Agents, speed_mps_max: float) -> BoolArray:
-    finite = np.isfinite(agents.poses_map).all(axis=(1, 2))
+    finite: BoolArray = np.isfinite(agents.poses_map).all(axis=(1, 2))
     if len(agents.times_s) < 2:
         return finite
     steps = np.diff(np.where(finite[:, None, None], agents.poses_map, 0.0)[:, :, :2], axis=1)
@@ -84,7 +84,7 @@ def discs_over_time(
     counts = np.ones(agents, np.int64)
     for a in range(agents):
         if not is_disc[a]:
-            counts[a] = min(max(int(math.ceil(sizes[a, 0] / sizes[a, 1] - 1e-9)), 1), 8)
+            counts[a] = min(max(math.ceil(sizes[a, 0] / sizes[a, 1] - 1e-9), 1), 8)
     total = counts.sum()
     discs, spread = np.empty((slots, total, 3)), np.empty((slots, total))
     owner = np.empty(total, np.int64)

@@ -73,9 +73,9 @@ def _bounds(
     v0, a0 = request.start.speed_mps, request.start.accel_mps2
     decel = limits.hard_decel_mps2 if emergency else limits.decel_mps2_max
     jerk_max = limits.hard_jerk_mps3 if emergency else limits.jerk_mps3_max
-    # A start outside the bounds has to come back to them, no faster than the jerk allows.
-    high = np.maximum(limits.accel_mps2_max, a0 - jerk_max * t)
-    low = np.minimum(-decel, a0 + jerk_max * t)
+    # A start outside the bounds has to come back to them, about as fast as the jerk allows.
+    high = np.maximum(limits.accel_mps2_max, a0 - 0.8 * jerk_max * t)
+    low = np.minimum(-decel, a0 + 0.8 * jerk_max * t)
     rise = max(a0, 0.0) ** 2 / (2.0 * limits.jerk_mps3_max)
     delay = max(a0, 0.0) / limits.jerk_mps3_max + 1.5
     excess = v0 + rise - limits.decel_mps2_comfort * np.maximum(t - delay, 0.0)
@@ -226,16 +226,27 @@ def _drives_on(rows: Array, request: MotionRequest, vehicle: Vehicle) -> bool:
         inside |= bool((_agent_gaps(rows[:1], request.agents, vehicle) < 0.0).any())
     if not inside:
         return False
+    return not _stops_at_once(rows)
+
+
+def _stops_at_once(rows: Array) -> bool:
     v = rows[:, 5]
     late = rows[:, 0] > v[0] / 1.5 + 1.0
-    return bool((np.diff(v) > 0.1).any() or (v[late] > 0.05).any() or v[-1] > 0.05)
+    return not bool((np.diff(v) > 0.1).any() or (v[late] > 0.05).any() or v[-1] > 0.05)
 
 
 def _overruns(rows: Array, request: MotionRequest, limits: DrivingLimits) -> bool:
-    """Passes the place where it must stand, or can no longer stop before it at the end of the rows."""
+    """Passes the place where it must stand, or can no longer stop before it at the end of the rows.
+
+    A start that is too near and too fast for that is asked to stop at once.
+    """
     if not np.isfinite(request.end_s_m):
         return False
     _, at = _offsets(rows, request)
+    v0 = rows[0, 5]
+    if at[0] + v0**2 / (2.0 * limits.decel_mps2_max) + 0.5 * v0 > request.end_s_m:
+        beyond = (at > request.end_s_m + 0.1) & (rows[:, 5] > 0.05)
+        return bool(beyond.any()) and not _stops_at_once(rows)
     beyond = (at > max(request.end_s_m, at[0]) + 0.1) & (rows[:, 5] > 0.05)
     needed = rows[-1, 5] ** 2 / (2.0 * limits.decel_mps2_max)
     return bool(beyond.any() or needed > max(request.end_s_m - at[-1], 0.0) + 0.2)

@@ -1,8 +1,8 @@
 """Exact clearances between the vehicle's box and discs: of one pose, and over the s-l-t grid.
 
-The grid keeps the paper's early-out by clearance ("Fast collision checking"): a cell is known to be empty when
-its neighbour is farther from everything than the body moves between the two. Without a tree: 50 agents in one
-time slot are fewer than a tree pays for.
+The grid keeps the paper's early-out by clearance ("Fast collision checking"): a cell is known to be empty
+when its neighbour is farther from everything than the body moves between the two. Without a tree: 50 agents
+in one time slot are fewer than a tree pays for.
 """
 
 import math
@@ -38,7 +38,8 @@ def box_distance(
     beyond_y = abs(-sin * dx + cos * dy) - half
     if beyond_x > 0.0 and beyond_y > 0.0:
         return math.sqrt(beyond_x * beyond_x + beyond_y * beyond_y)
-    return max(beyond_x, beyond_y)
+    inside: float = max(beyond_x, beyond_y)
+    return inside
 
 
 @njit(cache=True)
@@ -103,16 +104,17 @@ def clearance_grid(
 def grid_clearances(
     poses: Array, discs: Array, front: float, rear: float, half: float, cap: float, early_out: bool
 ) -> tuple[Array, int]:
-    """The kernel of `clearance_grid`.
+    """The kernel of `clearance_grid`; without early-out every cell is measured against every disc.
 
-    known[s, l] is a lower bound of the true clearance: computed, or the best neighbour's less the farthest
-    that any corner moves from there. To be able to skip more than one cell, clearances are computed up to
-    cap + spare and cut afterwards.
+    Two early-outs: discs that are farther than the cap from every offset of a station are left out there;
+    and known[s, l], a lower bound of a cell's clearance, less the farthest that any corner moves from it,
+    bounds its neighbours: at the cap or above, they need not be measured. Clearances are measured a little
+    beyond the cap, so that a bound can carry over more than one cell.
     """
     slots, stations, offsets = discs.shape[0], poses.shape[0], poses.shape[1]
     grid = np.empty((slots, stations, offsets))
     reach = math.hypot(max(front, rear), half)
-    spare = 4.0 if early_out else 0.0
+    spare = 0.3 if early_out else 0.0
     along = np.full((stations, offsets), np.inf)
     aside = np.full((stations, offsets), np.inf)
     for i in range(stations):
@@ -139,8 +141,8 @@ def grid_clearances(
                     known[i, j] = bound
                     grid[t, i, j] = cap
                     continue
-                if count < 0:
-                    # Once a station: leave out what no offset of it can be within the cap of.
+                if early_out and count < 0:
+                    # Once a station: what no offset of it can be within the cap of.
                     count = 0
                     for m in range(offsets):
                         low_x, high_x = min(low_x, poses[i, m, 0]), max(high_x, poses[i, m, 0])
@@ -153,7 +155,12 @@ def grid_clearances(
                             near[count] = discs[t, d]
                             count += 1
                 x, y, yaw = poses[i, j]
-                value = pose_clearance(x, y, yaw, front, rear, half, near[:count], cap + spare)
+                if early_out and count == 0:
+                    known[i, j] = cap + spare
+                    grid[t, i, j] = cap
+                    continue
+                seen = near[:count] if early_out else discs[t]
+                value = pose_clearance(x, y, yaw, front, rear, half, seen, cap + spare)
                 computed += 1
                 known[i, j] = value
                 grid[t, i, j] = min(value, cap)
@@ -164,4 +171,5 @@ def grid_clearances(
 def _moved(a: Array, b: Array, reach: float) -> float:
     """How far at most any point of the body moves between two poses."""
     turn = abs((b[2] - a[2] + math.pi) % (2.0 * math.pi) - math.pi)
-    return math.hypot(b[0] - a[0], b[1] - a[1]) + reach * turn
+    moved: float = math.hypot(b[0] - a[0], b[1] - a[1]) + reach * turn
+    return moved

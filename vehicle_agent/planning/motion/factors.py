@@ -197,7 +197,8 @@ def _unary(
         j6[:] = 0.0
         j6[axis] = weight
         add(band, gradient, 3 * i, j6, residual)
-    return 0.5 * residual * residual
+    cost: float = 0.5 * residual * residual
+    return cost
 
 
 @njit(cache=True)

@@ -36,7 +36,7 @@ class Line(msgspec.Struct, frozen=True):
 
     @property
     def last_m(self) -> float:
-        return self.first_m + self.step_m * (self.control_map.shape[0] - 5)
+        return float(self.first_m + self.step_m * (self.control_map.shape[0] - 5))
 
     def frames(self, s_m: Array) -> Array:
         """(m, 7) frames (columns above) at s_m (m,), clipped to the line's ends."""
@@ -164,14 +164,14 @@ def project_on(
     last = first + step * (control.shape[0] - 5)
     low, high = max(first, from_m), min(last, to_m)
     best, best2 = low, np.inf
-    count = max(1, int(math.ceil((high - low) / step)))
+    count = max(1, math.ceil((high - low) / step))
     for i in range(count + 1):
         s = low + (high - low) * i / count
         frame_at(control, first, step, s, frame)
         d2 = (x_m - frame[0]) ** 2 + (y_m - frame[1]) ** 2
         if d2 < best2:
             best2, best = d2, s
-    s = best
+    s = float(best)
     for _ in range(30):
         frame_at(control, first, step, s, frame)
         cos, sin = math.cos(frame[2]), math.sin(frame[2])
@@ -183,7 +183,7 @@ def project_on(
         s = min(max(s + move, low), high)
         if abs(move) < 1e-13:
             break
-    return s
+    return float(s)
 
 
 @njit(cache=True)

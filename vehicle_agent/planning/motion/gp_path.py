@@ -74,7 +74,8 @@ class PathProblem(msgspec.Struct, frozen=True):
 
     def support_m(self) -> Array:
         """(k,) s of the support states."""
-        return self.first_m + self.step_m * np.arange(len(self.reference))
+        support: Array = self.first_m + self.step_m * np.arange(len(self.reference), dtype=np.float64)
+        return support
 
 
 class SolvedPath(msgspec.Struct, frozen=True):

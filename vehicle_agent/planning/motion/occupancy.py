@@ -1,4 +1,4 @@
-"""Predicted agents projected on the path: which stretch of it each one takes, when (the s-t graph's obstacles)."""
+"""Predicted agents projected on the path: who takes which stretch of it when (the s-t graph's obstacles)."""
 
 import math
 
@@ -11,11 +11,11 @@ from vehicle_agent.planning.motion.agents import MovingDiscs
 from vehicle_agent.planning.motion.clearance import Box, box_distance
 from vehicle_agent.planning.motion.path_samples import PathSamples
 from vehicle_agent.planning.motion.request import ClearanceLaw
-from vehicle_agent.planning.motion.speed_limits import law_vector
+from vehicle_agent.planning.motion.speed_limits import law_speed, law_vector
 
 
 class Occupancy(msgspec.Struct, frozen=True):
-    """By agent a and time slot t: rear-axle ways u at which the vehicle would meet it; low > high when nowhere.
+    """By agent a and time slot t: rear-axle ways u at which the vehicle meets it; low > high when nowhere.
 
     hard_low_m, hard_high_m  (T, a) nominal place and hard margin
     soft_low_m, soft_high_m  (T, a) the inflated place
@@ -130,12 +130,7 @@ def projected(
                     j += max(1, int((gap - seen) / (pace * 1.05 * spacing)))
                     continue
                 if pedestrian[m] and gap < law[2]:
-                    if gap < law[0]:
-                        speed = law[3]
-                    elif gap < law[1]:
-                        speed = law[3] + (law[4] - law[3]) * (gap - law[0]) / (law[1] - law[0])
-                    else:
-                        speed = law[4] + (law[5] - law[4]) * (gap - law[1]) / (law[2] - law[1])
+                    speed = law_speed(gap, law)
                     limit[t, j] = min(limit[t, j], speed)
                 j += 1
     # The samples are `spacing` apart: the true ends are up to so much farther.

@@ -123,14 +123,14 @@ def path_problem(
     horizon_m: float,
     weights: Array,
 ) -> PathProblem:
-    """The problem from s0 on; obstacles (m, 3) that stand; wish_mps (n,) by station, for the lateral factor."""
+    """The problem from s0 on; obstacles (m, 3) stand; wish_mps (n,) by station is for the lateral factor."""
     vehicle, limits = params.vehicle, params.limits
     step_m, sub = params.step_m, params.checks
     steps = int(min(road.line.last_m - s0_m, horizon_m) / step_m)
     if steps < 2:
         raise OffLine("the line ends here")
-    support = s0_m + step_m * np.arange(steps + 1)
-    check = s0_m + step_m / sub * np.arange(steps * sub + 1)
+    support: Array = s0_m + step_m * np.arange(steps + 1, dtype=np.float64)
+    check: Array = s0_m + step_m / sub * np.arange(steps * sub + 1, dtype=np.float64)
     frames = road.line.frames(check)
     wish = np.maximum(np.interp(check, road.s_m, wish_mps), 0.5)
     tight = np.full(len(check), vehicle.curvature_1pm_max)
@@ -206,7 +206,7 @@ def first_guess(problem: PathProblem, warm: WarmStart | None) -> Array:
 def nearby(
     frames: Array, lower: Array, upper: Array, spacing: float, behind: float, ahead: float, obstacles: Array
 ) -> tuple[IntArray, IntArray]:
-    """Which obstacles (m, 3) can matter at each check point: (first (c + 1,), indices); walls hide the rest."""
+    """Which obstacles (m, 3) matter at each check point: (first (c + 1,), indices); walls hide the rest."""
     checks, count = frames.shape[0], obstacles.shape[0]
     low, high = np.zeros(count, np.int64), np.full(count, -1, np.int64)
     for o in range(count):

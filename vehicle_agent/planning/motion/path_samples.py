@@ -13,8 +13,8 @@ from vehicle_agent.planning.motion.gp_prior import states_between
 
 
 class PathSamples(msgspec.Struct, frozen=True):
-    """Even in s. s_m, u_m (n,), stretch (n,) du/ds; poses_map (n, 3) with continuous yaw; curvature_1pm and its
-    change per metre of way (n,).
+    """Even in s. s_m, u_m (n,), stretch (n,) du/ds; poses_map (n, 3) with continuous yaw; curvature_1pm
+    and its change per metre of way (n,).
     """
 
     s_m: np.ndarray
@@ -25,7 +25,7 @@ class PathSamples(msgspec.Struct, frozen=True):
     curvature_slope_1pm2: np.ndarray
 
     def s_at(self, u_m: Array) -> Array:
-        """(m,) s at the way u_m (m,), to better than a micrometre (cubic Hermite of the inverse)."""
+        """(m,) s at the way u_m (m,), to a tenth of a millimetre (cubic Hermite of the inverse)."""
         s: Array = inverse_way(self.s_m, self.u_m, self.stretch, u_m)
         return s
 

@@ -67,7 +67,7 @@ class DrivingLimits(msgspec.Struct, frozen=True):
 
 
 class ClearanceLaw(msgspec.Struct, frozen=True):
-    """Speed by clearance to a pedestrian, eq. 2 of Snow Lion: three speeds at three clearances, linear between."""
+    """Speed by clearance to a pedestrian, eq. 2 of Snow Lion: three points, linear between."""
 
     delta_m_min: float = 0.25
     delta_m_mdn: float = 0.8
@@ -80,7 +80,8 @@ class ClearanceLaw(msgspec.Struct, frozen=True):
 class Agents(msgspec.Struct, frozen=True):
     """Where those who move are expected to be; arrays in the same order, a agents at k times.
 
-    ids (a,), kinds (a,) as TRACK_KINDS; times_s (k,) rising from 0; poses_map (a, k, 3) middle of the outline;
+    ids (a,), kinds (a,) as TRACK_KINDS; times_s (k,) rising from 0; poses_map (a, k, 3) of the outline's
+    middle;
     sizes_m (a, 2) length, width (a person is a disc of that diameter); inflation_m (a, k) softly kept extra;
     pass_rule (a,): PASS_FREE, or PASS_YIELD when the vehicle may not go before it
     """

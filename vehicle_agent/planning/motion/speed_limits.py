@@ -91,13 +91,14 @@ def law_vector(law: ClearanceLaw) -> Array:
 @njit(cache=True)
 def law_speed(c: float, law: Array) -> float:
     """Eq. 2; law (6,) from `law_vector`."""
+    speed: float = law[5]
     if c < law[0]:
-        return law[3]
-    if c < law[1]:
-        return law[3] + (law[4] - law[3]) * (c - law[0]) / (law[1] - law[0])
-    if c < law[2]:
-        return law[4] + (law[5] - law[4]) * (c - law[1]) / (law[2] - law[1])
-    return law[5]
+        speed = law[3]
+    elif c < law[1]:
+        speed = law[3] + (law[4] - law[3]) * (c - law[0]) / (law[1] - law[0])
+    elif c < law[2]:
+        speed = law[4] + (law[5] - law[4]) * (c - law[1]) / (law[2] - law[1])
+    return speed
 
 
 @njit(cache=True)

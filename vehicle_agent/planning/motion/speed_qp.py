@@ -1,11 +1,12 @@
 """The speed as piecewise polynomials of constant jerk: one quadratic program (Snow Lion, "Motion planning").
 
-Knots k = 0..N a step dt apart; u is the way along the path. The bounds of v, a and jerk are hard, the corridor
-and the limits that depend on the place are soft with exact penalties, so that the program always has a
-solution: braking as hard as the bounds allow satisfies every hard row (`brake_envelope`).
+Knots k = 0..N a step dt apart; u is the way along the path. The bounds of v, a and jerk are hard; the
+corridor and the limits that depend on the place are soft with exact penalties, so that the program always
+has a solution: braking as hard as the bounds allow satisfies every hard row (`brake_envelope`).
 Solved by PIQP (Schwan et al. 2023).
 """
 
+import math
 from functools import lru_cache
 
 import msgspec
@@ -56,7 +57,7 @@ class SpeedCorridor(msgspec.Struct, frozen=True):
 
 
 class SpeedPlan(msgspec.Struct, frozen=True):
-    """Knots 0..N: u, v, a (N + 1,), jerk (N,) of each piece; the worst excess over the hard corridor; solved."""
+    """Knots 0..N: u, v, a (N + 1,), jerk (N,) of each piece; the worst excess over the corridor; solved."""
 
     dt_s: float
     u_m: np.ndarray
@@ -70,7 +71,7 @@ class SpeedPlan(msgspec.Struct, frozen=True):
 
 @lru_cache(maxsize=4)
 def _pattern(n: int, dt: float) -> tuple[csc_matrix, csc_matrix]:
-    """Equality rows (fixed values) and the pattern of the inequality rows; see `solve_speed` for the order."""
+    """Equality rows (fixed values) and the pattern of the inequality rows, ordered as in `solve_speed`."""
     rows: list[tuple[int, int, float]] = []
     for k in range(n):
         u, v, a, j = k, n + k, 2 * n + k, 3 * n + k
@@ -104,12 +105,20 @@ def brake_envelope(v0: float, a0: float, decel: float, jerk: float, dt: float, n
     out[0, 1], out[0, 2] = v0, a0
     u, v, a = 0.0, v0, a0
     for k in range(1, n + 1):
-        if v > 0.0:
+        if v > 0.0 and a < -decel:
+            # Harder than allowed at the start: back to the bound first.
+            after = min(a + jerk * dt, -decel)
+            if v + 0.5 * (a + after) * dt <= 0.02:
+                u, v, a = u + 0.5 * v * dt, 0.0, 0.0
+            else:
+                u += v * dt + (2.0 * a + after) * dt * dt / 6.0
+                v, a = v + 0.5 * (a + after) * dt, after
+        elif v > 0.0:
             for change in (-1.0, -0.5, 0.0, 0.5, 1.0):
                 after = a + change * jerk * dt
                 if change < 0.0 and a > -decel:
                     after = max(after, -decel)
-                elif a <= -decel and change < 0.0:
+                elif change < 0.0:
                     continue
                 reached = v + 0.5 * (a + after) * dt
                 if reached >= after * after / (2.0 * jerk) - 1e-9 or after >= 0.0:
@@ -142,21 +151,20 @@ def solve_speed(
     Hard bounds are widened where the start itself is outside: a start above the limit may come down as
     `brake_envelope` does, one that brakes harder than allowed may let go at the jerk bound.
     """
+    # A vehicle that would roll back comes to rest instead: it lets go sooner than the jerk allows.
+    v0_mps = max(v0_mps, 0.0)
+    a0_mps2 = max(a0_mps2, -0.95 * math.sqrt(2.0 * bounds.jerk_mps3_max * v0_mps))
     n = len(corridor.high_m)
     equal, below = _pattern(n, dt_s)
     t = dt_s * np.arange(1, n + 1)
     jerk = bounds.jerk_mps3_max
     envelope = brake_envelope(v0_mps, a0_mps2, bounds.decel_mps2_comfort, jerk, dt_s, n)
-    rising = (
-        v0_mps + np.minimum(a0_mps2, 0.0) * t + 0.5 * jerk * np.minimum(t, max(-a0_mps2, 0.0) / jerk) ** 2
-    )
-    lowest = np.minimum(0.0, np.minimum(rising, v0_mps) - 0.02)
     coasting = np.maximum(a0_mps2 - jerk * t, 0.0)
     v_max = np.maximum(speed_mps_max, envelope[1:, 1] + 0.05)
     x_l = np.full(8 * n, 0.0)
     x_u = np.full(8 * n, _INF)
-    x_l[:n] = -1.0
-    x_l[n : 2 * n], x_u[n : 2 * n] = lowest, v_max
+    x_l[:n] = -0.1
+    x_l[n : 2 * n], x_u[n : 2 * n] = -1e-4, v_max
     x_l[2 * n : 3 * n] = np.minimum(-bounds.decel_mps2_max, a0_mps2 + jerk * t)
     x_u[2 * n : 3 * n] = np.maximum(bounds.accel_mps2_max, np.maximum(coasting, 0.0))
     x_l[2 * n : 3 * n] -= 1e-6

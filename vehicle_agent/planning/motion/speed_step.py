@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Array
-from vehicle_agent.planning.motion import speed_limits, st_search
+from vehicle_agent.planning.motion import speed_limits, st_graph, st_search
 from vehicle_agent.planning.motion.agents import MovingDiscs
 from vehicle_agent.planning.motion.clearance import path_clearance
 from vehicle_agent.planning.motion.occupancy import Occupancy, project_agents
@@ -72,12 +72,13 @@ def plan_speed(
         params.vehicle.nose_m,
     )
     per_knot = round(params.knot_s / params.row_s)
-    graph = st_search.graph(occupancy, request.agents.pass_rule, per_knot, params.knot_s, params.stop_gap_m)
+    graph = st_graph.graph(occupancy, request.agents.pass_rule, per_knot, params.knot_s, params.stop_gap_m)
     v0, a0 = max(request.start.speed_mps, 0.0), request.start.accel_mps2
     if v0 < 0.05:
         a0 = max(a0, 0.0)
+    top_mps = max(limits.speed_mps_max, v0) + 0.5
     clearance_limit = speed_limits.backward_in_time(
-        np.ascontiguousarray(occupancy.limit_mps[::per_knot]),
+        np.minimum(occupancy.limit_mps[::per_knot], top_mps),
         samples.u_m,
         limits.decel_mps2_comfort,
         params.knot_s,
@@ -89,7 +90,7 @@ def plan_speed(
     way = st_search.search(
         graph, samples.u_m, place.speed_mps, clearance_limit, v0, a0, limits, params.nodes_max
     )
-    room = st_search.corridor(graph, way)
+    room = st_graph.corridor(graph, way.u_m)
     high = np.minimum(room.high_m[1:], stop_m)
     plan: SpeedPlan | None = None
     at = way.u_m[1:]
@@ -99,6 +100,7 @@ def plan_speed(
     for _ in range(_PROGRAMS):
         limit, slope, wish = _along(samples.u_m, place.speed_mps, clearance_limit, at)
         _end_ahead(limit, slope, at, high, room.end_speed_mps, limits.decel_mps2_comfort)
+        limit[room.stands[1:]], slope[room.stands[1:]] = 0.0, 0.0
         corridor = SpeedCorridor(
             room.low_m[1:], high, np.minimum(room.soft_m[1:], _FAR_M), at, limit, slope, wish
         )
@@ -149,7 +151,7 @@ def _stop(
 
 
 def _along(u: Array, place: Array, clearance_limit: Array, at: Array) -> tuple[Array, Array, Array]:
-    """(limit, slope, wish) at the way `at` (N,) of knots 1..N: the lower of both limits and how it changes."""
+    """(limit, slope, wish) at the way `at` (N,) of knots 1..N: the lower limit and how it changes."""
     step = 0.25
     limits = []
     for query in (at, at + step):

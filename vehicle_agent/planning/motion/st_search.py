@@ -10,26 +10,12 @@ import msgspec
 import numpy as np
 from numba import njit
 
-from contract.geometry import Array, BoolArray, IntArray
-from vehicle_agent.planning.motion.occupancy import Occupancy
-from vehicle_agent.planning.motion.request import PASS_YIELD, DrivingLimits
+from contract.geometry import Array
+from vehicle_agent.planning.motion.request import DrivingLimits
+from vehicle_agent.planning.motion.st_graph import Graph
 
 _CELL_M, _CELL_MPS = 0.4, 0.25
 _STILL_MPS = 0.05
-
-
-class Graph(msgspec.Struct, frozen=True):
-    """The s-t graph at knots of dt_s: who is where, merged over the slots around each knot.
-
-    low_m, high_m, soft_low_m, soft_high_m (K, a); of relevant agents only, `who` (a,) their rows
-    """
-
-    dt_s: float
-    low_m: np.ndarray
-    high_m: np.ndarray
-    soft_low_m: np.ndarray
-    soft_high_m: np.ndarray
-    who: np.ndarray
 
 
 class Searched(msgspec.Struct, frozen=True):
@@ -39,67 +25,6 @@ class Searched(msgspec.Struct, frozen=True):
     v_mps: np.ndarray
     nodes: int
     found: bool
-
-
-class Corridor(msgspec.Struct, frozen=True):
-    """What the speed program shall keep, (K,) by knot; yields_to, passes rows of Agents.
-
-    end_speed_mps  of the one ahead at the last knot, along the path
-    """
-
-    low_m: np.ndarray
-    high_m: np.ndarray
-    soft_m: np.ndarray
-    yields_to: np.ndarray
-    passes: np.ndarray
-    end_speed_mps: float
-
-
-def graph(occupancy: Occupancy, pass_rule: IntArray, slots_per_knot: int, dt_s: float, gap_m: float) -> Graph:
-    """Occupancy at the knots: each takes what is taken half a knot before and after it, too.
-
-    Who must be yielded to blocks its stretch, and all beyond it, from now until it has left.
-    """
-    low, high, soft_low, soft_high = merged(
-        occupancy.hard_low_m,
-        occupancy.hard_high_m,
-        occupancy.soft_low_m,
-        occupancy.soft_high_m,
-        slots_per_knot,
-    )
-    who = np.flatnonzero(((low <= high) | (soft_low <= soft_high)).any(axis=0))
-    low, high, soft_low, soft_high = (part[:, who].copy() for part in (low, high, soft_low, soft_high))
-    taken = low <= high
-    for column in np.flatnonzero((pass_rule[who] == PASS_YIELD) & taken.any(axis=0)):
-        times = np.flatnonzero(taken[:, column])
-        if low[times[0], column] <= 0.0:
-            continue
-        until = slice(0, times[-1] + 1)
-        low[: times[0], column] = low[times[0], column]
-        high[until, column] = np.inf
-    taken = low <= high
-    soft_low = np.where(taken, np.minimum(low - gap_m, soft_low), soft_low)
-    soft_high = np.where(taken, np.maximum(high + 0.5 * gap_m, soft_high), soft_high)
-    return Graph(dt_s, low, high, soft_low, soft_high, who)
-
-
-@njit(cache=True)
-def merged(
-    low: Array, high: Array, soft_low: Array, soft_high: Array, per_knot: int
-) -> tuple[Array, Array, Array, Array]:
-    """Slots (T, a) to knots (K, a): least low and greatest high within half a knot."""
-    knots = (low.shape[0] - 1) // per_knot + 1
-    half = (per_knot + 1) // 2
-    agents = low.shape[1]
-    out = np.empty((4, knots, agents))
-    for k in range(knots):
-        first, last = max(0, k * per_knot - half), min(low.shape[0], k * per_knot + half + 1)
-        for a in range(agents):
-            out[0, k, a] = np.min(low[first:last, a])
-            out[1, k, a] = np.max(high[first:last, a])
-            out[2, k, a] = np.min(soft_low[first:last, a])
-            out[3, k, a] = np.max(soft_high[first:last, a])
-    return out[0], out[1], out[2], out[3]
 
 
 def search(
@@ -114,8 +39,8 @@ def search(
 ) -> Searched:
     """The best way through the graph from u = 0 with v0, a0.
 
-    place_u_m, place_limit_mps (n,); clearance_limit_mps (K, n). Standing is allowed anywhere: who walks into a
-    vehicle that stands has not been hit by it.
+    place_u_m, place_limit_mps (n,); clearance_limit_mps (K, n). Standing is allowed anywhere:
+    who walks into a vehicle that stands has not been hit by it.
     """
     spacing = _CELL_M
     cells = max(2, math.ceil(place_u_m[-1] / spacing) + 1)
@@ -150,12 +75,12 @@ def raster(low: Array, high: Array, soft_low: Array, soft_high: Array, cells: in
     for k in range(knots):
         for a in range(agents):
             if soft_low[k, a] <= soft_high[k, a]:
-                first = max(0, int(math.ceil(soft_low[k, a] / spacing)))
+                first = max(0, math.ceil(soft_low[k, a] / spacing))
                 last = min(cells - 1.0, math.floor(soft_high[k, a] / spacing))
                 for c in range(first, int(last) + 1):
                     out[k, c] = max(out[k, c], 2.0)
             if low[k, a] <= high[k, a]:
-                first = max(0, int(math.ceil(low[k, a] / spacing)))
+                first = max(0, math.ceil(low[k, a] / spacing))
                 last = min(cells - 1.0, math.floor(high[k, a] / spacing))
                 for c in range(first, int(last) + 1):
                     out[k, c] = np.inf
@@ -236,7 +161,7 @@ def search_kernel(
                 if layer == layers - 1:
                     # Whoever is in the way at the end of the horizon must still be stopped for.
                     gap = 0.0
-                    cell = int(math.ceil(u / spacing))
+                    cell = math.ceil(u / spacing)
                     while cell < cells and penalty[knots - 1, cell] != np.inf:
                         cell += 1
                     gap = max(cell * spacing - u, 0.0)
@@ -282,43 +207,3 @@ def search_kernel(
     for k in range(2 * reached + 1, knots):
         out_u[k], out_v[k] = out_u[2 * reached], 0.0
     return out_u, out_v, count, reached == layers
-
-
-def corridor(graph: Graph, way: Searched) -> Corridor:
-    """Which side of everybody the way keeps, and the room that leaves.
-
-    A soft stretch that the way itself enters is given up: the search has found that waiting costs more.
-    """
-    low, high, soft, side = sides(graph.low_m, graph.high_m, graph.soft_low_m, graph.soft_high_m, way.u_m)
-    knots = len(high)
-    step = high[-1] - high[max(knots - 6, 0)]
-    end_speed = max(step / (5.0 * graph.dt_s), 0.0) if np.isfinite(step) else 0.0
-    return Corridor(low, high, soft, graph.who[side == 1], graph.who[side == 2], min(end_speed, 5.0))
-
-
-@njit(cache=True)
-def sides(
-    low: Array, high: Array, soft_low: Array, soft_high: Array, u: Array
-) -> tuple[Array, Array, Array, IntArray]:
-    """((K,) low, (K,) high, (K,) soft high, (a,) 1 yielded to, 2 passed before, 0 neither)."""
-    knots, agents = low.shape
-    out_low, out_high, out_soft = np.full(knots, -1e3), np.full(knots, 1e3), np.full(knots, 1e3)
-    side = np.zeros(agents, np.int64)
-    for a in range(agents):
-        enters: BoolArray = (soft_low[:, a] < u) & (u < soft_high[:, a])
-        gives_up = np.any(enters & ~((low[:, a] <= u) & (u <= high[:, a])))
-        for k in range(1, knots):
-            if low[k, a] <= high[k, a]:
-                if u[k] <= low[k, a] or (u[k] < high[k, a] and u[k] - low[k, a] <= high[k, a] - u[k]):
-                    out_high[k] = min(out_high[k], max(low[k, a], 0.0))
-                    side[a] = 1
-                elif u[k] >= high[k, a]:
-                    out_low[k] = max(out_low[k], high[k, a])
-                    if side[a] == 0:
-                        side[a] = 2
-                else:
-                    out_high[k] = min(out_high[k], u[k])
-                    side[a] = 1
-            if soft_low[k, a] <= soft_high[k, a] and not gives_up and u[k] <= soft_low[k, a]:
-                out_soft[k] = min(out_soft[k], soft_low[k, a])
-    return out_low, out_high, out_soft, side

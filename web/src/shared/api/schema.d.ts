@@ -1210,6 +1210,15 @@ export interface components {
             text: string;
         };
         /**
+         * AreaScene
+         * @description An observation area that a camera watches: how many people it saw last, and when.
+         */
+        AreaScene: {
+            area_id: string;
+            count: number;
+            heard_ms: number;
+        };
+        /**
          * BuildingShape
          * @description An outline, closed implicitly. xy is x0, y0, x1, y1, ... in metres.
          */
@@ -1539,6 +1548,8 @@ export interface components {
             rides_gone: string[];
             /** @default null */
             incidents: components["schemas"]["IncidentsScene"] | null;
+            /** @default [] */
+            areas: components["schemas"]["AreaScene"][];
         };
         /**
          * DepartureEffectView
@@ -1963,7 +1974,7 @@ export interface components {
             /** Name */
             name: string;
             /** Scopes */
-            scopes: ("read" | "drive")[];
+            scopes: ("read" | "drive" | "infrastructure")[];
             /** Made By */
             made_by: string;
             /**
@@ -2799,6 +2810,8 @@ export interface components {
              *     }
              */
             incidents: components["schemas"]["IncidentsScene"];
+            /** @default [] */
+            areas: components["schemas"]["AreaScene"][];
         };
         /**
          * SegmentView
@@ -3267,7 +3280,7 @@ export interface components {
             /** Name */
             name: string;
             /** Scopes */
-            scopes: ("read" | "drive")[];
+            scopes: ("read" | "drive" | "infrastructure")[];
             /**
              * Valid Days
              * @default 30
@@ -3295,7 +3308,7 @@ export interface components {
             /** Name */
             name: string;
             /** Scopes */
-            scopes: ("read" | "drive")[];
+            scopes: ("read" | "drive" | "infrastructure")[];
             /** Made By */
             made_by: string;
             /**

@@ -1,0 +1,37 @@
+"""Cameras at the crossings of a campus in virtual time."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from contract.roads.model import RoadMap
+from contract.wire.messages import PresenceSeen
+from simulator.infrastructure import CameraParams, CrossingCamera
+from simulator.world import SimWorld
+
+
+class VirtualCameras:
+    """A camera at every crossing of the map; what one says goes to `say` in the step it comes out."""
+
+    def __init__(
+        self,
+        road_map: RoadMap,
+        params: CameraParams,
+        world: SimWorld,
+        rng: Callable[[str], np.random.Generator],
+        say: Callable[[PresenceSeen], None],
+    ) -> None:
+        """rng: a random stream by its purpose."""
+        self._world, self._say = world, say
+        self._cameras = [
+            CrossingCamera(area, params, rng(f"camera {area.area_id}"))
+            for area in road_map.observation_areas
+            if area.kind == "crossing"
+        ]
+
+    def step(self, now_ns: int) -> None:
+        people = self._world.pedestrians
+        places = np.zeros((0, 2)) if people is None else people.places
+        for camera in self._cameras:
+            for word in camera.step(now_ns, places):
+                self._say(word)

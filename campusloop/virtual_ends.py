@@ -1,0 +1,32 @@
+"""The two ends of a virtual campus: the server that answers, and the phones that riders hold."""
+
+from typing import Literal
+
+import httpx
+from fastapi import FastAPI
+
+
+class VirtualServer(httpx.AsyncBaseTransport):
+    """The server that answers requests now; there may be none, and later another one."""
+
+    def __init__(self) -> None:
+        self.app: FastAPI | None = None
+
+    async def handle_async_request(self, request: httpx.Request) -> httpx.Response:
+        if self.app is None:
+            raise httpx.ConnectError("the server is away", request=request)
+        return await httpx.ASGITransport(app=self.app).handle_async_request(request)
+
+
+class VirtualPhones:
+    """What riders see and press; taps go to the server as from a phone."""
+
+    def __init__(self) -> None:
+        self.vehicles: dict[str, str] = {}
+        self.taps: list[tuple[str, Literal["board", "alight"]]] = []
+
+    def vehicle_of(self, ride_id: str) -> str:
+        return self.vehicles.get(ride_id, "")
+
+    def tap(self, ride_id: str, kind: Literal["board", "alight"]) -> None:
+        self.taps.append((ride_id, kind))

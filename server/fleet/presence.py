@@ -1,0 +1,51 @@
+"""From an infrastructure camera's word to whoever is near its area: vehicles of any replica, and screens."""
+
+import msgspec
+
+from contract.roads.areas import outline_array
+from contract.wire.messages import PresenceSeen
+from server.domain.errors import AreaUnknown
+from server.fleet.stamps import ns_of
+from server.usecases import topics
+from server.usecases.ports import Bus, Clock, Transactions, UnitOfWork
+
+# A camera that talks faster than this is not listened to in between.
+SOONEST_NS = 80_000_000
+
+
+class AreaPresence(msgspec.Struct, frozen=True):
+    """x_m, y_m: the middle of the area, map frame; stamp_ns: when it was seen, server time."""
+
+    area_id: str
+    count: int
+    x_m: float
+    y_m: float
+    stamp_ns: int
+
+
+class PresenceDesk:
+    """Takes the cameras' words. Latest wins: nothing is stored, nothing is repeated."""
+
+    def __init__(self, campus_id: str, clock: Clock, transactions: Transactions, bus: Bus) -> None:
+        self._campus_id, self._clock = campus_id, clock
+        self._transactions, self._bus = transactions, bus
+        self._told_ns: dict[str, int] = {}
+
+    async def seen(self, word: PresenceSeen) -> None:
+        """Raises AreaUnknown for an area that the active map does not have."""
+        now_ns = ns_of(self._clock.now())
+        if now_ns - self._told_ns.get(word.area_id, 0) < SOONEST_NS:
+            return
+        x_m, y_m = await self._transactions.read(lambda uow: _middle(uow, word.area_id))
+        self._told_ns[word.area_id] = now_ns
+        seen_ns = now_ns - round(word.age_s * 1e9)
+        payload = msgspec.json.encode(AreaPresence(word.area_id, word.count, x_m, y_m, seen_ns))
+        await self._bus.publish(topics.area_presence(self._campus_id, word.area_id), payload)
+
+
+def _middle(uow: UnitOfWork, area_id: str) -> tuple[float, float]:
+    for area in uow.network().road_map.observation_areas:
+        if area.area_id == area_id:
+            x_m, y_m = outline_array(area).mean(axis=0)
+            return float(x_m), float(y_m)
+    raise AreaUnknown(f"the active map has no observation area {area_id}")

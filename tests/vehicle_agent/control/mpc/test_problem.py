@@ -1,0 +1,124 @@
+"""Quadratic problems of one actuator: exact without bounds, right with them, and forgetful."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm, solve_discrete_are
+from scipy.optimize import LinearConstraint, minimize
+
+from contract.geometry import Array
+from vehicle_agent.control.mpc.axis import best_inputs, no_guess
+from vehicle_agent.control.mpc.bounded import Bounds, solved, within
+from vehicle_agent.control.mpc.lateral_model import Chassis, exponential, rates_matrix
+from vehicle_agent.control.mpc.problem import condensed, end_cost, free_inputs
+
+N, DT = 40, 0.05
+
+
+def a_problem(seed: int) -> tuple[Array, Array, Array, Array, float, Array, Array, Array, Array]:
+    """Three states, the last of them the command that the input adds up to."""
+    rng = np.random.default_rng(seed)
+    M = np.array([[0.0, 1.0, 0.0, 0.0], [0.0, -0.3, 2.0, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0] * 4])
+    step = expm(M * DT)
+    A, B = np.tile(step[:3, :3], (N, 1, 1)), np.tile(step[:3, 3], (N, 1))
+    d = rng.normal(0.0, 0.01, (N, 3)) * np.array((1.0, 1.0, 0.0))
+    Q = np.tile(np.diag((20.0, 2.0, 0.0)) * DT, (N, 1, 1))
+    P = end_cost(A[0], B[0], Q[0], 0.02, 3000)
+    return A, B, d, Q, 0.02, rng.normal(0.0, 0.1, N), P, rng.normal(0.0, 0.05, 3), rng.normal(0.0, 0.5, 3)
+
+
+def cost(
+    u: Array, A: Array, B: Array, d: Array, Q: Array, R: float, w: Array, P: Array, x_end: Array, x0: Array
+) -> float:
+    x, total = x0, 0.0
+    for k in range(N):
+        total += x @ Q[k] @ x + R * (u[k] - w[k]) ** 2
+        x = A[k] @ x + B[k] * u[k] + d[k]
+    return float(total + (x - x_end) @ P @ (x - x_end))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_free_inputs_are_where_the_condensed_gradient_vanishes(seed: int) -> None:
+    problem = a_problem(seed)
+    H, g = condensed(*problem)
+    u = free_inputs(*problem)
+    assert np.abs(H @ u + g).max() < 1e-9 * np.abs(g).max()
+    rng = np.random.default_rng(seed)
+    assert all(cost(u, *problem) < cost(u + rng.normal(0.0, 0.01, N), *problem) for _ in range(20))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_bounded_inputs_agree_with_an_independent_solver(seed: int) -> None:
+    problem = a_problem(seed)
+    bounds = Bounds(0.4, problem[-1][2] - 0.3, problem[-1][2] + 0.2)
+    answer = best_inputs(*problem, bounds, DT, no_guess(N))
+    assert answer.bounded
+    assert answer.feasible
+    H, g = condensed(*problem)
+    sums = DT * np.tril(np.ones((N, N)))
+    oracle = minimize(
+        lambda u: 0.5 * u @ H @ u + g @ u,
+        np.zeros(N),
+        jac=lambda u: H @ u + g,
+        bounds=[(-bounds.rate, bounds.rate)] * N,
+        constraints=[LinearConstraint(sums, -0.3, 0.2)],
+        method="SLSQP",
+        options={"maxiter": 1000, "ftol": 1e-14},
+    )
+    assert within(
+        answer.inputs,
+        problem[-1][2],
+        Bounds(0.4 + 1e-9, bounds.command_min - 1e-9, bounds.command_max + 1e-9),
+        DT,
+    )
+    gap = 0.5 * answer.inputs @ H @ answer.inputs + g @ answer.inputs - oracle.fun
+    assert gap < 2e-3 * abs(oracle.fun)
+    assert answer.inputs[0] == pytest.approx(oracle.x[0], abs=0.02)
+
+
+def test_what_the_solver_did_before_changes_nothing() -> None:
+    first, second = a_problem(1), a_problem(2)
+    H, g = condensed(*first)
+    bounds = Bounds(0.4, -2.0, 2.0)
+    args = (H, g, float(first[-1][2]), bounds, DT, np.zeros(N), np.zeros(2 * N))
+    before = solved(*args)
+    for rate in (0.01, 3.0):
+        H2, g2 = condensed(*second)
+        solved(H2, 100.0 * g2, float(second[-1][2]), Bounds(rate, -2.0, 2.0), DT, np.ones(N), np.ones(2 * N))
+    after = solved(*args)
+    assert np.array_equal(before.inputs, after.inputs)
+    assert np.array_equal(before.prices, after.prices)
+
+
+def test_the_end_cost_solves_the_riccati_equation() -> None:
+    A, B, _, Q, R, *_ = a_problem(0)
+    oracle = solve_discrete_are(A[0], B[0][:, None], Q[0], np.array([[R]]))
+    assert np.allclose(end_cost(A[0], B[0], Q[0], R, 5000), oracle, rtol=1e-6)
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.3, 1.0, 1.5, 2.0, 3.0, 6.0])
+@pytest.mark.parametrize("compliance", [0.02, 1.0, 2.0])
+def test_the_model_has_finite_steps_that_do_not_grow_at_any_speed(speed: float, compliance: float) -> None:
+    M, step = np.zeros((9, 9)), np.zeros((9, 9))
+    rates_matrix(speed, compliance, Chassis().row(), M)
+    exponential(M, DT, step)
+    assert np.isfinite(step).all()
+    assert np.abs(np.linalg.eigvals(step[:6, :6])).max() < 1.0 + 1e-6
+    # What a tenth of a second leaves of it is right, however stiff it is inside.
+    twice, exact = step @ step, expm(M * 2.0 * DT)
+    assert np.abs(twice[[0, 2]] - exact[[0, 2]]).max() < 0.02
+
+
+def test_a_steady_circle_is_one_of_the_models_equilibria() -> None:
+    chassis, speed, kappa = Chassis(), 3.0, 0.05
+    M = np.zeros((9, 9))
+    rates_matrix(speed, 1.0, chassis.row(), M)
+    side = speed * speed * kappa
+    slip = chassis.rear_slip_per_mps2 * side
+    wheels = chassis.wheelbase_m * kappa + chassis.understeer_s2pm * side
+    z = np.array((chassis.cog_to_rear_m * slip, 0.0, slip, 0.0, wheels, wheels, speed * kappa, 0.0, 0.0))
+    assert np.abs(M @ z).max() < 1e-12
+
+
+def test_a_chassis_without_mass_is_refused() -> None:
+    with pytest.raises(ValueError, match="positive"):
+        Chassis(mass_kg=0.0)

@@ -1,0 +1,279 @@
+"""The NUS stack's planning: a rolling cost map, and the lowest of the safe speeds (NUS, section IV-B)."""
+
+import math
+
+import msgspec
+import numpy as np
+
+from contract.geometry import Array
+from contract.roads.areas import AreaAhead, areas_ahead, outline_array
+from contract.roads.network import RoadNetwork
+from vehicle_agent.planning.approach import Approach
+from vehicle_agent.planning.gap import GapRule
+from vehicle_agent.planning.nus_cost_map import CELL_M, CostMap, CostRules, obstacle_cells
+from vehicle_agent.planning.nus_crossings import CrossingRule, Passing
+from vehicle_agent.planning.nus_speeds import SafeSpeeds
+from vehicle_agent.planning.obstacle import first_contact, poses_on_line
+from vehicle_agent.planning.selector import SpeedCommand, lowest
+from vehicle_agent.planning.waypoints import WaypointRules, Waypoints, waypoints_from_line
+from vehicle_agent.signals import Ego, Path, PedestrianPresence, PlanAnswer, PlanJob, Task, World
+
+_NOTHING = Waypoints(np.empty((0, 2)), np.empty(0), np.empty(0))
+
+
+class Looked(msgspec.Struct, frozen=True):
+    """The last look ahead: at which scan and odometer, how far the bumper could go, and the mean cost."""
+
+    seen_ns: int = -1
+    odometer_m: float = 0.0
+    free_m: float = math.inf
+    mean_cost: float = 0.0
+
+
+class NusPlan(msgspec.Struct, frozen=True):
+    """What planning remembers.
+
+    areas     the passes through observation areas along the line; passing: how the next one stands
+    yielding  standing, or coming to a stand, for something in the path; clear: looks that found it free
+    """
+
+    costs: CostMap
+    line_id: int = 0
+    waypoints: Waypoints = _NOTHING
+    areas: tuple[AreaAhead, ...] = ()
+    passing: Passing = Passing()
+    stamp_ns: int = 0
+    odometer_m: float = 0.0
+    looked: Looked = Looked()
+    ticks: int = 0
+    yielding: bool = False
+    clear: int = 0
+
+
+class NusPlanning(msgspec.Struct, frozen=True):
+    """Parameters. The cart's body in m from the rear axle; `eye_m`: the lidar ahead of it.
+
+    sweep_m       how far the swept body is looked along for obstacles
+    clearance_m   by which it is widened on each side; more than half a cell
+    standoff_m    the bumper stops this far before an obstacle
+    emergency_m   an obstacle nearer than this is braked for as hard as the cart can
+    curve_m       how far ahead the path's curve counts as steering already
+    yield_mps, resume_m, clear_looks   nobody is crept at: below the speed the cart stands, until the path has
+                  been free this far for so many looks
+    """
+
+    network: RoadNetwork
+    body_front_m: float
+    body_back_m: float
+    half_width_m: float
+    wheelbase_m: float
+    eye_m: float
+    gap: GapRule
+    waypoints: WaypointRules = WaypointRules(2.0)
+    cost_rules: CostRules = CostRules()
+    speeds: SafeSpeeds = SafeSpeeds()
+    crossings: CrossingRule = CrossingRule()
+    approach: Approach = Approach()
+    sweep_m: float = 10.0
+    clearance_m: float = 0.3
+    side_clearance_m: float = 0.15
+    standoff_m: float = 2.0
+    emergency_m: float = 1.2
+    curve_m: float = 3.0
+    yield_mps: float = 0.3
+    resume_m: float = 4.0
+    clear_looks: int = 8
+    look_every: int = 5
+    poor_std_m: float = 0.3
+    poor_mps: float = 0.5
+    ahead_m: float = 20.0
+
+    def initial(self) -> NusPlan:
+        return NusPlan(self.cost_rules.empty())
+
+    def jobs(self, state: NusPlan) -> tuple[PlanJob, ...]:
+        return ()
+
+    def step(
+        self, state: NusPlan, ego: Ego, world: World, task: Task, plans: tuple[PlanAnswer, ...] = ()
+    ) -> tuple[Path, NusPlan]:
+        """The waypoints ahead and the speed to obey now. Without a line: stand still. Nobody plans for it."""
+        travelled_m = abs(ego.speed_mps) * (ego.stamp_ns - state.stamp_ns) * 1e-9 if state.stamp_ns else 0.0
+        state = msgspec.structs.replace(
+            state, stamp_ns=ego.stamp_ns, odometer_m=state.odometer_m + travelled_m, ticks=state.ticks + 1
+        )
+        if task.line is None:
+            nothing = _NOTHING
+            path = Path(
+                ego.stamp_ns, nothing.points_map, nothing.speeds_mps, 0.0, "no order", None, 0.0, False
+            )
+            return path, msgspec.structs.replace(state, line_id=0, waypoints=_NOTHING, areas=())
+        if task.line_id != state.line_id:
+            state = msgspec.structs.replace(
+                state,
+                line_id=task.line_id,
+                waypoints=waypoints_from_line(task.line, self.waypoints),
+                areas=areas_ahead(self.network, task.line),
+                passing=Passing(),
+                looked=Looked(),
+            )
+        is_new = world.seen_stamp_ns not in (0, state.looked.seen_ns)
+        if is_new or state.ticks % self.look_every == 0:
+            state = self._look(state, ego, world, task, is_new)
+        return self._path(state, ego, world, task), state
+
+    def _look(self, state: NusPlan, ego: Ego, world: World, task: Task, is_new: bool) -> NusPlan:
+        """Bring the map up to date with the scan, and look along the swept body."""
+        pose, costs = ego.pose_map, state.costs
+        if is_new:
+            eye = np.array(
+                [
+                    pose.x_m + self.eye_m * math.cos(pose.yaw_rad),
+                    pose.y_m + self.eye_m * math.sin(pose.yaw_rad),
+                ]
+            )
+            costs = self.cost_rules.updated(costs, pose.x_m, pose.y_m, eye, world.points_map)
+        looked = self._looked(state, costs, ego, world, task)
+        yielding, clear = state.yielding, 0
+        if yielding:
+            clear = state.clear + 1 if looked.free_m > self.resume_m else 0
+            yielding = clear < self.clear_looks
+        else:
+            yielding = self._obstacle_mps(looked.free_m) < self.yield_mps
+        passing = self._passing(state, costs, ego, world, task)
+        return msgspec.structs.replace(
+            state, costs=costs, looked=looked, yielding=yielding, clear=clear, passing=passing
+        )
+
+    def _looked(self, state: NusPlan, costs: CostMap, ego: Ego, world: World, task: Task) -> Looked:
+        waypoints, pose = state.waypoints, ego.pose_map
+        poses, travelled = poses_on_line(
+            waypoints.points_map, waypoints.s_m, task.s_m, task.d_m, self.sweep_m, 0.5
+        )
+        near = obstacle_cells(
+            costs.cells, costs.column, costs.row, pose.x_m, pose.y_m, self.sweep_m + self.body_front_m + 1.0
+        )
+        free_m = first_contact(
+            near,
+            poses,
+            travelled,
+            self.body_front_m,
+            self.body_back_m,
+            self.half_width_m,
+            self.clearance_m,
+            self.side_clearance_m,
+        )
+        fine, _ = poses_on_line(
+            waypoints.points_map, waypoints.s_m, task.s_m, task.d_m, self.speeds.ahead_m, CELL_M
+        )
+        mean_cost = 0.0
+        if costs.known:
+            mean_cost = self.speeds.mean_cost(costs, fine, self.body_front_m, self.half_width_m)
+        return Looked(world.seen_stamp_ns, state.odometer_m, float(free_m), mean_cost)
+
+    def _obstacle_mps(self, free_m: float) -> float:
+        return math.sqrt(2.0 * self.approach.decel_mps2 * max(free_m - self.standoff_m, 0.0))
+
+    def _next_area(self, state: NusPlan, task: Task) -> tuple[int, AreaAhead] | None:
+        """The first pass whose ground the cart's tail has not left yet."""
+        tail_s_m = task.s_m - self.body_back_m
+        for number, area in enumerate(state.areas):
+            if area.leave_s_m > tail_s_m:
+                return number, area
+        return None
+
+    def _stop_m(self, area: AreaAhead, task: Task) -> float:
+        return area.stop_s_m - self.body_front_m - task.s_m
+
+    def _passing(self, state: NusPlan, costs: CostMap, ego: Ego, world: World, task: Task) -> Passing:
+        found = self._next_area(state, task)
+        if found is None or found[1].kind != "crossing" or self.crossings.stops == "never":
+            return Passing()
+        number, area = found
+        outline = self._outline(area.area_id)
+        told, stop_m = _told(world, area.area_id), self._stop_m(area, task)
+        return self.crossings.looked(state.passing, number, area, outline, costs, told, stop_m, ego.speed_mps)
+
+    def _outline(self, area_id: str) -> Array:
+        areas = self.network.road_map.observation_areas
+        return next(outline_array(area) for area in areas if area.area_id == area_id)
+
+    def _path(self, state: NusPlan, ego: Ego, world: World, task: Task) -> Path:
+        since_m = state.odometer_m - state.looked.odometer_m
+        free_m = max(0.0, state.looked.free_m - since_m)
+        stop_m = task.stop_s_m - task.s_m
+        command = lowest(self._commands(state, ego, world, task, free_m, stop_m))
+        ahead = state.waypoints.ahead(task.s_m, self.ahead_m)
+        return Path(
+            stamp_ns=ego.stamp_ns,
+            points_map=state.waypoints.points_map[ahead],
+            speeds_mps=state.waypoints.speeds_mps[ahead],
+            speed_mps=command.speed_mps,
+            limited_by=command.name,
+            obstacle_m=None if math.isinf(free_m) else free_m,
+            stop_m=stop_m,
+            emergency=command.emergency and ego.speed_mps > 0.05,
+            accel_mps2=command.accel_mps2,
+        )
+
+    def _commands(
+        self, state: NusPlan, ego: Ego, world: World, task: Task, free_m: float, stop_m: float
+    ) -> list[SpeedCommand]:
+        limit_mps = float(np.interp(task.s_m, state.waypoints.s_m, state.waypoints.speeds_mps))
+        commands = [
+            SpeedCommand("waypoints", limit_mps),
+            self.speeds.by_steering(self._steer_rad(ego, task)),
+            self.speeds.by_cost(state.looked.mean_cost),
+            self.approach.command(stop_m, ego.speed_mps, _why(task)),
+        ]
+        if task.mode in ("dwell", "idle"):
+            commands.append(SpeedCommand(task.mode, 0.0, -self.approach.decel_mps2))
+        if not math.isinf(free_m):
+            command = self.approach.command(free_m - self.standoff_m, ego.speed_mps, "obstacle")
+            is_near = free_m < self.emergency_m
+            commands.append(msgspec.structs.replace(command, emergency=is_near))
+        if state.yielding:
+            commands.append(SpeedCommand("obstacle", 0.0, -self.approach.decel_mps2))
+        commands += self._for_others(state, ego, world, task)
+        if not ego.valid:
+            commands.append(SpeedCommand("no position", 0.0, -self.approach.decel_mps2))
+        elif ego.position_std_m > self.poor_std_m:
+            commands.append(SpeedCommand("poor position", self.poor_mps))
+        if world.blind:
+            commands.append(SpeedCommand("blind", 0.0, -self.approach.decel_mps2))
+        return commands
+
+    def _for_others(self, state: NusPlan, ego: Ego, world: World, task: Task) -> list[SpeedCommand]:
+        """For the fleet mate ahead, and for people that a camera tells of."""
+        points, s = state.waypoints.points_map, state.waypoints.s_m
+        first = max(0, int(np.searchsorted(s, task.s_m)) - 1)
+        gap = self.gap.command(self.gap.lead(points, s, task.s_m, first, world.others))
+        found = self._next_area(state, task)
+        crossing = None
+        if found is not None:
+            area, stop_m = found[1], self._stop_m(found[1], task)
+            passing = state.passing if area.kind == "crossing" else Passing(spared=True)
+            crossing = self.crossings.command(
+                passing, _told(world, area.area_id), stop_m, ego.speed_mps, self.approach
+            )
+        return [command for command in (gap, crossing) if command is not None]
+
+    def _steer_rad(self, ego: Ego, task: Task) -> float:
+        """The larger of the angle steered and that which the path's curve will need within `curve_m`."""
+        assert task.line is not None
+        line = task.line
+        first, last = np.searchsorted(line.s, [task.s_m, task.s_m + self.curve_m])
+        bends = np.abs(line.curvature_1pm[first : last + 1])
+        needed_rad = math.atan(self.wheelbase_m * float(bends.max())) if len(bends) else 0.0
+        return max(abs(ego.steer_rad), needed_rad)
+
+
+def _why(task: Task) -> str:
+    if task.mode != "drive":
+        return task.mode
+    return f"section {task.waiting_for}" if task.waiting_for else "stop"
+
+
+def _told(world: World, area_id: str) -> PedestrianPresence | None:
+    """The camera's word on the area; the world has dropped it when it is stale."""
+    return next((word for word in world.presence if word.area_id == area_id), None)

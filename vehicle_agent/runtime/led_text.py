@@ -1,0 +1,118 @@
+"""Texts as pixels for an LED matrix: one line a language, scrolled when it is wider than the panel."""
+
+import math
+from functools import lru_cache
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+Pixels = NDArray[np.uint8]
+# No character of any script looks like this private one: fonts draw their box for the missing there.
+_MISSING = "\U0010fffd"
+
+
+class FontError(Exception):
+    """A font cannot be read or lacks characters; the message names the file and what to do."""
+
+
+class Panel(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """width_px, height_px  of the matrix
+    languages     one line each, from top to bottom: "en", "zh"
+    fonts         a TrueType or OpenType file for each language, in that order
+    colour        red, green, blue of lit pixels, 0..255
+    scroll_pxps   of texts that are wider than the panel; gap_px between their end and their beginning
+    """
+
+    width_px: int = 64
+    height_px: int = 32
+    languages: tuple[str, ...] = ("en",)
+    fonts: tuple[str, ...] = ()
+    colour: tuple[int, int, int] = (255, 160, 0)
+    scroll_pxps: float = 40.0
+    gap_px: int = 24
+
+
+class TextPanel:
+    """Draws lines of text; equal texts at equal times give equal pixels."""
+
+    def __init__(self, panel: Panel, must_write: tuple[str, ...] = ()) -> None:
+        """must_write: texts by language that every font must have the characters for. Raises FontError."""
+        if len(panel.fonts) != len(panel.languages) or not panel.languages:
+            raise FontError(
+                f"{len(panel.languages)} languages need as many fonts, not {len(panel.fonts)}; "
+                "set `fonts` to one file for each of `languages`"
+            )
+        self.panel = panel
+        self.line_px = panel.height_px // len(panel.languages)
+        self._fonts = [_font(Path(name), self.line_px) for name in panel.fonts]
+        for number, text in enumerate(must_write):
+            self._check(number, text)
+        self._drawn = lru_cache(maxsize=64)(self._line)
+
+    def moves(self, lines: tuple[str, ...]) -> bool:
+        """Some line is wider than the panel, so that its picture changes with time."""
+        return any(
+            text and self._drawn(number, text).shape[1] > self.panel.width_px
+            for number, text in enumerate(lines)
+        )
+
+    def frame(self, lines: tuple[str, ...], t_s: float) -> Pixels:
+        """(height, width, 3) t_s after the texts were put up; lines: one text for each language."""
+        panel = self.panel
+        lit = np.zeros((panel.height_px, panel.width_px), dtype=bool)
+        for number, text in enumerate(lines):
+            if text:
+                top = number * self.line_px
+                lit[top : top + self.line_px] = self._window(self._drawn(number, text), t_s)
+        frame: Pixels = lit[:, :, None] * np.array(panel.colour, dtype=np.uint8)
+        return frame
+
+    def _window(self, line: NDArray[np.bool_], t_s: float) -> NDArray[np.bool_]:
+        """What of a line is seen now: in the middle when it fits, else moving to the left, round and round."""
+        width = self.panel.width_px
+        out = np.zeros((self.line_px, width), dtype=bool)
+        if line.shape[1] <= width:
+            left = (width - line.shape[1]) // 2
+            out[:, left : left + line.shape[1]] = line
+            return out
+        period = line.shape[1] + self.panel.gap_px
+        columns = (np.arange(width) + math.floor(t_s * self.panel.scroll_pxps)) % period
+        inside = columns < line.shape[1]
+        out[:, inside] = line[:, columns[inside]]
+        return out
+
+    def _line(self, number: int, text: str) -> NDArray[np.bool_]:
+        font = self._fonts[number]
+        left, _, right, _ = font.getbbox(text)
+        image = Image.new("1", (max(1, math.ceil(right - left)), self.line_px))
+        ascent, descent = font.getmetrics()
+        top = (self.line_px - ascent - descent) // 2
+        ImageDraw.Draw(image).text((-left, top), text, fill=1, font=font)
+        return np.asarray(image, dtype=bool)
+
+    def _check(self, number: int, text: str) -> None:
+        font = self._fonts[number]
+        box = bytes(font.getmask(_MISSING, mode="1"))
+        missing = sorted(
+            {mark for mark in text if not mark.isspace() and bytes(font.getmask(mark, mode="1")) == box}
+        )
+        if missing:
+            raise FontError(
+                f"{self.panel.fonts[number]} lacks {''.join(missing[:20])}; give a font that has them for "
+                f"{self.panel.languages[number]!r} (for Chinese, Debian's fonts-noto-cjk)"
+            )
+
+
+def _font(path: Path, line_px: int) -> ImageFont.FreeTypeFont:
+    """The largest size whose ascent and descent fit the line."""
+    try:
+        for size in range(line_px, 4, -1):
+            font = ImageFont.truetype(str(path), size)
+            if sum(font.getmetrics()) <= line_px + line_px // 4:
+                return font
+    except OSError as error:
+        raise FontError(f"no font at {path} ({error}); set `fonts` to a TrueType or OpenType file") from error
+    raise FontError(f"lines of {line_px} pixels are too low to write in; take a higher panel or one language")

@@ -1,0 +1,64 @@
+"""The NUS stack: which implementation fills each room, and with which of the profile's parameters."""
+
+import msgspec
+
+from contract.roads.model import RoadMap
+from contract.roads.network import RoadNetwork
+from vehicle_agent.config import Profile
+from vehicle_agent.control.gem import WaypointControl
+from vehicle_agent.control.nus import PurePursuit
+from vehicle_agent.onboard.car import Car
+from vehicle_agent.planning.approach import Approach
+from vehicle_agent.planning.gap import GapRule
+from vehicle_agent.planning.nus import NusPlanning
+from vehicle_agent.planning.nus_crossings import CrossingRule
+from vehicle_agent.planning.nus_speeds import SafeSpeeds
+from vehicle_agent.planning.waypoints import WaypointRules
+from vehicle_agent.stacks import gem
+
+# The look-ahead of 3 m holds for no more than this.
+SPEED_MPS_MAX = 2.0
+
+
+def nus(profile: Profile, road_map: RoadMap) -> Car:
+    """A car that drives as in the NUS paper, on one map; what the paper does not say is the GEM stack's."""
+    others = gem.gem(profile, road_map)
+    return Car(
+        can=others.can,
+        localization=others.localization,
+        perception=others.perception,
+        world=others.world,
+        mission=others.mission,
+        planning=planning(profile, road_map),
+        control=pursuit_control(profile),
+        guard=others.guard,
+        hmi=others.hmi,
+    )
+
+
+def planning(profile: Profile, road_map: RoadMap, crossings: CrossingRule = CrossingRule()) -> NusPlanning:
+    """The cost map and its speeds within the profile's limits."""
+    body, limits, driving = profile.body, profile.limits, profile.driving
+    speed_mps = min(limits.speed_mps_max, SPEED_MPS_MAX)
+    return NusPlanning(
+        network=RoadNetwork(road_map),
+        body_front_m=body.front_overhang_m,
+        body_back_m=body.rear_overhang_m,
+        half_width_m=0.5 * body.width_m,
+        wheelbase_m=body.wheelbase_m,
+        eye_m=profile.lidar.x_m,
+        gap=GapRule(body.front_overhang_m, body.rear_overhang_m, 0.5 * body.width_m),
+        waypoints=WaypointRules(speed_mps, limits.lateral_accel_mps2_max),
+        speeds=SafeSpeeds(speed_mps),
+        crossings=crossings,
+        approach=Approach(
+            decel_mps2=driving.stop_decel_mps2,
+            decel_mps2_firm=limits.decel_mps2_max * 0.45,
+            delay_s=profile.response.brake_delay_s,
+        ),
+    )
+
+
+def pursuit_control(profile: Profile) -> WaypointControl:
+    """Pure pursuit with the vehicle's identified response."""
+    return msgspec.structs.replace(gem.control(profile), follower=PurePursuit())
