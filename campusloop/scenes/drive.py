@@ -98,7 +98,7 @@ class SceneDrive:
         car = build_car(profile, scene.road_map)
         self.computer = VehicleComputer(car, initial_state(car))
         self._planner: Planner | None = build_planner(profile, scene.road_map)
-        self._gate, self._inbox = gate_of(profile), Inbox()
+        self.gate, self._inbox = gate_of(profile), Inbox()
         self._height_map = height_map(profile)
         self._percepts: deque[tuple[int, ObstaclePercept]] = deque()
         self._plans: deque[tuple[int, PlanAnswer]] = deque()
@@ -176,14 +176,14 @@ class SceneDrive:
         now_ns, world = self.now_ns, self.world
         arrived = world.frames_to_vehicle(VEHICLE_ID)
         reports = tuple(msgspec.structs.replace(frame, stamp_ns=now_ns) for frame in arrived)
-        self._gate.hear(reports, now_ns)
+        self.gate.hear(reports, now_ns)
         for frame in reports:
             self._inbox.put(now_ns, "can", frame)
         for item in world.sensor_items(VEHICLE_ID, now_ns):
             self._inbox.put(now_ns, "sensors", item)
         for percept in world.tracked(VEHICLE_ID, now_ns):
             self._inbox.put(now_ns, "tracker", percept)
-            self._gate.see(percept)
+            self.gate.see(percept)
         scan = world.scan(VEHICLE_ID, now_ns)
         if scan is not None:
             cells = percept_from_scan(np.ascontiguousarray(scan[0]), now_ns, self._height_map)
@@ -191,16 +191,16 @@ class SceneDrive:
         while self._percepts and self._percepts[0][0] <= now_ns:
             _, seen = self._percepts.popleft()
             self._inbox.put(now_ns, "worker", seen)
-            self._gate.see(seen)
+            self.gate.see(seen)
         while self._plans and self._plans[0][0] <= now_ns:
             self._inbox.put(now_ns, "planner", self._plans.popleft()[1])
         begun_s = time.process_time()
         outputs = self.outputs = self.computer.run_tick(self._inbox.drain(), now_ns)
         self._tick_cpu_s += time.process_time() - begun_s
         self._plan(outputs)
-        self._gate.take(outputs.frames, now_ns)
-        world.frames_from_vehicle(VEHICLE_ID, self._gate.step(now_ns))
-        for told in self._gate.word(now_ns):
+        self.gate.take(outputs.frames, now_ns)
+        world.frames_from_vehicle(VEHICLE_ID, self.gate.step(now_ns))
+        for told in self.gate.word(now_ns):
             self._inbox.put(now_ns, "can", told)
         world.show(VEHICLE_ID, outputs.says, now_ns)
         world.step(now_ns)
