@@ -12,6 +12,7 @@ _COMMANDS = (
     "serve",
     "agent",
     "simulate",
+    "scenario",
     "replay",
     "waypoints",
     "dispatch",
@@ -21,6 +22,7 @@ _COMMANDS = (
 )
 _GROUPS = {
     "map": "Campus maps: import, check, rebuild.",
+    "scenario": "Scenarios from small files: run them, see what passes.",
     "agent": "The agent on a vehicle: enrol, run.",
     "dispatch": "Dispatch: explain, replay, what if; demand; bounds of published instances.",
     "infrastructure": "What cameras at crossings are good for.",

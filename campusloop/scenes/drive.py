@@ -4,27 +4,35 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Protocol
 
 import msgspec
 import numpy as np
 
+from campusloop.scenes.faults import Camera, CameraFeed, FaultyInputs, InputFault
 from campusloop.scenes.judge import Verdict, judge
 from campusloop.scenes.path_map import LANE_ID
 from campusloop.scenes.trace import SceneTrace
-from contract.geometry import Pose2
+from contract.geometry import Pose2, pose_at, project
+from contract.roads.load import encode_map
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
+from contract.roads.routing import ReferenceLine, Route, route_line
+from contract.runlog.records import RunHeader
 from contract.wire.messages import Command, Order, SectionGrant, Visit
 from simulator.traffic.actors import Actors
 from simulator.world import SimWorld, WorldOptions
 from vehicle_agent.config import Profile
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.perception.height_map import percept_from_scan
+from vehicle_agent.runtime.agent import SOFTWARE
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.gate import gate_of
 from vehicle_agent.runtime.inbox import Inbox
-from vehicle_agent.signals import LinkState, ObstaclePercept, Outputs, PlanAnswer
+from vehicle_agent.runtime.recorder import Recorder
+from vehicle_agent.runtime.runlog_files import RunLogFiles
+from vehicle_agent.signals import InboxBody, LinkState, ObstaclePercept, Outputs, PlanAnswer, TrackPercept
 from vehicle_agent.stacks.choice import Planner, build_car, build_planner
 from vehicle_agent.stacks.gem import height_map
 
@@ -50,11 +58,14 @@ class HeldActors(Actors, Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """road_map: of one lane (`path_map`); places on it are the rear axle's.
+    """road_map: of one lane (`path_map`), or a campus with a `route`; places are the rear axle's.
 
-    start_s_m, start_mps  where the run begins, already rolling
-    goal_s_m              where it ends; the vehicle is ordered to the lane's end, beyond it
+    start_s_m, start_mps  where the run begins, already rolling: on the lane, or along the route
+    goal_s_m              where it ends; the vehicle is ordered to the lane's (the route's) end, beyond it
     limit_s               the run is given up after this time
+    route                 on a campus; places are then counted from its start
+    faults, cameras       what is wrong with the vehicle's inputs; who watches the map's observation areas
+    resumes_s             when an operator says that the vehicle may go on
     """
 
     name: str
@@ -67,11 +78,19 @@ class Scene:
     seed: int
     actors: HeldActors | None = None
     options: WorldOptions = field(default_factory=lambda: WorldOptions(traffic=None))
+    route: Route | None = None
+    faults: tuple[InputFault, ...] = ()
+    cameras: tuple[Camera, ...] = ()
+    resumes_s: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class SceneRun:
-    """time_s to the goal, or None when it was not reached; plan_ms: CPU of each motion plan."""
+    """time_s to the goal, or None when it was not reached; plan_ms: CPU of each motion plan.
+
+    told   everything the vehicle said of itself: modes, and codes of faults
+    way_m  along the road at each row of the trace
+    """
 
     name: str
     time_s: float | None
@@ -81,22 +100,32 @@ class SceneRun:
     plan_cpu_ms: tuple[float, ...]
     tick_cpu_s: float
     limited_by: tuple[tuple[str, int], ...]
+    told: tuple[str, ...] = ()
+    way_m: tuple[float, ...] = ()
 
 
 class SceneDrive:
     """Steps world and vehicle computer together; `run` drives the scene to its end."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, runs: Path | None = None) -> None:
+        """runs: where the run log goes; None: none is kept."""
         self.scene = scene
         profile = scene.profile
         self._network = RoadNetwork(scene.road_map)
-        self._start = Pose2(*self._network.pose(LANE_ID, scene.start_s_m))
+        self._way = _way(self._network, scene)
+        self._segment = int(np.searchsorted(self._way.s, scene.start_s_m))
+        self._start = Pose2(*pose_at(self._way.points, self._way.s, scene.start_s_m))
         options = replace(scene.options, actors=scene.actors)
         self.world = SimWorld(
             scene.road_map, {VEHICLE_ID: profile}, {VEHICLE_ID: self._start}, scene.seed, _NoPhone(), options
         )
         car = build_car(profile, scene.road_map)
-        self.computer = VehicleComputer(car, initial_state(car))
+        self._log: RunLogFiles | None = None
+        recorder = None
+        if runs is not None:
+            self._log = RunLogFiles(runs, msgspec.msgpack.encode(profile), encode_map(scene.road_map))
+            recorder = Recorder(_header(scene), profile.body)
+        self.computer = VehicleComputer(car, initial_state(car), recorder)
         self._planner: Planner | None = build_planner(profile, scene.road_map)
         self.gate, self._inbox = gate_of(profile), Inbox()
         self._height_map = height_map(profile)
@@ -108,22 +137,38 @@ class SceneDrive:
         self._plan_cpu_ms: list[float] = []
         self._tick_cpu_s = 0.0
         self._limited: dict[str, int] = {}
+        self._told: dict[str, None] = {}
+        self._way_m: list[float] = []
+        self._begin_ns = _FAR_FUTURE_NS
+        self._faults = FaultyInputs(scene.faults, scene.road_map.origin)
+        self._cameras = _camera_feeds(scene)
+        self._resumes = list(scene.resumes_s)
+        if scene.route is not None:
+            self.world.follow(VEHICLE_ID, self._way.points)
 
     def run(self, watch: Callable[["SceneDrive"], None] = lambda _drive: None) -> SceneRun:
         """To the goal or the time limit; `watch` is called after every step."""
         self._set_off()
         scene, begin_ns = self.scene, self.now_ns
+        self._begin_ns = begin_ns
         length_m = scene.goal_s_m - scene.start_s_m
         while self.now_ns - begin_ns < scene.limit_s * 1e9:
             self.step()
             assert self.outputs is not None
+            self._told.setdefault(self.outputs.flow.verdict.mode)
+            for fault in self.outputs.flow.verdict.faults:
+                self._told.setdefault(fault.code)
             limited_by = self.outputs.flow.path.limited_by
             self._limited[limited_by] = self._limited.get(limited_by, 0) + 1
             truth = self.world.truth(VEHICLE_ID)
             self._trace.add((self.now_ns - begin_ns) * 1e-9, truth, self.world.bodies())
+            driven_m = self._driven_m()
+            self._way_m.append(scene.start_s_m + driven_m)
             watch(self)
-            if self._driven_m() >= length_m:
+            if driven_m >= length_m:
                 break
+        if self._log is not None:
+            self._log.close()
         rows = self._trace.array()
         reached = self._driven_m() >= length_m
         return SceneRun(
@@ -135,13 +180,15 @@ class SceneDrive:
             tuple(self._plan_cpu_ms),
             self._tick_cpu_s,
             tuple(sorted(self._limited.items(), key=lambda item: -item[1])),
+            tuple(self._told),
+            tuple(self._way_m),
         )
 
     def _driven_m(self) -> float:
-        """Along the lane from the start, by the truth."""
-        pose = self.world.truth(VEHICLE_ID).pose_map
-        found = self._network.locate(pose.x_m, pose.y_m, pose.yaw_rad)
-        return 0.0 if found is None else found[1] - self.scene.start_s_m
+        """Along the way from the start, by the truth; never over to a piece of it that comes near."""
+        pose, way, segment = self.world.truth(VEHICLE_ID).pose_map, self._way, self._segment
+        s_m, _, self._segment = project(way.points, way.s, pose.x_m, pose.y_m, segment - 3, segment + 6)
+        return s_m - self.scene.start_s_m
 
     def _set_off(self) -> None:
         """By-wire is asked for at rest, with nobody around; then the run begins, rolling."""
@@ -162,10 +209,11 @@ class SceneDrive:
             actors.hold = False
 
     def _tell_order(self) -> None:
-        end_m = self._network.lines[LANE_ID].length_m - 0.5
-        visit = Visit("end", "rest", "", LANE_ID, end_m, (LANE_ID,))
-        sections = self._network.sections_of(LANE_ID)
-        grants = tuple(SectionGrant(section.section_id, k) for k, section in enumerate(sections, start=1))
+        lane_ids, route = self._way.lane_ids, self.scene.route
+        end_m = route.end_s_m if route is not None else self._network.lines[LANE_ID].length_m - 0.5
+        visit = Visit("end", "rest", "", lane_ids[-1], end_m, lane_ids)
+        sections = [section_id for section_id, _, _ in self._way.sections]
+        grants = tuple(SectionGrant(section_id, k) for k, section_id in enumerate(sections, start=1))
         version = self.scene.road_map.map_version
         self._inbox.put(self.now_ns, "link", LinkState(self.now_ns, True, 1, 0))
         self._inbox.put(self.now_ns, "link", Order(1, "scene", 1, version, (visit,), grants, _FAR_FUTURE_NS))
@@ -174,30 +222,41 @@ class SceneDrive:
     def step(self) -> None:
         """20 ms of the vehicle computer and of the world."""
         now_ns, world = self.now_ns, self.world
+        now_s = (now_ns - self._begin_ns) * 1e-9
         arrived = world.frames_to_vehicle(VEHICLE_ID)
         reports = tuple(msgspec.structs.replace(frame, stamp_ns=now_ns) for frame in arrived)
         self.gate.hear(reports, now_ns)
         for frame in reports:
             self._inbox.put(now_ns, "can", frame)
         for item in world.sensor_items(VEHICLE_ID, now_ns):
-            self._inbox.put(now_ns, "sensors", item)
+            self._bring("sensors", item, now_s)
         for percept in world.tracked(VEHICLE_ID, now_ns):
-            self._inbox.put(now_ns, "tracker", percept)
+            self._bring("tracker", percept, now_s)
             self.gate.see(percept)
+        for camera in self._cameras if now_s >= 0.0 else ():
+            word = camera.word(now_s, now_ns, world.bodies())
+            if word is not None:
+                self._inbox.put(now_ns, "link", word)
+        while self._resumes and self._resumes[0] <= now_s:
+            number = len(self.scene.resumes_s) - len(self._resumes)
+            self._resumes.pop(0)
+            self._inbox.put(now_ns, "link", Command(1, f"resume-{number}", "resume"))
         scan = world.scan(VEHICLE_ID, now_ns)
         if scan is not None:
             cells = percept_from_scan(np.ascontiguousarray(scan[0]), now_ns, self._height_map)
             self._percepts.append((now_ns + PERCEPT_DELAY_NS, cells))
         while self._percepts and self._percepts[0][0] <= now_ns:
             _, seen = self._percepts.popleft()
-            self._inbox.put(now_ns, "worker", seen)
+            self._bring("worker", seen, now_s)
             self.gate.see(seen)
         while self._plans and self._plans[0][0] <= now_ns:
             self._inbox.put(now_ns, "planner", self._plans.popleft()[1])
         begun_s = time.process_time()
         outputs = self.outputs = self.computer.run_tick(self._inbox.drain(), now_ns)
         self._tick_cpu_s += time.process_time() - begun_s
-        self._plan(outputs)
+        if self._log is not None:
+            self._log.write(self.computer.entries)
+        self._plan(outputs, now_s)
         self.gate.take(outputs.frames, now_ns)
         world.frames_from_vehicle(VEHICLE_ID, self.gate.step(now_ns))
         for told in self.gate.word(now_ns):
@@ -206,13 +265,47 @@ class SceneDrive:
         world.step(now_ns)
         self.now_ns += STEP_NS
 
-    def _plan(self, outputs: Outputs) -> None:
+    def _bring(self, source: str, body: InboxBody, now_s: float) -> None:
+        arrived = self._faults.passed(body, now_s)
+        if arrived is None:
+            return
+        self._inbox.put(self.now_ns, source, arrived)
+        if isinstance(arrived, ObstaclePercept | TrackPercept):
+            self.gate.see(arrived)
+
+    def _plan(self, outputs: Outputs, now_s: float) -> None:
         for job in outputs.jobs:
             assert self._planner is not None, "only a stack with a planner makes jobs"
             begun_s = time.process_time()
             answer = self._planner(job)
             self._plan_cpu_ms.append(1e3 * (time.process_time() - begun_s))
-            self._plans.append((self.now_ns + PLAN_DELAY_NS, answer))
+            late_ns = round(1e9 * self._faults.plan_delay_s(now_s))
+            self._plans.append((self.now_ns + PLAN_DELAY_NS + late_ns, answer))
+
+
+def _way(network: RoadNetwork, scene: Scene) -> ReferenceLine:
+    """What is driven: the only lane, or the route."""
+    route = scene.route
+    if route is None:
+        length_m = network.lines[LANE_ID].length_m
+        route = Route((LANE_ID,), 0.0, length_m, length_m, 0.0)
+    return route_line(network, route)
+
+
+def _camera_feeds(scene: Scene) -> tuple[CameraFeed, ...]:
+    areas = {area.area_id: area for area in scene.road_map.observation_areas}
+    unknown = [camera.area for camera in scene.cameras if camera.area not in areas]
+    if unknown:
+        raise SceneError(f"{scene.name}: no observation area {unknown[0]!r}; there are: {', '.join(areas)}")
+    return tuple(CameraFeed(camera, areas[camera.area]) for camera in scene.cameras)
+
+
+def _header(scene: Scene) -> RunHeader:
+    """The run log's: one boot of one vehicle."""
+    road_map, stack = scene.road_map, scene.profile.stack
+    return RunHeader(
+        VEHICLE_ID, "boot-000001", 0, road_map.campus_id, road_map.map_version, stack, SOFTWARE, 0, 0
+    )
 
 
 class _NoPhone:

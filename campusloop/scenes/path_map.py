@@ -6,7 +6,16 @@ import numpy as np
 
 from contract.geometry import Array, arc_lengths, resample
 from contract.roads.load import decode_map, encode_map
-from contract.roads.model import Building, Lane, Origin, RestingPlace, RoadMap, Scenario, Section
+from contract.roads.model import (
+    Building,
+    Lane,
+    ObservationArea,
+    Origin,
+    RestingPlace,
+    RoadMap,
+    Scenario,
+    Section,
+)
 
 LANE_ID = "path"
 ORIGIN = Origin(31.3, 121.4)
@@ -21,10 +30,11 @@ def path_map(
     speed_limit_mps: float,
     scenario: Scenario = "common_road",
     buildings: tuple[Building, ...] = (),
+    areas: tuple[ObservationArea, ...] = (),
 ) -> RoadMap:
     """One lane along the (n, 2) rear-axle path, in one section, with a resting place at its end.
 
-    ValueError for a path shorter than 2 m.
+    areas: their stop lines name LANE_ID. ValueError for a path shorter than 2 m.
     """
     evenly = resample(np.ascontiguousarray(points, dtype=np.float64), _SPACING_M)
     length_m = float(arc_lengths(evenly)[-1])
@@ -42,7 +52,9 @@ def path_map(
     )
     section = Section(f"{LANE_ID}/0", LANE_ID, 0.0, length_m)
     place = RestingPlace("end", LANE_ID, length_m - 0.5)
-    road_map = RoadMap(name, name, ORIGIN, (lane,), (section,), (), (place,), buildings)
+    road_map = RoadMap(
+        name, name, ORIGIN, (lane,), (section,), (), (place,), buildings, observation_areas=areas
+    )
     return decode_map(encode_map(road_map))
 
 

@@ -252,12 +252,12 @@ def _move(p: Array, ux: float, uy: float, vehicles: Array, dt: float) -> None:
         before = clearance_m(vehicles[j], p[X], p[Y])
         after = clearance_m(vehicles[j], x, y)
         if after < _BODY_M and after < before:
-            x, y = _slide(vehicles[j], p[X], p[Y], x, y)
+            x, y = slide(vehicles[j], p[X], p[Y], x, y)
     p[X], p[Y] = x, y
 
 
 @njit(cache=True)
-def _slide(vehicle: Array, x0: float, y0: float, x: float, y: float) -> tuple[float, float]:
+def slide(vehicle: Array, x0: float, y0: float, x: float, y: float) -> tuple[float, float]:
     """The step without the part that leads into the vehicle's outline."""
     ax, ay = _outline_point(vehicle, x0, y0)
     nx, ny = x0 - ax, y0 - ay

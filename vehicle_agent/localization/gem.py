@@ -15,7 +15,8 @@ _NOWHERE = Pose2(0.0, 0.0, 0.0)
 class Estimate(msgspec.Struct, frozen=True):
     """What localization remembers; `pose_map` is where the vehicle was at `stamp_ns`.
 
-    strays  fixes in a row that fell far from the estimate
+    strays        fixes in a row that fell far from the estimate
+    senseless_ns  when a value last was no number, 0 never
     """
 
     stamp_ns: int = 0
@@ -28,6 +29,7 @@ class Estimate(msgspec.Struct, frozen=True):
     imu_stamp_ns: int = 0
     strays: int = 0
     jump_since_ns: int = 0
+    senseless_ns: int = 0
 
 
 class GnssLocalization(msgspec.Struct, frozen=True):
@@ -56,8 +58,12 @@ class GnssLocalization(msgspec.Struct, frozen=True):
         self, state: Estimate, motion: VehicleMotion, poses: tuple[GnssFix | ImuSample, ...], now_ns: int
     ) -> tuple[Ego, Estimate]:
         """The vehicle at `now_ns`. Fixes may be late: each is carried forward from its own stamp."""
-        fixes = [item for item in poses if isinstance(item, GnssFix)]
-        state = self._inertial(state, [item for item in poses if isinstance(item, ImuSample)], fixes)
+        fixes = [item for item in poses if isinstance(item, GnssFix) and _is_finite(item)]
+        samples = [item for item in poses if isinstance(item, ImuSample) and _is_finite(item)]
+        if len(fixes) + len(samples) < len(poses):
+            # Taken in once, a value that is no number would never leave the estimate again.
+            state = msgspec.structs.replace(state, senseless_ns=now_ns)
+        state = self._inertial(state, samples, fixes)
         speed_mps = state.speed_mps
         if motion.stamp_ns > 0:
             speed_mps = motion.speed_mps
@@ -133,7 +139,18 @@ class GnssLocalization(msgspec.Struct, frozen=True):
             found.append(Fault("pose_poor", "stop", state.fix_stamp_ns))
         if state.jump_since_ns and now_ns - state.jump_since_ns < self.jump_shown_ns:
             found.append(Fault("pose_jump", "stop", state.jump_since_ns))
+        if state.senseless_ns and now_ns - state.senseless_ns < self.jump_shown_ns:
+            found.append(Fault("pose_not_finite", "warning", state.senseless_ns))
         return tuple(found)
+
+
+def _is_finite(item: GnssFix | ImuSample) -> bool:
+    """position_std_m apart: infinite says that there is no solution, and is looked at elsewhere."""
+    if isinstance(item, ImuSample):
+        values = (item.accel_mps2, item.yaw_rate_radps)
+        return all(map(math.isfinite, values))
+    place = (item.latitude_deg, item.longitude_deg, item.heading_rad, item.speed_mps, item.yaw_rate_radps)
+    return all(map(math.isfinite, place))
 
 
 def _carried(pose: Pose2, speed_mps: float, yaw_rate_radps: float, dt_ns: int) -> Pose2:

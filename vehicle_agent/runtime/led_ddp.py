@@ -1,7 +1,7 @@
 """An LED matrix behind a network controller that speaks DDP, the Distributed Display Protocol, over UDP.
 
 A frame goes out as packets of at most 1440 bytes of pixels (480 of three bytes), in order, each with a header
-of ten bytes; the last one has the push flag and lights them all at once. Nobody answers, nobody is waited for.
+of ten bytes; the last one has the push flag and lights them all. Nobody answers, and nobody is waited for.
 """
 
 import socket

@@ -71,7 +71,7 @@ class TextPanel:
         return frame
 
     def _window(self, line: NDArray[np.bool_], t_s: float) -> NDArray[np.bool_]:
-        """What of a line is seen now: in the middle when it fits, else moving to the left, round and round."""
+        """What of a line is seen now: in the middle when it fits, else moving to the left, endlessly."""
         width = self.panel.width_px
         out = np.zeros((self.line_px, width), dtype=bool)
         if line.shape[1] <= width:

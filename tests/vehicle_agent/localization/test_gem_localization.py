@@ -2,7 +2,9 @@
 
 import math
 
+import msgspec
 import numpy as np
+import pytest
 
 from contract.geometry import Pose2
 from contract.roads.model import Origin
@@ -99,3 +101,23 @@ def test_a_lasting_jump_is_followed_and_told_as_a_fault() -> None:
     assert abs(ego.pose_map.y_m - 5.0) < 0.1
     assert not ego.valid
     assert "pose_jump" in [fault.code for fault in ego.faults]
+
+
+@pytest.mark.parametrize("field", ["latitude_deg", "heading_rad", "speed_mps", "yaw_rate_radps"])
+def test_values_that_are_no_numbers_are_told_and_never_taken_in(field: str) -> None:
+    _, state, x_m = driven_east(50, fixes=50)
+    for k in range(51, 101):
+        now_ns, x_m = k * TICK_NS, 2.0 * k * 0.02
+        fix = a_fix(now_ns, Pose2(x_m, 0.0, 0.0))
+        wrong = 55 <= k < 80
+        if wrong:
+            fix = msgspec.structs.replace(fix, **{field: math.nan})
+        inertial = ImuSample(now_ns, 0.0, math.inf if wrong else 0.0)
+        ego, state = ROOM.step(state, a_motion(now_ns), (inertial, fix), now_ns)
+        if k == 60:
+            assert ego.valid
+            assert [fault.code for fault in ego.faults] == ["pose_not_finite"]
+        if k == 79:
+            assert not ego.valid
+    assert ego.valid
+    assert abs(ego.pose_map.x_m - x_m) < 0.02

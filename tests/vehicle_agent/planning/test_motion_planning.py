@@ -132,7 +132,7 @@ def test_a_planner_that_falls_silent_ends_in_a_comfortable_stop() -> None:
     driver.silent = True
     somebody = some_tracks((PEDESTRIAN, 60.0, 3.0, 0.0, -1.0))
     speeds = []
-    for _ in range(250):
+    for _ in range(350):
         path = driver.step(somebody)
         speeds.append(driver.speed_mps)
     assert speeds[-1] == 0.0 and path.limited_by == "no plan"  # type: ignore[attr-defined]
@@ -144,7 +144,7 @@ def test_it_goes_on_when_the_planner_is_back() -> None:
     driver.run(1.0)
     driver.silent = True
     somebody = some_tracks((PEDESTRIAN, 60.0, 3.0, 0.0, -1.0))
-    driver.run(4.0, somebody)
+    driver.run(7.0, somebody)
     driver.silent = False
     driver.run(1.0, somebody)
     assert driver.speed_mps > 2.0

@@ -1,0 +1,163 @@
+"""Random drives through crowds: `python -m benchmarks.monte_carlo --runs N [--recordings DIR] --json F`.
+
+Each run draws from its own seed: a path (a lane of a shipped map, or a random curve), where the shuttle
+starts on it, how noisy its tracker is and how often it misses, and a crowd: reactive people of a random
+density, of whom some do not look, or recorded people from DIR (drone clips and obsmat files), laid across the
+path. A front contact while moving faster than 0.3 m/s is the shuttle's fault; others are counted apart. A
+stall is a stand of more than 20 s during all of which a way 1.5 widths wide led past everybody ahead. In
+sparse crowds (at most one person on 100 m2) the mean speed is compared with that of the same drive without
+people.
+"""
+
+import argparse
+import os
+from concurrent.futures import ProcessPoolExecutor
+from functools import lru_cache
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.report import Row, write_report
+from campusloop.scenes.drive import SceneDrive
+from campusloop.scenes.random_crowds import SPARSE_PER_100M2, Drawn, Pieces, drawn_scene, pieces
+from campusloop.scenes.stacks import profile_of
+from campusloop.scenes.stalls import stalls
+from simulator.traffic.recordings import RecordingError
+from vehicle_agent.config import ProfileError
+
+_MAPS = Path(__file__).resolve().parent.parent / "maps"
+
+
+def main() -> None:
+    arguments = _arguments()
+    stacks = tuple(arguments.stacks.split(","))
+    try:
+        for stack in stacks:
+            profile_of(stack)
+        _pieces(arguments.recordings)
+    except (RecordingError, ProfileError) as error:
+        raise SystemExit(f"cannot drive: {error}") from error
+    first = arguments.seed
+    jobs = [
+        (stack, seed, arguments.recordings, arguments.traces)
+        for stack in stacks
+        for seed in range(first, first + arguments.runs)
+    ]
+    print(f"seeds {first} to {first + arguments.runs - 1}", flush=True)
+    rows: list[Row] = []
+    cores = sorted(os.sched_getaffinity(0))[: arguments.workers]
+    with ProcessPoolExecutor(
+        len(cores), mp_context=get_context("spawn"), initializer=_pin, initargs=(cores,)
+    ) as pool:
+        for row in pool.map(_run, jobs, chunksize=1):
+            rows.append(row)
+            print(_line(row), flush=True)
+    write_report(
+        arguments.json,
+        "monte_carlo",
+        {
+            "runs": arguments.runs,
+            "stacks": arguments.stacks,
+            "seed": first,
+            "recordings": str(arguments.recordings or ""),
+            "workers": len(cores),
+        },
+        rows,
+        summary(rows),
+    )
+
+
+def _pin(cores: list[int]) -> None:
+    """One core for all when there is one worker, else each its own by the scheduler's choice."""
+    os.sched_setaffinity(0, set(cores))
+
+
+@lru_cache(maxsize=1)
+def _pieces(recordings: Path | None) -> Pieces:
+    return pieces(tuple(sorted(_MAPS.glob("*/map.json"))), recordings)
+
+
+def _run(job: tuple[str, int, Path | None, Path | None]) -> Row:
+    """One drive, and in a sparse crowd the same without people."""
+    stack, seed, recordings, traces = job
+    drawn = drawn_scene(_pieces(recordings), profile_of(stack), seed)
+    run = SceneDrive(drawn.scene).run()
+    if traces is not None:
+        run.trace.write(traces / stack, drawn.scene.name)
+    rows, verdict = run.trace.array(), run.verdict
+    mean_mps = run.driven_m / max(float(rows[-1, 0]), 1e-9)
+    free_mps = _free_mps(drawn) if drawn.is_sparse else None
+    cpu_ms = run.plan_cpu_ms or (0.0,)
+    return {
+        "stack": stack,
+        "seed": seed,
+        "path": drawn.path,
+        "crowd": drawn.crowd,
+        "people_per_100m2": drawn.people_per_100m2,
+        "time_s": float(rows[-1, 0]),
+        "driven_m": run.driven_m,
+        "reached": run.time_s is not None,
+        "contacts": len(verdict.front_contacts),
+        "other_contacts": len(verdict.other_contacts),
+        "clearance_m": verdict.clearance_m if np.isfinite(verdict.clearance_m) else None,
+        "mean_mps": mean_mps,
+        "free_mps": free_mps,
+        "stalls": stalls(run, drawn.scene),
+        "plan_cpu_p95_ms": float(np.percentile(cpu_ms, 95)),
+        "limited_by": " ".join(f"{name}:{count}" for name, count in run.limited_by[:3]),
+    }
+
+
+def _free_mps(drawn: Drawn) -> float:
+    run = SceneDrive(drawn.without_people()).run()
+    return run.driven_m / max(float(run.trace.array()[-1, 0]), 1e-9)
+
+
+def summary(rows: list[Row]) -> Row:
+    """Per stack; the speed ratio is the ratio of way over time of all sparse runs together."""
+    out: dict[str, float | int | None] = {"sparse_per_100m2_max": SPARSE_PER_100M2}
+    for stack in dict.fromkeys(str(row["stack"]) for row in rows):
+        mine = [row for row in rows if row["stack"] == stack]
+        sparse = [row for row in mine if row["free_mps"] is not None]
+        ratios = [_number(row["mean_mps"]) / max(_number(row["free_mps"]), 1e-9) for row in sparse]
+        clear = [_number(row["clearance_m"]) for row in mine if row["clearance_m"] is not None]
+        out[f"{stack}.runs"] = len(mine)
+        out[f"{stack}.contacts"] = int(sum(_number(row["contacts"]) for row in mine))
+        out[f"{stack}.runs_with_contact"] = sum(_number(row["contacts"]) > 0 for row in mine)
+        out[f"{stack}.other_contacts"] = int(sum(_number(row["other_contacts"]) for row in mine))
+        out[f"{stack}.mean_speed_ratio"] = float(np.mean(ratios)) if ratios else None
+        out[f"{stack}.stalls"] = int(sum(_number(row["stalls"]) for row in mine))
+        out[f"{stack}.reached"] = sum(bool(row["reached"]) for row in mine)
+        out[f"{stack}.mean_mps"] = float(np.mean([_number(row["mean_mps"]) for row in mine]))
+        out[f"{stack}.clearance_median_m"] = float(np.median(clear)) if clear else None
+    return out
+
+
+def _number(value: object) -> float:
+    assert isinstance(value, int | float)
+    return float(value)
+
+
+def _line(row: Row) -> str:
+    return (
+        f"{row['stack']} seed {row['seed']} {row['path']} {row['crowd']} {row['people_per_100m2']:.1f}: "
+        f"{row['driven_m']:.0f} m in {row['time_s']:.0f} s, "
+        f"contacts {row['contacts']}+{row['other_contacts']}, stalls {row['stalls']}, {row['limited_by']}"
+    )
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="benchmarks.monte_carlo", description=__doc__)
+    parser.add_argument("--runs", type=int, default=20, help="of each stack")
+    parser.add_argument("--stacks", default="snow_lion,gem", help="with commas between")
+    parser.add_argument("--seed", type=int, default=1, help="of the first run; the next has the next")
+    parser.add_argument("--recordings", type=Path, help="folder of drone clips and obsmat files")
+    parser.add_argument("--workers", type=int, default=1, help="processes; each takes a core")
+    parser.add_argument("--json", type=Path, help="where to write the report")
+    parser.add_argument("--traces", type=Path, help="folder for two CSV files a run")
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,218 @@
+"""The scenario language: one small TOML file a scenario (docs/scenarios.md).
+
+Everything that can be wrong with a file is said with the file and the field.
+"""
+
+import math
+from pathlib import Path
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+from campusloop.scenes.faults import Camera, InputFault
+from contract.roads.model import Scenario
+
+Place = tuple[float, float]
+Positive = Annotated[float, Meta(gt=0.0)]
+NotNegative = Annotated[float, Meta(ge=0.0)]
+
+
+class ScenarioError(Exception):
+    """A scenario file cannot be driven; the message names file and field."""
+
+
+class _Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    pass
+
+
+class Crossing(_Part):
+    """An observation area across the path, between s_m and s_m + length_m, reach_m to each side."""
+
+    id: str
+    s_m: NotNegative
+    length_m: Positive = 4.0
+    reach_m: Positive = 6.0
+    kind: Literal["crossing", "intersection"] = "crossing"
+
+
+class Road(_Part):
+    """Either `path` (the rear axle's way, m) or `map` with two of its stops."""
+
+    path: tuple[Place, ...] = ()
+    width_m: Positive = 4.0
+    speed_limit_mps: Positive = 4.2
+    scenario: Scenario = "common_road"
+    area: tuple[Crossing, ...] = ()
+    map: str = ""
+    from_stop: str = ""
+    to_stop: str = ""
+
+
+class Shuttle(_Part):
+    """start_s_m, goal_s_m: along the road; without a goal, 6 m before its end. Speeds of 0: the profile's."""
+
+    start_s_m: NotNegative = 6.0
+    start_mps: NotNegative = 0.0
+    goal_s_m: Positive | None = None
+    speed_mps_max: NotNegative = 0.0
+
+
+class Cue(_Part):
+    """What a part waits for; both, when both are given. after_s: from the cue to the first step."""
+
+    time_s: NotNegative | None = None
+    distance_m: Positive | None = None
+    after_s: NotNegative = 0.0
+
+
+class Person(_Part):
+    """Stands at `at` looking to heading_deg, then walks over the places of `way`."""
+
+    at: Place
+    heading_deg: float = 0.0
+    way: tuple[Place, ...] = ()
+    speed_mps: Positive = 1.3
+    diameter_m: Positive = 0.5
+    cyclist: bool = False
+    when: Cue = Cue()
+    stays: bool = True
+
+
+class Vehicle(_Part):
+    """Parked, or on its way."""
+
+    at: Place
+    heading_deg: float = 0.0
+    way: tuple[Place, ...] = ()
+    speed_mps: Positive = 4.0
+    accel_mps2: Positive = 1.0
+    length_m: Positive = 4.5
+    width_m: Positive = 1.8
+    when: Cue = Cue()
+    stays: bool = True
+
+
+class Occluder(_Part):
+    """A wall or a hut that hides what is behind it."""
+
+    at: Place
+    length_m: Positive
+    width_m: Positive
+    heading_deg: float = 0.0
+    height_m: Positive = 3.0
+
+
+class Crowd(_Part):
+    """People who react: see `simulator.traffic.social`."""
+
+    people_per_100m2: NotNegative
+    attentive_ratio: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.8
+    reach_m: Positive = 12.0
+
+
+class Noise(_Part):
+    """dropout_ratio: of tracker scans in which a thing in sight is missed; latency_s of the tracker."""
+
+    dropout_ratio: Annotated[float, Meta(ge=0.0, lt=1.0)] = 0.03
+    latency_s: NotNegative = 0.08
+
+
+class Operator(_Part):
+    """resume_s: when an operator says that the vehicle may go on."""
+
+    resume_s: tuple[NotNegative, ...] = ()
+
+
+class Expectations(_Part):
+    """What must be so; fields that are left out are not looked at.
+
+    contacts           front contacts, at most
+    reaches_goal       within the scenario's max_time_s
+    time_s_max         to the goal
+    clearance_m_min    to anybody while the vehicle moved
+    stops_before_s_m   the rear axle stood for half a second, and never passed this place before that
+    never_passes_s_m   the rear axle never passed this place
+    stands_s_min       as long as this in all, after having driven
+    decel_mps2_max     no braking harder than this (mean over 0.1 s)
+    says               words that stand in what the vehicle said was wrong or limited it
+    never_says         words that do not
+    """
+
+    contacts: Annotated[int, Meta(ge=0)] = 0
+    reaches_goal: bool | None = None
+    time_s_max: Positive | None = None
+    clearance_m_min: float | None = None
+    stops_before_s_m: Positive | None = None
+    never_passes_s_m: Positive | None = None
+    stands_s_min: Positive | None = None
+    decel_mps2_max: Positive | None = None
+    says: tuple[str, ...] = ()
+    never_says: tuple[str, ...] = ()
+
+
+class ScenarioFile(_Part):
+    """One scenario. stacks: which of them it is meant for; empty: all."""
+
+    title: str
+    road: Road
+    max_time_s: Positive = 60.0
+    seed: int = 1
+    stacks: tuple[str, ...] = ()
+    shuttle: Shuttle = Shuttle()
+    person: tuple[Person, ...] = ()
+    vehicle: tuple[Vehicle, ...] = ()
+    occluder: tuple[Occluder, ...] = ()
+    crowd: Crowd | None = None
+    noise: Noise = Noise()
+    camera: tuple[Camera, ...] = ()
+    fault: tuple[InputFault, ...] = ()
+    operator: Operator = Operator()
+    expect: Expectations = Expectations()
+
+
+def load_scenario(path: Path) -> ScenarioFile:
+    """Raises ScenarioError with file and field."""
+    try:
+        found = msgspec.toml.decode(path.read_bytes(), type=ScenarioFile)
+    except OSError as error:
+        raise ScenarioError(f"{path}: {error.strerror}") from error
+    except msgspec.DecodeError as error:
+        raise ScenarioError(f"{path}: {error}") from error
+    for field, wrong in _wrong(found):
+        raise ScenarioError(f"{path}: {wrong} - at `$.{field}`")
+    return found
+
+
+def _wrong(found: ScenarioFile) -> list[tuple[str, str]]:
+    """(field, what is wrong) beyond the types."""
+    wrong, road = [], found.road
+    if bool(road.path) == bool(road.map):
+        wrong.append(("road", "give either `path`, or `map` with `from_stop` and `to_stop`"))
+    if road.map and not (road.from_stop and road.to_stop):
+        wrong.append(("road", "a map needs `from_stop` and `to_stop`"))
+    if road.path and len(road.path) < 2:
+        wrong.append(("road.path", "a path needs two places at least"))
+    if road.map and road.area:
+        wrong.append(("road.area", "a map has observation areas of its own"))
+    goal_s_m = found.shuttle.goal_s_m
+    if goal_s_m is not None and goal_s_m <= found.shuttle.start_s_m:
+        wrong.append(("shuttle.goal_s_m", "the goal must lie beyond start_s_m"))
+    for k, fault in enumerate(found.fault):
+        if fault.to_s <= fault.from_s:
+            wrong.append((f"fault[{k}].to_s", "to_s must be later than from_s"))
+    for k, camera in enumerate(found.camera):
+        if not camera.rate_hz > 0.0:
+            wrong.append((f"camera[{k}].rate_hz", "a camera speaks at more than 0 Hz"))
+    for name, places in _places(found):
+        if not all(math.isfinite(value) for place in places for value in place):
+            wrong.append((name, "a coordinate is not finite"))
+    return wrong
+
+
+def _places(found: ScenarioFile) -> list[tuple[str, tuple[Place, ...]]]:
+    out: list[tuple[str, tuple[Place, ...]]] = [("road.path", found.road.path)]
+    out += [(f"person[{k}]", (one.at, *one.way)) for k, one in enumerate(found.person)]
+    out += [(f"vehicle[{k}]", (one.at, *one.way)) for k, one in enumerate(found.vehicle)]
+    out += [(f"occluder[{k}]", (one.at,)) for k, one in enumerate(found.occluder)]
+    return out

@@ -1,0 +1,64 @@
+"""Stalls: stands that need not have been, for there was room to pass."""
+
+import math
+
+import numpy as np
+
+from campusloop.scenes.drive import Scene, SceneRun
+from campusloop.scenes.path_map import LANE_ID
+from contract.geometry import Array, arc_lengths, project
+
+STALL_S = 20.0
+GAP_WIDTHS = 1.5
+_AHEAD_M = 8.0
+_STANDS_MPS = 0.1
+# The first seconds belong to setting off.
+_FROM_S = 3.0
+_EVERY_ROWS = 25
+
+
+def stalls(run: SceneRun, scene: Scene) -> int:
+    """How many times the vehicle stood for more than STALL_S with room to pass all the while.
+
+    Room: looked at every half second, a straight way GAP_WIDTHS of the vehicle's width wide, inside the lane,
+    led past everybody within the next _AHEAD_M.
+    """
+    rows, body = run.trace.array(), scene.profile.body
+    lane = next(lane for lane in scene.road_map.lanes if lane.lane_id == LANE_ID)
+    points = np.array(lane.points)
+    s = arc_lengths(points)
+    needed_m = GAP_WIDTHS * body.width_m
+    count, begun_s, counted = 0, math.inf, False
+    for k in range(0, len(rows), _EVERY_ROWS):
+        t_s, speed_mps = float(rows[k, 0]), abs(float(rows[k, 4]))
+        stands = speed_mps < _STANDS_MPS and t_s > _FROM_S
+        if not stands or not _has_gap(run, k, points, s, lane.width_m, body.front_overhang_m, needed_m):
+            begun_s, counted = math.inf, False
+            continue
+        begun_s = min(begun_s, t_s)
+        if t_s - begun_s > STALL_S and not counted:
+            count, counted = count + 1, True
+    return count
+
+
+def _has_gap(
+    run: SceneRun, k: int, points: Array, s: Array, width_m: float, front_m: float, needed_m: float
+) -> bool:
+    row, bodies = run.trace.array()[k], run.trace.agents[k]
+    s_m, _, segment = project(points, s, float(row[1]), float(row[2]), 0, len(points))
+    taken = []
+    for pose, size in zip(bodies.poses_map, bodies.sizes_m, strict=True):
+        at_s, d_m, _ = project(points, s, float(pose[0]), float(pose[1]), segment - 2, segment + 40)
+        reach_m = 0.5 * float(np.hypot(*size)) if size[0] != size[1] else 0.5 * float(size[0])
+        if front_m - 0.5 <= at_s - s_m <= front_m + _AHEAD_M + reach_m and abs(d_m) < width_m:
+            taken.append((d_m - reach_m, d_m + reach_m))
+    return widest_gap_m(taken, 0.5 * width_m) >= needed_m
+
+
+def widest_gap_m(taken: list[tuple[float, float]], half_m: float) -> float:
+    """The widest free piece of [-half_m, half_m] between the intervals taken."""
+    edge, widest = -half_m, 0.0
+    for low, high in sorted(taken):
+        widest = max(widest, min(low, half_m) - edge)
+        edge = max(edge, high)
+    return max(widest, half_m - edge)

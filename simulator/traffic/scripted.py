@@ -1,0 +1,163 @@
+"""People and vehicles that do what a scenario says: they wait for their cue, walk their way and stop."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from contract.geometry import Array
+from simulator.traffic.actors import Actors, Bodies, no_bodies, together
+from simulator.traffic.crowd import V_FRONT, V_X, V_Y, V_YAW
+
+# Numbers of the second group on, so that none meet.
+_NUMBERS_APART = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One actor's part. pose_map: at the beginning; way (n, 2): where it then goes, from place to place.
+
+    accel_mps2     up to speed_mps from its cue on, and down to 0 at the end of the way
+    from_s         does not move before; None: any time
+    distance_m     does not move before a shuttle's bumper is this near to it; None: at any distance
+    after_s        from the cue to the first step
+    stays          stands at the end of its way; else it is gone
+    """
+
+    kind: int
+    pose_map: tuple[float, float, float]
+    size_m: tuple[float, float]
+    way: Array
+    speed_mps: float
+    accel_mps2: float = 3.0
+    from_s: float | None = None
+    distance_m: float | None = None
+    after_s: float = 0.0
+    stays: bool = True
+
+
+class ScriptedTraffic:
+    """Plays the parts; `hold` stops the clock and hides everybody. The shuttle is but a cue to them."""
+
+    def __init__(self, parts: tuple[Part, ...]) -> None:
+        self.hold = False
+        self.clock_s = 0.0
+        self._players = [_Player(part) for part in parts]
+
+    def step(self, vehicles: Array, odometers_m: Array, ahead: Array, dt_s: float) -> None:
+        """Vehicles (m, 7) as in `traffic.crowd`."""
+        if self.hold:
+            return
+        self.clock_s += dt_s
+        for player in self._players:
+            player.step(self.clock_s, vehicles, dt_s)
+
+    def bodies(self) -> Bodies:
+        """Everybody who is there now, numbered from 1 in the order of the parts."""
+        there = [(k, p) for k, p in enumerate(self._players, start=1) if not p.gone]
+        if self.hold or not there:
+            return no_bodies()
+        return Bodies(
+            np.array([k for k, _ in there], dtype=np.int64),
+            np.array([p.part.kind for _, p in there], dtype=np.int64),
+            np.array([p.pose for _, p in there]),
+            np.array([p.velocity for _, p in there]),
+            np.array([p.part.size_m for _, p in there]),
+        )
+
+
+class _Player:
+    def __init__(self, part: Part) -> None:
+        self.part = part
+        self.pose = part.pose_map
+        self.velocity = (0.0, 0.0)
+        self.gone = False
+        self._speed_mps = 0.0
+        self._cue_s: float | None = None
+        self._next = 0
+
+    def step(self, clock_s: float, vehicles: Array, dt_s: float) -> None:
+        part = self.part
+        if self._cue_s is None and self._is_cued(clock_s, vehicles):
+            self._cue_s = clock_s
+        if self._cue_s is None or clock_s - self._cue_s < part.after_s or self._next >= len(part.way):
+            self.velocity = (0.0, 0.0)
+            return
+        left_m = self._left_m()
+        # Whoever is to stand at the end comes to a stop there; whoever goes on past it does not.
+        stop_mps = math.sqrt(2.0 * part.accel_mps2 * left_m) if part.stays else part.speed_mps
+        wanted_mps = min(part.speed_mps, self._speed_mps + part.accel_mps2 * dt_s, stop_mps)
+        self._speed_mps = max(wanted_mps, 0.05)
+        self._walk(self._speed_mps * dt_s, dt_s)
+        if self._next >= len(part.way):
+            self.gone = not part.stays
+            self._speed_mps = 0.0
+
+    def _walk(self, step_m: float, dt_s: float) -> None:
+        x0, y0, yaw = self.pose
+        x, y = x0, y0
+        while step_m > 0.0 and self._next < len(self.part.way):
+            to_x, to_y = self.part.way[self._next]
+            distance_m = math.hypot(to_x - x, to_y - y)
+            if distance_m > 1e-9:
+                yaw = math.atan2(to_y - y, to_x - x)
+            if distance_m > step_m:
+                x, y = x + step_m * math.cos(yaw), y + step_m * math.sin(yaw)
+                break
+            x, y, step_m = float(to_x), float(to_y), step_m - distance_m
+            self._next += 1
+        self.pose = (x, y, yaw)
+        self.velocity = ((x - x0) / dt_s, (y - y0) / dt_s)
+
+    def _left_m(self) -> float:
+        rest = np.vstack((np.array([self.pose[:2]]), self.part.way[self._next :]))
+        return float(np.hypot(*np.diff(rest, axis=0).T).sum())
+
+    def _is_cued(self, clock_s: float, vehicles: Array) -> bool:
+        part = self.part
+        if part.from_s is not None and clock_s < part.from_s:
+            return False
+        if part.distance_m is None:
+            return True
+        bumpers_x = vehicles[:, V_X] + vehicles[:, V_FRONT] * np.cos(vehicles[:, V_YAW])
+        bumpers_y = vehicles[:, V_Y] + vehicles[:, V_FRONT] * np.sin(vehicles[:, V_YAW])
+        apart = np.hypot(bumpers_x - self.pose[0], bumpers_y - self.pose[1])
+        return bool((apart <= part.distance_m).any())
+
+
+class Gathering:
+    """Several groups of actors as one."""
+
+    def __init__(self, groups: tuple[Actors, ...]) -> None:
+        self._groups = groups
+        self._hold = False
+
+    @property
+    def hold(self) -> bool:
+        return self._hold
+
+    @hold.setter
+    def hold(self, value: bool) -> None:
+        self._hold = value
+        for group in self._groups:
+            if hasattr(group, "hold"):
+                group.hold = value
+
+    def step(self, vehicles: Array, odometers_m: Array, ahead: Array, dt_s: float) -> None:
+        for group in self._groups:
+            group.step(vehicles, odometers_m, ahead, dt_s)
+
+    def bodies(self) -> Bodies:
+        """Numbers of the k-th group are k * 100,000 higher."""
+        found = [group.bodies() for group in self._groups]
+        apart = [
+            Bodies(
+                one.numbers + k * _NUMBERS_APART,
+                one.kinds,
+                one.poses_map,
+                one.velocities_map_mps,
+                one.sizes_m,
+            )
+            for k, one in enumerate(found)
+        ]
+        return together(*apart) if apart else no_bodies()

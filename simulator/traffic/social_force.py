@@ -1,0 +1,174 @@
+"""A dense campus crowd, one 20 ms step for all: social forces, and what people do about a shuttle.
+
+Social force (Helbing, Molnar 1995): everybody relaxes to the wished velocity and is pushed by neighbours,
+exponentially with distance and less from behind. Those who look accept a gap before a shuttle or wait for it
+(time to arrival against time to cross, plus a margin of one's own), and make room when it comes; those who do
+not look walk as if it were not there, until they touch it.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contract.geometry import Array
+from simulator.corridor import place_in_corridor
+from simulator.traffic.crowd import (
+    RADIUS_M,
+    V_FRONT,
+    V_HALF,
+    V_REAR,
+    V_SPEED,
+    V_X,
+    V_Y,
+    Ints,
+    clearance_m,
+    slide,
+)
+
+# columns of a person
+X, Y, VX, VY, HEADING, PACE, MARGIN, REACT, NOTICED, LEFT, GOAL_X, GOAL_Y = range(12)
+PERSON_COLUMNS = 12
+# what a person is doing: on the way to the goal, standing until LEFT runs out, or in want of a new goal
+WALK, LINGER, DONE = 0, 1, 2
+
+_RELAX_S = 0.5
+_PUSH_MPS2 = 2.1
+_PUSH_RANGE_M = 0.3
+_NEAR_M = 1.6
+_FROM_BEHIND = 0.35
+_PACE_MAX_MPS = 2.2
+_REACH_M = 0.5
+_SIGHT_M = 25.0
+_BESIDE_M = 0.45
+_STANDING_MPS = 0.3
+_CROSSING_MPS = 0.45
+_ROOM_S = 3.5
+_ROOM_M = 6.0
+_HURRY = 1.35
+# A step off, and, of who does not look, the touch itself.
+_APART_M = RADIUS_M + 0.15
+_TOUCH_M = RADIUS_M - 0.05
+
+
+@njit(cache=True)
+def step_social(people: Array, doing: Ints, looks: Ints, vehicles: Array, ahead: Array, dt: float) -> None:
+    """Move everybody by dt, in place.
+
+    people (n, PERSON_COLUMNS), doing (n,), looks (n,) 1 for who looks; vehicles (m, 7) and ahead (m, k, 2) as
+    in `traffic.crowd`.
+    """
+    n = people.shape[0]
+    force = np.empty((n, 2))
+    for i in range(n):
+        wx, wy = _wish(people[i], doing, i, dt)
+        if looks[i] == 1:
+            for j in range(vehicles.shape[0]):
+                p = people[i]
+                if math.hypot(p[X] - vehicles[j, V_X], p[Y] - vehicles[j, V_Y]) < _SIGHT_M:
+                    wx, wy = _mind(p, wx, wy, vehicles[j], ahead[j], dt)
+        px, py = _pushes(people, i)
+        if doing[i] == LINGER and math.hypot(wx, wy) < 1e-9:
+            # Who stands gives way a little, and does not drift about.
+            px, py = 0.3 * px, 0.3 * py
+        force[i, 0] = (wx - people[i, VX]) / _RELAX_S + px
+        force[i, 1] = (wy - people[i, VY]) / _RELAX_S + py
+    for i in range(n):
+        _move(people[i], force[i, 0], force[i, 1], looks[i] == 1, vehicles, dt)
+
+
+@njit(cache=True)
+def _wish(p: Array, doing: Ints, i: int, dt: float) -> tuple[float, float]:
+    if doing[i] == LINGER:
+        p[LEFT] -= dt
+        if p[LEFT] <= 0.0:
+            doing[i] = DONE
+        return 0.0, 0.0
+    dx, dy = p[GOAL_X] - p[X], p[GOAL_Y] - p[Y]
+    distance = math.hypot(dx, dy)
+    if doing[i] == WALK and distance < _REACH_M:
+        doing[i] = DONE
+    if distance < 1e-6 or doing[i] == DONE:
+        return 0.0, 0.0
+    return p[PACE] * dx / distance, p[PACE] * dy / distance
+
+
+@njit(cache=True)
+def _mind(p: Array, wx: float, wy: float, vehicle: Array, ahead: Array, dt: float) -> tuple[float, float]:
+    """The wished velocity of who looks, after a look at one shuttle."""
+    s, d, tx, ty = place_in_corridor(ahead, p[X], p[Y])
+    gap, length = s - vehicle[V_FRONT], vehicle[V_REAR] + vehicle[V_FRONT]
+    if gap < -length - 0.5 or gap > _SIGHT_M:
+        p[NOTICED] = 0.0
+        return wx, wy
+    side = 1.0 if d >= 0.0 else -1.0
+    nx, ny = -ty * side, tx * side
+    off, edge = abs(d), vehicle[V_HALF] + _BESIDE_M
+    speed = abs(vehicle[V_SPEED])
+    outward = wx * nx + wy * ny
+    arrives_s = gap / speed if speed > _STANDING_MPS else 1e3
+    if off > edge:
+        p[NOTICED] = 0.0
+        soon = off - edge < 0.3 - outward
+        if outward >= 0.0 or not soon or _takes_gap(p, gap, off, edge, arrives_s):
+            return wx, wy
+        # Waits at the edge, and may still go along it.
+        return wx - outward * nx, wy - outward * ny
+    if gap <= 0.0:
+        return wx + 1.2 * nx, wy + 1.2 * ny
+    if abs(outward) > _CROSSING_MPS:
+        to_go = edge - off if outward > 0.0 else edge + off
+        hurry = _HURRY if arrives_s < to_go / max(p[PACE], 0.3) + 0.8 else 1.0
+        return hurry * wx, hurry * wy
+    if arrives_s < _ROOM_S or gap < _ROOM_M:
+        p[NOTICED] += dt
+        if p[NOTICED] > p[REACT]:
+            pace = max(p[PACE], 1.0)
+            return pace * nx, pace * ny
+    return wx, wy
+
+
+@njit(cache=True)
+def _takes_gap(p: Array, gap: float, off: float, edge: float, arrives_s: float) -> bool:
+    """Enough time to be across before the shuttle, with a margin of one's own; never right at its bumper."""
+    return gap > 1.0 and arrives_s > (off + edge) / max(p[PACE], 0.3) + p[MARGIN]
+
+
+@njit(cache=True)
+def _pushes(people: Array, i: int) -> tuple[float, float]:
+    """m/s2 of all neighbours; a little to the right, so that two who meet head-on pass."""
+    fx, fy = 0.0, 0.0
+    cos, sin = math.cos(people[i, HEADING]), math.sin(people[i, HEADING])
+    for j in range(people.shape[0]):
+        dx, dy = people[i, X] - people[j, X], people[i, Y] - people[j, Y]
+        if j == i or abs(dx) > _NEAR_M or abs(dy) > _NEAR_M:
+            continue
+        distance = math.hypot(dx, dy)
+        if distance > _NEAR_M or distance < 1e-6:
+            continue
+        push = min(_PUSH_MPS2 * math.exp((2.0 * RADIUS_M - distance) / _PUSH_RANGE_M), 6.0)
+        seen = -(cos * dx + sin * dy) / distance
+        push *= _FROM_BEHIND + (1.0 - _FROM_BEHIND) * 0.5 * (1.0 + seen)
+        fx += push * (dx + 0.25 * dy) / distance
+        fy += push * (dy - 0.25 * dx) / distance
+    return fx, fy
+
+
+@njit(cache=True)
+def _move(p: Array, ax: float, ay: float, looks: bool, vehicles: Array, dt: float) -> None:
+    """Walk, never into a vehicle's body; the heading follows the way once somebody walks."""
+    p[VX] += ax * dt
+    p[VY] += ay * dt
+    pace = math.hypot(p[VX], p[VY])
+    if pace > _PACE_MAX_MPS:
+        p[VX], p[VY] = p[VX] * _PACE_MAX_MPS / pace, p[VY] * _PACE_MAX_MPS / pace
+    x, y = p[X] + p[VX] * dt, p[Y] + p[VY] * dt
+    least = _APART_M if looks else _TOUCH_M
+    for j in range(vehicles.shape[0]):
+        after = clearance_m(vehicles[j], x, y)
+        if after < least and after < clearance_m(vehicles[j], p[X], p[Y]):
+            x, y = slide(vehicles[j], p[X], p[Y], x, y)
+    p[VX], p[VY] = (x - p[X]) / dt, (y - p[Y]) / dt
+    p[X], p[Y] = x, y
+    if math.hypot(p[VX], p[VY]) > 0.3:
+        p[HEADING] = math.atan2(p[VY], p[VX])

@@ -1,0 +1,90 @@
+"""Scenarios driven by the whole onboard loop: they can pass and fail, and repeat bit for bit."""
+
+from pathlib import Path
+
+import msgspec
+import pytest
+from typer.testing import CliRunner
+
+from campusloop.cli import app_of
+from campusloop.scenes.faults import Camera, InputFault
+from campusloop.scenes.scenario import Outcome, drive
+from campusloop.scenes.scenario_file import (
+    Cue,
+    Expectations,
+    Operator,
+    Person,
+    Road,
+    ScenarioError,
+    ScenarioFile,
+    Shuttle,
+)
+from vehicle_agent.config import Profile
+from vehicle_agent.runtime.replay import replay_segment
+from vehicle_agent.stacks.choice import build_car
+
+ROAD = Road(path=((0.0, 0.0), (46.0, 0.0)))
+WALKER = Person(at=(28.0, 4.0), heading_deg=-90.0, way=((28.0, -4.0),), when=Cue(distance_m=14.0))
+EASY = ScenarioFile(title="t", road=ROAD, shuttle=Shuttle(goal_s_m=24.0), max_time_s=20.0)
+
+
+def driven(found: ScenarioFile, runs: Path | None = None) -> Outcome:
+    return drive(found, "test", Profile(), Path(), runs)
+
+
+def test_expectations_that_hold_and_that_do_not() -> None:
+    hard = Expectations(
+        reaches_goal=False, time_s_max=3.0, stops_before_s_m=20.0, never_passes_s_m=10.0, stands_s_min=5.0,
+        decel_mps2_max=0.001, says=("minimal_risk",), never_says=("waypoints",),
+    )  # fmt: skip
+    good = driven(
+        msgspec.structs.replace(EASY, expect=Expectations(reaches_goal=True, never_says=("fault",)))
+    )
+    assert good.failures == ()
+    bad = driven(msgspec.structs.replace(EASY, expect=hard))
+    assert len(bad.failures) == 7 + (bad.run.trace.array()[:, 5].min() < 0)
+    assert bad.run.trace.rows == good.run.trace.rows
+
+
+def test_a_recorded_scenario_replays_bit_for_bit(tmp_path: Path) -> None:
+    found = msgspec.structs.replace(EASY, person=(WALKER,), expect=Expectations(reaches_goal=True))
+    driven(found, tmp_path / "runs")
+    (segment,) = sorted((tmp_path / "runs").rglob("*.mcap"))
+    result = replay_segment(segment, build_car)
+    assert result.difference is None
+    assert result.ticks > 300
+
+
+def test_a_position_that_is_not_a_number_ends_in_a_stop_until_an_operator_resumes() -> None:
+    fault = InputFault("pose_nan", 4.0, 5.0)
+    found = msgspec.structs.replace(EASY, fault=(fault,), max_time_s=40.0)
+    stopped = driven(
+        msgspec.structs.replace(found, expect=Expectations(reaches_goal=False, says=("minimal_risk",)))
+    )
+    assert stopped.failures == ()
+    resumed = msgspec.structs.replace(
+        found, operator=Operator((10.0,)), expect=Expectations(reaches_goal=True, says=("minimal_risk",))
+    )
+    assert driven(resumed).failures == ()
+
+
+def test_a_camera_needs_an_area_to_watch() -> None:
+    with pytest.raises(ScenarioError, match="no observation area 'x'"):
+        driven(msgspec.structs.replace(EASY, camera=(Camera("x"),)))
+
+
+def test_the_command_says_what_failed_and_exits_so(tmp_path: Path) -> None:
+    file = tmp_path / "short.toml"
+    file.write_text(
+        'title = "t"\nmax_time_s = 3.0\n[road]\npath = [[0, 0], [60, 0]]\n[expect]\nreaches_goal = true\n'
+    )
+    app, out = app_of(("scenario",)), tmp_path / "out"
+    first = CliRunner().invoke(app, ["scenario", "run", str(file), "--stack", "gem", "--out", str(out)])
+    assert first.exit_code == 1
+    assert "short: got" in first.output
+    assert (out / "gem" / "short" / "short.csv").exists()
+    again = CliRunner().invoke(app, ["scenario", "run", str(file), "--stack", "gem", "--out", str(out)])
+    assert again.exit_code == 2
+    unknown = CliRunner().invoke(app, ["scenario", "run", str(file), "--stack", "ghost"])
+    assert unknown.exit_code == 2
+    assert "ghost" in unknown.output
