@@ -46,7 +46,8 @@ def test_noise_is_smoothed() -> None:
         kept = keeper.step(kept, percept, HERE)
         errors.append((kept.tracks.poses_map[0, 0] - 0.12 * k, kept.tracks.velocities_map_mps[0, 0] - 1.2))
     place_m, velocity_mps = np.std(errors[20:], axis=0)
-    assert place_m < 0.095 and velocity_mps < 0.21
+    assert place_m < 0.095
+    assert velocity_mps < 0.21
 
 
 def test_who_is_missed_walks_on_for_a_while_and_is_then_forgotten() -> None:

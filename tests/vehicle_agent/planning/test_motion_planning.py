@@ -48,9 +48,7 @@ def an_ego(now_ns: int, x_m: float, speed_mps: float = 3.0, std_m: float = 0.02,
 
 def a_task(s_m: float, mode: TaskMode = "drive", stop_s_m: float = 150.0, line_id: int = 1) -> Task:
     line = LINE if mode != "idle" or line_id else None
-    return Task(
-        mode, line, line_id, s_m, 0.0, stop_s_m, LANE_ID, s_m, "o", 1, "v", "", "", False, (), "", ""
-    )
+    return Task(mode, line, line_id, s_m, 0.0, stop_s_m, LANE_ID, s_m, "o", 1, "v", "", "", False, (), "", "")
 
 
 def a_world(now_ns: int, tracks: Tracks | None = None) -> World:
@@ -105,7 +103,8 @@ def test_a_free_vehicle_keeps_its_trajectory() -> None:
     driver.run(1.0)
     asked = len(driver.jobs)
     driver.run(2.0)
-    assert asked >= 1 and len(driver.jobs) == asked
+    assert asked >= 1
+    assert len(driver.jobs) == asked
 
 
 def test_one_who_may_meet_somebody_plans_ten_times_a_second() -> None:
@@ -135,7 +134,8 @@ def test_a_planner_that_falls_silent_ends_in_a_comfortable_stop() -> None:
     for _ in range(350):
         path = driver.step(somebody)
         speeds.append(driver.speed_mps)
-    assert speeds[-1] == 0.0 and path.limited_by == "no plan"  # type: ignore[attr-defined]
+    assert speeds[-1] == 0.0
+    assert path.limited_by == "no plan"
     assert np.diff(speeds).min() > -1.5 * 0.02
 
 
@@ -158,7 +158,9 @@ def test_without_a_line_it_stands() -> None:
         msgspec.structs.replace(a_task(20.0), line=None),
         (),
     )
-    assert path.speed_mps == 0.0 and path.limited_by == "no order" and path.trajectory is None
+    assert path.speed_mps == 0.0
+    assert path.limited_by == "no order"
+    assert path.trajectory is None
 
 
 @pytest.mark.parametrize("case", ["lost", "blind"])

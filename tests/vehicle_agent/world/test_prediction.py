@@ -14,22 +14,19 @@ from vehicle_agent.world.prediction import Predictor
 def a_bend() -> RoadNetwork:
     """30 m to the east, then a quarter circle to the left of radius 20 m, then north."""
     straight = [(float(x), 0.0) for x in range(31)]
-    arc = [
-        (30.0 + 20.0 * math.sin(a), 20.0 - 20.0 * math.cos(a)) for a in np.linspace(0.02, math.pi / 2, 40)
-    ]
+    arc = [(30.0 + 20.0 * math.sin(a), 20.0 - 20.0 * math.cos(a)) for a in np.linspace(0.02, math.pi / 2, 40)]
     north = [(50.0, 20.0 + float(y)) for y in range(1, 40)]
     lane = Lane("bend", "road", tuple(straight + arc + north), 4.0, 8.0, False, ())
     section = Section("bend/0", "bend", 0.0, 95.0)
-    return RoadNetwork(
-        with_version(RoadMap("t", "t", Origin(31.0, 121.0), (lane,), (section,), (), (), ()))
-    )
+    return RoadNetwork(with_version(RoadMap("t", "t", Origin(31.0, 121.0), (lane,), (section,), (), (), ())))
 
 
 def test_a_person_goes_straight_on_and_is_ever_less_certain() -> None:
     told = Predictor().predictions(some_tracks((PEDESTRIAN, 1.0, 2.0, 0.0, 1.4)), a_bend())
     at = int(np.flatnonzero(told.times_s == 3.0)[0])
     np.testing.assert_allclose(told.poses_map[0, at, :2], (1.0, 6.2))
-    assert (np.diff(told.sigmas_m[0]) >= 0.0).all() and told.sigmas_m[0, -1] > told.sigmas_m[0, 0]
+    assert (np.diff(told.sigmas_m[0]) >= 0.0).all()
+    assert told.sigmas_m[0, -1] > told.sigmas_m[0, 0]
 
 
 def test_who_all_but_stands_is_not_predicted_away_by_noise() -> None:
@@ -42,7 +39,8 @@ def test_a_car_keeps_to_its_lane_around_the_bend() -> None:
     told = Predictor().predictions(some_tracks((VEHICLE, 10.0, 0.5, 6.0, 0.0)), network)
     for pose in told.poses_map[0]:
         found = network.locate(*map(float, pose))
-        assert found is not None and found[2] == pytest.approx(0.5, abs=0.15)
+        assert found is not None
+        assert found[2] == pytest.approx(0.5, abs=0.15)
     assert told.poses_map[0, -1, 1] > 15.0
 
 

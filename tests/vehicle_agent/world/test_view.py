@@ -44,4 +44,6 @@ def test_an_obstacle_cell_hides_what_is_behind_it() -> None:
 def test_walls_become_cells_no_farther_apart_than_the_step() -> None:
     cells = points_on_walls(np.array([[0.0, 0.0, 10.0, 0.0]]), Pose2(0.0, 3.0, 0.0), 40.0, 0.4)
     steps = np.diff(np.sort(cells[:, 0]))
-    assert steps.max() <= 0.4 + 1e-9 and cells[:, 0].min() == 0.0 and cells[:, 0].max() == 10.0
+    assert steps.max() <= 0.4 + 1e-9
+    assert cells[:, 0].min() == 0.0
+    assert cells[:, 0].max() == 10.0

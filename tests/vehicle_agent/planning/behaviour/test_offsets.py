@@ -65,7 +65,8 @@ def test_on_a_free_road_the_middle_is_kept() -> None:
 def test_something_that_stands_on_one_side_is_passed_on_the_other() -> None:
     ratings = rated(np.array([[25.0, 0.9, 0.3]]))
     best = int(np.argmin(ratings[:, COST]))
-    assert CANDIDATES[best] < 0.0 and np.isinf(ratings[best, FREE_M])
+    assert CANDIDATES[best] < 0.0
+    assert np.isinf(ratings[best, FREE_M])
     assert ratings[3, FREE_M] == pytest.approx(25.0 - 5.0 - 3.5 - 0.4, abs=1.1)
 
 
