@@ -2,8 +2,9 @@
 
 One continuous drive over CAN on the simulated shuttle with tyres, noise and steering bias: straights at 4.2
 m/s, curves and tight bends, crawling, stops and standing, on and on. The last fifth of the steps is driven
-with the steering rate limited to 1 degree a second, which no leg respects, so that the bound is met again
-and again. A step is the room's whole `step`: observer, projection, lead, both problems (N = 40) and pedals.
+with the steering rate limited to 1 degree a second, about what its bends take, so that the bound is met
+again and again. A step is the room's whole `step`: observer, projection, lead, both problems (N = 40) and
+pedals. `infeasible` counts a problem that the solver did not finish, too.
 """
 
 import argparse
@@ -39,18 +40,19 @@ LEGS: tuple[tuple[float, tuple[Bend, ...]], ...] = (
     (1.5, ((4.0, 0.0, 0.18), (6.0, 0.18, 0.18), (4.0, 0.18, 0.0), (10.0, 0.0, 0.0))),
     (0.3, ((5.0, 0.0, 0.0),)),
 )
+# Bends at about the rate that the slow wheel can turn: what errors ask for beyond it meets the bound.
 MILD_LEGS: tuple[tuple[float, tuple[Bend, ...]], ...] = (
     (
         3.0,
         (
             (20.0, 0.0, 0.0),
-            (4.0, 0.0, 0.012),
+            (6.0, 0.0, 0.012),
             (10.0, 0.012, 0.012),
-            (8.0, 0.012, -0.012),
-            (15.0, -0.012, 0.0),
+            (12.0, 0.012, -0.012),
+            (20.0, -0.012, 0.0),
         ),
     ),
-    (1.5, ((5.0, 0.0, 0.0), (4.5, 0.0, 0.03), (4.0, 0.03, 0.03), (9.0, 0.03, -0.03), (10.0, -0.03, 0.0))),
+    (1.5, ((5.0, 0.0, 0.0), (6.5, 0.0, 0.03), (4.0, 0.03, 0.03), (13.0, 0.03, -0.03), (15.0, -0.03, 0.0))),
 )
 _PROFILES = Path(__file__).resolve().parent.parent / "vehicle_agent" / "profiles"
 
@@ -67,7 +69,7 @@ def main() -> None:
     follow_timed(warm, profile, hands, _plant(), noisy(arguments.seed, GnssNoise()), 0.0)
     runs = {
         "whole steering rate": _drive(LEGS, arguments.steps - limited, profile, hands, arguments.seed),
-        "1 degree a second": _drive(MILD_LEGS, limited, profile, _slow(hands), arguments.seed + 1),
+        "1 degree a second": _drive(MILD_LEGS, limited, profile, _slow(profile), arguments.seed + 1),
     }
     rows = [_row(name, run) for name, run in runs.items()]
     cpu_ms = 1e3 * np.concatenate([run.step_cpu_s for run in runs.values()])
@@ -127,10 +129,10 @@ def _plant() -> PlantParams:
     return PlantParams(tyres=True, steer_bias_rad=math.radians(0.6), load_kg=140.0)
 
 
-def _slow(hands: SnowLionControl) -> SnowLionControl:
-    """The same with a steering that turns by SLOW_WHEEL_RADPS at most."""
-    mpc = msgspec.structs.replace(hands.steer.mpc, steer_rate_radps_max=SLOW_WHEEL_RADPS)
-    return msgspec.structs.replace(hands, steer=msgspec.structs.replace(hands.steer, mpc=mpc))
+def _slow(profile: Profile) -> SnowLionControl:
+    """Control for a steering that turns by SLOW_WHEEL_RADPS at most."""
+    limits = msgspec.structs.replace(profile.limits, steer_rate_radps_max=SLOW_WHEEL_RADPS)
+    return control(msgspec.structs.replace(profile, limits=limits))
 
 
 def _row(name: str, run: TimedRun) -> Row:

@@ -56,7 +56,7 @@ class VirtualVehicle:
     """boot by boot: `boot` starts a computer, `crash` takes it away, the disk stays.
 
     happened: every event with the time of its tick; times: CPU of every room; plan_ms: of each motion plan.
-    outputs: of the last tick.
+    outputs: of the last tick; gate: since the last boot.
     """
 
     def __init__(self, setup: VirtualVehicleSetup, world: SimWorld, dial: Dial) -> None:
@@ -116,7 +116,7 @@ class VirtualVehicle:
         self.computer = VehicleComputer(car, state, Recorder(header, setup.profile.body), setup.utc_offset_ns)
         self.run_log = RunLogFiles(setup.folder / "runs", self._profile_bytes, self._map_json)
         self._desk, self._inbox, self._news = desk, Inbox(), TickNewsWriter()
-        self._gate = gate_of(setup.profile)
+        self.gate = gate_of(setup.profile)
         self.link = VirtualLink(desk, self._dial)
 
     def crash(self) -> None:
@@ -139,17 +139,17 @@ class VirtualVehicle:
         if self.computer is None:
             return
         reports = tuple(msgspec.structs.replace(frame, stamp_ns=now_ns) for frame in reports)
-        self._gate.hear(reports, now_ns)
+        self.gate.hear(reports, now_ns)
         for frame in reports:
             self._inbox.put(now_ns, "can", frame)
         for item in (*items, *tracked):
             self._inbox.put(now_ns, "sensors", item)
         for percept in tracked:
-            self._gate.see(percept)
+            self.gate.see(percept)
         while self._percepts and self._percepts[0][0] <= now_ns:
             _, cells = self._percepts.popleft()
             self._inbox.put(now_ns, "worker", cells)
-            self._gate.see(cells)
+            self.gate.see(cells)
         while self._plans and self._plans[0][0] <= now_ns:
             self._inbox.put(now_ns, "planner", self._plans.popleft()[1])
         for word in self._desk.take_words():
@@ -159,9 +159,9 @@ class VirtualVehicle:
         self.times.whole.append(time.perf_counter_ns() - begun_ns)
         self.outputs = outputs
         self._plan(outputs.jobs, now_ns)
-        self._gate.take(outputs.frames, now_ns)
-        self._world.frames_from_vehicle(self.setup.vehicle_id, self._gate.step(now_ns))
-        for told in self._gate.word(now_ns):
+        self.gate.take(outputs.frames, now_ns)
+        self._world.frames_from_vehicle(self.setup.vehicle_id, self.gate.step(now_ns))
+        for told in self.gate.word(now_ns):
             self._inbox.put(now_ns, "can", told)
         self._world.show(self.setup.vehicle_id, outputs.says, now_ns)
         self._show_way(outputs.flow.task, self.computer.state.mission.segment)

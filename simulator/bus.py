@@ -1,5 +1,6 @@
-"""The CAN bus of one vehicle in virtual time: ordered lists, no loss."""
+"""The CAN bus of one vehicle in virtual time: ordered lists, and no loss but what `faults` says."""
 
+from simulator.ecus.bus_faults import BusFaults
 from vehicle_agent.signals import CanFrame
 
 
@@ -7,14 +8,15 @@ class ListBus:
     """Frames in the order in which they are stamped, both ways."""
 
     def __init__(self) -> None:
+        self.faults = BusFaults()
         self._to_vehicle: list[CanFrame] = []
         self._to_module: list[CanFrame] = []
 
     def send_from_vehicle(self, frames: tuple[CanFrame, ...]) -> None:
-        self._to_module.extend(frames)
+        self._to_module.extend(self.faults.to_module(frames))
 
     def send_from_module(self, frames: tuple[CanFrame, ...]) -> None:
-        self._to_vehicle.extend(frames)
+        self._to_vehicle.extend(self.faults.to_vehicle(frames))
 
     def take_for_vehicle(self) -> tuple[CanFrame, ...]:
         """Everything since the last call, oldest first; frames of one stamp in sending order."""

@@ -64,6 +64,21 @@ class ByWireFault(msgspec.Struct, frozen=True, tag="by_wire_fault"):
     present: bool
 
 
+class SteeringStuck(msgspec.Struct, frozen=True, tag="steering_stuck"):
+    """The steering motor stays where it is, as long as it is stuck; nobody reports it."""
+
+    vehicle_id: str
+    stuck: bool
+
+
+class FramesLost(msgspec.Struct, frozen=True, tag="frames_lost"):
+    """Nothing passes on the bus to the module, or from it, as long as it is said so."""
+
+    vehicle_id: str
+    to_module: bool
+    to_vehicle: bool
+
+
 class PersonPlaced(msgspec.Struct, frozen=True, tag="person_placed"):
     """Somebody stands at a place of the map, and walks to the waypoints if there are any."""
 
@@ -92,7 +107,16 @@ class ScoreTold(msgspec.Struct, frozen=True, tag="score_told"):
     hardest_braking_mps2: float
 
 
-Intervention = SeatPressed | DriverActs | StopButton | GnssOutage | ByWireFault | PersonPlaced
+Intervention = (
+    SeatPressed
+    | DriverActs
+    | StopButton
+    | GnssOutage
+    | ByWireFault
+    | SteeringStuck
+    | FramesLost
+    | PersonPlaced
+)
 ToSimulation = Subscribe | RiderComes | RideAssigned | Intervention
 FromSimulation = Tapped | RiderLeft | ScoreTold
 

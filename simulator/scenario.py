@@ -5,10 +5,12 @@ from dataclasses import dataclass
 from simulator.control import (
     ByWireFault,
     DriverActs,
+    FramesLost,
     GnssOutage,
     Intervention,
     PersonPlaced,
     SeatPressed,
+    SteeringStuck,
     StopButton,
 )
 from simulator.ecus.safety_driver import SafetyDriver
@@ -28,6 +30,11 @@ def intervene(world: SimWorld, intervention: Intervention, now_ns: int) -> None:
             world.gnss[vehicle_id].silent = silent
         case ByWireFault(vehicle_id, present):
             world.module(vehicle_id).injected_fault = present
+        case SteeringStuck(vehicle_id, stuck):
+            world.module(vehicle_id).steering_stuck = stuck
+        case FramesLost(vehicle_id, to_module, to_vehicle):
+            faults = world.bus_faults(vehicle_id)
+            faults.loses_to_module, faults.loses_to_vehicle = to_module, to_vehicle
         case PersonPlaced(x_m, y_m, waypoints):
             if world.pedestrians is None:
                 raise WorldError("this world has nobody on foot; give it TrafficParams to place a person")

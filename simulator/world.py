@@ -14,6 +14,7 @@ from contract.roads.network import RoadNetwork
 from simulator.chargers import Chargers
 from simulator.corridor import SAMPLES, Corridor
 from simulator.doors import Display, Doors
+from simulator.ecus.bus_faults import BusFaults
 from simulator.ecus.module import Module
 from simulator.fleet import STEP_NS, SimFleet
 from simulator.metrics import Scorekeeper, VehicleScore
@@ -248,6 +249,10 @@ class SimWorld:
     def module(self, vehicle_id: str) -> Module:
         """The by-wire module, to inject what a safety driver does, a fault or the stop button."""
         return self.fleet.modules[vehicle_id]
+
+    def bus_faults(self, vehicle_id: str) -> BusFaults:
+        """What is wrong with the vehicle's bus, to be changed."""
+        return self.fleet.buses[vehicle_id].faults
 
     def follow(self, vehicle_id: str, points_map: Array) -> None:
         """Tell people and score the vehicle's route (n, 2); without one they take the lanes ahead."""

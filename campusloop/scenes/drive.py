@@ -128,7 +128,7 @@ class SceneDrive:
             recorder = Recorder(_header(scene), profile.body)
         self.computer = VehicleComputer(car, initial_state(car), recorder)
         self._planner: Planner | None = build_planner(profile, scene.road_map)
-        self._gate, self._inbox = gate_of(profile), Inbox()
+        self.gate, self._inbox = gate_of(profile), Inbox()
         self._height_map = height_map(profile)
         self._percepts: deque[tuple[int, ObstaclePercept]] = deque()
         self._plans: deque[tuple[int, PlanAnswer]] = deque()
@@ -226,13 +226,14 @@ class SceneDrive:
         now_s = (now_ns - self._begin_ns) * 1e-9
         arrived = world.frames_to_vehicle(VEHICLE_ID)
         reports = tuple(msgspec.structs.replace(frame, stamp_ns=now_ns) for frame in arrived)
-        self._gate.hear(reports, now_ns)
+        self.gate.hear(reports, now_ns)
         for frame in reports:
             self._inbox.put(now_ns, "can", frame)
         for item in world.sensor_items(VEHICLE_ID, now_ns):
             self._bring("sensors", item, now_s)
         for percept in world.tracked(VEHICLE_ID, now_ns):
             self._bring("tracker", percept, now_s)
+            self.gate.see(percept)
         for camera in self._cameras if now_s >= 0.0 else ():
             word = camera.word(now_s, now_ns, world.bodies())
             if word is not None:
@@ -246,7 +247,9 @@ class SceneDrive:
             cells = percept_from_scan(np.ascontiguousarray(scan[0]), now_ns, self._height_map)
             self._percepts.append((now_ns + PERCEPT_DELAY_NS, cells))
         while self._percepts and self._percepts[0][0] <= now_ns:
-            self._bring("worker", self._percepts.popleft()[1], now_s)
+            _, seen = self._percepts.popleft()
+            self._bring("worker", seen, now_s)
+            self.gate.see(seen)
         while self._plans and self._plans[0][0] <= now_ns:
             self._inbox.put(now_ns, "planner", self._plans.popleft()[1])
         begun_s = time.process_time()
@@ -255,9 +258,9 @@ class SceneDrive:
         if self._log is not None:
             self._log.write(self.computer.entries)
         self._plan(outputs, now_s)
-        self._gate.take(outputs.frames, now_ns)
-        world.frames_from_vehicle(VEHICLE_ID, self._gate.step(now_ns))
-        for told in self._gate.word(now_ns):
+        self.gate.take(outputs.frames, now_ns)
+        world.frames_from_vehicle(VEHICLE_ID, self.gate.step(now_ns))
+        for told in self.gate.word(now_ns):
             self._inbox.put(now_ns, "can", told)
         world.show(VEHICLE_ID, outputs.says, now_ns)
         world.step(now_ns)
@@ -269,7 +272,7 @@ class SceneDrive:
             return
         self._inbox.put(self.now_ns, source, arrived)
         if isinstance(arrived, ObstaclePercept | TrackPercept):
-            self._gate.see(arrived)
+            self.gate.see(arrived)
 
     def _plan(self, outputs: Outputs, now_s: float) -> None:
         for job in outputs.jobs:

@@ -1,5 +1,7 @@
 """The by-wire module of one vehicle: commands in by CAN, actuators out, reports back at 30 Hz."""
 
+from dataclasses import replace
+
 from simulator.ecus.command_watch import CommandWatch
 from simulator.ecus.module import REPORT_PERIOD_NS, ActuatorTargets, FailAction
 from simulator.ecus.report_frames import ModuleStatus, report_frames
@@ -35,6 +37,7 @@ class ByWire:
         self.failed = False
         self.servo_fault = False
         self.injected_fault = False
+        self.steering_stuck = False
         self.stop_pressed = False
         self.driver: SafetyDriver = HANDS_OFF
         self._supervisory_enable = False
@@ -71,7 +74,11 @@ class ByWire:
         return report_frames(now_ns, self._status(now_ns), truth, self._profile)
 
     def targets(self, truth: PlantView) -> ActuatorTargets:
-        """What the actuators shall do until the next step."""
+        """What the actuators shall do until the next step; a stuck steering motor does nothing."""
+        targets = self._wanted(truth)
+        return replace(targets, steer_rate_radps=0.0) if self.steering_stuck else targets
+
+    def _wanted(self, truth: PlantView) -> ActuatorTargets:
         watch, driver = self.watch, self.driver
         if self.enabled:
             wheel_rad = watch.value("steering_command", "wheel_angle")

@@ -40,6 +40,7 @@ class Module(Protocol):
     overridden: bool
     failed: bool
     injected_fault: bool
+    steering_stuck: bool
     stop_pressed: bool
     driver: SafetyDriver
 

@@ -1,5 +1,7 @@
 """A servo drive-by-wire: two servo motors and a throttle voltage, homed after power-on, armed by CAN."""
 
+from dataclasses import replace
+
 from simulator.ecus.command_watch import SERVO_DIALECT, CommandWatch
 from simulator.ecus.module import REPORT_PERIOD_NS, ActuatorTargets, FailAction
 from simulator.ecus.safety_driver import HANDS_OFF, SafetyDriver
@@ -43,6 +45,7 @@ class ServoModule:
         self.failed = False
         self.start_fault = False
         self.injected_fault = False
+        self.steering_stuck = False
         self.stop_pressed = False
         self.driver: SafetyDriver = HANDS_OFF
         self._arm = False
@@ -97,7 +100,11 @@ class ServoModule:
             self._direction = self.watch.value("drive_command", "direction")
 
     def targets(self, truth: PlantView) -> ActuatorTargets:
-        """What the actuators shall do until the next step."""
+        """What the actuators shall do until the next step; a stuck steering motor does nothing."""
+        targets = self._wanted(truth)
+        return replace(targets, steer_rate_radps=0.0) if self.steering_stuck else targets
+
+    def _wanted(self, truth: PlantView) -> ActuatorTargets:
         driver, by_wire = self.driver, self._profile.by_wire
         if self.enabled:
             column = self._profile.steering

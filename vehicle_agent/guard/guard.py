@@ -138,7 +138,7 @@ class Guard(msgspec.Struct, frozen=True):
         stops = tuple(fault for fault in faults if fault.severity == "stop")
         manual, latched, had = state.manual, state.latched, state.had_by_wire or motion.enabled
         resume_tick_ns = state.resume_tick_ns
-        if task.resumed_ns > state.resumed_ns:
+        if task.resumed_ns not in (0, state.resumed_ns):
             manual, had = False, motion.enabled and not motion.overridden
             latched, resume_tick_ns = (), ego.stamp_ns
         if resume_tick_ns > 0 and ego.stamp_ns - resume_tick_ns < self.by_wire_ns:

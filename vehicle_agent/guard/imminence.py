@@ -56,9 +56,9 @@ def will_touch(
 
     curvature_1pm  of the arc that the rear axle drives; body: back, front, half width from there
     front_margin_m more room before the bumper; margin_m: on every side
-    Each is tried as somebody who stops as hard as he can, and as somebody who keeps going; both may stray to
-    any side by half his sideways acceleration times the time squared. Who is near already may not be brought
-    nearer than half as near: walking along beside the vehicle is no danger.
+    Each is tried as somebody who stops as hard as he can, and as somebody who keeps going and comes before
+    the bumper; before the bumper both may stray to any side by half his sideways acceleration times the time
+    squared. Who is near already may not be brought nearer than half as near: walking along is no danger.
     """
     back, front, half = body[0], body[1] + front_margin_m, body[2]
     end_s = response_s + (speed_mps + accel_mps2 * response_s) / decel_mps2
@@ -74,18 +74,20 @@ def will_touch(
         for k in range(1, steps + 1):
             t = min(k * STEP_S, end_s)
             s = travel_m(t, speed_mps, accel_mps2, response_s, decel_mps2)
-            allowed = margin_m + 0.5 * swerve * t * t
             # Nearer than he is by two centimetres, when he overlaps already.
-            allowed = min(allowed, 0.5 * now_m) if now_m > 0.0 else now_m - 0.02
+            nearest = 0.5 * now_m if now_m > 0.0 else now_m - 0.02
+            beside = min(margin_m, nearest)
+            before = min(margin_m + 0.5 * swerve * t * t, nearest)
             stop_s = min(t, v / brake) if brake > 0.0 else 0.0
             stopped = stop_s * (1.0 - 0.5 * brake * stop_s / v) if v > 1e-6 else 0.0
             ahead, aside = _seen_from(x + vx * stopped, y + vy * stopped, s, curvature_1pm)
+            allowed = before if ahead >= front - FRONT_ZONE_M else beside
             if clearance_m(ahead, aside, back, front, half) - radius < allowed:
                 return True
             ahead, aside = _seen_from(x + vx * t, y + vy * t, s, curvature_1pm)
             if ahead < front - FRONT_ZONE_M:
                 continue
-            if clearance_m(ahead, aside, back, front, half) - radius < allowed:
+            if clearance_m(ahead, aside, back, front, half) - radius < before:
                 return True
     return False
 

@@ -36,9 +36,9 @@ class Driving(msgspec.Struct, frozen=True):
     """What planning remembers.
 
     corridor   the whole line; areas: its passes through observation areas
-    answer: the plan being driven; stopping: its fallback, once no plan comes
+    answer     the plan being driven; stopping: its fallback, once no plan comes
+    waiting_ns since when jobs have gone unanswered, 0 while they have not
     asked_*    of the last job; job: the one of this very tick
-    deviated   localization was off the trajectory, so the next plan starts from where the vehicle is
     """
 
     line_id: int = 0
@@ -48,7 +48,7 @@ class Driving(msgspec.Struct, frozen=True):
     jobs: int = 0
     answer: PlanAnswer | None = None
     stopping: Trajectory | None = None
-    asked_ns: int = 0
+    waiting_ns: int = 0
     asked_stop_m: float = math.inf
     asked_limit_mps: float = math.inf
     meeting: bool = False
@@ -122,7 +122,7 @@ class MotionPlanning:
                 newest = plan
         if newest is state.answer or newest is None or len(newest.trajectory) < 2:
             return state
-        return msgspec.structs.replace(state, answer=newest, stopping=None)
+        return msgspec.structs.replace(state, answer=newest, stopping=None, waiting_ns=0)
 
     def _limit(self, ego: Ego, world: World) -> tuple[float, str]:
         """The speed that holds wherever the vehicle is, and what for."""
@@ -210,7 +210,7 @@ class MotionPlanning:
         return msgspec.structs.replace(
             state,
             jobs=state.jobs + 1,
-            asked_ns=ego.stamp_ns,
+            waiting_ns=state.waiting_ns or ego.stamp_ns,
             asked_stop_m=task.stop_s_m,
             asked_limit_mps=limit_mps,
             job=job,
@@ -239,9 +239,8 @@ class MotionPlanning:
     def _path(self, state: Driving, ego: Ego, task: Task, halt: str) -> tuple[Path, Driving]:
         stop_m = task.stop_s_m - task.s_m
         driven = _driven(state)
-        silent = state.answer is None or ego.stamp_ns - state.asked_ns > self._answer_ns_max
-        unanswered = state.answer is None or state.answer.number < state.jobs
-        if driven is not None and state.stopping is None and (halt or (silent and unanswered)):
+        silent = state.waiting_ns > 0 and ego.stamp_ns - state.waiting_ns > self._answer_ns_max
+        if driven is not None and state.stopping is None and (halt or silent):
             stopping = timed.stopping(driven, ego.stamp_ns, self._stop_mps2)
             state = msgspec.structs.replace(state, stopping=stopping)
             driven = stopping

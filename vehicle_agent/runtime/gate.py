@@ -96,8 +96,10 @@ class Gate:
         if not self._pending and now_ns - self._last_ns > self._settings.fresh_ns:
             return self.refused or "the tick is silent"
         motion = self._motion
-        if motion is None:
+        if motion is None or not motion.stamp_ns:
             return ""
+        if now_ns - motion.stamp_ns > self._settings.reports_ns:
+            return "the module is silent"
         if self._footprint.is_close(motion, asked, now_ns):
             return _CLOSE
         if self._speed.is_over(motion):

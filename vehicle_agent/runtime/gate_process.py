@@ -15,6 +15,7 @@ from vehicle_agent.runtime.can_bus import open_bus
 from vehicle_agent.runtime.gate import gate_of
 from vehicle_agent.runtime.gate_settings import TICK_NS
 from vehicle_agent.runtime.mailbox import Commands, Deliveries, Delivery, Mailbox
+from vehicle_agent.runtime.priority import GATE_PRIORITY, ask_for_real_time
 from vehicle_agent.signals import CanFrame, ObstaclePercept, TrackPercept
 
 log = structlog.get_logger()
@@ -39,6 +40,7 @@ class GateProcess:
         """Until SIGTERM."""
         signal.signal(signal.SIGTERM, self._stop)
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+        ask_for_real_time("gate", GATE_PRIORITY)
         due_ns = time.monotonic_ns() + TICK_NS
         was_braking = ""
         while not self._stopping:

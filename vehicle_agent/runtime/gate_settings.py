@@ -14,6 +14,7 @@ class GateSettings:
     """SI units. fresh_ns: so long after the last sound set the gate brakes; late_ns: so old may a set be.
 
     Two missed ticks and half a tick of slack for the scheduler make fresh_ns.
+    reports_ns        so long after the module's last report it brakes: two missed at 30 Hz, and slack
     sets_lost_max     so many sets may be missing between two that follow each other
     comfort_ratio, comfort_steps  the brake sequence begins with this pedal for so many steps of 20 ms
     rate_slack        the steering may be commanded this much faster than its limit, for jitter
@@ -35,6 +36,7 @@ class GateSettings:
     fresh_ns: int = 2 * TICK_NS + TICK_NS // 2
     late_ns: int = 2 * TICK_NS
     early_ns: int = 5_000_000
+    reports_ns: int = 90_000_000
     sets_lost_max: int = 2
     rate_slack: float = 1.5
     angle_slack_rad: float = 0.01

@@ -18,6 +18,7 @@ from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.runtime.mailbox import Commands, Deliveries, Mailbox, TickReport, Work
 from vehicle_agent.runtime.pacing import Pacer
+from vehicle_agent.runtime.priority import TICK_PRIORITY, ask_for_real_time
 from vehicle_agent.signals import InboxBody, Outputs, Says
 
 log = structlog.get_logger()
@@ -81,6 +82,7 @@ class TickProcess:
         """Until SIGTERM. An exception in the tick ends the process: the gate brakes, a new one starts."""
         signal.signal(signal.SIGTERM, self._stop)
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+        ask_for_real_time("tick", TICK_PRIORITY)
         gc.collect()
         gc.freeze()
         pacer = Pacer()

@@ -17,6 +17,10 @@ from vehicle_agent.onboard.rates import TICK_NS
 _TICK_S = TICK_NS * 1e-9
 # Of the hardest braking: what control plans with. More is for emergencies.
 _PLANNED_BRAKING = 0.45
+# A wheel slower than this needs longer than two seconds to make an error good, and MPC must see it done: with
+# too short a horizon the rate bound makes it overshoot, further each time.
+_SLOW_WHEEL_RADPS = 0.2
+_STEP_S, _SLOW_STEP_S = 0.05, 0.1
 
 
 def control(profile: Profile) -> SnowLionControl:
@@ -40,6 +44,7 @@ def control(profile: Profile) -> SnowLionControl:
                 chassis=chassis,
                 steer_rad_max=math.atan(body.wheelbase_m / body.turn_radius_m_min),
                 steer_rate_radps_max=limits.steer_rate_radps_max,
+                dt_s=_STEP_S if limits.steer_rate_radps_max >= _SLOW_WHEEL_RADPS else _SLOW_STEP_S,
             ),
             dt_s=_TICK_S,
         ),

@@ -1,0 +1,184 @@
+"""One shuttle on a winding road, whose tick, gate, bus, steering and clock can be made to fail.
+
+The chain is the real one (tick outputs -> gate -> bus -> by-wire module -> plant, and back), in virtual time,
+without sensors that have no part in it. Each step is 20 ms.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+
+from campusloop.scenes.path_map import LANE_ID, path_map
+from contract.geometry import Pose2
+from contract.roads.model import RoadMap
+from contract.roads.network import RoadNetwork
+from contract.wire.messages import Command, Order, SectionGrant, Visit
+from simulator.world import SimWorld, WorldOptions
+from vehicle_agent.can.braking import Braking
+from vehicle_agent.can.by_wire import braking_of
+from vehicle_agent.config import LidarMount, Profile
+from vehicle_agent.onboard.car import Car, initial_state
+from vehicle_agent.runtime.computer import VehicleComputer
+from vehicle_agent.runtime.gate import gate_of
+from vehicle_agent.runtime.inbox import Inbox
+from vehicle_agent.signals import CanFrame, LinkState
+from vehicle_agent.stacks.choice import build_car
+
+STEP_NS = 20_000_000
+VEHICLE_ID = "shuttle"
+START_NS = 200_000_000_000
+START_S_M = 15.0
+BRAKES_FROM = 0.3
+_FAR_FUTURE_NS = 10**18
+_SET_OFF_STEPS_MAX = 200
+_LENGTH_M, _WAVE_M, _LEAST_RADIUS_M = 160.0, 60.0, 35.0
+
+Sets = list[tuple[CanFrame, ...]]
+
+
+class FaultedDriveError(Exception):
+    """The drive could not begin; the message says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """What drives of one kind of vehicle at one speed have in common."""
+
+    profile: Profile
+    road_map: RoadMap
+    network: RoadNetwork
+    car: Car
+    speed_mps: float
+
+
+def winding_course(profile: Profile, speed_mps: float) -> Course:
+    """A sine wave of least radius 35 m, driven at most at speed_mps; nothing is seen by lidar."""
+    limits = msgspec.structs.replace(profile.limits, speed_mps_max=speed_mps)
+    blind = LidarMount(rate_hz=0.0)
+    profile = msgspec.structs.replace(profile, limits=limits, lidar=blind)
+    x = np.arange(0.0, _LENGTH_M, 0.5)
+    wave = 2.0 * math.pi / _WAVE_M
+    y = np.sin(wave * (x - START_S_M)) / (_LEAST_RADIUS_M * wave**2)
+    road_map = path_map("winding", np.column_stack((x, y)), width_m=4.0, speed_limit_mps=speed_mps)
+    return Course(profile, road_map, RoadNetwork(road_map), build_car(profile, road_map), speed_mps)
+
+
+class FaultedDrive:
+    """`set_off`, `step` on and on, spoil whatever is public, `resume`.
+
+    mail            makes of this step's set (none when the tick is dead) the sets that the gate gets
+    tick_dead, gate_dead  the process does nothing
+    tick_jump_ns, gate_jump_ns  how far its clock is ahead of the world's
+    brake_ratio     the brake that was sent on the bus in the last step, 0 when nothing was
+    """
+
+    def __init__(self, course: Course, seed: int) -> None:
+        self.course = course
+        profile = course.profile
+        self._start = Pose2(*course.network.pose(LANE_ID, START_S_M))
+        options = WorldOptions(traffic=None, lidar=False)
+        poses = {VEHICLE_ID: self._start}
+        self.world = SimWorld(course.road_map, {VEHICLE_ID: profile}, poses, seed, _NoPhone(), options)
+        self.now_ns = START_NS
+        self.mail: Callable[[Sets], Sets] = lambda sets: sets
+        self.tick_dead = self.gate_dead = False
+        self.tick_jump_ns = self.gate_jump_ns = 0
+        self.brake_ratio = 0.0
+        self.revive_gate()
+        self.boot_tick()
+        self._by_wire: Braking = braking_of(profile)
+        self._resumes = 0
+
+    def boot_tick(self) -> None:
+        """A new tick process: it knows nothing."""
+        car = self.course.car
+        self.computer = VehicleComputer(car, initial_state(car))
+        self.inbox = Inbox()
+        self.tick_dead = False
+
+    def revive_gate(self) -> None:
+        """A new gate process."""
+        self.gate = gate_of(self.course.profile)
+        self.gate_dead = False
+
+    def set_off(self) -> None:
+        """By-wire is asked for at rest; then the vehicle is set down rolling at the course's speed."""
+        for _ in range(15):
+            self.step()
+        self.resume()
+        for _ in range(_SET_OFF_STEPS_MAX):
+            self.step()
+            if self.computer.state.can.handshake.live:
+                break
+        else:
+            raise FaultedDriveError("by-wire was not given")
+        self.world.place(VEHICLE_ID, self._start, self.course.speed_mps)
+
+    def resume(self) -> None:
+        """The order, and an operator's word to go."""
+        now_ns = self.now_ns + self.tick_jump_ns
+        network, version = self.course.network, self.course.road_map.map_version
+        end_m = network.lines[LANE_ID].length_m - 0.5
+        visit = Visit("end", "rest", "", LANE_ID, end_m, (LANE_ID,))
+        sections = network.sections_of(LANE_ID)
+        grants = tuple(SectionGrant(section.section_id, k) for k, section in enumerate(sections, start=1))
+        self._resumes += 1
+        self.inbox.put(now_ns, "link", LinkState(now_ns, True, 1, 0))
+        order = Order(self._resumes, "faults", 1, version, (visit,), grants, _FAR_FUTURE_NS)
+        self.inbox.put(now_ns, "link", order)
+        self.inbox.put(now_ns, "link", Command(self._resumes, f"go-{self._resumes}", "resume"))
+
+    def step(self) -> None:
+        world, now_ns = self.world, self.now_ns
+        reports = world.frames_to_vehicle(VEHICLE_ID)
+        gate_ns, tick_ns = now_ns + self.gate_jump_ns, now_ns + self.tick_jump_ns
+        if not self.gate_dead:
+            stamped = tuple(msgspec.structs.replace(frame, stamp_ns=gate_ns) for frame in reports)
+            self.gate.hear(stamped, gate_ns)
+            self._tell_tick(stamped)
+        for item in world.sensor_items(VEHICLE_ID, now_ns):
+            moved = msgspec.structs.replace(item, stamp_ns=item.stamp_ns + self.tick_jump_ns)
+            self.inbox.put(tick_ns, "sensors", moved)
+        sets: Sets = []
+        if not self.tick_dead:
+            sets = [self.computer.run_tick(self.inbox.drain(), tick_ns).frames]
+        self.brake_ratio = 0.0
+        if not self.gate_dead:
+            self._pass_gate(self.mail(sets), gate_ns)
+        world.step(now_ns)
+        self.now_ns += STEP_NS
+
+    def _pass_gate(self, sets: Sets, gate_ns: int) -> None:
+        for frames in sets:
+            self.gate.take(frames, gate_ns)
+        sent = self.gate.step(gate_ns)
+        self._tell_tick(self.gate.word(gate_ns))
+        if not sent:
+            return
+        self.brake_ratio = self._by_wire.commanded(sent).brake_ratio
+        # The bus is in the world's time, whatever the computer's clock says.
+        gap_ns = self._by_wire.frame_gap_ns
+        on_bus = tuple(
+            CanFrame(self.now_ns + k * gap_ns, frame.arbitration_id, frame.data)
+            for k, frame in enumerate(sent)
+        )
+        self.world.frames_from_vehicle(VEHICLE_ID, on_bus)
+
+    def _tell_tick(self, frames: tuple[CanFrame, ...]) -> None:
+        """As the gate stamps them; mail for a dead tick is lost."""
+        if not self.tick_dead:
+            for frame in frames:
+                self.inbox.put(frame.stamp_ns, "can", frame)
+
+
+class _NoPhone:
+    """Nobody has booked anything."""
+
+    def vehicle_of(self, ride_id: str) -> str:
+        return ""
+
+    def tap(self, ride_id: str, kind: str) -> None:
+        raise AssertionError("there are no riders")

@@ -1,0 +1,188 @@
+"""Who is braked for, and who is not: people, cyclists and vehicles around a shuttle at 15 km/h and slower."""
+
+import math
+
+import numpy as np
+import pytest
+
+from contract.geometry import Pose2
+from vehicle_agent.config import Profile
+from vehicle_agent.guard.imminence import clearance_m, travel_m
+from vehicle_agent.signals import (
+    CYCLIST,
+    NO_TRACKS,
+    PEDESTRIAN,
+    VEHICLE,
+    Ego,
+    OtherVehicle,
+    Tracks,
+    VehicleMotion,
+    World,
+)
+from vehicle_agent.stacks.gem import guard
+
+AVOIDANCE = guard(Profile()).avoidance
+BODY = Profile().body
+FRONT, HALF = BODY.front_overhang_m, 0.5 * BODY.width_m
+NOW_NS = 5_000_000_000
+
+
+def a_track(
+    x: float, y: float, vx: float = 0.0, vy: float = 0.0, kind: int = PEDESTRIAN, yaw: float = 0.0
+) -> Tracks:
+    size = {PEDESTRIAN: (0.5, 0.5), CYCLIST: (1.8, 0.6), VEHICLE: (4.35, 1.63)}[kind]
+    return Tracks(
+        NOW_NS,
+        np.array([1]),
+        np.array([kind]),
+        np.array([[x, y, yaw]]),
+        np.array([[vx, vy]]),
+        np.array([size]),
+    )
+
+
+def brake(
+    tracks: Tracks = NO_TRACKS,
+    speed: float = 15.0 / 3.6,
+    steer: float = 0.0,
+    actual: float | None = None,
+    points: tuple[tuple[float, float], ...] = (),
+    others: tuple[OtherVehicle, ...] = (),
+    braking: bool = False,
+    pose: Pose2 | None = None,
+) -> float:
+    pose = pose or Pose2(0.0, 0.0, 0.0)
+    ego = Ego(NOW_NS, pose, speed, 0.0, 0.0, 0.0, 0.02, NOW_NS, True)
+    motion = VehicleMotion(
+        NOW_NS, speed, steer if actual is None else actual, 0.0, 0.0, True, False, True, 0.9
+    )
+    world = World(NOW_NS, NOW_NS, np.array(points).reshape(-1, 2), others, (), False, tracks)
+    _, rows = AVOIDANCE.others(world, ego)
+    return AVOIDANCE.brake_ratio(rows, ego, motion, steer, speed, braking)
+
+
+def stopping_m(speed: float) -> float:
+    return speed * AVOIDANCE.response_s + speed**2 / (2.0 * AVOIDANCE.brake_mps2)
+
+
+@pytest.mark.parametrize("speed", [1.0, 2.0, 3.0, 15.0 / 3.6])
+def test_somebody_who_stands_ahead_is_braked_for_at_the_stopping_distance_and_not_long_before(
+    speed: float,
+) -> None:
+    near = FRONT + 0.25 + stopping_m(speed)
+    assert brake(a_track(near + 0.25, 0.0), speed) > 0.0
+    assert brake(a_track(near + 1.2, 0.0), speed) == 0.0
+
+
+def test_a_person_that_steps_out_close_is_braked_for_fully() -> None:
+    assert brake(a_track(FRONT + 0.25 + 0.8, -1.2, 0.0, 1.5), 3.0) == 1.0
+
+
+def test_slow_speeds_need_little_braking() -> None:
+    pedals = [
+        brake(a_track(FRONT + 0.25 + stopping_m(speed) + 0.29, 0.0), speed) for speed in (0.8, 15.0 / 3.6)
+    ]
+    assert 0.0 < pedals[0] < pedals[1] <= 1.0
+
+
+@pytest.mark.parametrize("aside", [0.45, 0.6, 1.0])
+@pytest.mark.parametrize("x", [-1.0, 1.0, 3.0, 4.5, 6.0])
+@pytest.mark.parametrize("vx", [-1.4, 0.0, 1.4])
+def test_walking_beside_the_vehicle_is_no_danger(aside: float, x: float, vx: float) -> None:
+    for side in (1.0, -1.0):
+        assert brake(a_track(x, side * (HALF + 0.25 + aside), vx), 15.0 / 3.6) == 0.0
+
+
+@pytest.mark.parametrize("aside", [0.15, 0.3])
+def test_at_walking_pace_people_may_be_close(aside: float) -> None:
+    assert brake(a_track(2.0, HALF + 0.25 + aside, 1.2), 1.2) == 0.0
+
+
+def test_walking_away_is_no_danger_and_walking_into_the_way_is() -> None:
+    x = FRONT + 2.5
+    assert brake(a_track(x, HALF + 0.5, 0.0, 1.4), 3.0) == 0.0
+    assert brake(a_track(x, HALF + 1.0, 0.0, -1.4), 3.0) > 0.0
+
+
+def test_somebody_who_walks_into_the_flank_is_not_helped_by_braking() -> None:
+    assert brake(a_track(1.0, HALF + 0.8, 0.0, -1.4), 3.0) == 0.0
+
+
+def test_a_lead_that_drives_as_fast_may_be_nearer_than_one_that_stands() -> None:
+    x = FRONT + 0.5 * BODY.length_m + 2.2
+    assert brake(a_track(x, 0.0, kind=VEHICLE), 4.0) > 0.0
+    assert brake(a_track(x, 0.0, 4.0, kind=VEHICLE), 4.0) == 0.0
+    assert brake(a_track(x - 1.8, 0.0, 4.0, kind=VEHICLE), 4.0) > 0.0
+
+
+def test_a_cyclist_head_on_is_braked_for_from_farther() -> None:
+    x = FRONT + 5.0
+    assert brake(a_track(x, 0.0, kind=CYCLIST), 4.0) == 0.0
+    assert brake(a_track(x, 0.0, -4.0, kind=CYCLIST), 4.0) > 0.0
+
+
+def test_fleet_mates_that_lidar_returns_were_taken_for_count_too() -> None:
+    behind = Pose2(FRONT + BODY.rear_overhang_m + 1.0, 0.0, 0.0)
+    assert brake(others=(OtherVehicle(NOW_NS, "mate", behind, 0.0),), speed=3.0) > 0.0
+    beside = Pose2(2.0, BODY.width_m + 0.8, math.pi)
+    assert brake(others=(OtherVehicle(NOW_NS, "mate", beside, 3.0),), speed=3.0) == 0.0
+
+
+def test_the_tail_swings_out_over_what_is_beside_it() -> None:
+    beside_axle = (0.0, -HALF - 0.03)
+    assert brake(points=(beside_axle,), speed=2.0, steer=0.0) == 0.0
+    assert brake(points=(beside_axle,), speed=2.0, steer=0.45) > 0.0
+
+
+def test_the_inner_side_cuts_the_corner() -> None:
+    inner = (2.2, HALF + 0.25)
+    assert brake(points=(inner,), speed=2.5, steer=0.0) == 0.0
+    assert brake(points=(inner,), speed=2.5, steer=0.45) > 0.0
+
+
+def test_both_the_commanded_and_the_actual_angle_count() -> None:
+    left = (FRONT + 1.0, 1.4)
+    assert brake(points=(left,), speed=3.0) == 0.0
+    assert brake(points=(left,), speed=3.0, steer=0.35, actual=0.0) > 0.0
+    assert brake(points=(left,), speed=3.0, steer=0.0, actual=0.35) > 0.0
+
+
+def test_a_track_is_carried_from_its_stamp_to_now() -> None:
+    tracks = a_track(FRONT + 0.25 + stopping_m(3.0) + 1.5, 0.0, -3.0)
+    fresh = brake(tracks, 1.0)
+    old = Tracks(
+        NOW_NS - 500_000_000,
+        tracks.ids,
+        tracks.kinds,
+        tracks.poses_map,
+        tracks.velocities_map_mps,
+        tracks.sizes_m,
+    )
+    assert (fresh, brake(old, 1.0) > 0.0) == (0.0, True)
+
+
+def test_where_the_map_has_its_origin_makes_no_difference() -> None:
+    pose = Pose2(300.0, -200.0, 2.0)
+    x, y = FRONT + 2.0, 0.3
+    there = (
+        pose.x_m + x * math.cos(pose.yaw_rad) - y * math.sin(pose.yaw_rad),
+        pose.y_m + x * math.sin(pose.yaw_rad) + y * math.cos(pose.yaw_rad),
+    )
+    assert brake(a_track(*there), 3.0, pose=pose) == brake(a_track(x, y), 3.0)
+
+
+def test_once_it_brakes_it_does_not_let_go_at_once() -> None:
+    tracks = a_track(FRONT + 0.25 + stopping_m(3.0) + 0.6, 0.0)
+    assert brake(tracks, 3.0) == 0.0
+    assert brake(tracks, 3.0, braking=True) > 0.0
+
+
+def test_clearance_is_the_distance_to_the_rectangle() -> None:
+    assert clearance_m(5.0, 0.0, 1.0, 3.0, 1.0) == 2.0
+    assert clearance_m(6.0, 5.0, 1.0, 3.0, 1.0) == 5.0
+    assert clearance_m(1.0, 0.8, 1.0, 3.0, 1.0) == pytest.approx(-0.2)
+
+
+def test_travel_is_response_and_then_braking() -> None:
+    assert travel_m(10.0, 4.0, 0.0, 0.3, 5.0) == pytest.approx(4.0 * 0.3 + 16.0 / 10.0)
+    assert travel_m(0.2, 4.0, 0.0, 0.3, 5.0) == pytest.approx(0.8)

@@ -1,0 +1,116 @@
+import numpy as np
+import pytest
+
+from contract.geometry import Array
+from vehicle_agent.planning.behaviour.offsets import (
+    COST,
+    FREE_M,
+    RATINGS,
+    RISK,
+    OffsetRules,
+    blended,
+    choose,
+    rate,
+)
+
+RULES = OffsetRules()
+CANDIDATES = np.array([-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9])
+N = 100
+
+
+def rated(
+    discs: Array | None = None, moving: Array | None = None, room_m: float = 1.5, speed_mps: float = 3.0
+) -> Array:
+    points = np.column_stack((0.5 * np.arange(N), np.zeros(N)))
+    return np.asarray(
+        rate(
+            points,
+            np.zeros(N),
+            np.zeros(N),
+            np.full(N, -room_m),
+            np.full(N, room_m),
+            10,
+            0.5,
+            CANDIDATES,
+            0.0,
+            0.0,
+            8.0,
+            speed_mps,
+            np.empty((0, 3)) if discs is None else discs,
+            np.empty((0, 8)) if moving is None else moving,
+            np.array((3.5, 0.85, 0.815)),
+            RULES.weights(),
+            RULES.clearance_floor_m,
+            RULES.touch_m,
+            RULES.look_m,
+            2,
+            RULES.moving_s,
+            RULES.moving_step_s,
+        )
+    )
+
+
+def costs(*values: float) -> Array:
+    ratings = np.zeros((len(values), RATINGS))
+    ratings[:, COST], ratings[:, FREE_M] = values, np.inf
+    return ratings
+
+
+def test_on_a_free_road_the_middle_is_kept() -> None:
+    ratings = rated()
+    assert CANDIDATES[int(np.argmin(ratings[:, COST]))] == 0.0
+    assert np.isinf(ratings[:, FREE_M]).all()
+
+
+def test_something_that_stands_on_one_side_is_passed_on_the_other() -> None:
+    ratings = rated(np.array([[25.0, 0.9, 0.3]]))
+    best = int(np.argmin(ratings[:, COST]))
+    assert CANDIDATES[best] < 0.0
+    assert np.isinf(ratings[best, FREE_M])
+    assert ratings[3, FREE_M] == pytest.approx(25.0 - 5.0 - 3.5 - 0.4, abs=1.1)
+
+
+def test_a_lane_without_room_is_no_choice() -> None:
+    ratings = rated(room_m=0.5)
+    assert np.isinf(ratings[np.abs(CANDIDATES) > 0.5, COST]).all()
+    assert np.isfinite(ratings[np.abs(CANDIDATES) <= 0.5, COST]).all()
+
+
+def test_who_walks_on_one_side_makes_that_side_dear() -> None:
+    walker = np.array([[17.0, 1.5, 0.0, 1.0, -0.02, 0.5, 0.5, 0.1]])
+    ratings = rated(moving=walker)
+    assert ratings[-1, RISK] > ratings[0, RISK]
+    assert ratings[-1, COST] > ratings[0, COST] + 0.1
+
+
+def test_a_change_of_lane_waits_until_it_has_been_better_for_some_plans() -> None:
+    ratings, better_m, count = costs(5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 1.0), 0.0, 0
+    for plan in range(RULES.patience + 1):
+        chosen = choose(RULES, CANDIDATES, ratings, 0.0, better_m, count)
+        better_m, count = chosen.better_offset_m, chosen.better_count
+        assert chosen.offset_m == (0.9 if plan == RULES.patience else 0.0)
+
+
+def test_a_small_step_is_taken_at_once_and_a_small_gain_never() -> None:
+    assert choose(RULES, CANDIDATES, costs(5, 5, 5, 5, 1, 5, 5), 0.0, 0.0, 0).offset_m == 0.3
+    assert choose(RULES, CANDIDATES, costs(5, 5, 5, 5, 4.9, 5, 5), 0.0, 0.0, 0).offset_m == 0.0
+
+
+def test_noisy_costs_do_not_make_the_vehicle_weave() -> None:
+    rng = np.random.default_rng(5)
+    offset_m, better_m, count, changes = 0.0, 0.0, 0, 0
+    for _ in range(200):
+        noisy = costs(*(5.0 + 0.5 * np.abs(CANDIDATES) + rng.normal(0.0, 0.4, len(CANDIDATES))))
+        chosen = choose(RULES, CANDIDATES, noisy, offset_m, better_m, count)
+        changes += chosen.offset_m != offset_m and abs(chosen.offset_m - offset_m) > RULES.threshold_m
+        offset_m, better_m, count = chosen.offset_m, chosen.better_offset_m, chosen.better_count
+    assert changes <= 2
+
+
+def test_with_no_room_at_all_there_is_no_free_way() -> None:
+    assert choose(RULES, CANDIDATES, costs(*[np.inf] * 7), 0.3, 0.3, 0).free_m == 0.0
+
+
+def test_a_blend_leaves_and_arrives_smoothly() -> None:
+    assert blended(0.4, 0.1, -0.6, 0.0, 8.0) == pytest.approx((0.4, 0.1))
+    assert blended(0.4, 0.1, -0.6, 8.0, 8.0) == pytest.approx((-0.6, 0.0))

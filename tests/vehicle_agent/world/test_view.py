@@ -1,0 +1,49 @@
+import math
+
+import numpy as np
+import pytest
+
+from contract.geometry import Pose2
+from tests.vehicle_agent.world.builders import some_tracks
+from vehicle_agent.signals import PEDESTRIAN, VEHICLE, View
+from vehicle_agent.world.view import Sight, points_on_walls
+
+NOTHING = np.empty((0, 2))
+NO_WALLS = np.empty((0, 4))
+SIGHT = Sight(0.0)
+
+
+def range_towards(view: View, bearing_rad: float) -> float:
+    k = math.floor((bearing_rad + math.pi) / (2.0 * math.pi) * len(view.ranges_m)) % len(view.ranges_m)
+    return float(view.ranges_m[k])
+
+
+def test_a_wall_of_the_map_ends_the_sight_in_the_vehicles_own_frame() -> None:
+    wall = np.array([[10.0, -5.0, 10.0, 5.0]])
+    view = SIGHT.view(Pose2(0.0, 0.0, math.pi / 2), NOTHING, some_tracks(), wall)
+    assert range_towards(view, -math.pi / 2) == pytest.approx(10.0, abs=0.01)
+    assert range_towards(view, 0.0) == SIGHT.range_m
+
+
+def test_parked_cars_hide_and_people_and_driving_cars_do_not() -> None:
+    tracks = some_tracks(
+        (VEHICLE, 10.0, 0.0, 0.0, 0.0), (PEDESTRIAN, 0.0, 5.0, 0.0, 0.0), (VEHICLE, 0.0, -8.0, 5.0, 0.0)
+    )
+    view = SIGHT.view(Pose2(0.0, 0.0, 0.0), NOTHING, tracks, NO_WALLS)
+    assert range_towards(view, 0.0) == pytest.approx(7.75, abs=0.01)
+    assert range_towards(view, math.pi / 2) == SIGHT.range_m
+    assert range_towards(view, -math.pi / 2) == SIGHT.range_m
+
+
+def test_an_obstacle_cell_hides_what_is_behind_it() -> None:
+    view = SIGHT.view(Pose2(0.0, 0.0, 0.0), np.array([[3.0, 0.0]]), some_tracks(), NO_WALLS)
+    assert range_towards(view, 0.0) == pytest.approx(3.0)
+    assert range_towards(view, 0.3) == SIGHT.range_m
+
+
+def test_walls_become_cells_no_farther_apart_than_the_step() -> None:
+    cells = points_on_walls(np.array([[0.0, 0.0, 10.0, 0.0]]), Pose2(0.0, 3.0, 0.0), 40.0, 0.4)
+    steps = np.diff(np.sort(cells[:, 0]))
+    assert steps.max() <= 0.4 + 1e-9
+    assert cells[:, 0].min() == 0.0
+    assert cells[:, 0].max() == 10.0
