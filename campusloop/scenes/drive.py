@@ -152,7 +152,6 @@ class SceneDrive:
         self._set_off()
         scene, begin_ns = self.scene, self.now_ns
         self._begin_ns = begin_ns
-        length_m = scene.goal_s_m - scene.start_s_m
         while self.now_ns - begin_ns < scene.limit_s * 1e9:
             self.step()
             assert self.outputs is not None
@@ -163,15 +162,14 @@ class SceneDrive:
             self._limited[limited_by] = self._limited.get(limited_by, 0) + 1
             truth = self.world.truth(VEHICLE_ID)
             self._trace.add((self.now_ns - begin_ns) * 1e-9, truth, self.world.bodies())
-            driven_m = self._driven_m()
-            self._way_m.append(scene.start_s_m + driven_m)
+            self._way_m.append(scene.start_s_m + self._driven_m())
             watch(self)
-            if driven_m >= length_m:
+            if self._way_m[-1] >= scene.goal_s_m:
                 break
         if self._log is not None:
             self._log.close()
         rows = self._trace.array()
-        reached = self._driven_m() >= length_m
+        reached = self._way_m[-1] >= scene.goal_s_m
         return SceneRun(
             scene.name,
             float(rows[-1, 0]) if reached else None,
