@@ -66,7 +66,7 @@ def inject(course: Course, kind: FaultKind, number: int, seed: int) -> tuple[Row
 
 
 class SoundColumn:
-    """Where a sound steering would be: dead time and lag of the simulated one, on the commands that are given."""
+    """Where a sound steering is, on the commands that are given, by the dead time and lag."""
 
     def __init__(self, steer_rad: float, params: PlantParams) -> None:
         self.steer_rad = steer_rad

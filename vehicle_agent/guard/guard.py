@@ -36,7 +36,8 @@ class Watch(msgspec.Struct, frozen=True):
     faults     active in the last tick; told: those that the server has been told of
     latched    what the minimal-risk stop is for
     manual     the safety driver has the vehicle until the next resume
-    resumed_ns the last resume that was taken; its tick was at resume_tick_ns
+    resumed_ns the last resume that was taken
+    resume_tick_ns   its tick, as long as the gate has not let go since, 0 otherwise
     asking_since_ns  by-wire is wanted and not there since, 0 otherwise
     had_by_wire      by-wire was there since the last resume
     allowed_mps      the speed that was allowed in the last tick
