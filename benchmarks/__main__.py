@@ -15,6 +15,7 @@ SHORT_FORMS: tuple[tuple[str, ...], ...] = (
     ("benchmarks.loop", "--seconds", "20", "--virtual-seconds", "40"),
     ("benchmarks.tracking",),
     ("benchmarks.planner", "--seeds", "60"),
+    ("benchmarks.drive_by_wire", "--injections", "380", "--hours", "0.1"),
     ("benchmarks.mpc", "--steps", "20000"),
     ("benchmarks.decisions", "--vehicles", "12", "--rides", "50"),
     ("benchmarks.decisions", "--vehicles", "1000", "--rides", "4000"),
