@@ -31,7 +31,7 @@ from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.runtime.recorder import Recorder
 from vehicle_agent.runtime.runlog_files import RunLogFiles
 from vehicle_agent.runtime.tick_process import TickNewsWriter
-from vehicle_agent.signals import LinkWord, ObstaclePercept, PlanAnswer, Task
+from vehicle_agent.signals import LinkWord, ObstaclePercept, Outputs, PlanAnswer, PlanJob, Task
 from vehicle_agent.stacks.choice import build_car, build_planner
 from vehicle_agent.stacks.gem import height_map
 
@@ -55,7 +55,8 @@ class VirtualVehicleSetup:
 class VirtualVehicle:
     """boot by boot: `boot` starts a computer, `crash` takes it away, the disk stays.
 
-    happened: every event with the time of its tick; times: CPU of every room; gate: since the last boot.
+    happened: every event with the time of its tick; times: CPU of every room; plan_ms: of each motion plan.
+    outputs: of the last tick; gate: since the last boot.
     """
 
     def __init__(self, setup: VirtualVehicleSetup, world: SimWorld, dial: Dial) -> None:
@@ -74,6 +75,8 @@ class VirtualVehicle:
         self._line_id = -1
         self.times = RoomTimes()
         self.happened: list[tuple[int, VehicleEvent]] = []
+        self.plan_ms: list[float] = []
+        self.outputs: Outputs | None = None
 
     def boot(self, now_ns: int) -> None:
         """A new boot: mission memory from disk, everything else from scratch."""
@@ -154,8 +157,8 @@ class VirtualVehicle:
         begun_ns = time.perf_counter_ns()
         outputs = self.computer.run_tick(self._inbox.drain(), now_ns)
         self.times.whole.append(time.perf_counter_ns() - begun_ns)
-        if self._planner is not None:
-            self._plans.extend((now_ns + PLAN_DELAY_NS, self._planner(job)) for job in outputs.jobs)
+        self.outputs = outputs
+        self._plan(outputs.jobs, now_ns)
         self.gate.take(outputs.frames, now_ns)
         self._world.frames_from_vehicle(self.setup.vehicle_id, self.gate.step(now_ns))
         for told in self.gate.word(now_ns):
@@ -168,6 +171,13 @@ class VirtualVehicle:
             self._desk.tick_news(news, now_ns)
         self.run_log.write(self.computer.entries)
         self.link.step(now_ns)
+
+    def _plan(self, jobs: tuple[PlanJob, ...], now_ns: int) -> None:
+        for job in jobs:
+            assert self._planner is not None, "only a stack with a planner makes jobs"
+            begun_s = time.process_time()
+            self._plans.append((now_ns + PLAN_DELAY_NS, self._planner(job)))
+            self.plan_ms.append(1e3 * (time.process_time() - begun_s))
 
     def _show_way(self, task: Task, segment: int) -> None:
         """People see where a shuttle means to go; the score needs to know it at forks.

@@ -35,6 +35,11 @@ CAMPAIGNS = (
         (*CAMPUSLOOP, "demo", "--headless", "--map", SNOW_LION, "--from", "07:58", "--to", "10:05"),
     ),
     Campaign(
+        "kilometres",
+        "1,000 km on both shipped campuses, seed 1; nobody may be touched",
+        (*CAMPUSLOOP, "simulate", "--km", "1000", "--seed", "1", "--out", str(ROOT / "var" / "kilometres")),
+    ),
+    Campaign(
         "stories",
         "200 random stories of rides, vehicles, links and clocks; no ride may be lost",
         (sys.executable, "-m", "pytest", "-q", "tests/server/usecases/test_ride_machine.py"),

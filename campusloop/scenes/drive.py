@@ -10,10 +10,11 @@ from typing import Protocol
 import msgspec
 import numpy as np
 
-from campusloop.scenes.faults import Camera, CameraFeed, FaultyInputs, InputFault
+from campusloop.scenes.faults import Camera, FaultyInputs, InputFault, camera_feeds
 from campusloop.scenes.judge import Verdict, judge
 from campusloop.scenes.path_map import LANE_ID
 from campusloop.scenes.trace import SceneTrace
+from campusloop.solo_drive import NoPhones
 from contract.geometry import Pose2, pose_at, project
 from contract.roads.load import encode_map
 from contract.roads.model import RoadMap
@@ -117,7 +118,7 @@ class SceneDrive:
         self._start = Pose2(*pose_at(self._way.points, self._way.s, scene.start_s_m))
         options = replace(scene.options, actors=scene.actors)
         self.world = SimWorld(
-            scene.road_map, {VEHICLE_ID: profile}, {VEHICLE_ID: self._start}, scene.seed, _NoPhone(), options
+            scene.road_map, {VEHICLE_ID: profile}, {VEHICLE_ID: self._start}, scene.seed, NoPhones(), options
         )
         car = build_car(profile, scene.road_map)
         self._log: RunLogFiles | None = None
@@ -141,7 +142,7 @@ class SceneDrive:
         self._way_m: list[float] = []
         self._begin_ns = _FAR_FUTURE_NS
         self._faults = FaultyInputs(scene.faults, scene.road_map.origin)
-        self._cameras = _camera_feeds(scene)
+        self._cameras = camera_feeds(scene.cameras, scene.road_map)
         self._resumes = list(scene.resumes_s)
         if scene.route is not None:
             self.world.follow(VEHICLE_ID, self._way.points)
@@ -292,27 +293,9 @@ def _way(network: RoadNetwork, scene: Scene) -> ReferenceLine:
     return route_line(network, route)
 
 
-def _camera_feeds(scene: Scene) -> tuple[CameraFeed, ...]:
-    areas = {area.area_id: area for area in scene.road_map.observation_areas}
-    unknown = [camera.area for camera in scene.cameras if camera.area not in areas]
-    if unknown:
-        raise SceneError(f"{scene.name}: no observation area {unknown[0]!r}; there are: {', '.join(areas)}")
-    return tuple(CameraFeed(camera, areas[camera.area]) for camera in scene.cameras)
-
-
 def _header(scene: Scene) -> RunHeader:
     """The run log's: one boot of one vehicle."""
     road_map, stack = scene.road_map, scene.profile.stack
     return RunHeader(
         VEHICLE_ID, "boot-000001", 0, road_map.campus_id, road_map.map_version, stack, SOFTWARE, 0, 0
     )
-
-
-class _NoPhone:
-    """Nobody has booked anything."""
-
-    def vehicle_of(self, ride_id: str) -> str:
-        return ""
-
-    def tap(self, ride_id: str, kind: str) -> None:
-        raise AssertionError("there are no riders in a scene")

@@ -8,7 +8,7 @@ import numpy as np
 
 from contract.geometry import Array
 from contract.roads.areas import inside, outline_array
-from contract.roads.model import ObservationArea, Origin
+from contract.roads.model import ObservationArea, Origin, RoadMap
 from contract.roads.projection import project, unproject
 from simulator.traffic.actors import Bodies
 from vehicle_agent.signals import (
@@ -114,6 +114,19 @@ def _absurd(body: TrackPercept) -> TrackPercept:
         np.vstack((body.velocities_base_mps, speeds)),
         np.vstack((body.sizes_m, sizes)),
     )
+
+
+class CameraError(Exception):
+    """A camera watches what is not there; the message says what there is."""
+
+
+def camera_feeds(cameras: tuple[Camera, ...], road_map: RoadMap) -> tuple["CameraFeed", ...]:
+    """Raises CameraError for an area that the map has not."""
+    areas = {area.area_id: area for area in road_map.observation_areas}
+    unknown = [camera.area for camera in cameras if camera.area not in areas]
+    if unknown:
+        raise CameraError(f"no observation area {unknown[0]!r}; there are: {', '.join(areas) or 'none'}")
+    return tuple(CameraFeed(camera, areas[camera.area]) for camera in cameras)
 
 
 class CameraFeed:

@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 
 from campusloop.scenes.drive import Scene, SceneDrive, SceneError, SceneRun
+from campusloop.scenes.faults import CameraError
 from campusloop.scenes.path_map import LANE_ID, path_map
 from campusloop.scenes.scenario_file import Cue, Expectations, Occluder, Road, ScenarioError, ScenarioFile
 from contract.geometry import Array, arc_lengths, pose_at
@@ -86,7 +87,7 @@ def drive(found: ScenarioFile, name: str, profile: Profile, folder: Path, runs: 
     """Drive it; runs: where the run log goes, None for none. Raises ScenarioError."""
     try:
         run = SceneDrive(scene_of(found, name, profile, folder), runs).run()
-    except SceneError as error:
+    except (SceneError, CameraError) as error:
         raise ScenarioError(str(error)) from error
     return Outcome(run, unmet(found.expect, run))
 

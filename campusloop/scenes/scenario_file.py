@@ -26,7 +26,7 @@ class _Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     pass
 
 
-class Crossing(_Part):
+class Crossing(_Part, frozen=True):
     """An observation area across the path, between s_m and s_m + length_m, reach_m to each side."""
 
     id: str
@@ -36,7 +36,7 @@ class Crossing(_Part):
     kind: Literal["crossing", "intersection"] = "crossing"
 
 
-class Road(_Part):
+class Road(_Part, frozen=True):
     """Either `path` (the rear axle's way, m) or `map` with two of its stops."""
 
     path: tuple[Place, ...] = ()
@@ -49,7 +49,7 @@ class Road(_Part):
     to_stop: str = ""
 
 
-class Shuttle(_Part):
+class Shuttle(_Part, frozen=True):
     """start_s_m, goal_s_m: along the road; without a goal, 6 m before its end. Speeds of 0: the profile's."""
 
     start_s_m: NotNegative = 6.0
@@ -58,7 +58,7 @@ class Shuttle(_Part):
     speed_mps_max: NotNegative = 0.0
 
 
-class Cue(_Part):
+class Cue(_Part, frozen=True):
     """What a part waits for; both, when both are given. after_s: from the cue to the first step."""
 
     time_s: NotNegative | None = None
@@ -66,7 +66,7 @@ class Cue(_Part):
     after_s: NotNegative = 0.0
 
 
-class Person(_Part):
+class Person(_Part, frozen=True):
     """Stands at `at` looking to heading_deg, then walks over the places of `way`."""
 
     at: Place
@@ -79,7 +79,7 @@ class Person(_Part):
     stays: bool = True
 
 
-class Vehicle(_Part):
+class Vehicle(_Part, frozen=True):
     """Parked, or on its way."""
 
     at: Place
@@ -93,7 +93,7 @@ class Vehicle(_Part):
     stays: bool = True
 
 
-class Occluder(_Part):
+class Occluder(_Part, frozen=True):
     """A wall or a hut that hides what is behind it."""
 
     at: Place
@@ -103,7 +103,7 @@ class Occluder(_Part):
     height_m: Positive = 3.0
 
 
-class Crowd(_Part):
+class Crowd(_Part, frozen=True):
     """People who react: see `simulator.traffic.social`."""
 
     people_per_100m2: NotNegative
@@ -111,20 +111,20 @@ class Crowd(_Part):
     reach_m: Positive = 12.0
 
 
-class Noise(_Part):
+class Noise(_Part, frozen=True):
     """dropout_ratio: of tracker scans in which a thing in sight is missed; latency_s of the tracker."""
 
     dropout_ratio: Annotated[float, Meta(ge=0.0, lt=1.0)] = 0.03
     latency_s: NotNegative = 0.08
 
 
-class Operator(_Part):
+class Operator(_Part, frozen=True):
     """resume_s: when an operator says that the vehicle may go on."""
 
     resume_s: tuple[NotNegative, ...] = ()
 
 
-class Expectations(_Part):
+class Expectations(_Part, frozen=True):
     """What must be so; fields that are left out are not looked at.
 
     contacts           front contacts, at most
@@ -151,7 +151,7 @@ class Expectations(_Part):
     never_says: tuple[str, ...] = ()
 
 
-class ScenarioFile(_Part):
+class ScenarioFile(_Part, frozen=True):
     """One scenario. stacks: which of them it is meant for; empty: all."""
 
     title: str

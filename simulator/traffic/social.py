@@ -6,7 +6,7 @@ import numpy as np
 
 from contract.geometry import Array, arc_lengths, pose_at
 from simulator.traffic.actors import Bodies, no_bodies
-from simulator.traffic.crowd import RADIUS_M, V_X, V_Y, Ints
+from simulator.traffic.crowd import RADIUS_M, V_SPEED, V_X, V_Y, Ints
 from simulator.traffic.social_force import (
     DONE,
     GOAL_X,
@@ -30,6 +30,7 @@ from vehicle_agent.signals import PEDESTRIAN
 _GOALS_EVERY_STEPS = 10
 # Nobody appears within this distance of a shuttle that is about to set off.
 _CLEAR_M = 9.0
+_STANDING_MPS = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +74,7 @@ class SocialCrowd:
         self.looks: Ints = (self._rng.random(count) < params.attentive_ratio).astype(np.int64)
         self._numbers: Ints = np.arange(1, count + 1)
         self._places = np.empty((count, 2))
+        self._waited_s: Array = np.zeros(0)
         self._steps = 0
         for i in range(count):
             self._born(i)
@@ -87,7 +89,11 @@ class SocialCrowd:
             for i in np.flatnonzero(self.doing == DONE):
                 self._new_goal(int(i))
         self._steps += 1
-        step_social(self.people, self.doing, self.looks, vehicles, ahead, dt_s)
+        if len(self._waited_s) != len(vehicles):
+            self._waited_s = np.zeros(len(vehicles))
+        standing = np.abs(vehicles[:, V_SPEED]) < _STANDING_MPS
+        self._waited_s = np.where(standing, self._waited_s + dt_s, 0.0)
+        step_social(self.people, self.doing, self.looks, vehicles, ahead, self._waited_s, dt_s)
 
     def bodies(self) -> Bodies:
         """Everybody; numbers keep their person."""

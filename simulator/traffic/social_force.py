@@ -46,17 +46,21 @@ _CROSSING_MPS = 0.45
 _ROOM_S = 3.5
 _ROOM_M = 6.0
 _HURRY = 1.35
+# A shuttle that has stood is let go by those within so far of its bumper; 10 s at a margin of 1 s.
+_COURTESY_M, _COURTESY_S = 10.0, 10.0
 # A step off, and, of who does not look, the touch itself.
 _APART_M = RADIUS_M + 0.15
 _TOUCH_M = RADIUS_M - 0.05
 
 
 @njit(cache=True)
-def step_social(people: Array, doing: Ints, looks: Ints, vehicles: Array, ahead: Array, dt: float) -> None:
+def step_social(
+    people: Array, doing: Ints, looks: Ints, vehicles: Array, ahead: Array, waited_s: Array, dt: float
+) -> None:
     """Move everybody by dt, in place.
 
     people (n, PERSON_COLUMNS), doing (n,), looks (n,) 1 for who looks; vehicles (m, 7) and ahead (m, k, 2) as
-    in `traffic.crowd`.
+    in `traffic.crowd`; waited_s (m,) for how long each of them has stood.
     """
     n = people.shape[0]
     force = np.empty((n, 2))
@@ -66,7 +70,7 @@ def step_social(people: Array, doing: Ints, looks: Ints, vehicles: Array, ahead:
             for j in range(vehicles.shape[0]):
                 p = people[i]
                 if math.hypot(p[X] - vehicles[j, V_X], p[Y] - vehicles[j, V_Y]) < _SIGHT_M:
-                    wx, wy = _mind(p, wx, wy, vehicles[j], ahead[j], dt)
+                    wx, wy = _mind(p, wx, wy, vehicles[j], ahead[j], waited_s[j], dt)
         px, py = _pushes(people, i)
         if doing[i] == LINGER and math.hypot(wx, wy) < 1e-9:
             # Who stands gives way a little, and does not drift about.
@@ -94,7 +98,9 @@ def _wish(p: Array, doing: Ints, i: int, dt: float) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def _mind(p: Array, wx: float, wy: float, vehicle: Array, ahead: Array, dt: float) -> tuple[float, float]:
+def _mind(
+    p: Array, wx: float, wy: float, vehicle: Array, ahead: Array, waited_s: float, dt: float
+) -> tuple[float, float]:
     """The wished velocity of who looks, after a look at one shuttle."""
     s, d, tx, ty = place_in_corridor(ahead, p[X], p[Y])
     gap, length = s - vehicle[V_FRONT], vehicle[V_REAR] + vehicle[V_FRONT]
@@ -110,7 +116,7 @@ def _mind(p: Array, wx: float, wy: float, vehicle: Array, ahead: Array, dt: floa
     if off > edge:
         p[NOTICED] = 0.0
         soon = off - edge < 0.3 - outward
-        if outward >= 0.0 or not soon or _takes_gap(p, gap, off, edge, arrives_s):
+        if outward >= 0.0 or not soon or _takes_gap(p, gap, off, edge, arrives_s, waited_s):
             return wx, wy
         # Waits at the edge, and may still go along it.
         return wx - outward * nx, wy - outward * ny
@@ -129,8 +135,13 @@ def _mind(p: Array, wx: float, wy: float, vehicle: Array, ahead: Array, dt: floa
 
 
 @njit(cache=True)
-def _takes_gap(p: Array, gap: float, off: float, edge: float, arrives_s: float) -> bool:
-    """Enough time to be across before the shuttle, with a margin of one's own; never right at its bumper."""
+def _takes_gap(p: Array, gap: float, off: float, edge: float, arrives_s: float, waited_s: float) -> bool:
+    """Enough time to be across before the shuttle, with a margin of one's own; never right at its bumper.
+
+    One that has waited long enough is let go first: sooner by those who want long gaps.
+    """
+    if gap < _COURTESY_M and waited_s > _COURTESY_S / max(p[MARGIN], 0.2):
+        return False
     return gap > 1.0 and arrives_s > (off + edge) / max(p[PACE], 0.3) + p[MARGIN]
 
 

@@ -113,6 +113,18 @@ def test_who_looks_waits_no_longer_than_the_shuttle_moves() -> None:
     assert way[:, 1].min() < -4.0
 
 
+def test_who_looks_lets_a_shuttle_go_that_has_waited_long() -> None:
+    crowd = one(14.0, 3.0, (14.0, -6.0), True)
+    vehicles, ahead = shuttle(5.0, 0.0)
+    far = crowd.people[0].copy()
+    for _ in range(round(11.0 / DT_S)):
+        crowd.step(vehicles, np.zeros(1), ahead, DT_S)
+        crowd.people[0] = far
+    for _ in range(round(4.0 / DT_S)):
+        crowd.step(vehicles, np.zeros(1), ahead, DT_S)
+    assert crowd.people[0, Y] > 1.1
+
+
 def test_nobody_is_pushed_into_a_standing_shuttle() -> None:
     crowd = SocialCrowd(CrowdParams(10.0), PATH, 4)
     walked(crowd, 20.0, x_m=40.0)
