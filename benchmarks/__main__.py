@@ -16,6 +16,7 @@ SHORT_FORMS: tuple[tuple[str, ...], ...] = (
     ("benchmarks.tracking",),
     ("benchmarks.monte_carlo", "--runs", "4", "--stacks", "snow_lion"),
     ("benchmarks.planner", "--seeds", "60"),
+    ("benchmarks.drive_by_wire", "--injections", "380", "--hours", "0.1"),
     ("benchmarks.mpc", "--steps", "20000"),
     ("benchmarks.decisions", "--vehicles", "12", "--rides", "50"),
     ("benchmarks.decisions", "--vehicles", "1000", "--rides", "4000"),

@@ -1,4 +1,4 @@
-"""The faults that `benchmarks.drive_by_wire` injects: what each spoils, for how long, and what must follow."""
+"""The faults that `benchmarks.drive_by_wire` injects: what each spoils, and what must follow."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -227,4 +227,3 @@ def _bus_off(drive: FaultedDrive, rng: np.random.Generator) -> Callable[[int], N
             faults.loses_to_module = faults.loses_to_vehicle = False
 
     return after
-

@@ -18,9 +18,9 @@ TRACE_COLUMNS = ("injection", "t_s", "way_m", "v_mps", "steer_rad", "brake_sent"
 STUCK_SEEN_RAD = 0.05
 _STANDS_MPS = 0.01
 _WATCH_S = 8.0
-_STANDS_S = 1.5
+_STANDS_S = 1.0
 _MOVED_M = 0.02
-_GOES_ON_S = 2.0
+_GOES_ON_S = 1.5
 _STUCK, _REPORTS_LOST = "steering stuck", "reports lost"
 
 
@@ -41,7 +41,7 @@ def inject(course: Course, kind: FaultKind, number: int, seed: int) -> tuple[Row
     rng = np.random.default_rng([seed, number])
     drive = FaultedDrive(course, int(rng.integers(2**31)))
     drive.set_off()
-    for _ in range(int(rng.integers(40, 160))):
+    for _ in range(int(rng.integers(25, 100))):
         drive.step()
     speed_mps = drive.world.truth(VEHICLE_ID).speed_mps
     after = kind.inject(drive, rng)
@@ -60,13 +60,13 @@ def inject(course: Course, kind: FaultKind, number: int, seed: int) -> tuple[Row
         "guard": drive.computer.state.guard.reason,
         "right": _is_right(kind, course, watched),
         "restarts": watched.moved_again_m > _MOVED_M,
-        "released": _released(drive) if kind.must == "brake" and number % 7 == 0 else None,
+        "released": _released(drive) if kind.must == "brake" and number % 11 == 0 else None,
     }
     return row, watched
 
 
 class SoundColumn:
-    """Where a sound steering would be: dead time and lag of the simulated one, on the commands that are given."""
+    """Where a sound steering is, on the commands that are given, by the dead time and lag."""
 
     def __init__(self, steer_rad: float, params: PlantParams) -> None:
         self.steer_rad = steer_rad
@@ -154,6 +154,6 @@ def _released(drive: FaultedDrive) -> bool:
         drive.step()
     stood_m = drive.world.truth(VEHICLE_ID).odometer_m
     drive.resume()
-    for _ in range(300):
+    for _ in range(200):
         drive.step()
     return drive.world.truth(VEHICLE_ID).odometer_m - stood_m > 0.5

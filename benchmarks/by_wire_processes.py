@@ -9,6 +9,7 @@ import os
 import signal
 import tempfile
 import time
+from itertools import pairwise
 from pathlib import Path
 
 import msgspec
@@ -126,7 +127,7 @@ def _way_m(heard: list[OnBus], from_ns: int) -> float:
     """By the speed reports; one holds until the next."""
     reports = [(item.stamp_ns, item.motion.speed_mps) for item in heard if item.motion is not None]
     way_m = 0.0
-    for (begin_ns, speed_mps), (end_ns, _) in zip(reports, reports[1:], strict=False):
+    for (begin_ns, speed_mps), (end_ns, _) in pairwise(reports):
         way_m += speed_mps * max(0, end_ns - max(begin_ns, from_ns)) * 1e-9
     return way_m
 

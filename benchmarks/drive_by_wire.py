@@ -1,11 +1,11 @@
-"""Faults between tick and wheels: `python -m benchmarks.drive_by_wire --injections 5000 --processes 30 --json F`.
+"""Faults between tick and wheels: `python -m benchmarks.drive_by_wire --injections 5000 --json F`.
 
 Faults are injected while the shuttle drives, in virtual time, into the real chain: tick outputs -> gate ->
 bus -> by-wire module -> plant, and back. Sets of commands are lost, late, repeated, flipped; frames are lost
 and flipped on the bus, both ways; the steering sticks, the tick dies, clocks jump. Told from the first frame
 that should have come: how soon a brake is on the bus, how far the vehicle still goes, whether it ever moves
 again without an operator's resume. A stuck wheel counts from the moment it is 0.05 rad off where a sound one
-would be. Harmless faults (one or two lost sets) must not stop it. Apart from these a dead gate and a dead bus,
+would be. Harmless faults (one or two lost sets) must not stop it. Apart from these a dead gate and bus,
 where nobody can brake by wire, are judged by the profile's fail action.
 
 `--processes N`: N times SIGKILL or SIGSTOP on real gate and tick processes with a simulation in real time
@@ -31,7 +31,6 @@ from vehicle_agent.config import Profile, load_profile
 
 _PROFILE = Path(__file__).resolve().parent.parent / "vehicle_agent" / "profiles" / "campus-shuttle.toml"
 SPEEDS_KMH = (15.0, 10.0, 15.0, 6.0)
-
 
 
 def main() -> None:

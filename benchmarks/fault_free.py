@@ -1,4 +1,4 @@
-"""Hours of fault-free driving in virtual time, and how often guard or gate stopped the vehicle for nothing."""
+"""Hours of fault-free driving in virtual time, and how often guard or gate stop the vehicle for nothing."""
 
 import tempfile
 import time

@@ -24,8 +24,8 @@ from contract.roads.network import RoadNetwork
 from contract.wire.messages import Command, Order, SectionGrant, Visit
 from simulator.live import scan_ring_path
 from simulator.live_ports import ports_of
-from vehicle_agent.can.by_wire import braking_of, codec_of
 from vehicle_agent.can.braking import CommandSetError
+from vehicle_agent.can.by_wire import braking_of, codec_of
 from vehicle_agent.config import Profile
 from vehicle_agent.runtime.agent import AgentPlace, run_gate, run_tick
 from vehicle_agent.runtime.agent_files import VehicleFile

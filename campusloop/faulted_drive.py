@@ -24,7 +24,7 @@ from vehicle_agent.onboard.car import Car, initial_state
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.gate import gate_of
 from vehicle_agent.runtime.inbox import Inbox
-from vehicle_agent.signals import CanFrame, LinkState
+from vehicle_agent.signals import CanFrame, LinkState, ServerWord
 from vehicle_agent.stacks.choice import build_car
 
 STEP_NS = 20_000_000
@@ -140,6 +140,7 @@ class FaultedDrive:
             self.gate.hear(stamped, gate_ns)
             self._tell_tick(stamped)
         for item in world.sensor_items(VEHICLE_ID, now_ns):
+            assert not isinstance(item, ServerWord), "sensors say nothing for the server"
             moved = msgspec.structs.replace(item, stamp_ns=item.stamp_ns + self.tick_jump_ns)
             self.inbox.put(tick_ns, "sensors", moved)
         sets: Sets = []

@@ -108,8 +108,9 @@ class ByWire:
         return 1.0 if self._gear == PARK else 0.0
 
     def _commanded(self, command: str) -> float:
-        """A pedal's command, 0 unless its own enable bit is set."""
-        return self.watch.value(command, "position") if self.watch.value(command, "enable") else 0.0
+        """A pedal's command, 0 unless its own enable bit is set; there is nothing beyond a pedal's end."""
+        position = self.watch.value(command, "position") if self.watch.value(command, "enable") else 0.0
+        return min(max(position, 0.0), 1.0)
 
     def _on_global(self) -> None:
         if self.watch.value("global_command", "clear_overrides") and not self.driver.takes_over:

@@ -16,7 +16,7 @@ class Avoidance(msgspec.Struct, frozen=True):
 
     response_s, brake_mps2  what a collision must not need: driving on for so long, then braking so hard
     delay_s                 from a pedal to its effect
-    brakes                  (deceleration, pedal) to choose from, mildest first; full pedal comes after the last
+    brakes                  (deceleration, pedal) to choose from, mildest first; then the full pedal
     release_s               once it brakes, so much more response time must be free before it lets go
     front_margin_m, margin_m  room before the bumper beyond that on every side
     set_off_mps             a standing vehicle must be free at this speed to set off

@@ -36,7 +36,8 @@ class Watch(msgspec.Struct, frozen=True):
     faults     active in the last tick; told: those that the server has been told of
     latched    what the minimal-risk stop is for
     manual     the safety driver has the vehicle until the next resume
-    resumed_ns the last resume that was taken; its tick was at resume_tick_ns
+    resumed_ns the last resume that was taken
+    resume_tick_ns   its tick, as long as the gate has not let go since, 0 otherwise
     asking_since_ns  by-wire is wanted and not there since, 0 otherwise
     had_by_wire      by-wire was there since the last resume
     allowed_mps      the speed that was allowed in the last tick
@@ -141,7 +142,9 @@ class Guard(msgspec.Struct, frozen=True):
         if task.resumed_ns not in (0, state.resumed_ns):
             manual, had = False, motion.enabled and not motion.overridden
             latched, resume_tick_ns = (), ego.stamp_ns
-        if resume_tick_ns > 0 and ego.stamp_ns - resume_tick_ns < self.by_wire_ns:
+        if not _gate_brakes(motion):
+            resume_tick_ns = 0
+        elif resume_tick_ns > 0 and ego.stamp_ns - resume_tick_ns < self.by_wire_ns:
             # The gate lets go only when by-wire is asked for anew, which the resume has just begun.
             stops = tuple(fault for fault in stops if fault.code != GATE_BRAKING)
         waited_ns = task.resumed_ns and state.asking_since_ns and state.stamp_ns - state.asking_since_ns

@@ -63,7 +63,7 @@ def will_touch(
     back, front, half = body[0], body[1] + front_margin_m, body[2]
     end_s = response_s + (speed_mps + accel_mps2 * response_s) / decel_mps2
     reach = travel_m(end_s, speed_mps, accel_mps2, response_s, decel_mps2)
-    steps = int(math.ceil(end_s / STEP_S))
+    steps = math.ceil(end_s / STEP_S)
     for i in range(rows.shape[0]):
         x, y, vx, vy, radius, brake, swerve = rows[i]
         v = math.hypot(vx, vy)

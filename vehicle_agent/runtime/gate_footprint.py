@@ -40,3 +40,8 @@ def distance_on_arc(
         if travel >= -0.1:
             nearest = min(nearest, max(0.0, travel))
     return nearest if nearest <= look_m else np.inf
+
+
+def warm_footprint() -> None:
+    """Loads the kernel, or compiles it: once it brakes or drives the gate has no time for that."""
+    distance_on_arc(np.array([[5.0, 0.0]]), 0.1, 3.5, 0.8, 10.0)

@@ -13,6 +13,7 @@ from vehicle_agent.can.by_wire import braking_of
 from vehicle_agent.config import Profile
 from vehicle_agent.runtime.can_bus import open_bus
 from vehicle_agent.runtime.gate import gate_of
+from vehicle_agent.runtime.gate_footprint import warm_footprint
 from vehicle_agent.runtime.gate_settings import TICK_NS
 from vehicle_agent.runtime.mailbox import Commands, Deliveries, Delivery, Mailbox
 from vehicle_agent.runtime.priority import GATE_PRIORITY, ask_for_real_time
@@ -27,6 +28,7 @@ class GateProcess:
     def __init__(self, folder: Path, channel: str, profile: Profile) -> None:
         """folder  where the vehicle's mailboxes are; channel: see `open_bus`."""
         by_wire = braking_of(profile)
+        warm_footprint()
         self._gate = gate_of(profile)
         self._frame_gap_s = by_wire.frame_gap_ns / 1e9
         self._bus = open_bus(channel)

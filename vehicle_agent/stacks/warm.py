@@ -16,6 +16,7 @@ from vehicle_agent.signals import (
     CYCLIST,
     PEDESTRIAN,
     VEHICLE,
+    Ego,
     GnssFix,
     ImuSample,
     Inputs,
@@ -27,9 +28,12 @@ from vehicle_agent.signals import (
     SeatButton,
     ServerWord,
     TrackPercept,
+    Tracks,
+    VehicleMotion,
+    World,
 )
 from vehicle_agent.stacks.choice import build_car, build_planner
-from vehicle_agent.stacks.gem import height_map
+from vehicle_agent.stacks.gem import guard, height_map
 
 _TICK_NS = 20_000_000
 _TICKS = 60
@@ -45,6 +49,23 @@ def warm_kernels() -> None:
     )
     for profile in profiles:
         _drive(profile, _watched(straight_road()))
+    warm_guard(Profile())
+
+
+def warm_guard(profile: Profile) -> None:
+    """The guard's kernels, which a vehicle needs only once it drives among others: by then it is too late to
+    load them."""
+    now_ns = _TICK_NS
+    avoidance = guard(profile).avoidance
+    ego = Ego(now_ns, Pose2(0.0, 0.0, 0.0), 2.0, 0.0, 0.0, 0.0, 0.02, now_ns, True)
+    motion = VehicleMotion(now_ns, 2.0, 0.0, 0.0, 0.0, True, False, True, 1.0)
+    told = _tracks(now_ns)
+    tracks = Tracks(now_ns, told.ids, told.kinds, told.poses_base, told.velocities_base_mps, told.sizes_m)
+    mates = (OtherVehicle(now_ns, "mate", Pose2(15.0, 0.0, 0.0), 0.0),)
+    world = World(now_ns, now_ns, np.array([[8.0, 0.0]]), mates, (), False, tracks)
+    movers, everything = avoidance.others(world, ego)
+    avoidance.brake_ratio(everything, ego, motion, 0.1, 2.0, False)
+    avoidance.may_set_off(movers, everything, 0.1)
 
 
 def _drive(profile: Profile, road_map: RoadMap) -> None:

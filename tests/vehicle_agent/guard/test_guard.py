@@ -13,7 +13,22 @@ from contract.geometry import Pose2
 from contract.wire.messages import Blocked, FaultRaised, ModeChanged
 from vehicle_agent.config import Profile
 from vehicle_agent.guard.guard import Watch
-from vehicle_agent.signals import Actuation, Ages, Ego, Fault, Guarded, Path, Task, VehicleMotion, Wish, World
+from vehicle_agent.signals import (
+    GATE_BRAKING,
+    NO_TRACKS,
+    PEDESTRIAN,
+    Actuation,
+    Ages,
+    Ego,
+    Fault,
+    Guarded,
+    Path,
+    Task,
+    Tracks,
+    VehicleMotion,
+    Wish,
+    World,
+)
 from vehicle_agent.stacks.gem import guard
 
 GUARD = guard(Profile())
@@ -36,6 +51,7 @@ class Bench:
         ages: Ages = FRESH,
         points: tuple[tuple[float, float], ...] = (),
         blind: bool = False,
+        tracks: Tracks = NO_TRACKS,
         **changes: Any,
     ) -> tuple[Actuation, Guarded]:
         self.now_ns += changes.pop("tick_ns", TICK_NS)
@@ -49,7 +65,7 @@ class Bench:
         for name, value in changes.items():
             kind, _, field = name.partition("_")
             values[kind] = msgspec.structs.replace(values[kind], **{field: value})
-        world = World(self.now_ns, self.now_ns, np.array(points).reshape(-1, 2), (), (), blind)
+        world = World(self.now_ns, self.now_ns, np.array(points).reshape(-1, 2), (), (), blind, tracks)
         act, verdict, self.state = GUARD.step(
             self.state, wish, values["motion"], values["ego"], world, values["task"], values["path"], ages
         )
@@ -213,6 +229,102 @@ def test_a_minute_behind_an_obstacle_is_told_once_and_its_end_once() -> None:
     blocked = [event for event in bench.events if isinstance(event, Blocked)]
     assert [event.cleared for event in blocked] == [False, True]
     assert blocked[0].obstacle_m == 4.0
+
+
+def test_the_gate_s_own_braking_latches_until_a_resume_asks_for_by_wire_anew() -> None:
+    gate_brakes = {"motion_faults": (Fault(GATE_BRAKING, "stop", 5),)}
+    bench = driving()
+    assert bench.step(**gate_brakes)[1].mode == "minimal_risk"
+    assert bench.step()[1].mode == "minimal_risk"
+    resumed = {"task_resumed_ns": bench.now_ns + 1}
+    act, _ = bench.step(**gate_brakes, **resumed)
+    assert act.enable is False, "enable falls for one tick"
+    act, verdict = bench.step(**gate_brakes, **resumed)
+    assert (act.enable, verdict.mode) == (True, "autonomous"), "and is asked for again"
+    for _ in range(150):
+        _, verdict = bench.step(**gate_brakes, **resumed)
+    assert verdict.mode == "minimal_risk", "a gate that does not let go is a fault after all"
+
+
+def test_a_clock_that_goes_back_stops_the_vehicle() -> None:
+    bench = driving()
+    _, verdict = bench.step(tick_ns=-10_000_000)
+    assert verdict.mode == "minimal_risk"
+    assert "clock_went_back" in [fault.code for fault in verdict.faults]
+
+
+def test_a_position_that_is_no_number_stops_the_vehicle() -> None:
+    _, verdict = driving().step(ego_pose_map=Pose2(math.nan, 0.0, 0.0))
+    assert (verdict.mode, verdict.faults[0].code) == ("minimal_risk", "pose_not_finite")
+
+
+def test_while_the_position_is_poor_the_limit_comes_down_gently_to_half_a_metre_a_second() -> None:
+    bench = driving()
+    pedals = []
+    for _ in range(200):
+        act, verdict = bench.step(ego_position_std_m=0.5)
+        pedals.append(act.brake_ratio)
+    assert pedals[0] == 0.0, "not at once"
+    assert pedals[-1] == GUARD.slow_ratio < GUARD.stop_ratio
+    assert verdict.intervened == "overspeed"
+    slow = {"ego_speed_mps": 0.4, "motion_speed_mps": 0.4, "ego_position_std_m": 0.5}
+    assert bench.step(**slow)[0].throttle_ratio == 0.3
+    assert bench.step()[0].throttle_ratio == 0.3, "a good position gives the speed back"
+
+
+@pytest.mark.parametrize("mode", ["idle", "dwell", "hold"])
+def test_without_a_task_to_drive_no_wish_for_throttle_is_heard(mode: str) -> None:
+    act, _ = driving().step(task_mode=mode, ego_speed_mps=0.0, motion_speed_mps=0.0)
+    assert (act.throttle_ratio, act.brake_ratio) == (0.0, GUARD.hold_ratio)
+
+
+def test_with_its_doors_open_it_stands() -> None:
+    act, _ = driving().step(task_doors_open=True, ego_speed_mps=0.0, motion_speed_mps=0.0)
+    assert (act.throttle_ratio, act.brake_ratio) == (0.0, GUARD.hold_ratio)
+
+
+def test_a_standing_vehicle_does_not_roll() -> None:
+    bench = driving()
+    still = {"ego_speed_mps": 0.02, "motion_speed_mps": 0.02}
+    assert bench.step(wish=Wish(0.0, 0.0, 0.0, 0.0), **still)[0].brake_ratio == GUARD.hold_ratio
+    back = {"ego_speed_mps": -0.3, "motion_speed_mps": -0.3}
+    assert bench.step(**back)[0].brake_ratio == GUARD.stop_ratio
+
+
+def test_tracks_that_are_no_numbers_are_said_and_slowed_for() -> None:
+    bench = driving()
+    act, verdict = bench.step(tracks=someone(math.nan, 0.0))
+    assert (act.throttle_ratio, act.brake_ratio) == (0.0, GUARD.slow_ratio)
+    assert [fault.code for fault in verdict.faults] == ["tracks_not_finite"]
+    assert bench.step()[0].throttle_ratio == 0.3, "and when they are numbers again it goes on"
+
+
+def test_somebody_in_the_footprint_s_margin_keeps_it_from_setting_off() -> None:
+    still = {"ego_speed_mps": 0.0, "motion_speed_mps": 0.0}
+    for x, y in ((3.9, 0.0), (1.0, 1.1), (-1.1, 0.0), (2.0, 0.0)):
+        act, verdict = driving().step(tracks=someone(x, y), **still)
+        assert (act.throttle_ratio, act.brake_ratio) == (0.0, GUARD.hold_ratio), (x, y)
+        assert verdict.intervened == "somebody close"
+    act, _ = driving().step(tracks=someone(1.0, 1.6), **still)
+    assert act.throttle_ratio == 0.3
+
+
+def test_the_watch_is_the_same_after_it_was_written_out_and_read_again() -> None:
+    bench = driving()
+    bench.step(blind=True, tracks=someone(6.0, 0.0))
+    again = msgspec.msgpack.decode(msgspec.msgpack.encode(bench.state), type=Watch)
+    assert again == bench.state
+
+
+def someone(x_m: float, y_m: float) -> Tracks:
+    return Tracks(
+        1,
+        np.array([7]),
+        np.array([PEDESTRIAN]),
+        np.array([[x_m, y_m, 0.0]]),
+        np.zeros((1, 2)),
+        np.full((1, 2), 0.5),
+    )
 
 
 def test_the_watch_of_a_new_guard_is_held() -> None:

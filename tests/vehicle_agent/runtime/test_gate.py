@@ -335,8 +335,20 @@ def test_what_the_tick_brakes_for_is_left_to_it() -> None:
     bench.drive()
     bench.gate.see(a_wall(PROFILE.body.front_overhang_m + 0.8, bench.now_ns))
     for _ in range(5):
+        bench.report()
         bench.tick(throttle=0.0, brake=0.5)
     assert not bench.gate.braking
+
+
+def test_a_module_that_goes_silent_is_braked_for() -> None:
+    bench = Bench()
+    bench.drive()
+    silent_ns = 0
+    while not bench.gate.braking:
+        bench.tick()
+        silent_ns += TICK_NS
+    assert bench.gate.braking == "the module is silent"
+    assert silent_ns <= 120_000_000
 
 
 def test_the_tick_is_told_while_the_gate_brakes_and_once_that_it_does_no_longer() -> None:
