@@ -6,14 +6,18 @@ directly, in the base frame, so that neither a plan nor a position nor the guard
 
 import math
 from collections import deque
+from dataclasses import dataclass
 
 import numpy as np
 
-from contract.geometry import Array
+from contract.geometry import Array, IntArray
 from vehicle_agent.can.braking import Commanded
 from vehicle_agent.runtime.gate_footprint import distance_on_arc
 from vehicle_agent.runtime.gate_settings import GateSettings
-from vehicle_agent.signals import PEDESTRIAN, ObstaclePercept, Percept, VehicleMotion
+from vehicle_agent.signals import PEDESTRIAN, ObstaclePercept, Percept, TrackPercept, VehicleMotion
+
+# A cell this near to a place of a track belongs to it.
+_OWN_M = 0.7
 
 
 class SteeringWatch:
@@ -75,18 +79,22 @@ class SpeedWatch:
 
 
 class FootprintWatch:
-    """Is something before the bumper that only full braking, if that, still misses?"""
+    """Is something before the bumper that only full braking, if that, still misses?
+
+    Who moves is carried along to the present, and must still be in the way some moments later: whoever has
+    all but left it is no reason to stop for good. A cell beside somebody who is tracked is theirs.
+    """
 
     def __init__(self, settings: GateSettings) -> None:
         self._settings = settings
-        self._points: dict[type, tuple[int, Array]] = {}
+        self._seen: dict[type, _Seen] = {}
         self._met = 0
 
     def see(self, percept: Percept) -> None:
         """The newest answer of each kind counts; an older one is dropped."""
-        known = self._points.get(type(percept))
-        if known is None or percept.stamp_ns >= known[0]:
-            self._points[type(percept)] = (percept.stamp_ns, _points(percept))
+        known = self._seen.get(type(percept))
+        if known is None or percept.stamp_ns >= known.stamp_ns:
+            self._seen[type(percept)] = _seen(percept)
 
     def is_close(self, motion: VehicleMotion, asked: Commanded, now_ns: int) -> bool:
         """Called each 20 ms; True once it has been so for `confirmed` times and a set does not brake."""
@@ -96,39 +104,72 @@ class FootprintWatch:
         unbraked = asked.enable and speed_mps > settings.standing_mps
         unbraked = unbraked and asked.brake_ratio < settings.braked_ratio
         met = unbraked and any(
-            self._is_met(points, stamp_ns, motion, asked, look_m, now_ns)
-            for stamp_ns, points in self._points.values()
-            if now_ns - stamp_ns <= settings.percept_ns and len(points)
+            self._is_met(seen, motion, asked, look_m, now_ns) for seen in self._fresh(now_ns)
         )
         self._met = self._met + 1 if met else 0
         return self._met > settings.confirmed
 
+    def _fresh(self, now_ns: int) -> list["_Seen"]:
+        """What is not too old, cells without those of a track."""
+        fresh = [seen for seen in self._seen.values() if now_ns - seen.stamp_ns <= self._settings.percept_ns]
+        tracks = [seen for seen in fresh if seen.tracked and len(seen.points)]
+        if not tracks:
+            return [seen for seen in fresh if len(seen.points)]
+        left = [seen if seen.tracked else _apart_from(seen, tracks[0]) for seen in fresh]
+        return [seen for seen in left if len(seen.points)]
+
     def _is_met(
-        self,
-        points: Array,
-        stamp_ns: int,
-        motion: VehicleMotion,
-        asked: Commanded,
-        look_m: float,
-        now_ns: int,
+        self, seen: "_Seen", motion: VehicleMotion, asked: Commanded, look_m: float, now_ns: int
     ) -> bool:
         settings = self._settings
-        way_m = motion.speed_mps * max(0, now_ns - stamp_ns) * 1e-9
-        near = np.abs(points).max(axis=1) <= settings.front_m + look_m + way_m + 2.0
+        age_s = max(0, now_ns - seen.stamp_ns) * 1e-9
+        way_m = motion.speed_mps * age_s
+        near = np.abs(seen.points).max(axis=1) <= settings.front_m + look_m + way_m + 4.0
+        points, velocities = seen.points[near], seen.velocities[near]
         driven = math.tan(motion.steer_rad) / settings.wheelbase_m
-        moved = _after(points[near], way_m, driven)
-        return any(
-            distance_on_arc(moved, curvature, settings.front_m, settings.half_width_m, look_m) <= look_m
-            for curvature in (driven, math.tan(asked.steer_rad) / settings.wheelbase_m)
+        curvatures = (driven, math.tan(asked.steer_rad) / settings.wheelbase_m)
+        moments_s = (age_s, age_s + settings.still_s) if seen.tracked else (age_s,)
+        return all(
+            any(
+                distance_on_arc(moved, curvature, settings.front_m, settings.half_width_m, look_m) <= look_m
+                for curvature in curvatures
+            )
+            for moved in (_after(points + t * velocities, way_m, driven) for t in moments_s)
         )
 
 
-def _points(percept: Percept) -> Array:
-    """(n, 2) places in the base frame; of a track the corners and middles of its outline."""
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """points (n, 2) and their velocities over ground (n, 2), base frame at the stamp."""
+
+    stamp_ns: int
+    points: Array
+    velocities: Array
+    tracked: bool
+
+
+def _seen(percept: Percept) -> _Seen:
     if isinstance(percept, ObstaclePercept):
-        return percept.cells_base
-    places = [np.empty((0, 2))]
-    for kind, pose, size in zip(percept.kinds, percept.poses_base, percept.sizes_m, strict=True):
+        cells = percept.cells_base
+        return _Seen(percept.stamp_ns, cells, np.zeros_like(cells), False)
+    points, owners = _points(percept)
+    return _Seen(percept.stamp_ns, points, percept.velocities_base_mps[owners], True)
+
+
+def _apart_from(cells: _Seen, tracks: _Seen) -> _Seen:
+    """The cells that lie farther than _OWN_M from every place of a track at the cells' moment."""
+    late_s = (cells.stamp_ns - tracks.stamp_ns) * 1e-9
+    places = tracks.points + late_s * tracks.velocities
+    apart2 = ((cells.points[:, None, :] - places[None, :, :]) ** 2).sum(axis=2)
+    kept = apart2.min(axis=1) > _OWN_M**2
+    return _Seen(cells.stamp_ns, cells.points[kept], cells.velocities[kept], False)
+
+
+def _points(percept: TrackPercept) -> tuple[Array, IntArray]:
+    """((n, 2) corners and middles of the tracks' outlines, base frame, (n,) whose they are)."""
+    places, owners = [np.empty((0, 2))], [np.empty(0, np.int64)]
+    told = zip(percept.kinds, percept.poses_base, percept.sizes_m, strict=True)
+    for number, (kind, pose, size) in enumerate(told):
         x, y, yaw = pose
         half = 0.5 * size if kind != PEDESTRIAN else np.full(2, 0.5 * size[0])
         corners = np.array([[i, j] for i in (-1.0, 0.0, 1.0) for j in (-1.0, 0.0, 1.0)]) * half
@@ -137,7 +178,8 @@ def _points(percept: Percept) -> Array:
             corners = corners[np.abs(corners).sum(axis=1) <= half[0] + 1e-9]
         cos, sin = math.cos(yaw), math.sin(yaw)
         places.append(corners @ np.array([[cos, sin], [-sin, cos]]) + np.array([x, y]))
-    return np.vstack(places)
+        owners.append(np.full(len(corners), number, np.int64))
+    return np.vstack(places), np.concatenate(owners)
 
 
 def _after(points: Array, way_m: float, curvature_1pm: float) -> Array:
