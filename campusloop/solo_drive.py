@@ -11,13 +11,11 @@ from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import find_route, route_line
 from contract.wire.messages import Command, Order, SectionGrant, Visit, VisitKind
-from simulator.sensors.tracker import TrackerNoise
 from simulator.start_places import start_poses
 from simulator.traffic.population import TrafficParams
 from simulator.world import SimWorld, WorldOptions
 from vehicle_agent.config import LidarMount, Profile
 from vehicle_agent.signals import LinkState
-from vehicle_agent.stacks.choice import PLANNING_STACKS
 
 VEHICLE_ID = "shuttle-1"
 START_NS = 1_000_000_000
@@ -72,13 +70,12 @@ class SoloDrive:
         start_ns: int = START_NS,
         profile: Profile | None = None,
     ) -> None:
-        """profile: the campus shuttle by default; a tracker looks for a stack that asks for tracks."""
+        """profile: the campus shuttle by default."""
         profile = profile or Profile()
         if not lidar:
             profile = msgspec.structs.replace(profile, lidar=LidarMount(rate_hz=0.0))
         poses = start_poses(road_map, (VEHICLE_ID,))
-        tracker = TrackerNoise() if profile.stack in PLANNING_STACKS else None
-        options = WorldOptions(traffic=traffic, lidar=lidar, tracker=tracker)
+        options = WorldOptions(traffic=traffic, lidar=lidar)
         self.world = SimWorld(road_map, {VEHICLE_ID: profile}, poses, seed, NoPhones(), options)
         setup = VirtualVehicleSetup(VEHICLE_ID, profile, road_map, folder, 0)
         self.vehicle = VirtualVehicle(setup, self.world, lambda: None)

@@ -20,7 +20,7 @@ class GateSettings:
     comfort_ratio, comfort_steps  the brake sequence begins with this pedal for so many steps of 20 ms
     rate_slack        the steering may be commanded this much faster than its limit, for jitter
     stuck_*           the reported wheel angle must lie within stuck_rad of what was commanded between
-                      steer_delay_s - and + stuck_slack_s ago, or of a wheel that follows it at slow_share of the
+                      steer_delay_s +- stuck_slack_s ago, or of a wheel that follows it at slow_share of the
                       rate, or `confirmed` reports in a row say otherwise
     delay_s, brake_mps2, margin_m  of the footprint test: less room than the guard keeps, so that the guard
                       comes first; a set that brakes by `braked_ratio` already is left alone
