@@ -39,7 +39,10 @@ class ProcessFaultError(Exception):
 def process_faults(count: int, profile: Profile, traces: Path | None) -> list[Row]:
     """A row for each signal."""
     limits = msgspec.structs.replace(profile.limits, speed_mps_max=SPEED_MPS)
-    profile = msgspec.structs.replace(profile, limits=limits, lidar=LidarMount(rate_hz=0.0))
+    # The spring brake: a shuttle that coasts with nobody at the wheel leaves the road.
+    profile = msgspec.structs.replace(
+        profile, limits=limits, lidar=LidarMount(rate_hz=0.0), fail_action="spring_brake"
+    )
     road_map = straight_road(200.0 + _METRES_A_FAULT * count, SPEED_MPS)
     rng = np.random.default_rng(count)
     rows = []

@@ -11,6 +11,7 @@ from contract.roads.load import load_map
 from contract.roads.model import RoadMap
 from contract.wire.messages import Command
 from simulator.traffic.population import TrafficParams
+from vehicle_agent.config import Profile
 
 SHIPPED = Path(__file__).resolve().parents[1] / "maps" / "shanghai-university" / "map.json"
 DRIVE_S = 900.0
@@ -19,13 +20,13 @@ REASON_M = 5.0
 _STANDS_MPS = 0.05
 
 
-def fault_free_hours(hours: float, seed: int) -> list[Row]:
+def fault_free_hours(profile: Profile, hours: float, seed: int) -> list[Row]:
     """A row for each drive of at most a quarter of an hour; every drive has people and stops of its own."""
     road_map = load_map(SHIPPED)
     rows: list[Row] = []
     left_s = 3600.0 * hours
     while left_s > 0.0:
-        row = _drive(road_map, min(DRIVE_S, left_s), seed + len(rows))
+        row = _drive(road_map, profile, min(DRIVE_S, left_s), seed + len(rows))
         rows.append(row)
         left_s -= DRIVE_S
         print(row, flush=True)
@@ -71,10 +72,17 @@ class Watcher:
         return Command(number, f"again-{number}", "resume")
 
 
-def _drive(road_map: RoadMap, seconds: float, seed: int) -> Row:
+def _drive(road_map: RoadMap, profile: Profile, seconds: float, seed: int) -> Row:
     begun_s = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
-        drive = SoloDrive(road_map, Path(folder), seed, stops=len(road_map.stops), traffic=TrafficParams())
+        drive = SoloDrive(
+            road_map,
+            Path(folder),
+            seed,
+            stops=len(road_map.stops),
+            traffic=TrafficParams(),
+            profile=profile,
+        )
         drive.set_off()
         watcher = Watcher(drive)
         for _ in range(round(seconds * 1e9 / STEP_NS)):

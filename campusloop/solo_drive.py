@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from campusloop.conductor import STEP_NS
@@ -67,8 +68,12 @@ class SoloDrive:
         stops: int = 4,
         traffic: TrafficParams | None = None,
         start_ns: int = START_NS,
+        profile: Profile | None = None,
     ) -> None:
-        profile = Profile() if lidar else Profile(lidar=LidarMount(rate_hz=0.0))
+        """profile: the campus shuttle by default."""
+        profile = profile or Profile()
+        if not lidar:
+            profile = msgspec.structs.replace(profile, lidar=LidarMount(rate_hz=0.0))
         poses = start_poses(road_map, (VEHICLE_ID,))
         options = WorldOptions(traffic=traffic, lidar=lidar)
         self.world = SimWorld(road_map, {VEHICLE_ID: profile}, poses, seed, NoPhones(), options)

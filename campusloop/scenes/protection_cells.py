@@ -206,7 +206,8 @@ def _turning(body: Body, light: str, speed_mps: float) -> Iterator[Cell]:
     for way, radius_m in (("left", 8.0), ("right", -8.0)):
         path, turn_end_m = _turn(radius_m)
         meet = turn_end_m + 1.0
-        start = max(2.0, meet - speed_mps * BEFORE_S)
+        # Rolling, and straight: nobody begins in the middle of a bend.
+        start = max(2.0, min(meet - speed_mps * BEFORE_S, _STRAIGHT_M - 6.0))
         for word, target_kmh in (("walks", 5.0), ("runs", 8.0)):
             for side, side_name in ((-1.0, "near"), (1.0, "far")):
                 for share in SHARES:
@@ -224,10 +225,13 @@ def _turning(body: Body, light: str, speed_mps: float) -> Iterator[Cell]:
                     )
 
 
+_STRAIGHT_M = 30.0
+
+
 def _turn(radius_m: float) -> tuple[Array, float]:
     """(path, where the turn ends): straight, a quarter circle with eased ends, straight."""
     step, points, yaw, x, y = 0.25, [], 0.0, 0.0, 0.0
-    straight_m, easing_m = 30.0, 4.0
+    straight_m, easing_m = _STRAIGHT_M, 4.0
     arc_m = abs(radius_m) * 0.5 * math.pi
     length_m = straight_m + arc_m + easing_m
     for k in range(math.ceil((length_m + _RUN_OUT_M) / step)):
@@ -242,5 +246,11 @@ def _turn(radius_m: float) -> tuple[Array, float]:
 
 
 def _shifted(track: Recorded, by_s: float) -> Recorded:
-    """The same, later; who would have begun before the scene does is already on the way."""
-    return Recorded(track.number, track.kind, track.times_s + by_s, track.states, track.size_m)
+    """The same, later, standing until then; who would begin before the scene does is already on the way."""
+    times_s, states = track.times_s + by_s, track.states
+    if times_s[0] > 0.0:
+        still = states[0].copy()
+        still[3:] = 0.0
+        times_s = np.concatenate(([0.0, max(float(times_s[0]) - 1e-3, 1e-4)], times_s))
+        states = np.vstack((still, still, states))
+    return Recorded(track.number, track.kind, times_s, states, track.size_m)

@@ -1,7 +1,7 @@
 """The second layer of safety: between the tick and the CAN bus, and the only owner of the bus.
 
 Small enough to read aloud. It knows nothing of roads or plans: fresh, consistent commands within the limits
-pass; silence, a clock that runs backwards, a wheel that does not follow, a speed that cannot be, or something
+pass; silence, a clock that jumps, a wheel that does not follow, a speed that cannot be, or something
 before the bumper that nobody brakes for, are answered with the gate's own brake sequence. That goes on until
 the vehicle stands and the tick asks for by-wire anew in two frames, which takes an operator's resume.
 """
@@ -69,16 +69,17 @@ class Gate:
 
     def step(self, now_ns: int) -> tuple[CanFrame, ...]:
         """Frames for the bus now, called every 20 ms: the tick's, or nothing yet, or the gate's brake."""
-        went_back = now_ns < self._stepped_ns
+        since_ns = now_ns - self._stepped_ns if self._stepped_ns else 0
         self._stepped_ns = now_ns
-        if went_back:
+        jumped = not 0 <= since_ns <= self._settings.jump_ns
+        if jumped:
             # What was stamped by the clock before means nothing to them now.
             self._steering, self._footprint = SteeringWatch(self._settings), FootprintWatch(self._settings)
         asked = self._asked
         if asked is None:
             return ()
         if asked.enable and not self.braking:
-            self.braking = "the clock went back" if went_back else self._danger(asked, now_ns)
+            self.braking = "the clock jumped" if jumped else self._danger(asked, now_ns)
         frames, self._pending = self._pending, ()
         if self.braking:
             return self._brake(now_ns)

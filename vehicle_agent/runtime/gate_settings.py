@@ -14,12 +14,14 @@ class GateSettings:
     """SI units. fresh_ns: so long after the last sound set the gate brakes; late_ns: so old may a set be.
 
     Two missed ticks and half a tick of slack for the scheduler make fresh_ns.
+    jump_ns           two steps farther apart than this are a clock that jumped, or a gate that slept
     reports_ns        so long after the module's last report it brakes: two missed at 30 Hz, and slack
     sets_lost_max     so many sets may be missing between two that follow each other
     comfort_ratio, comfort_steps  the brake sequence begins with this pedal for so many steps of 20 ms
     rate_slack        the steering may be commanded this much faster than its limit, for jitter
     stuck_*           the reported wheel angle must lie within stuck_rad of what was commanded between
-                      steer_delay_s - and + stuck_slack_s ago, or `confirmed` reports in a row say otherwise
+                      steer_delay_s +- stuck_slack_s ago, or of a wheel that follows it at slow_share of the
+                      rate, or `confirmed` reports in a row say otherwise
     still_s           who moves must still be in the way after this time
     delay_s, brake_mps2, margin_m  of the footprint test: less room than the guard keeps, so that the guard
                       comes first; a set that brakes by `braked_ratio` already is left alone
@@ -37,6 +39,7 @@ class GateSettings:
     fresh_ns: int = 2 * TICK_NS + TICK_NS // 2
     late_ns: int = 2 * TICK_NS
     early_ns: int = 5_000_000
+    jump_ns: int = 100_000_000
     reports_ns: int = 90_000_000
     sets_lost_max: int = 2
     rate_slack: float = 1.5
@@ -45,6 +48,7 @@ class GateSettings:
     over_mps: float = 0.7
     stuck_rad: float = 0.035
     stuck_slack_s: float = 0.05
+    slow_share: float = 0.7
     confirmed: int = 2
     standing_mps: float = 0.1
     delay_s: float = 0.27

@@ -26,6 +26,7 @@ class SteeringWatch:
     def __init__(self, settings: GateSettings) -> None:
         self._settings = settings
         self._sent: deque[tuple[int, float]] = deque()
+        self._slow_rad: float | None = None
         self._reported_ns = 0
         self._astray = 0
 
@@ -34,16 +35,29 @@ class SteeringWatch:
         if not asked.enable:
             self._sent.clear()
             return
-        self._sent.append((now_ns, asked.steer_rad))
         settings = self._settings
+        since_s = (now_ns - self._sent[-1][0]) * 1e-9 if self._sent else 0.0
+        self._sent.append((now_ns, asked.steer_rad))
+        self._follow_slowly(since_s, now_ns - round(1e9 * settings.steer_delay_s))
         oldest_ns = now_ns - round(2e9 * (settings.steer_delay_s + settings.stuck_slack_s))
         while self._sent[0][0] < oldest_ns:
             self._sent.popleft()
+
+    def _follow_slowly(self, since_s: float, then_ns: int) -> None:
+        """A sound wheel that turns at the least rate that is still sound, after what was sent by then."""
+        wanted = [angle for stamp_ns, angle in self._sent if stamp_ns <= then_ns]
+        if not wanted:
+            return
+        if self._slow_rad is None:
+            self._slow_rad = wanted[-1]
+        reach = self._settings.slow_share * self._settings.steer_rate_radps_max * since_s
+        self._slow_rad += min(max(wanted[-1] - self._slow_rad, -reach), reach)
 
     def is_stuck(self, motion: VehicleMotion) -> bool:
         """So many reports in a row, this one included, that lie off what was commanded."""
         if not motion.enabled:
             self._sent.clear()
+            self._slow_rad = motion.steer_rad
         if motion.stamp_ns != self._reported_ns:
             self._reported_ns = motion.stamp_ns
             self._astray = self._astray + 1 if self._is_astray(motion.steer_rad, motion.stamp_ns) else 0
@@ -58,6 +72,8 @@ class SteeringWatch:
         angles = [angle for stamp_ns, angle in self._sent if first_ns <= stamp_ns <= last_ns]
         if not angles:
             return False
+        if self._slow_rad is not None:
+            angles.append(self._slow_rad)
         low, high = min(angles) - settings.stuck_rad, max(angles) + settings.stuck_rad
         return not low <= steer_rad <= high
 

@@ -264,7 +264,16 @@ def test_a_clock_that_goes_back_is_braked_for() -> None:
     bench.drive()
     bench.now_ns -= 500_000_000
     bench.tick()
-    assert bench.gate.braking == "the clock went back"
+    assert bench.gate.braking == "the clock jumped"
+
+
+def test_a_clock_that_goes_ahead_is_braked_for_though_everything_is_stamped_alike() -> None:
+    bench = Bench()
+    bench.drive()
+    bench.now_ns += 200_000_000
+    bench.report()
+    assert brake_of(bench.tick()) > 0.0
+    assert bench.gate.braking == "the clock jumped"
 
 
 def test_steering_that_sticks_is_braked_for_within_a_few_reports() -> None:
@@ -290,6 +299,18 @@ def test_steering_that_follows_late_is_no_fault() -> None:
         angles.append(0.3 * float(np.sin(0.03 * number)))
         bench.report(steer_rad=angles[-15])
         bench.tick(steer=angles[-1])
+    assert not bench.gate.braking
+
+
+def test_a_wheel_that_turns_a_little_slower_than_it_is_told_is_no_fault() -> None:
+    bench = Bench()
+    bench.drive(60)
+    told, wheel = [0.0] * 14, 0.0
+    for number in range(120):
+        told.append(min(told[-1] + 0.012, 0.4) if number < 60 else max(told[-1] - 0.012, -0.4))
+        wheel += min(max(told[-15] - wheel, -0.0104), 0.0104)
+        bench.report(steer_rad=wheel)
+        bench.tick(steer=told[-1])
     assert not bench.gate.braking
 
 
