@@ -19,7 +19,7 @@ from vehicle_agent.config import Body
 
 DEAD_S, DECEL_MPS2 = 0.27, 5.6
 _STEP_S = 0.01
-_LASTS_S = 15.0
+_LASTS_S = 30.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -55,7 +55,7 @@ class Cell:
             start_s_m=self.start_s_m,
             start_mps=self.speed_mps,
             goal_s_m=self.meet_s_m + 10.0,
-            limit_s=BEFORE_S + 15.0,
+            limit_s=(self.meet_s_m - self.start_s_m) / self.speed_mps + 20.0,
             seed=seed,
             actors=ReplayedTraffic(self.clip, 0.0),
             options=WorldOptions(traffic=None, tracker=TrackerNoise(range_m_max=RANGES_M[self.light])),

@@ -18,7 +18,7 @@ def unbraked(cell: Cell) -> bool:
     """Whether driving on at the cell's speed meets the target with the front."""
     s, traffic = arc_lengths(np.ascontiguousarray(cell.path)), ReplayedTraffic(cell.clip, 0.0)
     rows, agents = [], []
-    for k in range(700):
+    for k in range(2200):
         t_s = 0.01 * k
         traffic.clock_s = t_s
         pose = pose_at(cell.path, s, cell.start_s_m + cell.speed_mps * t_s)
