@@ -329,13 +329,15 @@ def a_wall(x_m: float, stamp_ns: int) -> ObstaclePercept:
     return ObstaclePercept(stamp_ns, np.array([[x_m, 0.2]]), np.ones(1), 100)
 
 
-def a_person(x_m: float, stamp_ns: int) -> TrackPercept:
+def a_person(
+    x_m: float, stamp_ns: int, y_m: float = 0.0, velocity: tuple[float, float] = (0.0, 0.0)
+) -> TrackPercept:
     return TrackPercept(
         stamp_ns,
         np.ones(1, np.int64),
         np.array([PEDESTRIAN]),
-        np.array([[x_m, 0.0, 0.0]]),
-        np.zeros((1, 2)),
+        np.array([[x_m, y_m, 0.0]]),
+        np.array([velocity]),
         np.full((1, 2), 0.5),
     )
 
@@ -349,6 +351,21 @@ def test_something_before_the_bumper_that_the_tick_ignores_is_braked_for_fully(l
         frames = bench.tick()
     assert bench.gate.braking == "something before the bumper"
     assert brake_of(frames) == 1.0
+
+
+def test_somebody_who_is_just_leaving_the_way_is_no_reason_to_stop_for_good() -> None:
+    bench = Bench()
+    bench.drive()
+    x_m = PROFILE.body.front_overhang_m + 0.8
+    bench.gate.see(a_person(x_m, bench.now_ns, 0.7, (0.0, 2.0)))
+    for _ in range(3):
+        bench.report()
+        bench.tick()
+    assert not bench.gate.braking
+    bench.gate.see(a_person(x_m, bench.now_ns, 0.7, (0.0, -2.0)))
+    for _ in range(3):
+        bench.tick()
+    assert bench.gate.braking == "something before the bumper"
 
 
 def test_what_the_tick_brakes_for_is_left_to_it() -> None:
