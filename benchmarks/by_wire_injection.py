@@ -58,6 +58,7 @@ def inject(course: Course, kind: FaultKind, number: int, seed: int) -> tuple[Row
         "by_wire_lost_ms": watched.by_wire_ms,
         "gate": drive.gate.braking,
         "guard": drive.computer.state.guard.reason,
+        "crash": "; ".join(drive.crashes),
         "right": _is_right(kind, course, watched),
         "restarts": watched.moved_again_m > _MOVED_M,
         "released": _released(drive) if kind.must == "brake" and number % 11 == 0 else None,

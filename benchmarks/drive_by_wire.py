@@ -81,7 +81,7 @@ def virtual(profile: Profile, injections: int, seed: int, traces: Path | None) -
         rows.append(row)
         if traces is not None:
             _write_trace(traces / f"{kind.name.replace(' ', '-')}.csv", watched.trace)
-        if not row["right"]:
+        if not row["right"] or row["crash"]:
             print(row, flush=True)
     if traces is not None:
         _write_rows(traces / "injections.csv", rows)
@@ -102,6 +102,7 @@ def virtual_summary(rows: list[Row]) -> Row:
         "wrong": sum(not row["right"] for row in rows),
         "harmless_stops": sum(row["must"] == "go on" and not row["right"] for row in rows),
         "flips_that_lost_by_wire": len(lost),
+        "tick_crashes": sum(bool(row["crash"]) for row in rows),
         "resumes_tried": len(released),
         "resumes_failed": released.count(False),
     }

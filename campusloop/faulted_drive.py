@@ -19,6 +19,7 @@ from contract.wire.messages import Command, Order, SectionGrant, Visit
 from simulator.world import SimWorld, WorldOptions
 from vehicle_agent.can.braking import Braking
 from vehicle_agent.can.by_wire import braking_of
+from vehicle_agent.can.dbc import FrameError
 from vehicle_agent.config import LidarMount, Profile
 from vehicle_agent.onboard.car import Car, initial_state
 from vehicle_agent.runtime.computer import VehicleComputer
@@ -72,6 +73,7 @@ class FaultedDrive:
     mail            makes of this step's set (none when the tick is dead) the sets that the gate gets
     tick_dead, gate_dead  the process does nothing
     tick_jump_ns, gate_jump_ns  how far its clock is ahead of the world's
+    crashes         what killed the tick by itself; nobody starts it again but `boot_tick`
     brake_ratio     the brake that was sent on the bus in the last step, 0 when nothing was
     """
 
@@ -86,6 +88,7 @@ class FaultedDrive:
         self.mail: Callable[[Sets], Sets] = lambda sets: sets
         self.tick_dead = self.gate_dead = False
         self.tick_jump_ns = self.gate_jump_ns = 0
+        self.crashes: list[str] = []
         self.brake_ratio = 0.0
         self.revive_gate()
         self.boot_tick()
@@ -143,14 +146,21 @@ class FaultedDrive:
             assert not isinstance(item, ServerWord), "sensors say nothing for the server"
             moved = msgspec.structs.replace(item, stamp_ns=item.stamp_ns + self.tick_jump_ns)
             self.inbox.put(tick_ns, "sensors", moved)
-        sets: Sets = []
-        if not self.tick_dead:
-            sets = [self.computer.run_tick(self.inbox.drain(), tick_ns).frames]
+        sets = [] if self.tick_dead else self._tick(tick_ns)
         self.brake_ratio = 0.0
         if not self.gate_dead:
             self._pass_gate(self.mail(sets), gate_ns)
         world.step(now_ns)
         self.now_ns += STEP_NS
+
+    def _tick(self, tick_ns: int) -> Sets:
+        """One tick; whatever it raises is a bug, ends its process and is kept in `crashes`."""
+        try:
+            return [self.computer.run_tick(self.inbox.drain(), tick_ns).frames]
+        except (ArithmeticError, FrameError, LookupError, TypeError, ValueError) as error:
+            self.crashes.append(repr(error))
+            self.tick_dead = True
+            return []
 
     def _pass_gate(self, sets: Sets, gate_ns: int) -> None:
         for frames in sets:
