@@ -12,6 +12,7 @@ function aDelta(changes: Partial<Extract<SceneMessage, { type: "delta" }>>): Sce
     rides: [],
     rides_gone: [],
     incidents: null,
+    areas: [],
     ...changes,
   };
 }

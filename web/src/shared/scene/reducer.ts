@@ -10,6 +10,7 @@ export function nextScene(scene: Scene | null, message: SceneMessage): Scene | n
     vehicles: merged(scene.vehicles, message.vehicles, message.vehicles_gone, (v) => v.vehicle_id),
     rides: merged(scene.rides, message.rides, message.rides_gone, (ride) => ride.ride_id),
     incidents: message.incidents ?? scene.incidents,
+    areas: merged(scene.areas, message.areas, [], (area) => area.area_id),
   };
 }
 

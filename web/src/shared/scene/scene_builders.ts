@@ -61,6 +61,7 @@ export function aScene(changes: Partial<Scene> = {}): Scene {
     vehicles: [],
     rides: [],
     incidents: { open: 0, unacknowledged: 0, help_calls: 0, serial: 0 },
+    areas: [],
     ...changes,
   };
 }
