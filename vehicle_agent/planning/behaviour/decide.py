@@ -97,7 +97,9 @@ def decide(job: PlanJob, rules: BehaviourRules) -> Decision:
     reference = np.clip(np.full(len(corridor.s_m), chosen.offset_m), lower, upper)
     yields = yielding(job, s_m, rules.crossing)
     speeds, reasons = _speeds(job, rules, reference, discs, yields, first)
-    cut_s_m = s_m + chosen.free_m if math.isfinite(chosen.free_m) else math.inf
+    # The way is free up to the station before the one that touches.
+    free_m = max(0.0, chosen.free_m - rules.offsets.step_m)
+    cut_s_m = s_m + free_m if math.isfinite(free_m) else math.inf
     end_s_m, end_reason = min(
         (job.stop_s_m, job.stop_name),
         (yields.end_s_m, "crossing traffic"),

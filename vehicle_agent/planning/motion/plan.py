@@ -102,7 +102,7 @@ def _refined(
         if draft.speed.plan is not None:
             wish = np.interp(road.s_m, draft.rows[:, 7], np.maximum(draft.rows[:, 5], 0.5))
         weights = weights.copy()
-        weights[CURVATURE_MARGIN] *= 1.6
+        weights[CURVATURE_MARGIN] *= 3.0
         weights[WALL_MARGIN] += 0.05
         weights[LATERAL] *= 2.0
         weights[REFERENCE] *= 0.7
