@@ -119,7 +119,7 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
         else:
             waypoints = state.waypoints
             line = sweep_line(waypoints.points_map, waypoints.s_m, task.s_m, task.d_m, check_m)
-            near_m = rule.arc_m + rule.arc_time_s * ego.speed_mps
+            near_m = rule.arc_m + rule.arc_time_s * max(0.0, ego.speed_mps)
             arc = sweep_arc(ego.pose_map, ego.steer_rad, rule.wheelbase_m, near_m)
             free_m = min(
                 rule.free_m(points, line, rule.clearance_m), rule.free_m(points, arc, rule.side_clearance_m)
