@@ -16,11 +16,9 @@ import numpy as np
 from benchmarks.report import Row, write_report
 from campusloop.scenes.crowd_clips import ClipRun, clip_runs
 from campusloop.scenes.drive import SceneDrive, SceneRun
+from campusloop.scenes.stacks import profile_of
 from simulator.traffic.recordings import RecordingError, drone_clips
-from vehicle_agent.config import load_profile
-
-_PROFILES = Path(__file__).resolve().parent.parent / "vehicle_agent" / "profiles"
-PROFILES = {"snow_lion": "snow-lion.toml", "gem": "campus-shuttle.toml", "nus": "nus-cart.toml"}
+from vehicle_agent.config import ProfileError
 
 
 def main() -> None:
@@ -28,11 +26,11 @@ def main() -> None:
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     try:
         clips = drone_clips(arguments.folder)
-    except RecordingError as error:
+        profiles = {stack: profile_of(stack) for stack in arguments.stacks.split(",")}
+    except (RecordingError, ProfileError) as error:
         raise SystemExit(f"cannot drive: {error}") from error
     rows: list[Row] = []
-    for stack in arguments.stacks.split(","):
-        profile = load_profile(_PROFILES / PROFILES[stack])
+    for stack, profile in profiles.items():
         for clip in clips:
             for number, clip_run in enumerate(clip_runs(clip, profile, arguments.seed)):
                 run = SceneDrive(clip_run.scene).run()

@@ -8,10 +8,10 @@ from numba import njit
 
 from contract.geometry import Array
 from contract.roads.model import Building
+from contract.roads.walls import wall_edges
 from simulator.corridor import place_in_corridor
 from simulator.outlines import outline_meets_edges, outlines_overlap
 from simulator.plant import PlantView
-from simulator.sensors.line_of_sight import wall_edges
 from simulator.traffic.crowd import RADIUS_M, V_FRONT, V_HALF, V_X, V_Y, Ints, clearance_m
 
 ENCOUNTER_AHEAD_M = 15.0

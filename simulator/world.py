@@ -11,6 +11,7 @@ import numpy as np
 from contract.geometry import Array, Pose2
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
+from contract.roads.walls import wall_edges
 from simulator.chargers import Chargers
 from simulator.corridor import SAMPLES, Corridor
 from simulator.doors import Display, Doors
@@ -23,7 +24,6 @@ from simulator.riders import Phone, Riders
 from simulator.sensors.gnss import GnssNoise, GnssReceiver
 from simulator.sensors.imu import Imu, ImuNoise
 from simulator.sensors.lidar import Lidar, LidarNoise
-from simulator.sensors.line_of_sight import wall_edges
 from simulator.sensors.ray_hits import BOX_COLUMNS, Array32
 from simulator.sensors.tracker import Tracker, TrackerNoise
 from simulator.sensors.walls import WallScene

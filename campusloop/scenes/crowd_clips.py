@@ -14,7 +14,6 @@ from contract.geometry import Array, arc_lengths
 from simulator.traffic.actors import Bodies
 from simulator.traffic.recordings import Clip, Recorded
 from simulator.traffic.replayed import ReplayedTraffic
-from simulator.world import WorldOptions
 from vehicle_agent.config import Body, Profile
 
 # Slower tracks are parked or waiting: obstacles, no drives.
@@ -69,9 +68,6 @@ def _run(clip: Clip, car: Recorded, profile: Profile, seed: int) -> ClipRun:
         limit_s=TIMES_HUMAN_MAX * human_time_s,
         seed=seed,
         actors=ReplayedTraffic(clip, float(car.times_s[0]), frozenset({car.number})),
-        options=WorldOptions(
-            traffic=None,
-        ),
     )
     return ClipRun(scene, human_time_s, cap_mps, _human(clip, car, body))
 

@@ -10,11 +10,13 @@ from typing import Protocol
 import msgspec
 import numpy as np
 
+from campusloop.conductor import STEP_NS
 from campusloop.scenes.faults import Camera, FaultyInputs, InputFault, camera_feeds
 from campusloop.scenes.judge import Verdict, judge
 from campusloop.scenes.path_map import LANE_ID
 from campusloop.scenes.trace import SceneTrace
 from campusloop.solo_drive import NoPhones
+from campusloop.virtual_vehicle import PERCEPT_DELAY_NS, PLAN_DELAY_NS
 from contract.geometry import Pose2, pose_at, project
 from contract.roads.load import encode_map
 from contract.roads.model import RoadMap
@@ -37,11 +39,7 @@ from vehicle_agent.signals import InboxBody, LinkState, ObstaclePercept, Outputs
 from vehicle_agent.stacks.choice import Planner, build_car, build_planner
 from vehicle_agent.stacks.gem import height_map
 
-STEP_NS = 20_000_000
 VEHICLE_ID = "shuttle"
-# As in `campusloop.virtual_vehicle`: what the workers take.
-PERCEPT_DELAY_NS = 2 * STEP_NS
-PLAN_DELAY_NS = 2 * STEP_NS
 _START_NS = 1_000_000_000
 _FAR_FUTURE_NS = 10**18
 _SET_OFF_STEPS_MAX = 500

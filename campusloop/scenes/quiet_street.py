@@ -2,7 +2,6 @@
 
 import math
 
-import msgspec
 import numpy as np
 
 from campusloop.scenes.drive import Scene
@@ -11,7 +10,6 @@ from campusloop.scenes.scripted import clip_of, standing, walker
 from contract.geometry import Array, arc_lengths, pose_at
 from simulator.traffic.recordings import Recorded
 from simulator.traffic.replayed import ReplayedTraffic
-from simulator.world import WorldOptions
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import PEDESTRIAN
 
@@ -48,16 +46,13 @@ def quiet_street(profile: Profile, length_m: float, seed: int) -> Scene:
     return Scene(
         name=f"quiet-street-{seed}",
         road_map=path_map(f"quiet-street-{seed}", path, width_m=4.0, speed_limit_mps=speed_mps),
-        profile=msgspec.structs.replace(profile),
+        profile=profile,
         start_s_m=_START_M,
         start_mps=speed_mps,
         goal_s_m=_START_M + length_m,
         limit_s=4.0 * length_m / speed_mps,
         seed=seed,
         actors=ReplayedTraffic(clip_of("street", tuple(tracks)), 0.0),
-        options=WorldOptions(
-            traffic=None,
-        ),
     )
 
 

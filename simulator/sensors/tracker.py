@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from contract.geometry import Array, Pose2
-from simulator.sensors.line_of_sight import edges_near, visible
+from contract.roads.walls import edges_near
+from simulator.sensors.line_of_sight import visible
 from simulator.traffic.actors import Bodies
 from vehicle_agent.signals import TrackPercept
 

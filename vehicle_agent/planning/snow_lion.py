@@ -247,10 +247,12 @@ class MotionPlanning:
         if driven is None or (task.mode in ("idle", "dwell") and ego.speed_mps < 0.05):
             reason = task.mode if task.mode != "drive" else halt or "no plan yet"
             return _standing(ego, reason, stop_m), state
-        limited_by = halt or ("no plan" if state.stopping is not None else _reason(state, task))
+        answer = state.answer
+        limited_by = halt or "no plan"
+        if not halt and answer is not None and state.stopping is None:
+            limited_by = answer.limited_by
         row = timed.row_at(driven, ego.stamp_ns)
         ahead = _ahead(driven, ego.stamp_ns)
-        answer = state.answer
         yields_to = () if answer is None else tuple(int(number) for number in answer.yields_to)
         path = Path(
             stamp_ns=ego.stamp_ns,
@@ -286,11 +288,6 @@ def _moving_stop(state: Driving, ego: Ego, decel_mps2: float) -> Trajectory | No
     if driven is None or ego.speed_mps < 0.05:
         return None
     return timed.stopping(driven, ego.stamp_ns, decel_mps2)
-
-
-def _reason(state: Driving, task: Task) -> str:
-    assert state.answer is not None
-    return state.answer.limited_by
 
 
 def _standing(ego: Ego, reason: str, stop_m: float) -> Path:

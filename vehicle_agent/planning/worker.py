@@ -1,7 +1,5 @@
 """The motion planner that answers jobs: first what to do, then how to move."""
 
-import math
-
 import numpy as np
 
 from contract.geometry import Array
@@ -98,7 +96,6 @@ def _reason(decision: Decision, motion: Motion) -> str:
 
 def _answer(job: PlanJob, decision: Decision, motion: Motion) -> PlanAnswer:
     limited_by = _reason(decision, motion)
-    cut_s_m = min(motion.cut_s_m, decision.cut_s_m)
     path = motion.path
     memory = PlanMemory(
         offset_m=decision.chosen.offset_m,
@@ -114,7 +111,7 @@ def _answer(job: PlanJob, decision: Decision, motion: Motion) -> PlanAnswer:
         line_id=job.line_id,
         trajectory=motion.rows,
         limited_by=limited_by,
-        cut_s_m=cut_s_m if math.isfinite(cut_s_m) else math.inf,
+        cut_s_m=min(motion.cut_s_m, decision.cut_s_m),
         yields_to=motion.yields_to,
         violations=motion.violations,
         memory=memory,

@@ -8,6 +8,7 @@ from numba import njit
 
 from contract.geometry import Array, Pose2
 from contract.roads.network import RoadNetwork
+from contract.roads.walls import wall_edges
 from vehicle_agent.signals import (
     NO_PREDICTIONS,
     NO_VIEW,
@@ -24,7 +25,7 @@ from vehicle_agent.signals import (
 )
 from vehicle_agent.world.prediction import Predictor
 from vehicle_agent.world.surroundings import Heard, Surroundings
-from vehicle_agent.world.view import Sight, building_edges, points_on_walls
+from vehicle_agent.world.view import Sight, points_on_walls
 from vehicle_agent.world.watching import AreaWatch, outlines_of
 
 # Fleet mates that no sensor sees take part as tracks too; their ids count down from here.
@@ -71,7 +72,7 @@ class ObservedWorld:
         self._areas = network.road_map.observation_areas
         self._outlines = outlines_of(self._areas)
         self._walls_from_map = walls_from_map
-        self._edges = building_edges(network.road_map.buildings)
+        self._edges = wall_edges(network.road_map.buildings)
         stops = [network.pose(stop.lane_id, stop.s_m) for stop in network.road_map.stops]
         self._stop_ids = tuple(stop.stop_id for stop in network.road_map.stops)
         self._stop_poses: Array = np.array(stops).reshape(-1, 3)

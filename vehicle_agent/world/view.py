@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 
 from contract.geometry import Array, Pose2
-from contract.roads.model import Building
+from contract.roads.walls import edges_near
 from vehicle_agent.signals import PEDESTRIAN, Tracks, View
 
 
@@ -28,34 +28,20 @@ class Sight(msgspec.Struct, frozen=True):
         before anybody could come out from behind it. Standing vehicles do."""
         cos, sin = math.cos(pose_map.yaw_rad), math.sin(pose_map.yaw_rad)
         x_m, y_m = pose_map.x_m + self.sensor_x_m * cos, pose_map.y_m + self.sensor_x_m * sin
-        low, high = np.minimum(edges[:, :2], edges[:, 2:]), np.maximum(edges[:, :2], edges[:, 2:])
-        here = np.array([x_m, y_m])
-        near = ((low - self.range_m <= here) & (here <= high + self.range_m)).all(axis=1)
         speeds = np.hypot(tracks.velocities_map_mps[:, 0], tracks.velocities_map_mps[:, 1])
         hiding = (tracks.kinds != PEDESTRIAN) & (speeds < self.standing_mps)
         boxes = _outline_edges(tracks.poses_map[hiding], tracks.sizes_m[hiding])
-        walls = np.vstack((edges[near], boxes))
+        walls = np.vstack((edges_near(edges, x_m, y_m, self.range_m), boxes))
         ranges = ranges_by_bearing(
             x_m, y_m, pose_map.yaw_rad, points_map, self.cell_m, walls, self.bearings, self.range_m
         )
         return View(Pose2(x_m, y_m, pose_map.yaw_rad), ranges)
 
 
-def building_edges(buildings: tuple[Building, ...]) -> Array:
-    """(n, 4) x0, y0, x1, y1 of every wall of the map."""
-    walls = [
-        (*a, *b)
-        for building in buildings
-        for a, b in zip(building.outline, building.outline[1:] + building.outline[:1], strict=True)
-    ]
-    return np.array(walls, dtype=np.float64).reshape(-1, 4)
-
-
 def points_on_walls(edges: Array, pose_map: Pose2, within_m: float, step_m: float = 0.4) -> Array:
     """(m, 2) places every step_m along those of the (n, 4) walls that come near the vehicle."""
-    low, high = np.minimum(edges[:, :2], edges[:, 2:]), np.maximum(edges[:, :2], edges[:, 2:])
     here = np.array([pose_map.x_m, pose_map.y_m])
-    near = edges[((low - within_m <= here) & (here <= high + within_m)).all(axis=1)]
+    near = edges_near(edges, pose_map.x_m, pose_map.y_m, within_m)
     pieces = [np.empty((0, 2))]
     for x0, y0, x1, y1 in near.tolist():
         count = max(2, math.ceil(math.hypot(x1 - x0, y1 - y0) / step_m) + 1)

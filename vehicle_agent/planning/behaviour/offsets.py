@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from contract.geometry import Array
+from vehicle_agent.planning.motion.clearance import box_distance
 
 # columns of a disc, of a moving thing, and of the rating of one candidate
 DISC_X, DISC_Y, DISC_R = range(3)
@@ -116,19 +117,6 @@ def blended(now_m: float, slope: float, goal_m: float, along_m: float, blend_m: 
 
 
 @njit(cache=True)
-def box_disc_m(
-    x: float, y: float, cos: float, sin: float, front: float, back: float, half: float, px: float, py: float
-) -> float:
-    """Distance from a point to a body's outline; minus its depth for a point inside."""
-    dx, dy = px - x, py - y
-    u, v = cos * dx + sin * dy, abs(-sin * dx + cos * dy)
-    du, dv = max(u - front, -back - u), v - half
-    if du > 0.0 or dv > 0.0:
-        return math.hypot(max(du, 0.0), max(dv, 0.0))
-    return max(du, dv)
-
-
-@njit(cache=True)
 def rate(
     points: Array,
     yaws: Array,
@@ -214,7 +202,7 @@ def _clearance(x: float, y: float, yaw: float, front: float, back: float, half: 
         px, py = discs[k, DISC_X], discs[k, DISC_Y]
         if abs(px - x) > 10.0 or abs(py - y) > 10.0:
             continue
-        distance = box_disc_m(x, y, cos, sin, front, back, half, px, py) - discs[k, DISC_R]
+        distance = box_distance(x, y, cos, sin, front, back, half, px, py) - discs[k, DISC_R]
         nearest = min(nearest, distance)
     return nearest
 
@@ -261,12 +249,12 @@ def _risk(
             if abs(px - x) > 8.0 or abs(py - y) > 8.0:
                 continue
             reach = 0.5 * moving[k, M_WIDTH] + moving[k, M_WIDER]
-            distance = box_disc_m(x, y, cos, sin, front, back, half, px, py) - reach
+            distance = box_distance(x, y, cos, sin, front, back, half, px, py) - reach
             if moving[k, M_LENGTH] > 1.5 * moving[k, M_WIDTH]:
                 along_x = math.cos(moving[k, M_YAW]) * 0.5 * (moving[k, M_LENGTH] - moving[k, M_WIDTH])
                 along_y = math.sin(moving[k, M_YAW]) * 0.5 * (moving[k, M_LENGTH] - moving[k, M_WIDTH])
                 for side in (-1.0, 1.0):
-                    end = box_disc_m(
+                    end = box_distance(
                         x, y, cos, sin, front, back, half, px + side * along_x, py + side * along_y
                     )
                     distance = min(distance, end - reach)

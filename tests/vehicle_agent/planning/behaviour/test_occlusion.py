@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contract.geometry import Array, Pose2
@@ -65,6 +65,7 @@ def test_nobody_comes_through_a_wall() -> None:
     assert np.isinf(hidden[:, H_BESIDE]).all()
 
 
+@settings(deadline=None)
 @given(gap_m=st.floats(0.6, 1.6), run_out_m=st.floats(0.2, 1.0), begins_m=st.floats(4.0, 20.0))
 def test_a_runner_from_behind_a_parked_car_is_stopped_for_or_passed(
     gap_m: float, run_out_m: float, begins_m: float
