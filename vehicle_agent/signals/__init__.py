@@ -1,0 +1,123 @@
+"""Every value that passes a door onboard, in flow order.
+
+Frames: `base` is the rear-axle centre (x forward, y left); `map` is the road map's frame. `stamp_ns` is the
+vehicle's monotonic clock. Arrays are numpy, float64 unless stated; nobody writes into an array that has
+passed a door.
+
+In flow order: `arriving` and `inbox` (what comes in), `vehicle` and `surroundings` (what is made of it),
+`plans` (where to, and how), `acting` (what is done and said), `outputs` (the whole tick's).
+"""
+
+from vehicle_agent.signals.acting import Actuation, Ages, Gear, Guarded, Says, Wish
+from vehicle_agent.signals.arriving import (
+    CYCLIST,
+    OTHER,
+    PEDESTRIAN,
+    TRACK_KINDS,
+    VEHICLE,
+    CanFrame,
+    CodeTyped,
+    DoorState,
+    GnssFix,
+    ImuSample,
+    LinkState,
+    ObstaclePercept,
+    OtherVehicle,
+    PedestrianPresence,
+    SeatButton,
+    SeatSensor,
+    TrackPercept,
+)
+from vehicle_agent.signals.inbox import (
+    InboxBody,
+    InboxItem,
+    Infrastructure,
+    Inputs,
+    LinkWord,
+    Percept,
+    Pressed,
+    ServerWord,
+)
+from vehicle_agent.signals.outputs import Flow, Outputs
+from vehicle_agent.signals.plans import (
+    Corridor,
+    Path,
+    PlanAnswer,
+    PlanJob,
+    PlanMemory,
+    Task,
+    TaskMode,
+    Trajectory,
+)
+from vehicle_agent.signals.surroundings import (
+    NO_PREDICTIONS,
+    NO_TRACKS,
+    NO_VIEW,
+    LeadVehicle,
+    Predictions,
+    Seen,
+    Tracks,
+    View,
+    WatchedArea,
+    World,
+)
+from vehicle_agent.signals.vehicle import GATE_BRAKING, Ego, Fault, VehicleMotion, fault_report
+
+__all__ = [
+    "CYCLIST",
+    "GATE_BRAKING",
+    "NO_PREDICTIONS",
+    "NO_TRACKS",
+    "NO_VIEW",
+    "OTHER",
+    "PEDESTRIAN",
+    "TRACK_KINDS",
+    "VEHICLE",
+    "Actuation",
+    "Ages",
+    "CanFrame",
+    "CodeTyped",
+    "Corridor",
+    "DoorState",
+    "Ego",
+    "Fault",
+    "Flow",
+    "Gear",
+    "GnssFix",
+    "Guarded",
+    "ImuSample",
+    "InboxBody",
+    "InboxItem",
+    "Infrastructure",
+    "Inputs",
+    "LeadVehicle",
+    "LinkState",
+    "LinkWord",
+    "ObstaclePercept",
+    "OtherVehicle",
+    "Outputs",
+    "Path",
+    "PedestrianPresence",
+    "Percept",
+    "PlanAnswer",
+    "PlanJob",
+    "PlanMemory",
+    "Predictions",
+    "Pressed",
+    "Says",
+    "SeatButton",
+    "SeatSensor",
+    "Seen",
+    "ServerWord",
+    "Task",
+    "TaskMode",
+    "TrackPercept",
+    "Tracks",
+    "Trajectory",
+    "VehicleMotion",
+    "View",
+    "WatchedArea",
+    "Wish",
+    "World",
+    "fault_report",
+]
