@@ -16,9 +16,9 @@ def granted_order(
     return Order(epoch, order_id, 1, map_version, visits, grants, FAR_FUTURE_NS)
 
 
-def rest_at(lane_ids: tuple[str, ...], s_m: float) -> tuple[Visit, ...]:
-    """One visit: to stand at s_m on the last of the lanes."""
-    return (Visit("end", "rest", "", lane_ids[-1], s_m, lane_ids),)
+def rest_at(lane_ids: tuple[str, ...], s_m: float, stop_id: str = "") -> tuple[Visit, ...]:
+    """One visit: to stand at s_m on the last of the lanes; stop_id: of the stop that is there, if one is."""
+    return (Visit("end", "rest", stop_id, lane_ids[-1], s_m, lane_ids),)
 
 
 def go_words(order: Order, now_ns: int) -> tuple[LinkWord, ...]:

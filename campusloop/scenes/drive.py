@@ -60,6 +60,7 @@ class Scene:
     route                 on a campus; places are then counted from its start
     faults, cameras       what is wrong with the vehicle's inputs; who watches the map's observation areas
     resumes_s             when an operator says that the vehicle may go on
+    stop_id               the stop at the route's end, if it ends at one
     """
 
     name: str
@@ -76,6 +77,7 @@ class Scene:
     faults: tuple[InputFault, ...] = ()
     cameras: tuple[Camera, ...] = ()
     resumes_s: tuple[float, ...] = ()
+    stop_id: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,7 +201,7 @@ class SceneDrive:
     def _tell_order(self) -> None:
         route = self.scene.route
         end_m = route.end_s_m if route is not None else self._network.lines[LANE_ID].length_m - 0.5
-        visits = rest_at(self._way.lane_ids, end_m)
+        visits = rest_at(self._way.lane_ids, end_m, self.scene.stop_id)
         sections = [section_id for section_id, _, _ in self._way.sections]
         order = granted_order("scene", self.scene.road_map.map_version, visits, sections)
         for word in go_words(order, self.now_ns):

@@ -8,7 +8,7 @@ import numpy as np
 
 from vehicle_agent.planning.selector import SpeedCommand
 from vehicle_agent.planning.waypoints import Waypoints
-from vehicle_agent.signals import Ego, Path, Task, World
+from vehicle_agent.signals import STOP_TAKEN, Ego, Path, Task, World
 
 NOTHING = Waypoints(np.empty((0, 2)), np.empty(0), np.empty(0))
 
@@ -101,7 +101,9 @@ def stop_name(task: Task) -> str:
     """What the task's stop is for, as people read it."""
     if task.mode != "drive":
         return task.mode
-    return f"section {task.waiting_for}" if task.waiting_for else "stop"
+    if task.waiting_for:
+        return f"section {task.waiting_for}"
+    return STOP_TAKEN if task.reason == STOP_TAKEN else "stop"
 
 
 def standing_commands(task: Task, decel_mps2: float) -> list[SpeedCommand]:

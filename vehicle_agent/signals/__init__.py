@@ -40,6 +40,7 @@ from vehicle_agent.signals.inbox import (
 )
 from vehicle_agent.signals.outputs import Flow, Outputs
 from vehicle_agent.signals.plans import (
+    STOP_TAKEN,
     Corridor,
     Path,
     PlanAnswer,
@@ -71,6 +72,7 @@ __all__ = [
     "NO_VIEW",
     "OTHER",
     "PEDESTRIAN",
+    "STOP_TAKEN",
     "TRACK_KINDS",
     "VEHICLE",
     "Actuation",

@@ -11,6 +11,8 @@ from contract.roads.routing import ReferenceLine
 from vehicle_agent.signals.surroundings import Predictions, Tracks, View, WatchedArea
 
 TaskMode = Literal["idle", "drive", "dwell", "hold"]
+# The task's reason while it waits short of a stop that another vehicle stands on.
+STOP_TAKEN = "stop taken"
 
 
 class Task(msgspec.Struct, frozen=True):
