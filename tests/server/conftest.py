@@ -11,6 +11,7 @@ from sqlalchemy import Engine, create_engine, text
 
 from server.store.engine import open_engine
 from server.store.schema import upgrade_to_head
+from tests.server.usecases.fresh_database import write_fresh_database
 
 _numbers = itertools.count(1)
 
@@ -56,11 +57,8 @@ def new_postgresql(migrated_template: str) -> Callable[[], str]:
 def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
     """An empty database with all tables, once on SQLite and once on PostgreSQL."""
     if request.param == "sqlite":
-        url = f"sqlite:///{tmp_path}/campusloop.db"
-        engine = open_engine(url)
-        upgrade_to_head(engine)
-        engine.dispose()
-        yield url
+        write_fresh_database(tmp_path / "campusloop.db")
+        yield f"sqlite:///{tmp_path}/campusloop.db"
         return
     server = request.getfixturevalue("migrated_template")
     name = f"campusloop_{next(_numbers)}"

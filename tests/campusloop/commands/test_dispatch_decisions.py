@@ -15,6 +15,7 @@ from server.store import tables
 from server.store.engine import open_engine
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
+from tests.server.usecases.fresh_database import write_fresh_database
 from tests.server.usecases.shipped_maps import shipped_map
 
 RUN = CliRunner()
@@ -25,7 +26,9 @@ WISHES = (("NN7", "NN20"), ("NN20", "C1"), ("C6", "GYM"), ("GYM", "NN7"), ("C1",
 @pytest.fixture(scope="module")
 def database(tmp_path_factory: pytest.TempPathFactory) -> str:
     """Bookings, the first while one shuttle is in service alone; then others take some of them over."""
-    url = f"sqlite:///{tmp_path_factory.mktemp('stored')}/campus.db"
+    path = tmp_path_factory.mktemp("stored") / "campus.db"
+    write_fresh_database(path)
+    url = f"sqlite:///{path}"
     campus = CampusUnderTest(shipped_map("snow-lion"), engine=open_engine(url))
     fleet = FakeFleet(campus, shipped_map("snow-lion"), 3)
     for shuttle in fleet.shuttles:

@@ -12,13 +12,12 @@ from contract.roads.model import RoadMap
 from server.adapters import SeededIds
 from server.bus.in_process import InProcessBus
 from server.domain.rules import FleetRules
-from server.store.engine import open_engine
 from server.store.map_library import MapLibrary
-from server.store.schema import upgrade_to_head
 from server.store.transactions import Inline
 from server.store.unit_of_work import Context
 from server.usecases import campus, identity
 from server.usecases.ports import UnitOfWork
+from tests.server.usecases.fresh_database import fresh_database
 
 T = TypeVar("T")
 MORNING = datetime(2026, 11, 23, 0, 0, tzinfo=UTC)
@@ -64,7 +63,7 @@ class NotingBus(InProcessBus):
 
 
 class CampusUnderTest:
-    """`do` runs a use case in its own transaction."""
+    """`do` runs a use case in its own transaction. engine: of a database with all tables."""
 
     def __init__(
         self,
@@ -79,8 +78,7 @@ class CampusUnderTest:
         self.rules = rules or FleetRules()
         self.ids = SeededIds(seed)
         self.bus = NotingBus()
-        self.engine = engine or open_engine("sqlite://")
-        upgrade_to_head(self.engine)
+        self.engine = engine or fresh_database()
         self.context = Context(
             road_map.campus_id, self.clock, self.ids, self.rules, PlainHasher(), MapLibrary(self.rules)
         )

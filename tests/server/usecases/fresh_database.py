@@ -1,7 +1,9 @@
-"""An SQLite database in memory with all tables, copied instead of migrated: for tests that want many."""
+"""SQLite databases with all tables, copied instead of migrated: tests want hundreds of them."""
 
 import sqlite3
+from contextlib import closing
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 from sqlalchemy import Engine
@@ -16,6 +18,12 @@ def fresh_database() -> Engine:
         raw: Any = connection.connection.dbapi_connection
         _migrated().backup(raw)
     return engine
+
+
+def write_fresh_database(path: Path) -> None:
+    """The same as a file."""
+    with closing(sqlite3.connect(path)) as made:
+        _migrated().backup(made)
 
 
 @cache
