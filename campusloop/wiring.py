@@ -30,7 +30,7 @@ from vehicle_agent.signals import (
     PlanJob,
     TrackPercept,
 )
-from vehicle_agent.stacks.choice import build_planner
+from vehicle_agent.stacks.choice import Planner, build_planner
 from vehicle_agent.stacks.gem import height_map
 
 # What the worker takes for one scan, with the trip to it and back.
@@ -89,6 +89,7 @@ class WiredVehicle:
     """`boot` with a computer, then `step` after `step`, until it may `crash`.
 
     computer     None while none runs
+    planner      answers the jobs of a stack that makes any
     tick_wall_ns, tick_cpu_s  what the last tick took
     plan_cpu_ms  CPU of each motion plan so far
     """
@@ -97,7 +98,7 @@ class WiredVehicle:
         self._vehicle_id, self._world = vehicle_id, world
         self._bus = WiredGate(vehicle_id, profile, world)
         self._height_map: HeightMap = height_map(profile)
-        self._planner = build_planner(profile, road_map)
+        self.planner: Planner | None = build_planner(profile, road_map)
         self._percepts: deque[tuple[int, ObstaclePercept]] = deque()
         self._plans: deque[tuple[int, PlanAnswer]] = deque()
         self.computer: VehicleComputer | None = None
@@ -164,7 +165,7 @@ class WiredVehicle:
 
     def _plan(self, jobs: tuple[PlanJob, ...], due_ns: int) -> None:
         for job in jobs:
-            assert self._planner is not None, "only a stack with a planner makes jobs"
+            assert self.planner is not None, "only a stack with a planner makes jobs"
             begun_s = time.process_time()
-            self._plans.append((due_ns, self._planner(job)))
+            self._plans.append((due_ns, self.planner(job)))
             self.plan_cpu_ms.append(1e3 * (time.process_time() - begun_s))

@@ -1,4 +1,9 @@
 import pytest
+from hypothesis import settings
+
+# No test is timed, for its neighbours on the machine would decide it.
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 # Whole vehicles and campuses: begun first, so that no process is left with one of them when the rest is done.
 LONGEST = (

@@ -109,7 +109,7 @@ class Slow:
 
 def test_a_planner_that_never_answers_again_ends_in_a_stop_that_says_why() -> None:
     drive = SceneDrive(a_scene(standing(1, PEDESTRIAN, 40.0, 3.0), limit_s=12.0))
-    drive._planner = Slow(drive._planner, 12)  # type: ignore[assignment]
+    drive.wired.planner = Slow(drive.wired.planner, 12)  # type: ignore[assignment]
     run = drive.run()
     assert run.time_s is None
     assert speeds(run)[-1] == 0.0
