@@ -14,7 +14,8 @@ _STRAIGHT_1PM = 1e-4
 def distance_on_arc(
     points_base: Array, curvature_1pm: float, front_m: float, half_width_m: float, look_m: float
 ) -> float:
-    """Travel of the bumper to the nearest of the (n, 2) points that the arc leads it to; inf for none.
+    """Travel to the nearest of the (n, 2) points before the bumper that the arc leads the body to; inf for
+    none.
 
     Points beside or behind the bumper are not ahead of it and do not count.
     """
@@ -33,10 +34,15 @@ def distance_on_arc(
         outer = math.hypot(radius + half_width_m, front_m)
         if not (radius - half_width_m <= rho <= outer):
             continue
-        # The place on the bumper that the point meets is as far from the turning centre as the point.
+        # The place on the body that the point meets is as far from the turning centre as the point: on the
+        # bumper, or nearer than its inner corner on the inner flank.
         to_point = math.atan2(x, radius - left)
-        to_bumper = math.asin(min(1.0, front_m / rho))
-        travel = (to_point - to_bumper) * radius
+        inner = radius - half_width_m
+        if rho >= math.hypot(inner, front_m):
+            to_body = math.asin(min(1.0, front_m / rho))
+        else:
+            to_body = math.acos(min(1.0, inner / rho))
+        travel = (to_point - to_body) * radius
         if travel >= -0.1:
             nearest = min(nearest, max(0.0, travel))
     return nearest if nearest <= look_m else np.inf
