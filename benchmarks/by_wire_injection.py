@@ -56,7 +56,7 @@ def inject(course: Course, kind: FaultKind, number: int, seed: int) -> tuple[Row
         "stop_m": watched.stop_m,
         "moved_again_m": watched.moved_again_m,
         "by_wire_lost_ms": watched.by_wire_ms,
-        "gate": drive.gate.braking,
+        "gate": drive.wired.gate.braking,
         "guard": drive.computer.state.guard.reason,
         "crash": "; ".join(drive.crashes),
         "right": _is_right(kind, course, watched),

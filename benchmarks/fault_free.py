@@ -45,9 +45,11 @@ class Watcher:
 
     def step(self) -> None:
         vehicle = self._drive.vehicle
-        assert vehicle.computer is not None
-        watch = vehicle.computer.state.guard
-        stopped = vehicle.gate.braking or (watch.reason if watch.mode in ("minimal_risk", "fault") else "")
+        assert vehicle.wired.computer is not None
+        watch = vehicle.wired.computer.state.guard
+        stopped = vehicle.wired.gate.braking or (
+            watch.reason if watch.mode in ("minimal_risk", "fault") else ""
+        )
         if stopped and not self._stopped:
             self.nuisance.append(stopped)
             self._drive.vehicle.tell(self._drive.now_ns, self._go())

@@ -17,11 +17,11 @@ import numpy as np
 
 from campusloop.commands.agent import prepare_folder
 from campusloop.commands.simulate import simulate
+from campusloop.granted_order import go_words, granted_order, rest_at
 from campusloop.scenes.path_map import LANE_ID, path_map
 from contract.roads.load import decode_map, encode_map
 from contract.roads.model import RestingPlace, RoadMap
 from contract.roads.network import RoadNetwork
-from contract.wire.messages import Command, Order, SectionGrant, Visit
 from simulator.live import scan_ring_path
 from simulator.live_ports import ports_of
 from vehicle_agent.can.braking import CommandSetError
@@ -33,12 +33,12 @@ from vehicle_agent.runtime.can_bus import open_bus
 from vehicle_agent.runtime.mailbox import Deliveries, Delivery, Mailbox
 from vehicle_agent.runtime.priority import TICK_PRIORITY, ask_for_real_time
 from vehicle_agent.runtime.supervisor import Job, Supervisor
-from vehicle_agent.signals import CanFrame, LinkState, VehicleMotion
+from vehicle_agent.signals import CanFrame, VehicleMotion
 
 VEHICLE_ID = "shuttle-1"
 TICK_JOB, GATE_JOB = "tick", "gate"
 _SET_FRAMES_MAX = 8
-_START_S_M, _FAR_FUTURE_NS = 15.0, 10**18
+_START_S_M = 15.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,15 +80,10 @@ class BareVehicle:
         """The order to the road's end, and an operator's resume."""
         network, now_ns = RoadNetwork(self._map), time.monotonic_ns()
         self._said += 1
-        visit = Visit("end", "rest", "", LANE_ID, network.lines[LANE_ID].length_m - 1.0, (LANE_ID,))
-        sections = network.sections_of(LANE_ID)
-        grants = tuple(SectionGrant(section.section_id, k) for k, section in enumerate(sections, start=1))
-        order = Order(self._said, "bare", 1, self._map.map_version, (visit,), grants, _FAR_FUTURE_NS)
-        words = (
-            LinkState(now_ns, True, 1, 0),
-            order,
-            Command(self._said, f"go-{self._said}", "resume"),
-        )
+        visits = rest_at((LANE_ID,), network.lines[LANE_ID].length_m - 1.0)
+        sections = [section.section_id for section in network.sections_of(LANE_ID)]
+        order = granted_order("bare", self._map.map_version, visits, sections, self._said)
+        words = go_words(order, now_ns)
         mail = Deliveries(tuple(Delivery(now_ns, "link", word) for word in words))
         self._mailbox.post(self._mail / "vehicle" / "tick", mail)
 

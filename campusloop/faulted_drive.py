@@ -11,11 +11,13 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
+from campusloop.granted_order import go_words, granted_order, rest_at
 from campusloop.scenes.path_map import LANE_ID, path_map
+from campusloop.wiring import WiredGate
 from contract.geometry import Pose2
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
-from contract.wire.messages import Command, Order, SectionGrant, Visit
+from simulator.riders import NoPhones
 from simulator.world import SimWorld, WorldOptions
 from vehicle_agent.can.braking import Braking
 from vehicle_agent.can.by_wire import braking_of
@@ -23,9 +25,7 @@ from vehicle_agent.can.dbc import FrameError
 from vehicle_agent.config import LidarMount, Profile
 from vehicle_agent.onboard.car import Car, initial_state
 from vehicle_agent.runtime.computer import VehicleComputer
-from vehicle_agent.runtime.gate import gate_of
-from vehicle_agent.runtime.inbox import Inbox
-from vehicle_agent.signals import CanFrame, LinkState, ServerWord
+from vehicle_agent.signals import CanFrame, ServerWord
 from vehicle_agent.stacks.choice import build_car
 
 STEP_NS = 20_000_000
@@ -33,7 +33,6 @@ VEHICLE_ID = "shuttle"
 START_NS = 200_000_000_000
 START_S_M = 15.0
 BRAKES_FROM = 0.3
-_FAR_FUTURE_NS = 10**18
 _SET_OFF_STEPS_MAX = 200
 _LENGTH_M, _WAVE_M, _LEAST_RADIUS_M = 160.0, 60.0, 35.0
 
@@ -70,6 +69,7 @@ def winding_course(profile: Profile, speed_mps: float) -> Course:
 class FaultedDrive:
     """`set_off`, `step` on and on, spoil whatever is public, `resume`.
 
+    wired           the gate, the tick's inbox and the bus between them and the world
     mail            makes of this step's set (none when the tick is dead) the sets that the gate gets
     tick_dead, gate_dead  the process does nothing
     tick_jump_ns, gate_jump_ns  how far its clock is ahead of the world's
@@ -83,14 +83,14 @@ class FaultedDrive:
         self._start = Pose2(*course.network.pose(LANE_ID, START_S_M))
         options = WorldOptions(traffic=None, lidar=False)
         poses = {VEHICLE_ID: self._start}
-        self.world = SimWorld(course.road_map, {VEHICLE_ID: profile}, poses, seed, _NoPhone(), options)
+        self.world = SimWorld(course.road_map, {VEHICLE_ID: profile}, poses, seed, NoPhones(), options)
         self.now_ns = START_NS
         self.mail: Callable[[Sets], Sets] = lambda sets: sets
         self.tick_dead = self.gate_dead = False
         self.tick_jump_ns = self.gate_jump_ns = 0
         self.crashes: list[str] = []
         self.brake_ratio = 0.0
-        self.revive_gate()
+        self.wired = WiredGate(VEHICLE_ID, profile, self.world)
         self.boot_tick()
         self._by_wire: Braking = braking_of(profile)
         self._resumes = 0
@@ -99,12 +99,12 @@ class FaultedDrive:
         """A new tick process: it knows nothing."""
         car = self.course.car
         self.computer = VehicleComputer(car, initial_state(car))
-        self.inbox = Inbox()
+        self.wired.begin_inbox()
         self.tick_dead = False
 
     def revive_gate(self) -> None:
         """A new gate process."""
-        self.gate = gate_of(self.course.profile)
+        self.wired.begin_gate()
         self.gate_dead = False
 
     def set_off(self) -> None:
@@ -124,28 +124,22 @@ class FaultedDrive:
         """The order, and an operator's word to go."""
         now_ns = self.now_ns + self.tick_jump_ns
         network, version = self.course.network, self.course.road_map.map_version
-        end_m = network.lines[LANE_ID].length_m - 0.5
-        visit = Visit("end", "rest", "", LANE_ID, end_m, (LANE_ID,))
-        sections = network.sections_of(LANE_ID)
-        grants = tuple(SectionGrant(section.section_id, k) for k, section in enumerate(sections, start=1))
+        visits = rest_at((LANE_ID,), network.lines[LANE_ID].length_m - 0.5)
+        sections = [section.section_id for section in network.sections_of(LANE_ID)]
         self._resumes += 1
-        self.inbox.put(now_ns, "link", LinkState(now_ns, True, 1, 0))
-        order = Order(self._resumes, "faults", 1, version, (visit,), grants, _FAR_FUTURE_NS)
-        self.inbox.put(now_ns, "link", order)
-        self.inbox.put(now_ns, "link", Command(self._resumes, f"go-{self._resumes}", "resume"))
+        for word in go_words(granted_order("faults", version, visits, sections, self._resumes), now_ns):
+            self.wired.inbox.put(now_ns, "link", word)
 
     def step(self) -> None:
         world, now_ns = self.world, self.now_ns
         reports = world.frames_to_vehicle(VEHICLE_ID)
         gate_ns, tick_ns = now_ns + self.gate_jump_ns, now_ns + self.tick_jump_ns
         if not self.gate_dead:
-            stamped = tuple(msgspec.structs.replace(frame, stamp_ns=gate_ns) for frame in reports)
-            self.gate.hear(stamped, gate_ns)
-            self._tell_tick(stamped)
+            self.wired.hear(reports, gate_ns)
         for item in world.sensor_items(VEHICLE_ID, now_ns):
             assert not isinstance(item, ServerWord), "sensors say nothing for the server"
             moved = msgspec.structs.replace(item, stamp_ns=item.stamp_ns + self.tick_jump_ns)
-            self.inbox.put(tick_ns, "sensors", moved)
+            self.wired.inbox.put(tick_ns, "sensors", moved)
         sets = [] if self.tick_dead else self._tick(tick_ns)
         self.brake_ratio = 0.0
         if not self.gate_dead:
@@ -156,40 +150,16 @@ class FaultedDrive:
     def _tick(self, tick_ns: int) -> Sets:
         """One tick; whatever it raises is a bug, ends its process and is kept in `crashes`."""
         try:
-            return [self.computer.run_tick(self.inbox.drain(), tick_ns).frames]
+            return [self.computer.run_tick(self.wired.inbox.drain(), tick_ns).frames]
         except (ArithmeticError, FrameError, LookupError, TypeError, ValueError) as error:
             self.crashes.append(repr(error))
             self.tick_dead = True
             return []
 
     def _pass_gate(self, sets: Sets, gate_ns: int) -> None:
+        """The bus is in the world's time, whatever the computer's clocks say."""
         for frames in sets:
-            self.gate.take(frames, gate_ns)
-        sent = self.gate.step(gate_ns)
-        self._tell_tick(self.gate.word(gate_ns))
-        if not sent:
-            return
-        self.brake_ratio = self._by_wire.commanded(sent).brake_ratio
-        # The bus is in the world's time, whatever the computer's clock says.
-        gap_ns = self._by_wire.frame_gap_ns
-        on_bus = tuple(
-            CanFrame(self.now_ns + k * gap_ns, frame.arbitration_id, frame.data)
-            for k, frame in enumerate(sent)
-        )
-        self.world.frames_from_vehicle(VEHICLE_ID, on_bus)
-
-    def _tell_tick(self, frames: tuple[CanFrame, ...]) -> None:
-        """As the gate stamps them; mail for a dead tick is lost."""
-        if not self.tick_dead:
-            for frame in frames:
-                self.inbox.put(frame.stamp_ns, "can", frame)
-
-
-class _NoPhone:
-    """Nobody has booked anything."""
-
-    def vehicle_of(self, ride_id: str) -> str:
-        return ""
-
-    def tap(self, ride_id: str, kind: str) -> None:
-        raise AssertionError("there are no riders")
+            self.wired.gate.take(frames, gate_ns)
+        sent = self.wired.send(gate_ns, self.now_ns)
+        if sent:
+            self.brake_ratio = self._by_wire.commanded(sent).brake_ratio

@@ -127,7 +127,7 @@ class _Watch:
         for name, vehicle in self._campus.vehicles.items():
             self._cut(name)
             out.distance_m += self._campus.world.truth(name).odometer_m - self._odometer_m[name]
-            out.plan_ms += vehicle.plan_ms
+            out.plan_ms += vehicle.wired.plan_cpu_ms
             out.contacts += self._campus.world.score(name).contacts
             for now_ns, event in vehicle.happened:
                 at = f"{stint.map_path.parent.name} stint {stint.number} {name} {now_ns / 1e9:.0f} s"

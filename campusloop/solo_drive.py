@@ -6,30 +6,20 @@ import msgspec
 import numpy as np
 
 from campusloop.conductor import STEP_NS
+from campusloop.granted_order import go_words, granted_order
 from campusloop.virtual_vehicle import VirtualVehicle, VirtualVehicleSetup
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import find_route, route_line
-from contract.wire.messages import Command, Order, SectionGrant, Visit, VisitKind
+from contract.wire.messages import Order, Visit, VisitKind
+from simulator.riders import NoPhones
 from simulator.start_places import start_poses
 from simulator.traffic.population import TrafficParams
 from simulator.world import SimWorld, WorldOptions
 from vehicle_agent.config import LidarMount, Profile
-from vehicle_agent.signals import LinkState
 
 VEHICLE_ID = "shuttle-1"
 START_NS = 1_000_000_000
-FAR_FUTURE_NS = 10**18
-
-
-class NoPhones:
-    """Nobody has booked anything."""
-
-    def vehicle_of(self, ride_id: str) -> str:
-        return ""
-
-    def tap(self, ride_id: str, kind: str) -> None:
-        raise AssertionError("there are no riders")
 
 
 def tour(road_map: RoadMap, stops: int, seed: int) -> Order:
@@ -51,8 +41,7 @@ def tour(road_map: RoadMap, stops: int, seed: int) -> Order:
             if not sections or sections[-1] != section_id:
                 sections.append(section_id)
         lane_id, s_m = to_lane, to_s_m
-    grants = tuple(SectionGrant(section_id, fence) for fence, section_id in enumerate(sections, start=1))
-    return Order(1, "tour", 1, road_map.map_version, tuple(visits), grants, FAR_FUTURE_NS)
+    return granted_order("tour", road_map.map_version, tuple(visits), sections)
 
 
 class SoloDrive:
@@ -87,9 +76,8 @@ class SoloDrive:
         """A second to find out where it is, then the order and the release."""
         for _ in range(50):
             self.step()
-        self.vehicle.tell(self.now_ns, LinkState(self.now_ns, True, 1, 0))
-        self.vehicle.tell(self.now_ns, self._order)
-        self.vehicle.tell(self.now_ns, Command(1, "go", "resume"))
+        for word in go_words(self._order, self.now_ns):
+            self.vehicle.tell(self.now_ns, word)
 
     def step(self, now_ns: int | None = None) -> None:
         """now_ns: the wall clock's stamp for this step, when it is not virtual."""

@@ -24,6 +24,16 @@ class Phone(Protocol):
     def tap(self, ride_id: str, kind: Literal["board", "alight"]) -> None: ...
 
 
+class NoPhones:
+    """Nobody has booked anything: a world without riders."""
+
+    def vehicle_of(self, ride_id: str) -> str:
+        return ""
+
+    def tap(self, ride_id: str, kind: Literal["board", "alight"]) -> None:
+        raise AssertionError("there are no riders")
+
+
 @dataclass(frozen=True, slots=True)
 class Rider:
     """One party that has booked. Stops are rear-axle poses, as on the map."""

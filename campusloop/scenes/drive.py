@@ -1,7 +1,5 @@
 """One scene driven from start to goal by the whole onboard loop: CAN, gate, by-wire, plant and all."""
 
-import time
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -11,33 +9,30 @@ import msgspec
 import numpy as np
 
 from campusloop.conductor import STEP_NS
+from campusloop.granted_order import go_words, granted_order, rest_at
 from campusloop.scenes.faults import Camera, FaultyInputs, InputFault, camera_feeds
 from campusloop.scenes.judge import Verdict, judge
 from campusloop.scenes.path_map import LANE_ID
 from campusloop.scenes.trace import SceneTrace
-from campusloop.solo_drive import NoPhones
-from campusloop.virtual_vehicle import PERCEPT_DELAY_NS, PLAN_DELAY_NS
+from campusloop.wiring import WiredVehicle
 from contract.geometry import Pose2, pose_at, project
 from contract.roads.load import encode_map
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import ReferenceLine, Route, route_line
 from contract.runlog.records import RunHeader
-from contract.wire.messages import Command, Order, SectionGrant, Visit
+from contract.wire.messages import Command
+from simulator.riders import NoPhones
 from simulator.traffic.actors import Actors
 from simulator.world import SimWorld, WorldOptions
 from vehicle_agent.config import Profile
 from vehicle_agent.onboard.car import initial_state
-from vehicle_agent.perception.height_map import percept_from_scan
 from vehicle_agent.runtime.agent import SOFTWARE
 from vehicle_agent.runtime.computer import VehicleComputer
-from vehicle_agent.runtime.gate import gate_of
-from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.runtime.recorder import Recorder
 from vehicle_agent.runtime.runlog_files import RunLogFiles
-from vehicle_agent.signals import InboxBody, LinkState, ObstaclePercept, Outputs, PlanAnswer, TrackPercept
-from vehicle_agent.stacks.choice import Planner, build_car, build_planner
-from vehicle_agent.stacks.gem import height_map
+from vehicle_agent.signals import LinkWord, Outputs
+from vehicle_agent.stacks.choice import build_car
 
 VEHICLE_ID = "shuttle"
 _START_NS = 1_000_000_000
@@ -65,6 +60,7 @@ class Scene:
     route                 on a campus; places are then counted from its start
     faults, cameras       what is wrong with the vehicle's inputs; who watches the map's observation areas
     resumes_s             when an operator says that the vehicle may go on
+    stop_id               the stop at the route's end, if it ends at one
     """
 
     name: str
@@ -81,6 +77,7 @@ class Scene:
     faults: tuple[InputFault, ...] = ()
     cameras: tuple[Camera, ...] = ()
     resumes_s: tuple[float, ...] = ()
+    stop_id: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,15 +122,11 @@ class SceneDrive:
             self._log = RunLogFiles(runs, msgspec.msgpack.encode(profile), encode_map(scene.road_map))
             recorder = Recorder(_header(scene), profile.body)
         self.computer = VehicleComputer(car, initial_state(car), recorder)
-        self._planner: Planner | None = build_planner(profile, scene.road_map)
-        self.gate, self._inbox = gate_of(profile), Inbox()
-        self._height_map = height_map(profile)
-        self._percepts: deque[tuple[int, ObstaclePercept]] = deque()
-        self._plans: deque[tuple[int, PlanAnswer]] = deque()
+        self.wired = WiredVehicle(VEHICLE_ID, profile, scene.road_map, self.world)
+        self.wired.boot(self.computer)
         self.now_ns = _START_NS
         self.outputs: Outputs | None = None
         self._trace = SceneTrace()
-        self._plan_cpu_ms: list[float] = []
         self._tick_cpu_s = 0.0
         self._limited: dict[str, int] = {}
         self._told: dict[str, None] = {}
@@ -174,7 +167,7 @@ class SceneDrive:
             self._driven_m(),
             self._trace,
             judge(rows, self._trace.agents, scene.profile.body),
-            tuple(self._plan_cpu_ms),
+            tuple(self.wired.plan_cpu_ms),
             self._tick_cpu_s,
             tuple(sorted(self._limited.items(), key=lambda item: -item[1])),
             tuple(self._told),
@@ -206,78 +199,37 @@ class SceneDrive:
             actors.hold = False
 
     def _tell_order(self) -> None:
-        lane_ids, route = self._way.lane_ids, self.scene.route
+        route = self.scene.route
         end_m = route.end_s_m if route is not None else self._network.lines[LANE_ID].length_m - 0.5
-        visit = Visit("end", "rest", "", lane_ids[-1], end_m, lane_ids)
+        visits = rest_at(self._way.lane_ids, end_m, self.scene.stop_id)
         sections = [section_id for section_id, _, _ in self._way.sections]
-        grants = tuple(SectionGrant(section_id, k) for k, section_id in enumerate(sections, start=1))
-        version = self.scene.road_map.map_version
-        self._inbox.put(self.now_ns, "link", LinkState(self.now_ns, True, 1, 0))
-        self._inbox.put(self.now_ns, "link", Order(1, "scene", 1, version, (visit,), grants, _FAR_FUTURE_NS))
-        self._inbox.put(self.now_ns, "link", Command(1, "go", "resume"))
+        order = granted_order("scene", self.scene.road_map.map_version, visits, sections)
+        for word in go_words(order, self.now_ns):
+            self._hear(word)
 
     def step(self) -> None:
         """20 ms of the vehicle computer and of the world."""
-        now_ns, world = self.now_ns, self.world
+        now_ns, faults = self.now_ns, self._faults
         now_s = (now_ns - self._begin_ns) * 1e-9
-        arrived = world.frames_to_vehicle(VEHICLE_ID)
-        reports = tuple(msgspec.structs.replace(frame, stamp_ns=now_ns) for frame in arrived)
-        self.gate.hear(reports, now_ns)
-        for frame in reports:
-            self._inbox.put(now_ns, "can", frame)
-        for item in world.sensor_items(VEHICLE_ID, now_ns):
-            self._bring("sensors", item, now_s)
-        for percept in world.tracked(VEHICLE_ID, now_ns):
-            self._bring("tracker", percept, now_s)
-            self.gate.see(percept)
         for camera in self._cameras if now_s >= 0.0 else ():
-            word = camera.word(now_s, now_ns, world.bodies())
+            word = camera.word(now_s, now_ns, self.world.bodies())
             if word is not None:
-                self._inbox.put(now_ns, "link", word)
+                self._hear(word)
         while self._resumes and self._resumes[0] <= now_s:
             number = len(self.scene.resumes_s) - len(self._resumes)
             self._resumes.pop(0)
-            self._inbox.put(now_ns, "link", Command(1, f"resume-{number}", "resume"))
-        scan = world.scan(VEHICLE_ID, now_ns)
-        if scan is not None:
-            cells = percept_from_scan(np.ascontiguousarray(scan[0]), now_ns, self._height_map)
-            self._percepts.append((now_ns + PERCEPT_DELAY_NS, cells))
-        while self._percepts and self._percepts[0][0] <= now_ns:
-            _, seen = self._percepts.popleft()
-            self._bring("worker", seen, now_s)
-            self.gate.see(seen)
-        while self._plans and self._plans[0][0] <= now_ns:
-            self._inbox.put(now_ns, "planner", self._plans.popleft()[1])
-        begun_s = time.process_time()
-        outputs = self.outputs = self.computer.run_tick(self._inbox.drain(), now_ns)
-        self._tick_cpu_s += time.process_time() - begun_s
+            self._hear(Command(1, f"resume-{number}", "resume"))
+        self.outputs = self.wired.step(
+            now_ns, lambda body: faults.passed(body, now_s), round(1e9 * faults.plan_delay_s(now_s))
+        )
+        self._tick_cpu_s += self.wired.tick_cpu_s
         if self._log is not None:
             self._log.write(self.computer.entries)
-        self._plan(outputs, now_s)
-        self.gate.take(outputs.frames, now_ns)
-        world.frames_from_vehicle(VEHICLE_ID, self.gate.step(now_ns))
-        for told in self.gate.word(now_ns):
-            self._inbox.put(now_ns, "can", told)
-        world.show(VEHICLE_ID, outputs.says, now_ns)
-        world.step(now_ns)
+        self.world.step(now_ns)
         self.now_ns += STEP_NS
 
-    def _bring(self, source: str, body: InboxBody, now_s: float) -> None:
-        arrived = self._faults.passed(body, now_s)
-        if arrived is None:
-            return
-        self._inbox.put(self.now_ns, source, arrived)
-        if isinstance(arrived, ObstaclePercept | TrackPercept):
-            self.gate.see(arrived)
-
-    def _plan(self, outputs: Outputs, now_s: float) -> None:
-        for job in outputs.jobs:
-            assert self._planner is not None, "only a stack with a planner makes jobs"
-            begun_s = time.process_time()
-            answer = self._planner(job)
-            self._plan_cpu_ms.append(1e3 * (time.process_time() - begun_s))
-            late_ns = round(1e9 * self._faults.plan_delay_s(now_s))
-            self._plans.append((self.now_ns + PLAN_DELAY_NS + late_ns, answer))
+    def _hear(self, word: LinkWord) -> None:
+        self.wired.inbox.put(self.now_ns, "link", word)
 
 
 def _way(network: RoadNetwork, scene: Scene) -> ReferenceLine:

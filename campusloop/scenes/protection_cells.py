@@ -10,9 +10,9 @@ import numpy as np
 
 from campusloop.scenes.drive import Scene
 from campusloop.scenes.path_map import path_map
-from campusloop.scenes.scripted import CHILD_SIZE_M, SIZES_M, clip_of, standing, walker
 from contract.geometry import Array, arc_lengths, pose_at
 from simulator.sensors.tracker import TrackerNoise
+from simulator.traffic.made_clips import CHILD_SIZE_M, SIZES_M, clip_of, standing, walker
 from simulator.traffic.recordings import Clip, Recorded
 from simulator.traffic.replayed import ReplayedTraffic
 from simulator.world import WorldOptions

@@ -6,8 +6,8 @@ import numpy as np
 
 from campusloop.scenes.drive import Scene
 from campusloop.scenes.path_map import path_map
-from campusloop.scenes.scripted import clip_of, standing, walker
 from contract.geometry import Array, arc_lengths, pose_at
+from simulator.traffic.made_clips import clip_of, standing, walker
 from simulator.traffic.recordings import Recorded
 from simulator.traffic.replayed import ReplayedTraffic
 from vehicle_agent.config import Profile

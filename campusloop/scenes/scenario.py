@@ -80,6 +80,7 @@ def scene_of(found: ScenarioFile, name: str, profile: Profile, folder: Path) -> 
         faults=found.fault,
         cameras=found.camera,
         resumes_s=tuple(sorted(found.operator.resume_s)),
+        stop_id=road.to_stop,
     )
 
 

@@ -31,8 +31,8 @@ def with_crossings_at_resting_places() -> RoadMap:
 
 def heard(campus: VirtualCampus) -> dict[str, int]:
     (vehicle,) = campus.vehicles.values()
-    assert vehicle.computer is not None
-    return {word.area_id: word.stamp_ns for word in vehicle.computer.state.world.presence}
+    assert vehicle.wired.computer is not None
+    return {word.area_id: word.stamp_ns for word in vehicle.wired.computer.state.world.presence}
 
 
 def test_the_cart_hears_the_camera_near_it_and_forgets_it_when_it_falls_silent(tmp_path: Path) -> None:

@@ -117,7 +117,7 @@ def enable_with_brake(module: ByWire, brake_ratio: float) -> None:
 def test_enabling_with_the_brake_down_damages_the_servo() -> None:
     module = ByWire(Profile())
     enable_with_brake(module, 0.3)
-    assert module.servo_fault
+    assert module.start_fault
     assert not module.enabled
 
 

@@ -1,9 +1,11 @@
 """What the gate must know of a by-wire: the small door behind which PACMod and servo differ."""
 
+from collections.abc import Callable
 from typing import Protocol
 
 import msgspec
 
+from vehicle_agent.can.dbc import FrameError, MessageLayout
 from vehicle_agent.signals import CanFrame
 
 
@@ -23,6 +25,24 @@ class Commanded(msgspec.Struct, frozen=True):
     steer_rad: float
     throttle_ratio: float
     brake_ratio: float
+
+
+Values = dict[str, dict[str, float]]
+
+
+def unpacked_set(
+    frames: tuple[CanFrame, ...],
+    names: tuple[str, ...],
+    known: dict[str, MessageLayout],
+    unpack: Callable[[MessageLayout, bytes], dict[str, float]],
+) -> Values:
+    """The values of each of the named commands. CommandSetError unless they are these frames, in order."""
+    if tuple(frame.arbitration_id for frame in frames) != tuple(known[n].arbitration_id for n in names):
+        raise CommandSetError(f"not the {len(names)} command frames in order")
+    try:
+        return {name: unpack(known[name], frame.data) for name, frame in zip(names, frames, strict=True)}
+    except FrameError as error:
+        raise CommandSetError(str(error)) from error
 
 
 class Braking(Protocol):

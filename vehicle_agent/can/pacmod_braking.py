@@ -2,9 +2,9 @@
 
 import msgspec
 
-from vehicle_agent.can.braking import Commanded, CommandSetError
+from vehicle_agent.can.braking import Commanded, CommandSetError, Values, unpacked_set
 from vehicle_agent.can.commands import COMMANDS, COUNTER_STEPS, FRAME_GAP_NS
-from vehicle_agent.can.dbc import FrameError, layouts
+from vehicle_agent.can.dbc import MessageLayout, layouts
 from vehicle_agent.can.steering_column import front_from_wheel
 from vehicle_agent.config import SteeringColumn
 from vehicle_agent.signals import CanFrame
@@ -23,16 +23,7 @@ class PacmodBraking(msgspec.Struct, frozen=True):
     def commanded(self, frames: tuple[CanFrame, ...]) -> Commanded:
         """The six commands in order, with matching counters and complements and one enable bit, pedals
         within 0..1 and never both pressed."""
-        known = layouts()
-        ids = tuple(known[name].arbitration_id for name in COMMANDS)
-        if tuple(frame.arbitration_id for frame in frames) != ids:
-            raise CommandSetError("not the six command frames in order")
-        try:
-            values = {
-                name: known[name].unpack(frame.data) for name, frame in zip(COMMANDS, frames, strict=True)
-            }
-        except FrameError as error:
-            raise CommandSetError(str(error)) from error
+        values = unpacked_set(frames, COMMANDS, layouts(), MessageLayout.unpack)
         throttle_ratio = values["accelerator_command"]["position"]
         brake_ratio = values["brake_command"]["position"]
         if throttle_ratio > 0.0 and brake_ratio > 0.0:
@@ -50,10 +41,24 @@ class PacmodBraking(msgspec.Struct, frozen=True):
     def braking_frames(
         self, last: tuple[CanFrame, ...], steps: int, now_ns: int, brake_ratio: float = 1.0
     ) -> tuple[CanFrame, ...]:
-        return braking_frames(last, steps, now_ns, brake_ratio)
+        known = layouts()
+        frames = []
+        for i, (name, frame) in enumerate(zip(COMMANDS, last, strict=True)):
+            values = known[name].unpack(frame.data)
+            if "counter" in values:
+                counter = (int(values["counter"]) + steps) % COUNTER_STEPS
+                values |= {"counter": counter, "complement": COUNTER_STEPS - 1 - counter}
+            if name == "global_command":
+                values |= {"clear_faults": 0.0, "clear_overrides": 0.0}
+            if name == "accelerator_command":
+                values["position"] = 0.0
+            if name == "brake_command":
+                values["position"] = brake_ratio if values["enable"] else 0.0
+            frames.append(CanFrame(now_ns + i * FRAME_GAP_NS, frame.arbitration_id, known[name].pack(values)))
+        return tuple(frames)
 
 
-def _counter(values: dict[str, dict[str, float]]) -> int:
+def _counter(values: Values) -> int:
     """Of the two counted frames, with its complement."""
     counts = {(int(values[name]["counter"]), int(values[name]["complement"])) for name in COMMANDS[:2]}
     counter, complement = counts.pop()
@@ -62,32 +67,8 @@ def _counter(values: dict[str, dict[str, float]]) -> int:
     return counter
 
 
-def _enable(values: dict[str, dict[str, float]]) -> bool:
+def _enable(values: Values) -> bool:
     enables = {bool(values[name]["enable"]) for name in COMMANDS[1:]}
     if len(enables) != 1:
         raise CommandSetError("the frames' enable bits differ")
     return enables.pop()
-
-
-def braking_frames(
-    last: tuple[CanFrame, ...], steps: int, now_ns: int, brake_ratio: float
-) -> tuple[CanFrame, ...]:
-    """Brake, no accelerator, steering and enable bits as they were; the counter `steps` further on.
-
-    last  the last sound set of commands
-    """
-    known = layouts()
-    frames = []
-    for i, (name, frame) in enumerate(zip(COMMANDS, last, strict=True)):
-        values = known[name].unpack(frame.data)
-        if "counter" in values:
-            counter = (int(values["counter"]) + steps) % COUNTER_STEPS
-            values |= {"counter": counter, "complement": COUNTER_STEPS - 1 - counter}
-        if name == "global_command":
-            values |= {"clear_faults": 0.0, "clear_overrides": 0.0}
-        if name == "accelerator_command":
-            values["position"] = 0.0
-        if name == "brake_command":
-            values["position"] = brake_ratio if values["enable"] else 0.0
-        frames.append(CanFrame(now_ns + i * FRAME_GAP_NS, frame.arbitration_id, known[name].pack(values)))
-    return tuple(frames)

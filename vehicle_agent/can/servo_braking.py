@@ -2,8 +2,8 @@
 
 import msgspec
 
-from vehicle_agent.can.braking import Commanded, CommandSetError
-from vehicle_agent.can.dbc import SERVO, FrameError, layouts
+from vehicle_agent.can.braking import Commanded, CommandSetError, unpacked_set
+from vehicle_agent.can.dbc import SERVO, layouts
 from vehicle_agent.can.servo_frames import (
     SERVO_COMMANDS,
     SERVO_COUNTER_STEPS,
@@ -31,17 +31,7 @@ class ServoBraking(msgspec.Struct, frozen=True):
         return frozenset(layouts(SERVO)[name].arbitration_id for name in SERVO_COMMANDS)
 
     def commanded(self, frames: tuple[CanFrame, ...]) -> Commanded:
-        known = layouts(SERVO)
-        ids = tuple(known[name].arbitration_id for name in SERVO_COMMANDS)
-        if tuple(frame.arbitration_id for frame in frames) != ids:
-            raise CommandSetError("not the four command frames in order")
-        try:
-            values = {
-                name: unpack_checked(known[name], frame.data)
-                for name, frame in zip(SERVO_COMMANDS, frames, strict=True)
-            }
-        except FrameError as error:
-            raise CommandSetError(str(error)) from error
+        values = unpacked_set(frames, SERVO_COMMANDS, layouts(SERVO), unpack_checked)
         counters = {int(value["counter"]) for value in values.values()}
         if len(counters) != 1:
             raise CommandSetError("the frames' counters differ")

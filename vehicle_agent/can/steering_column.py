@@ -2,7 +2,7 @@
 
 import math
 
-from vehicle_agent.config import SteeringColumn
+from vehicle_agent.config import Body, Limits, SteeringColumn
 
 
 def wheel_from_front(column: SteeringColumn, steer_rad: float) -> float:
@@ -23,3 +23,9 @@ def front_from_wheel(column: SteeringColumn, wheel_rad: float) -> float:
         root = max(column.linear * column.linear - 4.0 * column.quadratic * w, 0.0)
         d = 2.0 * w / (column.linear + math.sqrt(root))
     return math.copysign(math.radians(d), wheel_rad)
+
+
+def wheel_rate_radps(column: SteeringColumn, body: Body, limits: Limits) -> float:
+    """How fast the steering wheel or shaft may turn for the front wheels' rate, from straight to lock."""
+    lock_rad = math.atan(body.wheelbase_m / body.turn_radius_m_min)
+    return limits.steer_rate_radps_max * wheel_from_front(column, lock_rad) / lock_rad

@@ -5,7 +5,7 @@ import msgspec
 from vehicle_agent.hmi import words
 from vehicle_agent.hmi.manner import Manner
 from vehicle_agent.hmi.words import Words
-from vehicle_agent.signals import Guarded, Path, Task
+from vehicle_agent.signals import STOP_TAKEN, Guarded, Path, Task
 
 # Ranks: a warning replaces what ranks lower at once; everything else waits until the text has been read.
 TEXT, WARNING, DOORS, STOPPED, BY_HAND = range(5)
@@ -58,8 +58,8 @@ def sign_for(task: Task, path: Path, verdict: Guarded, manner: Manner, aside: bo
 
 
 def is_arriving(task: Task, path: Path, near_m: float) -> bool:
-    """Near to the stop whose name the task gives, with the road to it granted."""
-    return path.stop_m < near_m and not task.waiting_for
+    """Near to the stop whose name the task gives, with the road to it granted and nobody on it."""
+    return path.stop_m < near_m and not task.waiting_for and task.reason != STOP_TAKEN
 
 
 def _on_the_way(task: Task, path: Path, near_m: float) -> Sign:
@@ -67,6 +67,8 @@ def _on_the_way(task: Task, path: Path, near_m: float) -> Sign:
         return Sign(words.RESTING, words.REAR_STANDING)
     if task.waiting_for and path.stop_m < near_m:
         return Sign(words.WAITING, words.REAR_STOPPING)
+    if task.reason == STOP_TAKEN and path.stop_m < near_m:
+        return Sign(words.WAITING_FOR_STOP, words.REAR_STOPPING)
     if task.reason == "requested stop":
         return Sign(words.REQUESTED, words.REAR_STOPPING)
     if not (task.stop_name or task.stop_name_en):

@@ -18,6 +18,7 @@ STEP_ASIDE: Words = ("PLEASE STEP ASIDE", "请让一让")
 SLOWING: Words = ("SLOWING FOR YOU", "减速礼让")
 PASSING: Words = ("PASSING SLOWLY", "缓慢通过")
 WAITING: Words = ("WAITING FOR A CLEAR ROAD", "等待会车")
+WAITING_FOR_STOP: Words = ("WAITING FOR THE STOP", "等待停靠")
 RESTING: Words = ("RESTING", "待命")
 REQUESTED: Words = ("STOPPING ON REQUEST", "应乘客要求停车")
 
@@ -72,7 +73,8 @@ def every_text(language: str) -> str:
     at = {"en": 0, "zh": 1}[language]
     fixed = [
         MANUAL, SAFETY_STOP, HELD, DOORS_OPEN, DOORS_CLOSING, AFTER_YOU, STEP_ASIDE, SLOWING,
-        PASSING, WAITING, RESTING, REQUESTED, REAR_DRIVING, REAR_YIELDING, REAR_SLOWING,
-        REAR_PASSING, REAR_STOPPING, REAR_DOORS, REAR_STANDING, stopping_at("", ""), next_stop("", ""),
+        PASSING, WAITING, WAITING_FOR_STOP, RESTING, REQUESTED, REAR_DRIVING, REAR_YIELDING,
+        REAR_SLOWING, REAR_PASSING, REAR_STOPPING, REAR_DOORS, REAR_STANDING,
+        stopping_at("", ""), next_stop("", ""),
     ]  # fmt: skip
     return "".join(words[at] for words in fixed)

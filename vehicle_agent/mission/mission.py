@@ -20,8 +20,10 @@ from vehicle_agent.mission.progress import moved, progress
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.sections import Leave, footings, leave_to_drive, released
 from vehicle_agent.mission.state import MissionState
+from vehicle_agent.mission.taken_stop import heeded
 from vehicle_agent.mission.words import find_line, obey, take_grants, take_order, take_tap
 from vehicle_agent.signals import (
+    STOP_TAKEN,
     Ego,
     LinkState,
     Pressed,
@@ -66,7 +68,7 @@ class Mission(msgspec.Struct, frozen=True):
         leave = self._leave(state)
         for item in pressed:
             state = press(state, item, self.network, self.rules, leave, ego.speed_mps)
-        state = progress(state, self.rules, ego, world)
+        state = heeded(progress(state, self.rules, ego, world), self.rules, ego, world)
         state = self._released(state)
         return self._task(state, self._leave(state)), state
 
@@ -129,6 +131,8 @@ class Mission(msgspec.Struct, frozen=True):
     def _task(self, state: MissionState, leave: Leave) -> Task:
         mode, reason = _mode(state)
         stop_s_m, waiting_for = _stop(state, leave, mode)
+        if mode == "drive" and state.wait_s_m is not None and not waiting_for:
+            reason = STOP_TAKEN
         visit = state.visit()
         temporary = state.temporary
         order = state.memory.order
@@ -185,6 +189,8 @@ def _stop(state: MissionState, leave: Leave, mode: TaskMode) -> tuple[float, str
     wanted_m = min(target_s_m, state.hold_s_m) if mode == "hold" and not state.astray else target_s_m
     if mode == "hold" and state.astray:
         wanted_m = state.s_m
+    if state.wait_s_m is not None:
+        wanted_m = min(wanted_m, state.wait_s_m)
     if leave.hold_s_m < wanted_m:
         return leave.hold_s_m, leave.waiting_for
     return wanted_m, ""

@@ -16,6 +16,8 @@ class MissionRules(msgspec.Struct, frozen=True):
     alight_grace_ns    how much longer than the dwell the doors stay open for riders who should alight
     near_*             departure check of a temporary stop: nobody this near, for so long; given up after a
                        while, since the swept path is watched anyway
+    taken_*            another vehicle stands on the stop: wait this far behind where a docked one ends,
+                       until it has been free for so long
     astray_m           farther beside the line the vehicle is no longer on it
     """
 
@@ -34,6 +36,8 @@ class MissionRules(msgspec.Struct, frozen=True):
     near_m: float = 1.5
     near_clear_ns: int = 1_000_000_000
     near_wait_ns_max: int = 30_000_000_000
+    taken_gap_m: float = 2.0
+    taken_clear_ns: int = 1_000_000_000
     astray_m: float = 2.5
     hold_reaction_s: float = 0.4
     hold_decel_mps2: float = 0.6

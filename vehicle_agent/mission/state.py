@@ -26,6 +26,8 @@ class MissionState(msgspec.Struct, frozen=True):
     doors_open_ns                when the doors stood open at this stop, 0 before
     astray       the vehicle is off its line (a driver took it elsewhere)
     near_since_ns, clear_since_ns  departure check of a temporary stop: since when it waits, since when free
+    wait_s_m, stop_free_since_ns  where to wait while another vehicle stands on the next stop, None while none
+                 does; and since when it no longer does, 0 while it does
     refused_ns   when the seat button was last refused on the way, 0 before
     waiting_order  came before the vehicle knew where it is
     """
@@ -53,6 +55,8 @@ class MissionState(msgspec.Struct, frozen=True):
     temporaries: int = 0
     near_since_ns: int = 0
     clear_since_ns: int = 0
+    wait_s_m: float | None = None
+    stop_free_since_ns: int = 0
     footing: tuple[Footing, ...] = ()
     server_offset_ns: int | None = None
     announcement: str = ""

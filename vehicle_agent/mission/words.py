@@ -51,6 +51,7 @@ def on_line(state: MissionState, route: OrderLine, start: Place) -> MissionState
         place=start,
         astray=False,
         temporary=temporary,
+        wait_s_m=None,
         stage=stage,
         hold_s_m=start.s_m if state.standing_since_ns else start.s_m + (state.hold_s_m - state.s_m),
     )

@@ -9,16 +9,25 @@ from contract.geometry import Array
 from contract.roads.areas import AreaAhead, areas_ahead, outline_array
 from contract.roads.network import RoadNetwork
 from vehicle_agent.planning.approach import Approach
+from vehicle_agent.planning.following import (
+    NOTHING,
+    Following,
+    Patience,
+    PoorSight,
+    moved_on,
+    no_path,
+    path_along,
+    standing_commands,
+    stop_name,
+)
 from vehicle_agent.planning.gap import GapRule
 from vehicle_agent.planning.nus_cost_map import CELL_M, CostMap, CostRules, obstacle_cells
 from vehicle_agent.planning.nus_crossings import CrossingRule, Passing
 from vehicle_agent.planning.nus_speeds import SafeSpeeds
 from vehicle_agent.planning.obstacle import first_contact, poses_on_line
 from vehicle_agent.planning.selector import SpeedCommand, lowest
-from vehicle_agent.planning.waypoints import WaypointRules, Waypoints, waypoints_from_line
+from vehicle_agent.planning.waypoints import WaypointRules, waypoints_from_line
 from vehicle_agent.signals import Ego, Path, PedestrianPresence, PlanAnswer, PlanJob, Task, World
-
-_NOTHING = Waypoints(np.empty((0, 2)), np.empty(0), np.empty(0))
 
 
 class Looked(msgspec.Struct, frozen=True):
@@ -30,24 +39,16 @@ class Looked(msgspec.Struct, frozen=True):
     mean_cost: float = 0.0
 
 
-class NusPlan(msgspec.Struct, frozen=True):
+class NusPlan(Following, frozen=True, kw_only=True):
     """What planning remembers.
 
     areas     the passes through observation areas along the line; passing: how the next one stands
-    yielding  standing, or coming to a stand, for something in the path; clear: looks that found it free
     """
 
     costs: CostMap
-    line_id: int = 0
-    waypoints: Waypoints = _NOTHING
     areas: tuple[AreaAhead, ...] = ()
     passing: Passing = Passing()
-    stamp_ns: int = 0
-    odometer_m: float = 0.0
     looked: Looked = Looked()
-    ticks: int = 0
-    yielding: bool = False
-    clear: int = 0
 
 
 class NusPlanning(msgspec.Struct, frozen=True):
@@ -58,8 +59,6 @@ class NusPlanning(msgspec.Struct, frozen=True):
     standoff_m    the bumper stops this far before an obstacle
     emergency_m   an obstacle nearer than this is braked for as hard as the cart can
     curve_m       how far ahead the path's curve counts as steering already
-    yield_mps, resume_m, clear_looks   nobody is crept at: below the speed the cart stands, until the path has
-                  been free this far for so many looks
     """
 
     network: RoadNetwork
@@ -74,22 +73,19 @@ class NusPlanning(msgspec.Struct, frozen=True):
     speeds: SafeSpeeds = SafeSpeeds()
     crossings: CrossingRule = CrossingRule()
     approach: Approach = Approach()
+    patience: Patience = Patience(resume_m=4.0)
+    poor_sight: PoorSight = PoorSight()
     sweep_m: float = 10.0
     clearance_m: float = 0.3
     side_clearance_m: float = 0.15
     standoff_m: float = 2.0
     emergency_m: float = 1.2
     curve_m: float = 3.0
-    yield_mps: float = 0.3
-    resume_m: float = 4.0
-    clear_looks: int = 8
     look_every: int = 5
-    poor_std_m: float = 0.3
-    poor_mps: float = 0.5
     ahead_m: float = 20.0
 
     def initial(self) -> NusPlan:
-        return NusPlan(self.cost_rules.empty())
+        return NusPlan(costs=self.cost_rules.empty())
 
     def jobs(self, state: NusPlan) -> tuple[PlanJob, ...]:
         return ()
@@ -98,16 +94,9 @@ class NusPlanning(msgspec.Struct, frozen=True):
         self, state: NusPlan, ego: Ego, world: World, task: Task, plans: tuple[PlanAnswer, ...] = ()
     ) -> tuple[Path, NusPlan]:
         """The waypoints ahead and the speed to obey now. Without a line: stand still. Nobody plans for it."""
-        travelled_m = abs(ego.speed_mps) * (ego.stamp_ns - state.stamp_ns) * 1e-9 if state.stamp_ns else 0.0
-        state = msgspec.structs.replace(
-            state, stamp_ns=ego.stamp_ns, odometer_m=state.odometer_m + travelled_m, ticks=state.ticks + 1
-        )
+        state = moved_on(state, ego)
         if task.line is None:
-            nothing = _NOTHING
-            path = Path(
-                ego.stamp_ns, nothing.points_map, nothing.speeds_mps, 0.0, "no order", None, 0.0, False
-            )
-            return path, msgspec.structs.replace(state, line_id=0, waypoints=_NOTHING, areas=())
+            return no_path(ego), msgspec.structs.replace(state, line_id=0, waypoints=NOTHING, areas=())
         if task.line_id != state.line_id:
             state = msgspec.structs.replace(
                 state,
@@ -134,12 +123,7 @@ class NusPlanning(msgspec.Struct, frozen=True):
             )
             costs = self.cost_rules.updated(costs, pose.x_m, pose.y_m, eye, world.points_map)
         looked = self._looked(state, costs, ego, world, task)
-        yielding, clear = state.yielding, 0
-        if yielding:
-            clear = state.clear + 1 if looked.free_m > self.resume_m else 0
-            yielding = clear < self.clear_looks
-        else:
-            yielding = self._obstacle_mps(looked.free_m) < self.yield_mps
+        yielding, clear = self.patience.waits(state, looked.free_m, self._obstacle_mps(looked.free_m))
         passing = self._passing(state, costs, ego, world, task)
         return msgspec.structs.replace(
             state, costs=costs, looked=looked, yielding=yielding, clear=clear, passing=passing
@@ -201,47 +185,29 @@ class NusPlanning(msgspec.Struct, frozen=True):
     def _path(self, state: NusPlan, ego: Ego, world: World, task: Task) -> Path:
         since_m = state.odometer_m - state.looked.odometer_m
         free_m = max(0.0, state.looked.free_m - since_m)
-        stop_m = task.stop_s_m - task.s_m
-        command = lowest(self._commands(state, ego, world, task, free_m, stop_m))
-        ahead = state.waypoints.ahead(task.s_m, self.ahead_m)
-        return Path(
-            stamp_ns=ego.stamp_ns,
-            points_map=state.waypoints.points_map[ahead],
-            speeds_mps=state.waypoints.speeds_mps[ahead],
-            speed_mps=command.speed_mps,
-            limited_by=command.name,
-            obstacle_m=None if math.isinf(free_m) else free_m,
-            stop_m=stop_m,
-            emergency=command.emergency and ego.speed_mps > 0.05,
-            accel_mps2=command.accel_mps2,
-        )
+        command = lowest(self._commands(state, ego, world, task, free_m))
+        return path_along(state.waypoints, ego, task, command, free_m, self.ahead_m)
 
     def _commands(
-        self, state: NusPlan, ego: Ego, world: World, task: Task, free_m: float, stop_m: float
+        self, state: NusPlan, ego: Ego, world: World, task: Task, free_m: float
     ) -> list[SpeedCommand]:
+        decel_mps2 = self.approach.decel_mps2
         limit_mps = float(np.interp(task.s_m, state.waypoints.s_m, state.waypoints.speeds_mps))
         commands = [
             SpeedCommand("waypoints", limit_mps),
             self.speeds.by_steering(self._steer_rad(ego, task)),
             self.speeds.by_cost(state.looked.mean_cost),
-            self.approach.command(stop_m, ego.speed_mps, _why(task)),
+            self.approach.command(task.stop_s_m - task.s_m, ego.speed_mps, stop_name(task)),
+            *standing_commands(task, decel_mps2),
         ]
-        if task.mode in ("dwell", "idle"):
-            commands.append(SpeedCommand(task.mode, 0.0, -self.approach.decel_mps2))
         if not math.isinf(free_m):
             command = self.approach.command(free_m - self.standoff_m, ego.speed_mps, "obstacle")
             is_near = free_m < self.emergency_m
             commands.append(msgspec.structs.replace(command, emergency=is_near))
         if state.yielding:
-            commands.append(SpeedCommand("obstacle", 0.0, -self.approach.decel_mps2))
+            commands.append(SpeedCommand("obstacle", 0.0, -decel_mps2))
         commands += self._for_others(state, ego, world, task)
-        if not ego.valid:
-            commands.append(SpeedCommand("no position", 0.0, -self.approach.decel_mps2))
-        elif ego.position_std_m > self.poor_std_m:
-            commands.append(SpeedCommand("poor position", self.poor_mps))
-        if world.blind:
-            commands.append(SpeedCommand("blind", 0.0, -self.approach.decel_mps2))
-        return commands
+        return commands + self.poor_sight.commands(ego, world, decel_mps2)
 
     def _for_others(self, state: NusPlan, ego: Ego, world: World, task: Task) -> list[SpeedCommand]:
         """For the fleet mate ahead, and for people that a camera tells of."""
@@ -266,12 +232,6 @@ class NusPlanning(msgspec.Struct, frozen=True):
         bends = np.abs(line.curvature_1pm[first : last + 1])
         needed_rad = math.atan(self.wheelbase_m * float(bends.max())) if len(bends) else 0.0
         return max(abs(ego.steer_rad), needed_rad)
-
-
-def _why(task: Task) -> str:
-    if task.mode != "drive":
-        return task.mode
-    return f"section {task.waiting_for}" if task.waiting_for else "stop"
 
 
 def _told(world: World, area_id: str) -> PedestrianPresence | None:

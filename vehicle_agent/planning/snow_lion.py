@@ -15,6 +15,7 @@ from contract.roads.network import RoadNetwork
 from vehicle_agent.planning import timed
 from vehicle_agent.planning.cadence import Cadence
 from vehicle_agent.planning.corridor import NO_CORRIDOR, corridor_of, window
+from vehicle_agent.planning.following import stop_name
 from vehicle_agent.signals import (
     Corridor,
     Ego,
@@ -181,7 +182,6 @@ class MotionPlanning:
         pose_map, speed_mps, accel_mps2, curvature_1pm = self._expected(state, ego, begin_ns)
         low, high = near.points_map.min(axis=0) - 8.0, near.points_map.max(axis=0) + 8.0
         boxed = ((low <= world.points_map) & (world.points_map <= high)).all(axis=1)
-        waits = f"section {task.waiting_for}" if task.waiting_for else "stop"
         job = PlanJob(
             number=state.jobs + 1,
             stamp_ns=begin_ns,
@@ -192,7 +192,7 @@ class MotionPlanning:
             curvature_1pm=curvature_1pm,
             corridor=near,
             stop_s_m=task.s_m if task.mode in ("idle", "dwell") else task.stop_s_m,
-            stop_name=task.mode if task.mode != "drive" else waits,
+            stop_name=stop_name(task),
             speed_mps_max=limit_mps,
             speed_reason=reason,
             points_map=world.points_map[boxed],

@@ -107,7 +107,8 @@ class FootprintWatch:
         self._met = 0
 
     def see(self, percept: Percept) -> None:
-        """The newest answer of each kind counts; an older one is dropped."""
+        """The newest answer of each kind counts, an older one is dropped; so is what is not a number, for a
+        worker gone wrong must not take the gate along."""
         known = self._seen.get(type(percept))
         if known is None or percept.stamp_ns >= known.stamp_ns:
             self._seen[type(percept)] = _seen(percept)
@@ -166,7 +167,7 @@ class _Seen:
 
 def _seen(percept: Percept) -> _Seen:
     if isinstance(percept, ObstaclePercept):
-        cells = percept.cells_base
+        cells = percept.cells_base[np.isfinite(percept.cells_base).all(axis=1)]
         return _Seen(percept.stamp_ns, cells, np.zeros_like(cells), False)
     points, owners = _points(percept)
     return _Seen(percept.stamp_ns, points, percept.velocities_base_mps[owners], True)
@@ -184,9 +185,9 @@ def _apart_from(cells: _Seen, tracks: _Seen) -> _Seen:
 def _points(percept: TrackPercept) -> tuple[Array, IntArray]:
     """((n, 2) corners and middles of the tracks' outlines, base frame, (n,) whose they are)."""
     places, owners = [np.empty((0, 2))], [np.empty(0, np.int64)]
-    told = zip(percept.kinds, percept.poses_base, percept.sizes_m, strict=True)
-    for number, (kind, pose, size) in enumerate(told):
-        x, y, yaw = pose
+    told = np.column_stack((percept.poses_base, percept.velocities_base_mps, percept.sizes_m))
+    for number in np.flatnonzero(np.isfinite(told).all(axis=1)):
+        kind, (x, y, yaw), size = percept.kinds[number], told[number, :3], told[number, 5:]
         half = 0.5 * size if kind != PEDESTRIAN else np.full(2, 0.5 * size[0])
         corners = np.array([[i, j] for i in (-1.0, 0.0, 1.0) for j in (-1.0, 0.0, 1.0)]) * half
         if kind == PEDESTRIAN:

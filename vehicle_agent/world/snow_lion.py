@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 from numba import njit
 
-from contract.geometry import Array, Pose2
+from contract.geometry import Array, Pose2, inverse, transform_points
 from contract.roads.network import RoadNetwork
 from contract.roads.walls import wall_edges
 from vehicle_agent.signals import (
@@ -31,7 +31,9 @@ from vehicle_agent.world.watching import AreaWatch, outlines_of
 # Fleet mates that no sensor sees take part as tracks too; their ids count down from here.
 MATES_FROM = -1
 _MATE_IS_SEEN_M = 2.5
-_STOP_TAKEN_M = 3.0
+_STANDS_MPS = 0.5
+# Nobody whose middle is farther from it can stand on a stop.
+_STOP_NEAR_M = 15.0
 
 
 class Watching(msgspec.Struct, frozen=True):
@@ -128,18 +130,31 @@ class ObservedWorld:
         )
 
     def _taken(self, tracks: Tracks, pose_map: Pose2) -> tuple[str, ...]:
-        """Stops in sight on which another vehicle stands."""
+        """Stops in sight where another vehicle stands in the place that this one would take."""
         standing = (tracks.kinds == VEHICLE) & (
-            np.abs(tracks.velocities_map_mps).max(axis=1, initial=0.0) < 0.5
+            np.abs(tracks.velocities_map_mps).max(axis=1, initial=0.0) < _STANDS_MPS
         )
+        poses, sizes = tracks.poses_map[standing], tracks.sizes_m[standing]
         taken = []
-        for stop_id, (x_m, y_m, _) in zip(self._stop_ids, self._stop_poses, strict=True):
+        for stop_id, (x_m, y_m, yaw_rad) in zip(self._stop_ids, self._stop_poses, strict=True):
             if math.hypot(x_m - pose_map.x_m, y_m - pose_map.y_m) > self._sight.range_m:
                 continue
-            apart = np.hypot(tracks.poses_map[standing, 0] - x_m, tracks.poses_map[standing, 1] - y_m)
-            if len(apart) and apart.min() < _STOP_TAKEN_M:
+            near = np.hypot(poses[:, 0] - x_m, poses[:, 1] - y_m) < _STOP_NEAR_M
+            docked = Pose2(float(x_m), float(y_m), float(yaw_rad))
+            if any(self._is_on(docked, *one) for one in zip(poses[near], sizes[near], strict=True)):
                 taken.append(stop_id)
         return tuple(taken)
+
+    def _is_on(self, docked: Pose2, pose: Array, size: Array) -> bool:
+        """Does a place of the outline, at each half metre or closer, lie in this vehicle's own, docked?"""
+        along = np.linspace(-0.5, 0.5, 2 + int(size[0] / 0.5)) * size[0]
+        across = np.linspace(-0.5, 0.5, 2 + int(size[1] / 0.5)) * size[1]
+        own = np.column_stack([grid.ravel() for grid in np.meshgrid(along, across)])
+        outline = transform_points(Pose2(float(pose[0]), float(pose[1]), float(pose[2])), own)
+        places = transform_points(inverse(docked), outline)
+        body = self._surroundings
+        inside = (places[:, 0] >= -body.body_back_m) & (places[:, 0] <= body.body_front_m)
+        return bool((inside & (np.abs(places[:, 1]) <= body.body_half_width_m)).any())
 
 
 def _with_mates(tracks: Tracks, mates: tuple[OtherVehicle, ...], body: Surroundings) -> Tracks:

@@ -8,7 +8,7 @@ import pytest
 
 from campusloop.scenes.drive import Scene, SceneDrive, SceneRun
 from campusloop.scenes.path_map import path_map
-from campusloop.scenes.scripted import clip_of, standing, walker
+from simulator.traffic.made_clips import clip_of, standing, walker
 from simulator.traffic.recordings import Recorded
 from simulator.traffic.replayed import ReplayedTraffic
 from simulator.world import WorldOptions

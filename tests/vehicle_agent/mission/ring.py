@@ -128,7 +128,7 @@ def rest(after: tuple[str, float], name: str = "rest") -> Visit:
 
 
 class RingShuttle:
-    """events and answers are everything it has said; points (n, 2) is what it sees."""
+    """events and answers are everything it has said; points (n, 2) and taken_stops are what it sees."""
 
     def __init__(self, memory: MissionMemory | None = None, start: tuple[str, float] = START) -> None:
         self.pose = Pose2(*NETWORK.pose(*start))
@@ -137,6 +137,7 @@ class RingShuttle:
         self.events: list[VehicleEvent] = []
         self.answers: list[OrderAccepted | OrderRejected] = []
         self.points = np.empty((0, 2))
+        self.taken_stops: tuple[str, ...] = ()
         self.valid, self.door_sensor, self.doors_open = True, True, False
         self.grants_follow = True
         self.task: Task | None = None
@@ -149,7 +150,7 @@ class RingShuttle:
             pressed = (DoorState(self.now_ns, self.doors_open), *pressed)
         ego = Ego(self.now_ns, self.pose, self.speed_mps, 0, 0, 0, 0.02, self.now_ns, self.valid)
         motion = VehicleMotion(self.now_ns, self.speed_mps, 0, 0, 0, True, False, True, 1.0)
-        world = World(self.now_ns, self.now_ns, self.points, (), (), False)
+        world = World(self.now_ns, self.now_ns, self.points, (), (), False, taken_stops=self.taken_stops)
         link = LinkState(self.now_ns, True, 1, OFFSET_NS)
         task, self.state = ROOM.step(self.state, words, pressed, link, ego, motion, world, self.now_ns)
         self.events += ROOM.events(self.state)

@@ -50,10 +50,10 @@ def test_people_are_not_crept_at_and_the_path_must_stay_clear_before_going_on() 
     path, state = planned(ROOM.initial(), 1, a_world(person), a_task(), 0.0)
     assert path.speed_mps == 0.0
     speeds = []
-    for look in range(2, 2 + ROOM.clear_looks + 2):
+    for look in range(2, 2 + ROOM.patience.clear_looks + 2):
         path, state = planned(state, 5 * look, a_world(seen_ns=look), a_task(), 0.0)
         speeds.append(path.speed_mps)
-    assert speeds[: ROOM.clear_looks - 1] == [0.0] * (ROOM.clear_looks - 1)
+    assert speeds[: ROOM.patience.clear_looks - 1] == [0.0] * (ROOM.patience.clear_looks - 1)
     assert speeds[-1] > 0.0
 
 

@@ -368,6 +368,33 @@ def test_somebody_who_is_just_leaving_the_way_is_no_reason_to_stop_for_good() ->
     assert bench.gate.braking == "something before the bumper"
 
 
+def a_spoiled_wall(x_m: float, stamp_ns: int) -> ObstaclePercept:
+    cells = np.array([[np.nan, 0.0], [np.inf, 0.0], [x_m, 0.2]])
+    return ObstaclePercept(stamp_ns, cells, np.ones(3), 100)
+
+
+def a_spoiled_person(x_m: float, stamp_ns: int) -> TrackPercept:
+    return TrackPercept(
+        stamp_ns,
+        np.arange(4),
+        np.full(4, PEDESTRIAN),
+        np.array([[np.nan, 0.0, 0.0], [9.0, 0.0, np.inf], [9.0, 0.0, 0.0], [x_m, 0.0, 0.0]]),
+        np.array([[0.0, 0.0], [0.0, 0.0], [np.nan, 0.0], [0.0, 0.0]]),
+        np.full((4, 2), 0.5),
+    )
+
+
+@pytest.mark.parametrize("look", [a_spoiled_wall, a_spoiled_person])
+def test_what_is_not_a_number_is_passed_over_and_what_is_beside_it_still_counts(look: Any) -> None:
+    bench = Bench()
+    bench.drive()
+    bench.gate.see(look(PROFILE.body.front_overhang_m + 0.8, bench.now_ns))
+    for _ in range(3):
+        frames = bench.tick()
+    assert bench.gate.braking == "something before the bumper"
+    assert brake_of(frames) == 1.0
+
+
 def test_what_the_tick_brakes_for_is_left_to_it() -> None:
     bench = Bench()
     bench.drive()

@@ -1,4 +1,7 @@
-"""Who moves as a script says: straight from place to place, beginning at a time, at an even speed."""
+"""Recordings that nobody recorded: who goes from place to place by the clock, at an even speed.
+
+For people who wait for the shuttle, or who stop and set off, see `simulator.traffic.scripted`.
+"""
 
 import itertools
 import math

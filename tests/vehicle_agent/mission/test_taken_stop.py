@@ -1,0 +1,79 @@
+"""A stop on which another vehicle stands: waited for, short of it, and docked at once it is free."""
+
+from tests.vehicle_agent.mission.ring import RingShuttle, a_visit, an_order, rest
+from vehicle_agent.mission.rules import MissionRules
+from vehicle_agent.signals import STOP_TAKEN
+
+STOP = ("north", 40.0)
+VISITS = (a_visit("a", *STOP), rest(STOP))
+RULES = MissionRules()
+
+
+def on_the_way(seconds: float = 20.0) -> RingShuttle:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(VISITS))
+    shuttle.run(seconds)
+    return shuttle
+
+
+def stop_s_m(shuttle: RingShuttle) -> float:
+    found = shuttle.state.target_s_m()
+    assert found is not None
+    return found
+
+
+def test_it_waits_behind_where_one_that_has_docked_ends_and_says_why() -> None:
+    shuttle = on_the_way()
+    shuttle.taken_stops = ("a",)
+    shuttle.run(40.0)
+    assert shuttle.speed_mps == 0.0
+    assert shuttle.task is not None
+    assert shuttle.task.reason == STOP_TAKEN
+    bumper_m = shuttle.state.s_m + RULES.body.front_m
+    rear_m = stop_s_m(shuttle) - RULES.body.back_m
+    assert 1.5 <= rear_m - bumper_m <= 2.5
+    assert shuttle.state.stage == "driving"
+    assert not shuttle.state.memory.under_way, "the visit has not begun"
+
+
+def test_it_docks_when_the_stop_has_been_free_for_a_second() -> None:
+    shuttle = on_the_way()
+    shuttle.taken_stops = ("a",)
+    shuttle.run(40.0)
+    shuttle.taken_stops = ()
+    shuttle.run(0.8)
+    assert shuttle.speed_mps == 0.0, "one look that misses the vehicle is no reason to go"
+    for _ in range(200):
+        if shuttle.state.stage == "serving":
+            break
+        shuttle.step()
+    assert shuttle.state.stage == "serving"
+    assert shuttle.state.memory.visit_state("a") == "under_way"
+    assert abs(shuttle.state.s_m - stop_s_m(shuttle)) < 0.5
+
+
+def test_another_stop_that_is_taken_does_not_matter() -> None:
+    shuttle = on_the_way()
+    shuttle.taken_stops = ("elsewhere",)
+    shuttle.run(60.0)
+    assert shuttle.state.memory.visit_state("a") == "done"
+
+
+def test_nobody_brakes_hard_for_a_stop_that_is_taken_at_the_last_moment() -> None:
+    shuttle = on_the_way()
+    while stop_s_m(shuttle) - shuttle.state.s_m > 7.0:
+        shuttle.step()
+    shuttle.taken_stops = ("a",)
+    speed_mps = shuttle.speed_mps
+    task = shuttle.step()
+    assert speed_mps**2 / (2.0 * (task.stop_s_m - task.s_m)) < 0.7
+    assert task.stop_s_m <= stop_s_m(shuttle)
+
+
+def test_where_the_shuttle_itself_stands_nobody_else_is_waited_for() -> None:
+    shuttle = on_the_way()
+    while shuttle.state.stage != "serving":
+        shuttle.step()
+    shuttle.taken_stops = ("a",)
+    shuttle.run(20.0)
+    assert shuttle.state.memory.visit_state("a") == "done"

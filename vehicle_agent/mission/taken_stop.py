@@ -1,0 +1,37 @@
+"""A stop on which another vehicle stands is waited for, short of it, until it is free."""
+
+from vehicle_agent.mission.rules import MissionRules
+from vehicle_agent.mission.state import MissionState
+from vehicle_agent.signals import Ego, World
+
+
+def heeded(state: MissionState, rules: MissionRules, ego: Ego, world: World) -> MissionState:
+    """With the place to wait at, from when the stop is seen to be taken until it has been free for a while.
+
+    The place leaves room for a vehicle that stands behind the stop, and lies no nearer than can be stopped at
+    in comfort. Whoever is too near for that already drives on: what stands in the way is planning's to stop
+    for.
+    """
+    visit, target_s_m = state.visit_here(), state.target_s_m()
+    if visit is None or target_s_m is None or state.stage != "driving":
+        return _free(state)
+    if visit.stop_id in world.taken_stops:
+        if state.wait_s_m is not None:
+            return state.after(stop_free_since_ns=0)
+        short_m = target_s_m - rules.body.front_m - rules.body.back_m - rules.taken_gap_m
+        speed_mps = max(0.0, ego.speed_mps)
+        stopping_m = speed_mps * rules.hold_reaction_s + speed_mps**2 / (2.0 * rules.hold_decel_mps2)
+        wait_s_m = max(short_m, state.s_m + stopping_m)
+        return state if wait_s_m >= target_s_m - rules.arrived_m else state.after(wait_s_m=wait_s_m)
+    if state.wait_s_m is None:
+        return state
+    since_ns = state.stop_free_since_ns or state.stamp_ns
+    if state.stamp_ns - since_ns >= rules.taken_clear_ns:
+        return _free(state)
+    return state.after(stop_free_since_ns=since_ns)
+
+
+def _free(state: MissionState) -> MissionState:
+    if state.wait_s_m is None:
+        return state
+    return state.after(wait_s_m=None, stop_free_since_ns=0)

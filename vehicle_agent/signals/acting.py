@@ -1,0 +1,64 @@
+"""control, guard, hmi: what the vehicle does and says."""
+
+from typing import Literal
+
+import msgspec
+
+from contract.wire.messages import DriveMode
+from vehicle_agent.signals.vehicle import Fault
+
+
+class Wish(msgspec.Struct, frozen=True):
+    """control: what it would like the actuators to do."""
+
+    steer_rad: float
+    throttle_ratio: float
+    brake_ratio: float
+    accel_mps2: float
+    diagnostics: tuple[tuple[str, float], ...] = ()
+
+
+Gear = Literal["park", "reverse", "neutral", "drive"]
+
+
+class Actuation(msgspec.Struct, frozen=True):
+    """guard: what the actuators shall do. The only thing that `can` turns into frames."""
+
+    enable: bool
+    gear: Gear
+    steer_rad: float
+    throttle_ratio: float
+    brake_ratio: float
+
+
+class Guarded(msgspec.Struct, frozen=True):
+    """guard: its verdict, for everybody after it."""
+
+    mode: DriveMode
+    intervened: str
+    faults: tuple[Fault, ...]
+
+
+class Says(msgspec.Struct, frozen=True):
+    """hmi: texts for people outside and announcements, each once.
+
+    screen, rear  the LED screens in front, for whom the vehicle meets, and behind, for who follows
+    announce      set in the one tick in which the sentence begins
+    """
+
+    screen: str
+    screen_zh: str
+    announce: str
+    announce_zh: str
+    doors_open: bool
+    rear: str = ""
+    rear_zh: str = ""
+
+
+class Ages(msgspec.Struct, frozen=True):
+    """How old each input of the guard is, in ns; -1 when it has never come."""
+
+    motion_ns: int
+    pose_ns: int
+    percept_ns: int
+    path_ns: int

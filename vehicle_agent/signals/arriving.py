@@ -1,0 +1,125 @@
+"""What comes in from devices, workers, riders, the link and infrastructure."""
+
+import msgspec
+import numpy as np
+
+from contract.geometry import Pose2
+
+
+class CanFrame(msgspec.Struct, frozen=True, tag="can_frame"):
+    """One classic CAN frame as received or to be sent."""
+
+    stamp_ns: int
+    arbitration_id: int
+    data: bytes
+
+
+class GnssFix(msgspec.Struct, frozen=True, tag="gnss_fix"):
+    """A GNSS/INS solution of the antenna frame, already moved to the rear-axle centre by the driver.
+
+    heading_rad is a REP-103 yaw: counter-clockwise from east.
+    """
+
+    stamp_ns: int
+    latitude_deg: float
+    longitude_deg: float
+    heading_rad: float
+    speed_mps: float
+    yaw_rate_radps: float
+    position_std_m: float
+
+
+class ImuSample(msgspec.Struct, frozen=True, tag="imu_sample"):
+    stamp_ns: int
+    accel_mps2: float
+    yaw_rate_radps: float
+
+
+class ObstaclePercept(msgspec.Struct, frozen=True, tag="obstacle_percept"):
+    """A worker's answer to one lidar scan: where something stands above the ground.
+
+    stamp_ns     end of the scan
+    cells_base   (n, 2) centres of occupied height-map cells, base frame at stamp_ns
+    heights_m    (n,) height difference inside each cell
+    points_used  returns that entered the map; 0 means the sensor is blind
+    """
+
+    stamp_ns: int
+    cells_base: np.ndarray
+    heights_m: np.ndarray
+    points_used: int
+
+
+class TrackPercept(msgspec.Struct, frozen=True, tag="track_percept"):
+    """A tracker's answer to one scan: who and what moves around the vehicle.
+
+    stamp_ns             end of the scan
+    ids (n,), kinds (n,) int64: the same number as long as a thing is followed; index into TRACK_KINDS
+    poses_base (n, 3)    x, y, yaw of the middle of its outline, base frame at stamp_ns
+    velocities_base_mps  (n, 2) over ground, along the axes of that base frame
+    sizes_m (n, 2)       length and width; a person is a disc of that diameter
+    """
+
+    stamp_ns: int
+    ids: np.ndarray
+    kinds: np.ndarray
+    poses_base: np.ndarray
+    velocities_base_mps: np.ndarray
+    sizes_m: np.ndarray
+
+
+class SeatButton(msgspec.Struct, frozen=True, tag="seat_button"):
+    """A passenger wants to get off before the planned stop."""
+
+    stamp_ns: int
+    seat: int
+
+
+class CodeTyped(msgspec.Struct, frozen=True, tag="code_typed"):
+    """A rider typed a boarding code on the onboard screen."""
+
+    stamp_ns: int
+    code: str
+
+
+class SeatSensor(msgspec.Struct, frozen=True, tag="seat_sensor"):
+    """How many seats are taken now, by the seat mats."""
+
+    stamp_ns: int
+    occupied: int
+
+
+class DoorState(msgspec.Struct, frozen=True, tag="door_state"):
+    stamp_ns: int
+    open: bool
+
+
+class LinkState(msgspec.Struct, frozen=True, tag="link_state"):
+    """From the link process: the session, and server clock minus vehicle clock."""
+
+    stamp_ns: int
+    connected: bool
+    epoch: int
+    server_offset_ns: int
+
+
+class OtherVehicle(msgspec.Struct, frozen=True, tag="other_vehicle"):
+    """A fleet mate's pose as told by infrastructure or the server; stamped in this vehicle's clock."""
+
+    stamp_ns: int
+    vehicle_id: str
+    pose_map: Pose2
+    speed_mps: float
+
+
+class PedestrianPresence(msgspec.Struct, frozen=True, tag="pedestrian_presence"):
+    """NUS: an infrastructure camera's word on whether a crossing is occupied."""
+
+    stamp_ns: int
+    area_id: str
+    count: int
+
+
+# What a track can be, by number.
+TRACK_KINDS = ("pedestrian", "cyclist", "vehicle", "other")
+PEDESTRIAN, CYCLIST, VEHICLE, OTHER = range(len(TRACK_KINDS))

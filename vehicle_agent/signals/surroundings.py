@@ -1,0 +1,115 @@
+"""perception, world: who and what is around the vehicle."""
+
+import msgspec
+import numpy as np
+
+from contract.geometry import Pose2
+from vehicle_agent.signals.arriving import OtherVehicle, PedestrianPresence
+
+
+class Tracks(msgspec.Struct, frozen=True):
+    """Who and what moves, map frame; fields as in `TrackPercept`. stamp_ns 0 before the first."""
+
+    stamp_ns: int
+    ids: np.ndarray
+    kinds: np.ndarray
+    poses_map: np.ndarray
+    velocities_map_mps: np.ndarray
+    sizes_m: np.ndarray
+
+
+NO_TRACKS = Tracks(
+    0,
+    np.empty(0, np.int64),
+    np.empty(0, np.int64),
+    np.empty((0, 3)),
+    np.empty((0, 2)),
+    np.empty((0, 2)),
+)
+
+
+class Seen(msgspec.Struct, frozen=True):
+    """perception: obstacles around the vehicle; the same object until the next scan.
+
+    points_map  (n, 2) obstacle cell centres, map frame
+    stamp_ns    end of the scan they come from, 0 before the first
+    """
+
+    stamp_ns: int
+    points_map: np.ndarray
+    blind: bool
+    tracks: Tracks = NO_TRACKS
+
+
+class LeadVehicle(msgspec.Struct, frozen=True):
+    """The fleet mate ahead on our path, and the free road between its rear and our front bumper."""
+
+    vehicle_id: str
+    gap_m: float
+    speed_mps: float
+
+
+class Predictions(msgspec.Struct, frozen=True):
+    """Where each of the world's tracks is expected to be, in the order of the tracks.
+
+    times_s     (k,) after stamp_ns, from 0 on
+    poses_map   (n, k, 3) middle of the outline
+    sigmas_m    (n, k) standard deviation of the place, in any direction
+    """
+
+    stamp_ns: int
+    times_s: np.ndarray
+    poses_map: np.ndarray
+    sigmas_m: np.ndarray
+
+
+NO_PREDICTIONS = Predictions(0, np.zeros(1), np.empty((0, 1, 3)), np.empty((0, 1)))
+
+
+class View(msgspec.Struct, frozen=True):
+    """How far the vehicle can see: what is beyond may hold a person.
+
+    pose_map   of the sensor
+    ranges_m   (n,) free line of sight by bearing in the sensor's frame, from -pi in n equal steps
+    """
+
+    pose_map: Pose2
+    ranges_m: np.ndarray
+
+
+NO_VIEW = View(Pose2(0.0, 0.0, 0.0), np.empty(0))
+
+
+class WatchedArea(msgspec.Struct, frozen=True):
+    """Who is in, or about to come into, one of the map's observation areas.
+
+    track_ids  of moving tracks whose expected way leads across our lanes through it
+    told       an infrastructure camera says that it is taken: a reason to slow, never one to go
+    """
+
+    area_id: str
+    track_ids: tuple[int, ...]
+    told: bool = False
+
+
+class World(msgspec.Struct, frozen=True):
+    """world: what the vehicle must respect, besides its own task.
+
+    points_map  (n, 2) obstacle cells that are neither the fleet mates nor the tracks themselves
+    others      fleet mates heard of lately
+    tracks      who and what moves; predictions in the same order
+    watched     the observation areas near the vehicle
+    taken_stops stop ids whose place somebody else stands on
+    """
+
+    stamp_ns: int
+    seen_stamp_ns: int
+    points_map: np.ndarray
+    others: tuple[OtherVehicle, ...]
+    presence: tuple[PedestrianPresence, ...]
+    blind: bool
+    tracks: Tracks = NO_TRACKS
+    predictions: Predictions = NO_PREDICTIONS
+    view: View = NO_VIEW
+    watched: tuple[WatchedArea, ...] = ()
+    taken_stops: tuple[str, ...] = ()
