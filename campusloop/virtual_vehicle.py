@@ -113,7 +113,12 @@ class VirtualVehicle:
             setup.utc_offset_ns,
             0,
         )
-        self.computer = VehicleComputer(car, state, Recorder(header, setup.profile.body), setup.utc_offset_ns)
+        self.computer = VehicleComputer(
+            car,
+            state,
+            Recorder(header, setup.profile.body, setup.road_map.observation_areas),
+            setup.utc_offset_ns,
+        )
         self.run_log = RunLogFiles(setup.folder / "runs", self._profile_bytes, self._map_json)
         self._desk, self._inbox, self._news = desk, Inbox(), TickNewsWriter()
         self.gate = gate_of(setup.profile)
