@@ -38,6 +38,7 @@ function drawAreas(
   watched: readonly Watched[],
 ): void {
   for (const area of watched) {
+    if (area.told === null && camera.px_per_m < PEOPLE_FROM_PX_PER_M) continue;
     const outline = outlines.get(area.area_id);
     if (outline === undefined) continue;
     const shape = new Path2D();
@@ -48,12 +49,14 @@ function drawAreas(
     pen.fillStyle = colour;
     pen.fill(shape);
     pen.globalAlpha = 1;
-    pen.lineWidth = (area.seen ? 2 : 1) * (AREA_PX / camera.px_per_m);
+    pen.globalAlpha = area.state === "unknown" && !area.seen ? 0.6 : 1;
+    pen.lineWidth = (area.seen || area.state !== "unknown" ? AREA_PX : 1) / camera.px_per_m;
     pen.strokeStyle = area.seen ? palette.area.occupied : colour;
     // What no camera vouches for is dashed: colour alone would not tell.
     pen.setLineDash(area.state === "unknown" ? [dash(camera), dash(camera)] : []);
     pen.stroke(shape);
     pen.setLineDash([]);
+    pen.globalAlpha = 1;
   }
 }
 

@@ -84,6 +84,7 @@ export const en = {
     obstacle: "an obstacle",
     blocked: "a blocked way",
     footprint: "somebody at the vehicle",
+    acceleration: "its own acceleration",
     gap: "the vehicle ahead",
     "poor position": "a poor position",
     "no position": "no position",

@@ -82,6 +82,7 @@ export const zh: ConsoleWords = {
     obstacle: "障碍物",
     blocked: "道路受阻",
     footprint: "紧贴车身有人",
+    acceleration: "正在加速",
     gap: "前车",
     "poor position": "定位较差",
     "no position": "无定位",
