@@ -131,7 +131,9 @@ def run_tick(place: AgentPlace) -> None:
         utc_offset_ns=offset_ns,
         first_tick=0,
     )
-    computer = VehicleComputer(car, state, Recorder(header, profile.body), offset_ns)
+    computer = VehicleComputer(
+        car, state, Recorder(header, profile.body, road_map.observation_areas), offset_ns
+    )
     speaker = DatagramPort()
     speaking = files.speaking()
     ports = (vehicle.words_port,) if speaking is None else (vehicle.words_port, speaking.port)
