@@ -63,6 +63,7 @@ def main() -> None:
             "drivers": arguments.drivers,
             "thin": arguments.thin,
             "limit_s": arguments.limit_s,
+            "planning_s": arguments.planning_s,
             "open_planners": about,
         },
         [result.row() for result in results],
@@ -109,10 +110,16 @@ def _open(python: Path, name: str) -> PeerProcess:
 
 def _drive(name: str, driver: Driver | None, case: Case, arguments: argparse.Namespace) -> Result:
     scene = short(case.make(profile_for(name if driver is None else "snow_lion")), arguments.limit_s)
-    run = SceneDrive(scene).run() if driver is None else PeerDrive(scene, driver).run()
+    unfinished = False
+    if driver is None:
+        run = SceneDrive(scene).run()
+    else:
+        drive = PeerDrive(scene, driver, arguments.planning_s)
+        run, unfinished = drive.run(), drive.unfinished
     if arguments.traces is not None:
         run.trace.write(arguments.traces / name, scene.name)
-    return result_of(name, case.kind, scene, run, road_of(scene).speed_mps_max)
+    cap_mps = road_of(scene).speed_mps_max
+    return result_of(name, case.kind, scene, run, cap_mps, unfinished=unfinished)
 
 
 def _line(result: Result) -> str:
@@ -120,10 +127,16 @@ def _line(result: Result) -> str:
     clearance = "-" if row["clearance_m"] is None else f"{row['clearance_m']:.2f}"
     cycle = "-" if row["cycle_p50_cpu_ms"] is None else f"{row['cycle_p50_cpu_ms']:.2f}"
     return (
-        f"{result.scene} {result.kind} {result.driver}: {'' if result.reached else 'not '}reached, "
+        f"{result.scene} {result.kind} {result.driver}: {_end(result)}, "
         f"{result.driven_m:.0f} m in {result.time_s:.0f} s, contacts {result.contacts}+"
         f"{result.other_contacts}, clearance {clearance} m, cycle {cycle} ms, {row['words']}"
     )
+
+
+def _end(result: Result) -> str:
+    if result.unfinished:
+        return "unfinished"
+    return "reached" if result.reached else "not reached"
 
 
 def _thinned(word: str) -> tuple[str, int]:
@@ -141,7 +154,8 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--recordings", type=Path, help="folder of drone clips")
     parser.add_argument("--drivers", default=",".join((*STACKS, *RULES, *OPEN)), help="with commas between")
     parser.add_argument("--thin", action="append", default=[], help="NAME=K: drives every Kth scene only")
-    parser.add_argument("--limit-s", type=float, default=240.0, help="a scene is given up by then")
+    parser.add_argument("--limit-s", type=float, default=90.0, help="a scene is given up by then")
+    parser.add_argument("--planning-s", type=float, default=300.0, help="CPU that one drive's plans may take")
     parser.add_argument("--python", type=Path, default=PYTHON, help="interpreter with the open planners")
     parser.add_argument("--json", type=Path, help="where to write the report")
     parser.add_argument("--traces", type=Path, help="folder for two CSV files a run")

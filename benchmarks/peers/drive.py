@@ -1,4 +1,4 @@
-"""A scene driven by somebody else's planner: same road, same people, same tracker, and its plans kept exactly.
+"""A scene driven by somebody else's planner: same road, people and tracker, and its plans kept exactly.
 
 The vehicle is where the plan in force says, at every step: no delay, no actuators, no error of localization
 and no time for planning, so nothing but the planner itself can fail. Ours drives the same scene with all of
@@ -50,9 +50,14 @@ class DriveError(Exception):
 
 
 class PeerDrive:
-    """One scene and one driver; `run` drives it to its end. `words` counts what the planner said of itself."""
+    """One scene and one driver; `run` drives it to its end. `words` counts what the planner said of itself.
 
-    def __init__(self, scene: Scene, driver: Driver) -> None:
+    unfinished  the planner had used planning_s_max of CPU before the end: the drive says nothing
+    """
+
+    def __init__(self, scene: Scene, driver: Driver, planning_s_max: float = math.inf) -> None:
+        self.unfinished = False
+        self._planning_s_max = planning_s_max
         self.scene, self._driver = scene, driver
         network = RoadNetwork(scene.road_map)
         line = network.lines[LANE_ID]
@@ -95,6 +100,9 @@ class PeerDrive:
             way_m.append(self._way_m())
             if way_m[-1] >= scene.goal_s_m:
                 break
+            if 1e-3 * sum(self.cycles_cpu_ms) > self._planning_s_max:
+                self.unfinished = True
+                break
         rows, reached = trace.array(), way_m[-1] >= scene.goal_s_m
         return SceneRun(
             scene.name,
@@ -109,7 +117,7 @@ class PeerDrive:
         )
 
     def _look(self, now_ns: int) -> None:
-        """What the tracker answers, kept and smoothed as in our perception, with the pose it was seen from."""
+        """What the tracker answers, kept and smoothed as in our perception, with the pose at its scan."""
         pose = Pose2(*self._row[1:4])
         self._poses.append((now_ns, pose))
         bodies = self.scene.actors.bodies() if self.scene.actors else no_bodies()

@@ -1,4 +1,4 @@
-"""FISS+ (Sun et al., IROS 2023) of the package fiss-planner, through its `LocalPlanner`: a Frenet planner in C++.
+"""FISS+ (Sun et al., IROS 2023) of the package fiss-planner, a Frenet planner in C++, by its `LocalPlanner`.
 
 It plans the middle of the body: its reference is where the middle goes when the rear axle keeps to the path.
 Runs in the planner's own environment.
@@ -90,11 +90,12 @@ class Fiss:
 
 
 def crowd(planner: Any) -> None:
-    """Distances for people: found on other seeds than those reported (docs/planning.md)."""
-    planner.safety.min_gap = 0.5
-    planner.safety.min_ttc = 1.0
-    planner.safety.crossing_time_gap = 0.5
-    planner.safety.reaction_time = 0.3
-    planner.sampling.min_t = 2.0
+    """Of five settings tried on random crowds 901 to 905 the one that came farthest and touched nobody.
+
+    Its envelope of headway and time to collision is for car traffic: people break it all the time, and the
+    planner then brakes in an emergency. Margins and costs of clearance remain.
+    """
+    planner.safety.enabled = False
+    planner.sampling.min_t, planner.sampling.max_t = 2.0, 4.0
     planner.cost.desired_gap = 1.5
     planner.cost.desired_clearance = 0.7

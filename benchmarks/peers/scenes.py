@@ -1,4 +1,4 @@
-"""The scenes that everybody drives: random crowds, recorded cars' ways through recorded crowds, test cells."""
+"""The scenes that everybody drives: random crowds, recorded cars' ways through people, protection cells."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -58,7 +58,7 @@ def _clip(clip: Clip, number: int, seed: int, profile: Profile) -> Scene:
 
 
 def cell_cases(count: int, seed: int) -> Iterator[Case]:
-    """About `count` of the protection cells that an oracle's braking avoids, evenly taken from all of them."""
+    """About `count` of the protection cells that an oracle's braking avoids, evenly taken from them all."""
     profile = profile_of("snow_lion")
     avoidable = [
         cell
@@ -75,7 +75,7 @@ def _cell(cell: Cell, seed: int, profile: Profile) -> Scene:
 
 
 def profile_for(stack: str) -> Profile:
-    """The stack's vehicle, with the Snow Lion shuttle's cap: a slow vehicle is safe for no merit of its own."""
+    """The stack's vehicle at the Snow Lion shuttle's cap: who is slow is safe for no merit of its own."""
     cap_mps = profile_of("snow_lion").limits.speed_mps_max
     profile = profile_of(stack)
     limits = msgspec.structs.replace(profile.limits, speed_mps_max=cap_mps)

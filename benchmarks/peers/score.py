@@ -14,7 +14,11 @@ OURS = "snow_lion"
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """One drive. cycles_cpu_ms: of each planning cycle, empty for a driver without one; speed_cap_mps: scene's."""
+    """One drive.
+
+    cycles_cpu_ms  of each planning cycle, empty for a driver without one
+    unfinished     given up for its planning took too long: its cycles count, and nothing else
+    """
 
     driver: str
     scene: str
@@ -28,11 +32,12 @@ class Result:
     speed_cap_mps: float
     cycles_cpu_ms: tuple[float, ...]
     words: tuple[tuple[str, int], ...] = ()
+    unfinished: bool = False
 
     @property
     def success(self) -> bool:
         """The goal within the scene's time, and nobody driven into."""
-        return self.reached and self.contacts == 0
+        return self.reached and self.contacts == 0 and not self.unfinished
 
     def row(self) -> Row:
         return {
@@ -41,6 +46,7 @@ class Result:
             "kind": self.kind,
             "success": self.success,
             "reached": self.reached,
+            "unfinished": self.unfinished,
             "time_s": self.time_s,
             "contacts": self.contacts,
             "other_contacts": self.other_contacts,
@@ -53,7 +59,9 @@ class Result:
         }
 
 
-def result_of(driver: str, kind: str, scene: Scene, run: SceneRun, cap_mps: float) -> Result:
+def result_of(
+    driver: str, kind: str, scene: Scene, run: SceneRun, cap_mps: float, *, unfinished: bool = False
+) -> Result:
     """A drive that did not reach its goal counts with the time at which it was given up."""
     return Result(
         driver,
@@ -68,6 +76,7 @@ def result_of(driver: str, kind: str, scene: Scene, run: SceneRun, cap_mps: floa
         cap_mps,
         run.plan_cpu_ms,
         run.limited_by,
+        unfinished,
     )
 
 
@@ -96,17 +105,19 @@ def summary(results: Sequence[Result]) -> Row:
 
 
 def figures(mine: Sequence[Result]) -> dict[str, Value]:
-    """Of one driver over all its scenes."""
-    clear = [r.clearance_m for r in mine if math.isfinite(r.clearance_m)]
+    """Of one driver over the scenes that it finished; the cycles of all."""
     cycles = [cycle for r in mine for cycle in r.cycles_cpu_ms]
+    unfinished, mine = sum(r.unfinished for r in mine), [r for r in mine if not r.unfinished]
+    clear = [r.clearance_m for r in mine if math.isfinite(r.clearance_m)]
     return {
         "scenes": len(mine),
-        "success_pct": 100.0 * sum(r.success for r in mine) / len(mine),
-        "reached_pct": 100.0 * sum(r.reached for r in mine) / len(mine),
+        "unfinished": unfinished,
+        "success_pct": 100.0 * sum(r.success for r in mine) / len(mine) if mine else None,
+        "reached_pct": 100.0 * sum(r.reached for r in mine) / len(mine) if mine else None,
         "scenes_with_contact": sum(r.contacts > 0 for r in mine),
         "contacts": sum(r.contacts for r in mine),
         "other_contacts": sum(r.other_contacts for r in mine),
-        "mean_speed_ratio": float(np.mean([speed_ratio(r) for r in mine])),
+        "mean_speed_ratio": float(np.mean([speed_ratio(r) for r in mine])) if mine else None,
         "time_s": sum(r.time_s for r in mine),
         "clearance_median_m": float(np.median(clear)) if clear else None,
         "cycle_p50_cpu_ms": _percentile(cycles, 50),
@@ -118,9 +129,10 @@ def versus(ours: Sequence[Result], theirs: Sequence[Result]) -> dict[str, Value]
     """In the scenes that both drove, by name."""
     mine = {r.scene: r for r in ours}
     pairs = [(mine[r.scene], r) for r in theirs if r.scene in mine]
-    both = [(a, b) for a, b in pairs if a.success and b.success]
     our_cycles = [cycle for a, _ in pairs for cycle in a.cycles_cpu_ms]
     their_cycles = [cycle for _, b in pairs for cycle in b.cycles_cpu_ms]
+    pairs = [(a, b) for a, b in pairs if not b.unfinished]
+    both = [(a, b) for a, b in pairs if a.success and b.success]
     ratio = None
     if our_cycles and their_cycles:
         ratio = float(np.median(their_cycles) / np.median(our_cycles))
