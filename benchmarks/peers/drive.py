@@ -33,6 +33,7 @@ _BEYOND_M = (5.0, 60.0)
 _JUMP_M_MAX = 0.5
 _BRAKES_SHARE = 0.9
 _STILL_MPS = 0.2
+_STANDS_MPS = 0.02
 # As the Snow Lion vehicle's plan on clips: no rule of ours about comfort holds a peer back.
 _LATERAL_MPS2 = 2.0
 
@@ -138,6 +139,9 @@ class PeerDrive:
         )
         others = [tuple(row) for row in table.tolist()]
         _, x, y, yaw, v, a, curvature = self._row
+        if v < _STANDS_MPS:
+            # At rest nothing decelerates: a start state that does has no way on but backwards.
+            v, a = 0.0, 0.0
         return Ask((now_ns - STEP_NS) * 1e-9, x, y, yaw, v, a, curvature, others)
 
     def _take(self, plan: Plan, step: int) -> None:

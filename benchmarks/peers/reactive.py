@@ -11,6 +11,7 @@ import commonroad_dc.pycrcc as pycrcc
 import numpy as np
 from commonroad.scenario.lanelet import Lanelet, LaneletNetwork
 from commonroad.scenario.scenario import Scenario
+from commonroad_clcs.config import CLCSParams, ProcessingOption, ResamplingOption
 from commonroad_rp.reactive_planner import ReactivePlanner
 from commonroad_rp.state import ReactivePlannerState
 from commonroad_rp.utility.config import ReactivePlannerConfiguration
@@ -22,6 +23,11 @@ _LIGHT_STEPS = 30
 _LIGHT_LEVELS = 2
 # Added to everybody's outline for the tracker's noise. With 0.3 m it stood in crowds where it need not.
 MARGIN_M = 0.15
+# Of its three offsets a side, the outer one. Over a whole road at walking speed nearly all of its samples
+# bend more sharply than the vehicle can, and it stood at bends with nobody near.
+ASIDE_M = 1.0
+# Of the spline through the path (its default 2.0 moved bends by 0.2 m and made sharper ones at their ends).
+_SMOOTHING = 0.5
 
 
 class Reactive:
@@ -41,7 +47,7 @@ class Reactive:
         if self._setting == "light":
             config.planning.time_steps_computation = _LIGHT_STEPS
             config.sampling.num_sampling_levels = _LIGHT_LEVELS
-        aside_m = max(0.0, 0.5 * (road.width_m - road.body_width_m))
+        aside_m = min(ASIDE_M, max(0.0, 0.5 * (road.width_m - road.body_width_m)))
         config.sampling.d_min, config.sampling.d_max = -aside_m, aside_m
         vehicle = config.vehicle
         vehicle.length, vehicle.width = road.length_m, road.body_width_m
@@ -55,7 +61,7 @@ class Reactive:
         vehicle._update_computed_params()
         config.update(scenario=_scenario(road))
         planner = self._planner = ReactivePlanner(config)
-        self._system = create_coordinate_system(np.array(road.path))
+        self._system = create_coordinate_system(np.array(road.path), _reference())
         planner.set_reference_path(coordinate_system=self._system)
         self._speed_mps, self._wheelbase_m = road.speed_mps_max, road.wheelbase_m
         self._steps = config.planning.time_steps_computation
@@ -73,7 +79,8 @@ class Reactive:
             yaw_rate=ask.v_mps * ask.curvature_1pm,
         )
         # Followed exactly, the last plan's next state is where the vehicle is: its own loop goes on so, too.
-        planner, curvilinear = self._planner, self._next
+        # But at rest: its standing plan repeats the acceleration that it stopped with, and starts no more.
+        planner, curvilinear = self._planner, self._next if ask.v_mps > 0.0 else None
         planner._low_vel_mode = ask.v_mps < planner.config.planning.low_vel_mode_threshold
         planner.reset(
             initial_state_cart=state,
@@ -116,6 +123,15 @@ class Reactive:
                 (k * self._dt_s, x, y, state.orientation, state.velocity, state.acceleration, curvature)
             )
         return rows, ""
+
+
+def _reference() -> CLCSParams:
+    """The planner's own preparation of its reference, but for the smoothing."""
+    params = CLCSParams(processing_option=ProcessingOption.SPLINE_SMOOTHING)
+    params.spline.degree_spline, params.spline.smoothing_factor = 3, _SMOOTHING
+    params.resampling.option = ResamplingOption.ADAPTIVE
+    params.resampling.min_step, params.resampling.max_step = 0.5, 1.0
+    return params
 
 
 def _scenario(road: Road) -> Scenario:
