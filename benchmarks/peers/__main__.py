@@ -17,7 +17,7 @@ import os
 from contextlib import ExitStack
 from pathlib import Path
 
-from benchmarks.peers.drive import DriveError, Driver, PeerDrive, road_of
+from benchmarks.peers.drive import Driver, PeerDrive, road_of
 from benchmarks.peers.process import ROOT, PeerError, PeerProcess
 from benchmarks.peers.pursuit import Pursuit
 from benchmarks.peers.scenes import Case, cell_cases, clip_cases, profile_for, random_cases, short
@@ -50,7 +50,7 @@ def main() -> None:
         cases = _cases(arguments)
         with ExitStack() as stack:
             results, about = _driven(arguments, names, thin, cases, stack)
-    except (RecordingError, PeerError, DriveError) as error:
+    except (RecordingError, PeerError) as error:
         raise SystemExit(f"cannot compare: {error}") from error
     write_report(
         arguments.json,

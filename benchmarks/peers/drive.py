@@ -29,8 +29,9 @@ from vehicle_agent.signals import PEDESTRIAN
 
 _PLAN_EVERY_STEPS = 5
 _BEYOND_M = (5.0, 60.0)
-# A plan must begin where the vehicle is, but for its own rounding and smoothing.
+# A plan must begin where the vehicle is, but for its own rounding and smoothing: else it is none.
 _JUMP_M_MAX = 0.5
+_ELSEWHERE = "begins elsewhere"
 _BRAKES_SHARE = 0.9
 _STILL_MPS = 0.2
 _STANDS_MPS = 0.02
@@ -44,10 +45,6 @@ class Driver(Protocol):
     def begin(self, road: Road) -> None: ...
 
     def plan(self, ask: Ask) -> Plan: ...
-
-
-class DriveError(Exception):
-    """A plan that cannot be followed; the message says why."""
 
 
 class PeerDrive:
@@ -93,7 +90,7 @@ class PeerDrive:
             now_ns = (k + 1) * STEP_NS
             self._look(now_ns)
             if k % _PLAN_EVERY_STEPS == 0:
-                self._take(self._driver.plan(self._ask(now_ns)), k)
+                self._take(self._driver.plan(self._ask(now_ns)))
             self._age_s += STEP_NS * 1e-9
             self._move()
             trace.rows.append(self._trace_row((k + 1) * STEP_NS * 1e-9))
@@ -144,21 +141,25 @@ class PeerDrive:
             v, a = 0.0, 0.0
         return Ask((now_ns - STEP_NS) * 1e-9, x, y, yaw, v, a, curvature, others)
 
-    def _take(self, plan: Plan, step: int) -> None:
+    def _take(self, plan: Plan) -> None:
         self.cycles_cpu_ms.append(plan.cycle_cpu_ms)
         self.prepares_cpu_ms.append(plan.prepare_cpu_ms)
         if plan.words:
             self.words[plan.words] = self.words.get(plan.words, 0) + 1
-        if len(plan.rows) >= 2:
-            rows = np.array(plan.rows)
-            jump_m = math.hypot(rows[0, 1] - self._row[1], rows[0, 2] - self._row[2])
-            if not np.isfinite(rows).all() or jump_m > _JUMP_M_MAX:
-                raise DriveError(f"{self.scene.name}: the plan of step {step} begins {jump_m:.2f} m away")
+        rows = np.array(plan.rows)
+        if len(rows) >= 2 and not self._begins_here(rows):
+            self.words[_ELSEWHERE] = self.words.get(_ELSEWHERE, 0) + 1
+            rows = rows[:0]
+        if len(rows) >= 2:
             self._plan = rows
         else:
             decel = _BRAKES_SHARE * self.scene.profile.limits.decel_mps2_max
             self._plan = braking(self._plan, self._age_s, self._row, decel)
         self._age_s = 0.0
+
+    def _begins_here(self, rows: Array) -> bool:
+        jump_m = math.hypot(rows[0, 1] - self._row[1], rows[0, 2] - self._row[2])
+        return bool(np.isfinite(rows).all()) and jump_m <= _JUMP_M_MAX
 
     def _move(self) -> None:
         before = self._row

@@ -14,6 +14,7 @@ from benchmarks.peers.messages import Ask, Road
 
 HORIZON_S = 6.0
 _STEP_S = 0.1
+_TURNS_FROM_MPS = 0.3
 
 
 class Fiss:
@@ -44,7 +45,7 @@ class Fiss:
         heading = steps / np.hypot(steps[:, 0], steps[:, 1])[:, None]
         middle = path + self._ahead_m * heading
         self._planner.set_reference_path(middle[:, 0].tolist(), middle[:, 1].tolist())
-        self._speed_mps = road.speed_mps_max
+        self._speed_mps, self._kappa_max = road.speed_mps_max, road.curvature_1pm_max
 
     def _config(self, road: Road) -> Any:
         config = fp.LocalPlannerConfig()
@@ -85,8 +86,17 @@ class Fiss:
         )
         if len(t) < 2:
             return [], words
+        yaw, kappa = self._held(yaw, v), np.clip(kappa, -self._kappa_max, self._kappa_max)
         x, y = x - self._ahead_m * np.cos(yaw), y - self._ahead_m * np.sin(yaw)
         return list(zip(t - t[0], x, y, yaw, v, a, kappa, strict=True)), words
+
+    def _held(self, yaw: Any, v: Any) -> Any:
+        """The headings, but below 0.3 m/s the one before: there its lateral polynomial, a function of time,
+        turns on the spot, and nobody can follow that."""
+        out, last = np.array(yaw), self._ego.yaw
+        for k in range(len(out)):
+            last = out[k] = out[k] if v[k] >= _TURNS_FROM_MPS else last
+        return out
 
 
 def crowd(planner: Any) -> None:

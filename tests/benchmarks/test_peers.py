@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.peers.drive import DriveError, PeerDrive, braking, road_of, row_at
+from benchmarks.peers.drive import PeerDrive, braking, road_of, row_at
 from benchmarks.peers.messages import Ask, Plan, Road
 from benchmarks.peers.process import PeerError, PeerProcess
 from benchmarks.peers.pursuit import Pursuit
@@ -49,9 +49,10 @@ def test_without_a_plan_the_vehicle_brakes_to_a_stand_and_stays() -> None:
     assert dict(run.limited_by)["no plan"] == 50
 
 
-def test_a_plan_that_begins_elsewhere_is_refused() -> None:
-    with pytest.raises(DriveError, match="begins"):
-        PeerDrive(_street(), _Elsewhere()).run()
+def test_a_plan_that_begins_elsewhere_is_none() -> None:
+    run = PeerDrive(_street(limit_s=4.0), _Elsewhere()).run()
+    assert dict(run.limited_by) == {"begins elsewhere": 40}
+    assert run.driven_m == pytest.approx(2.0**2 / (2.0 * 0.9 * 5.6), abs=0.06)
 
 
 def test_a_drive_whose_plans_take_too_long_is_unfinished_and_counts_by_its_cycles_alone() -> None:
