@@ -5,7 +5,7 @@ ARGS ?=
 BIN := .venv/bin
 PY := $(BIN)/python
 
-.PHONY: help setup demo demo-check test test-fast test-long lint format types web bench soak maps lock clean
+.PHONY: help setup demo demo-check test test-fast test-long lint format types web bench soak maps peers lock clean
 
 help:
 	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN)"
@@ -14,6 +14,7 @@ help:
 	@echo "make bench   short form of every benchmark, refreshes benchmarks/README.md"
 	@echo "make soak    long and random campaigns, with their seeds printed"
 	@echo "make web     build the pages; make maps rebuilds the shipped maps"
+	@echo "make peers   open planners to compare with (python -m benchmarks.peers)"
 
 setup: .venv/installed web/dist/built .venv/warmed
 
@@ -86,6 +87,14 @@ maps: .venv/installed
 	  --timezone Asia/Shanghai --bounds 31.3126,121.3809,31.3239,121.3964 \
 	  --names maps/shanghai-university/names.csv
 	$(BIN)/campusloop map schematic --out maps/snow-lion/map.json
+
+# Open Frenet planners for `python -m benchmarks.peers`: their libraries' versions clash with ours.
+peers: var/peers/installed
+
+var/peers/installed: requirements/peers.txt
+	$(PYTHON) -m venv var/peers
+	var/peers/bin/pip install --quiet --disable-pip-version-check -r requirements/peers.txt
+	@touch $@
 
 lock: .venv/installed
 	$(PY) -m uv --version >/dev/null 2>&1 || $(BIN)/pip install --quiet uv
