@@ -18,7 +18,7 @@ from campusloop.operator_client import OperatorClient
 from contract.runlog.reader import RunLogError, open_segment
 from contract.wire.upload import SIGNATURE_HEADER, segment_path, signed_segment
 from server.live_ports import live_ports
-from server.settings import Settings
+from server.settings import settings_from
 from vehicle_agent.config import Body
 from vehicle_agent.link.keys import public_key_text
 
@@ -62,7 +62,8 @@ async def view(runs: tuple[ViewedRun, ...], port: int, tell: Callable[[str], Non
     with tempfile.TemporaryDirectory(prefix="campusloop-view-") as var:
         password = secrets.token_urlsafe(6)
         listening = listen("127.0.0.1", port)
-        settings = Settings(
+        settings = settings_from(
+            {},
             port=listening.getsockname()[1],
             var_dir=Path(var),
             map_path=DEFAULT_MAP,

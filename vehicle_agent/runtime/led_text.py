@@ -54,6 +54,7 @@ class TextPanel:
             )
         self.panel = panel
         self.line_px = panel.height_px // len(panel.languages)
+        self._names = fonts
         samples = must_write or (_SAMPLE,) * len(fonts)
         self._fonts = [_largest(name, text, self.line_px) for name, text in zip(fonts, samples, strict=True)]
         for number, text in enumerate(must_write):
@@ -96,7 +97,7 @@ class TextPanel:
         """A text that reaches higher or lower than the others (É in a stop's name) is written smaller."""
         font = self._fonts[number]
         if _ink_px(font, text) > self.line_px:
-            font = _largest(str(font.path), text, self.line_px)
+            font = _largest(self._names[number], text, self.line_px)
         left, top, right, bottom = font.getbbox(text, anchor="ls")
         image = Image.new("1", (max(1, math.ceil(right - left)), self.line_px))
         baseline = (self.line_px - math.ceil(bottom - top)) // 2 - math.floor(top)
@@ -111,7 +112,7 @@ class TextPanel:
         )
         if missing:
             raise FontError(
-                f"{font.path} lacks {''.join(missing[:20])}; give a font that has them for "
+                f"{self._names[number]} lacks {''.join(missing[:20])}; give a font that has them for "
                 f"{self.panel.languages[number]!r} (for Chinese, Debian's fonts-noto-cjk)"
             )
 
