@@ -5,7 +5,8 @@ ARGS ?=
 BIN := .venv/bin
 PY := $(BIN)/python
 
-.PHONY: help setup demo demo-check test test-fast test-long lint format types web bench soak maps peers lock clean
+.PHONY: help setup demo demo-check test test-short test-real test-browser test-fast test-long test-faults \
+  lint lint-style lint-types lint-imports lint-web format web bench soak maps peers lock oracle clean
 
 help:
 	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN)"
@@ -13,6 +14,7 @@ help:
 	@echo "make lint    format check, lint, types, import contracts"
 	@echo "make bench   short form of every benchmark, refreshes benchmarks/README.md"
 	@echo "make soak    long and random campaigns, with their seeds printed"
+	@echo "make oracle  install what a test compares the path planner with (CI does)"
 	@echo "make web     build the pages; make maps rebuilds the shipped maps"
 	@echo "make peers   open planners to compare with (python -m benchmarks.peers)"
 
@@ -50,25 +52,49 @@ demo-check: setup
 
 test: setup
 	@scripts/browser
-	cd web && npm test --silent
-	$(PY) -m pytest -n 2 --dist loadfile -m "not real and not browser and not faults and not long"
-	$(PY) -m pytest -m "real and not browser"
-	$(PY) -m pytest -m browser
+	@$(MAKE) --no-print-directory test-short test-real test-browser
 
-# Whole rides among people, in virtual time, and rides in real time whose processes are killed: that one goes
-# last and alone, for a vehicle that is starved of its clock stops, as it should.
+SHORT := not real and not browser and not faults and not long
+
+# In the order of tests/conftest.py: reordered by their number of tests, files of few and long ones would come
+# last, and one of two processes would wait for the other.
+test-short:
+	cd web && npm test --silent
+	$(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "$(SHORT)"
+
+test-real:
+	$(PY) -m pytest -m "real and not browser"
+
+# Each file has a server and a browser of its own.
+test-browser:
+	$(PY) -m pytest -n 2 --dist loadfile -m browser
+
+# Whole rides among people, in virtual time, and rides in real time whose processes are killed: those go last
+# and alone, for a vehicle that is starved of its clock stops, as it should.
 test-long: setup
-	$(PY) -m pytest -n 2 --dist load -m "long"
+	$(PY) -m pytest -n 2 --dist load --maxschedchunk 1 -m "long"
+	@$(MAKE) --no-print-directory test-faults
+
+test-faults:
 	$(PY) -m pytest -m faults
 
 test-fast: .venv/warmed
-	$(PY) -m pytest -n 2 --dist loadfile -m "not real and not browser and not faults and not long" -x
+	$(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "$(SHORT)" -x
 
 lint: setup
+	@$(MAKE) --no-print-directory lint-style lint-imports lint-web lint-types
+
+lint-style:
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
+
+lint-types:
 	$(BIN)/mypy
+
+lint-imports:
 	$(BIN)/lint-imports
+
+lint-web:
 	cd web && npm run --silent lint
 
 format: .venv/installed
@@ -96,10 +122,19 @@ var/peers/installed: requirements/peers.txt
 	var/peers/bin/pip install --quiet --disable-pip-version-check -r requirements/peers.txt
 	@touch $@
 
+# lock.txt is all that setting up installs; oracle.txt what the extra `oracle` needs besides.
+LOCKED = $(PY) -m uv pip compile --universal --python-version 3.11 --generate-hashes --extra dev pyproject.toml \
+  --quiet --no-header --no-annotate
+
 lock: .venv/installed
 	$(PY) -m uv --version >/dev/null 2>&1 || $(BIN)/pip install --quiet uv
-	$(PY) -m uv pip compile --universal --python-version 3.11 --generate-hashes --extra dev pyproject.toml \
-	  --quiet --no-header --no-annotate -o requirements/lock.txt
+	$(LOCKED) -o requirements/lock.txt
+	$(LOCKED) --extra oracle -c requirements/lock.txt -o requirements/oracle.txt \
+	  $$(sed -n 's/^\([A-Za-z0-9._-]*\)==.*/--no-emit-package \1/p' requirements/lock.txt)
+
+# gtsam (110 MB), by which a test and `benchmarks.planner --oracle` find the path's optimum a second time.
+oracle: .venv/installed
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/oracle.txt
 
 clean:
 	rm -rf .venv web/node_modules web/dist var .mypy_cache .ruff_cache .pytest_cache

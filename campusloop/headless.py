@@ -69,8 +69,18 @@ def ride_pairs(road_map: RoadMap, least_m: float, most_m: float) -> list[tuple[s
     return pairs
 
 
-def run_headless(options: CampusOptions, rides: int, console: Console) -> DemoResult:
-    """Run the campus until every ride has ended, replay every run, print the summary."""
+def run_headless(
+    options: CampusOptions,
+    rides: int,
+    console: Console,
+    pairs: list[tuple[str, str]] | None = None,
+    spacing_s: float = SPACING_S,
+) -> DemoResult:
+    """Run the campus until every ride has ended, replay every run, print the summary.
+
+    pairs: the stops of rides to choose from; by default all that are a good ride apart
+    spacing_s: mean time between two passengers who ask
+    """
     started = time.perf_counter()
     campus = VirtualCampus(options)
     clock = ZoneInfo(options.road_map.timezone)
@@ -82,8 +92,8 @@ def run_headless(options: CampusOptions, rides: int, console: Console) -> DemoRe
         console.print(timeline_line(journey, campus.now(), clock), highlight=False, soft_wrap=True)
 
     campus.start()
-    pairs = ride_pairs(options.road_map, RIDE_M_MIN, RIDE_M_MAX)
-    wanted = wishes(rides, pairs, SPACING_S, campus.conductor.rng("passengers"))
+    pairs = pairs or ride_pairs(options.road_map, RIDE_M_MIN, RIDE_M_MAX)
+    wanted = wishes(rides, pairs, spacing_s, campus.conductor.rng("passengers"))
     passengers = campus.passengers(tell)
     tasks = [campus.conductor.loop.create_task(passengers.live(Journey(wish))) for wish in wanted]
     with RunProof(options.folder) as proof:

@@ -57,7 +57,7 @@ def test_bad_options_are_refused() -> None:
 
 @pytest.mark.long
 def test_a_stint_drives_and_repeats() -> None:
-    stint = Stint(MAP, "gem", 3, 0, 240.0)
+    stint = Stint(MAP, "gem", 3, 0, 160.0)
     first, again = run_stint(stint), run_stint(stint)
     assert first.distance_m > 50.0
     assert first.contacts == 0

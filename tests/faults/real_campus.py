@@ -84,7 +84,7 @@ class RealCampus:
         while journey.state != state and journey.state not in ENDED:
             assert time.monotonic() < deadline_s, f"not within {within_s} s; {self.told} {self._said()}"
             await self.keep_going()
-            await asyncio.sleep(2.0)
+            await asyncio.sleep(0.5)
         assert journey.state == state, (journey.history, journey.reason)
 
     def kill(self, name: str) -> int:

@@ -6,6 +6,7 @@ from rich.console import Console
 from campusloop.headless import run_headless
 from campusloop.virtual_campus import CampusOptions
 from contract.roads.load import load_map
+from tests.faults.real_campus import nearest_pair
 from tests.scenarios.campus_days import CampusDay
 from tests.server.feeds.shipped import CAMPUS_MAP
 from vehicle_agent.runtime.replay import replay_segment
@@ -14,8 +15,9 @@ from vehicle_agent.stacks.choice import build_car
 
 @pytest.mark.long
 def test_two_rides_are_booked_driven_through_people_and_replayed(tmp_path: Path) -> None:
-    console = Console(quiet=True)
-    result = run_headless(CampusOptions(load_map(CAMPUS_MAP), tmp_path, seed=1, vehicles=2), 2, console)
+    console, road_map = Console(quiet=True), load_map(CAMPUS_MAP)
+    options = CampusOptions(road_map, tmp_path, seed=1, vehicles=2)
+    result = run_headless(options, 2, console, [nearest_pair(road_map)], spacing_s=5.0)
     assert result.failures == []
     assert [journey.state for journey in result.journeys] == ["completed", "completed"]
     for journey in result.journeys:

