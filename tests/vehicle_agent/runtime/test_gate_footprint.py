@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vehicle_agent.runtime.gate_footprint import distance_on_arc
+from vehicle_agent.runtime.gate_footprint import distance_on_arc, met_on_arc
 
 
 def test_on_a_curve_it_looks_along_the_arc() -> None:
@@ -51,3 +51,25 @@ def test_the_way_on_an_arc_is_the_way_until_the_body_is_there(
 
 def test_who_stands_a_metre_from_the_inner_corner_is_not_there_yet() -> None:
     assert distance_on_arc(np.array([[3.46, 1.88]]), 0.157, 3.5, 0.815, 10.0) > 1.0
+
+
+def met(x: float, y: float, vx: float, vy: float, curvature_1pm: float = 0.0, speed_mps: float = 4.0) -> bool:
+    return bool(
+        met_on_arc(
+            np.array([[x, y]]), np.array([[vx, vy]]), curvature_1pm, speed_mps, 0.27, 5.6, 0.1, 3.5, 0.8
+        )
+    )
+
+
+@pytest.mark.parametrize("curvature", [0.0, 0.05, -0.05])
+def test_what_stands_is_met_within_the_stopping_way(curvature: float) -> None:
+    stopping_m = 4.0 * 0.27 + 4.0**2 / (2.0 * 5.6)
+    assert met(3.5 + stopping_m, 0.0, 0.0, 0.0, curvature)
+    assert not met(3.5 + stopping_m + 0.3, 0.0, 0.0, 0.0, curvature)
+
+
+def test_whoever_has_left_the_way_before_the_bumper_comes_is_not_met() -> None:
+    assert not met(5.5, 0.2, 0.0, -4.0)
+    assert not met(5.5, 0.2, 4.0, 0.0)
+    assert met(5.5, 0.2, 0.0, -0.5)
+    assert met(5.5, 0.2, -1.0, 0.0)
