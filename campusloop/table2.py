@@ -166,7 +166,7 @@ def write_files(folder: Path, stints: list[StintFigures], summary: Summary) -> N
 def _histogram(
     path: Path, values: np.ndarray, bins: np.ndarray, axis_names: tuple[str, str], marks: dict[str, float]
 ) -> None:
-    """What is beyond the last bin is in it. marks: values of the x axis to be pointed out, by what is said of them."""
+    """What is beyond the last bin is in it. marks: values of x to point out, by what is said of them."""
     # Here, so that nobody pays for the plotting library but who plots.
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
