@@ -63,7 +63,7 @@ def met_on_arc(
     front_m: float,
     half_width_m: float,
 ) -> bool:
-    """One of the (n, 2) points is in the way now, and still, at its velocity (n, 2) over ground, at the bumper
+    """One of the (n, 2) points is in the way now and, at its velocity (n, 2) over ground, still at the bumper
     when the vehicle comes there, though it brakes by brake_mps2 from delay_s on."""
     end_s = delay_s + speed_mps / brake_mps2
     look_m = speed_mps * delay_s + speed_mps**2 / (2.0 * brake_mps2) + margin_m
