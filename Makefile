@@ -6,7 +6,7 @@ BIN := .venv/bin
 PY := $(BIN)/python
 
 .PHONY: help setup demo demo-check test test-short test-real test-browser test-fast test-long test-faults \
-  lint lint-style lint-types lint-imports lint-web format web bench soak maps lock oracle clean
+  lint lint-style lint-types lint-imports lint-web format web bench soak maps peers lock oracle clean
 
 help:
 	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN)"
@@ -16,6 +16,7 @@ help:
 	@echo "make soak    long and random campaigns, with their seeds printed"
 	@echo "make oracle  install what a test compares the path planner with (CI does)"
 	@echo "make web     build the pages; make maps rebuilds the shipped maps"
+	@echo "make peers   open planners to compare with (python -m benchmarks.peers)"
 
 setup: .venv/installed web/dist/built .venv/warmed
 
@@ -112,6 +113,14 @@ maps: .venv/installed
 	  --timezone Asia/Shanghai --bounds 31.3126,121.3809,31.3239,121.3964 \
 	  --names maps/shanghai-university/names.csv
 	$(BIN)/campusloop map schematic --out maps/snow-lion/map.json
+
+# Open Frenet planners for `python -m benchmarks.peers`: their libraries' versions clash with ours.
+peers: var/peers/installed
+
+var/peers/installed: requirements/peers.txt
+	$(PYTHON) -m venv var/peers
+	var/peers/bin/pip install --quiet --disable-pip-version-check -r requirements/peers.txt
+	@touch $@
 
 # lock.txt is all that setting up installs; oracle.txt what the extra `oracle` needs besides.
 LOCKED = $(PY) -m uv pip compile --universal --python-version 3.11 --generate-hashes --extra dev pyproject.toml \

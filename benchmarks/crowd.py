@@ -1,4 +1,4 @@
-"""Through recorded crowds: `python -m benchmarks.crowd DIR --json F [--traces DIR] [--stacks snow_lion,gem]`.
+"""Through recorded crowds: `python -m benchmarks.crowd DIR [--json F] [--traces DIR] [--logs DIR]`.
 
 DIR holds drone recordings of cars among students. Every car that drove (mean of 0.5 m/s and more) is a run:
 the shuttle drives that car's path among the people, and the other cars, as they were recorded, beginning
@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.report import Row, write_report
+from benchmarks.run_logs import add_log_arguments, log_choice
 from campusloop.scenes.crowd_clips import ClipRun, clip_runs
 from campusloop.scenes.drive import SceneDrive, SceneRun
 from campusloop.scenes.stacks import profile_of
@@ -23,6 +24,7 @@ from vehicle_agent.config import ProfileError
 
 def main() -> None:
     arguments = _arguments()
+    logs = log_choice(arguments)
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     try:
         clips = drone_clips(arguments.folder)
@@ -33,7 +35,7 @@ def main() -> None:
     for stack, profile in profiles.items():
         for clip in clips:
             for number, clip_run in enumerate(clip_runs(clip, profile, arguments.seed)):
-                run = SceneDrive(clip_run.scene).run()
+                run = SceneDrive(clip_run.scene, logs.of(clip_run.scene.name)).run()
                 if arguments.traces is not None:
                     run.trace.write(arguments.traces / stack, clip_run.scene.name)
                 rows.append(_row(stack, clip.name, number, clip_run, run))
@@ -114,6 +116,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--traces", type=Path, help="folder for two CSV files a run")
     parser.add_argument("--stacks", default="snow_lion,gem,nus", help="with commas between")
     parser.add_argument("--seed", type=int, default=1, help="of sensor noise")
+    add_log_arguments(parser)
     return parser.parse_args()
 
 

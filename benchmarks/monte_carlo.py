@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.report import Row, write_report
+from benchmarks.run_logs import LogChoice, add_log_arguments, log_choice
 from campusloop.scenes.drive import SceneDrive
 from campusloop.scenes.random_crowds import SPARSE_PER_100M2, Drawn, Pieces, drawn_scene, pieces
 from campusloop.scenes.stacks import profile_of
@@ -31,6 +32,7 @@ _MAPS = Path(__file__).resolve().parent.parent / "maps"
 
 def main() -> None:
     arguments = _arguments()
+    logs = log_choice(arguments)
     stacks = tuple(arguments.stacks.split(","))
     try:
         for stack in stacks:
@@ -40,7 +42,7 @@ def main() -> None:
         raise SystemExit(f"cannot drive: {error}") from error
     first = arguments.seed
     jobs = [
-        (stack, seed, arguments.recordings, arguments.traces)
+        (stack, seed, arguments.recordings, arguments.traces, logs)
         for stack in stacks
         for seed in range(first, first + arguments.runs)
     ]
@@ -78,11 +80,11 @@ def _pieces(recordings: Path | None) -> Pieces:
     return pieces(tuple(sorted(_MAPS.glob("*/map.json"))), recordings)
 
 
-def _run(job: tuple[str, int, Path | None, Path | None]) -> Row:
+def _run(job: tuple[str, int, Path | None, Path | None, LogChoice]) -> Row:
     """One drive, and in a sparse crowd the same without people."""
-    stack, seed, recordings, traces = job
+    stack, seed, recordings, traces, logs = job
     drawn = drawn_scene(_pieces(recordings), profile_of(stack), seed)
-    run = SceneDrive(drawn.scene).run()
+    run = SceneDrive(drawn.scene, logs.of(drawn.scene.name)).run()
     if traces is not None:
         run.trace.write(traces / stack, drawn.scene.name)
     rows, verdict = run.trace.array(), run.verdict
@@ -156,6 +158,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--workers", type=int, default=1, help="processes; each takes a core")
     parser.add_argument("--json", type=Path, help="where to write the report")
     parser.add_argument("--traces", type=Path, help="folder for two CSV files a run")
+    add_log_arguments(parser)
     return parser.parse_args()
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.report import Row, write_report
+from benchmarks.run_logs import LogChoice, add_log_arguments, log_choice
 from campusloop.scenes.braking_oracle import best_braking
 from campusloop.scenes.drive import SceneDrive
 from campusloop.scenes.protection_cells import Cell, cells
@@ -28,9 +29,10 @@ _STREET_M = 500.0
 
 def main() -> None:
     arguments = _arguments()
+    logs = log_choice(arguments)
     profile = load_profile(arguments.profile)
     chosen = list(cells(profile.body))[:: arguments.every]
-    tasks = [(cell, profile, arguments.seed, arguments.traces) for cell in chosen]
+    tasks = [(cell, profile, arguments.seed, arguments.traces, logs) for cell in chosen]
     streets = [(profile, arguments.seed + k) for k in range(round(1e3 * arguments.street_km / _STREET_M))]
     with ProcessPoolExecutor(arguments.workers, mp_context=get_context("spawn")) as pool:
         rows = list(pool.map(_run, tasks, chunksize=4))
@@ -44,10 +46,10 @@ def main() -> None:
     )
 
 
-def _run(task: tuple[Cell, Profile, int, Path | None]) -> Row:
-    cell, profile, seed, traces = task
+def _run(task: tuple[Cell, Profile, int, Path | None, LogChoice]) -> Row:
+    cell, profile, seed, traces, logs = task
     best = best_braking(cell, profile.body, profile.lidar.x_m)
-    run = SceneDrive(cell.scene(profile, seed)).run()
+    run = SceneDrive(cell.scene(profile, seed), logs.of(cell.name)).run()
     if traces is not None:
         run.trace.write(traces, cell.name)
     hits = [speed_mps for _, number, speed_mps in run.verdict.front_contacts if number == 1]
@@ -105,6 +107,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--street-km", type=float, default=10.0, help="driven for needless hard stops")
     parser.add_argument("--workers", type=int, default=2, help="processes")
     parser.add_argument("--seed", type=int, default=1, help="of sensor noise")
+    add_log_arguments(parser)
     return parser.parse_args()
 
 

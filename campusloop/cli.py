@@ -14,6 +14,7 @@ _COMMANDS = (
     "simulate",
     "scenario",
     "replay",
+    "view",
     "waypoints",
     "dispatch",
     "infrastructure",

@@ -21,7 +21,7 @@ from campusloop.run_folder import emptied
 from contract.roads.load import load_map
 from simulator.live import scan_ring_path
 from simulator.live_ports import BASE_PORT, ports_of
-from vehicle_agent.config import Profile
+from vehicle_agent.config import Profile, load_profile
 from vehicle_agent.link.keys import load_or_make_key, public_key_text
 from vehicle_agent.runtime.agent import AgentPlace, agent_jobs
 from vehicle_agent.runtime.agent_files import VehicleFile
@@ -38,7 +38,10 @@ class CampusStartError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class LiveOptions:
-    """folder is emptied first. base_port: first of the simulator's loopback ports."""
+    """folder is emptied first. base_port: first of the simulator's loopback ports.
+
+    profile_path: of every shuttle; None: the campus shuttle
+    """
 
     map_path: Path
     folder: Path
@@ -50,15 +53,18 @@ class LiveOptions:
     seed: int = 1
     base_port: int = BASE_PORT
     pedestrians: bool = True
+    profile_path: Path | None = None
 
 
 class LiveCampus:
     """`start`, use `client` and `operator` as from outside, `watch` beside it, then `stop`."""
 
     def __init__(self, options: LiveOptions) -> None:
+        """Raises MapError, ProfileError."""
         self.options = options
         self.password = secrets.token_urlsafe(6)
         self.road_map = load_map(options.map_path)
+        self._profile = Profile() if options.profile_path is None else load_profile(options.profile_path)
         self._mail = Path(tempfile.mkdtemp(prefix="campusloop-"))
         self._supervisors: list[Supervisor] = []
         self._began_s = time.monotonic()
@@ -151,7 +157,7 @@ class LiveCampus:
         arguments = (
             options.map_path,
             ",".join(self.vehicle_ids),
-            None,
+            options.profile_path,
             options.seed,
             options.base_port,
             self._scans,
@@ -207,7 +213,7 @@ class LiveCampus:
     async def _enrol(self, number: int, vehicle_id: str) -> AgentPlace:
         folder = self.options.folder / "vehicles" / vehicle_id
         key = load_or_make_key(folder / "key.pem")
-        await self.operator.enrol(vehicle_id, Profile().body, public_key_text(key))
+        await self.operator.enrol(vehicle_id, self._profile.body, public_key_text(key))
         ports = ports_of(number, self.options.base_port)
         vehicle = VehicleFile(
             vehicle_id=vehicle_id,
@@ -219,5 +225,5 @@ class LiveCampus:
             scan_ring=str(scan_ring_path(self._scans, vehicle_id)),
             server_certificate=str(self.certificate) if self.certificate else "",
         )
-        prepare_folder(folder, vehicle, self.options.map_path, None)
+        prepare_folder(folder, vehicle, self.options.map_path, self.options.profile_path)
         return AgentPlace(folder.resolve(), self._mail / str(number))

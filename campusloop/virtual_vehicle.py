@@ -96,7 +96,7 @@ class VirtualVehicle:
             setup.utc_offset_ns,
             0,
         )
-        recorder = Recorder(header, setup.profile.body)
+        recorder = Recorder(header, setup.profile.body, setup.road_map.observation_areas)
         self.wired.boot(VehicleComputer(car, state, recorder, setup.utc_offset_ns))
         self.run_log = RunLogFiles(setup.folder / "runs", self._profile_bytes, self._map_json)
         self._desk, self._news = desk, TickNewsWriter()

@@ -46,7 +46,7 @@ def demo(
     ] = None,
     people: Annotated[bool, typer.Option(help="Simulated passengers book rides.")] = True,
     profile: Annotated[
-        Path | None, typer.Option(help="Vehicle profile (headless); the campus shuttle without it.")
+        Path | None, typer.Option(help="Vehicle profile (TOML); the campus shuttle without it.")
     ] = None,
     begin: Annotated[str, typer.Option("--from", help="Headless timetable from HH:MM, campus time.")] = "",
     end: Annotated[str, typer.Option("--to", help="... to HH:MM.")] = "",
@@ -67,7 +67,15 @@ def demo(
             _headless(console, campus_map, count, rides, seed, folder or HEADLESS, chosen)
             return
         options = LiveOptions(
-            campus_map, folder or Path("var/demo"), count, host, port, tls_cert, tls_key, seed
+            campus_map,
+            folder or Path("var/demo"),
+            count,
+            host,
+            port,
+            tls_cert,
+            tls_key,
+            seed,
+            profile_path=profile,
         )
         asyncio.run(LiveDemo(options, console, people_book=people).run())
     except (MapError, ProfileError, CampusStartError, NotOurFolder) as error:

@@ -1,5 +1,6 @@
 """One scene driven from start to goal by the whole onboard loop: CAN, gate, by-wire, plant and all."""
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -38,6 +39,8 @@ VEHICLE_ID = "shuttle"
 _START_NS = 1_000_000_000
 _FAR_FUTURE_NS = 10**18
 _SET_OFF_STEPS_MAX = 500
+# As long as names may be on the wire.
+_NAME_LENGTH = 64
 
 
 class SceneError(Exception):
@@ -104,7 +107,7 @@ class SceneDrive:
     """Steps world and vehicle computer together; `run` drives the scene to its end."""
 
     def __init__(self, scene: Scene, runs: Path | None = None) -> None:
-        """runs: where the run log goes; None: none is kept."""
+        """runs: where the run log goes, into a folder named after stack and scene; None: none is kept."""
         self.scene = scene
         profile = scene.profile
         self._network = RoadNetwork(scene.road_map)
@@ -120,7 +123,7 @@ class SceneDrive:
         recorder = None
         if runs is not None:
             self._log = RunLogFiles(runs, msgspec.msgpack.encode(profile), encode_map(scene.road_map))
-            recorder = Recorder(_header(scene), profile.body)
+            recorder = Recorder(_header(scene), profile.body, scene.road_map.observation_areas)
         self.computer = VehicleComputer(car, initial_state(car), recorder)
         self.wired = WiredVehicle(VEHICLE_ID, profile, scene.road_map, self.world)
         self.wired.boot(self.computer)
@@ -242,8 +245,7 @@ def _way(network: RoadNetwork, scene: Scene) -> ReferenceLine:
 
 
 def _header(scene: Scene) -> RunHeader:
-    """The run log's: one boot of one vehicle."""
+    """The run log's: one boot of one vehicle, named so that logs of many scenes can lie side by side."""
     road_map, stack = scene.road_map, scene.profile.stack
-    return RunHeader(
-        VEHICLE_ID, "boot-000001", 0, road_map.campus_id, road_map.map_version, stack, SOFTWARE, 0, 0
-    )
+    boot_id = re.sub(r"[^A-Za-z0-9._-]+", "-", f"{stack}-{scene.name}")[:_NAME_LENGTH]
+    return RunHeader(VEHICLE_ID, boot_id, 0, road_map.campus_id, road_map.map_version, stack, SOFTWARE, 0, 0)

@@ -5,8 +5,10 @@ import math
 import numpy as np
 
 from campusloop.scenes.drive import Scene, SceneRun
+from campusloop.scenes.judge import clearances
 from campusloop.scenes.path_map import LANE_ID
 from contract.geometry import Array, arc_lengths, project
+from vehicle_agent.config import Body
 
 STALL_S = 20.0
 GAP_WIDTHS = 1.5
@@ -21,7 +23,8 @@ def stalls(run: SceneRun, scene: Scene) -> int:
     """How many times the vehicle stood for more than STALL_S with room to pass all the while.
 
     Room: looked at every half second, a straight way GAP_WIDTHS of the vehicle's width wide, inside the lane,
-    led past everybody within the next _AHEAD_M.
+    led past everybody within the next _AHEAD_M, and nobody was inside the outline: recorded people who do not
+    see the vehicle walk through it when it stands, and it must not move then.
     """
     rows, body = run.trace.array(), scene.profile.body
     lane = next(lane for lane in scene.road_map.lanes if lane.lane_id == LANE_ID)
@@ -32,13 +35,33 @@ def stalls(run: SceneRun, scene: Scene) -> int:
     for k in range(0, len(rows), _EVERY_ROWS):
         t_s, speed_mps = float(rows[k, 0]), abs(float(rows[k, 4]))
         stands = speed_mps < _STANDS_MPS and t_s > _FROM_S
-        if not stands or not _has_gap(run, k, points, s, lane.width_m, body.front_overhang_m, needed_m):
+        if (
+            not stands
+            or _is_entered(run, k, body)
+            or not _has_gap(run, k, points, s, lane.width_m, body.front_overhang_m, needed_m)
+        ):
             begun_s, counted = math.inf, False
             continue
         begun_s = min(begun_s, t_s)
         if t_s - begun_s > STALL_S and not counted:
             count, counted = count + 1, True
     return count
+
+
+def _is_entered(run: SceneRun, k: int, body: Body) -> bool:
+    row, bodies = run.trace.array()[k], run.trace.agents[k]
+    clearance, _ = clearances(
+        float(row[1]),
+        float(row[2]),
+        float(row[3]),
+        body.rear_overhang_m,
+        body.front_overhang_m,
+        0.5 * body.width_m,
+        bodies.poses_map,
+        bodies.sizes_m,
+        bodies.people,
+    )
+    return bool((clearance < 0.0).any())
 
 
 def _has_gap(

@@ -1,11 +1,12 @@
-"""Run-log channels that Foxglove draws without our code: JSON messages of its well-known schemas.
+"""Run-log messages that Foxglove draws without our code: JSON of its well-known schemas (`foxglove_schemas`).
 
-Field names and meanings follow the published Foxglove schemas (PoseInFrame, LocationFix, PointCloud,
-SceneUpdate); the JSON Schemas here state the part that is used.
+Everything lies in the map frame; `base_link` is the vehicle's rear-axle centre, and a transform between the
+two goes with every picture. Lengths are rounded to a centimetre: these are for eyes.
 """
 
 import base64
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import msgspec
@@ -13,110 +14,20 @@ import numpy as np
 
 from contract.geometry import Pose2
 
-MAP_FRAME = "map"
+MAP_FRAME, BASE_FRAME = "map", "base_link"
 FLOAT32 = 7
+COVARIANCE_APPROXIMATED = 1
+LINE_STRIP, LINE_LOOP = 0, 1
+NO_POSE = Pose2(0.0, 0.0, 0.0)
 
-_number = {"type": "number"}
-_string = {"type": "string"}
-_time = {"type": "object", "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}}}
-_vector = {"type": "object", "properties": {"x": _number, "y": _number, "z": _number}}
-_quaternion = {"type": "object", "properties": {"x": _number, "y": _number, "z": _number, "w": _number}}
-_pose = {"type": "object", "properties": {"position": _vector, "orientation": _quaternion}}
-_color = {"type": "object", "properties": {"r": _number, "g": _number, "b": _number, "a": _number}}
-_cube = {"type": "object", "properties": {"pose": _pose, "size": _vector, "color": _color}}
-_line = {
-    "type": "object",
-    "properties": {
-        "type": {"type": "integer"},
-        "pose": _pose,
-        "thickness": _number,
-        "scale_invariant": {"type": "boolean"},
-        "points": {"type": "array", "items": _vector},
-        "color": _color,
-    },
-}
-_text = {
-    "type": "object",
-    "properties": {
-        "pose": _pose,
-        "billboard": {"type": "boolean"},
-        "font_size": _number,
-        "scale_invariant": {"type": "boolean"},
-        "color": _color,
-        "text": _string,
-    },
-}
+Color = dict[str, float]
+Primitive = dict[str, Any]
+Entity = dict[str, Any]
 
 
-def _object(title: str, properties: dict[str, Any]) -> bytes:
-    return msgspec.json.encode({"title": title, "type": "object", "properties": properties})
-
-
-SCHEMAS: dict[str, bytes] = {
-    "foxglove.PoseInFrame": _object(
-        "foxglove.PoseInFrame", {"timestamp": _time, "frame_id": _string, "pose": _pose}
-    ),
-    "foxglove.LocationFix": _object(
-        "foxglove.LocationFix",
-        {
-            "timestamp": _time,
-            "frame_id": _string,
-            "latitude": _number,
-            "longitude": _number,
-            "altitude": _number,
-            "position_covariance": {"type": "array", "items": _number},
-            "position_covariance_type": {"type": "integer"},
-        },
-    ),
-    "foxglove.PointCloud": _object(
-        "foxglove.PointCloud",
-        {
-            "timestamp": _time,
-            "frame_id": _string,
-            "pose": _pose,
-            "point_stride": {"type": "integer"},
-            "fields": {
-                "type": "array",
-                "items": {
-                    "type": "object",
-                    "properties": {
-                        "name": _string,
-                        "offset": {"type": "integer"},
-                        "type": {"type": "integer"},
-                    },
-                },
-            },
-            "data": {"type": "string", "contentEncoding": "base64"},
-        },
-    ),
-    "foxglove.SceneUpdate": _object(
-        "foxglove.SceneUpdate",
-        {
-            "deletions": {"type": "array", "items": {"type": "object", "properties": {"id": _string}}},
-            "entities": {
-                "type": "array",
-                "items": {
-                    "type": "object",
-                    "properties": {
-                        "timestamp": _time,
-                        "frame_id": _string,
-                        "id": _string,
-                        "lifetime": _time,
-                        "frame_locked": {"type": "boolean"},
-                        "cubes": {"type": "array", "items": _cube},
-                        "lines": {"type": "array", "items": _line},
-                        "texts": {"type": "array", "items": _text},
-                    },
-                },
-            },
-        },
-    ),
-}
-
-BLUE = {"r": 0.15, "g": 0.45, "b": 0.95, "a": 0.85}
-GREY = {"r": 0.55, "g": 0.55, "b": 0.6, "a": 0.7}
-GREEN = {"r": 0.1, "g": 0.7, "b": 0.35, "a": 0.9}
-BLACK = {"r": 0.05, "g": 0.05, "b": 0.05, "a": 1.0}
+def rgba(r: float, g: float, b: float, a: float = 1.0) -> Color:
+    """Each 0..1."""
+    return {"r": r, "g": g, "b": b, "a": a}
 
 
 def timestamp(utc_ns: int) -> dict[str, int]:
@@ -125,11 +36,32 @@ def timestamp(utc_ns: int) -> dict[str, int]:
 
 def pose3(pose_map: Pose2, z_m: float = 0.0) -> dict[str, Any]:
     """A planar pose as position and quaternion."""
-    half = pose_map.yaw_rad / 2.0
-    return {
-        "position": {"x": pose_map.x_m, "y": pose_map.y_m, "z": z_m},
-        "orientation": {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half)},
-    }
+    return {"position": _vector(pose_map.x_m, pose_map.y_m, z_m), "orientation": _rotation(pose_map.yaw_rad)}
+
+
+def _vector(x: float, y: float, z: float) -> dict[str, float]:
+    return {"x": round(float(x), 2), "y": round(float(y), 2), "z": round(float(z), 2)}
+
+
+def _rotation(yaw_rad: float) -> dict[str, float]:
+    half = yaw_rad / 2.0
+    return {"x": 0.0, "y": 0.0, "z": round(math.sin(half), 5), "w": round(math.cos(half), 5)}
+
+
+# ---------------------------------------------------------------- messages
+
+
+def frame_transform(utc_ns: int, pose_map: Pose2) -> bytes:
+    """Where base_link is in the map."""
+    return msgspec.json.encode(
+        {
+            "timestamp": timestamp(utc_ns),
+            "parent_frame_id": MAP_FRAME,
+            "child_frame_id": BASE_FRAME,
+            "translation": {"x": pose_map.x_m, "y": pose_map.y_m, "z": 0.0},
+            "rotation": _rotation(pose_map.yaw_rad),
+        }
+    )
 
 
 def pose_in_frame(utc_ns: int, pose_map: Pose2) -> bytes:
@@ -139,16 +71,17 @@ def pose_in_frame(utc_ns: int, pose_map: Pose2) -> bytes:
 
 
 def location_fix(utc_ns: int, latitude_deg: float, longitude_deg: float, std_m: float) -> bytes:
+    """Of base_link: the receiver's driver has moved the antenna's solution there."""
     variance = std_m * std_m
     return msgspec.json.encode(
         {
             "timestamp": timestamp(utc_ns),
-            "frame_id": MAP_FRAME,
+            "frame_id": BASE_FRAME,
             "latitude": latitude_deg,
             "longitude": longitude_deg,
             "altitude": 0.0,
             "position_covariance": [variance, 0, 0, 0, variance, 0, 0, 0, 0],
-            "position_covariance_type": 1,
+            "position_covariance_type": COVARIANCE_APPROXIMATED,
         }
     )
 
@@ -162,7 +95,7 @@ def point_cloud(utc_ns: int, points_map: np.ndarray) -> bytes:
         {
             "timestamp": timestamp(utc_ns),
             "frame_id": MAP_FRAME,
-            "pose": pose3(Pose2(0.0, 0.0, 0.0)),
+            "pose": pose3(NO_POSE),
             "point_stride": 12,
             "fields": fields,
             "data": base64.b64encode(points.tobytes()).decode(),
@@ -170,58 +103,83 @@ def point_cloud(utc_ns: int, points_map: np.ndarray) -> bytes:
     )
 
 
-def box_entity(
-    utc_ns: int, entity_id: str, centre_map: Pose2, size_m: tuple[float, float, float], own: bool, text: str
-) -> dict[str, Any]:
-    """A vehicle as a box with a text above it; lives for one second unless renewed."""
-    length, width, height = size_m
-    return {
-        "timestamp": timestamp(utc_ns),
-        "frame_id": MAP_FRAME,
-        "id": entity_id,
-        "lifetime": {"sec": 1, "nsec": 0},
-        "frame_locked": False,
-        "cubes": [
-            {
-                "pose": pose3(centre_map, height / 2.0),
-                "size": {"x": length, "y": width, "z": height},
-                "color": BLUE if own else GREY,
-            }
-        ],
-        "texts": [
-            {
-                "pose": pose3(centre_map, height + 0.8),
-                "billboard": True,
-                "font_size": 0.8,
-                "scale_invariant": False,
-                "color": BLACK,
-                "text": text,
-            }
-        ],
-    }
-
-
-def line_entity(utc_ns: int, entity_id: str, points_map: np.ndarray) -> dict[str, Any]:
-    """A path on the ground, (n, 2)."""
-    points = [{"x": float(x), "y": float(y), "z": 0.1} for x, y in points_map]
-    return {
-        "timestamp": timestamp(utc_ns),
-        "frame_id": MAP_FRAME,
-        "id": entity_id,
-        "lifetime": {"sec": 1, "nsec": 0},
-        "frame_locked": False,
-        "lines": [
-            {
-                "type": 0,
-                "pose": pose3(Pose2(0.0, 0.0, 0.0)),
-                "thickness": 0.15,
-                "scale_invariant": False,
-                "points": points,
-                "color": GREEN,
-            }
-        ],
-    }
-
-
-def scene_update(entities: list[dict[str, Any]]) -> bytes:
+def scene_update(entities: list[Entity]) -> bytes:
     return msgspec.json.encode({"deletions": [], "entities": entities})
+
+
+# ---------------------------------------------------------------- what a scene is made of
+
+
+def entity(
+    utc_ns: int,
+    entity_id: str,
+    *,
+    lifetime_s: int = 1,
+    cubes: Sequence[Primitive] = (),
+    cylinders: Sequence[Primitive] = (),
+    lines: Sequence[Primitive] = (),
+    texts: Sequence[Primitive] = (),
+) -> Entity:
+    """Replaces the entity of the same id; stays for lifetime_s, 0: until it is replaced."""
+    return {
+        "timestamp": timestamp(utc_ns),
+        "frame_id": MAP_FRAME,
+        "id": entity_id,
+        "lifetime": {"sec": lifetime_s, "nsec": 0},
+        "frame_locked": False,
+        "metadata": [],
+        "cubes": cubes,
+        "cylinders": cylinders,
+        "lines": lines,
+        "texts": texts,
+    }
+
+
+def cube(centre_map: Pose2, size_m: tuple[float, float, float], color: Color) -> Primitive:
+    """A box that stands on the ground: length, width, height."""
+    return {"pose": pose3(centre_map, size_m[2] / 2.0), "size": _vector(*size_m), "color": color}
+
+
+def cylinder(centre_map: Pose2, diameter_m: float, height_m: float, color: Color) -> Primitive:
+    """Upright, on the ground."""
+    return {
+        "pose": pose3(centre_map, height_m / 2.0),
+        "size": _vector(diameter_m, diameter_m, height_m),
+        "bottom_scale": 1.0,
+        "top_scale": 1.0,
+        "color": color,
+    }
+
+
+def line(
+    points_map: np.ndarray,
+    color: Color,
+    *,
+    thickness_m: float = 0.15,
+    closed: bool = False,
+    colors: Sequence[Color] = (),
+    z_m: float = 0.1,
+) -> Primitive:
+    """points_map (n, 2) on the ground; colors: of each point, in place of the one color."""
+    return {
+        "type": LINE_LOOP if closed else LINE_STRIP,
+        "pose": pose3(NO_POSE),
+        "thickness": thickness_m,
+        "scale_invariant": False,
+        "points": [_vector(x, y, z_m) for x, y in points_map],
+        "color": color,
+        "colors": colors,
+        "indices": [],
+    }
+
+
+def text(at_map: Pose2, z_m: float, words: str, color: Color, size_m: float = 0.8) -> Primitive:
+    """Turned to whoever looks."""
+    return {
+        "pose": pose3(at_map, z_m),
+        "billboard": True,
+        "font_size": size_m,
+        "scale_invariant": False,
+        "color": color,
+        "text": words,
+    }

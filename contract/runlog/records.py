@@ -14,10 +14,12 @@ RUNLOG_VERSION = 1
 TICK_TOPIC = "/tick"
 REPORT_TOPIC = "/report"
 EVENT_TOPIC = "/event"
+TRANSFORM_TOPIC = "/tf"
 POSE_TOPIC = "/ego/pose"
 LOCATION_TOPIC = "/ego/location"
 OBSTACLE_TOPIC = "/perception/obstacles"
 SCENE_TOPIC = "/scene"
+MAP_TOPIC = "/map"
 
 STATE_ATTACHMENT = "onboard_state.msgpack"
 MAP_ATTACHMENT = "road_map.json.zst"

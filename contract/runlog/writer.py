@@ -9,12 +9,13 @@ from pathlib import Path
 import msgspec
 from mcap.writer import CompressionType, IndexType, Writer
 
-from contract.runlog import foxglove
+from contract.runlog.foxglove_schemas import SCHEMAS
 from contract.runlog.records import (
     EVENT_TOPIC,
     HEADER_METADATA,
     LOCATION_TOPIC,
     MAP_ATTACHMENT,
+    MAP_TOPIC,
     OBSTACLE_TOPIC,
     POSE_TOPIC,
     PROFILE_ATTACHMENT,
@@ -22,6 +23,7 @@ from contract.runlog.records import (
     SCENE_TOPIC,
     STATE_ATTACHMENT,
     TICK_TOPIC,
+    TRANSFORM_TOPIC,
     RunHeader,
     TickRecord,
     head_digest,
@@ -30,10 +32,12 @@ from contract.runlog.records import (
 CHUNK_BYTES = 64 * 1024
 
 JSON_TOPICS = {
+    TRANSFORM_TOPIC: "foxglove.FrameTransform",
     POSE_TOPIC: "foxglove.PoseInFrame",
     LOCATION_TOPIC: "foxglove.LocationFix",
     OBSTACLE_TOPIC: "foxglove.PointCloud",
     SCENE_TOPIC: "foxglove.SceneUpdate",
+    MAP_TOPIC: "foxglove.SceneUpdate",
 }
 
 
@@ -83,9 +87,12 @@ class SegmentWriter:
                 f"campusloop{topic.replace('/', '.')}", "jsonschema", b'{"type":"object"}'
             )
             channels[topic] = self._writer.register_channel(topic, "json", schema)
+        schemas = {
+            name: self._writer.register_schema(name, "jsonschema", SCHEMAS[name])
+            for name in dict.fromkeys(JSON_TOPICS.values())
+        }
         for topic, name in JSON_TOPICS.items():
-            schema = self._writer.register_schema(name, "jsonschema", foxglove.SCHEMAS[name])
-            channels[topic] = self._writer.register_channel(topic, "json", schema)
+            channels[topic] = self._writer.register_channel(topic, "json", schemas[name])
         return channels
 
     def add_tick(self, record: TickRecord) -> None:

@@ -237,6 +237,53 @@ class FaultReport(msgspec.Struct, frozen=True):
     since_ns: int
 
 
+class TrackSeen(msgspec.Struct, frozen=True, array_like=True):
+    """Somebody or something that moves, as the vehicle sees it; map frame, metres.
+
+    kind        "pedestrian", "cyclist", "vehicle" or "other"
+    yielded_to  the vehicle slows or stops for it
+    ahead       where it is expected: x and y after 1, 2, 3 ... seconds; empty for who stands
+    """
+
+    track_id: int
+    kind: str
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    length_m: float
+    width_m: float
+    yielded_to: bool = False
+    ahead: tuple[float, ...] = ()
+
+
+class AreaSeen(msgspec.Struct, frozen=True):
+    """An observation area that the vehicle watches.
+
+    coming      how many of its own tracks are in it or about to come into it
+    told        how many an infrastructure camera told of, -1 for no word; told_age_s: how long ago it looked
+    """
+
+    area_id: str
+    coming: int = 0
+    told: int = -1
+    told_age_s: float = 0.0
+
+
+class Picture(msgspec.Struct, frozen=True):
+    """What the vehicle sees and means to do, for people to look at: nobody drives by it, nothing keeps it but
+    the run log.
+
+    limited_by  what keeps the vehicle from going faster
+    path        x0, y0, x1, y1, ... of the rear axle's planned way, thinned
+    tracks      the nearest ones
+    """
+
+    limited_by: str = ""
+    path: tuple[float, ...] = ()
+    tracks: tuple[TrackSeen, ...] = ()
+    areas: tuple[AreaSeen, ...] = ()
+
+
 class Status(Message, frozen=True, tag="status"):
     """Where the vehicle is and what it does; latest wins."""
 
@@ -260,6 +307,7 @@ class Status(Message, frozen=True, tag="status"):
     obstacle_m: float | None = None
     waiting_for: str = ""
     faults: tuple[FaultReport, ...] = ()
+    picture: Picture | None = None
 
 
 class OrderAccepted(Message, frozen=True, tag="order_accepted"):

@@ -7,6 +7,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from contract.geometry import Array
+from contract.roads.areas import outline_array
 from contract.roads.model import Building, Lane
 from contract.roads.network import RoadNetwork
 from server.domain.rules import FleetRules
@@ -117,6 +118,14 @@ class BuildingShape(BaseModel):
     xy: list[float]
 
 
+class AreaShape(BaseModel):
+    """An observation area's outline, closed implicitly. xy is x0, y0, x1, y1, ... in metres."""
+
+    area_id: str
+    kind: Literal["intersection", "crossing"]
+    xy: list[float]
+
+
 class MapGeometry(BaseModel):
     """Everything to draw the campus with. It never changes for one map_version: keep it."""
 
@@ -138,6 +147,9 @@ class MapGeometry(BaseModel):
                     }
                 ],
                 "buildings": [{"name": "Library", "height_m": 18.0, "xy": [1.0, 2.0, 31.0, 2.0, 31.0, 22.0]}],
+                "areas": [
+                    {"area_id": "area-3", "kind": "crossing", "xy": [0.0, 0.0, 4.0, 0.0, 4.0, 9.0, 0.0, 9.0]}
+                ],
                 "stops": [],
             }
         }
@@ -147,6 +159,7 @@ class MapGeometry(BaseModel):
     bounds: tuple[float, float, float, float] = Field(description="min x, min y, max x, max y")
     lanes: list[LaneShape]
     buildings: list[BuildingShape]
+    areas: list[AreaShape]
     stops: list[StopView]
 
 
@@ -207,6 +220,10 @@ def map_geometry(network: RoadNetwork, stops: tuple[CampusStop, ...]) -> MapGeom
         buildings=[
             _building(building, outline)
             for building, outline in zip(road_map.buildings, outlines, strict=True)
+        ],
+        areas=[
+            AreaShape(area_id=area.area_id, kind=area.kind, xy=_flat(outline_array(area)))
+            for area in road_map.observation_areas
         ],
         stops=[stop_view(stop) for stop in stops],
     )

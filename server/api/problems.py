@@ -109,6 +109,7 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.LeaseLost: 409,
     errors.SessionFenced: 409,
     errors.RunUnknown: 404,
+    errors.RunMapUnreadable: 404,
     errors.SegmentUnknown: 404,
     errors.SegmentConflict: 409,
     errors.IncidentUnknown: 404,

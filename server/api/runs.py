@@ -1,24 +1,28 @@
 """Recorded runs: listed and replayed by operators."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 import msgspec
 from fastapi import APIRouter, Query, Response
 
+from contract.roads.load import MapError
 from contract.roads.network import RoadNetwork
+from contract.runlog.reader import RunLogError
 from server.api.access import ReadingOperator
+from server.api.campus_schemas import MapGeometry, map_geometry
 from server.api.formats import NAME_PATTERN, BootId, VehicleId
 from server.api.problems import problems
 from server.api.run_schemas import RunView, run_view
 from server.api.services import Given, Services
-from server.domain.errors import RunUnknown, SessionExpired, VehicleUnknown
+from server.domain.errors import RunMapUnreadable, RunUnknown, SessionExpired, VehicleUnknown
 from server.domain.orders import IssuedOrder
 from server.domain.rides import Ride
 from server.domain.runs import Run
 from server.domain.vehicles import Vehicle
-from server.live.recorded import OrderKey, Report, recorded_reports, recorded_scenes
-from server.usecases import vehicles
+from server.live.recorded import OrderKey, Report, recorded_network, recorded_reports, recorded_scenes
+from server.usecases import campus, vehicles
 from server.usecases.ports import UnitOfWork
 
 router = APIRouter(prefix="/runs", tags=["runs"])
@@ -75,11 +79,7 @@ async def get_run_scenes(
 ) -> Response:
     """What the live view showed of this run, in the same shape."""
     run = await _find_run(services, vehicle_id, boot_id)
-    paths = tuple(
-        services.segments.path(segment.sha256)
-        for segment in run.segments
-        if services.segments.has(segment.sha256)
-    )
+    paths = _kept(services, run)
     found = await services.offload.run(lambda: recorded_reports(paths, from_ms, to_ms, step_ms, limit))
     context = await services.transactions.read(lambda uow: _context(uow, run, found))
 
@@ -88,6 +88,39 @@ async def get_run_scenes(
         return msgspec.json.encode(scenes)
 
     return Response(await services.offload.run(work), media_type="application/json")
+
+
+@router.get(
+    "/{vehicle_id}/{boot_id}/map",
+    operation_id="get_run_map",
+    responses=problems(RunUnknown, RunMapUnreadable, SessionExpired),
+)
+async def get_run_map(
+    vehicle_id: VehicleId, boot_id: BootId, services: Given, _: ReadingOperator
+) -> MapGeometry:
+    """The map that the run was driven on, which may be another than the one in force."""
+    run = await _find_run(services, vehicle_id, boot_id)
+    paths = _kept(services, run)
+    if not paths:
+        raise RunUnknown(f"nothing of run {boot_id} of {vehicle_id} is kept here")
+
+    def work() -> MapGeometry:
+        try:
+            network = recorded_network(paths)
+        except (RunLogError, MapError) as error:
+            raise RunMapUnreadable(f"the recording's road map cannot be read ({error})") from error
+        return map_geometry(network, campus.stops_of(network))
+
+    return await services.offload.run(work)
+
+
+def _kept(services: Services, run: Run) -> tuple[Path, ...]:
+    """The files of those of the run's segments that are still here."""
+    return tuple(
+        services.segments.path(segment.sha256)
+        for segment in run.segments
+        if services.segments.has(segment.sha256)
+    )
 
 
 async def _find_run(services: Services, vehicle_id: str, boot_id: str) -> Run:

@@ -339,6 +339,12 @@ class RunUnknown(DomainError):
     code = "run_unknown"
 
 
+class RunMapUnreadable(DomainError):
+    """The run's recording holds no road map that can be drawn."""
+
+    code = "run_map_unreadable"
+
+
 class SegmentUnknown(DomainError):
     """No segment has this hash."""
 

@@ -183,6 +183,9 @@ class SceneFeed:
                 people_aboard=scene.people_aboard,
                 route=scene.route,
             )
+        elif held is not None:
+            # The store keeps no pictures.
+            scene = msgspec.structs.replace(scene, picture=held.picture)
         self.board.put_vehicle(scene)
 
     def _spawn(self, work: Coroutine[Any, Any, None]) -> None:

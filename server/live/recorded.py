@@ -6,8 +6,9 @@ from pathlib import Path
 
 import msgspec
 
+from contract.roads.load import decode_map
 from contract.roads.network import RoadNetwork
-from contract.runlog.reader import RunLogError, reports
+from contract.runlog.reader import RunLogError, open_segment, reports
 from contract.wire.messages import Status
 from server.domain.orders import IssuedOrder, lanes_of
 from server.domain.rides import Ride
@@ -15,7 +16,7 @@ from server.domain.runs import Run
 from server.domain.vehicles import Vehicle
 from server.live.projection import ride_scene, vehicle_in_status
 from server.live.route_shape import RouteShapes
-from server.live.scene import Scene, VehicleScene
+from server.live.scene import AreaScene, Scene, VehicleScene
 
 MS_NS = 1_000_000
 
@@ -52,6 +53,11 @@ def recorded_reports(
             break
         next_ms = at_ms + step_ms
     return tuple(found)
+
+
+def recorded_network(segments: tuple[Path, ...]) -> RoadNetwork:
+    """The map that the run was driven on, as its first segment holds it. Raises RunLogError, MapError."""
+    return RoadNetwork(decode_map(open_segment(segments[0]).road_map))
 
 
 def recorded_scenes(
@@ -115,4 +121,17 @@ def _scene(run: Run, report: Report, task: VehicleScene, rides: Mapping[str, Rid
         map_version=run.map_version,
         vehicles=(vehicle_in_status(facts, report.status, report.at_ms),),
         rides=tuple(ride_scene(ride, state="aboard") for ride in aboard),
+        areas=_areas(report),
+    )
+
+
+def _areas(report: Report) -> tuple[AreaScene, ...]:
+    """What cameras had told the vehicle by then."""
+    picture = report.status.picture
+    if picture is None:
+        return ()
+    return tuple(
+        AreaScene(area.area_id, area.told, report.at_ms - round(1000 * area.told_age_s))
+        for area in picture.areas
+        if area.told >= 0
     )

@@ -1,6 +1,7 @@
 """The campus map in force, and its stops."""
 
 from contract.roads.model import RoadMap
+from contract.roads.network import RoadNetwork
 from contract.roads.validate import problems
 from server.domain.errors import MapInUse, MapInvalid, MapUnknown
 from server.domain.events import ServerEvent
@@ -53,7 +54,11 @@ def active_map(uow: UnitOfWork) -> RoadMap:
 
 def stops(uow: UnitOfWork) -> tuple[CampusStop, ...]:
     """The active map's stops in map order. Raises CampusUnknown."""
-    network = uow.network()
+    return stops_of(uow.network())
+
+
+def stops_of(network: RoadNetwork) -> tuple[CampusStop, ...]:
+    """Any map's stops in map order."""
     found = []
     for stop in network.road_map.stops:
         x_m, y_m, _ = network.pose(stop.lane_id, stop.s_m)

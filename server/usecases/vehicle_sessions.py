@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import timedelta
 
+import msgspec
+
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import BootLog, Holding, Status
 from server.domain.errors import CampusUnknown, SectionsTaken, SessionFenced, VehicleUnknown
@@ -93,14 +95,23 @@ def report_key_conflict(uow: UnitOfWork, vehicle_id: str, detail: str) -> None:
 
 
 def record_status(uow: UnitOfWork, reports: Sequence[StatusReport]) -> None:
-    """Keep a batch of positions. A vehicle's first position on a lane places it on the road."""
+    """Keep a batch of positions. A vehicle's first position on a lane places it on the road.
+
+    Pictures go to the screens and are not kept: the run log has them.
+    """
     vehicles = {vehicle.vehicle_id: vehicle for vehicle in uow.vehicles.all()}
-    known = [report for report in reports if report.vehicle_id in vehicles]
+    known = [_without_picture(report) for report in reports if report.vehicle_id in vehicles]
     uow.vehicles.save_status(known)
     newest = {report.vehicle_id: report for report in known}
     for vehicle_id, report in sorted(newest.items()):
         _look_at(uow, vehicles[vehicle_id], report.status)
         uow.publish(topics.vehicle_status(uow.campus_id, vehicle_id))
+
+
+def _without_picture(report: StatusReport) -> StatusReport:
+    if report.status.picture is None:
+        return report
+    return replace(report, status=msgspec.structs.replace(report.status, picture=None))
 
 
 def note_silence(uow: UnitOfWork) -> tuple[str, ...]:

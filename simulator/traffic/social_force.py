@@ -21,6 +21,7 @@ from simulator.traffic.crowd import (
     V_SPEED,
     V_X,
     V_Y,
+    V_YAW,
     Ints,
     clearance_m,
     slide,
@@ -48,6 +49,10 @@ _ROOM_M = 6.0
 _HURRY = 1.35
 # A shuttle that has stood is let go by those within so far of its bumper; 10 s at a margin of 1 s.
 _COURTESY_M, _COURTESY_S = 10.0, 10.0
+# One that does not go all the same is waited for no longer.
+_PATIENCE_S = 15.0
+# Who is kept by a body in the way from so near walks around it.
+_KEPT_M = 0.15
 # A step off, and, of who does not look, the touch itself.
 _APART_M = RADIUS_M + 0.15
 _TOUCH_M = RADIUS_M - 0.05
@@ -71,6 +76,8 @@ def step_social(
                 p = people[i]
                 if math.hypot(p[X] - vehicles[j, V_X], p[Y] - vehicles[j, V_Y]) < _SIGHT_M:
                     wx, wy = _mind(p, wx, wy, vehicles[j], ahead[j], waited_s[j], dt)
+        for j in range(vehicles.shape[0]):
+            wx, wy = _around(people[i], wx, wy, vehicles[j])
         px, py = _pushes(people, i)
         if doing[i] == LINGER and math.hypot(wx, wy) < 1e-9:
             # Who stands gives way a little, and does not drift about.
@@ -111,6 +118,8 @@ def _mind(
     nx, ny = -ty * side, tx * side
     off, edge = abs(d), vehicle[V_HALF] + _BESIDE_M
     speed = abs(vehicle[V_SPEED])
+    if gap <= 0.0 and speed <= _STANDING_MPS:
+        return wx, wy
     outward = wx * nx + wy * ny
     arrives_s = gap / speed if speed > _STANDING_MPS else 1e3
     if off > edge:
@@ -136,13 +145,52 @@ def _mind(
 
 @njit(cache=True)
 def _takes_gap(p: Array, gap: float, off: float, edge: float, arrives_s: float, waited_s: float) -> bool:
-    """Enough time to be across before the shuttle, with a margin of one's own; never right at its bumper.
+    """Enough time to be across before the shuttle, with a margin of one's own; not right at its bumper.
 
-    One that has waited long enough is let go first: sooner by those who want long gaps.
+    One that has waited long enough is let go first, for a while: sooner by those who want long gaps.
     """
-    if gap < _COURTESY_M and waited_s > _COURTESY_S / max(p[MARGIN], 0.2):
+    lets_go_s = _COURTESY_S / max(p[MARGIN], 0.2)
+    if gap < _COURTESY_M and lets_go_s < waited_s < lets_go_s + _PATIENCE_S:
         return False
-    return gap > 1.0 and arrives_s > (off + edge) / max(p[PACE], 0.3) + p[MARGIN]
+    near = 1.0 if waited_s <= lets_go_s else 0.0
+    return gap > near and arrives_s > (off + edge) / max(p[PACE], 0.3) + p[MARGIN]
+
+
+@njit(cache=True)
+def _around(p: Array, wx: float, wy: float, vehicle: Array) -> tuple[float, float]:
+    """The wished velocity of who walks into a standing vehicle: along its body, to where they want to go.
+
+    When that is straight through, past the nearer corner, and from a flank behind the vehicle.
+    """
+    if abs(vehicle[V_SPEED]) > _STANDING_MPS:
+        return wx, wy
+    if clearance_m(vehicle, p[X], p[Y]) > _APART_M + _KEPT_M:
+        return wx, wy
+    x, y = _seen_from(vehicle, p[X], p[Y])
+    goal_x, goal_y = _seen_from(vehicle, p[GOAL_X], p[GOAL_Y])
+    cos, sin = math.cos(vehicle[V_YAW]), math.sin(vehicle[V_YAW])
+    ahead, aside = cos * wx + sin * wy, cos * wy - sin * wx
+    pace = math.hypot(wx, wy)
+    if abs(y) <= vehicle[V_HALF]:
+        if ahead * x >= 0.0:
+            return wx, wy
+        towards = goal_y if abs(goal_y) > vehicle[V_HALF] else y
+        side = 1.0 if towards >= 0.0 else -1.0
+        return -sin * side * pace, cos * side * pace
+    if -vehicle[V_REAR] <= x <= vehicle[V_FRONT]:
+        if aside * y >= 0.0:
+            return wx, wy
+        along = 1.0 if goal_x > vehicle[V_FRONT] else -1.0
+        return cos * along * pace, sin * along * pace
+    return wx, wy
+
+
+@njit(cache=True)
+def _seen_from(vehicle: Array, x: float, y: float) -> tuple[float, float]:
+    """A place in the vehicle's base frame."""
+    cos, sin = math.cos(vehicle[V_YAW]), math.sin(vehicle[V_YAW])
+    dx, dy = x - vehicle[V_X], y - vehicle[V_Y]
+    return cos * dx + sin * dy, cos * dy - sin * dx
 
 
 @njit(cache=True)

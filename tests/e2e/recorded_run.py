@@ -8,6 +8,7 @@ import msgspec
 import zstandard
 
 from contract.geometry import Pose2
+from contract.roads.load import encode_map
 from contract.roads.network import RoadNetwork
 from contract.runlog.records import REPORT_TOPIC, RunHeader, TickRecord
 from contract.runlog.writer import SegmentWriter
@@ -36,7 +37,7 @@ def record_run(path: Path, vehicle_id: str, boot_id: str, network: RoadNetwork, 
         UTC_OFFSET_NS,
         1,
     )
-    writer = SegmentWriter(path, header, b"", b"", zstandard.compress(b"{}"))
+    writer = SegmentWriter(path, header, b"", b"", zstandard.compress(encode_map(network.road_map)))
     for tick in range(1, seconds * 50 + 1):
         stamp_ns = tick * TICK_NS
         writer.add_tick(TickRecord(tick, stamp_ns, 0, msgspec.Raw(b"\x90"), msgspec.Raw(b"\xc0")))

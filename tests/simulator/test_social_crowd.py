@@ -140,3 +140,12 @@ def test_held_people_are_not_there() -> None:
     walked(crowd, 1.0)
     assert len(crowd.bodies().numbers) == 0
     assert (crowd.people == before).all()
+
+
+@pytest.mark.parametrize("looks", [True, False])
+@pytest.mark.parametrize(("at", "goal"), [((46.0, 0.3), (20.0, 0.0)), ((41.0, -3.0), (41.0, 6.0))])
+def test_nobody_stands_before_a_standing_shuttle_for_ever(
+    at: tuple[float, float], goal: tuple[float, float], looks: bool
+) -> None:
+    way = met(one(*at, goal, looks), 40.0, 0.0, 60.0)
+    assert np.hypot(*(way - goal).T).min() < 0.6

@@ -109,9 +109,11 @@ def _seen_from(x: float, y: float, s: float, curvature: float) -> tuple[float, f
 def anybody_within(
     rows: Array, body: tuple[float, float, float], front_margin_m: float, margin_m: float
 ) -> bool:
-    """Somebody is in the footprint with its margins now."""
+    """Somebody is in the footprint with its margins now; driving on leaves whoever is behind it behind."""
     back, front, half = body[0], body[1] + front_margin_m, body[2]
     for i in range(rows.shape[0]):
+        if rows[i, 0] < -back:
+            continue
         if clearance_m(rows[i, 0], rows[i, 1], back, front, half) - rows[i, 4] < margin_m:
             return True
     return False

@@ -68,13 +68,25 @@ def say_next_stop(name: str, name_en: str) -> Words:
     return f"Next stop: {name_en or name}.", f"下一站：{name or name_en}。"
 
 
+def screen_texts(name: str = "", name_en: str = "") -> tuple[Words, ...]:
+    """Everything that a screen may show, front or rear, with this stop's name."""
+    return (
+        MANUAL, SAFETY_STOP, HELD, DOORS_OPEN, DOORS_CLOSING, AFTER_YOU, STEP_ASIDE, SLOWING,
+        PASSING, WAITING, WAITING_FOR_STOP, RESTING, REQUESTED, REAR_DRIVING, REAR_YIELDING, REAR_SLOWING,
+        REAR_PASSING, REAR_STOPPING, REAR_DOORS, REAR_STANDING, stopping_at(name, name_en),
+        next_stop(name, name_en),
+    )  # fmt: skip
+
+
+def sentences(name: str, name_en: str) -> tuple[Words, ...]:
+    """Everything that may be spoken, with this stop's name, besides an operator's own words."""
+    return (
+        SAY_STEP_ASIDE, SAY_AFTER_YOU, SAY_PASSING, SAY_DOORS_OPEN, SAY_DOORS_CLOSING, SAY_REQUESTED,
+        SAY_REFUSED, SAY_SAFETY_STOP, SAY_HELD, say_stopping_at(name, name_en), say_next_stop(name, name_en),
+    )  # fmt: skip
+
+
 def every_text(language: str) -> str:
     """All characters that the screens need besides stop names; language "en" or "zh"."""
     at = {"en": 0, "zh": 1}[language]
-    fixed = [
-        MANUAL, SAFETY_STOP, HELD, DOORS_OPEN, DOORS_CLOSING, AFTER_YOU, STEP_ASIDE, SLOWING,
-        PASSING, WAITING, WAITING_FOR_STOP, RESTING, REQUESTED, REAR_DRIVING, REAR_YIELDING,
-        REAR_SLOWING, REAR_PASSING, REAR_STOPPING, REAR_DOORS, REAR_STANDING,
-        stopping_at("", ""), next_stop("", ""),
-    ]  # fmt: skip
-    return "".join(words[at] for words in fixed)
+    return "".join(text[at] for text in screen_texts())

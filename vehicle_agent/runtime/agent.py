@@ -31,7 +31,7 @@ from vehicle_agent.runtime.worker_process import ScannedVehicle, serve_percepts
 from vehicle_agent.signals import Says
 from vehicle_agent.stacks.choice import PLANNING_STACKS, build_car, build_planner
 from vehicle_agent.stacks.gem import height_map
-from vehicle_agent.stacks.warm import warm_guard
+from vehicle_agent.stacks.warm import warm_tick
 
 SOFTWARE = "0.1.0"
 
@@ -116,7 +116,7 @@ def run_tick(place: AgentPlace) -> None:
     files = AgentFolder(place.folder)
     vehicle, profile, road_map = files.vehicle(), files.profile(), files.road_map()
     car = build_car(profile, road_map)
-    warm_guard(profile)
+    warm_tick(profile)
     state = initial_state(car)
     state = msgspec.structs.replace(state, mission=car.mission.initial(mission_memory(files)))
     offset_ns = utc_offset_now_ns()
@@ -131,7 +131,9 @@ def run_tick(place: AgentPlace) -> None:
         utc_offset_ns=offset_ns,
         first_tick=0,
     )
-    computer = VehicleComputer(car, state, Recorder(header, profile.body), offset_ns)
+    computer = VehicleComputer(
+        car, state, Recorder(header, profile.body, road_map.observation_areas), offset_ns
+    )
     speaker = DatagramPort()
     speaking = files.speaking()
     ports = (vehicle.words_port,) if speaking is None else (vehicle.words_port, speaking.port)

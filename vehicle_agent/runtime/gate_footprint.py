@@ -1,4 +1,4 @@
-"""The gate's look ahead: how far is it to what the bumper will meet on the arc that is being steered?"""
+"""The gate's look ahead: what is in the way on the arc that is being steered, and still is on arrival?"""
 
 import math
 
@@ -8,13 +8,17 @@ from numba import njit
 from contract.geometry import Array
 
 _STRAIGHT_1PM = 1e-4
+_STEP_S = 0.05
+# Deep enough that nobody passes it between two steps.
+_ZONE_M = 0.6
 
 
 @njit(cache=True)
 def distance_on_arc(
     points_base: Array, curvature_1pm: float, front_m: float, half_width_m: float, look_m: float
 ) -> float:
-    """Travel of the bumper to the nearest of the (n, 2) points that the arc leads it to; inf for none.
+    """Travel to the nearest of the (n, 2) points before the bumper that the arc leads the body to; inf for
+    none.
 
     Points beside or behind the bumper are not ahead of it and do not count.
     """
@@ -33,15 +37,57 @@ def distance_on_arc(
         outer = math.hypot(radius + half_width_m, front_m)
         if not (radius - half_width_m <= rho <= outer):
             continue
-        # The place on the bumper that the point meets is as far from the turning centre as the point.
+        # The place on the body that the point meets is as far from the turning centre as the point: on the
+        # bumper, or nearer than its inner corner on the inner flank.
         to_point = math.atan2(x, radius - left)
-        to_bumper = math.asin(min(1.0, front_m / rho))
-        travel = (to_point - to_bumper) * radius
+        inner = radius - half_width_m
+        if rho >= math.hypot(inner, front_m):
+            to_body = math.asin(min(1.0, front_m / rho))
+        else:
+            to_body = math.acos(min(1.0, inner / rho))
+        travel = (to_point - to_body) * radius
         if travel >= -0.1:
             nearest = min(nearest, max(0.0, travel))
     return nearest if nearest <= look_m else np.inf
 
 
+@njit(cache=True)
+def met_on_arc(
+    points_base: Array,
+    velocities_mps: Array,
+    curvature_1pm: float,
+    speed_mps: float,
+    delay_s: float,
+    brake_mps2: float,
+    margin_m: float,
+    front_m: float,
+    half_width_m: float,
+) -> bool:
+    """One of the (n, 2) points is in the way now and, at its velocity (n, 2) over ground, still at the bumper
+    when the vehicle comes there, though it brakes by brake_mps2 from delay_s on."""
+    end_s = delay_s + speed_mps / brake_mps2
+    look_m = speed_mps * delay_s + speed_mps**2 / (2.0 * brake_mps2) + margin_m
+    for p in range(points_base.shape[0]):
+        if distance_on_arc(points_base[p : p + 1], curvature_1pm, front_m, half_width_m, look_m) > look_m:
+            continue
+        for k in range(1, math.ceil(end_s / _STEP_S) + 1):
+            t = min(k * _STEP_S, end_s)
+            late = max(0.0, t - delay_s)
+            way = speed_mps * t - 0.5 * brake_mps2 * late * late
+            x = points_base[p, 0] + t * velocities_mps[p, 0]
+            y = points_base[p, 1] + t * velocities_mps[p, 1]
+            yaw = curvature_1pm * way
+            if abs(curvature_1pm) < _STRAIGHT_1PM:
+                dx, dy = x - way, y
+            else:
+                dx, dy = x - math.sin(yaw) / curvature_1pm, y - (1.0 - math.cos(yaw)) / curvature_1pm
+            cos, sin = math.cos(yaw), math.sin(yaw)
+            ahead, aside = cos * dx + sin * dy, cos * dy - sin * dx
+            if front_m - _ZONE_M <= ahead <= front_m + margin_m and abs(aside) <= half_width_m:
+                return True
+    return False
+
+
 def warm_footprint() -> None:
-    """Loads the kernel, or compiles it: once it brakes or drives the gate has no time for that."""
-    distance_on_arc(np.array([[5.0, 0.0]]), 0.1, 3.5, 0.8, 10.0)
+    """Loads the kernels, or compiles them: once it brakes or drives the gate has no time for that."""
+    met_on_arc(np.array([[5.0, 0.0]]), np.zeros((1, 2)), 0.1, 4.0, 0.3, 5.0, 0.1, 3.5, 0.8)

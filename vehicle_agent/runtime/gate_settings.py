@@ -22,7 +22,6 @@ class GateSettings:
     stuck_*           the reported wheel angle must lie within stuck_rad of what was commanded between
                       steer_delay_s +- stuck_slack_s ago, or of a wheel that follows it at slow_share of the
                       rate, or `confirmed` reports in a row say otherwise
-    still_s           who moves must still be in the way after this time
     delay_s, brake_mps2, margin_m  of the footprint test: less room than the guard keeps, so that the guard
                       comes first; a set that brakes by `braked_ratio` already is left alone
     """
@@ -56,7 +55,6 @@ class GateSettings:
     margin_m: float = 0.1
     braked_ratio: float = 0.3
     percept_ns: int = 400_000_000
-    still_s: float = 0.3
 
 
 def gate_settings(profile: Profile) -> GateSettings:

@@ -12,7 +12,7 @@ import numpy as np
 
 from contract.geometry import Array, IntArray
 from vehicle_agent.can.braking import Commanded
-from vehicle_agent.runtime.gate_footprint import distance_on_arc
+from vehicle_agent.runtime.gate_footprint import met_on_arc
 from vehicle_agent.runtime.gate_settings import GateSettings
 from vehicle_agent.signals import PEDESTRIAN, ObstaclePercept, Percept, TrackPercept, VehicleMotion
 
@@ -97,8 +97,8 @@ class SpeedWatch:
 class FootprintWatch:
     """Is something before the bumper that only full braking, if that, still misses?
 
-    Who moves is carried along to the present, and must still be in the way some moments later: whoever has
-    all but left it is no reason to stop for good. A cell beside somebody who is tracked is theirs.
+    Who moves is carried along, and must still be there when the bumper comes: whoever leaves the way before
+    is no reason to stop for good. A cell beside somebody who is tracked is theirs.
     """
 
     def __init__(self, settings: GateSettings) -> None:
@@ -142,16 +142,22 @@ class FootprintWatch:
         age_s = max(0, now_ns - seen.stamp_ns) * 1e-9
         way_m = motion.speed_mps * age_s
         near = np.abs(seen.points).max(axis=1) <= settings.front_m + look_m + way_m + 4.0
-        points, velocities = seen.points[near], seen.velocities[near]
         driven = math.tan(motion.steer_rad) / settings.wheelbase_m
-        curvatures = (driven, math.tan(asked.steer_rad) / settings.wheelbase_m)
-        moments_s = (age_s, age_s + settings.still_s) if seen.tracked else (age_s,)
-        return all(
-            any(
-                distance_on_arc(moved, curvature, settings.front_m, settings.half_width_m, look_m) <= look_m
-                for curvature in curvatures
+        places = _after(seen.points[near] + age_s * seen.velocities[near], way_m, driven)
+        velocities = _turned(seen.velocities[near], driven * way_m)
+        return any(
+            met_on_arc(
+                places,
+                velocities,
+                curvature,
+                motion.speed_mps,
+                settings.delay_s,
+                settings.brake_mps2,
+                settings.margin_m,
+                settings.front_m,
+                settings.half_width_m,
             )
-            for moved in (_after(points + t * velocities, way_m, driven) for t in moments_s)
+            for curvature in (driven, math.tan(asked.steer_rad) / settings.wheelbase_m)
         )
 
 
@@ -202,7 +208,10 @@ def _points(percept: TrackPercept) -> tuple[Array, IntArray]:
 def _after(points: Array, way_m: float, curvature_1pm: float) -> Array:
     """Places of the base frame, in the base frame after way_m along an arc."""
     yaw = curvature_1pm * way_m
-    moved = points - np.array([way_m * math.cos(0.5 * yaw), way_m * math.sin(0.5 * yaw)])
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    turned: Array = moved @ np.array([[cos, -sin], [sin, cos]])
-    return np.ascontiguousarray(turned)
+    return _turned(points - np.array([way_m * math.cos(0.5 * yaw), way_m * math.sin(0.5 * yaw)]), yaw)
+
+
+def _turned(vectors: Array, yaw_rad: float) -> Array:
+    """(n, 2) of one frame, in a frame that is turned by yaw_rad from it."""
+    cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
+    return np.ascontiguousarray(vectors @ np.array([[cos, -sin], [sin, cos]]))

@@ -2,6 +2,7 @@
 
 import math
 from functools import lru_cache
+from importlib.util import find_spec
 from pathlib import Path
 
 import msgspec
@@ -12,6 +13,11 @@ from PIL import Image, ImageDraw, ImageFont
 Pixels = NDArray[np.uint8]
 # No character of any script looks like this private one: fonts draw their box for the missing there.
 _MISSING = "\U0010fffd"
+# Noto Sans SC (OFL-1.1), which has Latin letters too; installed with the agent.
+_FONT_PACKAGE, _FONT_FILE = "pylopdf_fonts_zh_cn", "NotoSansSC-Regular.otf"
+# What is written when nobody says what will be.
+_SAMPLE = "AQÉgj国龘"
+_SIZE_PX_MIN = 6
 
 
 class FontError(Exception):
@@ -21,7 +27,7 @@ class FontError(Exception):
 class Panel(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """width_px, height_px  of the matrix
     languages     one line each, from top to bottom: "en", "zh"
-    fonts         a TrueType or OpenType file for each language, in that order
+    fonts         a TrueType or OpenType file for each language, in that order; none: Noto Sans SC for all
     colour        red, green, blue of lit pixels, 0..255
     scroll_pxps   of texts that are wider than the panel; gap_px between their end and their beginning
     """
@@ -40,14 +46,17 @@ class TextPanel:
 
     def __init__(self, panel: Panel, must_write: tuple[str, ...] = ()) -> None:
         """must_write: texts by language that every font must have the characters for. Raises FontError."""
-        if len(panel.fonts) != len(panel.languages) or not panel.languages:
+        fonts = panel.fonts or (str(shipped_font()),) * len(panel.languages)
+        if len(fonts) != len(panel.languages) or not panel.languages:
             raise FontError(
                 f"{len(panel.languages)} languages need as many fonts, not {len(panel.fonts)}; "
                 "set `fonts` to one file for each of `languages`"
             )
         self.panel = panel
         self.line_px = panel.height_px // len(panel.languages)
-        self._fonts = [_font(Path(name), self.line_px) for name in panel.fonts]
+        self._names = fonts
+        samples = must_write or (_SAMPLE,) * len(fonts)
+        self._fonts = [_largest(name, text, self.line_px) for name, text in zip(fonts, samples, strict=True)]
         for number, text in enumerate(must_write):
             self._check(number, text)
         self._drawn = lru_cache(maxsize=64)(self._line)
@@ -85,12 +94,14 @@ class TextPanel:
         return out
 
     def _line(self, number: int, text: str) -> NDArray[np.bool_]:
+        """A text that reaches higher or lower than the others (É in a stop's name) is written smaller."""
         font = self._fonts[number]
-        left, _, right, _ = font.getbbox(text)
+        if _ink_px(font, text) > self.line_px:
+            font = _largest(self._names[number], text, self.line_px)
+        left, top, right, bottom = font.getbbox(text, anchor="ls")
         image = Image.new("1", (max(1, math.ceil(right - left)), self.line_px))
-        ascent, descent = font.getmetrics()
-        top = (self.line_px - ascent - descent) // 2
-        ImageDraw.Draw(image).text((-left, top), text, fill=1, font=font)
+        baseline = (self.line_px - math.ceil(bottom - top)) // 2 - math.floor(top)
+        ImageDraw.Draw(image).text((-left, baseline), text, fill=1, font=font, anchor="ls")
         return np.asarray(image, dtype=bool)
 
     def _check(self, number: int, text: str) -> None:
@@ -101,17 +112,34 @@ class TextPanel:
         )
         if missing:
             raise FontError(
-                f"{self.panel.fonts[number]} lacks {''.join(missing[:20])}; give a font that has them for "
+                f"{self._names[number]} lacks {''.join(missing[:20])}; give a font that has them for "
                 f"{self.panel.languages[number]!r} (for Chinese, Debian's fonts-noto-cjk)"
             )
 
 
-def _font(path: Path, line_px: int) -> ImageFont.FreeTypeFont:
-    """The largest size whose ascent and descent fit the line."""
+def shipped_font() -> Path:
+    """Raises FontError when the agent was installed without it."""
+    found = find_spec(_FONT_PACKAGE)
+    if found is None or found.origin is None:
+        raise FontError(
+            f"the panel names no `fonts` and the package {_FONT_PACKAGE} is not installed; install it or set "
+            "`fonts` to one TrueType or OpenType file for each of `languages`"
+        )
+    return Path(found.origin).parent / _FONT_FILE
+
+
+def _ink_px(font: ImageFont.FreeTypeFont, text: str) -> int:
+    """How high the text's own marks reach: fonts keep room for more than is ever written."""
+    _, top, _, bottom = font.getbbox(text, anchor="ls")
+    return math.ceil(bottom - top)
+
+
+def _largest(path: str, text: str, line_px: int) -> ImageFont.FreeTypeFont:
+    """The largest size whose marks fit the line."""
     try:
-        for size in range(line_px, 4, -1):
-            font = ImageFont.truetype(str(path), size)
-            if sum(font.getmetrics()) <= line_px + line_px // 4:
+        for size in range(2 * line_px, _SIZE_PX_MIN - 1, -1):
+            font = ImageFont.truetype(path, size)
+            if _ink_px(font, text) <= line_px:
                 return font
     except OSError as error:
         raise FontError(f"no font at {path} ({error}); set `fonts` to a TrueType or OpenType file") from error

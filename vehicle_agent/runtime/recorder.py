@@ -12,7 +12,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from contract.geometry import Pose2, compose
+from contract.roads.model import ObservationArea
 from contract.runlog import foxglove
 from contract.runlog.arrays import enc_hook
 from contract.runlog.records import (
@@ -23,14 +23,17 @@ from contract.runlog.records import (
     REPORT_TOPIC,
     SCENE_TOPIC,
     TICK_TOPIC,
+    TRANSFORM_TOPIC,
     RunHeader,
     TickRecord,
 )
 from contract.wire.codec import encode
 from vehicle_agent.config import Body
+from vehicle_agent.onboard.picture import pictured_report
 from vehicle_agent.onboard.rates import PLAN_EVERY_TICKS, REPORT_EVERY_TICKS
 from vehicle_agent.onboard.state import OnboardState
 from vehicle_agent.runtime.snapshot import encode_state
+from vehicle_agent.runtime.viewer_scene import ViewerScene
 from vehicle_agent.signals import Flow, GnssFix, InboxItem, Outputs, Seen
 
 SEGMENT_TICKS = 5 * 60 * 50
@@ -88,10 +91,10 @@ def _array_digest(value: object) -> object:
 class Recorder:
     """Turns ticks into run-log entries, and begins a segment every five minutes."""
 
-    def __init__(self, header: RunHeader, body: Body) -> None:
-        """header  of the first segment; its counters are filled in here."""
+    def __init__(self, header: RunHeader, body: Body, areas: tuple[ObservationArea, ...] = ()) -> None:
+        """header  of the first segment; its counters are filled in here. areas: the map's."""
         self._header = header
-        self._body = body
+        self._scene = ViewerScene(header.vehicle_id, body, areas)
         self._flow = FlowEncoder()
         self._items = msgspec.msgpack.Encoder(enc_hook=enc_hook)
         self._records = msgspec.msgpack.Encoder()
@@ -139,10 +142,14 @@ class Recorder:
         flow, utc_ns = outputs.flow, stamp_ns + utc_offset_ns
         entries = [LogEntry(EVENT_TOPIC, stamp_ns, msgspec.json.encode(event)) for event in outputs.events]
         if self._ticks % REPORT_EVERY_TICKS == 0 or outputs.events:
-            entries.append(LogEntry(REPORT_TOPIC, stamp_ns, encode(outputs.report)))
+            entries.append(LogEntry(REPORT_TOPIC, stamp_ns, encode(pictured_report(outputs))))
+        if self._ticks % REPORT_EVERY_TICKS == 0:
+            entries.append(LogEntry(SCENE_TOPIC, stamp_ns, self._scene.scene(flow, utc_ns)))
         if self._ticks % PLAN_EVERY_TICKS == 0:
-            entries.append(LogEntry(POSE_TOPIC, stamp_ns, foxglove.pose_in_frame(utc_ns, flow.ego.pose_map)))
-            entries.append(LogEntry(SCENE_TOPIC, stamp_ns, self._scene(flow, utc_ns)))
+            pose_map = flow.ego.pose_map
+            transform = foxglove.frame_transform(utc_ns, pose_map)
+            entries.append(LogEntry(TRANSFORM_TOPIC, stamp_ns, transform))
+            entries.append(LogEntry(POSE_TOPIC, stamp_ns, foxglove.pose_in_frame(utc_ns, pose_map)))
             fixes = [item.body for item in items if isinstance(item.body, GnssFix)]
             entries += [LogEntry(LOCATION_TOPIC, stamp_ns, _location(utc_ns, fix)) for fix in fixes[-1:]]
         if flow.seen is not self._seen:
@@ -151,22 +158,6 @@ class Recorder:
                 LogEntry(OBSTACLE_TOPIC, stamp_ns, foxglove.point_cloud(utc_ns, flow.seen.points_map))
             )
         return entries
-
-    def _scene(self, flow: Flow, utc_ns: int) -> bytes:
-        body = self._body
-        size = (body.length_m, body.width_m, body.height_m)
-        to_centre = Pose2(body.length_m / 2.0 - body.rear_overhang_m, 0.0, 0.0)
-        text = f"{flow.verdict.mode} {flow.ego.speed_mps * 3.6:.0f} km/h {flow.path.limited_by}"
-        own = compose(flow.ego.pose_map, to_centre)
-        entities = [foxglove.box_entity(utc_ns, self._header.vehicle_id, own, size, True, text)]
-        for other in flow.world.others:
-            centre = compose(other.pose_map, to_centre)
-            entities.append(
-                foxglove.box_entity(utc_ns, other.vehicle_id, centre, size, False, other.vehicle_id)
-            )
-        if len(flow.path.points_map) > 1:
-            entities.append(foxglove.line_entity(utc_ns, "path", flow.path.points_map[:60]))
-        return foxglove.scene_update(entities)
 
 
 def _location(utc_ns: int, fix: GnssFix) -> bytes:

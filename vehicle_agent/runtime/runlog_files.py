@@ -6,6 +6,9 @@ from pathlib import Path
 import msgspec
 import zstandard
 
+from contract.roads.load import decode_map
+from contract.runlog.foxglove_map import MapScene
+from contract.runlog.records import MAP_TOPIC, RunHeader
 from contract.runlog.writer import SegmentWriter
 from vehicle_agent.runtime.recorder import RunLogEntry, SegmentBegin
 
@@ -26,9 +29,12 @@ class RunLogFiles:
         """runs: the folder that holds one folder a boot."""
         self._runs = runs
         self._profile = profile
+        self._road_map_json = road_map_json
         self._road_map = zstandard.compress(road_map_json, 3)
         self._writer: SegmentWriter | None = None
         self._segment = -1
+        self._begins: RunHeader | None = None
+        self._map_scene: MapScene | None = None
         self._finished: list[FinishedSegment] = []
 
     def write(self, entries: list[RunLogEntry]) -> None:
@@ -38,9 +44,18 @@ class RunLogFiles:
                 self.close()
                 path = self._runs / entry.header.boot_id / f"{entry.header.segment:04d}.mcap"
                 self._writer = SegmentWriter(path, entry.header, entry.state, self._profile, self._road_map)
-                self._segment = entry.header.segment
+                self._segment, self._begins = entry.header.segment, entry.header
             elif self._writer is not None:
+                if self._begins is not None:
+                    self._draw_map(self._writer, self._begins, entry.stamp_ns)
+                    self._begins = None
                 self._writer.add(entry.topic, entry.stamp_ns, entry.data)
+
+    def _draw_map(self, writer: SegmentWriter, begins: RunHeader, stamp_ns: int) -> None:
+        """What the segment is seen on, before its first message."""
+        if self._map_scene is None:
+            self._map_scene = MapScene(decode_map(self._road_map_json))
+        writer.add(MAP_TOPIC, stamp_ns, self._map_scene.at(stamp_ns + begins.utc_offset_ns))
 
     def close(self) -> None:
         """Finish the open segment."""

@@ -13,6 +13,7 @@ import structlog
 
 from vehicle_agent.link.desk import TickNews
 from vehicle_agent.mission.memory import MissionMemory, holding
+from vehicle_agent.onboard.picture import pictured_report
 from vehicle_agent.onboard.rates import LATE_TICK_FAULT_NS, REPORT_EVERY_TICKS
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.inbox import Inbox
@@ -54,7 +55,7 @@ class TickNewsWriter:
             return None
         return TickNews(
             stamp_ns=stamp_ns,
-            report=outputs.report if due or outputs.events else None,
+            report=pictured_report(outputs) if due or outputs.events else None,
             events=outputs.events,
             answers=outputs.answers,
             memory=msgspec.msgpack.encode(memory) if changed else None,

@@ -37,9 +37,11 @@ def a_status(stamp_ns: int) -> Status:
     )
 
 
-def write_segment(path: Path, count: int, close: bool = True, noise: bool = True) -> SegmentWriter:
+def write_segment(
+    path: Path, count: int, close: bool = True, noise: bool = True, road_map: bytes = b"{}"
+) -> SegmentWriter:
     rng = np.random.default_rng(1)
-    writer = SegmentWriter(path, a_header(), b"state", b"profile", zstandard.compress(b"{}"))
+    writer = SegmentWriter(path, a_header(), b"state", b"profile", zstandard.compress(road_map))
     for tick in range(1, count + 1):
         stamp_ns = tick * 20_000_000
         items = msgspec.msgpack.encode([rng.bytes(300) if noise else tick])
@@ -89,8 +91,9 @@ def test_a_segment_whose_writer_was_killed_is_readable_up_to_its_last_chunk(tmp_
 def test_the_file_is_one_that_any_mcap_reader_understands(tmp_path: Path) -> None:
     writer = write_segment(tmp_path / "0.mcap", 20, close=False)
     writer.add(OBSTACLE_TOPIC, 5, foxglove.point_cloud(5, np.zeros((3, 2))))
-    box = foxglove.box_entity(5, "shuttle-1", Pose2(0, 0, 0), (4.35, 1.63, 2.28), True, "shuttle-1")
-    path = foxglove.line_entity(5, "path", np.zeros((2, 2)))
+    blue = foxglove.rgba(0.1, 0.4, 0.9)
+    box = foxglove.entity(5, "shuttle-1", cubes=[foxglove.cube(Pose2(0, 0, 0), (4.35, 1.63, 2.28), blue)])
+    path = foxglove.entity(5, "path", lines=[foxglove.line(np.zeros((2, 2)), blue)])
     writer.add(SCENE_TOPIC, 5, foxglove.scene_update([box, path]))
     writer.close()
     with (tmp_path / "0.mcap").open("rb") as file:

@@ -5,8 +5,12 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+import numpy as np
 import pytest
 
+from campusloop.scenes.path_map import LANE_ID, path_map
+from contract.roads.load import encode_map
+from contract.roads.model import ObservationArea
 from contract.wire.upload import SIGNATURE_HEADER, segment_path, signed_segment
 from tests.contract.runlog.test_segment import UTC_OFFSET_NS, write_segment
 from tests.server.api.server_under_test import ServerUnderTest
@@ -117,3 +121,26 @@ def test_runs_are_for_operators_and_unknown_ones_are_a_404(ready: ServerUnderTes
     ready.sign_in()
     assert ready.get(RUN).json()["code"] == "run_unknown"
     assert ready.get("/runs/segments/" + "0" * 64).json()["code"] == "segment_unknown"
+
+
+def test_a_run_brings_the_map_that_it_was_driven_on(ready: ServerUnderTest, tmp_path: Path) -> None:
+    points = np.array([[0.0, 0.0], [30.0, 0.0]])
+    area = ObservationArea("zebra", "crossing", ((9.0, -4.0), (9.0, 4.0), (12.0, 4.0)), ((LANE_ID, 8.0),))
+    other = path_map("elsewhere", points, width_m=4.0, speed_limit_mps=3.0, areas=(area,))
+    write_segment(tmp_path / "own.mcap", 20, road_map=encode_map(other))
+    put(ready, (tmp_path / "own.mcap").read_bytes())
+    assert ready.get(f"{RUN}/map").status_code == 401
+    ready.sign_in()
+    shape = ready.get(f"{RUN}/map").json()
+    assert shape["map_version"] == other.map_version
+    assert shape["lanes"][0]["xy"] == [0.0, 0.0, 30.0, 0.0]
+    assert shape["areas"] == [
+        {"area_id": "zebra", "kind": "crossing", "xy": [9.0, -4.0, 9.0, 4.0, 12.0, 4.0]}
+    ]
+
+
+def test_a_run_whose_map_cannot_be_read_says_so(ready: ServerUnderTest, segment: bytes) -> None:
+    put(ready, segment)
+    ready.sign_in()
+    answer = ready.get(f"{RUN}/map")
+    assert (answer.status_code, answer.json()["code"]) == (404, "run_map_unreadable")

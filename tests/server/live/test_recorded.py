@@ -7,12 +7,12 @@ import pytest
 from contract.geometry import Pose2
 from contract.roads.load import load_map
 from contract.roads.network import RoadNetwork
-from contract.wire.messages import Order, Status, Visit
+from contract.wire.messages import AreaSeen, Order, Picture, Status, Visit
 from server.domain.orders import IssuedOrder, OrderState
 from server.domain.runs import Run
 from server.domain.vehicles import Vehicle
 from server.live.recorded import Report, recorded_scenes
-from server.live.scene import VehicleScene
+from server.live.scene import AreaScene, Scene, VehicleScene
 from tests.server.feeds.shipped import CAMPUS_MAP
 
 NOON = datetime(2026, 9, 1, 12, tzinfo=UTC)
@@ -31,15 +31,13 @@ def lanes(network: RoadNetwork) -> tuple[str, str]:
 
 
 def scene_of(network: RoadNetwork, lanes: tuple[str, str], **changes: object) -> VehicleScene:
-    first, then = lanes
-    visits = (
-        Visit("visit-1", "pickup", "library", first, 20.0, (first,)),
-        Visit("visit-2", "rest", "", then, 3.0, (first, then)),
-    )
-    payload = Order(1, "order-1", 2, network.map_version, visits, (), 0)
-    order = IssuedOrder("campus", "shuttle-1", "order-1", 2, 1, OrderState.ACCEPTED, payload, NOON)
+    return the_scene(network, lanes, a_status(network, lanes, **changes)).vehicles[0]
+
+
+def a_status(network: RoadNetwork, lanes: tuple[str, str], **changes: object) -> Status:
+    first, _ = lanes
     facts = {"lane_id": first, "s_m": 5.0, "order_id": "order-1", "revision": 2, "visit_id": "visit-1"}
-    status = Status(
+    return Status(
         epoch=1,
         stamp_ns=0,
         pose_map=Pose2(*network.pose(first, 5.0)),
@@ -51,6 +49,16 @@ def scene_of(network: RoadNetwork, lanes: tuple[str, str], **changes: object) ->
         doors_open=False,
         **(facts | changes),  # type: ignore[arg-type]
     )
+
+
+def the_scene(network: RoadNetwork, lanes: tuple[str, str], status: Status) -> Scene:
+    first, then = lanes
+    visits = (
+        Visit("visit-1", "pickup", "library", first, 20.0, (first,)),
+        Visit("visit-2", "rest", "", then, 3.0, (first, then)),
+    )
+    payload = Order(1, "order-1", 2, network.map_version, visits, (), 0)
+    order = IssuedOrder("campus", "shuttle-1", "order-1", 2, 1, OrderState.ACCEPTED, payload, NOON)
     (scene,) = recorded_scenes(
         Run("campus", "shuttle-1", "boot-1", NOON, "1", "gem", network.map_version),
         Vehicle("campus", "shuttle-1", "Shuttle 1", 6, 1, NOON),
@@ -59,7 +67,7 @@ def scene_of(network: RoadNetwork, lanes: tuple[str, str], **changes: object) ->
         {("order-1", 2): order},
         network,
     )
-    return scene.vehicles[0]
+    return scene
 
 
 def test_the_way_ahead_begins_at_the_vehicle_and_ends_where_its_order_ends(
@@ -84,3 +92,13 @@ def test_no_way_is_made_up_for_an_order_that_nobody_knows(
     shown = scene_of(network, lanes, **other)
     assert shown.route == ()
     assert shown.next_stop == ""
+
+
+def test_a_recorded_picture_is_shown_with_what_cameras_had_told_by_then(
+    network: RoadNetwork, lanes: tuple[str, str]
+) -> None:
+    told = (AreaSeen("zebra", 1, 3, 0.25), AreaSeen("junction", 2))
+    status = a_status(network, lanes, picture=Picture("yielding", (0.0, 0.0, 5.0, 0.0), (), told))
+    scene = the_scene(network, lanes, status)
+    assert scene.vehicles[0].picture == status.picture
+    assert scene.areas == (AreaScene("zebra", 3, 750),)

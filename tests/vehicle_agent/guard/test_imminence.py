@@ -186,3 +186,10 @@ def test_clearance_is_the_distance_to_the_rectangle() -> None:
 def test_travel_is_response_and_then_braking() -> None:
     assert travel_m(10.0, 4.0, 0.0, 0.3, 5.0) == pytest.approx(4.0 * 0.3 + 16.0 / 10.0)
     assert travel_m(0.2, 4.0, 0.0, 0.3, 5.0) == pytest.approx(0.8)
+
+
+@pytest.mark.parametrize(("x", "y", "may"), [(-1.05, 0.2, True), (1.0, 1.1, False), (3.8, 0.0, False)])
+def test_only_who_is_behind_does_not_keep_the_vehicle_from_setting_off(x: float, y: float, may: bool) -> None:
+    ego = Ego(NOW_NS, Pose2(0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0, 0.02, NOW_NS, True)
+    world = World(NOW_NS, NOW_NS, np.empty((0, 2)), (), (), False, a_track(x, y))
+    assert AVOIDANCE.may_set_off(*AVOIDANCE.others(world, ego), 0.0) is may

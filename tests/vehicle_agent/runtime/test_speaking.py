@@ -12,6 +12,7 @@ import pytest
 
 from vehicle_agent.device_feed import DatagramPort, DeviceWords
 from vehicle_agent.hmi import words
+from vehicle_agent.runtime import led_text
 from vehicle_agent.runtime.agent_files import AgentFolder
 from vehicle_agent.runtime.audio import AudioError, AudioSettings, Loudspeaker
 from vehicle_agent.runtime.led_ddp import HEADER, PAYLOAD_BYTES_MAX, DdpMatrix
@@ -29,7 +30,6 @@ PLOTS = find_spec("matplotlib")
 assert PLOTS is not None
 assert PLOTS.origin is not None
 LATIN = str(Path(PLOTS.origin).parent / "mpl-data" / "fonts" / "ttf" / "DejaVuSans.ttf")
-HAN = Path("/usr/share/fonts/opentype/noto/NotoSansCJK-Regular.ttc")
 PANEL = Panel(64, 32, ("en",), (LATIN,))
 
 
@@ -120,15 +120,63 @@ def test_a_font_without_chinese_is_refused_for_chinese() -> None:
     TextPanel(PANEL, (words.every_text("en"),))
 
 
-@pytest.mark.skipif(not HAN.exists(), reason="Debian's fonts-noto-cjk is not installed")
 def test_both_languages_share_a_panel() -> None:
-    text = TextPanel(
-        Panel(128, 32, ("zh", "en"), (str(HAN), LATIN)), (words.every_text("zh"), words.every_text("en"))
-    )
+    text = TextPanel(Panel(128, 32, ("zh", "en")), (words.every_text("zh"), words.every_text("en")))
     both = text.frame(("请您先行", "AFTER YOU"), 0.0)
     assert both[:16].any()
     assert both[16:].any()
     assert not text.frame(("", "AFTER YOU"), 0.0)[:16].any()
+
+
+def a_wide_panel(language: str, height_px: int) -> TextPanel:
+    panel = Panel(1200, height_px, (language,))
+    return TextPanel(panel, (words.every_text(language),))
+
+
+@pytest.mark.parametrize("height_px", [16, 32])
+@pytest.mark.parametrize(("at", "language"), [(0, "en"), (1, "zh")])
+def test_every_text_is_written_out_at_the_height_of_a_matrix(at: int, language: str, height_px: int) -> None:
+    """Every mark has pixels, none is the font's box for the missing, and none is cut off."""
+    text = a_wide_panel(language, height_px)
+    box = lit(text, "\U0010fffd")
+    for shown in words.screen_texts("图书馆", "Main Library"):
+        assert len(shown[at].strip()) > 1
+        marks = [lit(text, mark) for mark in sorted(set(shown[at])) if not mark.isspace()]
+        assert all(mark.any() for mark in marks), shown
+        assert not any(mark.shape == box.shape and (mark == box).all() for mark in marks), shown
+        written = lit(text, shown[at])
+        high = TextPanel(Panel(1200, 3 * height_px, (language,)), (words.every_text(language),))
+        high._fonts = text._fonts
+        assert written.sum() == lit(high, shown[at]).sum(), f"{shown[at]} is cut off"
+        assert written.any(axis=1).sum() >= 0.6 * height_px
+
+
+def lit(text: TextPanel, line: str) -> Pixels:
+    """Which pixels of the panel are on, without the dark columns beside the text."""
+    on: Pixels = text.frame((line,), 0.0).any(axis=2)
+    columns = np.flatnonzero(on.any(axis=0))
+    return on[:, columns[0] : columns[-1] + 1] if len(columns) else on[:, :0]
+
+
+def test_a_stop_with_high_letters_is_written_smaller_and_not_cut() -> None:
+    plain, high = (lit(a_wide_panel("en", 16), text) for text in ("STOPPING AT AQ", "STOPPING AT ẤQ"))
+    assert high.shape[1] < plain.shape[1]
+    assert 12 <= high.any(axis=1).sum() <= 16
+
+
+def test_everything_said_has_words_in_both_languages() -> None:
+    for english, chinese in words.sentences("图书馆", "Main Library"):
+        assert english.isascii()
+        assert english.endswith(".")
+        assert chinese.endswith("。")
+        assert not any(mark.isascii() and mark.isalpha() for mark in chinese)
+
+
+def test_without_the_shipped_font_a_panel_must_name_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(led_text, "_FONT_PACKAGE", "a_package_that_is_not_there")
+    with pytest.raises(FontError, match=r"a_package_that_is_not_there is not installed.*`fonts`"):
+        TextPanel(Panel())
+    TextPanel(PANEL)
 
 
 @pytest.mark.parametrize(
@@ -155,7 +203,7 @@ def test_front_and_rear_show_their_own_text_and_repeat_it() -> None:
     tick.send(process.port, DeviceWords(says("GO", rear="STOP")))
     time.sleep(0.05)
     process.run_step(10.0)
-    text = TextPanel(PANEL)
+    text = TextPanel(PANEL, (words.every_text("en"),))
     assert (front.frame() == text.frame(("GO",), 0.0)).all()
     assert (rear.frame() == text.frame(("STOP",), 0.0)).all()
     process.run_step(10.5)

@@ -18,6 +18,8 @@ DISC_X, DISC_Y, DISC_R = range(3)
 M_X, M_Y, M_YAW, M_VX, M_VY, M_LENGTH, M_WIDTH, M_WIDER = range(8)
 COST, FREE_M, CLEARANCE_MIN, CLEARANCE_MEAN, RISK = range(5)
 RATINGS = 5
+# Who stands at the flank may come so much nearer: the tail swings a little, and tracks wander.
+_NEARER_M = 0.05
 
 
 class OffsetRules(msgspec.Struct, frozen=True):
@@ -26,7 +28,7 @@ class OffsetRules(msgspec.Struct, frozen=True):
     free_weight w_s; from_now_weight w_d1, from_centre_weight w_d2; mean_clearance_weight w_o1,
     least_clearance_weight w_o2; dynamic_weight of J_dyn
     clearance_floor_m  clearances below this count as this, so that a touch does not cost infinitely much
-    touch_m            a clearance below this ends the free way
+    touch_m            a clearance below this ends the free way; who is nearer already must not come nearer
     threshold_m        a step larger than this is a change of lane: it waits for `patience` plans in a row
     better_by          and it must lower the cost by this much
     """
@@ -150,6 +152,7 @@ def rate(
     n = points.shape[0]
     last = min(n - 1, first + math.floor(look_m / step_m))
     out = np.zeros((candidates.shape[0], RATINGS))
+    touch = _touches_from(points, yaws, curvatures, first, now_m, slope, front, back, half, discs, touch_m)
     for c in range(candidates.shape[0]):
         goal = candidates[c]
         free, least, total, count = np.inf, np.inf, 0.0, 0
@@ -163,8 +166,8 @@ def rate(
             yaw = yaws[i] + math.atan2(turn, max(0.2, 1.0 - curvatures[i] * offset))
             x = points[i, 0] - offset * math.sin(yaws[i])
             y = points[i, 1] + offset * math.cos(yaws[i])
-            clearance = _clearance(x, y, yaw, front, back, half, discs)
-            if clearance < touch_m:
+            clearance, touches = _clearance(x, y, yaw, front, back, half, discs, touch)
+            if touches:
                 free = along
                 break
             least = min(least, clearance)
@@ -194,17 +197,48 @@ def rate(
 
 
 @njit(cache=True)
-def _clearance(x: float, y: float, yaw: float, front: float, back: float, half: float, discs: Array) -> float:
-    """To the nearest disc, at most 5 m."""
+def _touches_from(
+    points: Array,
+    yaws: Array,
+    curvatures: Array,
+    first: int,
+    now_m: float,
+    slope: float,
+    front: float,
+    back: float,
+    half: float,
+    discs: Array,
+    touch_m: float,
+) -> Array:
+    """(m,) the clearance below which each disc is touched: of one beside the vehicle, what there is now."""
+    yaw = yaws[first] + math.atan2(slope, max(0.2, 1.0 - curvatures[first] * now_m))
+    x = points[first, 0] - now_m * math.sin(yaws[first])
+    y = points[first, 1] + now_m * math.cos(yaws[first])
     cos, sin = math.cos(yaw), math.sin(yaw)
-    nearest = 5.0
+    out = np.full(discs.shape[0], touch_m)
+    for k in range(discs.shape[0]):
+        px, py = discs[k, DISC_X], discs[k, DISC_Y]
+        if abs(px - x) < 10.0 and abs(py - y) < 10.0:
+            now = box_distance(x, y, cos, sin, front, back, half, px, py) - discs[k, DISC_R]
+            out[k] = min(touch_m, now - _NEARER_M)
+    return out
+
+
+@njit(cache=True)
+def _clearance(
+    x: float, y: float, yaw: float, front: float, back: float, half: float, discs: Array, touch: Array
+) -> tuple[float, bool]:
+    """(to the nearest disc, at most 5 m; whether one is nearer than its `touch`)."""
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    nearest, touches = 5.0, False
     for k in range(discs.shape[0]):
         px, py = discs[k, DISC_X], discs[k, DISC_Y]
         if abs(px - x) > 10.0 or abs(py - y) > 10.0:
             continue
         distance = box_distance(x, y, cos, sin, front, back, half, px, py) - discs[k, DISC_R]
         nearest = min(nearest, distance)
-    return nearest
+        touches |= distance < touch[k]
+    return nearest, touches
 
 
 @njit(cache=True)

@@ -185,11 +185,16 @@ def _agent_gaps(rows: Array, agents: Agents, vehicle: Vehicle, nose_m: float = n
         nearest = np.clip(np.searchsorted(agents.times_s, t), 0, poses.shape[1] - 1)
         yaw = poses[a, nearest, 2]
         gaps[:, a] = _box_gaps(rows, vehicle, x[:, a], y[:, a], yaw, sizes[a])
-    behind = (
-        (x[0] - rows[0, 1]) * np.cos(rows[0, 3]) + (y[0] - rows[0, 2]) * np.sin(rows[0, 3])
-    ) < -vehicle.rear_overhang_m
-    gaps[:, behind & (gaps[0] > 0.0)] = np.inf
+    behind = _is_behind(rows, vehicle, x[0], y[0])
+    gaps[:, behind & ((gaps[0] > 0.0) | (agents.kinds[known] == PEDESTRIAN))] = np.inf
     return gaps
+
+
+def _is_behind(rows: Array, vehicle: Vehicle, x: Array, y: Array) -> BoolArray:
+    """(m,) Middles behind the rear bumper at the start: driving on leaves them behind."""
+    dx, dy, yaw = x - rows[0, 1], y - rows[0, 2], rows[0, 3]
+    behind: BoolArray = dx * np.cos(yaw) + dy * np.sin(yaw) < -vehicle.rear_overhang_m
+    return behind
 
 
 def _box_gaps(rows: Array, vehicle: Vehicle, x: Array, y: Array, yaw: Array, size: Array) -> Array:
@@ -219,6 +224,7 @@ def _hits_agent(rows: Array, agents: Agents, vehicle: Vehicle) -> bool:
 def _drives_on(rows: Array, request: MotionRequest, vehicle: Vehicle) -> bool:
     """Somebody or something is inside the outline and the rows do not come to a stop at once."""
     discs = request.static_discs
+    discs = discs[~_is_behind(rows, vehicle, discs[:, 0], discs[:, 1])]
     inside = len(discs) > 0 and bool(
         (_gaps(rows[:1], vehicle, discs[None, :, 0], discs[None, :, 1], discs[None, :, 2]) < 0.0).any()
     )

@@ -70,12 +70,37 @@ def pose_clearance(
 
 
 @njit(cache=True)
-def path_clearance(poses: Array, front: float, rear: float, half: float, discs: Array, cap: float) -> Array:
-    """(n,) clearance at each of the poses (n, 3) to discs (m, 3) that stand still."""
-    out = np.empty(poses.shape[0])
+def first_touch(
+    poses: Array, front: float, rear: float, half: float, discs: Array, margin: float
+) -> tuple[int, bool]:
+    """(first of the poses (n, 3) that is nearer than the margin to one of the discs (m, 3), -1 for none;
+    whether the first pose touches one).
+
+    What stands behind the rear bumper at the start is left behind. What is nearer than the margin already may
+    be driven away from, and past, but not towards.
+    """
+    allowed = np.empty(discs.shape[0])
+    x, y, cos, sin = poses[0, 0], poses[0, 1], math.cos(poses[0, 2]), math.sin(poses[0, 2])
+    for k in range(discs.shape[0]):
+        px, py = discs[k, 0], discs[k, 1]
+        now = box_distance(x, y, cos, sin, front, rear, half, px, py) - discs[k, 2]
+        if cos * (px - x) + sin * (py - y) < -rear:
+            allowed[k] = -np.inf
+        elif now < 0.0:
+            return -1, True
+        else:
+            allowed[k] = min(margin, max(now - 0.02, 0.0))
+    reach = math.hypot(max(front, rear), half) + margin
     for j in range(poses.shape[0]):
-        out[j] = pose_clearance(poses[j, 0], poses[j, 1], poses[j, 2], front, rear, half, discs, cap)
-    return out
+        x, y, cos, sin = poses[j, 0], poses[j, 1], math.cos(poses[j, 2]), math.sin(poses[j, 2])
+        for k in range(discs.shape[0]):
+            dx, dy, far = discs[k, 0] - x, discs[k, 1] - y, reach + discs[k, 2]
+            if dx * dx + dy * dy > far * far:
+                continue
+            gap = box_distance(x, y, cos, sin, front, rear, half, discs[k, 0], discs[k, 1]) - discs[k, 2]
+            if gap < allowed[k]:
+                return j, False
+    return -1, False
 
 
 def clearance_grid(

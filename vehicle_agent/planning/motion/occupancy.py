@@ -101,10 +101,10 @@ def projected(
     for m in range(total):
         gap = box_distance(x, y, cos[0], sin[0], front, rear, half, discs[0, m, 0], discs[0, m, 1])
         now[owner[m]] = min(now[owner[m]], gap - discs[0, m, 2])
-        ahead = cos[0] * (discs[0, m, 0] - x) + sin[0] * (discs[0, m, 1] - y)
-        behind[owner[m]] |= ahead + discs[0, m, 2] < -rear
-    for a in range(agents):
-        inside[a] = now[a] < 0.0
+        is_behind = cos[0] * (discs[0, m, 0] - x) + sin[0] * (discs[0, m, 1] - y) < -rear
+        behind[owner[m]] |= is_behind
+        # Somebody at the rear bumper is left behind by driving on; anybody else inside is not.
+        inside[owner[m]] |= gap < discs[0, m, 2] and not is_behind
     spacing = np.max(u[1:] - u[:-1])
     for m in range(total):
         a = owner[m]

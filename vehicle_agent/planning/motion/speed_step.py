@@ -6,7 +6,7 @@ import numpy as np
 from contract.geometry import Array
 from vehicle_agent.planning.motion import speed_limits, st_graph, st_search
 from vehicle_agent.planning.motion.agents import MovingDiscs
-from vehicle_agent.planning.motion.clearance import path_clearance
+from vehicle_agent.planning.motion.clearance import first_touch
 from vehicle_agent.planning.motion.occupancy import Occupancy, project_agents
 from vehicle_agent.planning.motion.path_problem import Road
 from vehicle_agent.planning.motion.path_samples import PathSamples
@@ -137,17 +137,13 @@ def _stop(
     if not len(obstacles):
         return stop_m, np.inf, False
     box = params.vehicle.box
-    free = path_clearance(
-        samples.poses_map, box.front_m, box.rear_m, box.half_width_m, obstacles, 2.0 * params.static_margin_m
+    hits, touching = first_touch(
+        samples.poses_map, box.front_m, box.rear_m, box.half_width_m, obstacles, params.static_margin_m
     )
-    # What is nearer than the margin already may be driven away from.
-    margin = min(params.static_margin_m, max(float(free[0]) - 0.02, 0.0))
-    hit = np.flatnonzero(free < margin)
-    if free[0] < 0.0 or not len(hit):
-        return stop_m, np.inf, bool(free[0] < 0.0)
-    first = int(hit[0])
-    cut_s_m = float(samples.s_m[first])
-    return min(stop_m, max(float(samples.u_m[first]) - params.stop_gap_m, 0.0)), cut_s_m, False
+    if touching or hits < 0:
+        return stop_m, np.inf, touching
+    cut_s_m = float(samples.s_m[hits])
+    return min(stop_m, max(float(samples.u_m[hits]) - params.stop_gap_m, 0.0)), cut_s_m, False
 
 
 def _along(u: Array, place: Array, clearance_limit: Array, at: Array) -> tuple[Array, Array, Array]:

@@ -28,6 +28,7 @@ export function LivePage({ campus }: { readonly campus: Campus }) {
         scene={scene.value}
         chosen={chosen}
         still={false}
+        at_ms={second.value > 0 ? (link.value?.now_ms() ?? undefined) : undefined}
         closures={closures.value.value ?? []}
         onChoose={(vehicle_id) => goTo("live", vehicle_id)}
       />

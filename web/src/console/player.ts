@@ -1,6 +1,8 @@
 import { computed, signal } from "@preact/signals";
 import { answerOf, api } from "../shared/api/client";
 import type { Answer, Problem } from "../shared/api/problem";
+import type { CampusShape } from "../shared/map/campus_shape";
+import { campusShape } from "../shared/map/campus_shape";
 import type { Scene } from "../shared/scene/scene";
 import { playedTo, sceneAt } from "./recording";
 
@@ -17,6 +19,9 @@ export class Player {
   readonly factor = signal(1);
   /** The last change of time was a jump: nothing should glide there. */
   readonly jumped = signal(true);
+  /** The map that the run was driven on; null until it is here, or when it cannot be had. */
+  readonly shape = signal<CampusShape | null>(null);
+  readonly map_problem = signal<Problem | null>(null);
   readonly scene = computed(() => sceneAt(this.scenes.value, this.at_ms.value));
 
   private frame = 0;
@@ -27,6 +32,7 @@ export class Player {
     private readonly vehicle_id: string,
     private readonly boot_id: string,
   ) {
+    void this.loadMap();
     void this.load();
   }
 
@@ -68,6 +74,15 @@ export class Player {
     this.at_ms.value = next.at_ms;
     if (next.ended && !this.loading.value) this.playing.value = false;
     this.frame = requestAnimationFrame((later_ms) => this.step(later_ms));
+  }
+
+  private async loadMap(): Promise<void> {
+    const path = { vehicle_id: this.vehicle_id, boot_id: this.boot_id };
+    const answer = await answerOf(
+      api.GET("/api/v1/runs/{vehicle_id}/{boot_id}/map", { params: { path } }),
+    );
+    if (answer.ok) this.shape.value = campusShape(answer.value);
+    else this.map_problem.value = answer.problem;
   }
 
   /** Long runs come in pieces; what is here can be played already. */

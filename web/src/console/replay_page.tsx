@@ -29,6 +29,7 @@ export function ReplayPage({ campus, vehicle_id, boot_id }: ReplayPageProps) {
       <div class="replay-stage">
         <SceneMap
           campus={campus}
+          {...(player.shape.value === null ? {} : { shape: player.shape.value })}
           scene={scene}
           chosen={vehicle_id}
           still={player.jumped.value}
@@ -53,6 +54,7 @@ export function ReplayPage({ campus, vehicle_id, boot_id }: ReplayPageProps) {
             {scene !== null && ` · ${day(player.start_ms)}`}
           </p>
           <RunState player={player} />
+          {player.map_problem.value !== null && <Note>{say.run_map_gone}</Note>}
           {scene !== null && vehicle !== undefined && (
             <VehicleFacts vehicle={vehicle} scene={scene} now_ms={scene.at_ms} />
           )}

@@ -13,9 +13,10 @@ import { ShiftForm } from "./shift_form";
 import { Signboard } from "./signboard";
 import { stopTitle } from "./stop_title";
 import { VehicleCommands } from "./vehicle_commands";
+import { WatchedAreas, limitOf } from "./driving_facts";
 import { words } from "./words";
 
-interface VehiclePanelProps {
+export interface VehicleFactsProps {
   readonly vehicle: VehicleScene;
   readonly scene: Scene;
   /** The server's clock at the scene, which in a replay is long ago. */
@@ -23,7 +24,7 @@ interface VehiclePanelProps {
 }
 
 /** Everything that is known of one shuttle from a scene; live and replayed alike. */
-export function VehicleFacts({ vehicle, scene, now_ms }: VehiclePanelProps) {
+export function VehicleFacts({ vehicle, scene, now_ms }: VehicleFactsProps) {
   const say = words.value;
   const heard_s = Math.max(0, Math.round((now_ms - vehicle.heard_ms) / 1000));
   const aboard = vehicle.aboard.map(
@@ -42,6 +43,7 @@ export function VehicleFacts({ vehicle, scene, now_ms }: VehiclePanelProps) {
       say.obstacle,
       vehicle.obstacle_m === null ? say.none : say.metres(vehicle.obstacle_m.toFixed(1)),
     ],
+    [say.limited_by, limitOf(vehicle)],
     [say.waits_for, vehicle.waiting_for || say.none],
   ];
   return (
@@ -59,6 +61,7 @@ export function VehicleFacts({ vehicle, scene, now_ms }: VehiclePanelProps) {
           <dd>{vehicle.order_id || say.none}</dd>
         </div>
       </dl>
+      <WatchedAreas vehicle={vehicle} scene={scene} now_ms={now_ms} />
       {vehicle.faults.length > 0 && (
         <div class="note danger">
           <div>
@@ -72,7 +75,7 @@ export function VehicleFacts({ vehicle, scene, now_ms }: VehiclePanelProps) {
 }
 
 /** A shuttle as the operator has it in hand: facts, commands and the plan ahead. */
-export function VehiclePanel({ vehicle, scene, now_ms }: VehiclePanelProps) {
+export function VehiclePanel({ vehicle, scene, now_ms }: VehicleFactsProps) {
   const say = words.value;
   return (
     <section class="block vehicle" aria-label={vehicle.name}>

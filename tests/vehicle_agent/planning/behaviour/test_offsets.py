@@ -114,3 +114,12 @@ def test_with_no_room_at_all_there_is_no_free_way() -> None:
 def test_a_blend_leaves_and_arrives_smoothly() -> None:
     assert blended(0.4, 0.1, -0.6, 0.0, 8.0) == pytest.approx((0.4, 0.1))
     assert blended(0.4, 0.1, -0.6, 8.0, 8.0) == pytest.approx((-0.6, 0.0))
+
+
+def test_who_stands_at_the_flank_or_behind_does_not_end_the_free_way() -> None:
+    flank, behind = [6.0, 0.815 + 0.25 + 0.03, 0.25], [4.0, 0.3, 0.25]
+    assert np.isinf(rated(np.array([flank, behind]))[CANDIDATES <= 0.0, FREE_M]).all()
+
+
+def test_who_stands_at_the_bumper_leaves_no_free_way() -> None:
+    assert (rated(np.array([[5.0 + 3.5 + 0.3, 0.0, 0.25]]))[:, FREE_M] < 1.5).all()

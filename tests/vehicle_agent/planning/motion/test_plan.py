@@ -193,3 +193,16 @@ def test_one_request_has_one_answer_to_the_last_bit_also_when_sent() -> None:
     one, other = plan_motion(request, PARAMS), plan_motion(again, PARAMS)
     assert one.rows.tobytes() == other.rows.tobytes()
     assert msgspec.msgpack.encode(one, enc_hook=enc_hook) == msgspec.msgpack.encode(other, enc_hook=enc_hook)
+
+
+@pytest.mark.parametrize("as_track", [True, False])
+def test_somebody_at_the_rear_bumper_is_left_behind(as_track: bool) -> None:
+    """A tracker's noise puts them now and then a centimetre into the outline."""
+    x_m = -0.85 - 0.24
+    if as_track:
+        request = a_request(agents=people((x_m, 0.2, 0.0, 0.0)))
+    else:
+        request = a_request(static_discs=np.array([[x_m, 0.2, 0.25]]))
+    motion = plan_motion(request, PARAMS)
+    assert motion.quality == "planned"
+    assert motion.rows[-1, 7] > 5.0

@@ -1080,6 +1080,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs/{vehicle_id}/{boot_id}/map": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Run Map
+         * @description The map that the run was driven on, which may be another than the one in force.
+         */
+        get: operations["get_run_map"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/developer-tokens": {
         parameters: {
             query?: never;
@@ -1217,6 +1237,37 @@ export interface components {
             area_id: string;
             count: number;
             heard_ms: number;
+        };
+        /**
+         * AreaSeen
+         * @description An observation area that the vehicle watches.
+         *
+         *         coming      how many of its own tracks are in it or about to come into it
+         *         told        how many an infrastructure camera told of, -1 for no word; told_age_s: how long ago it looked
+         */
+        AreaSeen: {
+            area_id: string;
+            /** @default 0 */
+            coming: number;
+            /** @default -1 */
+            told: number;
+            /** @default 0 */
+            told_age_s: number;
+        };
+        /**
+         * AreaShape
+         * @description An observation area's outline, closed implicitly. xy is x0, y0, x1, y1, ... in metres.
+         */
+        AreaShape: {
+            /** Area Id */
+            area_id: string;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "intersection" | "crossing";
+            /** Xy */
+            xy: number[];
         };
         /**
          * BuildingShape
@@ -1996,6 +2047,22 @@ export interface components {
          * MapGeometry
          * @description Everything to draw the campus with. It never changes for one map_version: keep it.
          * @example {
+         *       "areas": [
+         *         {
+         *           "area_id": "area-3",
+         *           "kind": "crossing",
+         *           "xy": [
+         *             0,
+         *             0,
+         *             4,
+         *             0,
+         *             4,
+         *             9,
+         *             0,
+         *             9
+         *           ]
+         *         }
+         *       ],
          *       "bounds": [
          *         -410,
          *         -380.5,
@@ -2054,6 +2121,8 @@ export interface components {
             lanes: components["schemas"]["LaneShape"][];
             /** Buildings */
             buildings: components["schemas"]["BuildingShape"][];
+            /** Areas */
+            areas: components["schemas"]["AreaShape"][];
             /** Stops */
             stops: components["schemas"]["StopView"][];
         };
@@ -2184,6 +2253,25 @@ export interface components {
              * @description How many trips of the timetable run by it.
              */
             trips: number;
+        };
+        /**
+         * Picture
+         * @description What the vehicle sees and means to do, for people to look at: nobody drives by it, nothing keeps it but
+         *         the run log.
+         *
+         *         limited_by  what keeps the vehicle from going faster
+         *         path        x0, y0, x1, y1, ... of the rear axle's planned way, thinned
+         *         tracks      the nearest ones
+         */
+        Picture: {
+            /** @default  */
+            limited_by: string;
+            /** @default [] */
+            path: number[];
+            /** @default [] */
+            tracks: components["schemas"]["TrackSeen"][];
+            /** @default [] */
+            areas: components["schemas"]["AreaSeen"][];
         };
         /**
          * Place
@@ -3325,6 +3413,25 @@ export interface components {
             revoked_at: string | null;
         };
         /**
+         * TrackSeen
+         * @description Somebody or something that moves, as the vehicle sees it; map frame, metres.
+         *
+         *         kind        "pedestrian", "cyclist", "vehicle" or "other"
+         *         yielded_to  the vehicle slows or stops for it
+         *         ahead       where it is expected: x and y after 1, 2, 3 ... seconds; empty for who stands
+         */
+        TrackSeen: [
+            number,
+            string,
+            number,
+            number,
+            number,
+            number,
+            number,
+            boolean,
+            number[]
+        ];
+        /**
          * TravelTimes
          * @description Factors between 0.5 and 3, drawn towards 1 where few drives have been measured.
          * @example {
@@ -3570,6 +3677,7 @@ export interface components {
          *         located     False while nobody knows where it is: the pose then means nothing
          *         route       where it will drive, from where it was when its task last changed, simplified to 0.5 m
          *         charging    it rests where it is charged
+         *         picture     what it sees and means to do, for operators; null when it has not told
          *         next_stop   stop_id of the visit it drives to or stands at, "" when it only goes to rest
          */
         VehicleScene: {
@@ -3627,6 +3735,8 @@ export interface components {
                 number,
                 number
             ][];
+            /** @default null */
+            picture: components["schemas"]["Picture"] | null;
         };
         /** VisitView */
         VisitView: {
@@ -7382,6 +7492,56 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Scene"][];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_run_map: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+                boot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapGeometry"];
                 };
             };
             /** @description Unauthorized */

@@ -1,6 +1,6 @@
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import type { Point } from "../scene/scene";
-import { FitIcon, MinusIcon, PlusIcon } from "../ui/icons";
+import { AimIcon, FitIcon, MinusIcon, PlusIcon } from "../ui/icons";
 import type { CampusShape } from "./campus_shape";
 import type { Look, Picked } from "./map_view";
 import { MapView } from "./map_view";
@@ -10,6 +10,7 @@ export interface MapWords {
   readonly zoom_in: string;
   readonly zoom_out: string;
   readonly whole: string;
+  readonly follow?: string;
 }
 
 interface CampusMapProps {
@@ -21,6 +22,8 @@ interface CampusMapProps {
   readonly focus_key: string;
   readonly attribution: string;
   readonly onPick: (what: Picked) => void;
+  /** With a chosen shuttle: a button that keeps the camera with it. */
+  readonly followable?: boolean;
 }
 
 const ZOOM_STEP = 1.6;
@@ -31,6 +34,7 @@ export function CampusMap(props: CampusMapProps) {
   const view = useRef<MapView | null>(null);
   const latest = useRef(props);
   const taken = useRef(false);
+  const [follows, setFollows] = useState(false);
   latest.current = props;
 
   useEffect(() => {
@@ -38,6 +42,7 @@ export function CampusMap(props: CampusMapProps) {
       picked: (what) => latest.current.onPick(what),
       taken: () => {
         taken.current = true;
+        setFollows(false);
       },
     });
     view.current = made;
@@ -45,7 +50,10 @@ export function CampusMap(props: CampusMapProps) {
   }, []);
 
   useEffect(() => view.current?.showCampus(props.shape), [props.shape]);
-  useEffect(() => view.current?.show(props.look), [props.look]);
+  useEffect(
+    () => view.current?.show({ ...props.look, follow: follows && props.followable === true }),
+    [props.look, follows, props.followable],
+  );
   useEffect(() => {
     taken.current = false;
   }, [props.focus_key]);
@@ -55,6 +63,7 @@ export function CampusMap(props: CampusMapProps) {
 
   const refit = () => {
     taken.current = false;
+    setFollows(false);
     view.current?.fit(props.focus);
   };
   const { words } = props;
@@ -81,6 +90,17 @@ export function CampusMap(props: CampusMapProps) {
         <button type="button" aria-label={words.whole} title={words.whole} onClick={refit}>
           <FitIcon />
         </button>
+        {props.followable === true && words.follow !== undefined && (
+          <button
+            type="button"
+            aria-label={words.follow}
+            title={words.follow}
+            aria-pressed={follows}
+            onClick={() => setFollows(!follows)}
+          >
+            <AimIcon />
+          </button>
+        )}
       </div>
       {props.attribution !== "" && <p class="map-credit">{props.attribution}</p>}
     </div>

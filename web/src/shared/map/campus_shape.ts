@@ -13,11 +13,12 @@ export interface CampusShape {
   }[];
   readonly buildings: readonly (readonly Point[])[];
   readonly stops: readonly Stop[];
+  readonly areas: ReadonlyMap<string, readonly Point[]>;
 }
 
 type Geometry = Pick<
   components["schemas"]["MapGeometry"],
-  "map_version" | "lanes" | "buildings" | "stops"
+  "map_version" | "lanes" | "buildings" | "stops" | "areas"
 >;
 
 export function campusShape(geometry: Geometry): CampusShape {
@@ -30,6 +31,7 @@ export function campusShape(geometry: Geometry): CampusShape {
     })),
     buildings: geometry.buildings.map((building) => pairs(building.xy)),
     stops: geometry.stops,
+    areas: new Map(geometry.areas.map((area) => [area.area_id, pairs(area.xy)])),
   };
 }
 

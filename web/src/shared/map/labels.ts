@@ -79,7 +79,7 @@ export function placesFor(label: Label, width_px: number): Box[] {
 function furniture(size: Size): Box[] {
   const { width_px, height_px } = size;
   return [
-    { left: width_px - 62, top: 0, right: width_px, bottom: 160 },
+    { left: width_px - 62, top: 0, right: width_px, bottom: 206 },
     { left: 0, top: height_px - 22, right: 260, bottom: height_px },
   ];
 }

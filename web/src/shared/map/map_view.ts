@@ -15,6 +15,14 @@ import { readPalette } from "./palette";
 import { Ground, drawLine, useMapMetres } from "./roads";
 import { routeAhead } from "./route_ahead";
 
+/** Draws something of a page's own; the pen is in map metres. */
+export type Layer = (
+  pen: CanvasRenderingContext2D,
+  camera: Camera,
+  palette: Palette,
+  shape: CampusShape,
+) => void;
+
 /** What the page wants the map to show besides the campus itself. */
 export interface Look {
   readonly scene: Scene | null;
@@ -26,6 +34,10 @@ export interface Look {
   readonly language: string;
   /** Shuttles jump from report to report instead of gliding. */
   readonly still: boolean;
+  /** Drawn over the routes, in map metres. */
+  readonly layer?: Layer;
+  /** The camera stays with the chosen shuttle until a person takes it. */
+  readonly follow?: boolean;
 }
 
 export type Picked =
@@ -40,6 +52,7 @@ export interface MapEvents {
 /** Room for marks and labels, and on the right for the buttons. */
 const FREE_EDGE: Padding = { top: 32, right: 88, bottom: 40, left: 36 };
 const CLOSED_PX = 6;
+const FOLLOW_PX_PER_M_MIN = 9;
 const FINGERTIP_PX = 24;
 const MOUSE_PX = 12;
 
@@ -56,6 +69,7 @@ export class MapView {
   private frame = 0;
   private size: Size = { width_px: 1, height_px: 1 };
   private camera: Camera = { x_m: 0, y_m: 0, px_per_m: 1 };
+  private following = false;
   private wanted: { bounds: Bounds; padding: Padding } | null = null;
 
   constructor(
@@ -98,6 +112,7 @@ export class MapView {
   show(look: Look): void {
     if (look.scene !== null && look.scene !== this.look?.scene)
       this.motion.accept(look.scene, performance.now(), look.still);
+    if (look.follow !== this.look?.follow) this.following = look.follow === true;
     this.look = look;
     this.soon();
   }
@@ -113,12 +128,18 @@ export class MapView {
 
   zoom(factor: number): void {
     const { width_px, height_px } = this.size;
+    if (this.following) {
+      this.camera = zoomedAt(this.camera, this.size, width_px / 2, height_px / 2, factor);
+      this.soon();
+      return;
+    }
     this.take(zoomedAt(this.camera, this.size, width_px / 2, height_px / 2, factor));
   }
 
   private take(camera: Camera): void {
     this.camera = camera;
     this.wanted = null;
+    this.following = false;
     this.events.taken();
     this.soon();
   }
@@ -147,6 +168,7 @@ export class MapView {
     const { pen, palette, size } = this;
     const ratio = this.fillPixels();
     const now_ms = performance.now();
+    this.followChosen(now_ms);
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.fillStyle = palette.ground;
     pen.fillRect(0, 0, size.width_px, size.height_px);
@@ -156,11 +178,24 @@ export class MapView {
     for (const line of this.look?.closed ?? [])
       drawLine(pen, this.camera, line, palette.closed, CLOSED_PX);
     this.drawRoutes(now_ms);
+    if (this.shape !== null) this.look?.layer?.(pen, this.camera, palette, this.shape);
     pen.restore();
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     const labels = [...this.drawVehicles(now_ms), ...this.drawStops()];
     drawLabels(pen, palette, labels, size);
     if (this.motion.isMoving(now_ms)) this.soon();
+  }
+
+  private followChosen(now_ms: number): void {
+    if (!this.following) return;
+    const vehicle = this.located().find((one) => one.vehicle_id === this.look?.chosen_vehicle);
+    if (vehicle === undefined) return;
+    const { x_m, y_m } = this.motion.pose(vehicle, now_ms);
+    const { px_per_m } = this.camera;
+    // From the whole campus it comes near at once; whoever has zoomed since keeps that.
+    const nearer = this.wanted === null ? px_per_m : Math.max(px_per_m, FOLLOW_PX_PER_M_MIN);
+    this.wanted = null;
+    this.camera = { x_m, y_m, px_per_m: nearer };
   }
 
   /** Matches the canvas to the screen's pixels; returns how many of them make one CSS pixel. */

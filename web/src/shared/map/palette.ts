@@ -1,4 +1,5 @@
 import type { Urgency } from "../scene/condition";
+import type { AreaState } from "../scene/watched";
 
 /** The map's colours, taken from the page's custom properties, so that dark mode is decided in one place. */
 export interface Palette {
@@ -15,6 +16,10 @@ export interface Palette {
   readonly destination: string;
   readonly vehicle: Record<Urgency, string>;
   readonly on_vehicle: string;
+  readonly area: Record<AreaState, string>;
+  readonly path: string;
+  readonly people: string;
+  readonly yielded_to: string;
   readonly font: string;
 }
 
@@ -40,6 +45,14 @@ export function readPalette(element: Element): Palette {
       calm: value("--ink-soft"),
     },
     on_vehicle: value("--surface"),
+    area: {
+      clear: value("--accent"),
+      occupied: value("--danger"),
+      unknown: value("--ink-soft"),
+    },
+    path: value("--map-path"),
+    people: value("--map-people"),
+    yielded_to: value("--danger"),
     font: style.fontFamily,
   };
 }

@@ -1,4 +1,4 @@
-import type { RideScene, Scene, VehicleScene } from "./scene";
+import type { PictureScene, RideScene, Scene, VehicleScene } from "./scene";
 
 /** A shuttle driving along, for tests. */
 export function aVehicle(changes: Partial<VehicleScene> = {}): VehicleScene {
@@ -30,8 +30,13 @@ export function aVehicle(changes: Partial<VehicleScene> = {}): VehicleScene {
     people_aboard: 0,
     faults: [],
     route: [],
+    picture: null,
     ...changes,
   };
+}
+
+export function aPicture(changes: Partial<PictureScene> = {}): PictureScene {
+  return { limited_by: "", path: [], tracks: [], areas: [], ...changes };
 }
 
 export function aRide(changes: Partial<RideScene> = {}): RideScene {

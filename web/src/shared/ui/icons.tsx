@@ -21,6 +21,13 @@ function icon(children: ComponentChildren) {
 export const PlusIcon = () => icon(<path d="M10 4v12M4 10h12" />);
 export const MinusIcon = () => icon(<path d="M4 10h12" />);
 export const FitIcon = () => icon(<path d="M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4" />);
+export const AimIcon = () =>
+  icon(
+    <>
+      <circle cx="10" cy="10" r="5" />
+      <path d="M10 2v4M10 14v4M2 10h4M14 10h4" />
+    </>,
+  );
 export const BackIcon = () => icon(<path d="M12 4l-6 6 6 6" />);
 export const SwapIcon = () => icon(<path d="M6 3v13M3 13l3 3 3-3M14 17V4M11 7l3-3 3 3" />);
 export const WarningIcon = () =>

@@ -1,0 +1,1 @@
+"""Open planners and simple rules in the scenes that our stacks drive: `python -m benchmarks.peers`."""

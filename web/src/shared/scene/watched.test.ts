@@ -1,0 +1,32 @@
+import { expect, test } from "vitest";
+import type { VehicleScene } from "./scene";
+import { aPicture, aScene, aVehicle } from "./scene_builders";
+import { watchedAreas } from "./watched";
+
+function aSceneWith(count: number, heard_ms: number, vehicles: VehicleScene[] = []) {
+  return aScene({ at_ms: 10_000, vehicles, areas: [{ area_id: "a", count, heard_ms }] });
+}
+
+test.each([
+  [0, 9_500, "clear"],
+  [3, 9_500, "occupied"],
+  [0, 7_000, "unknown"],
+  [3, 7_000, "unknown"],
+] as const)("a word of %i people at %i ms makes it %s at 10 s", (count, heard_ms, state) => {
+  expect(watchedAreas(aSceneWith(count, heard_ms), 10_000)).toEqual([
+    { area_id: "a", state, told: count, age_ms: 10_000 - heard_ms, seen: false },
+  ]);
+});
+
+test("an area that only shuttles watch has no word, and is seen when one of them sees somebody", () => {
+  const told = { told: -1, told_age_s: 0 };
+  const scene = aScene({
+    vehicles: [
+      aVehicle({ picture: aPicture({ areas: [{ area_id: "b", coming: 0, ...told }] }) }),
+      aVehicle({ picture: aPicture({ areas: [{ area_id: "b", coming: 2, ...told }] }) }),
+    ],
+  });
+  expect(watchedAreas(scene, 0)).toEqual([
+    { area_id: "b", state: "unknown", told: null, age_ms: null, seen: true },
+  ]);
+});
