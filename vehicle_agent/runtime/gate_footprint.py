@@ -46,7 +46,8 @@ def distance_on_arc(
         else:
             to_body = math.acos(min(1.0, inner / rho))
         travel = (to_point - to_body) * radius
-        if travel >= -0.1:
+        # Who is just inside the bumper is met; who is beside the body, only where it still comes to.
+        if travel >= (-0.1 if abs(y) <= half_width_m else 0.0):
             nearest = min(nearest, max(0.0, travel))
     return nearest if nearest <= look_m else np.inf
 

@@ -73,3 +73,8 @@ def test_whoever_has_left_the_way_before_the_bumper_comes_is_not_met() -> None:
     assert not met(5.5, 0.2, 4.0, 0.0)
     assert met(5.5, 0.2, 0.0, -0.5)
     assert met(5.5, 0.2, -1.0, 0.0)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_who_stands_beside_the_outer_front_corner_is_passed(side: float) -> None:
+    assert math.isinf(distance_on_arc(np.array([[3.46, side * 0.82]]), -side * 0.054, 3.5, 0.815, 10.0))
