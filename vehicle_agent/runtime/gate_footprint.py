@@ -25,7 +25,7 @@ def distance_on_arc(
     nearest = np.inf
     for p in range(points_base.shape[0]):
         x, y = points_base[p, 0], points_base[p, 1]
-        if x <= front_m - 0.1:
+        if x < front_m:
             continue
         if abs(curvature_1pm) < _STRAIGHT_1PM:
             if abs(y) <= half_width_m:
@@ -46,9 +46,8 @@ def distance_on_arc(
         else:
             to_body = math.acos(min(1.0, inner / rho))
         travel = (to_point - to_body) * radius
-        # Who is just inside the bumper is met; who is beside the body, only where it still comes to.
-        if travel >= (-0.1 if abs(y) <= half_width_m else 0.0):
-            nearest = min(nearest, max(0.0, travel))
+        if travel >= 0.0:
+            nearest = min(nearest, travel)
     return nearest if nearest <= look_m else np.inf
 
 
