@@ -19,7 +19,7 @@ from vehicle_agent.can.by_wire import braking_of
 from vehicle_agent.config import Profile
 from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
 from vehicle_agent.runtime.computer import VehicleComputer
-from vehicle_agent.runtime.gate import gate_of
+from vehicle_agent.runtime.gate import Gate, gate_of
 from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.signals import (
     CanFrame,
@@ -102,15 +102,23 @@ class WiredVehicle:
         self._percepts: deque[tuple[int, ObstaclePercept]] = deque()
         self._plans: deque[tuple[int, PlanAnswer]] = deque()
         self.computer: VehicleComputer | None = None
-        self.gate, self.inbox = self._bus.gate, self._bus.inbox
         self.tick_wall_ns, self.tick_cpu_s = 0, 0.0
         self.plan_cpu_ms: list[float] = []
+
+    @property
+    def gate(self) -> Gate:
+        """Of this boot."""
+        return self._bus.gate
+
+    @property
+    def inbox(self) -> Inbox:
+        """Of this boot."""
+        return self._bus.inbox
 
     def boot(self, computer: VehicleComputer) -> None:
         """Everything onboard from scratch, but for what the computer remembers."""
         self._bus.begin_gate()
         self._bus.begin_inbox()
-        self.gate, self.inbox = self._bus.gate, self._bus.inbox
         self.computer = computer
 
     def crash(self) -> None:

@@ -145,7 +145,8 @@ def _records(path: Path) -> Iterator[object]:
             if isinstance(record, Message):
                 last_ns = record.log_time
             yield record
-    except (McapError, zstandard.ZstdError, struct.error, ValueError) as error:
+    except (McapError, zstandard.ZstdError, struct.error, ValueError, OverflowError, MemoryError) as error:
+        # The last two are lengths that no memory could hold.
         # A file with its closing magic was finished: what seems to run past its end is a damaged length.
         is_finished = len(data) > 2 * len(MCAP_MAGIC) and data.endswith(MCAP_MAGIC)
         at_end = stream.tell() == len(data) and not isinstance(error, CRCValidationError)

@@ -117,12 +117,9 @@ class FootprintWatch:
         """Called each 20 ms; True once it has been so for `confirmed` times and a set does not brake."""
         settings = self._settings
         speed_mps = motion.speed_mps
-        look_m = speed_mps * settings.delay_s + speed_mps**2 / (2.0 * settings.brake_mps2) + settings.margin_m
         unbraked = asked.enable and speed_mps > settings.standing_mps
         unbraked = unbraked and asked.brake_ratio < settings.braked_ratio
-        met = unbraked and any(
-            self._is_met(seen, motion, asked, look_m, now_ns) for seen in self._fresh(now_ns)
-        )
+        met = unbraked and any(self._is_met(seen, motion, asked, now_ns) for seen in self._fresh(now_ns))
         self._met = self._met + 1 if met else 0
         return self._met > settings.confirmed
 
@@ -135,16 +132,13 @@ class FootprintWatch:
         left = [seen if seen.tracked else _apart_from(seen, tracks[0]) for seen in fresh]
         return [seen for seen in left if len(seen.points)]
 
-    def _is_met(
-        self, seen: "_Seen", motion: VehicleMotion, asked: Commanded, look_m: float, now_ns: int
-    ) -> bool:
+    def _is_met(self, seen: "_Seen", motion: VehicleMotion, asked: Commanded, now_ns: int) -> bool:
         settings = self._settings
         age_s = max(0, now_ns - seen.stamp_ns) * 1e-9
         way_m = motion.speed_mps * age_s
-        near = np.abs(seen.points).max(axis=1) <= settings.front_m + look_m + way_m + 4.0
         driven = math.tan(motion.steer_rad) / settings.wheelbase_m
-        places = _after(seen.points[near] + age_s * seen.velocities[near], way_m, driven)
-        velocities = _turned(seen.velocities[near], driven * way_m)
+        places = _after(seen.points + age_s * seen.velocities, way_m, driven)
+        velocities = _turned(seen.velocities, driven * way_m)
         return any(
             met_on_arc(
                 places,

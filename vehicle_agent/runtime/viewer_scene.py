@@ -18,6 +18,7 @@ from contract.runlog.foxglove import (
     text,
 )
 from vehicle_agent.config import Body
+from vehicle_agent.onboard.picture import MOVES_MPS
 from vehicle_agent.signals import PEDESTRIAN, TRACK_KINDS, Flow, Path, World
 
 _OWN, _MATE = rgba(0.15, 0.45, 0.95, 0.85), rgba(0.55, 0.55, 0.6, 0.7)
@@ -35,7 +36,6 @@ _YIELDED_TO = rgba(0.9, 0.1, 0.1, 0.95)
 _PREDICTED = rgba(0.95, 0.6, 0.1, 0.6)
 _CLEAR, _TAKEN = rgba(0.1, 0.7, 0.35, 0.8), rgba(0.9, 0.2, 0.1, 0.9)
 _AHEAD_S = 4.0
-_MOVES_MPS = 0.2
 _FULL_MPS = 4.0
 
 
@@ -119,5 +119,5 @@ def _predictions(world: World) -> list[Primitive]:
         return []
     speeds = np.hypot(tracks.velocities_map_mps[:, 0], tracks.velocities_map_mps[:, 1])
     shown = np.flatnonzero(predictions.times_s <= _AHEAD_S)[::2]
-    moving = np.flatnonzero(speeds > _MOVES_MPS)
+    moving = np.flatnonzero(speeds > MOVES_MPS)
     return [line(predictions.poses_map[i][shown, :2], _PREDICTED, thickness_m=0.08) for i in moving]

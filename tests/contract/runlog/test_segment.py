@@ -11,7 +11,7 @@ from mcap.reader import make_reader
 
 from contract.geometry import Pose2
 from contract.runlog import foxglove
-from contract.runlog.reader import RunLogError, messages, open_segment, reports, ticks
+from contract.runlog.reader import MCAP_MAGIC, RunLogError, messages, open_segment, reports, ticks
 from contract.runlog.records import (
     OBSTACLE_TOPIC,
     POSE_TOPIC,
@@ -24,6 +24,8 @@ from contract.runlog.writer import SegmentWriter
 from contract.wire.codec import encode
 from contract.wire.messages import Status
 
+# The MCAP opcode of a chunk.
+CHUNK = 0x06
 UTC_OFFSET_NS = 1_700_000_000_000_000_000
 
 
@@ -127,6 +129,37 @@ def test_a_flipped_byte_is_never_taken_for_good_driving(
         assert seen == sound[: len(seen)]
     else:
         assert seen == sound
+
+
+def lengths_of(data: bytes) -> list[int]:
+    """Where the highest byte stands of every record's length, and of every chunk's uncompressed one."""
+    places, at = [], len(MCAP_MAGIC)
+    while at + 9 <= len(data) - len(MCAP_MAGIC):
+        opcode, length = data[at], int.from_bytes(data[at + 1 : at + 9], "little")
+        places.append(at + 8)
+        if opcode == CHUNK:
+            places.append(at + 9 + 16 + 7)
+        at += 9 + length
+    return places
+
+
+def read_whole(path: Path) -> None:
+    open_segment(path)
+    list(messages(path))
+
+
+def test_a_length_that_no_memory_could_hold_is_damage(tmp_path: Path) -> None:
+    path = tmp_path / "0.mcap"
+    write_segment(path, 60)
+    sound = path.read_bytes()
+    places = lengths_of(sound)
+    assert len(places) > 5
+    for place in places:
+        data = bytearray(sound)
+        data[place] ^= 0x80
+        path.write_bytes(data)
+        with pytest.raises(RunLogError):
+            read_whole(path)
 
 
 @settings(max_examples=40, deadline=None)
