@@ -2,10 +2,12 @@
 
 from collections.abc import Callable
 from functools import cache
+from typing import Any
 
 import msgspec
 
 from vehicle_agent.can.dbc import FrameError, MessageLayout, SignalLayout, layouts
+from vehicle_agent.can.leaps import leaps
 from vehicle_agent.signals import CanFrame
 
 # report message -> our field <- its signal
@@ -38,7 +40,10 @@ SPEED_NOT_AVAILABLE_MPS = 327.62
 
 
 class Reports(msgspec.Struct, frozen=True):
-    """Newest value of each report; `*_ns` are arrival stamps, 0 before the first."""
+    """Newest value of each report; `*_ns` are arrival stamps, 0 before the first.
+
+    doubted_mps, doubted_ns  the last speed report, as long as it is not believed
+    """
 
     enabled: float = 0.0
     override_active: float = 0.0
@@ -61,6 +66,8 @@ class Reports(msgspec.Struct, frozen=True):
     steering_ns: int = 0
     speed_ns: int = 0
     malformed_ns: int = 0
+    doubted_mps: float = 0.0
+    doubted_ns: int = 0
 
     def stamps_ns(self) -> tuple[tuple[str, int], ...]:
         """Arrival of each report that must keep coming, by the name used in fault codes."""
@@ -92,9 +99,9 @@ def _readers() -> dict[int, _Reader]:
 
 def heard(reports: Reports, frames: tuple[CanFrame, ...]) -> Reports:
     """Reports after these frames, taken in order. Other modules' frames pass by; a frame of the wrong
-    length and a speed marked not available are noted as malformed and change nothing else."""
+    length, a speed marked not available and one that leaps are noted as malformed and change nothing else."""
     readers = _readers()
-    values: dict[str, float] | None = None
+    values: dict[str, Any] | None = None
     for frame in frames:
         reader = readers.get(frame.arbitration_id)
         if reader is None:
@@ -105,7 +112,7 @@ def heard(reports: Reports, frames: tuple[CanFrame, ...]) -> Reports:
     return reports if values is None else _build(**values)
 
 
-def _take(values: dict[str, float], reader: _Reader, frame: CanFrame) -> None:
+def _take(values: dict[str, Any], reader: _Reader, frame: CanFrame) -> None:
     try:
         word = reader.layout.word(frame.data)
     except FrameError:
@@ -115,6 +122,15 @@ def _take(values: dict[str, float], reader: _Reader, frame: CanFrame) -> None:
     if read.get("speed_mps", 0.0) > SPEED_NOT_AVAILABLE_MPS:
         values["malformed_ns"] = frame.stamp_ns
         return
+    if "speed_mps" in read:
+        known, doubted = (
+            (values["speed_mps"], values["speed_ns"]),
+            (values["doubted_mps"], values["doubted_ns"]),
+        )
+        if leaps(read["speed_mps"], frame.stamp_ns, known, doubted):
+            values["malformed_ns"] = values["doubted_ns"] = frame.stamp_ns
+            values["doubted_mps"] = read["speed_mps"]
+            return
     values.update(read)
     if reader.stamp_field:
         values[reader.stamp_field] = frame.stamp_ns

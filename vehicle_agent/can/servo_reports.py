@@ -3,10 +3,12 @@
 import math
 from collections.abc import Callable
 from functools import cache
+from typing import Any
 
 import msgspec
 
 from vehicle_agent.can.dbc import SERVO, FrameError, MessageLayout, layouts
+from vehicle_agent.can.leaps import leaps
 from vehicle_agent.signals import CanFrame
 
 # report message -> our field <- its signal
@@ -29,7 +31,10 @@ STAMPED = ("drive", "brake", "throttle", "steering", "encoder")
 
 
 class ServoReports(msgspec.Struct, frozen=True):
-    """Newest value of each report; `*_ns` are arrival stamps, 0 before the first."""
+    """Newest value of each report; `*_ns` are arrival stamps, 0 before the first.
+
+    doubted_mps, doubted_ns  the last encoder report, as long as it is not believed
+    """
 
     armed: float = 0.0
     overridden: float = 0.0
@@ -48,6 +53,8 @@ class ServoReports(msgspec.Struct, frozen=True):
     steering_ns: int = 0
     encoder_ns: int = 0
     malformed_ns: int = 0
+    doubted_mps: float = 0.0
+    doubted_ns: int = 0
 
     def stamps_ns(self) -> tuple[tuple[str, int], ...]:
         """Arrival of each report that must keep coming, by the name used in fault codes."""
@@ -60,8 +67,8 @@ def _known() -> dict[int, MessageLayout]:
 
 
 def heard(reports: ServoReports, frames: tuple[CanFrame, ...]) -> ServoReports:
-    """Reports after these frames, taken in order. Other modules' frames pass by; one of the wrong length is
-    noted as malformed and changes nothing else."""
+    """Reports after these frames, taken in order. Other modules' frames pass by; one of the wrong length and
+    a speed that leaps are noted as malformed and change nothing else."""
     known = _known()
     values = msgspec.structs.asdict(reports)
     for frame in frames:
@@ -71,12 +78,19 @@ def heard(reports: ServoReports, frames: tuple[CanFrame, ...]) -> ServoReports:
     return _build(**values)
 
 
-def _take(values: dict[str, float], layout: MessageLayout, frame: CanFrame) -> None:
+def _take(values: dict[str, Any], layout: MessageLayout, frame: CanFrame) -> None:
     try:
         read = layout.unpack(frame.data)
     except FrameError:
         values["malformed_ns"] = frame.stamp_ns
         return
+    if layout.name == "encoder_report":
+        known = (values["encoder_mps"], values["encoder_ns"])
+        doubted = (values["doubted_mps"], values["doubted_ns"])
+        if leaps(read["front_left"], frame.stamp_ns, known, doubted):
+            values["malformed_ns"] = values["doubted_ns"] = frame.stamp_ns
+            values["doubted_mps"] = read["front_left"]
+            return
     values.update({field: read[signal] for field, signal in READ[layout.name].items()})
     name = layout.name.removesuffix("_report")
     if name in STAMPED:

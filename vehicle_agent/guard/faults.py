@@ -8,7 +8,7 @@ from contract.wire.messages import DriveMode, FaultRaised
 from vehicle_agent.guard.others import are_finite
 from vehicle_agent.signals import Ages, Ego, Fault, VehicleMotion, World, fault_report
 
-Found = tuple[str, str]
+_SENSES = ("pose_", "percept_", "path_", "lidar_", "command_")
 
 
 class Ageing(msgspec.Struct, frozen=True):
@@ -97,6 +97,15 @@ def news(
     kept = tuple(fault for fault in told if fault.code in active)
     events = tuple(FaultRaised(fault_report(fault)) for fault in raised)
     return kept + raised, events + tuple(FaultRaised(fault_report(fault), True) for fault in cleared)
+
+
+def only_senses(latched: tuple[Fault, ...]) -> bool:
+    """Is the vehicle itself sound, so that it may stop as its passengers like it?
+
+    It then obeys every further command, and the gate still watches its way. Where commands, reports or the
+    clock are in doubt, each metre is driven on trust.
+    """
+    return all(fault.code.startswith(_SENSES) for fault in latched)
 
 
 def shown(faults: tuple[Fault, ...], latched: tuple[Fault, ...]) -> tuple[Fault, ...]:

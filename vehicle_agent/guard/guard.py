@@ -13,7 +13,7 @@ import msgspec
 from contract.wire.messages import DriveMode, ModeChanged, VehicleEvent
 from vehicle_agent.guard.blocked import Standing, watched
 from vehicle_agent.guard.collision import Avoidance
-from vehicle_agent.guard.faults import Ageing, begun, current, news, shown
+from vehicle_agent.guard.faults import Ageing, begun, current, news, only_senses, shown
 from vehicle_agent.guard.limits import Limits
 from vehicle_agent.signals import (
     GATE_BRAKING,
@@ -65,6 +65,8 @@ class Watch(msgspec.Struct, frozen=True):
 class Guard(msgspec.Struct, frozen=True):
     """stop_ratio: brake of a minimal-risk stop; hold_ratio: at rest; slow_ratio: to come down to a limit.
 
+    firm_ratio    of one for what is between the tick and the wheels, where the next command may not arrive
+
     by_wire_ns    how long the module, or the gate, may take to give the vehicle
     tell_after_ns a fault of a vehicle that is not driving is told when it lasts this long
     """
@@ -72,6 +74,7 @@ class Guard(msgspec.Struct, frozen=True):
     limits: Limits
     avoidance: Avoidance
     stop_ratio: float = 0.75
+    firm_ratio: float = 0.85
     slow_ratio: float = 0.6
     hold_ratio: float = 0.5
     standing_mps: float = 0.1
@@ -212,7 +215,8 @@ class Guard(msgspec.Struct, frozen=True):
         stands = abs(motion.speed_mps) < self.standing_mps and speed_mps < self.standing_mps
         asked = [(0.0 if wish is None else wish.brake_ratio, "")]
         if mode in ("minimal_risk", "fault"):
-            asked.append((self.stop_ratio, "minimal risk"))
+            ratio = self.stop_ratio if only_senses(state.latched) else self.firm_ratio
+            asked.append((ratio, "minimal risk"))
         if stands and throttle == 0.0:
             asked.append((self.hold_ratio, ""))
         if motion.speed_mps <= -self.standing_mps:

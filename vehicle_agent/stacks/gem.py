@@ -151,6 +151,7 @@ def guard(profile: Profile) -> Guard:
             delay_s=profile.response.brake_delay_s,
         ),
         stop_ratio=brakes.brake_ratio(0.4 * limits.decel_mps2_max),
+        firm_ratio=brakes.brake_ratio(0.85 * limits.decel_mps2_max),
         slow_ratio=brakes.brake_ratio(limits.decel_mps2_comfort),
         ageing=Ageing(
             motion_ns=STALE_AFTER_NS["can_frame"],

@@ -190,6 +190,20 @@ def test_a_cut_frame_is_a_warning_and_changes_nothing() -> None:
     assert [(f.code, f.severity) for f in loop.motion.faults] == [("can_frame_malformed", "warning")]
 
 
+def test_a_speed_that_leaps_is_believed_when_a_second_report_agrees() -> None:
+    loop = Loop()
+    loop.tick(OFF)
+    for lie_mps in (36.0, -20.0, 36.0):
+        loop.tick(OFF, (report("speed_report", loop.now_ns + TICK_NS, speed=lie_mps),))
+        assert loop.motion.speed_mps == pytest.approx(1.5), "one flipped bit is nothing to brake for"
+        assert [fault.code for fault in loop.motion.faults] == ["can_frame_malformed"]
+    loop.tick(OFF, (report("speed_report", loop.now_ns + TICK_NS, speed=1.8),))
+    assert loop.motion.speed_mps == pytest.approx(1.8)
+    for _ in range(2):
+        loop.tick(OFF, (report("speed_report", loop.now_ns + TICK_NS, speed=9.0),))
+    assert loop.motion.speed_mps == pytest.approx(9.0), "wheels that slip, or a missed second, are real"
+
+
 def test_the_stop_button_is_a_stop_fault() -> None:
     loop = Loop()
     pressed = (*healthy(loop.now_ns + TICK_NS), report("stop_button_report", loop.now_ns, pressed=1))

@@ -275,3 +275,14 @@ def test_an_inconsistent_set_is_not_let_through(spoil: str) -> None:
     gate.take(frames, 0)
     assert gate.refused
     assert gate.step(0) == ()
+
+
+def test_an_encoder_that_leaps_is_believed_when_a_second_report_agrees() -> None:
+    loop = Loop()
+    loop.tick(OFF)
+    before_mps = loop.motion.speed_mps
+    loop.tick(OFF, (report("encoder_report", loop.now_ns + TICK_NS, front_left=16.0),))
+    assert loop.motion.speed_mps == pytest.approx(before_mps)
+    assert loop.codes() == ["can_frame_malformed"]
+    loop.tick(OFF, (report("encoder_report", loop.now_ns + TICK_NS, front_left=16.1),))
+    assert loop.motion.speed_mps > 10.0

@@ -101,7 +101,8 @@ def test_a_stop_fault_brakes_latches_and_waits_for_a_resume_after_the_cause(code
     act, verdict = bench.step(**CAUSES[code])
     assert verdict.mode == "minimal_risk"
     assert code in [fault.code for fault in verdict.faults]
-    assert (act.throttle_ratio, act.brake_ratio) == (0.0, GUARD.stop_ratio)
+    firm = code in ("motion_stale", "emergency_stop_pressed", "tick_lost")
+    assert (act.throttle_ratio, act.brake_ratio) == (0.0, GUARD.firm_ratio if firm else GUARD.stop_ratio)
     act, verdict = bench.step()
     assert (verdict.mode, act.throttle_ratio) == ("minimal_risk", 0.0), "the cause is gone, the latch is not"
     again = {**CAUSES[code], "task_resumed_ns": bench.now_ns}
