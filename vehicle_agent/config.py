@@ -140,7 +140,7 @@ class Driving(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     obstacles: Literal["line", "paper"] = "line"
     clearance_m: float = 0.4
     stop_decel_mps2: float = 0.6
-    jerk_mps3_max: float = 1.8
+    jerk_mps3_max: float = 1.7
 
 
 class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

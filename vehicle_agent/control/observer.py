@@ -33,12 +33,16 @@ from vehicle_agent.signals import Ego, VehicleMotion
 
 
 class Observed(msgspec.Struct, frozen=True):
-    """moving (8,) see `actuators`: pose, actuators and speed now; rest_mps2: what acts beside the pedals."""
+    """moving (8,) see `actuators`: pose, actuators and speed now; rest_mps2: what acts beside the pedals.
+
+    foreign_ns  when somebody else's brake was last reported
+    """
 
     belief: Belief
     moving: Array
     rest_mps2: float = 0.0
     report_ns: int = 0
+    foreign_ns: int = 0
 
     @property
     def speed_mps(self) -> float:
@@ -58,6 +62,8 @@ class Observer(msgspec.Struct, frozen=True):
     beside the pedals; wheels_gain: how fast the reported wheel angle corrects the believed one, a tick
     rest_mps2_max  more is a fault of the vehicle's, not a load
     turn_mps_min   slower, a turn says nothing of the steering
+    foreign_brake_ratio  a reported brake this far above ours is the guard's or the gate's; until
+                   foreign_s after it, what the vehicle does says nothing of its load
     """
 
     drivetrain: Drivetrain = Drivetrain()
@@ -68,6 +74,8 @@ class Observer(msgspec.Struct, frozen=True):
     wheels_gain: float = 0.05
     rest_mps2_max: float = 1.5
     turn_mps_min: float = 0.1
+    foreign_brake_ratio: float = 0.1
+    foreign_s: float = 0.5
     dt_s: float = 0.02
 
     def initial(self) -> Observed:
@@ -80,11 +88,18 @@ class Observer(msgspec.Struct, frozen=True):
 
         Values that are not finite are not taken; the belief then goes on by itself, and `blind_s` grows.
         """
-        moving, rest_mps2 = self._driven(state, motion, commands, standing)
+        foreign_ns = ego.stamp_ns if self.is_braked_by_others(motion, commands) else state.foreign_ns
+        loaded = foreign_ns == 0 or ego.stamp_ns - foreign_ns > self.foreign_s * 1e9
+        moving, rest_mps2 = self._driven(state, motion, commands, standing, loaded)
         report_ns = max(state.report_ns, motion.stamp_ns)
         belief = self._placed(state.belief, ego, moving)
         moving[: MYAW + 1] = belief.mean[:3]
-        return Observed(belief, moving, rest_mps2, report_ns)
+        return Observed(belief, moving, rest_mps2, report_ns, foreign_ns)
+
+    def is_braked_by_others(self, motion: VehicleMotion, commands: Array) -> bool:
+        """The reported brake is more than what was commanded lately, (m, 3), explains."""
+        ours = max(float(commands[:, 2].max()), 0.0)
+        return motion.enabled and motion.brake_ratio > ours + self.foreign_brake_ratio
 
     def turning(self, state: Observed) -> Array:
         """(4,) what `actuators.carried` must know of a turn."""
@@ -105,8 +120,9 @@ class Observer(msgspec.Struct, frozen=True):
         return rest_mps2 + float(pedal_accel_mps2(moving[MTHROTTLE], moving[MBRAKE], moving[MSPEED], row))
 
     def _driven(
-        self, state: Observed, motion: VehicleMotion, commands: Array, standing: bool
+        self, state: Observed, motion: VehicleMotion, commands: Array, standing: bool, loaded: bool
     ) -> tuple[Array, float]:
+        """(moving, rest_mps2); loaded: the load may be learned from it."""
         moving, rest_mps2 = state.moving.copy(), state.rest_mps2
         steer_rad = motion.steer_rad if math.isfinite(motion.steer_rad) else float(moving[MWHEELS])
         if not motion.enabled:
@@ -128,7 +144,9 @@ class Observer(msgspec.Struct, frozen=True):
             self.drivetrain.row(),
         )
         moving[MWHEELS] += self.wheels_gain * (steer_rad - moving[MWHEELS])
-        if motion.stamp_ns > state.report_ns and math.isfinite(motion.speed_mps):
+        if not loaded and math.isfinite(motion.speed_mps):
+            moving[MSPEED] = abs(motion.speed_mps)
+        elif motion.stamp_ns > state.report_ns and math.isfinite(motion.speed_mps):
             surprise = motion.speed_mps - float(moving[MSPEED])
             moving[MSPEED] = max(0.0, moving[MSPEED] + self.speed_gain * surprise)
             if not standing:

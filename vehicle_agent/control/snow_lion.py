@@ -51,7 +51,6 @@ class Asked(msgspec.Struct, frozen=True):
 class SnowLionControl(msgspec.Struct, frozen=True):
     """astray_m, astray_rad  farther off the trajectory there is nothing to follow
     blind_s_max          without a pose that can be believed for this long the vehicle stops
-    released_brake_ratio a reported brake this far above ours is the guard's
     """
 
     observer: Observer = Observer()
@@ -62,7 +61,6 @@ class SnowLionControl(msgspec.Struct, frozen=True):
     astray_m: float = 2.0
     astray_rad: float = 1.0
     blind_s_max: float = 0.5
-    released_brake_ratio: float = 0.1
     dt_s: float = 0.02
 
     def initial(self) -> Driver:
@@ -103,8 +101,7 @@ class SnowLionControl(msgspec.Struct, frozen=True):
     def _kept(self, state: Driver, motion: VehicleMotion) -> bool:
         """Somebody else's brake keeps the vehicle standing, for minutes perhaps. What were commanded
         against it meanwhile would make the vehicle leap once it is let go."""
-        ours = float(state.commands[:, 2].max())
-        return motion.speed_mps == 0.0 and motion.brake_ratio > max(ours, 0.0) + self.released_brake_ratio
+        return motion.speed_mps == 0.0 and self.observer.is_braked_by_others(motion, state.commands)
 
     def _hands_off(self, state: Driver, motion: VehicleMotion) -> Driver:
         """By-wire is not ours: go on from what the vehicle does by itself."""

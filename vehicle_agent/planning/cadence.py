@@ -17,7 +17,8 @@ from vehicle_agent.signals import Corridor, Ego, Tracks, Trajectory, World
 class Cadence(msgspec.Struct, frozen=True):
     """beside_m, ahead_s, ahead_m  somebody this near to the line, this far ahead, is met
     left_s                      a trajectory that lasts no longer than this is renewed
-    astray_m, behind_mps        so far from the trajectory, or so much slower, it is no longer ours
+    astray_m, astray_mps        so far from the trajectory, or so much faster or slower, it is no longer ours
+    stopped_mps                 nor is one that brakes from more than this while the vehicle stands already
     every_ticks                 plan at most so often: 10 Hz
     """
 
@@ -27,6 +28,7 @@ class Cadence(msgspec.Struct, frozen=True):
     left_s: float = 3.5
     astray_m: float = 0.4
     astray_mps: float = 0.7
+    stopped_mps: float = 0.15
     every_ticks: int = 5
 
     def is_meeting(self, world: World, corridor: Corridor, ego: Ego) -> bool:
@@ -45,7 +47,9 @@ class Cadence(msgspec.Struct, frozen=True):
     def is_astray(self, here: Array, ego: Ego) -> bool:
         """here (8,): the trajectory's row of now."""
         off_m = math.hypot(here[1] - ego.pose_map.x_m, here[2] - ego.pose_map.y_m)
-        return off_m > self.astray_m or abs(float(here[5]) - ego.speed_mps) > self.astray_mps
+        speed_mps, accel_mps2 = float(here[5]), float(here[6])
+        stopped = ego.speed_mps < 0.05 and speed_mps > self.stopped_mps and accel_mps2 < 0.0
+        return stopped or off_m > self.astray_m or abs(speed_mps - ego.speed_mps) > self.astray_mps
 
 
 def _soon(tracks: Tracks) -> Array:

@@ -29,6 +29,12 @@ from vehicle_agent.signals import (
 )
 
 _AHEAD_ROWS_S = 6.0
+# From a pedal to its effect a vehicle does what it was told before; a plan that begins otherwise is missed,
+# and control would brake harder later to make up for it.
+_HELD_NS, _MOVES_MPS = 200_000_000, 0.5
+
+# pose, speed, acceleration, curvature, held jerk
+Expected = tuple[Pose2, float, float, float, float | None]
 _NOWHERE = np.empty((0, 2))
 _NO_SPEEDS = np.empty(0)
 
@@ -179,7 +185,7 @@ class MotionPlanning:
         reason: str,
     ) -> Driving:
         begin_ns = ego.stamp_ns + self._lead_ns
-        pose_map, speed_mps, accel_mps2, curvature_1pm = self._expected(state, ego, begin_ns)
+        pose_map, speed_mps, accel_mps2, curvature_1pm, held_jerk_mps3 = self._expected(state, ego, begin_ns)
         low, high = near.points_map.min(axis=0) - 8.0, near.points_map.max(axis=0) + 8.0
         boxed = ((low <= world.points_map) & (world.points_map <= high)).all(axis=1)
         job = PlanJob(
@@ -206,6 +212,7 @@ class MotionPlanning:
                 if near.s_m[0] <= area.leave_s_m and area.stop_s_m <= near.s_m[-1]
             ),
             memory=state.answer.memory if state.answer is not None else PlanMemory(),
+            held_jerk_mps3=held_jerk_mps3,
         )
         return msgspec.structs.replace(
             state,
@@ -216,7 +223,7 @@ class MotionPlanning:
             job=job,
         )
 
-    def _expected(self, state: Driving, ego: Ego, begin_ns: int) -> tuple[Pose2, float, float, float]:
+    def _expected(self, state: Driving, ego: Ego, begin_ns: int) -> Expected:
         """The state at which the next trajectory begins: on the one being driven while that is followed
         closely, else where the vehicle itself is going to be."""
         driven = _driven(state)
@@ -225,7 +232,11 @@ class MotionPlanning:
             if not self._cadence.is_astray(here, ego):
                 row = timed.row_at(driven, begin_ns)
                 pose = Pose2(float(row[timed.X]), float(row[timed.Y]), float(row[timed.YAW]))
-                return pose, float(row[timed.SPEED]), float(row[timed.ACCEL]), float(row[timed.CURVATURE])
+                speed_mps, accel_mps2 = float(row[timed.SPEED]), float(row[timed.ACCEL])
+                later = timed.row_at(driven, begin_ns + _HELD_NS)
+                held = (float(later[timed.ACCEL]) - accel_mps2) / (_HELD_NS * 1e-9)
+                moves = speed_mps > _MOVES_MPS
+                return pose, speed_mps, accel_mps2, float(row[timed.CURVATURE]), held if moves else None
         dt_s = (begin_ns - ego.stamp_ns) * 1e-9
         yaw_rad = ego.pose_map.yaw_rad + 0.5 * dt_s * ego.yaw_rate_radps
         pose = Pose2(
@@ -234,7 +245,7 @@ class MotionPlanning:
             ego.pose_map.yaw_rad + dt_s * ego.yaw_rate_radps,
         )
         speed_mps = max(0.0, ego.speed_mps)
-        return pose, speed_mps, ego.accel_mps2, math.tan(ego.steer_rad) / self._wheelbase_m
+        return pose, speed_mps, ego.accel_mps2, math.tan(ego.steer_rad) / self._wheelbase_m, None
 
     def _path(self, state: Driving, ego: Ego, task: Task, halt: str) -> tuple[Path, Driving]:
         stop_m = task.stop_s_m - task.s_m

@@ -36,7 +36,7 @@ def _request(job: PlanJob, decision: Decision, rules: BehaviourRules) -> MotionR
     warm = WarmStart(memory.path_s_m, memory.path_l_m) if len(memory.path_s_m) else None
     return MotionRequest(
         corridor=job.corridor,
-        start=StartState(job.pose_map, job.speed_mps, job.accel_mps2, job.curvature_1pm),
+        start=StartState(job.pose_map, job.speed_mps, job.accel_mps2, job.curvature_1pm, job.held_jerk_mps3),
         reference_l_m=decision.reference_l_m,
         lower_l_m=decision.lower_l_m,
         upper_l_m=decision.upper_l_m,

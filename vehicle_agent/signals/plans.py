@@ -103,6 +103,7 @@ class PlanJob(msgspec.Struct, frozen=True, tag="plan_job"):
 
     stamp_ns     vehicle clock at the start state, at which the trajectory shall begin
     pose_map, speed_mps, accel_mps2, curvature_1pm   the start state: where the vehicle is expected then
+    held_jerk_mps3  of the first 0.2 s, whose pedals are given already; None for a vehicle that is free
     stop_s_m     where the rear axle must stand at the latest
     speed_mps_max  the lowest of all limits that hold everywhere, and what it is for
     points_map   (m, 2) obstacle cells near the corridor
@@ -128,6 +129,7 @@ class PlanJob(msgspec.Struct, frozen=True, tag="plan_job"):
     watched: tuple[WatchedArea, ...]
     areas: tuple[AreaAhead, ...]
     memory: PlanMemory
+    held_jerk_mps3: float | None = None
 
 
 class PlanAnswer(msgspec.Struct, frozen=True, tag="plan_answer"):

@@ -19,12 +19,16 @@ class MotionRequestError(ValueError):
 
 
 class StartState(msgspec.Struct, frozen=True):
-    """Where the rear-axle centre is and how it moves at time 0."""
+    """Where the rear-axle centre is and how it moves at time 0.
+
+    held_jerk_mps3  of the next 0.2 s, whose pedals are given already; None for a vehicle that is free
+    """
 
     pose_map: Pose2
     speed_mps: float
     accel_mps2: float = 0.0
     curvature_1pm: float = 0.0
+    held_jerk_mps3: float | None = None
 
 
 class Vehicle(msgspec.Struct, frozen=True):
@@ -60,7 +64,7 @@ class DrivingLimits(msgspec.Struct, frozen=True):
     accel_mps2_max: float = 1.0
     decel_mps2_comfort: float = 0.8
     decel_mps2_max: float = 1.8
-    jerk_mps3_max: float = 1.9
+    jerk_mps3_max: float = 1.7
     lateral_accel_mps2_max: float = 0.8
     hard_decel_mps2: float = 5.0
     hard_jerk_mps3: float = 30.0
@@ -139,6 +143,7 @@ class MotionParams(msgspec.Struct, frozen=True):
     sample_m           of the path, for limits and projections
     hard_margin_m      kept to every nominal place, soft_margin_m kept where it costs little
     stop_gap_m         between the bumper and what the vehicle stops for
+    gap_s              so many seconds' way stay free before who moves: what the guard needs to trust us
     iterations_max     of path and speed together; path_iterations_max of one path
     nodes_max          of one s-t search
     moving_m           who moves less than this in the horizon is a static obstacle to the path
@@ -160,6 +165,7 @@ class MotionParams(msgspec.Struct, frozen=True):
     hard_margin_m: float = 0.15
     soft_margin_m: float = 0.35
     stop_gap_m: float = 0.8
+    gap_s: float = 0.35
     static_margin_m: float = 0.1
     iterations_max: int = 3
     path_iterations_max: int = 25

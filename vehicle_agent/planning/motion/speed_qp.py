@@ -18,19 +18,24 @@ from scipy.sparse import csc_matrix
 from contract.geometry import Array, IntArray
 
 _INF = np.inf
+_GAP, _SLOPE = 1e5, 1e6
 
 
 class SpeedWeights(msgspec.Struct, frozen=True):
     """Cost of one second of: (v - wish)^2, a^2, jerk^2; and the penalties, linear and squared, of a metre
     beyond the hard corridor, the soft corridor, and of 1 m/s above a limit of the place.
+
+    gap_s  so many seconds' way stay free before the soft corridor's end: who follows, or comes near, needs
+           them to answer what nobody expects
     """
 
     speed: float = 1.0
     accel: float = 0.15
     jerk: float = 0.15
     hard: float = 2000.0
-    soft: float = 3.0
+    soft: float = 6.0
     limit: float = 100.0
+    gap_s: float = 0.8
 
 
 class SpeedBounds(msgspec.Struct, frozen=True):
@@ -43,17 +48,34 @@ class SpeedBounds(msgspec.Struct, frozen=True):
 
 
 class SpeedCorridor(msgspec.Struct, frozen=True):
-    """What knots 1..N should keep, all (N,): low <= u <= high, softly u <= soft,
-    v <= limit + slope (u - at), and v near wish.
+    """What knots 1..N should keep, all (N,): low <= u, u + gap_s v <= high, softly
+    u + SpeedWeights.gap_s v <= soft, v <= limit + slope (u - at), and v near wish.
     """
 
     low_m: np.ndarray
     high_m: np.ndarray
+    gap_s: np.ndarray
     soft_m: np.ndarray
     at_m: np.ndarray
     limit_mps: np.ndarray
     slope_1ps: np.ndarray
     wish_mps: np.ndarray
+
+
+class SpeedStart(msgspec.Struct, frozen=True):
+    """How the vehicle moves at knot 0. held_jerk_mps3: of the first piece, which is commanded already and can
+    no longer be changed; None for a free one."""
+
+    speed_mps: float
+    accel_mps2: float
+    held_jerk_mps3: float | None = None
+
+    def after(self, dt_s: float) -> tuple[float, float, float]:
+        """u, v, a when the held piece ends; at once without one."""
+        v, a, j = self.speed_mps, self.accel_mps2, self.held_jerk_mps3
+        if j is None:
+            return 0.0, v, a
+        return v * dt_s + a * dt_s**2 / 2 + j * dt_s**3 / 6, v + a * dt_s + 0.5 * j * dt_s**2, a + j * dt_s
 
 
 class SpeedPlan(msgspec.Struct, frozen=True):
@@ -70,7 +92,7 @@ class SpeedPlan(msgspec.Struct, frozen=True):
 
 
 @lru_cache(maxsize=4)
-def _pattern(n: int, dt: float) -> tuple[csc_matrix, csc_matrix]:
+def _pattern(n: int, dt: float, gap_s: float) -> tuple[csc_matrix, csc_matrix]:
     """Equality rows (fixed values) and the pattern of the inequality rows, ordered as in `solve_speed`."""
     rows: list[tuple[int, int, float]] = []
     for k in range(n):
@@ -84,11 +106,11 @@ def _pattern(n: int, dt: float) -> tuple[csc_matrix, csc_matrix]:
     equal = csc_matrix((x, (i, j_)), shape=(3 * n, 8 * n))
     rows = []
     for k in range(n):
-        rows += [(k, k, 1.0), (k, 4 * n + k, -1.0)]
-        rows += [(n + k, k, 1.0), (n + k, 5 * n + k, -1.0)]
+        # Gaps and slopes are filled in by each program; these keep their places in the pattern.
+        rows += [(k, k, 1.0), (k, n + k, _GAP), (k, 4 * n + k, -1.0)]
+        rows += [(n + k, k, 1.0), (n + k, n + k, gap_s), (n + k, 5 * n + k, -1.0)]
         rows += [(2 * n + k, k, 1.0), (2 * n + k, 6 * n + k, 1.0)]
-        # The slope is filled in by each program; 0.5 keeps its place in the pattern.
-        rows += [(3 * n + k, n + k, 1.0), (3 * n + k, k, 0.5), (3 * n + k, 7 * n + k, -1.0)]
+        rows += [(3 * n + k, n + k, 1.0), (3 * n + k, k, _SLOPE), (3 * n + k, 7 * n + k, -1.0)]
     i, j_, x = (np.array(column) for column in zip(*rows, strict=True))
     below = csc_matrix((x, (i, j_)), shape=(4 * n, 8 * n))
     below.sort_indices()
@@ -137,28 +159,64 @@ def brake_envelope(v0: float, a0: float, decel: float, jerk: float, dt: float, n
     return out
 
 
+def started(
+    speed_mps: float, accel_mps2: float, held_jerk_mps3: float | None, bounds: SpeedBounds, dt_s: float
+) -> SpeedStart:
+    """A start that a plan within the bounds can go on from.
+
+    One that would roll back comes to rest instead: it lets go sooner than the jerk allows. What it would hold
+    must not lead out of the bounds.
+    """
+    v = max(speed_mps, 0.0)
+    a = max(accel_mps2, -0.95 * math.sqrt(2.0 * bounds.jerk_mps3_max * v))
+    held = held_jerk_mps3
+    if held is not None:
+        _, v1, a1 = SpeedStart(v, a, held).after(dt_s)
+        rolls = v1 < 0.0 or a1 < -0.95 * math.sqrt(2.0 * bounds.jerk_mps3_max * max(v1, 0.0))
+        beyond = abs(held) > bounds.jerk_mps3_max or not -bounds.decel_mps2_max <= a1 <= bounds.accel_mps2_max
+        held = None if rolls or beyond else held
+    return SpeedStart(v, a, held)
+
+
+@njit(cache=True)
+def _delayed(envelope: Array, u: float, v0: float, a0: float) -> Array:
+    """The envelope from knot 1 on, after u metres, with knot 0 before it."""
+    out = np.empty_like(envelope)
+    out[0, 0], out[0, 1], out[0, 2] = 0.0, v0, a0
+    out[1:] = envelope[:-1]
+    out[1:, 0] += u
+    return out
+
+
+def brake_from(start: SpeedStart, decel_mps2: float, jerk_mps3: float, dt_s: float, n: int) -> Array:
+    """(n + 1, 3) `brake_envelope` of a start, its held piece first."""
+    u, v, a = start.after(dt_s)
+    envelope: Array = brake_envelope(v, a, decel_mps2, jerk_mps3, dt_s, n)
+    if start.held_jerk_mps3 is None:
+        return envelope
+    held: Array = _delayed(envelope, u, start.speed_mps, start.accel_mps2)
+    return held
+
+
 def solve_speed(
-    v0_mps: float,
-    a0_mps2: float,
+    start: SpeedStart,
     corridor: SpeedCorridor,
     bounds: SpeedBounds,
     speed_mps_max: float,
     weights: SpeedWeights,
     dt_s: float,
 ) -> SpeedPlan:
-    """The smoothest speed near the wish inside the corridor; from u = 0 at the start.
+    """The smoothest speed near the wish inside the corridor; from u = 0 at the start (see `started`).
 
     Hard bounds are widened where the start itself is outside: a start above the limit may come down as
     `brake_envelope` does, one that brakes harder than allowed may let go at the jerk bound.
     """
-    # A vehicle that would roll back comes to rest instead: it lets go sooner than the jerk allows.
-    v0_mps = max(v0_mps, 0.0)
-    a0_mps2 = max(a0_mps2, -0.95 * math.sqrt(2.0 * bounds.jerk_mps3_max * v0_mps))
+    v0_mps, a0_mps2 = start.speed_mps, start.accel_mps2
     n = len(corridor.high_m)
-    equal, below = _pattern(n, dt_s)
+    equal, below = _pattern(n, dt_s, weights.gap_s)
     t = dt_s * np.arange(1, n + 1)
     jerk = bounds.jerk_mps3_max
-    envelope = brake_envelope(v0_mps, a0_mps2, bounds.decel_mps2_comfort, jerk, dt_s, n)
+    envelope = brake_from(start, bounds.decel_mps2_comfort, jerk, dt_s, n)
     coasting = np.maximum(a0_mps2 - jerk * t, 0.0)
     v_max = np.maximum(speed_mps_max, envelope[1:, 1] + 0.05)
     x_l = np.full(8 * n, 0.0)
@@ -169,6 +227,8 @@ def solve_speed(
     x_u[2 * n : 3 * n] = np.maximum(bounds.accel_mps2_max, np.maximum(coasting, 0.0))
     x_l[2 * n : 3 * n] -= 1e-6
     x_l[3 * n : 4 * n], x_u[3 * n : 4 * n] = -jerk, jerk
+    if start.held_jerk_mps3 is not None:
+        x_l[3 * n], x_u[3 * n] = start.held_jerk_mps3 - 1e-6, start.held_jerk_mps3 + 1e-6
 
     quadratic = np.concatenate(
         [
@@ -200,7 +260,8 @@ def solve_speed(
     lower = np.full(4 * n, -_INF)
     lower[2 * n : 3 * n] = corridor.low_m
     data = below.data.copy()
-    data[_slope_places(n, dt_s)] = -corridor.slope_1ps
+    gaps, slopes = _places(n, dt_s, weights.gap_s)
+    data[gaps], data[slopes] = corridor.gap_s, -corridor.slope_1ps
     rows = csc_matrix((data, below.indices, below.indptr), shape=below.shape)
     cost = csc_matrix((quadratic, np.arange(8 * n), np.arange(8 * n + 1)), shape=(8 * n, 8 * n))
 
@@ -226,8 +287,7 @@ def solve_speed(
 
 
 @lru_cache(maxsize=4)
-def _slope_places(n: int, dt: float) -> IntArray:
-    """(n,) where in the data of the inequality rows the slopes stand."""
-    _, below = _pattern(n, dt)
-    places: IntArray = np.flatnonzero(below.data == 0.5)
-    return places
+def _places(n: int, dt: float, gap_s: float) -> tuple[IntArray, IntArray]:
+    """(n,) each: where in the data of the inequality rows the gaps and the slopes stand."""
+    _, below = _pattern(n, dt, gap_s)
+    return np.flatnonzero(below.data == _GAP), np.flatnonzero(below.data == _SLOPE)

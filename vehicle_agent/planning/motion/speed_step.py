@@ -16,8 +16,9 @@ from vehicle_agent.planning.motion.speed_qp import (
     SpeedBounds,
     SpeedCorridor,
     SpeedPlan,
-    brake_envelope,
+    brake_from,
     solve_speed,
+    started,
 )
 
 _PROGRAMS = 3
@@ -76,6 +77,10 @@ def plan_speed(
     v0, a0 = max(request.start.speed_mps, 0.0), request.start.accel_mps2
     if v0 < 0.05:
         a0 = max(a0, 0.0)
+    bounds = SpeedBounds(
+        limits.accel_mps2_max, limits.decel_mps2_comfort, limits.decel_mps2_max, limits.jerk_mps3_max
+    )
+    start = started(v0, a0, request.start.held_jerk_mps3, bounds, params.knot_s)
     top_mps = max(limits.speed_mps_max, v0) + 0.5
     clearance_limit = speed_limits.backward_in_time(
         np.minimum(occupancy.limit_mps[::per_knot], top_mps),
@@ -84,7 +89,7 @@ def plan_speed(
         params.knot_s,
     )
     knots = len(clearance_limit) - 1
-    braking = brake_envelope(v0, a0, limits.decel_mps2_comfort, limits.jerk_mps3_max, params.knot_s, knots)
+    braking = brake_from(start, limits.decel_mps2_comfort, limits.jerk_mps3_max, params.knot_s, knots)
     # A clearance is kept by braking comfortably and no harder: contact is the corridor's matter.
     clearance_limit = np.maximum(clearance_limit, braking[:, 1, None])
     way = st_search.search(
@@ -92,19 +97,17 @@ def plan_speed(
     )
     room = st_graph.corridor(graph, way.u_m)
     high = np.minimum(room.high_m[1:], stop_m)
+    gap_s = np.where(room.high_m[1:] < stop_m, params.gap_s, 0.0)
     plan: SpeedPlan | None = None
     at = way.u_m[1:]
-    bounds = SpeedBounds(
-        limits.accel_mps2_max, limits.decel_mps2_comfort, limits.decel_mps2_max, limits.jerk_mps3_max
-    )
     for _ in range(_PROGRAMS):
         limit, slope, wish = _along(samples.u_m, place.speed_mps, clearance_limit, at)
         _end_ahead(limit, slope, at, high, room.end_speed_mps, limits.decel_mps2_comfort)
         limit[room.stands[1:]], slope[room.stands[1:]] = 0.0, 0.0
         corridor = SpeedCorridor(
-            room.low_m[1:], high, np.minimum(room.soft_m[1:], _FAR_M), at, limit, slope, wish
+            room.low_m[1:], high, gap_s, np.minimum(room.soft_m[1:], _FAR_M), at, limit, slope, wish
         )
-        tried = solve_speed(v0, a0, corridor, bounds, limits.speed_mps_max, params.speed, params.knot_s)
+        tried = solve_speed(start, corridor, bounds, limits.speed_mps_max, params.speed, params.knot_s)
         if not tried.solved:
             break
         plan = tried

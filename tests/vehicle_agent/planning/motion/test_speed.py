@@ -17,6 +17,7 @@ from vehicle_agent.planning.motion.speed_qp import (
     SpeedWeights,
     brake_envelope,
     solve_speed,
+    started,
 )
 from vehicle_agent.planning.motion.st_graph import Graph, corridor
 from vehicle_agent.planning.motion.st_search import search
@@ -25,10 +26,19 @@ LIMITS = DrivingLimits()
 BOUNDS = SpeedBounds(1.0, 0.8, 1.8, 1.9)
 
 
-def a_corridor(high_m: float = 1e3, limit_mps: float = 4.17, low_m: float = -1e3) -> SpeedCorridor:
+def a_corridor(
+    high_m: float = 1e3, limit_mps: float = 4.17, low_m: float = -1e3, gap_s: float = 0.0
+) -> SpeedCorridor:
     one = np.ones(40)
     return SpeedCorridor(
-        low_m * one, high_m * one, 1e3 * one, 0.0 * one, limit_mps * one, 0.0 * one, limit_mps * one
+        low_m * one,
+        high_m * one,
+        gap_s * one,
+        1e3 * one,
+        0.0 * one,
+        limit_mps * one,
+        0.0 * one,
+        limit_mps * one,
     )
 
 
@@ -62,7 +72,9 @@ def test_a_limit_that_comes_later_is_braked_for_in_time_and_one_that_is_over_is_
 @settings(max_examples=60, deadline=None)
 @given(v0=st.floats(0.0, 5.6), a0=st.floats(-2.0, 1.2), high_m=st.floats(0.5, 60.0))
 def test_the_program_always_has_a_solution_within_hard_bounds(v0: float, a0: float, high_m: float) -> None:
-    plan = solve_speed(v0, a0, a_corridor(high_m), BOUNDS, 4.17, SpeedWeights(), 0.2)
+    plan = solve_speed(
+        started(v0, a0, None, BOUNDS, 0.2), a_corridor(high_m), BOUNDS, 4.17, SpeedWeights(), 0.2
+    )
     assert plan.solved
     assert plan.v_mps.min() > -1e-3
     assert plan.a_mps2[3:].max() <= 1.0 + 1e-3
@@ -70,16 +82,41 @@ def test_the_program_always_has_a_solution_within_hard_bounds(v0: float, a0: flo
     assert np.abs(plan.jerk_mps3).max() <= 1.9 + 1e-3
 
 
+@settings(max_examples=60, deadline=None)
+@given(
+    v0=st.floats(0.0, 5.6), a0=st.floats(-1.8, 1.0), held=st.floats(-2.5, 2.5), high_m=st.floats(0.5, 60.0)
+)
+def test_what_is_commanded_already_is_planned_as_it_will_be(
+    v0: float, a0: float, held: float, high_m: float
+) -> None:
+    start = started(v0, a0, held, BOUNDS, 0.2)
+    plan = solve_speed(start, a_corridor(high_m), BOUNDS, 4.17, SpeedWeights(), 0.2)
+    assert plan.solved
+    assert plan.v_mps.min() > -1e-3
+    if start.held_jerk_mps3 is not None:
+        assert plan.jerk_mps3[0] == pytest.approx(held, abs=1e-3)
+    assert np.abs(plan.jerk_mps3[1:]).max() <= 1.9 + 1e-3
+
+
+def test_room_to_answer_is_kept_before_who_moves() -> None:
+    start = started(3.0, 0.0, None, BOUNDS, 0.2)
+    plan = solve_speed(start, a_corridor(12.0, gap_s=0.35), BOUNDS, 4.17, SpeedWeights(), 0.2)
+    assert (plan.u_m + 0.35 * plan.v_mps).max() < 12.02
+    assert plan.u_m[-1] == pytest.approx(12.0, abs=0.15), "at rest the room is used up"
+
+
 @settings(max_examples=40, deadline=None)
 @given(v0=st.floats(0.0, 5.6), a0=st.floats(-1.8, 1.0))
 def test_the_corridor_is_kept_when_braking_can_keep_it(v0: float, a0: float) -> None:
     needed = brake_envelope(v0, max(a0, -0.9 * (3.8 * v0) ** 0.5), 1.8, 1.9, 0.2, 40)
-    plan = solve_speed(v0, a0, a_corridor(needed[-1, 0] + 0.3), BOUNDS, 4.17, SpeedWeights(), 0.2)
+    plan = solve_speed(
+        started(v0, a0, None, BOUNDS, 0.2), a_corridor(needed[-1, 0] + 0.3), BOUNDS, 4.17, SpeedWeights(), 0.2
+    )
     assert plan.excess_m < 0.02
 
 
 def test_a_free_road_is_used_up_to_the_limit() -> None:
-    plan = solve_speed(0.0, 0.0, a_corridor(), BOUNDS, 4.17, SpeedWeights(), 0.2)
+    plan = solve_speed(started(0.0, 0.0, None, BOUNDS, 0.2), a_corridor(), BOUNDS, 4.17, SpeedWeights(), 0.2)
     assert plan.v_mps[-1] == pytest.approx(4.17, abs=0.02)
     # Jerk and acceleration at their bounds need 4.17 / 1.0 + 1.0 / 1.9 s.
     assert plan.v_mps[round(5.2 / 0.2)] > 4.0
