@@ -1,5 +1,7 @@
 """The gate's own word to the tick: it comes with the module's reports, and never goes on the bus."""
 
+from typing import Literal, get_args
+
 import msgspec
 
 from vehicle_agent.can.faults import Severity
@@ -10,25 +12,34 @@ GATE_REPORT_ID = 0x5F0
 GATE_LOST_NS = 150_000_000
 
 
+# Why it brakes, as the end of the fault's code; numbered from 1 in this order.
+GateCause = Literal[
+    "tick_late", "commands_refused", "module_lost", "clock_jumped", "footprint", "too_fast", "steering_stuck"
+]
+CAUSES: tuple[GateCause, ...] = get_args(GateCause)
+
+
 class GateWord(msgspec.Struct, frozen=True):
-    """stamp_ns: arrival of the newest word, 0 before the first."""
+    """stamp_ns: arrival of the newest word, 0 before the first; cause: None while it does not brake."""
 
     stamp_ns: int = 0
-    braking: bool = False
+    cause: GateCause | None = None
 
     def active(self, now_ns: int) -> list[tuple[str, Severity]]:
         """The gate brakes by itself, as far as was heard lately."""
         fresh = now_ns - self.stamp_ns <= GATE_LOST_NS
-        return [(GATE_BRAKING, "stop")] if self.braking and fresh else []
+        return [(f"{GATE_BRAKING}_{self.cause}", "stop")] if self.cause is not None and fresh else []
 
 
-def gate_report(braking: bool, stamp_ns: int) -> CanFrame:
-    return CanFrame(stamp_ns, GATE_REPORT_ID, bytes([braking]))
+def gate_report(cause: GateCause | None, stamp_ns: int) -> CanFrame:
+    number = 0 if cause is None else CAUSES.index(cause) + 1
+    return CanFrame(stamp_ns, GATE_REPORT_ID, bytes([number]))
 
 
 def heard_gate(word: GateWord, frames: tuple[CanFrame, ...]) -> GateWord:
-    """The newest word after these frames; frames of everybody else pass by."""
+    """The newest word after these frames; frames of everybody else, and causes unknown here, pass by."""
     for frame in frames:
-        if frame.arbitration_id == GATE_REPORT_ID and len(frame.data) == 1:
-            word = GateWord(frame.stamp_ns, bool(frame.data[0]))
+        if frame.arbitration_id == GATE_REPORT_ID and len(frame.data) == 1 and frame.data[0] <= len(CAUSES):
+            number = frame.data[0]
+            word = GateWord(frame.stamp_ns, CAUSES[number - 1] if number else None)
     return word

@@ -149,7 +149,7 @@ class Guard(msgspec.Struct, frozen=True):
             resume_tick_ns = 0
         elif resume_tick_ns > 0 and ego.stamp_ns - resume_tick_ns < self.by_wire_ns:
             # The gate lets go only when by-wire is asked for anew, which the resume has just begun.
-            stops = tuple(fault for fault in stops if fault.code != GATE_BRAKING)
+            stops = tuple(fault for fault in stops if not fault.code.startswith(GATE_BRAKING))
         waited_ns = task.resumed_ns and state.asking_since_ns and state.stamp_ns - state.asking_since_ns
         if motion.overridden and (had or waited_ns >= self.by_wire_ns):
             manual = True
@@ -261,7 +261,7 @@ _OVERSHOOT_MPS = 0.3
 
 
 def _gate_brakes(motion: VehicleMotion) -> bool:
-    return any(fault.code == GATE_BRAKING for fault in motion.faults)
+    return any(fault.code.startswith(GATE_BRAKING) for fault in motion.faults)
 
 
 def _mode(watch: Watch, task: Task, motion: VehicleMotion) -> tuple[DriveMode, str]:

@@ -10,7 +10,7 @@ from typing import Any
 
 from vehicle_agent.can.braking import Braking, Commanded, CommandSetError
 from vehicle_agent.can.by_wire import braking_of, codec_of
-from vehicle_agent.can.gate_report import gate_report
+from vehicle_agent.can.gate_report import GateCause, gate_report
 from vehicle_agent.config import Profile
 from vehicle_agent.onboard.car import Can
 from vehicle_agent.runtime.gate_checks import CommandChecks
@@ -18,12 +18,19 @@ from vehicle_agent.runtime.gate_settings import GateSettings, gate_settings
 from vehicle_agent.runtime.gate_watches import FootprintWatch, SpeedWatch, SteeringWatch
 from vehicle_agent.signals import CanFrame, Percept, VehicleMotion
 
-_CLOSE = "something before the bumper"
+_SAYS: dict[GateCause, str] = {
+    "tick_late": "the tick is silent",
+    "module_lost": "the module is silent",
+    "clock_jumped": "the clock jumped",
+    "footprint": "something before the bumper",
+    "too_fast": "too fast",
+    "steering_stuck": "the steering does not follow",
+}
 
 
 class Gate:
     """refused: why the last set of commands was not let through, empty when it was.
-    braking: why the gate itself brakes, empty when it does not."""
+    cause: why the gate itself brakes, None when it does not; braking: the same in words, or empty."""
 
     def __init__(self, by_wire: Braking, codec: Can, settings: GateSettings) -> None:
         self._by_wire, self._codec, self._settings = by_wire, codec, settings
@@ -32,8 +39,8 @@ class Gate:
         self._checks = CommandChecks(by_wire, settings)
         self._steering, self._speed = SteeringWatch(settings), SpeedWatch(settings)
         self._footprint = FootprintWatch(settings)
-        self.refused = ""
-        self.braking = ""
+        self.refused, self._refused_then = "", ""
+        self.cause: GateCause | None = None
         self._pending: tuple[CanFrame, ...] = ()
         self._last: tuple[CanFrame, ...] = ()
         self._asked: Commanded | None = None
@@ -60,9 +67,9 @@ class Gate:
             self.refused = str(error)
             return
         self.refused = ""
-        if self.braking and not self._lets_go(asked):
+        if self.cause is not None and not self._lets_go(asked):
             return
-        self.braking = ""
+        self.cause = None
         self._last, self._pending, self._asked = frames, frames, asked
         self._last_ns = now_ns
         self._braked_steps = 0
@@ -78,10 +85,11 @@ class Gate:
         asked = self._asked
         if asked is None:
             return ()
-        if asked.enable and not self.braking:
-            self.braking = "the clock jumped" if jumped else self._danger(asked, now_ns)
+        if asked.enable and self.cause is None:
+            self.cause = "clock_jumped" if jumped else self._danger(asked, now_ns)
+            self._refused_then = self.refused
         frames, self._pending = self._pending, ()
-        if self.braking:
+        if self.cause is not None:
             return self._brake(now_ns)
         if frames:
             self._steering.sent(now_ns, asked)
@@ -89,28 +97,35 @@ class Gate:
 
     def word(self, now_ns: int) -> tuple[CanFrame, ...]:
         """For the tick, after each step: that the gate brakes, and once that it does no longer."""
-        self._tells = 2 if self.braking else max(0, self._tells - 1)
-        return (gate_report(bool(self.braking), now_ns),) if self._tells else ()
+        self._tells = 2 if self.cause is not None else max(0, self._tells - 1)
+        return (gate_report(self.cause, now_ns),) if self._tells else ()
 
-    def _danger(self, asked: Commanded, now_ns: int) -> str:
-        """Why the gate must brake now, empty when all is well. Without by-wire there is nothing to brake."""
+    @property
+    def braking(self) -> str:
+        """For people."""
+        if self.cause is None:
+            return ""
+        return self._refused_then if self.cause == "commands_refused" else _SAYS[self.cause]
+
+    def _danger(self, asked: Commanded, now_ns: int) -> GateCause | None:
+        """Why the gate must brake now, None when all is well. Without by-wire there is nothing to brake."""
         if not self._pending and now_ns - self._last_ns > self._settings.fresh_ns:
-            return self.refused or "the tick is silent"
+            return "commands_refused" if self.refused else "tick_late"
         motion = self._motion
         if motion is None or not motion.stamp_ns:
-            return ""
+            return None
         if now_ns - motion.stamp_ns > self._settings.reports_ns:
-            return "the module is silent"
+            return "module_lost"
         if self._footprint.is_close(motion, asked, now_ns):
-            return _CLOSE
+            return "footprint"
         if self._speed.is_over(motion):
-            return "too fast"
-        return "the steering does not follow" if self._steering.is_stuck(motion) else ""
+            return "too_fast"
+        return "steering_stuck" if self._steering.is_stuck(motion) else None
 
     def _brake(self, now_ns: int) -> tuple[CanFrame, ...]:
         """Comfortably first, then fully, and held; the steering as it was, by-wire kept alive."""
         self._braked_steps += 1
-        gently = self.braking != _CLOSE and self._braked_steps <= self._settings.comfort_steps
+        gently = self.cause != "footprint" and self._braked_steps <= self._settings.comfort_steps
         ratio = self._settings.comfort_ratio if gently else 1.0
         return self._by_wire.braking_frames(self._last, self._braked_steps, now_ns, ratio)
 

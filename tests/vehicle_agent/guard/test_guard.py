@@ -233,7 +233,7 @@ def test_a_minute_behind_an_obstacle_is_told_once_and_its_end_once() -> None:
 
 
 def test_the_gate_s_own_braking_latches_until_a_resume_asks_for_by_wire_anew() -> None:
-    gate_brakes = {"motion_faults": (Fault(GATE_BRAKING, "stop", 5),)}
+    gate_brakes = {"motion_faults": (Fault(f"{GATE_BRAKING}_tick_late", "stop", 5),)}
     bench = driving()
     assert bench.step(**gate_brakes)[1].mode == "minimal_risk"
     assert bench.step()[1].mode == "minimal_risk"

@@ -423,7 +423,7 @@ def test_the_tick_is_told_while_the_gate_brakes_and_once_that_it_does_no_longer(
     bench.silence()
     codec = codec_of(PROFILE)
     motion, _ = codec.decode(codec.initial(), bench.gate.word(bench.now_ns), bench.now_ns)
-    assert [fault.code for fault in motion.faults] == ["gate_braking"]
+    assert [fault.code for fault in motion.faults] == ["gate_braking_tick_late"]
     bench.report(speed_mps=0.0)
     bench.tick(phase="off"), bench.tick(phase="clear"), bench.tick(phase="enable")
     motion, _ = codec.decode(codec.initial(), bench.gate.word(bench.now_ns), bench.now_ns)

@@ -35,6 +35,9 @@ def met_by_steps(x: float, y: float, curvature_1pm: float, look_m: float) -> flo
     return math.inf
 
 
+_NEAR_M = ((0.0, 0.05), (0.0, -0.05), (0.05, 0.0), (-0.05, 0.0))
+
+
 @settings(deadline=None, max_examples=60)
 @given(st.floats(3.6, 8.0), st.floats(-5.0, 5.0), st.floats(0.03, 0.2), st.booleans())
 def test_the_way_on_an_arc_is_the_way_until_the_body_is_there(
@@ -43,9 +46,9 @@ def test_the_way_on_an_arc_is_the_way_until_the_body_is_there(
     curvature = bend_1pm if left else -bend_1pm
     told = distance_on_arc(np.array([[x, y]]), curvature, 3.5, 0.8, 5.0)
     stepped = met_by_steps(x, y, curvature, 5.0)
-    grazed = math.isinf(met_by_steps(x, 0.99 * y, curvature, 5.0)) != math.isinf(
-        met_by_steps(x, 1.01 * y, curvature, 5.0)
-    )
+    near = [math.isinf(met_by_steps(x + dx, y + dy, curvature, 5.0)) for dx, dy in _NEAR_M]
+    # Steps of a centimetre do not see what is only just touched.
+    grazed = any(near) and not all(near)
     assert grazed or told == pytest.approx(stepped, abs=0.03) or min(told, stepped) > 4.9
 
 
