@@ -76,7 +76,7 @@ class ClearanceLaw(msgspec.Struct, frozen=True):
     delta_m_min: float = 0.25
     delta_m_mdn: float = 0.8
     delta_m_max: float = 1.6
-    speed_mps_min: float = 0.8
+    speed_mps_min: float = 0.3
     speed_mps_mdn: float = 2.5
     speed_mps_max: float = 4.2
 
