@@ -78,6 +78,8 @@ def step_social(
                     wx, wy = _mind(p, wx, wy, vehicles[j], ahead[j], waited_s[j], dt)
         for j in range(vehicles.shape[0]):
             wx, wy = _around(people[i], wx, wy, vehicles[j])
+            if doing[i] == WALK and _stands_on_goal(people[i], vehicles[j]):
+                doing[i] = DONE
         px, py = _pushes(people, i)
         if doing[i] == LINGER and math.hypot(wx, wy) < 1e-9:
             # Who stands gives way a little, and does not drift about.
@@ -183,6 +185,16 @@ def _around(p: Array, wx: float, wy: float, vehicle: Array) -> tuple[float, floa
         along = 1.0 if goal_x > vehicle[V_FRONT] else -1.0
         return cos * along * pace, sin * along * pace
     return wx, wy
+
+
+@njit(cache=True)
+def _stands_on_goal(p: Array, vehicle: Array) -> bool:
+    """Whoever comes to a standing vehicle that stands where they want to go, goes somewhere else."""
+    return (
+        abs(vehicle[V_SPEED]) <= _STANDING_MPS
+        and clearance_m(vehicle, p[X], p[Y]) <= _APART_M + _KEPT_M
+        and clearance_m(vehicle, p[GOAL_X], p[GOAL_Y]) < _REACH_M
+    )
 
 
 @njit(cache=True)

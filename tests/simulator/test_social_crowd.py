@@ -149,3 +149,14 @@ def test_nobody_stands_before_a_standing_shuttle_for_ever(
 ) -> None:
     way = met(one(*at, goal, looks), 40.0, 0.0, 60.0)
     assert np.hypot(*(way - goal).T).min() < 0.6
+
+
+@pytest.mark.parametrize("looks", [True, False])
+def test_who_finds_a_shuttle_where_they_wanted_to_go_goes_somewhere_else(looks: bool) -> None:
+    crowd = one(46.0, 0.9, (42.0, 0.1), looks)
+    vehicles, ahead = shuttle(40.0, 0.0)
+    way = []
+    for _ in range(round(60.0 / DT_S)):
+        crowd.step(vehicles, np.zeros(1), ahead, DT_S)
+        way.append(crowd.people[0, [X, Y]].copy())
+    assert np.hypot(*(np.array(way) - (42.0, 0.1)).T).max() > 5.0
