@@ -132,7 +132,8 @@ class Response(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Driving(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """How it drives. obstacles: "line" sweeps the route to 5 (v + 1) m, "paper" the steering arc to 15 m.
 
-    jerk_mps3_max  of the acceleration commanded by a controller that plans it, full stops excepted
+    jerk_mps3_max  of the acceleration that is planned, and commanded by a controller that plans it; full
+                   stops excepted
     """
 
     heading_gain_1ps: float = 2.4

@@ -11,7 +11,6 @@ from vehicle_agent.signals import GATE_BRAKING, CanFrame
 GATE_REPORT_ID = 0x5F0
 GATE_LOST_NS = 150_000_000
 
-
 # Why it brakes, as the end of the fault's code; numbered from 1 in this order.
 GateCause = Literal[
     "tick_late", "commands_refused", "module_lost", "clock_jumped", "footprint", "too_fast", "steering_stuck"

@@ -1,21 +1,25 @@
 """Speed reports that leap: most likely a bit that was flipped on the bus past its own checks."""
 
+from typing import Any
+
 # No road vehicle's speed changes faster; the allowance covers resolution and wheel slip.
 _LEAP_MPS2, _LEAP_MPS = 15.0, 1.0
 
-Report = tuple[float, int]
 
+def is_doubted(values: dict[str, Any], speed_mps: float, stamp_ns: int, field: str, stamp_field: str) -> bool:
+    """Whether a speed is too far from the last one to be believed before a second one agrees; notes it.
 
-def leaps(speed_mps: float, stamp_ns: int, known: Report, doubted: Report) -> bool:
-    """Whether a speed is too far from the last known one to be believed before a second one agrees.
-
-    known, doubted: (speed, stamp) of the last report that was believed, and of the last that was not; stamp 0
-    for none.
+    values  a codec's reports: the last speed that was believed in `field`, its stamp in `stamp_field` (0 for
+            none), and in `doubted_mps`, `doubted_ns` the one since then that was not
     """
-    if known[1] == 0:
-        return False
-    heard = (known, doubted) if doubted[1] > known[1] else (known,)
-    return all(
-        abs(speed_mps - before_mps) > _LEAP_MPS + _LEAP_MPS2 * max(stamp_ns - before_ns, 0) * 1e-9
+    heard = [(values[field], values[stamp_field])]
+    if values["doubted_ns"]:
+        heard.append((values["doubted_mps"], values["doubted_ns"]))
+    doubted = values[stamp_field] > 0 and all(
+        abs(speed_mps - before_mps) > _LEAP_MPS + _LEAP_MPS2 * abs(stamp_ns - before_ns) * 1e-9
         for before_mps, before_ns in heard
     )
+    values["doubted_mps"], values["doubted_ns"] = (speed_mps, stamp_ns) if doubted else (0.0, 0)
+    if doubted:
+        values["malformed_ns"] = stamp_ns
+    return doubted

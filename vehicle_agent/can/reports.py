@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 
 from vehicle_agent.can.dbc import FrameError, MessageLayout, SignalLayout, layouts
-from vehicle_agent.can.leaps import leaps
+from vehicle_agent.can.leaps import is_doubted
 from vehicle_agent.signals import CanFrame
 
 # report message -> our field <- its signal
@@ -122,15 +122,9 @@ def _take(values: dict[str, Any], reader: _Reader, frame: CanFrame) -> None:
     if read.get("speed_mps", 0.0) > SPEED_NOT_AVAILABLE_MPS:
         values["malformed_ns"] = frame.stamp_ns
         return
-    if "speed_mps" in read:
-        known, doubted = (
-            (values["speed_mps"], values["speed_ns"]),
-            (values["doubted_mps"], values["doubted_ns"]),
-        )
-        if leaps(read["speed_mps"], frame.stamp_ns, known, doubted):
-            values["malformed_ns"] = values["doubted_ns"] = frame.stamp_ns
-            values["doubted_mps"] = read["speed_mps"]
-            return
+    speed_mps = read.get("speed_mps")
+    if speed_mps is not None and is_doubted(values, speed_mps, frame.stamp_ns, "speed_mps", "speed_ns"):
+        return
     values.update(read)
     if reader.stamp_field:
         values[reader.stamp_field] = frame.stamp_ns

@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from vehicle_agent.can.dbc import SERVO, FrameError, MessageLayout, layouts
-from vehicle_agent.can.leaps import leaps
+from vehicle_agent.can.leaps import is_doubted
 from vehicle_agent.signals import CanFrame
 
 # report message -> our field <- its signal
@@ -85,11 +85,8 @@ def _take(values: dict[str, Any], layout: MessageLayout, frame: CanFrame) -> Non
         values["malformed_ns"] = frame.stamp_ns
         return
     if layout.name == "encoder_report":
-        known = (values["encoder_mps"], values["encoder_ns"])
-        doubted = (values["doubted_mps"], values["doubted_ns"])
-        if leaps(read["front_left"], frame.stamp_ns, known, doubted):
-            values["malformed_ns"] = values["doubted_ns"] = frame.stamp_ns
-            values["doubted_mps"] = read["front_left"]
+        speed_mps = read["front_left"]
+        if is_doubted(values, speed_mps, frame.stamp_ns, "encoder_mps", "encoder_ns"):
             return
     values.update({field: read[signal] for field, signal in READ[layout.name].items()})
     name = layout.name.removesuffix("_report")

@@ -102,8 +102,8 @@ def news(
 def only_senses(latched: tuple[Fault, ...]) -> bool:
     """Is the vehicle itself sound, so that it may stop as its passengers like it?
 
-    It then obeys every further command, and the gate still watches its way. Where commands, reports or the
-    clock are in doubt, each metre is driven on trust.
+    It then obeys what the guard sends, and the gate still watches its way. Where frames, reports or the clock
+    are in doubt, each metre is driven on trust.
     """
     return all(fault.code.startswith(_SENSES) for fault in latched)
 

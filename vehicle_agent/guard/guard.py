@@ -66,7 +66,6 @@ class Guard(msgspec.Struct, frozen=True):
     """stop_ratio: brake of a minimal-risk stop; hold_ratio: at rest; slow_ratio: to come down to a limit.
 
     firm_ratio    of one for what is between the tick and the wheels, where the next command may not arrive
-
     by_wire_ns    how long the module, or the gate, may take to give the vehicle
     tell_after_ns a fault of a vehicle that is not driving is told when it lasts this long
     """
@@ -149,7 +148,7 @@ class Guard(msgspec.Struct, frozen=True):
             resume_tick_ns = 0
         elif resume_tick_ns > 0 and ego.stamp_ns - resume_tick_ns < self.by_wire_ns:
             # The gate lets go only when by-wire is asked for anew, which the resume has just begun.
-            stops = tuple(fault for fault in stops if not fault.code.startswith(GATE_BRAKING))
+            stops = tuple(fault for fault in stops if not _is_of_gate(fault))
         waited_ns = task.resumed_ns and state.asking_since_ns and state.stamp_ns - state.asking_since_ns
         if motion.overridden and (had or waited_ns >= self.by_wire_ns):
             manual = True
@@ -261,7 +260,12 @@ _OVERSHOOT_MPS = 0.3
 
 
 def _gate_brakes(motion: VehicleMotion) -> bool:
-    return any(fault.code.startswith(GATE_BRAKING) for fault in motion.faults)
+    return any(map(_is_of_gate, motion.faults))
+
+
+def _is_of_gate(fault: Fault) -> bool:
+    """Its code goes on with the cause."""
+    return fault.code.startswith(GATE_BRAKING)
 
 
 def _mode(watch: Watch, task: Task, motion: VehicleMotion) -> tuple[DriveMode, str]:

@@ -16,6 +16,7 @@ from vehicle_agent.planning import timed
 from vehicle_agent.planning.cadence import Cadence
 from vehicle_agent.planning.corridor import NO_CORRIDOR, corridor_of, window
 from vehicle_agent.planning.following import stop_name
+from vehicle_agent.planning.motion.request import StartState
 from vehicle_agent.signals import (
     Corridor,
     Ego,
@@ -30,11 +31,8 @@ from vehicle_agent.signals import (
 
 _AHEAD_ROWS_S = 6.0
 # From a pedal to its effect a vehicle does what it was told before; a plan that begins otherwise is missed,
-# and control would brake harder later to make up for it.
+# and control would brake harder later to make up for it. The motion planner's first piece is as long.
 _HELD_NS, _MOVES_MPS = 200_000_000, 0.5
-
-# pose, speed, acceleration, curvature, held jerk
-Expected = tuple[Pose2, float, float, float, float | None]
 _NOWHERE = np.empty((0, 2))
 _NO_SPEEDS = np.empty(0)
 
@@ -185,17 +183,17 @@ class MotionPlanning:
         reason: str,
     ) -> Driving:
         begin_ns = ego.stamp_ns + self._lead_ns
-        pose_map, speed_mps, accel_mps2, curvature_1pm, held_jerk_mps3 = self._expected(state, ego, begin_ns)
+        start = self._expected(state, ego, begin_ns)
         low, high = near.points_map.min(axis=0) - 8.0, near.points_map.max(axis=0) + 8.0
         boxed = ((low <= world.points_map) & (world.points_map <= high)).all(axis=1)
         job = PlanJob(
             number=state.jobs + 1,
             stamp_ns=begin_ns,
             line_id=state.line_id,
-            pose_map=pose_map,
-            speed_mps=speed_mps,
-            accel_mps2=accel_mps2,
-            curvature_1pm=curvature_1pm,
+            pose_map=start.pose_map,
+            speed_mps=start.speed_mps,
+            accel_mps2=start.accel_mps2,
+            curvature_1pm=start.curvature_1pm,
             corridor=near,
             stop_s_m=task.s_m if task.mode in ("idle", "dwell") else task.stop_s_m,
             stop_name=stop_name(task),
@@ -212,7 +210,7 @@ class MotionPlanning:
                 if near.s_m[0] <= area.leave_s_m and area.stop_s_m <= near.s_m[-1]
             ),
             memory=state.answer.memory if state.answer is not None else PlanMemory(),
-            held_jerk_mps3=held_jerk_mps3,
+            held_jerk_mps3=start.held_jerk_mps3,
         )
         return msgspec.structs.replace(
             state,
@@ -223,7 +221,7 @@ class MotionPlanning:
             job=job,
         )
 
-    def _expected(self, state: Driving, ego: Ego, begin_ns: int) -> Expected:
+    def _expected(self, state: Driving, ego: Ego, begin_ns: int) -> StartState:
         """The state at which the next trajectory begins: on the one being driven while that is followed
         closely, else where the vehicle itself is going to be."""
         driven = _driven(state)
@@ -235,8 +233,13 @@ class MotionPlanning:
                 speed_mps, accel_mps2 = float(row[timed.SPEED]), float(row[timed.ACCEL])
                 later = timed.row_at(driven, begin_ns + _HELD_NS)
                 held = (float(later[timed.ACCEL]) - accel_mps2) / (_HELD_NS * 1e-9)
-                moves = speed_mps > _MOVES_MPS
-                return pose, speed_mps, accel_mps2, float(row[timed.CURVATURE]), held if moves else None
+                return StartState(
+                    pose,
+                    speed_mps,
+                    accel_mps2,
+                    float(row[timed.CURVATURE]),
+                    held if speed_mps > _MOVES_MPS else None,
+                )
         dt_s = (begin_ns - ego.stamp_ns) * 1e-9
         yaw_rad = ego.pose_map.yaw_rad + 0.5 * dt_s * ego.yaw_rate_radps
         pose = Pose2(
@@ -245,7 +248,7 @@ class MotionPlanning:
             ego.pose_map.yaw_rad + dt_s * ego.yaw_rate_radps,
         )
         speed_mps = max(0.0, ego.speed_mps)
-        return pose, speed_mps, ego.accel_mps2, math.tan(ego.steer_rad) / self._wheelbase_m, None
+        return StartState(pose, speed_mps, ego.accel_mps2, math.tan(ego.steer_rad) / self._wheelbase_m)
 
     def _path(self, state: Driving, ego: Ego, task: Task, halt: str) -> tuple[Path, Driving]:
         stop_m = task.stop_s_m - task.s_m

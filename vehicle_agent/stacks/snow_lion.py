@@ -85,6 +85,7 @@ def planner(profile: Profile) -> MotionPlanner:
         speed_mps_max=limits.speed_mps_max,
         accel_mps2_max=limits.accel_mps2_max,
         decel_mps2_comfort=limits.decel_mps2_comfort,
+        jerk_mps3_max=profile.driving.jerk_mps3_max,
         lateral_accel_mps2_max=limits.lateral_accel_mps2_max,
         hard_decel_mps2=0.9 * limits.decel_mps2_max,
     )

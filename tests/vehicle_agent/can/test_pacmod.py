@@ -279,3 +279,12 @@ _FRAMES = healthy(0, enabled=1)
 
 def healthy_frames(now_ns: int) -> tuple[CanFrame, ...]:
     return tuple(CanFrame(now_ns, f.arbitration_id, f.data) for f in _FRAMES)
+
+
+def test_a_leap_is_believed_at_the_second_report_though_the_clock_went_back() -> None:
+    loop = Loop()
+    loop.tick(OFF)
+    loop.now_ns -= 500_000_000
+    for _ in range(2):
+        loop.tick(OFF, (report("speed_report", loop.now_ns + TICK_NS, speed=12.0),))
+    assert loop.motion.speed_mps == pytest.approx(12.0)

@@ -35,7 +35,7 @@ def met_by_steps(x: float, y: float, curvature_1pm: float, look_m: float) -> flo
     return math.inf
 
 
-_NEAR_M = ((0.0, 0.05), (0.0, -0.05), (0.05, 0.0), (-0.05, 0.0))
+_NEAR_M = ((0.0, 0.02), (0.0, -0.02), (0.02, 0.0), (-0.02, 0.0))
 
 
 @settings(deadline=None, max_examples=60)

@@ -159,6 +159,11 @@ def brake_envelope(v0: float, a0: float, decel: float, jerk: float, dt: float, n
     return out
 
 
+def _least_accel_mps2(speed_mps: float, bounds: SpeedBounds) -> float:
+    """Whoever brakes harder rolls back before the jerk bound lets go of the brake."""
+    return -0.95 * math.sqrt(2.0 * bounds.jerk_mps3_max * speed_mps)
+
+
 def started(
     speed_mps: float, accel_mps2: float, held_jerk_mps3: float | None, bounds: SpeedBounds, dt_s: float
 ) -> SpeedStart:
@@ -168,24 +173,14 @@ def started(
     must not lead out of the bounds.
     """
     v = max(speed_mps, 0.0)
-    a = max(accel_mps2, -0.95 * math.sqrt(2.0 * bounds.jerk_mps3_max * v))
+    a = max(accel_mps2, _least_accel_mps2(v, bounds))
     held = held_jerk_mps3
     if held is not None:
         _, v1, a1 = SpeedStart(v, a, held).after(dt_s)
-        rolls = v1 < 0.0 or a1 < -0.95 * math.sqrt(2.0 * bounds.jerk_mps3_max * max(v1, 0.0))
+        rolls = v1 < 0.0 or a1 < _least_accel_mps2(v1, bounds)
         beyond = abs(held) > bounds.jerk_mps3_max or not -bounds.decel_mps2_max <= a1 <= bounds.accel_mps2_max
         held = None if rolls or beyond else held
     return SpeedStart(v, a, held)
-
-
-@njit(cache=True)
-def _delayed(envelope: Array, u: float, v0: float, a0: float) -> Array:
-    """The envelope from knot 1 on, after u metres, with knot 0 before it."""
-    out = np.empty_like(envelope)
-    out[0, 0], out[0, 1], out[0, 2] = 0.0, v0, a0
-    out[1:] = envelope[:-1]
-    out[1:, 0] += u
-    return out
 
 
 def brake_from(start: SpeedStart, decel_mps2: float, jerk_mps3: float, dt_s: float, n: int) -> Array:
@@ -194,8 +189,7 @@ def brake_from(start: SpeedStart, decel_mps2: float, jerk_mps3: float, dt_s: flo
     envelope: Array = brake_envelope(v, a, decel_mps2, jerk_mps3, dt_s, n)
     if start.held_jerk_mps3 is None:
         return envelope
-    held: Array = _delayed(envelope, u, start.speed_mps, start.accel_mps2)
-    return held
+    return np.vstack([(0.0, start.speed_mps, start.accel_mps2), envelope[:-1] + np.array([u, 0.0, 0.0])])
 
 
 def solve_speed(
