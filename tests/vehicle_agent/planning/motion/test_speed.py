@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from vehicle_agent.planning.motion.request import ClearanceLaw, DrivingLimits
@@ -86,6 +86,8 @@ def test_the_program_always_has_a_solution_within_hard_bounds(v0: float, a0: flo
 @given(
     v0=st.floats(0.0, 5.6), a0=st.floats(-1.8, 1.0), held=st.floats(-2.5, 2.5), high_m=st.floats(0.5, 60.0)
 )
+@example(v0=3.0, a0=0.0, held=0.5, high_m=1.0)
+@example(v0=5.6, a0=-1.3338846411972898, held=-0.4335107390916231, high_m=0.5)
 def test_what_is_commanded_already_is_planned_as_it_will_be(
     v0: float, a0: float, held: float, high_m: float
 ) -> None:
