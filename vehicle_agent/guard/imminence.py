@@ -14,7 +14,7 @@ from contract.geometry import Array
 
 STEP_S = 0.05
 # Who comes at the vehicle by himself counts when he meets it this close behind its front bumper: whoever
-# walks into its flank is not helped by its braking.
+# walks into its flank is not helped by its braking, and comes to stand amid those who follow him.
 FRONT_ZONE_M = 0.5
 _STRAIGHT_1PM = 1e-5
 
@@ -59,6 +59,8 @@ def will_touch(
     Each is tried as somebody who stops as hard as he can, and as somebody who keeps going and comes before
     the bumper; before the bumper both may stray to any side by half his sideways acceleration times the time
     squared. Who is near already may not be brought nearer than half as near: walking along is no danger.
+    Beside the body, behind its first half metre, a person counts only where the vehicle turns towards him: as
+    in RSS, the answer to somebody who comes from the side is not to go to that side.
     """
     back, front, half = body[0], body[1] + front_margin_m, body[2]
     end_s = response_s + (speed_mps + accel_mps2 * response_s) / decel_mps2
@@ -81,8 +83,14 @@ def will_touch(
             stop_s = min(t, v / brake) if brake > 0.0 else 0.0
             stopped = stop_s * (1.0 - 0.5 * brake * stop_s / v) if v > 1e-6 else 0.0
             ahead, aside = _seen_from(x + vx * stopped, y + vy * stopped, s, curvature_1pm)
-            allowed = before if ahead >= front - FRONT_ZONE_M else beside
-            if clearance_m(ahead, aside, back, front, half) - radius < allowed:
+            gap_m, allowed = clearance_m(ahead, aside, back, front, half), before
+            if ahead < front - FRONT_ZONE_M:
+                allowed = beside
+                if radius > 0.0:
+                    # Beside the body only what the vehicle itself does brings a person nearer.
+                    ahead, aside = _seen_from(x, y, s, curvature_1pm)
+                    gap_m = max(gap_m, clearance_m(ahead, aside, back, front, half))
+            if gap_m - radius < allowed:
                 return True
             ahead, aside = _seen_from(x + vx * t, y + vy * t, s, curvature_1pm)
             if ahead < front - FRONT_ZONE_M:

@@ -104,8 +104,19 @@ def test_walking_away_is_no_danger_and_walking_into_the_way_is() -> None:
     assert brake(a_track(x, HALF + 1.0, 0.0, -1.4), 3.0) > 0.0
 
 
-def test_somebody_who_walks_into_the_flank_is_not_helped_by_braking() -> None:
-    assert brake(a_track(1.0, HALF + 0.8, 0.0, -1.4), 3.0) == 0.0
+@pytest.mark.parametrize("gap", [-0.1, 0.05, 0.15, 0.3, 0.55])
+@pytest.mark.parametrize("x", [-0.5, 1.0, 2.4])
+def test_somebody_who_walks_into_the_flank_is_not_helped_by_braking(x: float, gap: float) -> None:
+    assert brake(a_track(x, HALF + 0.25 + gap, 0.0, -1.4), 3.0) == 0.0
+
+
+def test_somebody_beside_whom_the_vehicle_turns_towards_is_braked_for() -> None:
+    assert brake(a_track(0.0, -HALF - 0.28), 2.0, steer=0.0) == 0.0
+    assert brake(a_track(0.0, -HALF - 0.28), 2.0, steer=0.45) > 0.0
+
+
+def test_somebody_who_leaves_the_way_is_beside_it_when_the_flank_comes() -> None:
+    assert brake(a_track(FRONT + 2.0, HALF + 0.5, 0.0, 1.4), 3.0) == 0.0
 
 
 def test_a_lead_that_drives_as_fast_may_be_nearer_than_one_that_stands() -> None:
