@@ -263,7 +263,7 @@ def solve_speed(
     solver.settings.max_iter = 60
     solver.settings.eps_abs = 1e-5
     solver.settings.eps_rel = 1e-6
-    # Where the corridor cannot be kept its penalties make a cost of 1e5 and more: the gap is judged beside it.
+    # Where the corridor cannot be kept its penalties cost 1e5 and more: the gap is judged beside that.
     solver.settings.eps_duality_gap_abs = 1e-6
     solver.settings.eps_duality_gap_rel = 1e-6
     solver.setup(cost, linear, equal, right, rows, lower, upper, x_l, x_u)
