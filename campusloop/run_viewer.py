@@ -1,12 +1,12 @@
 """Run logs from a folder in the web viewer: a server of their own that holds nothing else."""
 
 import asyncio
-import base64
 import hashlib
 import secrets
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import httpx
@@ -16,16 +16,15 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from campusloop.commands.serve import DEFAULT_MAP, listen, uvicorn_config
 from campusloop.operator_client import OperatorClient
 from contract.runlog.reader import RunLogError, open_segment
-from contract.wire.upload import SIGNATURE_HEADER, segment_path, signed_segment
 from server.live_ports import live_ports
 from server.settings import settings_from
 from vehicle_agent.config import Body
-from vehicle_agent.link.keys import public_key_text
+from vehicle_agent.link.keys import public_key_text, signature_text
+from vehicle_agent.link.upload import TIMEOUT_S, put_segment
 
 OPERATOR = "operator"
 _POLL_S = 0.1
 _START_S = 60.0
-_UPLOAD_S = 120.0
 
 
 class NothingToView(Exception):
@@ -75,7 +74,7 @@ async def view(runs: tuple[ViewedRun, ...], port: int, tell: Callable[[str], Non
         serving = asyncio.create_task(server.serve(sockets=[listening]))
         try:
             await _until_started(server)
-            async with httpx.AsyncClient(base_url=settings.origin(), timeout=_UPLOAD_S) as client:
+            async with httpx.AsyncClient(base_url=settings.origin(), timeout=TIMEOUT_S) as client:
                 await _take_in(runs, client, password)
             _greet(runs, settings.origin(), password, tell)
             await serving
@@ -104,9 +103,7 @@ async def _take_in(runs: tuple[ViewedRun, ...], client: httpx.AsyncClient, passw
             await operator.enrol(run.vehicle_id, Body(), public_key_text(key))
         data = run.path.read_bytes()
         sha256 = hashlib.sha256(data).hexdigest()
-        signature = base64.b64encode(key.sign(signed_segment(run.vehicle_id, sha256))).decode()
-        headers = {"Vehicle-Id": run.vehicle_id, SIGNATURE_HEADER: signature}
-        answer = await client.put(segment_path(sha256), content=data, headers=headers)
+        answer = await put_segment(client, run.vehicle_id, partial(signature_text, key), data, sha256)
         if answer.is_error:
             raise NothingToView(f"{run.path}: {answer.json().get('detail')}")
 

@@ -15,6 +15,14 @@ RETRY_AFTER_S = 20.0
 TIMEOUT_S = 120.0
 
 
+async def put_segment(
+    client: httpx.AsyncClient, vehicle_id: str, sign: Callable[[bytes], str], data: bytes, sha256: str
+) -> httpx.Response:
+    """One signed upload of a segment. Raises httpx.TransportError."""
+    headers = {SIGNATURE_HEADER: sign(signed_segment(vehicle_id, sha256)), "Vehicle-Id": vehicle_id}
+    return await client.put(segment_path(sha256), content=data, headers=headers, timeout=TIMEOUT_S)
+
+
 class SegmentUploader:
     """Uploads one vehicle's segments, and keeps trying."""
 
@@ -38,13 +46,9 @@ class SegmentUploader:
 
     async def upload(self, path: Path, sha256: str) -> bool:
         """One attempt. True when there is nothing left to do: stored, known before, or refused for good."""
-        signature = self._sign(signed_segment(self._vehicle_id, sha256))
-        headers = {SIGNATURE_HEADER: signature, "Vehicle-Id": self._vehicle_id}
         data = await asyncio.to_thread(path.read_bytes)
         try:
-            answer = await self._client.put(
-                segment_path(sha256), content=data, headers=headers, timeout=TIMEOUT_S
-            )
+            answer = await put_segment(self._client, self._vehicle_id, self._sign, data, sha256)
         except httpx.TransportError as error:
             log.warning("run.upload_failed", vehicle_id=self._vehicle_id, path=str(path), error=str(error))
             return False
