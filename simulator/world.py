@@ -47,7 +47,7 @@ class WorldOptions:
     """traffic None: nobody on foot. lidar False: no scans. `plants`: dynamics of some vehicles, by id.
 
     actors   instead of `traffic`: who moves around the vehicles
-    tracker  noise of the trackers that vehicles of the Snow Lion stack have
+    tracker  noise of the trackers of vehicles whose stack follows others
     """
 
     traffic: TrafficParams | None = field(default_factory=TrafficParams)
@@ -117,7 +117,7 @@ class SimWorld:
         self.trackers = {
             v: Tracker(options.tracker, edges, profile.lidar.x_m, self._rng(f"tracker {v}"))
             for v, profile in profiles.items()
-            if profile.stack == "snow_lion"
+            if profile.follows_others
         }
         self._lidar_rngs = {v: self._rng(f"lidar {v}") for v in profiles}
         self._scan_due_ns: dict[str, int] = {}

@@ -159,6 +159,11 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     response: Response = Response()
     driving: Driving = Driving()
 
+    @property
+    def follows_others(self) -> bool:
+        """Whether the stack's perception follows who moves; GEM's knows occupied cells alone."""
+        return self.stack in ("nus", "snow_lion")
+
 
 def load_profile(path: FilePath) -> Profile:
     """Raises ProfileError with the field at fault."""

@@ -125,6 +125,8 @@ class DrivenShuttle:
             self.inbox.put(self.now_ns, "can", frame)
         for item in self.world.sensor_items(self.name, self.now_ns):
             self.inbox.put(self.now_ns, "sensors", item)
+        for percept in self.world.tracked(self.name, self.now_ns):
+            self.inbox.put(self.now_ns, "tracker", percept)
         scan = self.world.scan(self.name, self.now_ns)
         if scan is not None:
             self.inbox.put(self.now_ns, "lidar", percept_from_scan(scan[0], self.now_ns, self.params))

@@ -44,20 +44,26 @@ def gem(profile: Profile, road_map: RoadMap) -> Car:
     return Car(
         can=codec_of(profile),
         localization=GnssLocalization(road_map.origin),
-        perception=HeightMapPerception(
-            lidar_x_m=profile.lidar.x_m,
-            lidar_z_m=profile.lidar.z_m,
-            ring_rad_min=profile.lidar.elevation_rad_min,
-            body_front_m=body.front_overhang_m,
-            body_back_m=body.rear_overhang_m,
-            body_half_width_m=0.5 * body.width_m,
-        ),
+        perception=cells(profile),
         world=Surroundings(body.front_overhang_m, body.rear_overhang_m, 0.5 * body.width_m),
         mission=Mission(RoadNetwork(road_map), mission_rules(profile)),
         planning=planning(profile),
         control=control(profile),
         guard=guard(profile),
         hmi=announcer(profile),
+    )
+
+
+def cells(profile: Profile) -> HeightMapPerception:
+    """The height map of the profile's lidar, without the vehicle's own body."""
+    body = profile.body
+    return HeightMapPerception(
+        lidar_x_m=profile.lidar.x_m,
+        lidar_z_m=profile.lidar.z_m,
+        ring_rad_min=profile.lidar.elevation_rad_min,
+        body_front_m=body.front_overhang_m,
+        body_back_m=body.rear_overhang_m,
+        body_half_width_m=0.5 * body.width_m,
     )
 
 

@@ -8,6 +8,7 @@ from vehicle_agent.config import Profile
 from vehicle_agent.control.gem import WaypointControl
 from vehicle_agent.control.nus import PurePursuit
 from vehicle_agent.onboard.car import Car
+from vehicle_agent.perception.snow_lion import TrackingPerception
 from vehicle_agent.planning.approach import Approach
 from vehicle_agent.planning.gap import GapRule
 from vehicle_agent.planning.nus import NusPlanning
@@ -21,12 +22,15 @@ SPEED_MPS_MAX = 2.0
 
 
 def nus(profile: Profile, road_map: RoadMap) -> Car:
-    """A car that drives as in the NUS paper, on one map; what the paper does not say is the GEM stack's."""
+    """A car that drives as in the NUS paper, on one map; what the paper does not say is the GEM stack's.
+
+    Its laser and camera follow people: the guard knows how they move, the cost map where they are.
+    """
     others = gem.gem(profile, road_map)
     return Car(
         can=others.can,
         localization=others.localization,
-        perception=others.perception,
+        perception=TrackingPerception(gem.cells(profile)),
         world=others.world,
         mission=others.mission,
         planning=planning(profile, road_map),

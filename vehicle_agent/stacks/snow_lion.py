@@ -8,14 +8,13 @@ from vehicle_agent.hmi.gem import Announcer
 from vehicle_agent.localization.gem import GnssLocalization
 from vehicle_agent.mission.mission import Mission
 from vehicle_agent.onboard.car import Car
-from vehicle_agent.perception.gem import HeightMapPerception
 from vehicle_agent.perception.snow_lion import TrackingPerception
 from vehicle_agent.planning.behaviour.crossing_traffic import CrossingRules
 from vehicle_agent.planning.behaviour.decide import BehaviourRules
 from vehicle_agent.planning.motion.request import ClearanceLaw, DrivingLimits, MotionParams, Vehicle
 from vehicle_agent.planning.snow_lion import MotionPlanning
 from vehicle_agent.planning.worker import MotionPlanner
-from vehicle_agent.stacks.gem import guard, mission_rules
+from vehicle_agent.stacks.gem import cells, guard, mission_rules
 from vehicle_agent.stacks.snow_lion_control import control
 from vehicle_agent.world.snow_lion import ObservedWorld
 from vehicle_agent.world.surroundings import Surroundings
@@ -33,17 +32,7 @@ def snow_lion(profile: Profile, road_map: RoadMap) -> Car:
     return Car(
         can=codec_of(profile),
         localization=GnssLocalization(road_map.origin),
-        perception=TrackingPerception(
-            HeightMapPerception(
-                lidar_x_m=profile.lidar.x_m,
-                lidar_z_m=profile.lidar.z_m,
-                ring_rad_min=profile.lidar.elevation_rad_min,
-                body_front_m=body.front_overhang_m,
-                body_back_m=body.rear_overhang_m,
-                body_half_width_m=half_m,
-            ),
-            has_lidar=has_lidar,
-        ),
+        perception=TrackingPerception(cells(profile), has_lidar=has_lidar),
         world=ObservedWorld(
             network,
             Surroundings(body.front_overhang_m, body.rear_overhang_m, half_m),

@@ -70,6 +70,7 @@ class Surroundings(msgspec.Struct, frozen=True):
             others=tuple(_carried(other, now_ns) for other in heard),
             presence=present,
             blind=seen.blind,
+            tracks=seen.tracks,
         )
         return world, Heard(heard, present, seen.stamp_ns, points)
 
