@@ -8,8 +8,9 @@ Every stack drives it on a shuttle with tyres (`simulator/tyres.py`) whose wheel
 what the steering reports, 0.25 s and a lag late, at its nominal weight and 20 % more and less, with
 localization noise and with perfect localization. The `gem` stack follows waypoints, which are recorded with
 the same noise, and is also driven on the kinematic vehicle: that is its `peak_cross_track_m`, the other its
-`disturbed_peak_cross_track_m`. Stacks that follow trajectories get timed rows off the curve. What the
-reference time is: `benchmarks/tracking_stacks.py`. Recorded loops are for the `gem` stack.
+`disturbed_peak_cross_track_m`. The `nus` stack's pure pursuit follows the same waypoints at the 2 m/s that
+its look-ahead holds for. Stacks that follow trajectories get timed rows off the curve. What the reference
+time is: `benchmarks/tracking_stacks.py`. Recorded loops are for the `gem` stack.
 """
 
 import argparse

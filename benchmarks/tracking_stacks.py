@@ -2,7 +2,7 @@
 
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import msgspec
@@ -14,7 +14,7 @@ from simulator.plant import PlantParams
 from simulator.sensors.gnss import GnssNoise
 from vehicle_agent.config import Profile
 from vehicle_agent.control.gem import WaypointControl
-from vehicle_agent.stacks import gem, snow_lion_control
+from vehicle_agent.stacks import gem, nus, snow_lion_control
 
 NO_NOISE = GnssNoise(0.0, 0.0, 0.0, 0.0)
 
@@ -83,9 +83,14 @@ def _params(task: Following) -> PlantParams:
 
 
 def _as_in_the_paper(hands: WaypointControl) -> WaypointControl:
-    """One gain at every speed, aimed from where the vehicle is now and not where it will be."""
+    """One gain at every speed, aimed from where the vehicle is now and not where it will be; no trim."""
     follower = msgspec.structs.replace(hands.follower, heading_gain_1ps=2.0, gain_speed_mps=0.0)
-    return msgspec.structs.replace(hands, follower=follower, steer_delay_s=0.0)
+    return msgspec.structs.replace(hands, follower=follower, steer_delay_s=0.0, trim=None)
+
+
+def _slower(task: Following) -> Following:
+    """As fast as its look-ahead allows; the reference time is that of this speed."""
+    return replace(task, speed_mps=min(task.speed_mps, nus.SPEED_MPS_MAX))
 
 
 # stack -> follower -> how it drives; the stack's figures are those of its follower "ours".
@@ -94,6 +99,7 @@ STACKS: dict[str, dict[str, Callable[[Following], Followed]]] = {
         "ours": lambda task: by_waypoints(task, gem.control(task.profile)),
         "paper": lambda task: by_waypoints(task, _as_in_the_paper(gem.control(task.profile))),
     },
+    "nus": {"ours": lambda task: by_waypoints(_slower(task), nus.pursuit_control(task.profile))},
     "snow_lion": {"ours": lambda task: timed(task, snow_lion_control.control(task.profile))},
 }
 # Stacks that were published with a vehicle that rolls where its wheels point: also driven, and judged, on

@@ -18,9 +18,11 @@ class BicycleSteering(msgspec.Struct, frozen=True):
     speed_mps_min: float = 0.5
     dt_s: float = 0.02
 
-    def steer_rad(self, turn_radps: float, speed_mps: float, before_rad: float) -> float:
-        """The next command after `before_rad`."""
+    def steer_rad(
+        self, turn_radps: float, speed_mps: float, before_rad: float, trim_rad: float = 0.0
+    ) -> float:
+        """The next command after `before_rad`, to wheels that stand trim_rad to the left of it."""
         wanted = math.atan(self.wheelbase_m * turn_radps / max(speed_mps, self.speed_mps_min))
-        wanted = min(max(wanted, -self.steer_rad_max), self.steer_rad_max)
+        wanted = min(max(wanted - trim_rad, -self.steer_rad_max), self.steer_rad_max)
         reach = self.steer_rate_radps_max * self.dt_s
         return before_rad + min(max(wanted - before_rad, -reach), reach)

@@ -10,6 +10,7 @@ from vehicle_agent.control.brake_map import BrakeMap
 from vehicle_agent.control.follower import WaypointFollower
 from vehicle_agent.control.gem import WaypointControl
 from vehicle_agent.control.steering import BicycleSteering
+from vehicle_agent.control.steering_trim import SteeringTrim
 from vehicle_agent.control.twist import TwistController
 from vehicle_agent.guard.collision import Avoidance
 from vehicle_agent.guard.faults import Ageing
@@ -132,6 +133,7 @@ def control(profile: Profile) -> WaypointControl:
             coast_mps2=response.coast_mps2,
             dt_s=_TICK_S,
         ),
+        trim=SteeringTrim(wheelbase_m=profile.body.wheelbase_m, dt_s=_TICK_S),
         steer_delay_s=response.steer_delay_s,
         dt_s=_TICK_S,
     )
