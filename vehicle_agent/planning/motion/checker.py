@@ -25,15 +25,16 @@ def violations(
         return ("empty",)
     if not np.isfinite(rows).all():
         return ("not_finite",)
+    offset_m, at_m = _offsets(rows, request)
     found = {
         "start": _leaves_start(rows, request),
         "kinematics": _is_inconsistent(rows),
         **_bounds(rows, request, vehicle, limits, emergency),
-        "wall": _crosses_wall(rows, request),
+        "wall": _crosses_wall(offset_m, at_m, request),
         "static": _hits_static(rows, request, vehicle),
         "agent": _hits_agent(rows, request.agents, vehicle),
         "footprint": _drives_on(rows, request, vehicle),
-        "end": _overruns(rows, request, limits),
+        "end": _overruns(rows, at_m, request, limits),
     }
     return tuple(name for name, wrong in found.items() if wrong)
 
@@ -98,16 +99,15 @@ def _bounds(
     }
 
 
-def _crosses_wall(rows: Array, request: MotionRequest) -> bool:
+def _crosses_wall(offset: Array, at: Array, request: MotionRequest) -> bool:
     """The rear axle beyond the room, unless it starts there and only comes back."""
-    offset, at = _offsets(rows, request)
     line = request.corridor.s_m
     excess = np.maximum(
         np.interp(at, line, request.lower_l_m) - offset, offset - np.interp(at, line, request.upper_l_m)
     )
     allowed = 0.06 if excess[0] <= 0.05 else excess[0] + 0.3
     inside = np.flatnonzero(excess <= 0.0)
-    first = inside[0] if len(inside) else len(rows)
+    first = inside[0] if len(inside) else len(at)
     return bool((excess[:first] > allowed).any() or (excess[first:] > 0.06).any())
 
 
@@ -241,14 +241,13 @@ def _stops_at_once(rows: Array) -> bool:
     return not bool((np.diff(v) > 0.1).any() or (v[late] > 0.05).any() or v[-1] > 0.05)
 
 
-def _overruns(rows: Array, request: MotionRequest, limits: DrivingLimits) -> bool:
+def _overruns(rows: Array, at: Array, request: MotionRequest, limits: DrivingLimits) -> bool:
     """Passes the place where it must stand, or can no longer stop before it at the end of the rows.
 
     A start that is too near and too fast for that is asked to stop at once.
     """
     if not np.isfinite(request.end_s_m):
         return False
-    _, at = _offsets(rows, request)
     v0 = rows[0, 5]
     if at[0] + v0**2 / (2.0 * limits.decel_mps2_max) + 0.5 * v0 > request.end_s_m:
         beyond = (at > request.end_s_m + 0.1) & (rows[:, 5] > 0.05)

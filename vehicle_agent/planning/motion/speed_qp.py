@@ -8,6 +8,7 @@ Solved by PIQP (Schwan et al. 2023).
 
 import math
 from functools import lru_cache
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -91,9 +92,37 @@ class SpeedPlan(msgspec.Struct, frozen=True):
     iterations: int
 
 
+class _Form(NamedTuple):
+    """What all programs of one size and weights share, ordered as in `solve_speed`.
+
+    below   the inequality rows; its data at `gaps` and `slopes` (n,) are each program's own
+    linear  (8 n,) the costs' linear part, without the wish
+    """
+
+    cost: csc_matrix
+    linear: Array
+    equal: csc_matrix
+    below: csc_matrix
+    gaps: IntArray
+    slopes: IntArray
+
+
 @lru_cache(maxsize=4)
-def _pattern(n: int, dt: float, gap_s: float) -> tuple[csc_matrix, csc_matrix]:
-    """Equality rows (fixed values) and the pattern of the inequality rows, ordered as in `solve_speed`."""
+def _form(n: int, dt: float, weights: SpeedWeights) -> _Form:
+    per_second = [0.0, weights.speed, weights.accel, weights.jerk]
+    beyond = [weights.hard, weights.soft, weights.hard, weights.limit]
+    quadratic = 2.0 * dt * np.repeat(per_second + beyond, n)
+    quadratic[:n] = 1e-6
+    linear = dt * np.repeat([0.0] * 4 + beyond, n)
+    cost = csc_matrix((quadratic, np.arange(8 * n), np.arange(8 * n + 1)), shape=(8 * n, 8 * n))
+    equal, below = _rows(n, dt, weights.gap_s)
+    return _Form(
+        cost, linear, equal, below, np.flatnonzero(below.data == _GAP), np.flatnonzero(below.data == _SLOPE)
+    )
+
+
+def _rows(n: int, dt: float, gap_s: float) -> tuple[csc_matrix, csc_matrix]:
+    """Equality rows and inequality rows; gaps and slopes keep their places in the pattern."""
     rows: list[tuple[int, int, float]] = []
     for k in range(n):
         u, v, a, j = k, n + k, 2 * n + k, 3 * n + k
@@ -106,7 +135,6 @@ def _pattern(n: int, dt: float, gap_s: float) -> tuple[csc_matrix, csc_matrix]:
     equal = csc_matrix((x, (i, j_)), shape=(3 * n, 8 * n))
     rows = []
     for k in range(n):
-        # Gaps and slopes are filled in by each program; these keep their places in the pattern.
         rows += [(k, k, 1.0), (k, n + k, _GAP), (k, 4 * n + k, -1.0)]
         rows += [(n + k, k, 1.0), (n + k, n + k, gap_s), (n + k, 5 * n + k, -1.0)]
         rows += [(2 * n + k, k, 1.0), (2 * n + k, 6 * n + k, 1.0)]
@@ -207,7 +235,7 @@ def solve_speed(
     """
     v0_mps, a0_mps2 = start.speed_mps, start.accel_mps2
     n = len(corridor.high_m)
-    equal, below = _pattern(n, dt_s, weights.gap_s)
+    form = _form(n, dt_s, weights)
     t = dt_s * np.arange(1, n + 1)
     jerk = bounds.jerk_mps3_max
     envelope = brake_from(start, bounds.decel_mps2_comfort, jerk, dt_s, n)
@@ -224,21 +252,8 @@ def solve_speed(
     if start.held_jerk_mps3 is not None:
         x_l[3 * n], x_u[3 * n] = start.held_jerk_mps3 - 1e-6, start.held_jerk_mps3 + 1e-6
 
-    quadratic = np.concatenate(
-        [
-            np.full(n, 1e-6),
-            np.full(n, 2.0 * weights.speed * dt_s),
-            np.full(n, 2.0 * weights.accel * dt_s),
-            np.full(n, 2.0 * weights.jerk * dt_s),
-            np.full(n, 2.0 * weights.hard * dt_s),
-            np.full(n, 2.0 * weights.soft * dt_s),
-            np.full(n, 2.0 * weights.hard * dt_s),
-            np.full(n, 2.0 * weights.limit * dt_s),
-        ]
-    )
-    linear = np.zeros(8 * n)
+    linear = form.linear.copy()
     linear[n : 2 * n] = -2.0 * weights.speed * dt_s * corridor.wish_mps
-    linear[4 * n :] = dt_s * np.repeat([weights.hard, weights.soft, weights.hard, weights.limit], n)
     right = np.zeros(3 * n)
     right[0] = -(v0_mps * dt_s + 0.5 * a0_mps2 * dt_s**2)
     right[1] = -(v0_mps + a0_mps2 * dt_s)
@@ -253,11 +268,8 @@ def solve_speed(
     )
     lower = np.full(4 * n, -_INF)
     lower[2 * n : 3 * n] = corridor.low_m
-    data = below.data.copy()
-    gaps, slopes = _places(n, dt_s, weights.gap_s)
-    data[gaps], data[slopes] = corridor.gap_s, -corridor.slope_1ps
-    rows = csc_matrix((data, below.indices, below.indptr), shape=below.shape)
-    cost = csc_matrix((quadratic, np.arange(8 * n), np.arange(8 * n + 1)), shape=(8 * n, 8 * n))
+    below = form.below.copy()
+    below.data[form.gaps], below.data[form.slopes] = corridor.gap_s, -corridor.slope_1ps
 
     solver = piqp.SparseSolver()
     solver.settings.max_iter = 60
@@ -266,7 +278,7 @@ def solve_speed(
     # Where the corridor cannot be kept its penalties cost 1e5 and more: the gap is judged beside that.
     solver.settings.eps_duality_gap_abs = 1e-6
     solver.settings.eps_duality_gap_rel = 1e-6
-    solver.setup(cost, linear, equal, right, rows, lower, upper, x_l, x_u)
+    solver.setup(form.cost, linear, form.equal, right, below, lower, upper, x_l, x_u)
     status = solver.solve()
     z = np.asarray(solver.result.x)
     u, v, a, j = (np.clip(z[i * n : (i + 1) * n], -1e9, 1e9) for i in range(4))
@@ -281,10 +293,3 @@ def solve_speed(
         status == piqp.PIQP_SOLVED and bool(np.isfinite(z).all()),
         int(solver.result.info.iter),
     )
-
-
-@lru_cache(maxsize=4)
-def _places(n: int, dt: float, gap_s: float) -> tuple[IntArray, IntArray]:
-    """(n,) each: where in the data of the inequality rows the gaps and the slopes stand."""
-    _, below = _pattern(n, dt, gap_s)
-    return np.flatnonzero(below.data == _GAP), np.flatnonzero(below.data == _SLOPE)
