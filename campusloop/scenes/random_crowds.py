@@ -29,6 +29,8 @@ _AFTER_M = 12.0
 _SPEED_LIMIT_MPS = 4.2
 _PEOPLE_MIN = 4
 _EDGE_S = 6.0
+# Whoever begins nearer to the shuttle stays away: nobody could answer them.
+_APPEAR_M = 15.0
 # About a rear axle that stands 5 to 10 m along the path.
 _CLEAR_M = 18.0
 
@@ -150,7 +152,11 @@ def _crowd(
         laid, people = _laid(clip, points, rng)
         laid = _away_from_start(laid, points[0], from_s)
         area_100m2 = 2.0 * _REACH_M * float(arc_lengths(points)[-1]) / 100.0
-        return f"replayed {clip.name}", people / area_100m2, lambda: ReplayedTraffic(laid, from_s)
+        return (
+            f"replayed {clip.name}",
+            people / area_100m2,
+            lambda: ReplayedTraffic(laid, from_s, appear_m=_APPEAR_M),
+        )
     params = CrowdParams(density, attentive, _REACH_M)
     return "reactive", density, lambda: SocialCrowd(params, points, seed)
 

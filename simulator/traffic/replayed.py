@@ -4,6 +4,7 @@ import numpy as np
 
 from contract.geometry import Array
 from simulator.traffic.actors import Bodies, no_bodies
+from simulator.traffic.crowd import V_X, V_Y
 from simulator.traffic.recordings import Clip, Recorded
 
 # Whoever is still there when the recording ends goes on as before; beyond this time nobody is left.
@@ -13,18 +14,36 @@ _AT_ONCE_S = 1e-6
 
 
 class ReplayedTraffic:
-    """Plays a clip from `from_s` on, some tracks left out; `hold` stops its clock and hides everybody."""
+    """Plays a clip from `from_s` on, some tracks left out; `hold` stops its clock and hides everybody.
 
-    def __init__(self, clip: Clip, from_s: float, without: frozenset[int] = frozenset()) -> None:
+    appear_m  whoever would appear out of nothing nearer than this to a vehicle stays away: a picture begins
+              somewhere, and where a crowd is laid over another place that may be before a bumper
+    """
+
+    def __init__(
+        self, clip: Clip, from_s: float, without: frozenset[int] = frozenset(), appear_m: float = 0.0
+    ) -> None:
         self.clock_s = from_s
+        self._appear_m = appear_m
+        self._away: set[int] = set()
         self.hold = False
         self._ends_s = clip.ends_s
         self._tracks = tuple(track for track in clip.tracks if track.number not in without)
+        self._begins_s = np.array([track.times_s[0] - _AT_ONCE_S for track in self._tracks])
 
     def step(self, vehicles: Array, odometers_m: Array, ahead: Array, dt_s: float) -> None:
-        """Time goes on; the vehicles make no difference."""
-        if not self.hold:
-            self.clock_s += dt_s
+        """Time goes on; the vehicles make no difference to who is there already."""
+        if self.hold:
+            return
+        before_s = self.clock_s
+        self.clock_s += dt_s
+        if self._appear_m <= 0.0 or not len(vehicles):
+            return
+        for i in np.flatnonzero((before_s < self._begins_s) & (self._begins_s <= self.clock_s)):
+            track = self._tracks[i]
+            apart_m = vehicles[:, [V_X, V_Y]] - track.states[0, :2]
+            if np.hypot(apart_m[:, 0], apart_m[:, 1]).min() < self._appear_m:
+                self._away.add(track.number)
 
     def bodies(self) -> Bodies:
         """Everybody who is there now."""
@@ -45,7 +64,7 @@ class ReplayedTraffic:
     def _state(self, track: Recorded) -> Array | None:
         """x, y, yaw, vx, vy now, between two sights a straight line; None for who is not there."""
         t, times = self.clock_s, track.times_s
-        if t < times[0] - _AT_ONCE_S:
+        if t < times[0] - _AT_ONCE_S or track.number in self._away:
             return None
         if t > times[-1]:
             beyond_s = t - float(times[-1])

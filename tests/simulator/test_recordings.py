@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -64,6 +65,20 @@ def test_who_left_the_picture_is_gone_and_who_did_not_walks_on(tmp_path: Path) -
     bodies = traffic.bodies()
     assert bodies.numbers.tolist() == [3]
     assert bodies.poses_map[0, 0] == pytest.approx(12.0 + 2.0 * 1.2, abs=0.01)
+
+
+@pytest.mark.parametrize(("away_m", "there"), [(5.0, 0), (20.0, 1)])
+def test_nobody_appears_out_of_nothing_before_a_bumper(tmp_path: Path, away_m: float, there: int) -> None:
+    clip = a_clip(tmp_path)
+    late = tuple(replace(track, times_s=track.times_s + 1.0) for track in clip.tracks if track.number == 3)
+    clip = replace(clip, tracks=late)
+    traffic = ReplayedTraffic(clip, 0.0, appear_m=15.0)
+    x, y = late[0].states[0, :2]
+    vehicle = np.zeros((1, 7))
+    vehicle[0, :2] = x + away_m, y
+    for _ in range(75):
+        traffic.step(vehicle, np.zeros(1), np.empty((1, 1, 2)), 0.02)
+    assert len(traffic.bodies().numbers) == there
 
 
 def test_a_pavement_recording_has_two_and_a_half_looks_a_second(tmp_path: Path) -> None:

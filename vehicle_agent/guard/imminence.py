@@ -15,7 +15,7 @@ from contract.geometry import Array
 STEP_S = 0.05
 # Who comes at the vehicle by himself counts when he meets it this close behind its front bumper: whoever
 # walks into its flank is not helped by its braking, and comes to stand amid those who follow him.
-FRONT_ZONE_M = 0.5
+FRONT_ZONE_M = 1.5
 _STRAIGHT_1PM = 1e-5
 
 
@@ -59,8 +59,8 @@ def will_touch(
     Each is tried as somebody who stops as hard as he can, and as somebody who keeps going and comes before
     the bumper; before the bumper both may stray to any side by half his sideways acceleration times the time
     squared. Who is near already may not be brought nearer than half as near: walking along is no danger.
-    Beside the body, behind its first half metre, a person counts only where the vehicle turns towards him: as
-    in RSS, the answer to somebody who comes from the side is not to go to that side.
+    Beside the body, behind its first metre and a half, a person counts only where the vehicle turns towards
+    him: as in RSS, the answer to somebody who comes from the side is not to go to that side.
     """
     back, front, half = body[0], body[1] + front_margin_m, body[2]
     end_s = response_s + (speed_mps + accel_mps2 * response_s) / decel_mps2

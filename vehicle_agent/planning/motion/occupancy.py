@@ -10,8 +10,11 @@ from contract.geometry import Array, BoolArray, IntArray
 from vehicle_agent.planning.motion.agents import MovingDiscs
 from vehicle_agent.planning.motion.clearance import Box, box_distance
 from vehicle_agent.planning.motion.path_samples import PathSamples
-from vehicle_agent.planning.motion.request import ClearanceLaw
+from vehicle_agent.planning.motion.request import ClearanceLaw, StoppingRoom
 from vehicle_agent.planning.motion.speed_limits import law_speed, law_vector
+
+# Nobody farther ahead than this is looked at for the room to stop in.
+_ROOM_M = 2.5
 
 
 class Occupancy(msgspec.Struct, frozen=True):
@@ -41,6 +44,7 @@ def project_agents(
     soft_margin_m: float,
     law: ClearanceLaw,
     nose_m: float,
+    room: StoppingRoom,
 ) -> Occupancy:
     """Every agent on the path; those who are behind the rear bumper now are left to look out for themselves.
 
@@ -63,6 +67,7 @@ def project_agents(
             soft_margin_m,
             law_vector(law),
             nose_m,
+            np.array([room.response_s, room.decel_mps2, room.ahead_m, room.aside_m, room.speed_mps_min]),
         )
     )
 
@@ -84,6 +89,7 @@ def projected(
     soft_margin: float,
     law: Array,
     nose: float,
+    room: Array,
 ) -> tuple[Array, Array, Array, Array, Array, BoolArray]:
     """The kernel of `project_agents`; steps over samples that the clearance shows to be out of reach."""
     slots, total, n = discs.shape[0], discs.shape[1], poses.shape[0]
@@ -115,7 +121,7 @@ def projected(
         hard = min(hard_margin, max(now[a] - 0.02, 0.0))
         for t in range(slots):
             soft = hard + (soft_margin + inflation[t, m] if hard == hard_margin else 0.0)
-            seen = max(soft, law[2]) if pedestrian[m] else soft
+            seen = max(soft, law[2], _ROOM_M) if pedestrian[m] else soft
             px, py, radius = discs[t, m]
             j = 0
             while j < n:
@@ -129,9 +135,13 @@ def projected(
                 if gap >= seen:
                     j += max(1, int((gap - seen) / (pace * 1.05 * spacing)))
                     continue
-                if pedestrian[m] and gap < law[2]:
-                    speed = law_speed(gap, law)
-                    limit[t, j] = min(limit[t, j], speed)
+                if pedestrian[m]:
+                    if gap < law[2]:
+                        limit[t, j] = min(limit[t, j], law_speed(gap, law))
+                    ahead = cos[j] * (px - poses[j, 0]) + sin[j] * (py - poses[j, 1]) - front - radius
+                    aside = abs(cos[j] * (py - poses[j, 1]) - sin[j] * (px - poses[j, 0])) - half - radius
+                    if ahead > 0.0 and aside < room[3]:
+                        limit[t, j] = min(limit[t, j], _room_speed(ahead, room))
                 j += 1
     # The samples are `spacing` apart: the true ends are up to so much farther.
     for t in range(slots):
@@ -143,3 +153,12 @@ def projected(
                 soft_low[t, a] -= spacing
                 soft_high[t, a] += spacing
     return hard_low, hard_high, soft_low, soft_high, limit, inside
+
+
+@njit(cache=True)
+def _room_speed(ahead_m: float, room: Array) -> float:
+    """From which the vehicle stops within ahead_m less its margin: v r + v^2 / 2 a."""
+    response, decel = room[0], room[1]
+    left = max(ahead_m - room[2], 0.0)
+    speed: float = max(decel * (math.sqrt(response * response + 2.0 * left / decel) - response), room[4])
+    return speed

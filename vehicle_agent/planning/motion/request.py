@@ -81,6 +81,20 @@ class ClearanceLaw(msgspec.Struct, frozen=True):
     speed_mps_max: float = 4.2
 
 
+class StoppingRoom(msgspec.Struct, frozen=True):
+    """What the guard wants to have before a person whom the body would pass nearer than aside_m: to drive on
+    for response_s, brake with decel_mps2 and stand ahead_m before them. It brakes for a plan that keeps less.
+
+    speed_mps_min  and still creep, for who stands beside the way can be passed
+    """
+
+    response_s: float = 0.35
+    decel_mps2: float = 4.5
+    ahead_m: float = 0.35
+    aside_m: float = 0.25
+    speed_mps_min: float = 0.3
+
+
 class Agents(msgspec.Struct, frozen=True):
     """Where those who move are expected to be; arrays in the same order, a agents at k times.
 
@@ -144,6 +158,7 @@ class MotionParams(msgspec.Struct, frozen=True):
     hard_margin_m      kept to every nominal place, soft_margin_m kept where it costs little
     stop_gap_m         between the bumper and what the vehicle stops for
     gap_s              so many seconds' way stay free before who moves: what the guard needs to trust us
+    early_s            so much sooner than predicted somebody may come, who must not be passed before
     iterations_max     of path and speed together; path_iterations_max of one path
     nodes_max          of one s-t search
     moving_m           who moves less than this in the horizon is a static obstacle to the path
@@ -153,6 +168,7 @@ class MotionParams(msgspec.Struct, frozen=True):
     vehicle: Vehicle = Vehicle()
     limits: DrivingLimits = DrivingLimits()
     law: ClearanceLaw = ClearanceLaw()
+    room: StoppingRoom = StoppingRoom()
     path: PathWeights = PathWeights()
     speed: SpeedWeights = SpeedWeights()
     smoothing_m: float = 0.6
@@ -166,6 +182,7 @@ class MotionParams(msgspec.Struct, frozen=True):
     soft_margin_m: float = 0.35
     stop_gap_m: float = 0.8
     gap_s: float = 0.35
+    early_s: float = 0.3
     static_margin_m: float = 0.1
     iterations_max: int = 3
     path_iterations_max: int = 25

@@ -71,9 +71,17 @@ def plan_speed(
         params.soft_margin_m,
         params.law,
         params.vehicle.nose_m,
+        params.room,
     )
     per_knot = round(params.knot_s / params.row_s)
-    graph = st_graph.graph(occupancy, request.agents.pass_rule, per_knot, params.knot_s, params.stop_gap_m)
+    graph = st_graph.graph(
+        occupancy,
+        request.agents.pass_rule,
+        per_knot,
+        round(params.early_s / params.row_s),
+        params.knot_s,
+        params.stop_gap_m,
+    )
     v0, a0 = max(request.start.speed_mps, 0.0), request.start.accel_mps2
     if v0 < 0.05:
         a0 = max(a0, 0.0)

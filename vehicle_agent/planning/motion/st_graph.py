@@ -42,8 +42,11 @@ class Corridor(msgspec.Struct, frozen=True):
     end_speed_mps: float
 
 
-def graph(occupancy: Occupancy, pass_rule: IntArray, slots_per_knot: int, dt_s: float, gap_m: float) -> Graph:
-    """Occupancy at the knots: each takes what is taken half a knot before and after it, too.
+def graph(
+    occupancy: Occupancy, pass_rule: IntArray, slots_per_knot: int, early: int, dt_s: float, gap_m: float
+) -> Graph:
+    """Occupancy at the knots: each takes what is taken half a knot before it, and half a knot and `early`
+    slots after it: who walks faster than expected comes sooner.
 
     Who must be yielded to blocks its stretch, and all beyond it, from now until it has left.
     """
@@ -53,6 +56,7 @@ def graph(occupancy: Occupancy, pass_rule: IntArray, slots_per_knot: int, dt_s: 
         occupancy.soft_low_m,
         occupancy.soft_high_m,
         slots_per_knot,
+        early,
     )
     who = np.flatnonzero(((low <= high) | (soft_low <= soft_high)).any(axis=0))
     low, high, soft_low, soft_high = (part[:, who].copy() for part in (low, high, soft_low, soft_high))
@@ -72,15 +76,15 @@ def graph(occupancy: Occupancy, pass_rule: IntArray, slots_per_knot: int, dt_s: 
 
 @njit(cache=True)
 def merged(
-    low: Array, high: Array, soft_low: Array, soft_high: Array, per_knot: int
+    low: Array, high: Array, soft_low: Array, soft_high: Array, per_knot: int, early: int
 ) -> tuple[Array, Array, Array, Array]:
-    """Slots (T, a) to knots (K, a): least low and greatest high within half a knot."""
+    """Slots (T, a) to knots (K, a): least low, greatest high within half a knot, and `early` slots later."""
     knots = (low.shape[0] - 1) // per_knot + 1
     half = (per_knot + 1) // 2
     agents = low.shape[1]
     out = np.empty((4, knots, agents))
     for k in range(knots):
-        first, last = max(0, k * per_knot - half), min(low.shape[0], k * per_knot + half + 1)
+        first, last = max(0, k * per_knot - half), min(low.shape[0], k * per_knot + half + early + 1)
         for a in range(agents):
             out[0, k, a] = np.min(low[first:last, a])
             out[1, k, a] = np.max(high[first:last, a])

@@ -1,0 +1,90 @@
+"""Plans leave the guard its room before people, and do not count on them to be late."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.vehicle_agent.planning.motion.scenes import a_request, people
+from vehicle_agent.planning.motion.agents import moving_discs
+from vehicle_agent.planning.motion.occupancy import Occupancy, project_agents
+from vehicle_agent.planning.motion.path_samples import PathSamples
+from vehicle_agent.planning.motion.plan import plan_motion
+from vehicle_agent.planning.motion.request import Agents, MotionParams, Vehicle
+from vehicle_agent.planning.motion.st_graph import graph
+
+PARAMS = MotionParams()
+FRONT, HALF = Vehicle().box.front_m, Vehicle().box.half_width_m
+SLOTS = np.arange(81) * PARAMS.row_s
+
+
+def occupied(who: Agents) -> tuple[Occupancy, np.ndarray]:
+    """On a straight path of 40 m; and the path's ways."""
+    u = 0.25 * np.arange(161)
+    flat = np.zeros(len(u))
+    samples = PathSamples(u, u, np.ones(len(u)), np.column_stack((u, flat, flat)), flat, flat)
+    found = project_agents(
+        samples,
+        moving_discs(who, SLOTS, PARAMS.track_mps_max),
+        len(who.ids),
+        PARAMS.vehicle.box,
+        PARAMS.hard_margin_m,
+        PARAMS.soft_margin_m,
+        PARAMS.law,
+        PARAMS.vehicle.nose_m,
+        PARAMS.room,
+    )
+    return found, u
+
+
+@settings(max_examples=40, deadline=None)
+@given(gap_m=st.floats(0.4, 2.4), aside_m=st.floats(-0.8, 0.2))
+def test_before_somebody_close_the_speed_is_one_from_which_the_vehicle_stops_in_time(
+    gap_m: float, aside_m: float
+) -> None:
+    room = PARAMS.room
+    x = FRONT + 0.25 + 10.0
+    found, u = occupied(people((x, HALF + 0.25 + aside_m, 0.0, 0.0)))
+    j = int(np.searchsorted(u, 10.0 - gap_m))
+    v, ahead_m = found.limit_mps[0, j], 10.0 - u[j]
+    if ahead_m < 0.0:
+        return
+    stops_m = room.response_s * v + v**2 / (2.0 * room.decel_mps2)
+    assert v <= room.speed_mps_min + 1e-9 or stops_m <= ahead_m - room.ahead_m + 1e-9
+
+
+def test_who_stands_well_beside_the_way_asks_for_no_room_ahead() -> None:
+    near, u = occupied(people((14.0, HALF + 0.25 + 0.1, 0.0, 0.0)))
+    far, _ = occupied(people((14.0, HALF + 0.25 + 1.0, 0.0, 0.0)))
+    before = int(np.searchsorted(u, 14.0 - FRONT - 0.25 - 1.0))
+    assert near.limit_mps[0, before] < 2.0
+    assert far.limit_mps[0, before] > 2.0
+
+
+def test_who_creeps_past_is_not_kept_from_it() -> None:
+    found, _ = occupied(people((14.0, HALF + 0.25 + 0.2, 0.0, 0.0)))
+    assert found.limit_mps.min() == pytest.approx(PARAMS.room.speed_mps_min)
+
+
+def test_somebody_is_reckoned_with_a_moment_before_they_are_expected() -> None:
+    walker = people((12.0, -6.0, 0.0, 1.4))
+    found, _ = occupied(walker)
+    at = [
+        graph(found, walker.pass_rule, 2, early, 0.2, 0.8).low_m[:, 0] <= 1e3
+        for early in (0, round(PARAMS.early_s / PARAMS.row_s))
+    ]
+    plain, sooner = (int(np.flatnonzero(taken)[0]) for taken in at)
+    assert (plain - sooner) * 0.2 == pytest.approx(PARAMS.early_s, abs=0.1)
+    assert np.flatnonzero(at[0])[-1] == np.flatnonzero(at[1])[-1], "they do not leave sooner"
+
+
+@pytest.mark.parametrize("aside_m", [0.05, 0.12, 0.2])
+def test_somebody_beside_the_way_is_approached_slowly_and_passed(aside_m: float) -> None:
+    request = a_request(speed_mps=3.0, room_m=0.05, agents=people((14.0, HALF + 0.25 + aside_m, 0.02, 0.0)))
+    motion = plan_motion(request, PARAMS)
+    t, x, v = motion.rows[:, 0], motion.rows[:, 1], motion.rows[:, 5]
+    ahead_m = 14.0 + 0.02 * t - 0.25 - FRONT - x
+    close = (ahead_m > 0.0) & (ahead_m < 1.5) & (v > PARAMS.room.speed_mps_min + 0.15)
+    needed_m = PARAMS.room.response_s * v + v**2 / (2.0 * PARAMS.room.decel_mps2) + PARAMS.room.ahead_m
+    assert motion.feasible
+    assert (needed_m[close] <= ahead_m[close] + 0.15).all()
