@@ -49,7 +49,7 @@ def _arrived(state: MissionState, rules: MissionRules) -> MissionState:
     target_s_m = state.target_s_m()
     if target_s_m is None or state.held or state.astray or not is_standing(state, rules):
         return state
-    if abs(target_s_m - state.s_m) > rules.arrived_m:
+    if not -rules.overshot_m <= target_s_m - state.s_m <= rules.arrived_m:
         return state
     if state.temporary is not None:
         return _opened(state)

@@ -11,7 +11,8 @@ class MissionRules(msgspec.Struct, frozen=True):
 
     section_margin_m   kept between the front bumper and a section without a grant
     release_slack_m    how far the rear bumper must be out of a section before it is given back
-    arrived_m          the vehicle has come to a stop when it stands this near to it
+    arrived_m          the vehicle has come to a stop when it stands this near before it
+    overshot_m         or so far beyond: a stop that it was told of too late to brake for is served from there
     standing_*         standing means slower than this for so long
     alight_grace_ns    how much longer than the dwell the doors stay open for riders who should alight
     near_*             departure check of a temporary stop: nobody this near, for so long; given up after a
@@ -27,6 +28,7 @@ class MissionRules(msgspec.Struct, frozen=True):
     section_margin_m: float = 0.5
     release_slack_m: float = 0.2
     arrived_m: float = 0.5
+    overshot_m: float = 1.5
     standing_mps: float = 0.05
     standing_ns: int = 300_000_000
     rolling_mps: float = 0.3

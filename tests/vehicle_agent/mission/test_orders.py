@@ -5,7 +5,7 @@ import pytest
 
 from contract.geometry import Pose2
 from contract.wire.messages import Command, CommandDone, OrderAccepted, OrderRejected, Visit, VisitChanged
-from tests.vehicle_agent.mission.ring import OFFSET_NS, RingShuttle, a_visit, an_order, rest
+from tests.vehicle_agent.mission.ring import NETWORK, OFFSET_NS, RingShuttle, a_visit, an_order, rest
 from vehicle_agent.mission.memory import holding
 from vehicle_agent.mission.mission import persistent
 
@@ -55,6 +55,19 @@ def test_a_higher_revision_replaces_the_lower_one_mid_way() -> None:
     shuttle.run(5)
     farther = ("south", 60.0)
     shuttle.step(an_order((a_visit("b", *farther), rest(farther)), revision=2))
+    shuttle.run(200)
+    assert [e.visit_id for e in shuttle.of(VisitChanged) if e.state == "done"] == ["b", "rest"]  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("rolled_m", [0.1, 1.0])
+def test_a_stop_told_of_too_late_to_brake_for_is_served_a_little_beyond(rolled_m: float) -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(two_visits()))
+    shuttle.run(5)
+    assert shuttle.task is not None
+    here = ("south", shuttle.task.s_m - 0.1)
+    shuttle.step(an_order((a_visit("b", *here), rest(here)), revision=2))
+    shuttle.pose = Pose2(*NETWORK.pose("south", here[1] + rolled_m))
     shuttle.run(200)
     assert [e.visit_id for e in shuttle.of(VisitChanged) if e.state == "done"] == ["b", "rest"]  # type: ignore[attr-defined]
 
