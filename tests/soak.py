@@ -1,6 +1,7 @@
 """Long and random campaigns: `python -m tests.soak [NAME ...]`. Seeds are printed; exit 1 when one fails."""
 
 import os
+import secrets
 import subprocess
 import sys
 import time
@@ -10,6 +11,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 CAMPUSLOOP = (sys.executable, "-m", "campusloop")
 SNOW_LION = str(ROOT / "maps" / "snow-lion" / "map.json")
+PROPERTY_SEEDS = tuple(secrets.randbelow(2**32) for _ in range(5))
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +40,15 @@ CAMPAIGNS = (
         "kilometres",
         "1,000 km on both shipped campuses, seed 1; nobody may be touched",
         (*CAMPUSLOOP, "simulate", "--km", "1000", "--seed", "1", "--out", str(ROOT / "var" / "kilometres")),
+    ),
+    *(
+        Campaign(
+            f"properties-{number}",
+            f"every property test on new examples, seed {seed}",
+            (sys.executable, "-m", "pytest", "-m", "hypothesis", f"--hypothesis-seed={seed}"),
+            {"CAMPUSLOOP_NEW_EXAMPLES": "1"},
+        )
+        for number, seed in enumerate(PROPERTY_SEEDS, 1)
     ),
     Campaign(
         "stories",
