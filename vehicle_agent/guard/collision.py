@@ -10,6 +10,9 @@ from vehicle_agent.guard.imminence import anybody_within, will_touch
 from vehicle_agent.guard.others import rows_of_mates, rows_of_points, rows_of_tracks
 from vehicle_agent.signals import Ego, VehicleMotion, World
 
+# So much of the flank goes with the bumper: who stands there can still step before it.
+CORNER_M = 0.3
+
 
 class Avoidance(msgspec.Struct, frozen=True):
     """The vehicle's outline from the rear axle, its own response and braking, and the room it keeps.
@@ -106,9 +109,17 @@ class Avoidance(msgspec.Struct, frozen=True):
             )
         )
 
+    def is_creeping_up(self, movers: Array, speed_mps: float) -> bool:
+        """It rolls as slowly as it sets off, and somebody is in the margins of its bumper, who may go first."""
+        corner_m = self.front_m - CORNER_M
+        return speed_mps < self.set_off_mps and bool(
+            anybody_within(movers, self.body, self.front_margin_m, self.margin_m, corner_m)
+        )
+
     def may_set_off(self, movers: Array, rows: Array, steer_rad: float) -> bool:
-        """Nobody is in the footprint and its margins, and nothing is met at once."""
-        if anybody_within(movers, self.body, self.front_margin_m, self.margin_m):
+        """Nobody is in the footprint and its margins, and nothing is met at once; driving on leaves whoever is
+        behind it behind."""
+        if anybody_within(movers, self.body, self.front_margin_m, self.margin_m, -self.back_m):
             return False
         curvature_1pm = math.tan(steer_rad) / self.wheelbase_m
         return not self._touches(

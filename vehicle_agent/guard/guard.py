@@ -250,6 +250,8 @@ class Guard(msgspec.Struct, frozen=True):
             free = throttle == 0.0 or self.avoidance.may_set_off(movers, everything, steer_rad)
             return (0.0, "") if free else (self.hold_ratio, _CLOSE)
         ratio = self.avoidance.brake_ratio(everything, ego, motion, steer_rad, speed_mps, state.avoiding)
+        if ratio == 0.0 and self.avoidance.is_creeping_up(movers, speed_mps):
+            return self.hold_ratio, _CLOSE
         return (ratio, _OBSTACLE) if ratio > 0.0 else (0.0, "")
 
 

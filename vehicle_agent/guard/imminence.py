@@ -115,12 +115,12 @@ def _seen_from(x: float, y: float, s: float, curvature: float) -> tuple[float, f
 
 @njit(cache=True)
 def anybody_within(
-    rows: Array, body: tuple[float, float, float], front_margin_m: float, margin_m: float
+    rows: Array, body: tuple[float, float, float], front_margin_m: float, margin_m: float, from_m: float
 ) -> bool:
-    """Somebody is in the footprint with its margins now; driving on leaves whoever is behind it behind."""
+    """Somebody at from_m or farther ahead is in the footprint with its margins now."""
     back, front, half = body[0], body[1] + front_margin_m, body[2]
     for i in range(rows.shape[0]):
-        if rows[i, 0] < -back:
+        if rows[i, 0] < from_m:
             continue
         if clearance_m(rows[i, 0], rows[i, 1], back, front, half) - rows[i, 4] < margin_m:
             return True

@@ -310,6 +310,16 @@ def test_somebody_in_the_footprint_s_margin_keeps_it_from_setting_off() -> None:
     assert act.throttle_ratio == 0.3
 
 
+def test_somebody_who_steps_before_a_bumper_that_creeps_stops_it() -> None:
+    creeping = {"ego_speed_mps": 0.1, "motion_speed_mps": 0.1}
+    for x, y in ((4.03, 0.0), (3.6, 1.1)):
+        act, verdict = driving().step(tracks=someone(x, y), **creeping)
+        assert (act.throttle_ratio, act.brake_ratio) == (0.0, GUARD.hold_ratio), (x, y)
+        assert verdict.intervened == "somebody close"
+    for x, y in ((4.4, 0.0), (3.6, 1.4), (2.5, 1.1)):
+        assert driving().step(tracks=someone(x, y), **creeping)[0].throttle_ratio == 0.3, (x, y)
+
+
 def test_the_watch_is_the_same_after_it_was_written_out_and_read_again() -> None:
     bench = driving()
     bench.step(blind=True, tracks=someone(6.0, 0.0))

@@ -15,6 +15,8 @@ from vehicle_agent.planning.motion.speed_limits import law_speed, law_vector
 
 # Nobody farther ahead than this is looked at for the room to stop in.
 _ROOM_M = 2.5
+# Who stands so far behind the bumper can still step before it: the vehicle creeps until they are farther back.
+_CORNER_M = 0.3
 
 
 class Occupancy(msgspec.Struct, frozen=True):
@@ -140,7 +142,7 @@ def projected(
                         limit[t, j] = min(limit[t, j], law_speed(gap, law))
                     ahead = cos[j] * (px - poses[j, 0]) + sin[j] * (py - poses[j, 1]) - front - radius
                     aside = abs(cos[j] * (py - poses[j, 1]) - sin[j] * (px - poses[j, 0])) - half - radius
-                    if ahead > 0.0 and aside < room[3]:
+                    if ahead + radius > -_CORNER_M and aside < room[3]:
                         limit[t, j] = min(limit[t, j], _room_speed(ahead, room))
                 j += 1
     # The samples are `spacing` apart: the true ends are up to so much farther.

@@ -91,8 +91,8 @@ class StoppingRoom(msgspec.Struct, frozen=True):
     response_s: float = 0.35
     decel_mps2: float = 4.5
     ahead_m: float = 0.35
-    aside_m: float = 0.25
-    speed_mps_min: float = 0.3
+    aside_m: float = 0.4
+    speed_mps_min: float = 0.25
 
 
 class Agents(msgspec.Struct, frozen=True):

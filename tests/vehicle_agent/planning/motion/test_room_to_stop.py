@@ -66,6 +66,13 @@ def test_who_creeps_past_is_not_kept_from_it() -> None:
     assert found.limit_mps.min() == pytest.approx(PARAMS.room.speed_mps_min)
 
 
+def test_it_creeps_until_who_stands_close_beside_the_way_is_behind_its_corner() -> None:
+    found, u = occupied(people((14.0, HALF + 0.25 + 0.3, 0.0, 0.0)))
+    beside, behind = (int(np.searchsorted(u, 14.0 - FRONT + past_m)) for past_m in (0.2, 0.8))
+    assert found.limit_mps[0, beside] == pytest.approx(PARAMS.room.speed_mps_min)
+    assert found.limit_mps[0, behind] > 2.0 * PARAMS.room.speed_mps_min
+
+
 def test_somebody_is_reckoned_with_a_moment_before_they_are_expected() -> None:
     walker = people((12.0, -6.0, 0.0, 1.4))
     found, _ = occupied(walker)
