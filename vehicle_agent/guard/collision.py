@@ -110,15 +110,15 @@ class Avoidance(msgspec.Struct, frozen=True):
         )
 
     def is_creeping_up(self, movers: Array, speed_mps: float) -> bool:
-        """It rolls as slowly as it sets off, and somebody is in the margins of its bumper, who may go first."""
+        """It rolls as slowly as it sets off, and somebody in the margins of its bumper may go first."""
         corner_m = self.front_m - CORNER_M
         return speed_mps < self.set_off_mps and bool(
             anybody_within(movers, self.body, self.front_margin_m, self.margin_m, corner_m)
         )
 
     def may_set_off(self, movers: Array, rows: Array, steer_rad: float) -> bool:
-        """Nobody is in the footprint and its margins, and nothing is met at once; driving on leaves whoever is
-        behind it behind."""
+        """Nobody is in the footprint and its margins, and nothing is met at once; driving on leaves whoever
+        is behind it behind."""
         if anybody_within(movers, self.body, self.front_margin_m, self.margin_m, -self.back_m):
             return False
         curvature_1pm = math.tan(steer_rad) / self.wheelbase_m

@@ -15,7 +15,7 @@ from vehicle_agent.planning.motion.speed_limits import law_speed, law_vector
 
 # Nobody farther ahead than this is looked at for the room to stop in.
 _ROOM_M = 2.5
-# Who stands so far behind the bumper can still step before it: the vehicle creeps until they are farther back.
+# Who stands so far behind the bumper can still step before it: the vehicle creeps until they are behind that.
 _CORNER_M = 0.3
 
 
