@@ -4,7 +4,7 @@ import pytest
 from hypothesis import settings
 
 # No test is timed, for its neighbours on the machine would decide it. Examples are the same each time, so
-# that a commit is judged alike wherever it is tested; `make soak ARGS=properties-1` looks for new ones.
+# that a commit is judged alike wherever it is tested; `make soak ARGS=properties` looks for new ones.
 settings.register_profile("fixed", deadline=None, derandomize=True)
 settings.register_profile("campaign", deadline=None, print_blob=True)
 settings.load_profile("campaign" if "CAMPUSLOOP_NEW_EXAMPLES" in os.environ else "fixed")

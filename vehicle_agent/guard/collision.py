@@ -11,7 +11,7 @@ from vehicle_agent.guard.others import rows_of_mates, rows_of_points, rows_of_tr
 from vehicle_agent.signals import Ego, VehicleMotion, World
 
 # So much of the flank goes with the bumper: who stands there can still step before it.
-CORNER_M = 0.3
+_CORNER_M = 0.3
 
 
 class Avoidance(msgspec.Struct, frozen=True):
@@ -111,7 +111,7 @@ class Avoidance(msgspec.Struct, frozen=True):
 
     def is_creeping_up(self, movers: Array, speed_mps: float) -> bool:
         """It rolls as slowly as it sets off, and somebody in the margins of its bumper may go first."""
-        corner_m = self.front_m - CORNER_M
+        corner_m = self.front_m - _CORNER_M
         return speed_mps < self.set_off_mps and bool(
             anybody_within(movers, self.body, self.front_margin_m, self.margin_m, corner_m)
         )
