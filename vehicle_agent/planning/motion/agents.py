@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 
 from contract.geometry import Array, BoolArray, IntArray
-from vehicle_agent.planning.motion.request import Agents, MotionRequestError
+from vehicle_agent.planning.motion.request import Agents, MotionParams, MotionRequestError
 from vehicle_agent.signals import PEDESTRIAN
 
 
@@ -63,6 +63,26 @@ def moving_discs(agents: Agents, times_s: Array, speed_mps_max: float) -> Moving
         np.ascontiguousarray(poses), agents.times_s, sizes, walks, inflation, times_s
     )
     return MovingDiscs(times_s, discs, spread, kept[owner], walks[owner], agents.ids[~smooth])
+
+
+def early_slots(agents: Agents, params: MotionParams) -> IntArray:
+    """(a,) So many slots of row_s sooner than predicted each may come.
+
+    A person who moves slower than others walk may just have begun to: the slower they still are, the more
+    time they can make up, and early_s walk_mps / speed is granted to them.
+    """
+    slots = np.full(len(agents.ids), round(params.early_s / params.row_s))
+    second = int(np.searchsorted(agents.times_s, 1.0))
+    if second >= len(agents.times_s):
+        return slots
+    moved = agents.poses_map[:, second, :2] - agents.poses_map[:, 0, :2]
+    speed_mps = np.hypot(moved[:, 0], moved[:, 1]) / (agents.times_s[second] - agents.times_s[0])
+    starts = (
+        (agents.kinds == PEDESTRIAN) & (params.moving_mps_min < speed_mps) & (speed_mps < params.walk_mps)
+    )
+    granted_s = params.early_s * params.walk_mps / speed_mps[starts]
+    slots[starts] = np.rint(granted_s / params.row_s).astype(np.int64)
+    return slots
 
 
 def _is_believable(agents: Agents, speed_mps_max: float) -> BoolArray:

@@ -159,6 +159,7 @@ class MotionParams(msgspec.Struct, frozen=True):
     stop_gap_m         between the bumper and what the vehicle stops for
     gap_s              so many seconds' way stay free before who moves: what the guard needs to trust us
     early_s            so much sooner than predicted somebody may come, who must not be passed before
+    walk_mps           a person who is slower, but faster than moving_mps_min, may be about to walk so
     iterations_max     of path and speed together; path_iterations_max of one path
     nodes_max          of one s-t search
     moving_m           who moves less than this in the horizon is a static obstacle to the path
@@ -183,6 +184,8 @@ class MotionParams(msgspec.Struct, frozen=True):
     stop_gap_m: float = 0.8
     gap_s: float = 0.35
     early_s: float = 0.2
+    walk_mps: float = 1.3
+    moving_mps_min: float = 0.25
     static_margin_m: float = 0.1
     iterations_max: int = 3
     path_iterations_max: int = 25

@@ -5,7 +5,7 @@ import numpy as np
 
 from contract.geometry import Array
 from vehicle_agent.planning.motion import speed_limits, st_graph, st_search
-from vehicle_agent.planning.motion.agents import MovingDiscs
+from vehicle_agent.planning.motion.agents import MovingDiscs, early_slots
 from vehicle_agent.planning.motion.clearance import first_touch
 from vehicle_agent.planning.motion.occupancy import Occupancy, project_agents
 from vehicle_agent.planning.motion.path_problem import Road
@@ -78,7 +78,7 @@ def plan_speed(
         occupancy,
         request.agents.pass_rule,
         per_knot,
-        round(params.early_s / params.row_s),
+        early_slots(request.agents, params),
         params.knot_s,
         params.stop_gap_m,
     )

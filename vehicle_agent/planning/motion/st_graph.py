@@ -43,10 +43,10 @@ class Corridor(msgspec.Struct, frozen=True):
 
 
 def graph(
-    occupancy: Occupancy, pass_rule: IntArray, slots_per_knot: int, early: int, dt_s: float, gap_m: float
+    occupancy: Occupancy, pass_rule: IntArray, slots_per_knot: int, early: IntArray, dt_s: float, gap_m: float
 ) -> Graph:
     """Occupancy at the knots: each takes what is taken half a knot before it, and half a knot and `early`
-    slots after it: who walks faster than expected comes sooner.
+    (a,) slots after it: who walks faster than expected comes sooner.
 
     Who must be yielded to blocks its stretch, and all beyond it, from now until it has left.
     """
@@ -76,16 +76,17 @@ def graph(
 
 @njit(cache=True)
 def merged(
-    low: Array, high: Array, soft_low: Array, soft_high: Array, per_knot: int, early: int
+    low: Array, high: Array, soft_low: Array, soft_high: Array, per_knot: int, early: IntArray
 ) -> tuple[Array, Array, Array, Array]:
-    """Slots (T, a) to knots (K, a): least low, greatest high within half a knot, and `early` slots later."""
+    """Slots (T, a) to knots (K, a): least low, greatest high within half a knot, and `early` (a,) later."""
     knots = (low.shape[0] - 1) // per_knot + 1
     half = (per_knot + 1) // 2
     agents = low.shape[1]
     out = np.empty((4, knots, agents))
     for k in range(knots):
-        first, last = max(0, k * per_knot - half), min(low.shape[0], k * per_knot + half + early + 1)
+        first = max(0, k * per_knot - half)
         for a in range(agents):
+            last = min(low.shape[0], k * per_knot + half + early[a] + 1)
             out[0, k, a] = np.min(low[first:last, a])
             out[1, k, a] = np.max(high[first:last, a])
             out[2, k, a] = np.min(soft_low[first:last, a])

@@ -1,17 +1,19 @@
 """Plans leave the guard its room before people, and do not count on them to be late."""
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.vehicle_agent.planning.motion.scenes import a_request, people
-from vehicle_agent.planning.motion.agents import moving_discs
+from vehicle_agent.planning.motion.agents import early_slots, moving_discs
 from vehicle_agent.planning.motion.occupancy import Occupancy, project_agents
 from vehicle_agent.planning.motion.path_samples import PathSamples
 from vehicle_agent.planning.motion.plan import plan_motion
 from vehicle_agent.planning.motion.request import Agents, MotionParams, Vehicle
 from vehicle_agent.planning.motion.st_graph import graph
+from vehicle_agent.signals import CYCLIST
 
 PARAMS = MotionParams()
 FRONT, HALF = Vehicle().box.front_m, Vehicle().box.half_width_m
@@ -78,11 +80,30 @@ def test_somebody_is_reckoned_with_a_moment_before_they_are_expected() -> None:
     found, _ = occupied(walker)
     at = [
         graph(found, walker.pass_rule, 2, early, 0.2, 0.8).low_m[:, 0] <= 1e3
-        for early in (0, round(PARAMS.early_s / PARAMS.row_s))
+        for early in (np.zeros(1, np.int64), early_slots(walker, PARAMS))
     ]
     plain, sooner = (int(np.flatnonzero(taken)[0]) for taken in at)
     assert (plain - sooner) * 0.2 == pytest.approx(PARAMS.early_s, abs=0.1)
     assert np.flatnonzero(at[0])[-1] == np.flatnonzero(at[1])[-1], "they do not leave sooner"
+
+
+def test_who_has_just_begun_to_walk_may_come_as_soon_as_others_would() -> None:
+    def slots(*walkers: tuple[float, float, float, float], **changes: np.ndarray) -> list[int]:
+        return early_slots(msgspec.structs.replace(people(*walkers), **changes), PARAMS).tolist()
+
+    walks, starts, dawdles, stands = (12.0, -2.0, 0.0, 1.4), (0, 0, 0, 0.65), (0, 0, 0.26, 0), (0, 0, 0, 0.1)
+    plain = round(PARAMS.early_s / PARAMS.row_s)
+    assert slots(walks, starts, dawdles, stands) == [plain, 2 * plain, 5 * plain, plain]
+    assert slots(starts, kinds=np.array([CYCLIST])) == [plain], "only people on foot begin at once"
+    assert slots(starts, poses_map=np.full((1, 33, 3), np.nan)) == [plain], "no speed can be told"
+
+
+def test_nobody_is_passed_before_who_begins_to_walk_into_the_way() -> None:
+    """1 m beside the way, 3 m ahead, at a third of the pace they will have: the plan must not speed up."""
+    starts = people((FRONT + 3.0, HALF + 0.25 + 1.0, 0.0, -0.4))
+    motion = plan_motion(a_request(speed_mps=2.6, agents=starts), PARAMS)
+    assert motion.yields_to.tolist() == [0]
+    assert motion.rows[:, 5].max() <= 2.6 + 0.05
 
 
 @pytest.mark.parametrize("aside_m", [0.05, 0.12, 0.2])
