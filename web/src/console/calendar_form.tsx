@@ -1,14 +1,16 @@
 import { useSignal } from "@preact/signals";
+import type { Schemas } from "../shared/api/client";
 import { answerOf, api } from "../shared/api/client";
 import type { Problem } from "../shared/api/problem";
 import { ProblemNote } from "../shared/ui/notes";
 import { language } from "../shared/words/language";
 import { weekdayName } from "../shared/words/moments";
-import type { Pattern } from "./calendar_list";
 import { hoursFrom, hoursText } from "./hours_text";
 import { serviceChanged } from "./lists";
 import { TextField } from "./text_field";
 import { words } from "./words";
+
+export type Pattern = Schemas["PatternView"];
 
 const WEEK = [0, 1, 2, 3, 4, 5, 6];
 

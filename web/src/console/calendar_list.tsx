@@ -5,12 +5,11 @@ import type { Problem } from "../shared/api/problem";
 import { ProblemNote } from "../shared/ui/notes";
 import { language } from "../shared/words/language";
 import { weekdayName } from "../shared/words/moments";
+import type { Pattern } from "./calendar_form";
 import { CalendarForm } from "./calendar_form";
 import { calendarDate } from "./clocks";
 import { serviceChanged } from "./lists";
 import { words } from "./words";
-
-export type Pattern = Schemas["PatternView"];
 
 const EVERY_DAY = 7;
 

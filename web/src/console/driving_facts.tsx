@@ -1,10 +1,16 @@
-import type { VehicleScene } from "../shared/scene/scene";
+import type { Scene, VehicleScene } from "../shared/scene/scene";
 import type { Watched } from "../shared/scene/watched";
 import { watchedAreas } from "../shared/scene/watched";
-import type { VehicleFactsProps } from "./vehicle_panel";
 import { words } from "./words";
 
 const SECTION = "section ";
+
+export interface VehicleFactsProps {
+  readonly vehicle: VehicleScene;
+  readonly scene: Scene;
+  /** The server's clock at the scene, which in a replay is long ago. */
+  readonly now_ms: number;
+}
 
 /** What keeps the shuttle from going faster, in words; a reason without words of ours is shown as it is. */
 export function limitOf(vehicle: VehicleScene): string {

@@ -2,7 +2,7 @@ import { useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { answerOf, api } from "../shared/api/client";
 import { second } from "../shared/live/clock";
-import type { Scene, VehicleScene } from "../shared/scene/scene";
+import type { VehicleScene } from "../shared/scene/scene";
 import { BackIcon } from "../shared/ui/icons";
 import { ProblemNote } from "../shared/ui/notes";
 import { clock } from "./clocks";
@@ -13,15 +13,9 @@ import { ShiftForm } from "./shift_form";
 import { Signboard } from "./signboard";
 import { stopTitle } from "./stop_title";
 import { VehicleCommands } from "./vehicle_commands";
+import type { VehicleFactsProps } from "./driving_facts";
 import { WatchedAreas, limitOf } from "./driving_facts";
 import { words } from "./words";
-
-export interface VehicleFactsProps {
-  readonly vehicle: VehicleScene;
-  readonly scene: Scene;
-  /** The server's clock at the scene, which in a replay is long ago. */
-  readonly now_ms: number;
-}
 
 /** Everything that is known of one shuttle from a scene; live and replayed alike. */
 export function VehicleFacts({ vehicle, scene, now_ms }: VehicleFactsProps) {
