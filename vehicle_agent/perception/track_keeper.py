@@ -19,13 +19,15 @@ class Kept(msgspec.Struct, frozen=True):
 class TrackKeeper(msgspec.Struct, frozen=True):
     """An alpha-beta filter over each track, and a memory for those that a scan has missed.
 
-    place_gain, velocity_gain  share of what a new sight differs by that is believed
+    place_gain, velocity_gain  share of what a new sight differs by that is believed. A tracker's velocities
+                  are smooth already, their errors last for some scans: to smooth them again takes little
+                  of the noise, and tells later of somebody who begins to walk or turns round
     coast_ns      a track that is not seen again goes on as before for so long
     speed_mps_max, size_m_max  nothing on a campus is faster or longer: such a track is not believed
     """
 
     place_gain: float = 0.6
-    velocity_gain: float = 0.4
+    velocity_gain: float = 0.8
     coast_ns: int = 800_000_000
     speed_mps_max: float = 25.0
     size_m_max: float = 25.0

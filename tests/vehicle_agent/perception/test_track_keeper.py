@@ -47,7 +47,17 @@ def test_noise_is_smoothed() -> None:
         errors.append((kept.tracks.poses_map[0, 0] - 0.12 * k, kept.tracks.velocities_map_mps[0, 0] - 1.2))
     place_m, velocity_mps = np.std(errors[20:], axis=0)
     assert place_m < 0.095
-    assert velocity_mps < 0.21
+    assert velocity_mps < 0.27
+
+
+def test_who_turns_round_is_known_to_within_a_tenth_of_a_second() -> None:
+    keeper, kept, late_mps = TrackKeeper(), Kept(), []
+    for k in range(1, 15):
+        y_mps = max(-1.2, min(1.2, 1.2 - 0.3 * (k - 4)))
+        kept = keeper.step(kept, a_percept(k * STEP_NS, (1, 3.0, 0.0, 0.0, y_mps)), HERE)
+        late_mps.append(kept.tracks.velocities_map_mps[0, 1] - y_mps)
+    assert max(late_mps) < 0.1 * 3.0, "at 3 m/s2"
+    assert late_mps[-1] == pytest.approx(0.0, abs=0.02)
 
 
 def test_who_is_missed_walks_on_for_a_while_and_is_then_forgotten() -> None:
