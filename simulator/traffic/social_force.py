@@ -137,6 +137,10 @@ def _mind(
         to_go = edge - off if outward > 0.0 else edge + off
         hurry = _HURRY if arrives_s < to_go / max(p[PACE], 0.3) + 0.8 else 1.0
         return hurry * wx, hurry * wy
+    if speed <= _STANDING_MPS and math.hypot(wx, wy) > 1e-9:
+        # Whoever walks round one that stands is out of its way soon. Room made to the other side than the one
+        # they walk round leads there and back for ever.
+        return wx, wy
     if arrives_s < _ROOM_S or gap < _ROOM_M:
         p[NOTICED] += dt
         if p[NOTICED] > p[REACT]:
@@ -173,18 +177,17 @@ def _around(p: Array, wx: float, wy: float, vehicle: Array) -> tuple[float, floa
     cos, sin = math.cos(vehicle[V_YAW]), math.sin(vehicle[V_YAW])
     ahead, aside = cos * wx + sin * wy, cos * wy - sin * wx
     pace = math.hypot(wx, wy)
-    if abs(y) <= vehicle[V_HALF]:
-        if ahead * x >= 0.0:
-            return wx, wy
-        towards = goal_y if abs(goal_y) > vehicle[V_HALF] else y
-        side = 1.0 if towards >= 0.0 else -1.0
-        return -sin * side * pace, cos * side * pace
-    if -vehicle[V_REAR] <= x <= vehicle[V_FRONT]:
+    if abs(y) > vehicle[V_HALF] and -vehicle[V_REAR] <= x <= vehicle[V_FRONT]:
         if aside * y >= 0.0:
             return wx, wy
         along = 1.0 if goal_x > vehicle[V_FRONT] else -1.0
         return cos * along * pace, sin * along * pace
-    return wx, wy
+    # As wide as the body with a step off: cutting the corner would lead back before it.
+    if ahead * x >= 0.0 or abs(y) > vehicle[V_HALF] + _APART_M:
+        return wx, wy
+    towards = goal_y if abs(goal_y) > vehicle[V_HALF] else y
+    side = 1.0 if towards >= 0.0 else -1.0
+    return -sin * side * pace, cos * side * pace
 
 
 @njit(cache=True)

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 from simulator.corridor import SAMPLES, SPACING_M
 from simulator.traffic.social import CrowdParams, SocialCrowd
@@ -149,6 +151,30 @@ def test_nobody_stands_before_a_standing_shuttle_for_ever(
 ) -> None:
     way = met(one(*at, goal, looks), 40.0, 0.0, 60.0)
     assert np.hypot(*(way - goal).T).min() < 0.6
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    at=st.tuples(st.floats(43.9, 48.0), st.floats(-1.2, 1.2)),
+    goal=st.tuples(st.floats(20.0, 36.0), st.floats(-6.0, 6.0)),
+    aside_m=st.floats(-1.2, 1.2),
+    looks=st.booleans(),
+)
+@example(at=(43.9, 0.0), goal=(26.0, -6.0), aside_m=-0.8, looks=True)
+def test_whoever_meets_a_standing_shuttle_gets_past_it(
+    at: tuple[float, float], goal: tuple[float, float], aside_m: float, looks: bool
+) -> None:
+    """Wherever it stands on its way: round its body and out of its way may be to different sides."""
+    crowd = one(*at, goal, looks)
+    vehicles, ahead = shuttle(40.0, 0.0)
+    ahead[0, :, 1] = aside_m
+    nearest_m = np.inf
+    for _ in range(round(40.0 / DT_S)):
+        crowd.step(vehicles, np.zeros(1), ahead, DT_S)
+        if crowd.doing[0] != WALK:
+            break
+        nearest_m = min(nearest_m, float(np.hypot(*(crowd.people[0, [X, Y]] - goal))))
+    assert nearest_m < 0.6
 
 
 @pytest.mark.parametrize("looks", [True, False])
