@@ -1,6 +1,7 @@
 """Predicted agents projected on the path: who takes which stretch of it when (the s-t graph's obstacles)."""
 
 import math
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -17,6 +18,18 @@ from vehicle_agent.planning.motion.speed_limits import law_speed, law_vector
 _ROOM_M = 2.5
 # Who stands so far behind the bumper can still step before it: the vehicle creeps until they are behind that.
 _CORNER_M = 0.3
+
+
+class _Room(NamedTuple):
+    """`StoppingRoom` as a kernel takes it: its fields in their order."""
+
+    response_s: float
+    decel_mps2: float
+    ahead_m: float
+    aside_m: float
+    speed_mps_min: float
+    step_mps2: float
+    late_s: float
 
 
 class Occupancy(msgspec.Struct, frozen=True):
@@ -69,7 +82,7 @@ def project_agents(
             soft_margin_m,
             law_vector(law),
             nose_m,
-            np.array([room.response_s, room.decel_mps2, room.ahead_m, room.aside_m, room.speed_mps_min]),
+            _Room(*msgspec.structs.astuple(room)),
         )
     )
 
@@ -91,7 +104,7 @@ def projected(
     soft_margin: float,
     law: Array,
     nose: float,
-    room: Array,
+    room: _Room,
 ) -> tuple[Array, Array, Array, Array, Array, BoolArray]:
     """The kernel of `project_agents`; steps over samples that the clearance shows to be out of reach."""
     slots, total, n = discs.shape[0], discs.shape[1], poses.shape[0]
@@ -142,8 +155,8 @@ def projected(
                         limit[t, j] = min(limit[t, j], law_speed(gap, law))
                     ahead = cos[j] * (px - poses[j, 0]) + sin[j] * (py - poses[j, 1]) - front - radius
                     aside = abs(cos[j] * (py - poses[j, 1]) - sin[j] * (px - poses[j, 0])) - half - radius
-                    if ahead + radius > -_CORNER_M and aside < room[3]:
-                        limit[t, j] = min(limit[t, j], _room_speed(ahead, room))
+                    if ahead + radius > -_CORNER_M and aside < room.aside_m:
+                        limit[t, j] = min(limit[t, j], _room_speed(ahead, aside, room))
                 j += 1
     # The samples are `spacing` apart: the true ends are up to so much farther.
     for t in range(slots):
@@ -158,9 +171,13 @@ def projected(
 
 
 @njit(cache=True)
-def _room_speed(ahead_m: float, room: Array) -> float:
-    """From which the vehicle stops within ahead_m less its margin: v r + v^2 / 2 a."""
-    response, decel = room[0], room[1]
-    left = max(ahead_m - room[2], 0.0)
-    speed: float = max(decel * (math.sqrt(response * response + 2.0 * left / decel) - response), room[4])
-    return speed
+def _room_speed(ahead_m: float, aside_m: float, room: _Room) -> float:
+    """From which the vehicle stops within ahead_m less its margin (v r + v^2 / 2 a), or creeps before they
+    have come aside_m."""
+    left_m = max(ahead_m - room.ahead_m, 0.0)
+    stops_mps: float = room.decel_mps2 * (
+        math.sqrt(room.response_s * room.response_s + 2.0 * left_m / room.decel_mps2) - room.response_s
+    )
+    comes_s = math.sqrt(2.0 * max(aside_m, 0.0) / room.step_mps2)
+    creeps_mps: float = room.speed_mps_min + room.decel_mps2 * max(comes_s - room.late_s, 0.0)
+    return max(stops_mps, creeps_mps)

@@ -85,14 +85,19 @@ class StoppingRoom(msgspec.Struct, frozen=True):
     """What the guard wants to have before a person whom the body would pass nearer than aside_m: to drive on
     for response_s, brake with decel_mps2 and stand ahead_m before them. It brakes for a plan that keeps less.
 
-    speed_mps_min  and still creep, for who stands beside the way can be passed
+    Or else to creep by the time they could be at the body's side: who stands beside the way can be passed.
+    speed_mps_min  of the creep
+    step_mps2      how hard somebody may begin to walk into the way
+    late_s         from their first step to braking: they are seen, tracked and answered, and pedals are late
     """
 
     response_s: float = 0.35
     decel_mps2: float = 4.5
     ahead_m: float = 0.35
-    aside_m: float = 0.4
+    aside_m: float = 1.0
     speed_mps_min: float = 0.25
+    step_mps2: float = 2.5
+    late_s: float = 0.55
 
 
 class Agents(msgspec.Struct, frozen=True):

@@ -57,10 +57,22 @@ def test_before_somebody_close_the_speed_is_one_from_which_the_vehicle_stops_in_
 
 def test_who_stands_well_beside_the_way_asks_for_no_room_ahead() -> None:
     near, u = occupied(people((14.0, HALF + 0.25 + 0.1, 0.0, 0.0)))
-    far, _ = occupied(people((14.0, HALF + 0.25 + 1.0, 0.0, 0.0)))
+    far, _ = occupied(people((14.0, HALF + 0.25 + 1.3, 0.0, 0.0)))
     before = int(np.searchsorted(u, 14.0 - FRONT - 0.25 - 1.0))
     assert near.limit_mps[0, before] < 2.0
     assert far.limit_mps[0, before] > 2.0
+
+
+@pytest.mark.parametrize("aside_m", [0.45, 0.6, 0.8, 0.95])
+def test_who_stands_a_step_beside_the_way_cannot_come_before_a_nose_that_still_drives(aside_m: float) -> None:
+    """Somebody who begins to walk when the bumper is right before them is met at no more than a creep."""
+    room = PARAMS.room
+    found, u = occupied(people((14.0, HALF + 0.25 + aside_m, 0.0, 0.0)))
+    at = int(np.searchsorted(u, 14.0 - FRONT - 0.25))
+    comes_s = (2.0 * aside_m / room.step_mps2) ** 0.5
+    met_mps = found.limit_mps[0, at] - room.decel_mps2 * max(comes_s - room.late_s, 0.0)
+    assert met_mps <= room.speed_mps_min + 1e-9
+    assert found.limit_mps[0, at] > room.speed_mps_min, "and passes them faster than those who are close"
 
 
 def test_who_creeps_past_is_not_kept_from_it() -> None:
