@@ -1,7 +1,6 @@
 """Predicted agents projected on the path: who takes which stretch of it when (the s-t graph's obstacles)."""
 
 import math
-from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -18,18 +17,6 @@ from vehicle_agent.planning.motion.speed_limits import law_speed, law_vector
 _ROOM_M = 2.5
 # Who stands so far behind the bumper can still step before it: the vehicle creeps until they are behind that.
 _CORNER_M = 0.3
-
-
-class _Room(NamedTuple):
-    """`StoppingRoom` as a kernel takes it: its fields in their order."""
-
-    response_s: float
-    decel_mps2: float
-    ahead_m: float
-    aside_m: float
-    speed_mps_min: float
-    step_mps2: float
-    late_s: float
 
 
 class Occupancy(msgspec.Struct, frozen=True):
@@ -82,7 +69,7 @@ def project_agents(
             soft_margin_m,
             law_vector(law),
             nose_m,
-            _Room(*msgspec.structs.astuple(room)),
+            room,
         )
     )
 
@@ -104,7 +91,7 @@ def projected(
     soft_margin: float,
     law: Array,
     nose: float,
-    room: _Room,
+    room: StoppingRoom,
 ) -> tuple[Array, Array, Array, Array, Array, BoolArray]:
     """The kernel of `project_agents`; steps over samples that the clearance shows to be out of reach."""
     slots, total, n = discs.shape[0], discs.shape[1], poses.shape[0]
@@ -171,7 +158,7 @@ def projected(
 
 
 @njit(cache=True)
-def _room_speed(ahead_m: float, aside_m: float, room: _Room) -> float:
+def _room_speed(ahead_m: float, aside_m: float, room: StoppingRoom) -> float:
     """From which the vehicle stops within ahead_m less its margin (v r + v^2 / 2 a), or creeps before they
     have come aside_m."""
     left_m = max(ahead_m - room.ahead_m, 0.0)

@@ -1,6 +1,6 @@
 """What the motion planner is asked, by what parameters, and what it answers."""
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import msgspec
 import numpy as np
@@ -81,7 +81,7 @@ class ClearanceLaw(msgspec.Struct, frozen=True):
     speed_mps_max: float = 4.2
 
 
-class StoppingRoom(msgspec.Struct, frozen=True):
+class StoppingRoom(NamedTuple):
     """What the guard wants to have before a person whom the body would pass nearer than aside_m: to drive on
     for response_s, brake with decel_mps2 and stand ahead_m before them. It brakes for a plan that keeps less.
 
@@ -89,6 +89,8 @@ class StoppingRoom(msgspec.Struct, frozen=True):
     speed_mps_min  of the creep
     step_mps2      how hard somebody may begin to walk into the way
     late_s         from their first step to braking: they are seen, tracked and answered, and pedals are late
+
+    A tuple, so that kernels take it as it is.
     """
 
     response_s: float = 0.35
