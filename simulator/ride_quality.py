@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contract.geometry import Array
+from contract.geometry import Array, BoolArray
 
 RATE_HZ = 50
 _PER_SAMPLE = 5
@@ -18,6 +18,7 @@ FAST_MPS = 9.0 / 3.6
 BRAKING_MPS2 = -1.0
 _BRAKING_OVER_MPS2 = -0.5
 JERK_MPS3_MAX = 1.93
+ACCEL_MPS2_MIN, ACCEL_MPS2_MAX = -1.83, 1.12
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +35,7 @@ class RideQuality:
     """Table 2. braking_km: between two events of a <= -1 m/s2, None when there was none.
 
     jerk_within_ratio: of all metres driven, those on which the jerk stayed within 1.93 m/s3
+    accel_within_ratio: of all metres driven, those on which the acceleration stayed within -1.83..1.12 m/s2
     """
 
     distance_km: float
@@ -46,6 +48,7 @@ class RideQuality:
     jerk_mps3_min: float
     jerk_mps3_max: float
     jerk_within_ratio: float
+    accel_within_ratio: float
     braking_events: int
     braking_km: float | None
 
@@ -79,7 +82,13 @@ def ride_quality(stretches: list[Stretch]) -> RideQuality | None:
         accel_mps2_max=float(accel.max()),
         jerk_mps3_min=float(jerk.min()),
         jerk_mps3_max=float(jerk.max()),
-        jerk_within_ratio=_within(stretches),
+        jerk_within_ratio=_share_of_metres(
+            stretches, [np.abs(one.jerk_mps3) <= JERK_MPS3_MAX for one in stretches]
+        ),
+        accel_within_ratio=_share_of_metres(
+            stretches,
+            [(one.accel_mps2 >= ACCEL_MPS2_MIN) & (one.accel_mps2 <= ACCEL_MPS2_MAX) for one in stretches],
+        ),
         braking_events=events,
         braking_km=distance_m / 1000.0 / events if events else None,
     )
@@ -96,16 +105,16 @@ def braking_events(accel_mps2: Array) -> int:
     return count
 
 
-def _within(stretches: list[Stretch]) -> float:
-    """Share of the metres whose largest jerk is within the bounds."""
-    good = total = 0
-    for one in stretches:
+def _share_of_metres(stretches: list[Stretch], good: list[BoolArray]) -> float:
+    """Share of the metres of which every sample is good."""
+    kept = total = 0
+    for one, samples in zip(stretches, good, strict=True):
         metre = np.floor(np.cumsum(one.speed_mps) * _DT_S).astype(np.int64)
-        worst = np.zeros(int(metre[-1]) + 1)
-        np.maximum.at(worst, metre, np.abs(one.jerk_mps3))
-        good += int((worst <= JERK_MPS3_MAX).sum())
-        total += len(worst)
-    return good / total
+        whole = np.ones(int(metre[-1]) + 1, dtype=np.bool_)
+        np.logical_and.at(whole, metre, samples)
+        kept += int(whole.sum())
+        total += len(whole)
+    return kept / total
 
 
 def _mean(values: Array, width: int) -> Array:

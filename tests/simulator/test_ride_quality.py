@@ -26,6 +26,7 @@ def test_speeds_and_accelerations_of_a_known_drive() -> None:
     assert quality.braking_events == 0
     assert quality.braking_km is None
     assert quality.jerk_within_ratio == 1.0
+    assert quality.accel_within_ratio == 1.0
 
 
 def test_a_hard_braking_is_an_event_and_its_metres_are_rough() -> None:
@@ -36,6 +37,9 @@ def test_a_hard_braking_is_an_event_and_its_metres_are_rough() -> None:
     assert quality.braking_events == 1
     assert quality.braking_km == pytest.approx(quality.distance_km)
     assert 0.95 < quality.jerk_within_ratio < 1.0
+    # 3 m/s2 up to 3 m/s and down again take 1.5 m each; whole metres count, and the mean blurs their ends.
+    rough_m = (1.0 - quality.accel_within_ratio) * 1000.0 * quality.distance_km
+    assert 2.0 <= round(rough_m) <= 5.0
     assert quality.jerk_mps3_min < -1.93
 
 
