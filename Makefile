@@ -20,13 +20,13 @@ help:
 
 setup: .venv/installed web/dist/built .venv/warmed
 
-.venv/installed: requirements/lock.txt pyproject.toml
+.venv/installed: requirements/lock.txt pyproject.toml sdk/python/pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "Campusloop needs Python 3.11 or newer; set PYTHON=/path/to/python3.11"; exit 1; }
 	@test -x $(PY) || $(PYTHON) -m venv .venv || \
 	  { echo "Python's venv module is missing (Debian: apt-get install python3-venv)"; exit 1; }
 	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements/lock.txt
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e . -e sdk/python
 	@touch $@
 
 web/dist/built: web/package-lock.json $(shell find web/src web/public web/*.html web/*.ts web/openapi.json -type f 2>/dev/null)

@@ -11,14 +11,19 @@ above it.
 import argparse
 from pathlib import Path
 
-from benchmarks.published import best_known, instances_in, published_name, write_routes
-from benchmarks.report import Row, write_report
-from campusloop.bound_run import BoundRun, run_bound
-from server.dispatch.bound.events import TooManyEvents
-from server.dispatch.bound.progress import CLOSED_WITHIN
-from server.dispatch.bound.warm import warm_kernels as warm_bound
+from benchmarks.instances.published import (
+    best_known,
+    instances_in,
+    published_name,
+    write_routes,
+)
+from benchmarks.reporting.report import Row, write_report
+from campusloop.studies.bound.events import TooManyEvents
+from campusloop.studies.bound.progress import CLOSED_WITHIN
+from campusloop.studies.bound.warm import warm_kernels as warm_bound
+from campusloop.studies.dispatch.bound_run import BoundRun, run_bound
+from campusloop.studies.instances.instance import Instance, InstanceBroken
 from server.dispatch.engine.warm import warm_kernels as warm_engine
-from server.dispatch.instance import Instance, InstanceBroken
 
 # Best known costs are published with two decimals, some rounded up and some down.
 _ROUNDED_BY = 0.01

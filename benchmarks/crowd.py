@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.report import Row, write_report
-from benchmarks.run_logs import add_log_arguments, log_choice
+from benchmarks.reporting.report import Row, write_report
+from benchmarks.reporting.run_logs import add_log_arguments, log_choice
 from campusloop.scenes.crowd_clips import ClipRun, clip_runs
 from campusloop.scenes.drive import SceneDrive, SceneRun
 from campusloop.scenes.stacks import profile_of

@@ -4,7 +4,7 @@
 
 Each instance gets the seconds of wall time on one core. Every solution is scored again from the
 instance's rows
-(benchmarks/rescore.py). Best known costs come from best_known.csv in DIR or beside it; the published
+(instances/rescore.py). Best known costs come from best_known.csv in DIR or beside it; the published
 files R1a to
 R10b are the instances pr01 to pr20 of 2003.
 """
@@ -12,12 +12,18 @@ R10b are the instances pr01 to pr20 of 2003.
 import time
 from pathlib import Path
 
-from benchmarks.published import arguments, best_known, instances_in, published_name, write_routes
-from benchmarks.report import Row, write_report
-from benchmarks.rescore import RouteBroken, rescored
-from server.dispatch.engine.from_instance import node_routes, task_of
-from server.dispatch.engine.optimise import Optimiser
-from server.dispatch.instance import Instance
+from benchmarks.instances.published import (
+    arguments,
+    best_known,
+    instances_in,
+    published_name,
+    write_routes,
+)
+from benchmarks.instances.rescore import RouteBroken, rescored
+from benchmarks.reporting.report import Row, write_report
+from campusloop.studies.instances.instance import Instance
+from campusloop.studies.instances.task import node_routes, task_of
+from server.dispatch.engine.search.optimise import Optimiser
 
 _OPTIMAL_WITHIN = 0.006
 # Part of the time that is kept for the last set partitioning.

@@ -25,10 +25,10 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.published import write_routes
-from benchmarks.report import Row, write_report
+from benchmarks.instances.published import write_routes
+from benchmarks.reporting.report import Row, write_report
 from contract.geometry import Array
-from server.dispatch.board import Board, Made
+from server.dispatch.board.board import Board, Made
 from server.dispatch.decide import offers_for, take
 from server.dispatch.improve import improve_around
 from server.dispatch.problem import CostWeights, Plane, Problem, Request, VehicleState

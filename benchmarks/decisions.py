@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.report import write_report
+from benchmarks.reporting.report import write_report
 from server.dispatch.answer import Answer, Terms, answer_all
-from server.dispatch.board import Board
+from server.dispatch.board.board import Board
 from server.dispatch.problem import Problem, Request, VehicleState, Walk
 
 _STOPS = 200

@@ -3,7 +3,7 @@
     python -m benchmarks.dynamic_darp DIR [--best-known FILE] [--slices N] [--solutions DIR] [--json FILE]
 
 The vehicles drive as the dispatcher's board says; a visit that has been set out for stays. Whoever is
-accepted is served within every rule, which is checked from the routes driven (benchmarks/rescore.py). The
+accepted is served within every rule, which is checked from the routes driven (instances/rescore.py). The
 cost is compared with the best known one of the static instance, where everything is known beforehand.
 Budgets are counts: slices of attempts after each request.
 """
@@ -14,13 +14,18 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.published import arguments, best_known, instances_in, write_routes
-from benchmarks.report import Row, write_report
-from benchmarks.rescore import RouteBroken, rescored
-from server.dispatch.board import Board
+from benchmarks.instances.published import (
+    arguments,
+    best_known,
+    instances_in,
+    write_routes,
+)
+from benchmarks.instances.rescore import RouteBroken, rescored
+from benchmarks.reporting.report import Row, write_report
+from campusloop.studies.instances.instance import Instance
+from server.dispatch.board.board import Board
 from server.dispatch.decide import offers_for, take
 from server.dispatch.improve import Cooling, improve
-from server.dispatch.instance import Instance
 from server.dispatch.problem import CostWeights, Plane, Problem, Request, VehicleState
 from server.dispatch.solve import forever
 

@@ -18,7 +18,7 @@ from grimp import ImportGraph, build_graph
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from benchmarks.report import write_report
+from benchmarks.reporting.report import write_report
 
 ROOT = Path(__file__).resolve().parent.parent
 PRODUCTION = ("campusloop", "contract", "server", "vehicle_agent", "simulator")

@@ -17,12 +17,12 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.report import Row, write_report
-from campusloop.solo_drive import SoloDrive
+from benchmarks.reporting.report import Row, write_report
+from campusloop.virtual.solo_drive import SoloDrive
 from contract.roads.load import load_map
 from contract.roads.model import RoadMap
 from simulator.traffic.population import TrafficParams
-from vehicle_agent.runtime.pacing import Pacer
+from vehicle_agent.runtime.processes.pacing import Pacer
 
 SHIPPED = Path(__file__).resolve().parents[1] / "maps" / "shanghai-university" / "map.json"
 QUANTILES = (50, 95, 99)

@@ -18,8 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.report import Row, write_report
-from benchmarks.run_logs import LogChoice, add_log_arguments, log_choice
+from benchmarks.reporting.report import Row, write_report
+from benchmarks.reporting.run_logs import LogChoice, add_log_arguments, log_choice
 from campusloop.scenes.drive import SceneDrive
 from campusloop.scenes.random_crowds import SPARSE_PER_100M2, Drawn, Pieces, drawn_scene, pieces
 from campusloop.scenes.stacks import profile_of

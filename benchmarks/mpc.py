@@ -16,14 +16,20 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from benchmarks.reference_paths import ReferencePath
-from benchmarks.report import Row, write_report
-from benchmarks.timed_drive import SpeedRule, TimedRun, follow_timed, noisy, timed_rows
+from benchmarks.reporting.report import Row, write_report
+from benchmarks.tracking.reference_paths import ReferencePath
+from benchmarks.tracking.timed_drive import (
+    SpeedRule,
+    TimedRun,
+    follow_timed,
+    noisy,
+    timed_rows,
+)
 from contract.geometry import Array, arc_lengths
-from simulator.plant import PlantParams
 from simulator.sensors.gnss import GnssNoise
+from simulator.vehicle.plant import PlantParams
 from vehicle_agent.config import Profile, load_profile
-from vehicle_agent.control.snow_lion import SnowLionControl
+from vehicle_agent.control.trajectory.trajectory_control import SnowLionControl
 from vehicle_agent.stacks.snow_lion_control import control
 
 QUANTILES = (50, 95, 99)

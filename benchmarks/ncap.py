@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.report import Row, write_report
-from benchmarks.run_logs import LogChoice, add_log_arguments, log_choice
+from benchmarks.reporting.report import Row, write_report
+from benchmarks.reporting.run_logs import LogChoice, add_log_arguments, log_choice
 from campusloop.scenes.braking_oracle import best_braking
 from campusloop.scenes.drive import SceneDrive
 from campusloop.scenes.protection_cells import Cell, cells

@@ -18,19 +18,20 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.booking_server import enter_shuttle, shuttle_name
-from benchmarks.report import write_report
-from campusloop.commands.serve import answer_promptly
+from benchmarks.bookings.server import enter_shuttle, shuttle_name
+from benchmarks.reporting.report import write_report
+from campusloop.live.server import answer_promptly
 from contract.roads.load import load_map
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import RiderBoarded
-from server.domain.events import RecordedEvent
-from server.domain.rides import BookRide, Ride, RideState
+from server.domain.record.events import RecordedEvent
+from server.domain.rides.rides import BookRide, Ride, RideState
 from server.live_ports import live_ports
 from server.settings import settings_from
-from server.usecases import events, rides, vehicles
-from server.usecases.order_payload import utc_ns
-from server.usecases.ports import Transactions, UnitOfWork
+from server.usecases.fleet import events, vehicles
+from server.usecases.orders.order_payload import utc_ns
+from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
+from server.usecases.rides import rides
 
 _MAP = Path(__file__).resolve().parent.parent / "maps" / "shanghai-university" / "map.json"
 _REFUSALS = 200

@@ -15,13 +15,13 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from server.api.booking_desk import BookingDesk
-from server.api.offload import Offload
 from server.api.pages import page_response, read_pages
 from server.api.plain_refusals import PlainRefusals
-from server.api.rate_limit import RateLimit
+from server.api.rides.booking_desk import BookingDesk
 from server.api.routers import bare_app
-from server.api.security_headers import SecurityHeaders
+from server.api.runs.offload import Offload
+from server.api.security.headers import SecurityHeaders
+from server.api.security.rate_limit import RateLimit
 from server.api.services import Limits, Services
 from server.fleet.hub import Hub
 from server.fleet.presence import PresenceDesk
@@ -34,7 +34,10 @@ from server.loops.series import SeriesClerk
 from server.loops.silence import SilenceWatch
 from server.loops.solver import InlineSolver
 from server.settings import Settings
-from server.usecases.ports import Bus, Clock, Ids, Solver, Transactions
+from server.usecases.ports.bus import Bus
+from server.usecases.ports.clock_and_ids import Clock, Ids
+from server.usecases.ports.solver import Solver
+from server.usecases.ports.unit_of_work import Transactions
 
 log = structlog.get_logger("server")
 

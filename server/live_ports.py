@@ -11,22 +11,24 @@ from sqlalchemy.exc import SQLAlchemyError
 from contract.roads.load import MapError, encode_map, load_map
 from contract.roads.model import RoadMap
 from server.adapters import Argon2Hasher, RandomIds, SystemClock
-from server.api.offload import Threads
+from server.api.runs.offload import Threads
 from server.app import Ports, standing_tasks
 from server.bus.in_process import InProcessBus
 from server.bus.nats import BusUnreachable, connect
 from server.domain.errors import DomainError
 from server.domain.rules import FleetRules
-from server.domain.timetable import Opening, ServiceHours
+from server.domain.service.timetable import Opening, ServiceHours
 from server.loops.solver import ProcessSolver
 from server.settings import Settings
 from server.store.engine import DatabaseUnsupported, open_engine
-from server.store.map_library import MapLibrary
+from server.store.roads.map_library import MapLibrary
 from server.store.schema import DatabaseTooNew, upgrade_to_head
 from server.store.transactions import GroupCommit, Pooled
 from server.store.unit_of_work import Context
-from server.usecases import campus, identity
-from server.usecases.ports import Bus, Transactions, UnitOfWork
+from server.usecases.fleet import campus
+from server.usecases.ports.bus import Bus
+from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
+from server.usecases.record import identity
 
 DAY_S = 86_400
 BUS_TIMEOUT_S = 5.0

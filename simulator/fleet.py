@@ -5,7 +5,12 @@ from simulator.bus import ListBus
 from simulator.ecus.by_wire import ByWire
 from simulator.ecus.module import Module
 from simulator.ecus.servo_cart import ServoModule
-from simulator.plant import Plant, PlantParams, PlantView, plant_params
+from simulator.vehicle.plant import (
+    Plant,
+    PlantParams,
+    PlantView,
+    plant_params,
+)
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import CanFrame
 

@@ -5,14 +5,14 @@ import numpy as np
 from contract.geometry import Pose2, wrap_angle
 from contract.roads.model import Building, Lane, Origin, RoadMap
 from contract.roads.network import RoadNetwork
-from simulator.corridor import SAMPLES, Corridor
-from simulator.metrics import relations
-from simulator.outlines import outline_meets_edges, outlines_overlap
-from simulator.plant import COMMAND_SIZE, Plant, PlantParams
+from simulator.scoring.metrics import relations
 from simulator.sensors.lidar import Lidar
 from simulator.sensors.walls import WallScene
+from simulator.traffic.corridor import SAMPLES, Corridor
 from simulator.traffic.crowd import VEHICLE_COLUMNS, step_crowd
+from simulator.traffic.outlines import outline_meets_edges, outlines_overlap
 from simulator.traffic.population import Population, TrafficParams
+from simulator.vehicle.plant import COMMAND_SIZE, Plant, PlantParams
 from vehicle_agent.config import Body, LidarMount
 
 

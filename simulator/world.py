@@ -13,14 +13,11 @@ from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.walls import wall_edges
 from simulator.chargers import Chargers
-from simulator.corridor import SAMPLES, Corridor
-from simulator.doors import Display, Doors
 from simulator.ecus.bus_faults import BusFaults
 from simulator.ecus.module import Module
 from simulator.fleet import STEP_NS, SimFleet
-from simulator.metrics import Scorekeeper, VehicleScore
-from simulator.plant import PlantParams, PlantView
 from simulator.riders import Phone, Riders
+from simulator.scoring.metrics import Scorekeeper, VehicleScore
 from simulator.sensors.gnss import GnssNoise, GnssReceiver
 from simulator.sensors.imu import Imu, ImuNoise
 from simulator.sensors.lidar import Lidar, LidarNoise
@@ -28,9 +25,12 @@ from simulator.sensors.ray_hits import BOX_COLUMNS, Array32
 from simulator.sensors.tracker import Tracker, TrackerNoise
 from simulator.sensors.walls import WallScene
 from simulator.traffic.actors import Actors, Bodies, no_bodies, together
+from simulator.traffic.corridor import SAMPLES, Corridor
 from simulator.traffic.crowd import V_FRONT, V_HALF, V_REAR, V_SPEED, V_X, V_Y, V_YAW, VEHICLE_COLUMNS
 from simulator.traffic.pedestrians import Pedestrians
 from simulator.traffic.population import TrafficParams
+from simulator.vehicle.doors import Display, Doors
+from simulator.vehicle.plant import PlantParams, PlantView
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import VEHICLE, CanFrame, InboxBody, Says, TrackPercept
 

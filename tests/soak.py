@@ -50,7 +50,7 @@ CAMPAIGNS = (
     Campaign(
         "stories",
         "200 random stories of rides, vehicles, links and clocks; no ride may be lost",
-        (sys.executable, "-m", "pytest", "-q", "tests/server/usecases/test_ride_machine.py"),
+        (sys.executable, "-m", "pytest", "-q", "tests/server/usecases/rides/test_ride_machine.py"),
         {"CAMPUSLOOP_STORIES": "200"},
     ),
     Campaign(

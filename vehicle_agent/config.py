@@ -87,7 +87,7 @@ class ByWire(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Which drive-by-wire the vehicle has, and what a servo conversion must know of itself.
 
     kind                   "pacmod": a PACMod3-class module; "servo": motors on steering and brake, a PWM
-                           voltage for the throttle (docs/can.md)
+                           voltage for the throttle (docs/vehicle/can.md)
     throttle_duty_min, _max  PWM duty at which the motor begins to turn, and at full throttle
     brake_travel_free      travel of the brake servo before the pads touch
     track_width_m          between the front wheels: the encoder sits on the left one
@@ -101,7 +101,7 @@ class ByWire(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Response(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How the vehicle answers its actuators, identified on the vehicle (docs/onboard.md, control).
+    """How the vehicle answers its actuators, identified on the vehicle (docs/vehicle/onboard.md, control).
 
     brake_*        pedal = gain ln(a + knee) + offset for a deceleration a (m/s2); GEM: 0.28, 0.90, 0
     coast_mps2     deceleration with neither pedal

@@ -22,7 +22,7 @@ from benchmarks.peers.process import ROOT, PeerError, PeerProcess
 from benchmarks.peers.pursuit import Pursuit
 from benchmarks.peers.scenes import Case, cell_cases, clip_cases, profile_for, random_cases, short
 from benchmarks.peers.score import Result, result_of, summary
-from benchmarks.report import write_report
+from benchmarks.reporting.report import write_report
 from campusloop.scenes.drive import SceneDrive
 from simulator.traffic.recordings import RecordingError
 

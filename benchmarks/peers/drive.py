@@ -12,17 +12,17 @@ from typing import Protocol
 import numpy as np
 
 from benchmarks.peers.messages import Ask, Plan, Road
-from campusloop.conductor import STEP_NS
 from campusloop.scenes.drive import VEHICLE_ID, Scene, SceneRun
 from campusloop.scenes.judge import judge
 from campusloop.scenes.path_map import LANE_ID, extended
 from campusloop.scenes.trace import SceneTrace
+from campusloop.virtual.conductor import STEP_NS
 from contract.geometry import Array, Pose2, pose_at, project
 from contract.roads.network import RoadNetwork
 from contract.roads.walls import wall_edges
-from simulator.corridor import SAMPLES, Corridor
 from simulator.sensors.tracker import Tracker
 from simulator.traffic.actors import no_bodies
+from simulator.traffic.corridor import SAMPLES, Corridor
 from simulator.traffic.crowd import VEHICLE_COLUMNS
 from vehicle_agent.perception.track_keeper import Kept, TrackKeeper
 from vehicle_agent.signals import PEDESTRIAN

@@ -7,8 +7,8 @@ import numpy as np
 
 from benchmarks.peers.messages import Ask, Plan, Road
 from contract.geometry import Array, Pose2, arc_lengths, curvatures, pose_at, project
-from vehicle_agent.control.follower import Aim
-from vehicle_agent.control.nus import PurePursuit
+from vehicle_agent.control.waypoint.follower import Aim
+from vehicle_agent.control.waypoint.pure_pursuit import PurePursuit
 
 # The NUS paper's look-ahead, grown with speed as it must be above the paper's 2 m/s.
 _LOOK_AHEAD_M, _LOOK_AHEAD_S = 3.0, 1.0

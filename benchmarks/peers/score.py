@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.report import Row, Value
+from benchmarks.reporting.report import Row, Value
 from campusloop.scenes.drive import Scene, SceneRun
 
 OURS = "snow_lion"

@@ -1,6 +1,5 @@
 """`campusloop agent`: the agent on a vehicle, from enrolment to driving."""
 
-import shutil
 import tempfile
 from pathlib import Path
 from typing import Annotated, NoReturn
@@ -12,10 +11,10 @@ from rich.console import Console
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import ProfileError, load_profile
 from vehicle_agent.link.keys import VehicleKeyError, load_or_make_key, public_key_text
-from vehicle_agent.runtime.agent import AgentPlace, agent_jobs
-from vehicle_agent.runtime.agent_files import AgentFolder, AgentFolderError, VehicleFile
-from vehicle_agent.runtime.speaking import SpeakingError, outlets
-from vehicle_agent.runtime.supervisor import Supervisor
+from vehicle_agent.runtime.devices.speaking import SpeakingError, outlets
+from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
+from vehicle_agent.runtime.processes.agent_files import AgentFolder, AgentFolderError, VehicleFile
+from vehicle_agent.runtime.processes.supervisor import Supervisor
 
 app = typer.Typer(no_args_is_help=True)
 console = Console()
@@ -69,16 +68,8 @@ def enrol(
     if answer.is_error:
         problem = answer.json()
         _refuse(f"{problem.get('title')}: {problem.get('detail')}")
-    prepare_folder(folder, vehicle, campus_map, profile)
+    AgentFolder(folder).prepare(vehicle, campus_map, profile)
     console.print(f"{vehicle_id} is enrolled. Start it with: campusloop agent run {folder}")
-
-
-def prepare_folder(folder: Path, vehicle: VehicleFile, campus_map: Path, profile: Path | None) -> None:
-    """Write everything an agent needs beside its key."""
-    AgentFolder(folder).save_vehicle(vehicle)
-    shutil.copyfile(campus_map, folder / "map.json")
-    if profile is not None:
-        shutil.copyfile(profile, folder / "profile.toml")
 
 
 @app.command()

@@ -11,13 +11,13 @@ import structlog
 import typer
 from rich.console import Console
 
-from campusloop.commands.serve import DEFAULT_MAP
-from campusloop.headless import run_headless
-from campusloop.live_campus import CampusStartError, LiveOptions
-from campusloop.live_demo import LiveDemo
-from campusloop.run_folder import NotOurFolder, emptied
-from campusloop.timetable_run import local_moment, run_timetable
-from campusloop.virtual_campus import CampusOptions
+from campusloop.live.campus import CampusStartError, LiveOptions
+from campusloop.live.demo import LiveDemo
+from campusloop.live.run_folder import NotOurFolder, emptied
+from campusloop.shipped import DEFAULT_MAP
+from campusloop.virtual.campus import CampusOptions
+from campusloop.virtual.headless import run_headless
+from campusloop.virtual.timetable_run import local_moment, run_timetable
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import Profile, ProfileError, load_profile
 

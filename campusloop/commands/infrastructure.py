@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from campusloop.infrastructure_gain import (
+from campusloop.studies.infrastructure.infrastructure_gain import (
     GainCase,
     GainRow,
     as_dict,

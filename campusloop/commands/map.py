@@ -16,7 +16,7 @@ from contract.roads.load import MapError, encode_map, load_map
 from contract.roads.model import Lane, RoadMap
 from contract.roads.validate import problems
 from server.feeds.roads.import_osm import ImportOptions, ImportReport, import_osm
-from server.feeds.roads.osm_file import Bounds
+from server.feeds.roads.osm.osm_file import Bounds
 from server.feeds.roads.schematic import snow_lion_map
 
 app = typer.Typer(help="Build road maps, and check them.", no_args_is_help=True)

@@ -68,7 +68,7 @@ def scenario_paths(files: list[Path]) -> list[Path]:
     """Every file named or in a folder named, in order. ScenarioError for a folder without any."""
     out: list[Path] = []
     for file in files:
-        inside = sorted(file.glob("*.toml")) if file.is_dir() else [file]
+        inside = sorted(file.rglob("*.toml")) if file.is_dir() else [file]
         if not inside:
             raise ScenarioError(f"{file}: no scenario files (*.toml) there")
         out += inside

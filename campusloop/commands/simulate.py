@@ -1,32 +1,20 @@
 """`campusloop simulate`: plant, by-wire, sensors and people of all vehicles, in real time; with --km whole
 campuses in virtual time, and Table 2 of the Snow Lion paper of what was driven."""
 
-import gc
 import os
-import signal
 from pathlib import Path
-from types import FrameType
 from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
-from contract.roads.load import MapError, load_map
-from simulator.control_desk import CarriedPhones, ControlError
-from simulator.live import LiveSimulation, scan_ring_path
-from simulator.live_bus import LiveBusError
-from simulator.live_ports import BASE_PORT, control_port, ports_of
-from simulator.start_places import start_poses
-from simulator.traffic.population import TrafficParams
-from simulator.warm import warm_kernels
-from simulator.world import SimWorld, WorldError, WorldOptions
-from vehicle_agent.config import Profile, ProfileError, load_profile
-from vehicle_agent.device_feed import DeviceFeedError
+from campusloop.live.simulation import simulate_vehicles
+from campusloop.shipped import SHIPPED_MAPS
+from contract.roads.load import MapError
+from simulator.live.ports import BASE_PORT
+from vehicle_agent.config import ProfileError
 
 _TOUCHED, _BAD_INPUT = 1, 2
-_MAPS = Path(__file__).resolve().parents[2] / "maps"
-SHIPPED_MAPS = (_MAPS / "shanghai-university" / "map.json", _MAPS / "snow-lion" / "map.json")
 
 
 def simulate(
@@ -58,29 +46,7 @@ def simulate(
     if map_path is None:
         _refuse(console, "give a campus map: --map maps/shanghai-university/map.json")
     vehicle_ids = tuple(name.strip() for name in vehicles.split(",") if name.strip())
-    if len(set(vehicle_ids)) != len(vehicle_ids):
-        _refuse(console, "every vehicle needs an id of its own: --vehicles shuttle-1,shuttle-2")
-    phones = CarriedPhones()
-    try:
-        road_map = load_map(map_path)
-        profile = load_profile(profile_path) if profile_path else Profile()
-        world = SimWorld(
-            road_map,
-            dict.fromkeys(vehicle_ids, profile),
-            start_poses(road_map, vehicle_ids),
-            seed,
-            phones,
-            WorldOptions(traffic=TrafficParams() if people else None, lidar=lidar),
-        )
-        warm_kernels()
-        simulation = LiveSimulation(world, phones, folder, base_port)
-    except (MapError, ProfileError, WorldError, LiveBusError, DeviceFeedError, ControlError) as error:
-        _refuse(console, str(error))
-    _print_wiring(console, vehicle_ids, base_port, folder)
-    _run_until_told(simulation)
-    console.print(
-        f"{simulation.steps} steps, {simulation.late_steps} late, {simulation.lost_ns * 1e-9:.2f} s lost"
-    )
+    simulate_vehicles(map_path, vehicle_ids, profile_path, seed, base_port, folder, people, lidar)
 
 
 def _drive_km(
@@ -95,7 +61,7 @@ def _drive_km(
 ) -> None:
     """Exit 1 when anybody was touched."""
     # A whole campus comes with it, server included; the simulation in real time has no use for one.
-    from campusloop.table2 import NothingDriven, tell_km
+    from campusloop.studies.endurance.table2 import NothingDriven, tell_km
 
     try:
         contacts = tell_km(console, maps, stack, km, seed, workers, stint_s, out)
@@ -103,37 +69,6 @@ def _drive_km(
         _refuse(console, str(error))
     if contacts:
         raise typer.Exit(_TOUCHED)
-
-
-def _run_until_told(simulation: LiveSimulation) -> None:
-    """SIGINT and SIGTERM end the run after the present step."""
-
-    def stop(_number: int, _frame: FrameType | None) -> None:
-        simulation.stop()
-
-    signal.signal(signal.SIGINT, stop)
-    signal.signal(signal.SIGTERM, stop)
-    gc.collect()
-    gc.freeze()
-    simulation.run()
-
-
-def _print_wiring(console: Console, vehicle_ids: tuple[str, ...], base_port: int, folder: Path) -> None:
-    table = Table()
-    for heading in ("vehicle", "CAN channel", "device values", "scans", "words", "scan ring"):
-        table.add_column(heading, overflow="fold")
-    for number, vehicle_id in enumerate(vehicle_ids):
-        ports = ports_of(number, base_port)
-        table.add_row(
-            vehicle_id,
-            ports.can_channel,
-            str(ports.values_port),
-            str(ports.scans_port),
-            str(ports.words_port),
-            str(scan_ring_path(folder, vehicle_id)),
-        )
-    console.print(table)
-    console.print(f"control on 127.0.0.1:{control_port(base_port)}; Ctrl-C ends the simulation")
 
 
 def _refuse(console: Console, reason: str) -> NoReturn:

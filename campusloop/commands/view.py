@@ -7,9 +7,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from campusloop.operator_client import OperatorError
-from campusloop.run_viewer import NothingToView, runs_in
-from campusloop.run_viewer import view as view_runs
+from campusloop.clients.operator_client import OperatorError
+from campusloop.live.run_viewer import NothingToView, runs_in
+from campusloop.live.run_viewer import view as view_runs
 from server.live_ports import CannotStart
 
 EXIT_BAD_INPUT = 2

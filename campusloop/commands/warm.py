@@ -6,10 +6,10 @@ from multiprocessing import get_context
 
 import typer
 
-from server.dispatch.bound.warm import warm_kernels as warm_bound
+from campusloop.studies.bound.warm import warm_kernels as warm_bound
 from server.dispatch.warm import warm_kernels as warm_dispatch
 from simulator.warm import warm_kernels as warm_simulator
-from vehicle_agent.runtime.gate_footprint import warm_footprint
+from vehicle_agent.gate.footprint import warm_footprint
 from vehicle_agent.stacks.warm import warm_kernels as warm_vehicle
 
 

@@ -14,7 +14,7 @@ from contract.roads.model import RoadMap, Stop
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import find_route, route_line
 from contract.runlog.reader import RunLogError
-from vehicle_agent.planning.waypoints import WaypointRules
+from vehicle_agent.planning.waypoint.waypoints import WaypointRules
 from vehicle_agent.waypoints.files import write_recording, write_route
 from vehicle_agent.waypoints.recorded_runs import recorded_waypoints
 

@@ -9,13 +9,13 @@ from typing import Protocol
 import msgspec
 import numpy as np
 
-from campusloop.conductor import STEP_NS
-from campusloop.granted_order import go_words, granted_order, rest_at
 from campusloop.scenes.faults import Camera, FaultyInputs, InputFault, camera_feeds
 from campusloop.scenes.judge import Verdict, judge
 from campusloop.scenes.path_map import LANE_ID
 from campusloop.scenes.trace import SceneTrace
-from campusloop.wiring import WiredVehicle
+from campusloop.virtual.conductor import STEP_NS
+from campusloop.virtual.granted_order import go_words, granted_order, rest_at
+from campusloop.virtual.wiring import WiredVehicle
 from contract.geometry import Pose2, pose_at, project
 from contract.roads.load import encode_map
 from contract.roads.model import RoadMap
@@ -28,10 +28,10 @@ from simulator.traffic.actors import Actors
 from simulator.world import SimWorld, WorldOptions
 from vehicle_agent.config import Profile
 from vehicle_agent.onboard.car import initial_state
-from vehicle_agent.runtime.agent import SOFTWARE
 from vehicle_agent.runtime.computer import VehicleComputer
-from vehicle_agent.runtime.recorder import Recorder
-from vehicle_agent.runtime.runlog_files import RunLogFiles
+from vehicle_agent.runtime.processes.agent import SOFTWARE
+from vehicle_agent.runtime.recording.recorder import Recorder
+from vehicle_agent.runtime.recording.runlog_files import RunLogFiles
 from vehicle_agent.signals import LinkWord, Outputs
 from vehicle_agent.stacks.choice import build_car
 

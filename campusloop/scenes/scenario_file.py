@@ -1,4 +1,4 @@
-"""The scenario language: one small TOML file a scenario (docs/scenarios.md).
+"""The scenario language: one small TOML file a scenario (docs/simulator/scenarios.md).
 
 Everything that can be wrong with a file is said with the file and the field.
 """

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from contract.geometry import Array
-from simulator.plant import PlantView
 from simulator.traffic.actors import Bodies
+from simulator.vehicle.plant import PlantView
 
 VEHICLE_COLUMNS = ("t_s", "x_m", "y_m", "yaw_rad", "v_mps", "a_mps2", "steer_rad")
 AGENT_COLUMNS = ("t_s", "id", "kind", "x_m", "y_m", "yaw_rad", "length_m", "width_m")

@@ -76,7 +76,8 @@ class RestingPlace(msgspec.Struct, frozen=True, omit_defaults=True):
     charger  a shuttle that stands here is charged; where no place of a map says so, all of them charge
 
     With a shuttle at every resting place of the map at once, every stop can still be reached from every
-    resting place and the other way round. This is what makes the fleet free of deadlock (docs/roads.md).
+    resting place and the other way round. This is what makes the fleet free of deadlock
+    (docs/contract/roads.md).
     """
 
     place_id: str

@@ -163,7 +163,7 @@ class RoadNetwork:
     def kept_clear(self, places: Collection[str]) -> frozenset[str]:
         """What a route between these resting places has to avoid: the shadow of every other one.
 
-        A route that avoids it can be driven to its end however many shuttles rest (docs/roads.md).
+        A route that avoids it can be driven to its end however many shuttles rest (docs/contract/roads.md).
         """
         blocked: set[str] = set()
         for place in self.road_map.resting_places:

@@ -2,7 +2,7 @@
 
 A vehicle has the sections it holds (its body is in them, or was granted them) and the sections still ahead
 on its route, whose last one is where it will stand. Only grants and routes that keep the state safe are given
-(`safety`); docs/roads.md proves that a fleet which starts at resting places never gets stuck.
+(`safety`); docs/contract/roads.md proves that a fleet which starts at resting places never gets stuck.
 """
 
 from collections.abc import Iterable, Sequence

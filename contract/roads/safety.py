@@ -2,7 +2,7 @@
 
 A state is *safe* when the vehicles can, moving one at a time while all others stand, all come to the ends of
 their routes; on the way they wait only where they are in nobody's way (the banker's algorithm: Dijkstra,
-EWD 108, 1965; Habermann 1969). docs/roads.md has the proofs.
+EWD 108, 1965; Habermann 1969). docs/contract/roads.md has the proofs.
 
 Sets of sections are integers, one bit a section.
 """

@@ -19,8 +19,8 @@ from contract.wire.messages import (
     ServerMessage,
     VehicleMessage,
 )
-from server.api.developer_methods import DeveloperMethods, Subscriptions
-from server.api.json_rpc import (
+from server.api.sockets.developer_methods import DeveloperMethods, Subscriptions
+from server.api.sockets.json_rpc import (
     INVALID_PARAMS,
     INVALID_REQUEST,
     METHOD_NOT_FOUND,
@@ -28,7 +28,7 @@ from server.api.json_rpc import (
     REFUSED,
     SCOPE_MISSING,
 )
-from server.api.live_socket import Refused, Watch
+from server.api.sockets.live import Refused, Watch
 from server.live.scene import Delta, Snapshot
 
 FOLDER = Path(__file__).parent

@@ -6,7 +6,7 @@ from fastapi import APIRouter, Response
 from pydantic import BaseModel, ConfigDict
 
 from server.api.services import Given
-from server.usecases.ports import UnitOfWork
+from server.usecases.ports.unit_of_work import UnitOfWork
 
 router = APIRouter(tags=["health"])
 

@@ -7,8 +7,8 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from pydantic.json_schema import models_json_schema
 
-from server.api.live_socket import Refused, Watch
 from server.api.problems import MEDIA_TYPE, Problem
+from server.api.sockets.live import Refused, Watch
 from server.live.scene import Delta, Scene, Snapshot
 
 DESCRIPTION = """Book rides, follow them, run the fleet.

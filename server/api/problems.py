@@ -13,7 +13,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.exceptions import HTTPException
 
-from server.api.rate_limit import TooManyTries
+from server.api.security.rate_limit import TooManyTries
 from server.domain import errors
 from server.domain.errors import DomainError
 

@@ -4,29 +4,28 @@ from typing import Any
 
 from fastapi import APIRouter, FastAPI
 
-from server.api import (
-    campus,
-    closures,
-    developer_socket,
-    health,
-    incidents,
-    infrastructure_socket,
-    interventions,
-    live_socket,
-    problems,
-    rides,
-    runs,
-    segments,
-    series,
-    service,
-    sessions,
-    shifts,
-    tokens,
-    travel_times,
-    vehicle_socket,
-    vehicles,
-)
+from server.api import health, problems
+from server.api.campus import routes as campus
+from server.api.campus import travel_times
+from server.api.closures import routes as closures
+from server.api.incidents import routes as incidents
+from server.api.interventions import routes as interventions
 from server.api.openapi import openapi_of
+from server.api.rides import routes as rides
+from server.api.runs import routes as runs
+from server.api.runs import segments
+from server.api.series import routes as series
+from server.api.service import routes as service
+from server.api.sessions import routes as sessions
+from server.api.shifts import routes as shifts
+from server.api.sockets import (
+    developer,
+    infrastructure,
+    live,
+    vehicle,
+)
+from server.api.tokens import routes as tokens
+from server.api.vehicles import routes as vehicles
 
 PREFIX = "/api/v1"
 VERSION = "1.0.0"
@@ -66,10 +65,10 @@ def bare_app(**options: Any) -> FastAPI:
         api.include_router(router)
     app.include_router(api)
     for router in (
-        vehicle_socket.router,
-        live_socket.router,
-        developer_socket.router,
-        infrastructure_socket.router,
+        vehicle.router,
+        live.router,
+        developer.router,
+        infrastructure.router,
     ):
         app.include_router(router)
     problems.install(app)

@@ -6,16 +6,18 @@ from typing import Annotated
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
-from server.api.booking_desk import BookingDesk
-from server.api.offload import Offload
 from server.api.pages import Page
-from server.api.rate_limit import RateLimit
+from server.api.rides.booking_desk import BookingDesk
+from server.api.runs.offload import Offload
+from server.api.security.rate_limit import RateLimit
 from server.fleet.hub import Hub
 from server.fleet.presence import PresenceDesk
 from server.fleet.segment_files import SegmentFiles
 from server.live.feed import SceneFeed
 from server.settings import Settings
-from server.usecases.ports import Bus, Clock, Ids, Transactions
+from server.usecases.ports.bus import Bus
+from server.usecases.ports.clock_and_ids import Clock, Ids
+from server.usecases.ports.unit_of_work import Transactions
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from server.dispatch.board import Board
+from server.dispatch.board.board import Board
 from server.dispatch.decide import earliest_quotes, offers_for, take
 from server.dispatch.problem import Request, Walk
 

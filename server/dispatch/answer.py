@@ -4,7 +4,7 @@ from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 
 from server.dispatch.alternatives import Alternative, alternatives
-from server.dispatch.board import Board
+from server.dispatch.board.board import Board
 from server.dispatch.decide import Offer, offers_for, quoted_times, take
 from server.dispatch.problem import Request, Walk
 from server.dispatch.refusal import binding_rule

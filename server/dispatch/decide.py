@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from server.dispatch.arrays import AnyArray
-from server.dispatch.board import Board
+from server.dispatch.board.board import Board
 from server.dispatch.engine.compiled import kernel
 from server.dispatch.engine.draw import seeded
 from server.dispatch.engine.insertion import best_place, insert, times_at

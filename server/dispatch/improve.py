@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from server.dispatch.arrays import AnyArray
-from server.dispatch.board import Board
-from server.dispatch.engine.optimise import Optimiser, Settings
-from server.dispatch.engine.partition import Partitioning
+from server.dispatch.board.board import Board
+from server.dispatch.board.part import part_of, put_back
 from server.dispatch.engine.plan import ABSENT, total_cost
-from server.dispatch.part import part_of, put_back
+from server.dispatch.engine.search.optimise import Optimiser, Settings
+from server.dispatch.engine.search.partition import Partitioning
 
 _WORTH_S = 1.0
 # A plan in use is good already: what is far from it is not worth a visit.
@@ -34,8 +34,8 @@ def improve(board: Board, cooling: Cooling, seed: int, most: int, go_on: Callabl
     """Make the board's routes cheaper by `most` slices while `go_on` says so; how many ran.
 
     Requests that nobody carries are tried again. At the end the best of the routes that were met are put
-    together (`engine/partition.py`), however many slices ran. The routes stay as they are unless they become
-    cheaper by a second at least: people are not told new times for nothing.
+    together (`engine/search/partition.py`), however many slices ran. The routes stay as they are unless they
+    become cheaper by a second at least: people are not told new times for nothing.
     """
     used = np.array(sorted(board.rows.values()), dtype=np.int64)
     absent = used[board.plan.vehicle_of[used] == ABSENT]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from server.dispatch.arrays import AnyArray
-from server.dispatch.board import Board
+from server.dispatch.board.board import Board
 from server.dispatch.decide import offers_for
 from server.dispatch.engine.task import SEATS, WHEELCHAIRS
 from server.dispatch.problem import CUT_OFF_S, Request

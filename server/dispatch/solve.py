@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from server.dispatch.board import Board
-from server.dispatch.chains import insert_chain
+from server.dispatch.board.board import Board
+from server.dispatch.board.chains import insert_chain
 from server.dispatch.decide import offers_for, take
 from server.dispatch.improve import Cooling, improve
 from server.dispatch.problem import Problem, VehicleRoute

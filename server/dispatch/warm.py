@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from server.dispatch.answer import Terms, answer_all
-from server.dispatch.board import Board
+from server.dispatch.board.board import Board
 from server.dispatch.engine.warm import warm_kernels as warm_engine
 from server.dispatch.problem import Call, Chain, Problem, Request, VehicleState, Walk
 from server.dispatch.solve import Budget, solve

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from server.domain.timetable import ServiceHours
+from server.domain.service.timetable import ServiceHours
 
 
 @dataclass(frozen=True, slots=True)

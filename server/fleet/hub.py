@@ -14,13 +14,16 @@ import structlog
 from contract.wire.closing import ClosingCode
 from contract.wire.codec import decode_from_vehicle, encode
 from contract.wire.messages import EventReport, Status
-from server.domain.vehicles import StatusReport
+from server.domain.fleet.vehicles import StatusReport
 from server.fleet.link import Link, LinkPorts, Transport
 from server.fleet.nearby import Nearby
 from server.fleet.presence import AreaPresence
 from server.fleet.stamps import ns_of
-from server.usecases import topics, vehicle_sessions
-from server.usecases.ports import Bus, Clock, Ids, Subscription, Transactions
+from server.usecases.fleet import vehicle_sessions
+from server.usecases.ports import topics
+from server.usecases.ports.bus import Bus, Subscription
+from server.usecases.ports.clock_and_ids import Clock, Ids
+from server.usecases.ports.unit_of_work import Transactions
 
 FLUSH_EVERY_S = 0.5
 PUSH_EVERY_S = 1.0

@@ -25,16 +25,18 @@ from contract.wire.messages import (
 )
 from contract.wire.sequence import SequenceGap
 from server.domain.errors import KeyUnknown, OrderUnknown, SessionFenced, VehicleUnknown
-from server.domain.events import RecordedEvent
-from server.domain.vehicles import StatusReport
+from server.domain.fleet.vehicles import StatusReport
+from server.domain.record.events import RecordedEvent
 from server.fleet.actions import Action, Close, FindKey, NoteAnswer, NoteStatus, OpenSession, Send, StoreEvent
 from server.fleet.backlog import Backlog
 from server.fleet.sent import SentWords
 from server.fleet.session import Actions, VehicleSession
 from server.fleet.stamps import ns_of
-from server.usecases import events, orders, outbox, vehicle_sessions, vehicles
-from server.usecases.ports import Clock, Transactions, UnitOfWork
-from server.usecases.vehicle_sessions import HelloFacts
+from server.usecases.fleet import events, vehicle_sessions, vehicles
+from server.usecases.fleet.vehicle_sessions import HelloFacts
+from server.usecases.orders import orders, outbox
+from server.usecases.ports.clock_and_ids import Clock
+from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 
 FRAMES_WAITING_MAX = 200
 

@@ -6,8 +6,10 @@ from contract.roads.areas import outline_array
 from contract.wire.messages import PresenceSeen
 from server.domain.errors import AreaUnknown
 from server.fleet.stamps import ns_of
-from server.usecases import topics
-from server.usecases.ports import Bus, Clock, Transactions, UnitOfWork
+from server.usecases.ports import topics
+from server.usecases.ports.bus import Bus
+from server.usecases.ports.clock_and_ids import Clock
+from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 
 # A camera that talks faster than this is not listened to in between.
 SOONEST_NS = 80_000_000

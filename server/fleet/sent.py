@@ -1,7 +1,7 @@
 """What one session has sent already, so that changes go out at once and repeats only when unanswered."""
 
 from contract.wire.messages import Grants, Order, SectionGrant, ServerMessage
-from server.usecases.outbox import Outbox
+from server.usecases.orders.outbox import Outbox
 
 REPEAT_AFTER_NS = 3_000_000_000
 

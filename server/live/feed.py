@@ -14,14 +14,16 @@ import structlog
 
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import Status
-from server.domain.incidents import Incident
-from server.domain.rides import ENDED, Ride, RideState
+from server.domain.record.incidents import Incident
+from server.domain.rides.rides import ENDED, Ride, RideState
 from server.live.projection import incidents_scene, ms_of, ride_scene, vehicle_in_status, vehicle_scene
 from server.live.route_shape import RouteShapes
 from server.live.scene import AreaScene, SceneBoard
-from server.usecases import topics
-from server.usecases.ports import Bus, Clock, Subscription, Transactions, UnitOfWork
-from server.usecases.views import VehicleView
+from server.usecases.ports import topics
+from server.usecases.ports.bus import Bus, Subscription
+from server.usecases.ports.clock_and_ids import Clock
+from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
+from server.usecases.ports.views import VehicleView
 
 READ_ALL_EVERY_S = 10.0
 RIDES_MAX = 500

@@ -6,11 +6,11 @@ from datetime import UTC, datetime, timedelta
 import msgspec
 
 from contract.wire.messages import Status
-from server.domain.incidents import Incident, IncidentKind
-from server.domain.rides import Ride
+from server.domain.record.incidents import Incident, IncidentKind
+from server.domain.rides.rides import Ride
 from server.live.route_shape import RouteShapes
 from server.live.scene import IncidentsScene, RideScene, VehicleScene
-from server.usecases.views import VehicleView
+from server.usecases.ports.views import VehicleView
 
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 

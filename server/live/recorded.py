@@ -10,10 +10,10 @@ from contract.roads.load import decode_map
 from contract.roads.network import RoadNetwork
 from contract.runlog.reader import RunLogError, open_segment, reports
 from contract.wire.messages import Status
-from server.domain.orders import IssuedOrder, lanes_of
-from server.domain.rides import Ride
-from server.domain.runs import Run
-from server.domain.vehicles import Vehicle
+from server.domain.fleet.vehicles import Vehicle
+from server.domain.orders.orders import IssuedOrder, lanes_of
+from server.domain.record.runs import Run
+from server.domain.rides.rides import Ride
 from server.live.projection import ride_scene, vehicle_in_status
 from server.live.route_shape import RouteShapes
 from server.live.scene import AreaScene, Scene, VehicleScene

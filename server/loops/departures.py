@@ -1,8 +1,8 @@
 """Timetable departures get their shuttles in time."""
 
 from server.loops.pulse import Pulse
-from server.usecases import departures
-from server.usecases.ports import Transactions
+from server.usecases.fleet import departures
+from server.usecases.ports.unit_of_work import Transactions
 
 LEASE = "departures"
 PERIOD_S = 5.0

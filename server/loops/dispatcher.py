@@ -12,19 +12,16 @@ from typing import TypeVar
 from server.dispatch.solve import Budget
 from server.domain.errors import LeaseLost
 from server.loops.pulse import Pulse
-from server.usecases import (
-    charging,
-    closures,
-    interventions,
-    lost_vehicles,
-    plans,
-    promises,
-    relocation,
-    sections,
-    topics,
-)
-from server.usecases.decisions import Search
-from server.usecases.ports import Bus, Ids, Solver, Transactions, UnitOfWork
+from server.usecases.fleet import charging, closures, interventions
+from server.usecases.orders import sections
+from server.usecases.planning import plans, promises, relocation
+from server.usecases.planning.decisions import Search
+from server.usecases.ports import topics
+from server.usecases.ports.bus import Bus
+from server.usecases.ports.clock_and_ids import Ids
+from server.usecases.ports.solver import Solver
+from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
+from server.usecases.rides import lost_vehicles
 
 T = TypeVar("T")
 

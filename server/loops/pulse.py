@@ -6,7 +6,7 @@ from collections.abc import Awaitable, Callable
 import structlog
 
 from server.domain.errors import DomainError
-from server.usecases.ports import Bus, Subscription
+from server.usecases.ports.bus import Bus, Subscription
 
 log = structlog.get_logger("loops")
 

@@ -2,8 +2,8 @@
 hour are learnt anew as often."""
 
 from server.loops.pulse import Pulse
-from server.usecases import paces, retention
-from server.usecases.ports import Transactions
+from server.usecases.ports.unit_of_work import Transactions
+from server.usecases.record import paces, retention
 
 PERIOD_S = 3600.0
 

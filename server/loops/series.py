@@ -2,9 +2,9 @@
 
 from server.domain.errors import DomainError, PlanChanged
 from server.loops.pulse import Pulse
-from server.usecases import series
-from server.usecases.ports import Transactions
-from server.usecases.series import DueRide
+from server.usecases.ports.unit_of_work import Transactions
+from server.usecases.rides import series
+from server.usecases.rides.series import DueRide
 
 LEASE = "series"
 PERIOD_S = 20.0

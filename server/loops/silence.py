@@ -1,8 +1,8 @@
 """Vehicles that are not heard any more."""
 
 from server.loops.pulse import Pulse
-from server.usecases import vehicle_sessions
-from server.usecases.ports import Transactions
+from server.usecases.fleet import vehicle_sessions
+from server.usecases.ports.unit_of_work import Transactions
 
 PERIOD_S = 1.0
 

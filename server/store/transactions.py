@@ -20,7 +20,8 @@ from server.domain.errors import PlanChanged
 from server.store.engine import read_only
 from server.store.live.memory import Memory
 from server.store.unit_of_work import Context, Published, SqlUnitOfWork
-from server.usecases.ports import Bus, UnitOfWork
+from server.usecases.ports.bus import Bus
+from server.usecases.ports.unit_of_work import UnitOfWork
 
 T = TypeVar("T")
 Work = Callable[[UnitOfWork], T]

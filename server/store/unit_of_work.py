@@ -10,15 +10,10 @@ from sqlalchemy import Connection
 
 from contract.roads.network import RoadNetwork
 from server.domain.errors import CampusUnknown
-from server.domain.pace import pace_at
+from server.domain.planning.pace import pace_at
 from server.domain.rules import FleetRules
-from server.store.closures import Closures
-from server.store.decisions import Decisions
-from server.store.departures import Departures
-from server.store.events import Events
-from server.store.history import History
-from server.store.identity import Identity
-from server.store.incidents import Incidents
+from server.store.fleet.history import History
+from server.store.fleet.vehicles import Vehicles
 from server.store.leases import Leases
 from server.store.live.ground import LiveClosures, LiveMaps, LivePaces
 from server.store.live.memory import Memory
@@ -28,44 +23,37 @@ from server.store.live.rides import LiveRides
 from server.store.live.sections import LiveSections
 from server.store.live.service import LiveService
 from server.store.live.vehicles import LiveVehicles
-from server.store.maps import Maps
-from server.store.orders import Orders
-from server.store.paces import PaceBook
-from server.store.plans import Plans
-from server.store.rides import Rides
-from server.store.runs import Runs
-from server.store.sections import Sections
-from server.store.series import SeriesBook
-from server.store.service import Service
-from server.store.vehicles import Vehicles
+from server.store.orders.orders import Orders
+from server.store.orders.sections import Sections
+from server.store.planning.decisions import Decisions
+from server.store.planning.departures import Departures
+from server.store.planning.paces import PaceBook
+from server.store.planning.plans import Plans
+from server.store.record.events import Events
+from server.store.record.identity import Identity
+from server.store.record.incidents import Incidents
+from server.store.record.runs import Runs
+from server.store.record.service import Service
+from server.store.rides.rides import Rides
+from server.store.rides.series import SeriesBook
+from server.store.roads.closures import Closures
+from server.store.roads.maps import Maps
 from server.store.views import SqlViews
-from server.usecases.closed_roads import sections_closed
-from server.usecases.fleet_roads import FleetRoads
-from server.usecases.ports import (
-    Clock,
-    ClosureRepository,
-    DecisionRepository,
-    DepartureRepository,
-    EventRepository,
-    HistoryRepository,
+from server.travel.closed_roads import sections_closed
+from server.travel.fleet_roads import FleetRoads
+from server.usecases.ports.clock_and_ids import Clock, Ids, PasswordHasher
+from server.usecases.ports.maps import ClosureRepository, MapLibrary, MapRepository
+from server.usecases.ports.plans import OrderRepository, PaceRepository, PlanRepository, SectionRepository
+from server.usecases.ports.records import (
     IdentityRepository,
-    Ids,
     IncidentRepository,
     LeaseRepository,
-    MapLibrary,
-    MapRepository,
-    OrderRepository,
-    PaceRepository,
-    PasswordHasher,
-    PlanRepository,
-    RideRepository,
     RunRepository,
-    SectionRepository,
-    SeriesRepository,
-    ServiceRepository,
-    VehicleRepository,
 )
-from server.usecases.views import Views
+from server.usecases.ports.rides import DecisionRepository, RideRepository, SeriesRepository
+from server.usecases.ports.service import DepartureRepository, ServiceRepository
+from server.usecases.ports.vehicles import EventRepository, HistoryRepository, VehicleRepository
+from server.usecases.ports.views import Views
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +88,7 @@ class Outgoing:
 
 
 class SqlUnitOfWork:
-    """See `server.usecases.ports.UnitOfWork`. writes False: nothing that is read gets locked.
+    """See `server.usecases.ports.unit_of_work.UnitOfWork`. writes False: nothing that is read gets locked.
 
     memory  what the only writer of a database keeps of the live fleet
     """

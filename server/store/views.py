@@ -6,28 +6,28 @@ from typing import TypeVar
 
 from sqlalchemy import case, select
 
-from server.domain.events import RecordedEvent, ServerEvent
-from server.domain.incidents import Incident
-from server.domain.orders import IssuedOrder, lanes_of
-from server.domain.plans import Plan
-from server.domain.rides import Ride, RideState
-from server.domain.runs import Run
-from server.domain.sections import Occupancy
-from server.domain.timetable import Departure
-from server.domain.vehicles import Vehicle, Whereabouts
+from server.domain.fleet.vehicles import Vehicle, Whereabouts
+from server.domain.orders.orders import IssuedOrder, lanes_of
+from server.domain.orders.sections import Occupancy
+from server.domain.planning.plans import Plan
+from server.domain.record.events import RecordedEvent, ServerEvent
+from server.domain.record.incidents import Incident
+from server.domain.record.runs import Run
+from server.domain.rides.rides import Ride, RideState
+from server.domain.service.timetable import Departure
 from server.store import tables
-from server.store.departures import departure_from_row
-from server.store.events import recorded_from_row, server_event_from_row
-from server.store.history import History
-from server.store.incidents import incident_from_row
-from server.store.orders import Orders
-from server.store.plans import Plans
+from server.store.fleet.history import History
+from server.store.fleet.vehicles import Vehicles
+from server.store.orders.orders import Orders
+from server.store.orders.sections import Sections
+from server.store.planning.departures import departure_from_row
+from server.store.planning.plans import Plans
+from server.store.record.events import recorded_from_row, server_event_from_row
+from server.store.record.incidents import incident_from_row
+from server.store.record.runs import Runs
 from server.store.repository import Repository
-from server.store.rides import ride_from_row
-from server.store.runs import Runs
-from server.store.sections import Sections
-from server.store.vehicles import Vehicles
-from server.usecases.views import HistoryPoint, VehicleView
+from server.store.rides.rides import ride_from_row
+from server.usecases.ports.views import HistoryPoint, VehicleView
 
 R = TypeVar("R", bound=Repository)
 

@@ -3,8 +3,8 @@
 from simulator.ecus.command_watch import CommandWatch
 from simulator.ecus.module import ActuatorTargets, FailAction, Module
 from simulator.ecus.report_frames import ModuleStatus, report_frames
-from simulator.plant import PlantView
-from vehicle_agent.can.commands import FRAME_GAP_NS
+from simulator.vehicle.plant import PlantView
+from vehicle_agent.can.pacmod.commands import FRAME_GAP_NS
 from vehicle_agent.can.steering_column import front_from_wheel, wheel_from_front
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import CanFrame

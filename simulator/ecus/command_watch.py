@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from vehicle_agent.can.commands import COMMANDS, COUNTER_STEPS, FRAME_GAP_NS
 from vehicle_agent.can.dbc import PACMOD, SERVO, FrameError, MessageLayout, layouts
-from vehicle_agent.can.servo_frames import SERVO_COMMANDS, SERVO_COUNTER_STEPS, unpack_checked
+from vehicle_agent.can.pacmod.commands import COMMANDS, COUNTER_STEPS, FRAME_GAP_NS
+from vehicle_agent.can.servo.commands import SERVO_COMMANDS, SERVO_COUNTER_STEPS, unpack_checked
 from vehicle_agent.signals import CanFrame
 
 # Three periods of 30 Hz.

@@ -6,7 +6,7 @@ from typing import Literal
 
 from simulator.ecus.command_watch import CommandWatch
 from simulator.ecus.safety_driver import HANDS_OFF, SafetyDriver
-from simulator.plant import PlantView
+from simulator.vehicle.plant import PlantView
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import CanFrame
 

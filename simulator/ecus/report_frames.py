@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from simulator.ecus.safety_driver import SafetyDriver
-from simulator.plant import PlantView
+from simulator.vehicle.plant import PlantView
 from vehicle_agent.can.dbc import layouts
 from vehicle_agent.can.steering_column import wheel_from_front
 from vehicle_agent.config import Profile

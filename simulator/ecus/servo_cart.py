@@ -2,9 +2,9 @@
 
 from simulator.ecus.command_watch import SERVO_DIALECT, CommandWatch
 from simulator.ecus.module import ActuatorTargets, FailAction, Module
-from simulator.plant import PlantView
+from simulator.vehicle.plant import PlantView
 from vehicle_agent.can.dbc import SERVO, layouts
-from vehicle_agent.can.servo_frames import (
+from vehicle_agent.can.servo.commands import (
     FORWARD,
     NEUTRAL,
     REVERSE,
@@ -14,7 +14,7 @@ from vehicle_agent.can.servo_frames import (
     throttle_from_duty,
     travel_from_brake,
 )
-from vehicle_agent.can.servo_reports import encoder_ratio
+from vehicle_agent.can.servo.reports import encoder_ratio
 from vehicle_agent.can.steering_column import front_from_wheel, wheel_from_front
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import CanFrame

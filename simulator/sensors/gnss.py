@@ -8,7 +8,7 @@ import numpy as np
 from contract.geometry import wrap_angle
 from contract.roads.model import Origin
 from contract.roads.projection import unproject
-from simulator.plant import PlantView
+from simulator.vehicle.plant import PlantView
 from vehicle_agent.signals import GnssFix
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.plant import PlantView
+from simulator.vehicle.plant import PlantView
 from vehicle_agent.signals import ImuSample
 
 

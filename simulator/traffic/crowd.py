@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from contract.geometry import Array
-from simulator.corridor import place_in_corridor
+from simulator.traffic.corridor import place_in_corridor
 
 Ints = NDArray[np.int64]
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from contract.geometry import Array
-from simulator.corridor import SAMPLES, SPACING_M
 from simulator.traffic.actors import Bodies
+from simulator.traffic.corridor import SAMPLES, SPACING_M
 from simulator.traffic.crowd import RADIUS_M, VEHICLE_COLUMNS, VX, VY, Ints, X, Y, step_crowd
 from simulator.traffic.population import Population, TrafficParams
 from vehicle_agent.signals import PEDESTRIAN

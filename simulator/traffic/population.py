@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from contract.geometry import Array
-from simulator.corridor import SPACING_M
+from simulator.traffic.corridor import SPACING_M
 from simulator.traffic.crowd import (
     GONE,
     KERB,

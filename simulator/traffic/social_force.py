@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from contract.geometry import Array
-from simulator.corridor import place_in_corridor
+from simulator.traffic.corridor import place_in_corridor
 from simulator.traffic.crowd import (
     RADIUS_M,
     V_FRONT,

@@ -3,9 +3,9 @@
 import msgspec
 import pytest
 
-from benchmarks.by_wire_faults import FaultKind, catalogue
-from benchmarks.by_wire_injection import inject
-from campusloop.faulted_drive import Course, winding_course
+from benchmarks.drive_by_wire.faults import FaultKind, catalogue
+from benchmarks.drive_by_wire.injection import inject
+from campusloop.scenes.faulted_drive import Course, winding_course
 from vehicle_agent.config import Profile
 
 FLOOR_MS, FLOOR_M = 100.0, 3.5

@@ -3,8 +3,13 @@
 import math
 from dataclasses import replace
 
-from benchmarks.pdptw import measured, scored, solve, summary_of
-from server.dispatch.instance import Instance
+from benchmarks.pdptw.__main__ import (
+    measured,
+    scored,
+    solve,
+    summary_of,
+)
+from campusloop.studies.instances.instance import Instance
 from tests.server.dispatch.engine.instances import small_instance
 
 

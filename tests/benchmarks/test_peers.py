@@ -1,4 +1,4 @@
-"""Other planners in our scenes: they are driven, judged and talked to as docs/peers.md says."""
+"""Other planners in our scenes: they are driven, judged and talked to as docs/simulator/peers.md says."""
 
 import math
 import sys

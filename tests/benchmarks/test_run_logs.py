@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.run_logs import LogChoice, add_log_arguments, log_choice
-from benchmarks.run_plot import clearance_over_time, plot
+from benchmarks.reporting.run_logs import LogChoice, add_log_arguments, log_choice
+from benchmarks.reporting.run_plot import clearance_over_time, plot
 from vehicle_agent.config import Body
 from vehicle_agent.signals import PEDESTRIAN
 

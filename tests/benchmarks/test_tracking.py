@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.reference_paths import PathFileError, lemniscate, recorded_path
+from benchmarks.tracking.reference_paths import PathFileError, lemniscate, recorded_path
 from contract.geometry import curvatures, resample
 
 ROOT = Path(__file__).resolve().parents[2]

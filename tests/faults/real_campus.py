@@ -12,14 +12,19 @@ from pathlib import Path
 
 import httpx
 
-from campusloop.live_campus import LiveCampus, LiveOptions
-from campusloop.passengers import ENDED, Journey, Passengers, Wish
-from campusloop.simulated_people import SimulatedPeople
+from campusloop.clients.passengers import (
+    ENDED,
+    Journey,
+    Passengers,
+    Wish,
+)
+from campusloop.clients.simulated_people import SimulatedPeople
+from campusloop.live.campus import LiveCampus, LiveOptions
 from contract.roads.load import encode_map
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import find_route
-from simulator.live_ports import control_port
+from simulator.live.ports import control_port
 from tests.contract.roads.ring_map import ring_map
 
 RIDE_WITHIN_S = 240.0

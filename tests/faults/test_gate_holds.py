@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.by_wire_processes import process_faults
+from benchmarks.drive_by_wire.processes import process_faults
 from vehicle_agent.config import Profile
 
 pytestmark = pytest.mark.faults

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from campusloop.passengers import ENDED, Journey, Wish
-from campusloop.virtual_campus import CampusOptions, VirtualCampus
+from campusloop.clients.passengers import ENDED, Journey, Wish
+from campusloop.virtual.campus import CampusOptions, VirtualCampus
 from tests.contract.roads.ring_map import ring_map
 from tests.faults.real_campus import nearest_pair
 

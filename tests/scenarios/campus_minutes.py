@@ -10,11 +10,11 @@ from pathlib import Path
 import msgspec
 import sqlalchemy as sa
 
-from campusloop.passengers import Journey, Wish
-from campusloop.virtual_campus import CampusOptions, VirtualCampus
+from campusloop.clients.passengers import Journey, Wish
+from campusloop.virtual.campus import CampusOptions, VirtualCampus
 from contract.roads.load import load_map
 from tests.faults.real_campus import nearest_pair
-from tests.server.feeds.shipped import CAMPUS_MAP
+from tests.server.feeds.roads.shipped import CAMPUS_MAP
 
 # What happened and what was decided; keys are made by the vehicles and differ.
 KEPT = ("rides", "plans", "orders", "incidents", "vehicle_events", "server_events", "runs", "segments")

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import msgspec
 
-from campusloop.virtual_campus import CampusOptions, VirtualCampus
+from campusloop.virtual.campus import CampusOptions, VirtualCampus
 from contract.roads.load import load_map, with_version
 from contract.roads.model import ObservationArea, RoadMap
 from contract.roads.network import RoadNetwork
 from simulator.infrastructure import CameraParams
-from tests.server.feeds.shipped import CAMPUS_MAP
+from tests.server.feeds.roads.shipped import CAMPUS_MAP
 from vehicle_agent.config import load_profile
 
 PROFILES = Path(__file__).resolve().parents[2] / "vehicle_agent" / "profiles"

@@ -3,12 +3,12 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from campusloop.headless import run_headless
-from campusloop.virtual_campus import CampusOptions
+from campusloop.virtual.campus import CampusOptions
+from campusloop.virtual.headless import run_headless
 from contract.roads.load import load_map
 from tests.faults.real_campus import nearest_pair
 from tests.scenarios.campus_days import CampusDay
-from tests.server.feeds.shipped import CAMPUS_MAP
+from tests.server.feeds.roads.shipped import CAMPUS_MAP
 from vehicle_agent.runtime.replay import replay_segment
 from vehicle_agent.stacks.choice import build_car
 

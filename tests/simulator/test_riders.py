@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from contract.geometry import Pose2
-from simulator.doors import MOVE_NS, Display, Doors
 from simulator.riders import Rider, Riders
+from simulator.vehicle.doors import MOVE_NS, Display, Doors
 from tests.simulator.street import QuietPhone
 from vehicle_agent.signals import CodeTyped, DoorState, Says, SeatButton, SeatSensor
 

@@ -3,23 +3,23 @@
 from types import ModuleType
 
 import contract.geometry
-import simulator.corridor
-import simulator.metrics
-import simulator.outlines
-import simulator.plant
+import simulator.scoring.metrics
 import simulator.sensors.ray_hits
+import simulator.traffic.corridor
 import simulator.traffic.crowd
+import simulator.traffic.outlines
+import simulator.vehicle.plant
 from simulator.warm import warm_kernels
 from simulator.world import WorldOptions
-from tests.simulator.careful_driver import CarefulDriver
 from tests.simulator.street import a_world
+from tests.simulator.traffic.careful_driver import CarefulDriver
 
 MODULES: tuple[ModuleType, ...] = (
     contract.geometry,
-    simulator.corridor,
-    simulator.metrics,
-    simulator.outlines,
-    simulator.plant,
+    simulator.traffic.corridor,
+    simulator.scoring.metrics,
+    simulator.traffic.outlines,
+    simulator.vehicle.plant,
     simulator.sensors.ray_hits,
     simulator.traffic.crowd,
 )

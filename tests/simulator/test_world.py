@@ -4,13 +4,13 @@ import pytest
 from contract.geometry import Pose2
 from simulator.chargers import CHARGER_W, REACH_M
 from simulator.control import ByWireFault, DriverActs, GnssOutage, PersonPlaced, SeatPressed, StopButton
-from simulator.plant import ENERGY, SPEED, PlantParams
 from simulator.scenario import Happening, Scenario
 from simulator.start_places import start_poses
 from simulator.traffic.population import TrafficParams
+from simulator.vehicle.plant import ENERGY, SPEED, PlantParams
 from simulator.world import SimWorld, WorldError, WorldOptions
-from tests.simulator.careful_driver import START_NS, CarefulDriver
 from tests.simulator.street import QuietPhone, a_world, street
+from tests.simulator.traffic.careful_driver import START_NS, CarefulDriver
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import DoorState, GnssFix, ImuSample, Says, SeatButton, SeatSensor
 

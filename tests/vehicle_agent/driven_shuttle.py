@@ -26,7 +26,7 @@ from vehicle_agent.perception.height_map import percept_from_scan
 from vehicle_agent.runtime.inbox import Inbox, inputs_from
 from vehicle_agent.signals import InboxBody, LinkState, Outputs
 from vehicle_agent.stacks.choice import build_car
-from vehicle_agent.stacks.gem import height_map
+from vehicle_agent.stacks.rooms import height_map
 
 TICK_NS = 20_000_000
 SERVER_OFFSET_NS = 1_700_000_000_000_000_000

@@ -1,10 +1,10 @@
 """From a profile's `[by_wire] kind` to the codec and to what the gate knows of it."""
 
 from vehicle_agent.can.braking import Braking
-from vehicle_agent.can.pacmod import Pacmod, pacmod
-from vehicle_agent.can.pacmod_braking import PacmodBraking
-from vehicle_agent.can.servo import ServoCart, servo_cart
-from vehicle_agent.can.servo_braking import ServoBraking
+from vehicle_agent.can.pacmod.braking import PacmodBraking
+from vehicle_agent.can.pacmod.codec import Pacmod, pacmod
+from vehicle_agent.can.servo.braking import ServoBraking
+from vehicle_agent.can.servo.codec import ServoCart, servo_cart
 from vehicle_agent.config import Profile
 
 

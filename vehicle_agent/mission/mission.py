@@ -38,7 +38,7 @@ _FREE = Leave(math.inf, "")
 
 
 class Mission(msgspec.Struct, frozen=True):
-    """Orders, visits, doors, riders, sections and the seat button (docs/onboard.md, mission)."""
+    """Orders, visits, doors, riders, sections and the seat button (docs/vehicle/onboard.md, mission)."""
 
     network: RoadNetwork
     rules: MissionRules = MissionRules()

@@ -7,7 +7,7 @@ from vehicle_agent.onboard.car import Car
 from vehicle_agent.onboard.state import OnboardState
 from vehicle_agent.onboard.tick import tick
 from vehicle_agent.runtime.inbox import inputs_from
-from vehicle_agent.runtime.recorder import Recorder, RunLogEntry
+from vehicle_agent.runtime.recording.recorder import Recorder, RunLogEntry
 from vehicle_agent.signals import InboxItem, LinkState, Outputs
 
 

@@ -14,8 +14,8 @@ from contract.runlog.reader import RunLogError, open_segment, ticks
 from vehicle_agent.config import Profile
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.runtime.computer import VehicleComputer
-from vehicle_agent.runtime.recorder import SIGNALS, FlowEncoder
-from vehicle_agent.runtime.snapshot import decode_state
+from vehicle_agent.runtime.recording.recorder import SIGNALS, FlowEncoder
+from vehicle_agent.runtime.recording.snapshot import decode_state
 from vehicle_agent.signals import InboxItem
 
 # Which room gives each recorded signal.

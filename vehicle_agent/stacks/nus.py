@@ -5,17 +5,18 @@ import msgspec
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from vehicle_agent.config import Profile
-from vehicle_agent.control.gem import WaypointControl
-from vehicle_agent.control.nus import PurePursuit
+from vehicle_agent.control.waypoint.pure_pursuit import PurePursuit
+from vehicle_agent.control.waypoint.waypoint_control import WaypointControl
 from vehicle_agent.onboard.car import Car
-from vehicle_agent.perception.snow_lion import TrackingPerception
-from vehicle_agent.planning.approach import Approach
-from vehicle_agent.planning.gap import GapRule
-from vehicle_agent.planning.nus import NusPlanning
-from vehicle_agent.planning.nus_crossings import CrossingRule
-from vehicle_agent.planning.nus_speeds import SafeSpeeds
-from vehicle_agent.planning.waypoints import WaypointRules
-from vehicle_agent.stacks import gem
+from vehicle_agent.perception.tracks import TrackingPerception
+from vehicle_agent.planning.cost_map.cost_map_planning import NusPlanning
+from vehicle_agent.planning.cost_map.crossings import CrossingRule
+from vehicle_agent.planning.cost_map.safe_speeds import SafeSpeeds
+from vehicle_agent.planning.waypoint.approach import Approach
+from vehicle_agent.planning.waypoint.gap import GapRule
+from vehicle_agent.planning.waypoint.waypoints import WaypointRules
+from vehicle_agent.stacks.gem import gem
+from vehicle_agent.stacks.rooms import cells, waypoint_control
 
 # The look-ahead of 3 m holds for no more than this.
 SPEED_MPS_MAX = 2.0
@@ -26,11 +27,11 @@ def nus(profile: Profile, road_map: RoadMap) -> Car:
 
     Its laser and camera follow people: the guard knows how they move, the cost map where they are.
     """
-    others = gem.gem(profile, road_map)
+    others = gem(profile, road_map)
     return Car(
         can=others.can,
         localization=others.localization,
-        perception=TrackingPerception(gem.cells(profile)),
+        perception=TrackingPerception(cells(profile)),
         world=others.world,
         mission=others.mission,
         planning=planning(profile, road_map),
@@ -65,4 +66,4 @@ def planning(profile: Profile, road_map: RoadMap, crossings: CrossingRule = Cros
 
 def pursuit_control(profile: Profile) -> WaypointControl:
     """Pure pursuit with the vehicle's identified response."""
-    return msgspec.structs.replace(gem.control(profile), follower=PurePursuit())
+    return msgspec.structs.replace(waypoint_control(profile), follower=PurePursuit())

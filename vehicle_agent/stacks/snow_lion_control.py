@@ -7,11 +7,11 @@ from vehicle_agent.control.actuators import Drivetrain
 from vehicle_agent.control.mpc.lateral import LateralMpc
 from vehicle_agent.control.mpc.lateral_model import Chassis
 from vehicle_agent.control.mpc.longitudinal import LongitudinalMpc
-from vehicle_agent.control.observer import Observer
-from vehicle_agent.control.pedals import Pedalling
-from vehicle_agent.control.snow_lion import SnowLionControl
-from vehicle_agent.control.speed_control import SpeedControl
-from vehicle_agent.control.steer_control import SteerControl
+from vehicle_agent.control.trajectory.observer import Observer
+from vehicle_agent.control.trajectory.pedals import Pedalling
+from vehicle_agent.control.trajectory.speed_control import SpeedControl
+from vehicle_agent.control.trajectory.steer_control import SteerControl
+from vehicle_agent.control.trajectory.trajectory_control import SnowLionControl
 from vehicle_agent.onboard.rates import TICK_NS
 
 _TICK_S = TICK_NS * 1e-9

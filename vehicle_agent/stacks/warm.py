@@ -33,7 +33,7 @@ from vehicle_agent.signals import (
     World,
 )
 from vehicle_agent.stacks.choice import build_car, build_planner
-from vehicle_agent.stacks.gem import guard, height_map
+from vehicle_agent.stacks.rooms import guard, height_map
 
 _TICK_NS = 20_000_000
 _TICKS = 60

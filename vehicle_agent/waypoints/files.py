@@ -12,7 +12,7 @@ from contract.geometry import Array
 from contract.roads.model import Origin
 from contract.roads.projection import project, unproject
 from contract.roads.routing import ReferenceLine
-from vehicle_agent.planning.waypoints import (
+from vehicle_agent.planning.waypoint.waypoints import (
     WaypointRules,
     Waypoints,
     curve_speed_mps,

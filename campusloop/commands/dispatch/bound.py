@@ -12,12 +12,12 @@ from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
 
-from campusloop.bound_run import BoundRun, run_bound
 from campusloop.commands.dispatch.ending import JsonPath, refuse, write_json
-from server.dispatch.bound.events import TooManyEvents
-from server.dispatch.bound.progress import Progress
-from server.dispatch.instance import InstanceBroken
-from server.feeds.instances.load import load_instance
+from campusloop.studies.bound.events import TooManyEvents
+from campusloop.studies.bound.progress import Progress
+from campusloop.studies.dispatch.bound_run import BoundRun, run_bound
+from campusloop.studies.instances.instance import InstanceBroken
+from campusloop.studies.instances.load import load_instance
 
 
 def bound(

@@ -7,10 +7,10 @@ import typer
 from rich.console import Console
 
 from campusloop.commands.dispatch.ending import JsonPath, refuse, write_json
-from campusloop.explanation import Decided, Explainer
-from campusloop.stored_campus import CampusUnread, stored_campus
-from server.domain.rides import Ride
-from server.usecases.ports import UnitOfWork
+from campusloop.studies.dispatch.explanation import Decided, Explainer
+from campusloop.studies.dispatch.stored_campus import CampusUnread, stored_campus
+from server.domain.rides.rides import Ride
+from server.usecases.ports.unit_of_work import UnitOfWork
 
 DatabaseUrl = Annotated[
     str | None,

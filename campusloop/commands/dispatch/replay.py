@@ -10,8 +10,8 @@ from rich.progress import track
 
 from campusloop.commands.dispatch.ending import JsonPath, refuse, write_json
 from campusloop.commands.dispatch.explain import DatabaseUrl
-from campusloop.decision_replay import Repeated, repeat_all
-from campusloop.stored_campus import CampusUnread, local_day, stored_campus
+from campusloop.studies.dispatch.decision_replay import Repeated, repeat_all
+from campusloop.studies.dispatch.stored_campus import CampusUnread, local_day, stored_campus
 
 _DIFFERENT = 1
 

@@ -13,14 +13,24 @@ from rich.table import Column, Table
 
 from campusloop.commands.dispatch.ending import JsonPath, refuse, write_json
 from campusloop.commands.dispatch.explain import DatabaseUrl
-from campusloop.day_figures import DayFigures, figures_of
-from campusloop.fleet_day import POLICIES, Policy, Shuttle, run_day
-from campusloop.stored_campus import CampusUnread, local_day, stored_campus
-from campusloop.wanted_rides import NotOnThisMap, booked_between, enrolled, require_on_map
+from campusloop.studies.dispatch.day_figures import DayFigures, figures_of
+from campusloop.studies.dispatch.fleet_day import (
+    POLICIES,
+    Policy,
+    Shuttle,
+    run_day,
+)
+from campusloop.studies.dispatch.stored_campus import CampusUnread, local_day, stored_campus
+from campusloop.studies.dispatch.wanted_rides import (
+    NotOnThisMap,
+    booked_between,
+    enrolled,
+    require_on_map,
+)
 from contract.roads.load import MapError, load_map
 from contract.roads.network import RoadNetwork
 from server.domain.rules import FleetRules
-from server.usecases.fleet_roads import FleetRoads
+from server.travel.fleet_roads import FleetRoads
 from simulator.demand.day import WantedRide
 from simulator.demand.table import RidesUnreadable, read_rides
 

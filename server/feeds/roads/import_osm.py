@@ -9,22 +9,34 @@ import msgspec
 from contract.roads.load import MapError, with_version
 from contract.roads.model import RoadMap
 from contract.roads.validate import problems
-from server.feeds.roads import sections
-from server.feeds.roads.areas import observation_areas
-from server.feeds.roads.buildings import Feature, features, is_building, is_water, obstacles
-from server.feeds.roads.connectivity import largest_loop
-from server.feeds.roads.drafts import ImportLog, LaneDraft, finished_lane
-from server.feeds.roads.edges import Edge, edges_of
-from server.feeds.roads.frame import Frame, frame_of
-from server.feeds.roads.ground import Ground
-from server.feeds.roads.junctions import RoadGraph, gather
-from server.feeds.roads.osm_file import Bounds, OsmData, read_osm
-from server.feeds.roads.resting import resting_places
-from server.feeds.roads.roads import Road, cut_lanes, is_gentle, smooth_roads, trim
-from server.feeds.roads.runs import Plan, Run, drivable_runs
-from server.feeds.roads.stops import place_stops
-from server.feeds.roads.turnarounds import turnaround_lanes
-from server.feeds.roads.turns import turn_lanes
+from server.feeds.roads.lanes import sections
+from server.feeds.roads.lanes.connectivity import largest_loop
+from server.feeds.roads.lanes.drafts import ImportLog, LaneDraft, finished_lane
+from server.feeds.roads.lanes.edges import Edge, edges_of
+from server.feeds.roads.lanes.junctions import RoadGraph, gather
+from server.feeds.roads.lanes.roads import (
+    Road,
+    cut_lanes,
+    is_gentle,
+    smooth_roads,
+    trim,
+)
+from server.feeds.roads.lanes.turnarounds import turnaround_lanes
+from server.feeds.roads.lanes.turns import turn_lanes
+from server.feeds.roads.osm.buildings import (
+    Feature,
+    features,
+    is_building,
+    is_water,
+    obstacles,
+)
+from server.feeds.roads.osm.frame import Frame, frame_of
+from server.feeds.roads.osm.ground import Ground
+from server.feeds.roads.osm.osm_file import Bounds, OsmData, read_osm
+from server.feeds.roads.osm.runs import Plan, Run, drivable_runs
+from server.feeds.roads.places.areas import observation_areas
+from server.feeds.roads.places.resting import resting_places
+from server.feeds.roads.places.stops import place_stops
 
 _FEWEST_STOPS = 2
 _FEWEST_PLACES = 2
@@ -71,7 +83,7 @@ def import_osm(path: Path, options: ImportOptions = ImportOptions()) -> ImportRe
     if not plan.runs:
         raise MapError(
             "no_roads",
-            "no road in the file may be driven on inside its bounds; see docs/roads.md for the rules",
+            "no road inside the bounds of the file may be driven on; docs/contract/roads.md has the rules",
         )
     drafts = _network(plan, ground, options, log)
     return _finish(data, frame, found, drafts, options, log)

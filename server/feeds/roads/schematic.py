@@ -14,10 +14,10 @@ from contract.geometry import Array, arc_lengths, project, resample
 from contract.roads.load import with_version
 from contract.roads.model import Origin, RoadMap, Stop, TimetableTrip
 from contract.roads.section_graph import SectionGraph
-from server.feeds.roads import curves, sections
-from server.feeds.roads.drafts import LaneDraft, finished_lane
-from server.feeds.roads.resting import rest
-from server.feeds.roads.smoothing import smooth
+from server.feeds.roads.lanes import curves, sections
+from server.feeds.roads.lanes.drafts import LaneDraft, finished_lane
+from server.feeds.roads.lanes.smoothing import smooth
+from server.feeds.roads.places.resting import rest
 
 AVERAGE_SPEED_MPS = 7.41 / 3.6
 DWELL_S = 20

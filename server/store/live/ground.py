@@ -2,13 +2,13 @@
 
 from sqlalchemy import Connection
 
-from server.domain.closures import Closure
-from server.domain.maps import ActiveMap
-from server.domain.pace import Paces
-from server.store.closures import Closures
+from server.domain.planning.pace import Paces
+from server.domain.roads.closures import Closure
+from server.domain.roads.maps import ActiveMap
 from server.store.live.memory import Memory
-from server.store.maps import Maps
-from server.store.paces import PaceBook
+from server.store.planning.paces import PaceBook
+from server.store.roads.closures import Closures
+from server.store.roads.maps import Maps
 
 _ACTIVE_MAP, _CLOSURES = "active map", "closures"
 

@@ -2,9 +2,9 @@
 
 from sqlalchemy import Connection
 
-from server.domain.orders import IssuedOrder
+from server.domain.orders.orders import IssuedOrder
 from server.store.live.memory import Memory
-from server.store.orders import Orders
+from server.store.orders.orders import Orders
 
 _CURRENT = "orders in force"
 

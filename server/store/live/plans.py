@@ -4,9 +4,9 @@ from sqlalchemy import Connection
 from sqlalchemy.exc import IntegrityError
 
 from server.domain.errors import PlanChanged
-from server.domain.plans import Plan
+from server.domain.planning.plans import Plan
 from server.store.live.memory import Memory, Rows
-from server.store.plans import Plans
+from server.store.planning.plans import Plans
 
 _PLANS = "plans"
 

@@ -5,10 +5,10 @@ from itertools import chain
 
 from sqlalchemy import Connection
 
-from server.domain.rides import ENDED, Ride, RideState
+from server.domain.rides.rides import ENDED, Ride, RideState
 from server.store import tables
 from server.store.live.memory import Memory, Rows
-from server.store.rides import Rides
+from server.store.rides.rides import Rides
 
 _RIDES, _CODES, _KEYS = "rides", "ride codes", "ride keys"
 _ride = tables.rides.c

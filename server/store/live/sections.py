@@ -2,9 +2,9 @@
 
 from sqlalchemy import Connection
 
-from server.domain.sections import Occupancy
+from server.domain.orders.sections import Occupancy
 from server.store.live.memory import Memory, Rows
-from server.store.sections import Sections
+from server.store.orders.sections import Sections
 
 _OCCUPANCIES = "occupancies"
 

@@ -4,9 +4,9 @@ from datetime import date
 
 from sqlalchemy import Connection
 
-from server.domain.service import ServiceException, ServicePattern
+from server.domain.service.service import ServiceException, ServicePattern
 from server.store.live.memory import Memory, Rows
-from server.store.service import Service
+from server.store.record.service import Service
 
 _PATTERNS, _EXCEPTIONS = "service patterns", "service exceptions"
 

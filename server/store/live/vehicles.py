@@ -7,10 +7,10 @@ from datetime import datetime
 from sqlalchemy import Connection
 
 from contract.wire.messages import Status
-from server.domain.vehicles import StatusReport, Vehicle, Whereabouts
+from server.domain.fleet.vehicles import StatusReport, Vehicle, Whereabouts
 from server.store import tables
+from server.store.fleet.vehicles import Vehicles, vehicle_from_row
 from server.store.live.memory import Memory, Rows
-from server.store.vehicles import Vehicles, vehicle_from_row
 
 _VEHICLES, _WHEREABOUTS = "vehicles", "whereabouts"
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from campusloop.bound_run import run_bound
 from campusloop.cli import app_of
-from server.dispatch.bound.progress import Progress
-from server.dispatch.bound.warm import warm_kernels as warm_bound
+from campusloop.studies.bound.progress import Progress
+from campusloop.studies.bound.warm import warm_kernels as warm_bound
+from campusloop.studies.dispatch.bound_run import run_bound
+from campusloop.studies.instances.load import load_instance
 from server.dispatch.engine.warm import warm_kernels as warm_engine
-from server.feeds.instances.load import load_instance
-from tests.server.dispatch.bound.small_instances import a_ring
+from tests.campusloop.studies.bound.small_instances import a_ring
 
 RUN = CliRunner()
 

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from campusloop.cli import app_of
-from server.domain.rides import Ride, RideState
+from server.domain.rides.rides import Ride, RideState
 from server.loops.dispatcher import Dispatcher
 from server.loops.solver import InlineSolver
 from server.store import tables

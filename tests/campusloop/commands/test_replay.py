@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from campusloop.cli import app_of
-from campusloop.solo_drive import VEHICLE_ID, SoloDrive
+from campusloop.virtual.solo_drive import VEHICLE_ID, SoloDrive
 from contract.roads.load import load_map
 from contract.runlog.reader import messages, open_segment
 from contract.runlog.records import TICK_TOPIC, TickRecord
 from contract.runlog.writer import SegmentWriter
-from tests.server.feeds.shipped import CAMPUS_MAP
+from tests.server.feeds.roads.shipped import CAMPUS_MAP
 
 RUN = CliRunner()
 PROFILE = Path(__file__).resolve().parents[3] / "vehicle_agent" / "profiles" / "campus-shuttle.toml"

@@ -8,12 +8,12 @@ import pytest
 from typer.testing import CliRunner
 
 from campusloop.cli import app_of
-from campusloop.solo_drive import VEHICLE_ID, SoloDrive
+from campusloop.virtual.solo_drive import VEHICLE_ID, SoloDrive
 from contract.roads.load import load_map
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import find_route
-from tests.server.feeds.shipped import CAMPUS_MAP
-from vehicle_agent.planning.waypoints import WaypointRules
+from tests.server.feeds.roads.shipped import CAMPUS_MAP
+from vehicle_agent.planning.waypoint.waypoints import WaypointRules
 from vehicle_agent.waypoints.files import read_waypoints
 
 RUN = CliRunner()

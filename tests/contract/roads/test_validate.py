@@ -12,7 +12,7 @@ from contract.roads.model import Lane, ObservationArea, RestingPlace, RoadMap, S
 from contract.roads.validate import problems
 from tests.contract.roads.made_maps import made_map
 from tests.contract.roads.ring_map import ring_map
-from tests.server.feeds.shipped import CAMPUS_MAP, SNOW_LION_MAP
+from tests.server.feeds.roads.shipped import CAMPUS_MAP, SNOW_LION_MAP
 
 
 def _lane(change: Callable[[Lane], Lane], number: int = 0) -> Callable[[RoadMap], RoadMap]:

@@ -8,22 +8,23 @@ from typing import Any, TypeVar
 
 import httpx
 
-from campusloop.conductor import Conductor
+from campusloop.virtual.conductor import Conductor
 from contract.roads.load import encode_map, load_map
 from contract.roads.model import RoadMap
 from server.adapters import SeededIds
-from server.api.offload import Inline as InlineOffload
+from server.api.runs.offload import Inline as InlineOffload
 from server.app import Ports, create_app, services_of_app
 from server.bus.in_process import InProcessBus
 from server.domain.rules import FleetRules
 from server.settings import Settings
 from server.store.engine import open_engine
-from server.store.map_library import MapLibrary
+from server.store.roads.map_library import MapLibrary
 from server.store.tables import metadata
 from server.store.transactions import Inline
 from server.store.unit_of_work import Context
-from server.usecases import campus, identity
-from server.usecases.ports import UnitOfWork
+from server.usecases.fleet import campus
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record import identity
 
 T = TypeVar("T")
 START = datetime(2026, 9, 1, 8, 0, tzinfo=UTC)

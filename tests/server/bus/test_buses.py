@@ -15,7 +15,7 @@ import pytest
 from server.bus.in_process import QUEUE_MAX, InProcessBus
 from server.bus.nats import BusUnreachable, connect
 from server.bus.topics import matches
-from server.usecases.ports import Bus
+from server.usecases.ports.bus import Bus
 
 
 @pytest.fixture(scope="module")

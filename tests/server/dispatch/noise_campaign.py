@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from server.dispatch.answer import Terms, answer_all
-from server.dispatch.board import Board
+from server.dispatch.board.board import Board
 from server.dispatch.improve import Cooling, improve
 from server.dispatch.problem import Call, Problem, Request, VehicleRoute, VehicleState
 from server.dispatch.solve import forever

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from server.dispatch.answer import Terms, answer_all
-from server.dispatch.board import Board, Made
-from server.dispatch.chains import insert_chain
+from server.dispatch.board.board import Board, Made
+from server.dispatch.board.chains import insert_chain
 from server.dispatch.engine.plan import ABSENT
 from server.dispatch.improve import Cooling, improve
 from server.dispatch.problem import Call, Chain, Problem, Request, VehicleState

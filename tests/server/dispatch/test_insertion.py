@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from server.dispatch.board import Board
+from server.dispatch.board.board import Board
 from server.dispatch.problem import Call, Chain, Problem, Request, VehicleState
 from server.dispatch.solve import Budget, Solution, solve
 from tests.server.dispatch.problems import problems

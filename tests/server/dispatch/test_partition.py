@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from server.dispatch.answer import Terms, answer_all
-from server.dispatch.board import Board
+from server.dispatch.board.board import Board
+from server.dispatch.board.part import Part, part_of
 from server.dispatch.engine.draw import seeded
 from server.dispatch.engine.insertion import best_place, insert
-from server.dispatch.engine.optimise import Optimiser, Settings
-from server.dispatch.engine.partition import Partitioning, repartition
 from server.dispatch.engine.plan import Plan, copy_plan, empty_plan, refresh, scratch_for, total_cost
-from server.dispatch.engine.pool import empty_pool, remember
+from server.dispatch.engine.search.optimise import Optimiser, Settings
+from server.dispatch.engine.search.partition import Partitioning, repartition
+from server.dispatch.engine.search.pool import empty_pool, remember
 from server.dispatch.engine.task import EPSILON_S, Task, drive_s, stand_s
 from server.dispatch.improve import Cooling, improve
-from server.dispatch.part import Part, part_of
 from server.dispatch.problem import Call, Problem, Request, VehicleState
 from server.dispatch.solve import forever
 

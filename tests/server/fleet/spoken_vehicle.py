@@ -2,7 +2,7 @@
 
 from typing import TypeVar
 
-from campusloop.pipes import Pipe
+from campusloop.virtual.pipes import Pipe
 from contract.geometry import Pose2
 from contract.wire.codec import decode_from_server, encode
 from contract.wire.messages import (

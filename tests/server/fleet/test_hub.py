@@ -20,7 +20,7 @@ from contract.wire.messages import (
     OrderAccepted,
     Welcome,
 )
-from server.usecases.ports import UnitOfWork
+from server.usecases.ports.unit_of_work import UnitOfWork
 from tests.server.api.server_under_test import ServerUnderTest, snow_lion
 from tests.server.fleet.spoken_vehicle import SpokenVehicle
 from tests.server.fleet.vehicle_key import VehicleKeyPair, a_hello

@@ -8,12 +8,12 @@ from contract.geometry import Pose2
 from contract.roads.load import load_map
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import AreaSeen, Order, Picture, Status, Visit
-from server.domain.orders import IssuedOrder, OrderState
-from server.domain.runs import Run
-from server.domain.vehicles import Vehicle
+from server.domain.fleet.vehicles import Vehicle
+from server.domain.orders.orders import IssuedOrder, OrderState
+from server.domain.record.runs import Run
 from server.live.recorded import Report, recorded_scenes
 from server.live.scene import AreaScene, Scene, VehicleScene
-from tests.server.feeds.shipped import CAMPUS_MAP
+from tests.server.feeds.roads.shipped import CAMPUS_MAP
 
 NOON = datetime(2026, 9, 1, 12, tzinfo=UTC)
 

@@ -7,19 +7,20 @@ from dataclasses import replace
 import pytest
 from structlog.testing import capture_logs
 
-from campusloop.virtual_loop import VirtualLoop
+from campusloop.virtual.event_loop import VirtualLoop
 from server.bus.in_process import InProcessBus
 from server.domain.errors import LeaseLost, NoVehicleFree
-from server.domain.incidents import IncidentKind
-from server.domain.rides import RideState
+from server.domain.record.incidents import IncidentKind
+from server.domain.rides.rides import RideState
 from server.loops.departures import DepartureClerk
 from server.loops.dispatcher import LEASE, LEASE_S, Dispatcher
 from server.loops.pulse import Pulse
 from server.loops.retention import Retention
 from server.loops.silence import SilenceWatch
 from server.loops.solver import InlineSolver, ProcessSolver
-from server.usecases import plans, vehicles
-from server.usecases.decisions import Search
+from server.usecases.fleet import vehicles
+from server.usecases.planning import plans
+from server.usecases.planning.decisions import Search
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.shipped_maps import shipped_map

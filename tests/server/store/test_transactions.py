@@ -11,20 +11,22 @@ from sqlalchemy.exc import DBAPIError
 
 from contract.roads.load import encode_map
 from server.adapters import SeededIds
-from server.api.rehearsal import rehearsed
+from server.api.interventions.rehearsal import rehearsed
 from server.bus.in_process import InProcessBus, LocalSubscription
-from server.domain.effects import Effects, Intervention
 from server.domain.errors import PlanChanged, VehicleUnknown
-from server.domain.incidents import IncidentKind
-from server.domain.plans import Plan
-from server.domain.rides import BookRide, RideState
+from server.domain.planning.plans import Plan
+from server.domain.record.incidents import IncidentKind
+from server.domain.rides.effects import Effects, Intervention
+from server.domain.rides.rides import BookRide, RideState
 from server.domain.rules import FleetRules
-from server.store.map_library import MapLibrary
+from server.store.roads.map_library import MapLibrary
 from server.store.transactions import GroupCommit, Inline, Pooled
 from server.store.unit_of_work import Context
-from server.usecases import campus, commands, incidents, rides
-from server.usecases.interventions import intervene
-from server.usecases.ports import UnitOfWork
+from server.usecases.fleet import campus
+from server.usecases.fleet.interventions import intervene
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record import commands, incidents
+from server.usecases.rides import rides
 from tests.server.usecases.campus_under_test import CampusUnderTest, HandClock, PlainHasher
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.shipped_maps import shipped_map

@@ -12,11 +12,12 @@ from contract.roads.model import RoadMap
 from server.adapters import SeededIds
 from server.bus.in_process import InProcessBus
 from server.domain.rules import FleetRules
-from server.store.map_library import MapLibrary
+from server.store.roads.map_library import MapLibrary
 from server.store.transactions import Inline
 from server.store.unit_of_work import Context
-from server.usecases import campus, identity
-from server.usecases.ports import UnitOfWork
+from server.usecases.fleet import campus
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record import identity
 from tests.server.usecases.fresh_database import fresh_database
 
 T = TypeVar("T")

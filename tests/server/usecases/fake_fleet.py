@@ -4,19 +4,13 @@ from collections.abc import Sequence
 
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
-from server.domain.rides import BookRide, Ride
-from server.domain.vehicles import StatusReport
-from server.usecases import (
-    charging,
-    closures,
-    lost_vehicles,
-    plans,
-    promises,
-    rides,
-    sections,
-    vehicle_sessions,
-)
-from server.usecases.ports import UnitOfWork
+from server.domain.fleet.vehicles import StatusReport
+from server.domain.rides.rides import BookRide, Ride
+from server.usecases.fleet import charging, closures, vehicle_sessions
+from server.usecases.orders import sections
+from server.usecases.planning import plans, promises
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.rides import lost_vehicles, rides
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_shuttle import STEP_S, FakeShuttle
 from vehicle_agent.mission.order_line import Place

@@ -25,13 +25,15 @@ from contract.wire.messages import (
     VisitProgress,
     VisitState,
 )
-from server.domain.events import RecordedEvent
-from server.domain.orders import OrderState
-from server.domain.vehicles import StatusReport
-from server.usecases import events, orders, outbox, topics, vehicle_sessions
-from server.usecases.events import Effects
-from server.usecases.order_payload import utc_ns
-from server.usecases.vehicle_sessions import HelloFacts
+from server.domain.fleet.vehicles import StatusReport
+from server.domain.orders.orders import OrderState
+from server.domain.record.events import RecordedEvent
+from server.usecases.fleet import events, vehicle_sessions
+from server.usecases.fleet.events import Effects
+from server.usecases.fleet.vehicle_sessions import HelloFacts
+from server.usecases.orders import orders, outbox
+from server.usecases.orders.order_payload import utc_ns
+from server.usecases.ports import topics
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from vehicle_agent.mission.memory import MissionMemory
 from vehicle_agent.mission.order_line import OrderLine, Place, order_line

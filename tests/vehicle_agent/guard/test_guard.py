@@ -29,7 +29,7 @@ from vehicle_agent.signals import (
     Wish,
     World,
 )
-from vehicle_agent.stacks.gem import guard
+from vehicle_agent.stacks.rooms import guard
 
 GUARD = guard(Profile())
 TICK_NS = 20_000_000

@@ -19,7 +19,7 @@ from vehicle_agent.signals import (
     VehicleMotion,
     World,
 )
-from vehicle_agent.stacks.gem import guard
+from vehicle_agent.stacks.rooms import guard
 
 AVOIDANCE = guard(Profile()).avoidance
 BODY = Profile().body

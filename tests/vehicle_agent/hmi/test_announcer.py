@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 
 from vehicle_agent.hmi import words
-from vehicle_agent.hmi.gem import Announcer
+from vehicle_agent.hmi.announcer import Announcer
 from vehicle_agent.signals import Guarded, Path, Says, Task, World
 
 TICK_NS = 20_000_000

@@ -6,7 +6,7 @@ import pytest
 
 from tests.vehicle_agent.hmi.streets import PATH, TASK, TICK_NS, path, verdict, world
 from vehicle_agent.hmi import words
-from vehicle_agent.hmi.gem import Announcer
+from vehicle_agent.hmi.announcer import Announcer
 
 Person = tuple[float, float, float, float, float]
 NORTH, WEST = 0.5 * math.pi, math.pi

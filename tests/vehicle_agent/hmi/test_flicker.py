@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from contract.runlog.arrays import dec_hook, enc_hook
 from tests.vehicle_agent.hmi.streets import TICK_NS, path, task, verdict, world
 from vehicle_agent.hmi import words
-from vehicle_agent.hmi.gem import Announcer, Talk
+from vehicle_agent.hmi.announcer import Announcer, Talk
 from vehicle_agent.signals import Says
 
 # What may replace a text before it has been read, by rank.

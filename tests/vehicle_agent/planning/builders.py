@@ -5,11 +5,11 @@ import numpy as np
 from contract.geometry import Pose2, arc_lengths, curvatures
 from contract.roads.routing import ReferenceLine
 from vehicle_agent.config import Profile
-from vehicle_agent.planning.gem import WaypointPlanning
+from vehicle_agent.planning.waypoint.waypoint_planning import WaypointPlanning
 from vehicle_agent.signals import Ego, OtherVehicle, Task, TaskMode, World
-from vehicle_agent.stacks.gem import planning
+from vehicle_agent.stacks.rooms import waypoint_planning
 
-ROOM: WaypointPlanning = planning(Profile())
+ROOM: WaypointPlanning = waypoint_planning(Profile())
 TICK_NS = 20_000_000
 
 

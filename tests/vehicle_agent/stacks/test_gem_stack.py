@@ -17,7 +17,7 @@ from simulator.world import WorldOptions
 from tests.vehicle_agent.driven_shuttle import DrivenShuttle, rider
 from tests.vehicle_agent.mission.ring import ring
 from vehicle_agent.config import Driving, Profile
-from vehicle_agent.runtime.snapshot import decode_state, encode_state
+from vehicle_agent.runtime.recording.snapshot import decode_state, encode_state
 from vehicle_agent.signals import OtherVehicle
 from vehicle_agent.stacks import warm
 

@@ -22,8 +22,8 @@ from tests.vehicle_agent.driven_shuttle import DrivenShuttle, rider
 from tests.vehicle_agent.mission.ring import ring
 from vehicle_agent.config import Profile, load_profile
 from vehicle_agent.onboard.car import Car
-from vehicle_agent.planning.nus_crossings import CrossingRule
-from vehicle_agent.runtime.snapshot import decode_state, encode_state
+from vehicle_agent.planning.cost_map.crossings import CrossingRule
+from vehicle_agent.runtime.recording.snapshot import decode_state, encode_state
 from vehicle_agent.signals import OtherVehicle, PedestrianPresence
 from vehicle_agent.stacks import warm
 from vehicle_agent.stacks.nus import planning

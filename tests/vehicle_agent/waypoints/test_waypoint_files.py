@@ -8,7 +8,7 @@ import pytest
 
 from contract.geometry import Pose2
 from contract.roads.model import Origin
-from vehicle_agent.planning.waypoints import WaypointRules
+from vehicle_agent.planning.waypoint.waypoints import WaypointRules
 from vehicle_agent.signals import Ego
 from vehicle_agent.waypoints.files import WaypointFileError, read_waypoints, write_recording
 from vehicle_agent.waypoints.recorder import WaypointRecorder, turn_radius_m

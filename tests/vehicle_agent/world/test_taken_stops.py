@@ -8,10 +8,10 @@ import pytest
 from contract.geometry import Pose2
 from contract.roads.load import load_map
 from contract.roads.network import RoadNetwork
-from tests.server.feeds.shipped import SNOW_LION_MAP
+from tests.server.feeds.roads.shipped import SNOW_LION_MAP
 from tests.vehicle_agent.world.builders import some_tracks
 from vehicle_agent.signals import PEDESTRIAN, VEHICLE, Ego, Seen
-from vehicle_agent.world.snow_lion import ObservedWorld
+from vehicle_agent.world.observed import ObservedWorld
 from vehicle_agent.world.surroundings import Surroundings
 from vehicle_agent.world.view import Sight
 

@@ -8,12 +8,17 @@ import numpy as np
 from contract.geometry import Array
 from vehicle_agent.planning.motion.agents import MovingDiscs
 from vehicle_agent.planning.motion.checker import violations
-from vehicle_agent.planning.motion.gp_path import SolvedPath
-from vehicle_agent.planning.motion.path_problem import Road
-from vehicle_agent.planning.motion.path_samples import PathSamples, sample_path
-from vehicle_agent.planning.motion.profiles import rows_on_arc, rows_on_path, stop_profiles, until_rest
+from vehicle_agent.planning.motion.path.gp_path import SolvedPath
+from vehicle_agent.planning.motion.path.path_problem import Road
+from vehicle_agent.planning.motion.path.path_samples import PathSamples, sample_path
 from vehicle_agent.planning.motion.request import Motion, MotionParams, MotionRequest, Quality, WarmStart
-from vehicle_agent.planning.motion.speed_step import Speed, plan_speed
+from vehicle_agent.planning.motion.speed.profiles import (
+    rows_on_arc,
+    rows_on_path,
+    stop_profiles,
+    until_rest,
+)
+from vehicle_agent.planning.motion.speed.speed_step import Speed, plan_speed
 
 _CONTACT = frozenset({"agent", "static", "footprint"})
 

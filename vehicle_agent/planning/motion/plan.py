@@ -10,11 +10,16 @@ import numpy as np
 
 from contract.geometry import Array
 from vehicle_agent.planning.motion.agents import MovingDiscs, moving_discs
-from vehicle_agent.planning.motion.factors import CURVATURE_MARGIN, LATERAL, REFERENCE, WALL_MARGIN
 from vehicle_agent.planning.motion.fallback import Draft, badness, judge, on_arc, safest, stops
-from vehicle_agent.planning.motion.frame import LineFolds
-from vehicle_agent.planning.motion.gp_path import PathProblem, SolvedPath, solve_path
-from vehicle_agent.planning.motion.path_problem import (
+from vehicle_agent.planning.motion.path.factors import (
+    CURVATURE_MARGIN,
+    LATERAL,
+    REFERENCE,
+    WALL_MARGIN,
+)
+from vehicle_agent.planning.motion.path.frame import LineFolds
+from vehicle_agent.planning.motion.path.gp_path import PathProblem, SolvedPath, solve_path
+from vehicle_agent.planning.motion.path.path_problem import (
     OffLine,
     Road,
     first_guess,
@@ -22,10 +27,10 @@ from vehicle_agent.planning.motion.path_problem import (
     road_from,
     start_on,
 )
-from vehicle_agent.planning.motion.path_samples import sample_path
-from vehicle_agent.planning.motion.profiles import profile_from_plan, rows_on_path, until_rest
+from vehicle_agent.planning.motion.path.path_samples import sample_path
 from vehicle_agent.planning.motion.request import Motion, MotionParams, MotionRequest, WarmStart
-from vehicle_agent.planning.motion.speed_step import plan_speed
+from vehicle_agent.planning.motion.speed.profiles import profile_from_plan, rows_on_path, until_rest
+from vehicle_agent.planning.motion.speed.speed_step import plan_speed
 from vehicle_agent.planning.motion.validation import check_request
 
 # What another path could mend; for the rest the same one would come out again.

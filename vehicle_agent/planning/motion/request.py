@@ -7,8 +7,8 @@ import numpy as np
 
 from contract.geometry import Pose2
 from vehicle_agent.planning.motion.clearance import Box
-from vehicle_agent.planning.motion.gp_path import PathWeights
-from vehicle_agent.planning.motion.speed_qp import SpeedWeights
+from vehicle_agent.planning.motion.path.gp_path import PathWeights
+from vehicle_agent.planning.motion.speed.speed_qp import SpeedWeights
 from vehicle_agent.signals import Corridor
 
 PASS_FREE, PASS_YIELD = 0, 1
@@ -158,7 +158,7 @@ class MotionRequest(msgspec.Struct, frozen=True):
 
 
 class MotionParams(msgspec.Struct, frozen=True):
-    """The planner's parameters; see docs/planning.md.
+    """The planner's parameters; see docs/vehicle/planning.md.
 
     step_m, checks     support states this far apart, with so many check points a step
     sample_m           of the path, for limits and projections

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from server.dispatch.instance import Instance, checked
+from campusloop.studies.instances.instance import Instance, checked
 
 
 def small_instance(seed: int, requests: int, vehicles: int = 2, ride_max: float = 25.0) -> Instance:

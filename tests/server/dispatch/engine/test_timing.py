@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from server.dispatch.engine.from_instance import task_of
+from campusloop.studies.instances.task import task_of
 from server.dispatch.engine.plan import empty_plan, refresh, scratch_for
 from server.dispatch.engine.task import Task, drive_s
 from tests.server.dispatch.engine.instances import small_instance

@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 
 from tests.vehicle_agent.planning.motion.scenes import a_request, people
 from vehicle_agent.planning.motion.agents import early_slots, moving_discs
-from vehicle_agent.planning.motion.occupancy import Occupancy, project_agents
-from vehicle_agent.planning.motion.path_samples import PathSamples
+from vehicle_agent.planning.motion.path.path_samples import PathSamples
 from vehicle_agent.planning.motion.plan import plan_motion
 from vehicle_agent.planning.motion.request import Agents, MotionParams, Vehicle
-from vehicle_agent.planning.motion.st_graph import graph
+from vehicle_agent.planning.motion.speed.occupancy import Occupancy, project_agents
+from vehicle_agent.planning.motion.speed.st_graph import graph
 from vehicle_agent.signals import CYCLIST
 
 PARAMS = MotionParams()

@@ -1,0 +1,150 @@
+"""Bookings through HTTP at a steady rate, on the embedded defaults: uvicorn, SQLite, one process.
+
+    python -m benchmarks.bookings [--rate 200] [--seconds 20] [--vehicles 12] [--map MAP.json] [--json FILE]
+
+The server runs in a process of its own with connected shuttles that report their positions. Bookings arrive
+at random moments (Poisson) over keep-alive connections whether or not earlier ones are answered; each one's
+time is counted from the moment at which it should have been sent. Pickups are wanted at once or within the
+hour. The fleet is soon full: what is refused counts like what is taken.
+"""
+
+import argparse
+import asyncio
+import json
+import os
+import random
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.reporting.report import write_report
+from contract.roads.load import load_map
+
+_MAP = Path(__file__).resolve().parents[2] / "maps" / "shanghai-university" / "map.json"
+_CONNECTIONS = 64
+_WARM_UP_S = 3.0
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--rate", type=float, default=200.0, help="bookings a second")
+    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--vehicles", type=int, default=12)
+    parser.add_argument("--map", type=Path, default=_MAP)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--json", type=Path)
+    args = parser.parse_args()
+    stops = [stop.stop_id for stop in load_map(args.map).stops]
+    with tempfile.TemporaryDirectory(prefix="campusloop-bookings-") as var:
+        command = [sys.executable, "-m", "benchmarks.bookings.server", str(args.map), var, str(args.vehicles)]
+        server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=dict(os.environ))
+        try:
+            assert server.stdout is not None
+            line = server.stdout.readline()
+            if not line:
+                sys.exit("the server did not start; its reason is above")
+            answers = asyncio.run(_load(int(line), stops, args.rate, args.seconds, args.seed))
+            cpu_s = _cpu_s(server.pid)
+        finally:
+            server.terminate()
+            server.wait(timeout=20)
+    ms = 1e3 * np.array([seconds for _, seconds in answers])
+    states = [state for state, _ in answers]
+    row = {
+        "bookings": len(ms),
+        "rate_per_s": args.rate,
+        "vehicles": args.vehicles,
+        "taken": states.count("assigned"),
+        "refused": states.count("refused"),
+        "failed": len(states) - states.count("assigned") - states.count("refused"),
+        "p50_ms": round(float(np.percentile(ms, 50)), 2),
+        "p99_ms": round(float(np.percentile(ms, 99)), 2),
+        "worst_ms": round(float(ms.max()), 2),
+        "server_cpu_s": cpu_s,
+    }
+    arguments = {name: str(value) for name, value in vars(args).items() if name != "json"}
+    write_report(args.json, "bookings", arguments, [row], {"p99_ms": row["p99_ms"], "failed": row["failed"]})
+
+
+async def _load(
+    port: int, stops: list[str], rate: float, seconds: float, seed: int
+) -> list[tuple[str, float]]:
+    """(ride state or HTTP status, seconds) of every booking after the first few seconds."""
+    rng = random.Random(seed)
+    idle: asyncio.Queue[_Connection] = asyncio.Queue()
+    for _ in range(_CONNECTIONS):
+        idle.put_nowait(_Connection(port))
+    begins = time.perf_counter()
+    due = begins
+    answers: list[tuple[str, float]] = []
+    tasks = []
+    while due < begins + _WARM_UP_S + seconds:
+        due += rng.expovariate(rate)
+        await asyncio.sleep(max(0.0, due - time.perf_counter()))
+        measured = answers if due >= begins + _WARM_UP_S else []
+        tasks.append(asyncio.create_task(_book(idle, _wish(rng, stops), due, measured)))
+    await asyncio.gather(*tasks)
+    return answers
+
+
+def _wish(rng: random.Random, stops: list[str]) -> bytes:
+    from_stop, to_stop = rng.sample(stops, 2)
+    wish: dict[str, object] = {"from_stop": from_stop, "to_stop": to_stop, "party": rng.randint(1, 3)}
+    if rng.random() < 0.5:
+        later = time.gmtime(time.time() + rng.uniform(0.0, 3600.0))
+        wish["earliest"] = time.strftime("%Y-%m-%dT%H:%M:%SZ", later)
+    return json.dumps(wish).encode()
+
+
+async def _book(
+    idle: "asyncio.Queue[_Connection]", wish: bytes, due: float, answers: list[tuple[str, float]]
+) -> None:
+    connection = await idle.get()
+    status, body = await connection.post("/api/v1/rides", wish)
+    idle.put_nowait(connection)
+    state = str(json.loads(body)["state"]) if status == 201 else str(status)
+    answers.append((state, time.perf_counter() - due))
+
+
+class _Connection:
+    """HTTP/1.1 over one kept connection: a client library would take more of the machine than the server."""
+
+    def __init__(self, port: int) -> None:
+        self._port = port
+        self._streams: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
+
+    async def post(self, path: str, body: bytes) -> tuple[int, bytes]:
+        if self._streams is None:
+            self._streams = await asyncio.open_connection("127.0.0.1", self._port)
+        reader, writer = self._streams
+        head = (
+            f"POST {path} HTTP/1.1\r\nHost: 127.0.0.1:{self._port}\r\nContent-Type: application/json\r\n"
+            f"Content-Length: {len(body)}\r\n\r\n"
+        )
+        writer.write(head.encode() + body)
+        answer = await reader.readuntil(b"\r\n\r\n")
+        length = next(
+            int(line.split(b":")[1])
+            for line in answer.lower().split(b"\r\n")
+            if line.startswith(b"content-length:")
+        )
+        return int(answer.split(b" ", 2)[1]), await reader.readexactly(length)
+
+
+def _cpu_s(pid: int) -> float | None:
+    """CPU seconds that a process has had; None where the system does not say."""
+    stat = Path(f"/proc/{pid}/stat")
+    if not stat.exists():
+        return None
+    fields = stat.read_text(encoding="ascii").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+if __name__ == "__main__":
+    main()

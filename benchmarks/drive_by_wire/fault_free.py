@@ -1,0 +1,106 @@
+"""Hours of fault-free driving in virtual time, and how often guard or gate stop the vehicle for nothing."""
+
+import tempfile
+import time
+from pathlib import Path
+
+from benchmarks.reporting.report import Row
+from campusloop.virtual.conductor import STEP_NS
+from campusloop.virtual.solo_drive import VEHICLE_ID, SoloDrive
+from contract.roads.load import load_map
+from contract.roads.model import RoadMap
+from contract.wire.messages import Command
+from simulator.traffic.population import TrafficParams
+from vehicle_agent.config import Profile
+
+SHIPPED = Path(__file__).resolve().parents[2] / "maps" / "shanghai-university" / "map.json"
+DRIVE_S = 900.0
+# Somebody this near is a reason to brake; a stop with nobody nearer is none.
+REASON_M = 5.0
+_STANDS_MPS = 0.05
+
+
+def fault_free_hours(profile: Profile, hours: float, seed: int) -> list[Row]:
+    """A row for each drive of at most a quarter of an hour; every drive has people and stops of its own."""
+    road_map = load_map(SHIPPED)
+    rows: list[Row] = []
+    left_s = 3600.0 * hours
+    while left_s > 0.0:
+        row = _drive(road_map, profile, min(DRIVE_S, left_s), seed + len(rows))
+        rows.append(row)
+        left_s -= DRIVE_S
+        print(row, flush=True)
+    return rows
+
+
+class Watcher:
+    """Counts what guard and gate do by themselves, each episode once."""
+
+    def __init__(self, drive: SoloDrive) -> None:
+        self._drive = drive
+        self.nuisance: list[str] = []
+        self.avoided = 0
+        self._avoiding = self._stood = False
+        self._stopped = ""
+
+    def step(self) -> None:
+        vehicle = self._drive.vehicle
+        assert vehicle.wired.computer is not None
+        watch = vehicle.wired.computer.state.guard
+        stopped = vehicle.wired.gate.braking or (
+            watch.reason if watch.mode in ("minimal_risk", "fault") else ""
+        )
+        if stopped and not self._stopped:
+            self.nuisance.append(stopped)
+            self._drive.vehicle.tell(self._drive.now_ns, self._go())
+        self._stopped = stopped
+        self._avoidance(watch.avoiding)
+
+    def _avoidance(self, avoiding: bool) -> None:
+        """A stop for somebody is a nuisance when by the truth there is nobody."""
+        self.avoided += avoiding and not self._avoiding
+        stands = self._drive.world.truth(VEHICLE_ID).speed_mps < _STANDS_MPS
+        if not avoiding:
+            self._stood = False
+        elif stands and not self._stood:
+            self._stood = True
+            reach_m = REASON_M + 4.0
+            if len(self._drive.world.people_near(VEHICLE_ID, reach_m)) == 0:
+                self.nuisance.append("nobody there")
+        self._avoiding = avoiding
+
+    def _go(self) -> Command:
+        number = len(self.nuisance) + 1
+        return Command(number, f"again-{number}", "resume")
+
+
+def _drive(road_map: RoadMap, profile: Profile, seconds: float, seed: int) -> Row:
+    begun_s = time.process_time()
+    with tempfile.TemporaryDirectory() as folder:
+        drive = SoloDrive(
+            road_map,
+            Path(folder),
+            seed,
+            stops=len(road_map.stops),
+            traffic=TrafficParams(),
+            profile=profile,
+        )
+        drive.set_off()
+        watcher = Watcher(drive)
+        for _ in range(round(seconds * 1e9 / STEP_NS)):
+            drive.step()
+            watcher.step()
+        score = drive.world.score(VEHICLE_ID)
+        drive.vehicle.shut_down()
+    return {
+        "part": "fault-free",
+        "kind": f"seed {seed}",
+        "hours": seconds / 3600.0,
+        "distance_m": score.distance_m,
+        "contacts": score.contacts_people + score.contacts_vehicles + score.contacts_buildings,
+        "encounters": score.encounters,
+        "guard_braked": watcher.avoided,
+        "nuisance_stops": len(watcher.nuisance),
+        "nuisance": "; ".join(watcher.nuisance),
+        "cpu_s": time.process_time() - begun_s,
+    }

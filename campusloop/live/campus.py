@@ -1,0 +1,226 @@
+"""A campus in real time on one machine: server, simulator and agents as processes, kept running."""
+
+import asyncio
+import os
+import secrets
+import shutil
+import ssl
+import tempfile
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import httpx
+import psutil
+
+from campusloop.clients.operator_client import OperatorClient
+from campusloop.live.run_folder import emptied
+from campusloop.live.server import serve_campus
+from campusloop.live.simulation import simulate_vehicles
+from contract.roads.load import load_map
+from simulator.live.live import scan_ring_path
+from simulator.live.ports import BASE_PORT, ports_of
+from vehicle_agent.config import Profile, load_profile
+from vehicle_agent.link.keys import load_or_make_key, public_key_text
+from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
+from vehicle_agent.runtime.processes.agent_files import AgentFolder, VehicleFile
+from vehicle_agent.runtime.processes.supervisor import LOOK_EVERY_S, Job, Supervisor
+
+READY_WITHIN_S = 60.0
+POLL_EVERY_S = 0.2
+OPERATOR = "operator"
+
+
+class CampusStartError(Exception):
+    """The campus cannot start; the message says what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class LiveOptions:
+    """folder is emptied first. base_port: first of the simulator's loopback ports.
+
+    profile_path: of every shuttle; None: the campus shuttle
+    """
+
+    map_path: Path
+    folder: Path
+    vehicles: int
+    host: str = "127.0.0.1"
+    port: int = 8080
+    tls_cert: Path | None = None
+    tls_key: Path | None = None
+    seed: int = 1
+    base_port: int = BASE_PORT
+    pedestrians: bool = True
+    profile_path: Path | None = None
+
+
+class LiveCampus:
+    """`start`, use `client` and `operator` as from outside, `watch` beside it, then `stop`."""
+
+    def __init__(self, options: LiveOptions) -> None:
+        """Raises MapError, ProfileError."""
+        self.options = options
+        self.password = secrets.token_urlsafe(6)
+        self.road_map = load_map(options.map_path)
+        self._profile = Profile() if options.profile_path is None else load_profile(options.profile_path)
+        self._mail = Path(tempfile.mkdtemp(prefix="campusloop-"))
+        self._supervisors: list[Supervisor] = []
+        self._began_s = time.monotonic()
+        exposed = options.host not in ("127.0.0.1", "localhost")
+        made = options.folder / "tls" / "certificate.pem" if exposed else None
+        self.certificate = options.tls_cert or made
+        self.origin = f"{'https' if exposed else 'http'}://127.0.0.1:{options.port}"
+        self.client = httpx.AsyncClient(base_url=self.origin)
+        self.operator = OperatorClient(self.client)
+
+    @property
+    def vehicle_ids(self) -> list[str]:
+        return [f"shuttle-{number + 1}" for number in range(self.options.vehicles)]
+
+    @property
+    def pids(self) -> dict[str, int]:
+        """Process ids by name: server, simulator, link, worker, "gate shuttle-1", "tick shuttle-1"."""
+        return {name: pid for supervisor in self._supervisors for name, pid in supervisor.pids.items()}
+
+    async def start(self) -> None:
+        """Everything up, enrolled and connected to nobody's surprise; vehicles are still held.
+
+        Raises CampusStartError, NotOurFolder.
+        """
+        (emptied(self.options.folder) / "logs").mkdir()
+        self._supervise([self._server_job()])
+        trusted = await self._trusted()
+        self.client = httpx.AsyncClient(base_url=self.origin, verify=trusted, timeout=30.0)
+        self.operator = OperatorClient(self.client)
+        await self._until_ready()
+        await self.operator.sign_in(OPERATOR, self.password)
+        places = [await self._enrol(number, name) for number, name in enumerate(self.vehicle_ids)]
+        self._supervise([self._simulator_job()])
+        jobs = agent_jobs(tuple(places))
+        self._supervise([replace(job, log_file=self.log_file(job.name)) for job in jobs])
+
+    async def release_all(self) -> None:
+        """Resume every vehicle as soon as it is connected and placed."""
+        await asyncio.gather(*(self.operator.release(name) for name in self.vehicle_ids))
+
+    async def watch(self) -> None:
+        """Start again what ends; until cancelled."""
+        while True:
+            await asyncio.sleep(LOOK_EVERY_S)
+            for supervisor in self._supervisors:
+                supervisor.look()
+
+    async def stop(self) -> None:
+        """Agents, simulator, server; each in order, nothing is left running."""
+        for supervisor in reversed(self._supervisors):
+            await asyncio.to_thread(supervisor.stop)
+        await self.client.aclose()
+        shutil.rmtree(self._mail, ignore_errors=True)
+        shutil.rmtree(self._scans, ignore_errors=True)
+
+    def log_file(self, name: str) -> Path:
+        return self.options.folder / "logs" / f"{name.replace(' ', '-')}.log"
+
+    def cores_used(self) -> float:
+        """CPU time of this process and all its children since the start, over the time since then."""
+        me = psutil.Process()
+        used_s = sum(me.cpu_times()[:2])
+        for child in me.children(recursive=True):
+            try:
+                used_s += sum(child.cpu_times()[:2])
+            except psutil.NoSuchProcess:
+                continue
+        return float(used_s / (time.monotonic() - self._began_s))
+
+    # ------------------------------------------------------------ processes
+
+    def _server_job(self) -> Job:
+        options = self.options
+        os.environ["CAMPUSLOOP_VAR_DIR"] = str(options.folder)
+        os.environ["CAMPUSLOOP_OPERATOR_NAME"] = OPERATOR
+        os.environ["CAMPUSLOOP_OPERATOR_PASSWORD"] = self.password
+        arguments = (
+            options.host,
+            options.port,
+            options.tls_cert,
+            options.tls_key,
+            options.map_path,
+        )
+        return Job("server", serve_campus, arguments, log_file=self.log_file("server"))
+
+    def _simulator_job(self) -> Job:
+        options = self.options
+        arguments = (
+            options.map_path,
+            tuple(self.vehicle_ids),
+            options.profile_path,
+            options.seed,
+            options.base_port,
+            self._scans,
+            options.pedestrians,
+            True,
+        )
+        return Job("simulator", simulate_vehicles, arguments, log_file=self.log_file("simulator"))
+
+    @property
+    def _scans(self) -> Path:
+        shared_memory = Path("/dev/shm")
+        return (shared_memory if shared_memory.is_dir() else self.options.folder) / self._mail.name
+
+    def _supervise(self, jobs: list[Job]) -> None:
+        supervisor = Supervisor(jobs)
+        self._supervisors.append(supervisor)
+        supervisor.start()
+
+    async def _trusted(self) -> ssl.SSLContext | bool:
+        """What to verify the server's TLS with; a certificate of its own making is there after its start."""
+        if self.certificate is None:
+            return True
+        for _ in range(round(READY_WITHIN_S / POLL_EVERY_S)):
+            if self.certificate.exists():
+                return ssl.create_default_context(cafile=self.certificate)
+            await asyncio.sleep(POLL_EVERY_S)
+        raise CampusStartError(
+            f"the server made no certificate at {self.certificate}; it said:\n{self._said()}"
+        )
+
+    async def _until_ready(self) -> None:
+        for _ in range(round(READY_WITHIN_S / POLL_EVERY_S)):
+            if self._supervisors[0].has_ended("server"):
+                raise CampusStartError(f"the server did not start; it said:\n{self._said()}")
+            if await self._is_ready():
+                return
+            await asyncio.sleep(POLL_EVERY_S)
+        raise CampusStartError(
+            f"the server did not come up within {READY_WITHIN_S:.0f} s; it said:\n{self._said()}"
+        )
+
+    async def _is_ready(self) -> bool:
+        try:
+            return (await self.client.get("/api/v1/ready")).is_success
+        except httpx.TransportError:
+            # Not listening yet.
+            return False
+
+    def _said(self) -> str:
+        log = self.log_file("server")
+        return log.read_text()[-2000:] if log.exists() else "(nothing)"
+
+    async def _enrol(self, number: int, vehicle_id: str) -> AgentPlace:
+        folder = self.options.folder / "vehicles" / vehicle_id
+        key = load_or_make_key(folder / "key.pem")
+        await self.operator.enrol(vehicle_id, self._profile.body, public_key_text(key))
+        ports = ports_of(number, self.options.base_port)
+        vehicle = VehicleFile(
+            vehicle_id=vehicle_id,
+            server_url=self.origin,
+            can_channel=ports.can_channel,
+            values_port=ports.values_port,
+            scans_port=ports.scans_port,
+            words_port=ports.words_port,
+            scan_ring=str(scan_ring_path(self._scans, vehicle_id)),
+            server_certificate=str(self.certificate) if self.certificate else "",
+        )
+        AgentFolder(folder).prepare(vehicle, self.options.map_path, self.options.profile_path)
+        return AgentPlace(folder.resolve(), self._mail / str(number))

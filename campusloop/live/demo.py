@@ -1,0 +1,119 @@
+"""`campusloop demo` in real time: a live campus, people who book, and somebody who tells about it.
+
+What a visitor sees is the product itself: the only things simulated are bodies, sensors and people.
+"""
+
+import asyncio
+import signal
+from dataclasses import replace
+from datetime import UTC, datetime
+from zoneinfo import ZoneInfo
+
+import numpy as np
+from rich.console import Console
+
+from campusloop.clients.demo_operator import DemoOperator
+from campusloop.clients.passengers import Journey, Passengers, wishes
+from campusloop.clients.simulated_people import SimulatedPeople
+from campusloop.live.campus import OPERATOR, LiveCampus, LiveOptions
+from campusloop.live.certificate import local_addresses
+from campusloop.virtual.headless import (
+    RIDE_M_MAX,
+    RIDE_M_MIN,
+    ride_pairs,
+    timeline_line,
+)
+from simulator.live.ports import control_port
+
+CPU_EVERY_S = 60.0
+PEOPLE = 10_000
+SPACING_S = 100.0
+SPACING_S_MIN = 20.0
+
+
+class LiveDemo:
+    """Starts the campus, tells where it is, lets people book, and stops everything on Ctrl-C."""
+
+    def __init__(self, options: LiveOptions, console: Console, *, people_book: bool) -> None:
+        self._campus = LiveCampus(options)
+        self._console = console
+        self._people_book = people_book
+        self._clock = ZoneInfo(self._campus.road_map.timezone)
+
+    async def run(self) -> None:
+        """Until Ctrl-C or SIGTERM. Raises CampusStartError."""
+        stopped = asyncio.Event()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            asyncio.get_running_loop().add_signal_handler(number, stopped.set)
+        cores = 0.0
+        try:
+            await self._campus.start()
+            self._greet()
+            await self._until(stopped)
+            cores = self._campus.cores_used()
+        finally:
+            self._console.print("stopping")
+            await self._campus.stop()
+        self._say(f"stopped; the whole demo used {cores:.2f} cores on average")
+
+    async def _until(self, stopped: asyncio.Event) -> None:
+        """Until told to stop, or until one of the tasks fails."""
+        tasks = [
+            asyncio.create_task(work)
+            for work in (self._campus.watch(), self._serve_people(), self._tell_cpu(), self._operate())
+        ]
+        waiting = asyncio.create_task(stopped.wait())
+        await asyncio.wait([waiting, *tasks], return_when=asyncio.FIRST_COMPLETED)
+        waiting.cancel()
+        for task in tasks:
+            task.cancel()
+        for ended in await asyncio.gather(*tasks, return_exceptions=True):
+            if isinstance(ended, BaseException) and not isinstance(ended, asyncio.CancelledError):
+                raise ended
+
+    async def _serve_people(self) -> None:
+        await self._campus.release_all()
+        self._say("all shuttles are released and wait for rides")
+        if self._people_book:
+            await self._book()
+        await asyncio.Event().wait()
+
+    async def _book(self) -> None:
+        """People come for as long as the demo runs."""
+        options = self._campus.options
+        people = SimulatedPeople(self._campus.road_map, control_port(options.base_port))
+
+        def tell(journey: Journey) -> None:
+            self._say(timeline_line(journey, datetime.now(UTC), self._clock))
+
+        passengers = Passengers(self._campus.client, people, lambda: datetime.now(UTC), tell)
+        pairs = ride_pairs(self._campus.road_map, RIDE_M_MIN, RIDE_M_MAX)
+        rng = np.random.default_rng(options.seed)
+        async with people.listening(passengers.tap), asyncio.TaskGroup() as lives:
+            for wish in wishes(PEOPLE, pairs, SPACING_S, rng):
+                lives.create_task(passengers.live(Journey(replace(wish, after_s=0.0))))
+                await asyncio.sleep(max(SPACING_S_MIN, float(rng.exponential(SPACING_S))))
+
+    async def _operate(self) -> None:
+        def tell(text: str) -> None:
+            self._say(f"{datetime.now(self._clock):%H:%M:%S}  {text}")
+
+        await DemoOperator(self._campus.operator, tell).run()
+
+    async def _tell_cpu(self) -> None:
+        while True:
+            await asyncio.sleep(CPU_EVERY_S)
+            self._say(f"the whole demo uses {self._campus.cores_used():.2f} cores")
+
+    def _greet(self) -> None:
+        options = self._campus.options
+        names = local_addresses(options.host) if self._campus.certificate else []
+        hosts = [f"[{name}]" if ":" in name else name for name in names]
+        for origin in [f"https://{host}:{options.port}" for host in hosts] or [self._campus.origin]:
+            self._say(f"passengers  {origin}/")
+            self._say(f"operators   {origin}/console")
+        self._say(f"operator's name: {OPERATOR}   password: {self._campus.password}")
+        self._say(f"runs and logs: {options.folder}   Ctrl-C stops everything")
+
+    def _say(self, text: str) -> None:
+        self._console.print(text, highlight=False, soft_wrap=True)

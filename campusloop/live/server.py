@@ -1,0 +1,176 @@
+"""The server as a live process: secured, listening, and ready to answer promptly."""
+
+import asyncio
+import errno
+import gc
+import os
+import socket
+import ssl
+import sys
+from pathlib import Path
+from typing import NoReturn
+
+import uvicorn
+import uvloop
+from rich.console import Console
+
+from campusloop.live.certificate import local_addresses, self_signed
+from campusloop.live.journal import write_journal
+from campusloop.shipped import DEFAULT_MAP
+from contract.wire.codec import MAX_MESSAGE_BYTES
+from server.app import create_app
+from server.dispatch.warm import warm_kernels
+from server.live_ports import CannotStart, LivePorts, live_ports
+from server.settings import Settings, SettingsError, is_loopback, settings_from
+
+BAD_SETTING = 2
+BACKLOG = 512
+_TURN_S = 0.5e-3
+_NEW_OBJECTS = 10_000
+
+console = Console(stderr=True, highlight=False, soft_wrap=True)
+
+
+def serve_campus(
+    host: str | None = None,
+    port: int | None = None,
+    tls_cert: Path | None = None,
+    tls_key: Path | None = None,
+    campus_map: Path | None = None,
+    *,
+    tls_self_signed: bool = False,
+    no_tls: bool = False,
+) -> None:
+    """Serve one campus until SIGTERM or Ctrl-C. A bad setting ends the process with the reason.
+
+    What is None comes from the environment or the defaults (`server.settings`).
+    """
+    try:
+        settings = secured(
+            settings_from(
+                os.environ, host=host, port=port, tls_cert=tls_cert, tls_key=tls_key, map_path=campus_map
+            ),
+            make_certificate=tls_self_signed,
+            plain=no_tls,
+        )
+        if settings.map_path is None:
+            settings = settings.model_copy(update={"map_path": DEFAULT_MAP})
+        listening = listen(settings.host, settings.port)
+    except (SettingsError, CannotStart) as error:
+        _refuse(str(error))
+    write_journal()
+    with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
+        runner.run(_serve(settings, listening))
+
+
+def secured(settings: Settings, make_certificate: bool = False, plain: bool = False) -> Settings:
+    """Settings with TLS where others could listen in: as given, or self-signed under var/tls.
+
+    Raises SettingsError when TLS is both asked for and ruled out, or cannot be used.
+    """
+    if plain and (make_certificate or settings.has_tls()):
+        raise SettingsError("--no-tls contradicts a certificate; leave one of them out")
+    if settings.has_tls():
+        _check_certificate(settings)
+        return settings
+    if plain or (is_loopback(settings.host) and not make_certificate):
+        return settings
+    names = local_addresses(settings.host)
+    certificate, key = self_signed(settings.var_dir / "tls", names)
+    return settings.model_copy(update={"tls_cert": certificate, "tls_key": key})
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """A listening socket. Raises CannotStart when the address is taken or not ours."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    listening = socket.socket(family, socket.SOCK_STREAM)
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listening.bind((host, port))
+        listening.listen(BACKLOG)
+    except OSError as error:
+        listening.close()
+        if error.errno == errno.EADDRINUSE:
+            raise CannotStart(f"port {port} on {host} is taken; stop what uses it or give --port") from error
+        raise CannotStart(
+            f"cannot listen on {host} port {port}: {error.strerror}; give another --host"
+        ) from error
+    listening.setblocking(False)
+    return listening
+
+
+async def _serve(settings: Settings, listening: socket.socket) -> None:
+    settings = settings.model_copy(update={"port": listening.getsockname()[1]})
+    try:
+        live = await live_ports(settings)
+    except CannotStart as error:
+        listening.close()
+        _refuse(str(error))
+    _greet(settings, live)
+    server = uvicorn.Server(uvicorn_config(settings, live))
+    answer_promptly()
+    await server.serve(sockets=[listening])
+
+
+def answer_promptly() -> None:
+    """Get ready for one long run in which nobody waits long for anybody; called when all is made.
+
+    The dispatcher's kernels are loaded, so that the first booking does not wait for them.
+
+    A thread that lets go of the interpreter, as the store's writer does at every statement, gets it back
+    after Python's 5 ms or when the others rest: shorter turns. And whatever is there now stays until the
+    end: the collector looking through it again and again would stop everything for a quarter of a second.
+    """
+    warm_kernels()
+    sys.setswitchinterval(_TURN_S)
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(_NEW_OBJECTS, 20, 20)
+
+
+def uvicorn_config(settings: Settings, live: LivePorts) -> uvicorn.Config:
+    """How the server is run wherever it is run live."""
+    return uvicorn.Config(
+        create_app(settings, live.ports),
+        lifespan="on",
+        http="httptools",
+        ws="websockets-sansio",
+        ws_per_message_deflate=False,
+        ws_max_size=2 * MAX_MESSAGE_BYTES,  # above our own limit, so that it is answered with a goodbye
+        ssl_certfile=settings.tls_cert,
+        ssl_keyfile=settings.tls_key,
+        server_header=False,
+        proxy_headers=False,
+        access_log=False,  # a ride's link is a secret and would be in it
+        log_level="warning",
+        timeout_graceful_shutdown=5,
+    )
+
+
+def _check_certificate(settings: Settings) -> None:
+    assert settings.tls_cert is not None
+    try:
+        ssl.create_default_context(ssl.Purpose.CLIENT_AUTH).load_cert_chain(
+            settings.tls_cert, settings.tls_key
+        )
+    except (OSError, ssl.SSLError) as error:
+        raise SettingsError(
+            f"{settings.tls_cert} and {settings.tls_key} cannot be used for TLS ({error}); "
+            "give a PEM certificate and its key, or --tls-self-signed"
+        ) from error
+
+
+def _greet(settings: Settings, live: LivePorts) -> None:
+    for name in local_addresses(settings.host):
+        origin = settings.model_copy(update={"host": name}).origin()
+        console.print(f"passengers  {origin}/\noperators   {origin}/console")
+    if live.made_password:
+        console.print(
+            f"operator    {settings.operator_name}, password {live.made_password} (shown once; "
+            "set CAMPUSLOOP_OPERATOR_PASSWORD to choose)"
+        )
+
+
+def _refuse(text: str) -> NoReturn:
+    console.print(f"campusloop serve: {text}", style="red", markup=False)
+    raise SystemExit(BAD_SETTING)

@@ -1,0 +1,97 @@
+"""The simulator as a live process: every vehicle's body, by-wire, sensors and the people, in real time."""
+
+import gc
+import signal
+from pathlib import Path
+from types import FrameType
+from typing import NoReturn
+
+from rich.console import Console
+from rich.table import Table
+
+from contract.roads.load import MapError, load_map
+from simulator.live.bus import LiveBusError
+from simulator.live.control_desk import CarriedPhones, ControlError
+from simulator.live.live import LiveSimulation, scan_ring_path
+from simulator.live.ports import BASE_PORT, control_port, ports_of
+from simulator.start_places import start_poses
+from simulator.traffic.population import TrafficParams
+from simulator.warm import warm_kernels
+from simulator.world import SimWorld, WorldError, WorldOptions
+from vehicle_agent.config import Profile, ProfileError, load_profile
+from vehicle_agent.device_feed import DeviceFeedError
+
+_BAD_INPUT = 2
+
+
+def simulate_vehicles(
+    map_path: Path,
+    vehicle_ids: tuple[str, ...],
+    profile_path: Path | None = None,
+    seed: int = 1,
+    base_port: int = BASE_PORT,
+    folder: Path = Path("var/simulation"),
+    people: bool = True,
+    lidar: bool = True,
+) -> None:
+    """Simulate until SIGTERM or Ctrl-C. Input that cannot be simulated ends the process with the reason."""
+    console = Console()
+    if len(set(vehicle_ids)) != len(vehicle_ids):
+        _refuse(console, "every vehicle needs an id of its own: --vehicles shuttle-1,shuttle-2")
+    phones = CarriedPhones()
+    try:
+        road_map = load_map(map_path)
+        profile = load_profile(profile_path) if profile_path else Profile()
+        world = SimWorld(
+            road_map,
+            dict.fromkeys(vehicle_ids, profile),
+            start_poses(road_map, vehicle_ids),
+            seed,
+            phones,
+            WorldOptions(traffic=TrafficParams() if people else None, lidar=lidar),
+        )
+        warm_kernels()
+        simulation = LiveSimulation(world, phones, folder, base_port)
+    except (MapError, ProfileError, WorldError, LiveBusError, DeviceFeedError, ControlError) as error:
+        _refuse(console, str(error))
+    _print_wiring(console, vehicle_ids, base_port, folder)
+    _run_until_told(simulation)
+    console.print(
+        f"{simulation.steps} steps, {simulation.late_steps} late, {simulation.lost_ns * 1e-9:.2f} s lost"
+    )
+
+
+def _run_until_told(simulation: LiveSimulation) -> None:
+    """SIGINT and SIGTERM end the run after the present step."""
+
+    def stop(_number: int, _frame: FrameType | None) -> None:
+        simulation.stop()
+
+    signal.signal(signal.SIGINT, stop)
+    signal.signal(signal.SIGTERM, stop)
+    gc.collect()
+    gc.freeze()
+    simulation.run()
+
+
+def _print_wiring(console: Console, vehicle_ids: tuple[str, ...], base_port: int, folder: Path) -> None:
+    table = Table()
+    for heading in ("vehicle", "CAN channel", "device values", "scans", "words", "scan ring"):
+        table.add_column(heading, overflow="fold")
+    for number, vehicle_id in enumerate(vehicle_ids):
+        ports = ports_of(number, base_port)
+        table.add_row(
+            vehicle_id,
+            ports.can_channel,
+            str(ports.values_port),
+            str(ports.scans_port),
+            str(ports.words_port),
+            str(scan_ring_path(folder, vehicle_id)),
+        )
+    console.print(table)
+    console.print(f"control on 127.0.0.1:{control_port(base_port)}; Ctrl-C ends the simulation")
+
+
+def _refuse(console: Console, reason: str) -> NoReturn:
+    console.print(f"[red]cannot simulate:[/red] {reason}", highlight=False)
+    raise SystemExit(_BAD_INPUT)

@@ -1,0 +1,218 @@
+"""One day of rides on a fleet that drives exactly as planned: what the dispatcher would have made of it.
+
+No vehicle, no wire and no server: the dispatcher's own board is moved on from event to event. A day takes
+seconds, and two days can be compared ride by ride.
+"""
+
+import heapq
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import accumulate
+
+from server.dispatch.answer import Terms, answer_all
+from server.dispatch.board.board import Board
+from server.dispatch.improve import Cooling, improve
+from server.dispatch.problem import Problem, Request, VehicleState
+from server.dispatch.solve import forever
+from server.domain.rules import FleetRules
+from server.travel.fleet_roads import FleetRoads
+from server.usecases.planning.snapshot import seconds
+from simulator.demand.day import WantedRide
+
+_ATTEMPTS = 50
+_IMPROVED_EVERY_S = 30.0
+# Nobody is on the board for longer than the longest wait and ride, and what promises add to them.
+_MARGIN_S = 1800.0
+# Long after everybody has been set down.
+_THE_END_S = 1e6
+_ANNOUNCED, _CANCELLED = 0, 1
+
+
+@dataclass(frozen=True, slots=True)
+class Policy:
+    """How the fleet is run. patience as `Board` takes it; slices of improvement every half a minute."""
+
+    name: str
+    words: str
+    patience: float = 0.0
+    slices: int = 0
+
+
+POLICIES: Mapping[str, Policy] = {
+    policy.name: policy
+    for policy in (
+        Policy("insertion", "each ride where it costs least, and that is that"),
+        Policy(
+            "improvement", "insertion, then rides change places and shuttles inside their promises", 0.0, 8
+        ),
+        Policy("patience", "insertion; shuttles set out later than they could", 0.75),
+        Policy("patient-improvement", "patience and improvement", 0.75, 8),
+    )
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Shuttle:
+    vehicle_id: str
+    seats: int
+    wheelchair_places: int
+
+
+@dataclass(slots=True)
+class Fate:
+    """What has become of a ride; seconds on the axis of the day, None for what did not happen.
+
+    direct_s   the drive without anybody else
+    promise    pickup from, pickup to, arrival by; rule: why it was refused, "" if it was not
+    """
+
+    earliest_s: float
+    direct_s: float
+    dwell_s: float
+    promise: tuple[float, float, float] | None = None
+    rule: str = ""
+    pickup_s: float | None = None
+    arrival_s: float | None = None
+    cancelled: bool = False
+
+
+@dataclass(slots=True)
+class FleetDay:
+    """driven_s: driving of all shuttles together; in_vain: rides cancelled when one had set out."""
+
+    fates: dict[str, Fate] = field(default_factory=dict)
+    driven_s: float = 0.0
+    in_vain: int = 0
+
+
+def run_day(
+    rides: Sequence[WantedRide],
+    fleet: Sequence[Shuttle],
+    roads: FleetRoads,
+    rules: FleetRules,
+    policy: Policy,
+    seed: int = 1,
+    watch: Callable[[], None] = lambda: None,
+) -> FleetDay:
+    """Answer every ride when it is announced, drive, improve, cancel; until the last one is set down.
+
+    rides   in the order of announcement, between stops of the map; fleet: one shuttle at least
+    watch   called after each ride is answered
+    """
+    wishes = {ride.ride: _request(ride, roads, rules) for ride in rides}
+    began_s = min(seconds(ride.announced_at) for ride in rides)
+    board = _board(fleet, roads, rules, began_s, _most_at_once(rides, wishes), policy.patience)
+    terms = _terms(roads, rules)
+    day = FleetDay()
+    improved_s = began_s
+    for at_s, kind, ride in _events(rides):
+        while policy.slices and improved_s + _IMPROVED_EVERY_S < at_s:
+            improved_s += _IMPROVED_EVERY_S
+            if board.rows:
+                _drive(board, improved_s, day)
+                # The seed of each search differs, and is the same for every run of the day.
+                search = seed + round(improved_s - began_s)
+                improve(board, Cooling(policy.slices, _ATTEMPTS), search, policy.slices, forever)
+        _drive(board, at_s, day)
+        if kind == _CANCELLED:
+            _cancel(board, ride.ride, day)
+        elif kind == _ANNOUNCED:
+            wish = wishes[ride.ride]
+            direct_s = float(board.problem.times[wish.pickup, wish.dropoff])
+            day.fates[ride.ride] = Fate(wish.pickup_from_s, direct_s, rules.dwell_s)
+            _answer(board, wish, terms, day.fates[ride.ride])
+            watch()
+    _drive(board, began_s + _THE_END_S, day)
+    day.driven_s = board.driven_s
+    return day
+
+
+def _events(rides: Sequence[WantedRide]) -> Iterator[tuple[float, int, WantedRide]]:
+    """In time; an announcement comes before the cancellation of the same second."""
+    announced = [(seconds(ride.announced_at), _ANNOUNCED, k) for k, ride in enumerate(rides)]
+    cancelled = [
+        (max(seconds(ride.cancelled_at), seconds(ride.announced_at)), _CANCELLED, k)
+        for k, ride in enumerate(rides)
+        if ride.cancelled_at is not None
+    ]
+    for at_s, kind, k in heapq.merge(sorted(announced), sorted(cancelled)):
+        yield at_s, kind, rides[k]
+
+
+def _answer(board: Board, wish: Request, terms: Terms, fate: Fate) -> None:
+    board.add(wish)
+    answer = answer_all(board, [wish.request_id], terms)[0]
+    fate.promise, fate.rule = answer.windows, answer.rule
+
+
+def _cancel(board: Board, name: str, day: FleetDay) -> None:
+    """Who has been refused or picked up stays that."""
+    fate = day.fates[name]
+    if fate.rule or fate.pickup_s is not None:
+        return
+    fate.cancelled = True
+    day.in_vain += board.withdraw(name)
+
+
+def _drive(board: Board, now_s: float, day: FleetDay) -> None:
+    for made in board.advance(now_s):
+        fate = day.fates[made.request_id]
+        if made.alights:
+            fate.arrival_s = made.at_s
+        else:
+            fate.pickup_s = made.at_s
+
+
+def _request(ride: WantedRide, roads: FleetRoads, rules: FleetRules) -> Request:
+    """With the windows that a booking has."""
+    direct_s = roads.direct_s(ride.from_stop, ride.to_stop)
+    earliest_s = max(seconds(ride.earliest), seconds(ride.announced_at))
+    return Request(
+        request_id=ride.ride,
+        pickup=roads.stop_numbers[ride.from_stop],
+        dropoff=roads.stop_numbers[ride.to_stop],
+        party=ride.party,
+        wheelchairs=ride.wheelchairs,
+        pickup_from_s=earliest_s,
+        pickup_to_s=earliest_s + rules.wait_s_max,
+        arrive_by_s=float("inf"),
+        ride_s_max=rules.ride_s_max(direct_s),
+    )
+
+
+def _terms(roads: FleetRoads, rules: FleetRules) -> Terms:
+    """Without alternatives: nobody here would take one."""
+    return replace(roads.terms(rules), later_s_max=0.0)
+
+
+def _board(
+    fleet: Sequence[Shuttle],
+    roads: FleetRoads,
+    rules: FleetRules,
+    began_s: float,
+    spare: int,
+    patience: float,
+) -> Board:
+    """Every shuttle at a resting place, one after the other."""
+    resting = roads.network.road_map.resting_places
+    vehicles = tuple(
+        VehicleState(
+            shuttle.vehicle_id,
+            roads.times_from_rest(resting[number % len(resting)]),
+            began_s,
+            shuttle.seats,
+            shuttle.wheelchair_places,
+        )
+        for number, shuttle in enumerate(fleet)
+    )
+    problem = Problem(vehicles, {}, roads.stop_times(frozenset()), dwell_s=rules.dwell_s)
+    return Board(problem, spare, patience)
+
+
+def _most_at_once(rides: Sequence[WantedRide], wishes: Mapping[str, Request]) -> int:
+    """Rows that the board needs: improvement takes longer with every row."""
+    changes = [(seconds(ride.announced_at), 1) for ride in rides]
+    for wish in wishes.values():
+        longest_s = min(wish.ride_s_max, _THE_END_S)
+        changes.append((wish.pickup_to_s + longest_s + _MARGIN_S, -1))
+    return max(accumulate(change for _, change in sorted(changes)))

@@ -1,0 +1,56 @@
+"""The rides of a day that is tried again, and the fleet that there was."""
+
+from collections.abc import Sequence
+from datetime import datetime
+
+from campusloop.studies.dispatch.fleet_day import Shuttle
+from server.domain.rides.rides import Ride, RideState
+from server.travel.fleet_roads import FleetRoads
+from server.usecases.ports.unit_of_work import UnitOfWork
+from simulator.demand.day import WantedRide
+
+
+class NotOnThisMap(ValueError):
+    """A ride that cannot be asked for on the map; the text says which and why."""
+
+
+def booked_between(uow: UnitOfWork, begins: datetime, ends: datetime) -> tuple[WantedRide, ...]:
+    """What was wanted then, refused rides too, in the order of booking."""
+    rides = sorted(uow.rides.wanted_between(begins, ends), key=lambda ride: (ride.requested_at, ride.ride_id))
+    return tuple(_wanted(ride) for ride in rides)
+
+
+def enrolled(uow: UnitOfWork) -> tuple[Shuttle, ...]:
+    """Shuttles that could be in service, by id."""
+    return tuple(
+        Shuttle(vehicle.vehicle_id, vehicle.seats, vehicle.wheelchair_places)
+        for vehicle in uow.vehicles.all()
+        if not vehicle.retired
+    )
+
+
+def require_on_map(rides: Sequence[WantedRide], roads: FleetRoads) -> None:
+    """Raises NotOnThisMap."""
+    for ride in rides:
+        for stop in (ride.from_stop, ride.to_stop):
+            if stop not in roads.stop_numbers:
+                raise NotOnThisMap(
+                    f"ride {ride.ride} is from or to {stop}, a stop that the map does not have"
+                )
+        if ride.from_stop == ride.to_stop:
+            raise NotOnThisMap(f"ride {ride.ride} is from {ride.from_stop} to the same stop")
+
+
+def _wanted(ride: Ride) -> WantedRide:
+    """To where it was booked at first, unless it was given up."""
+    return WantedRide(
+        ride=ride.ride_id,
+        announced_at=ride.requested_at,
+        earliest=ride.earliest,
+        from_stop=ride.from_stop,
+        to_stop=ride.first_to_stop or ride.to_stop,
+        party=ride.party,
+        wheelchairs=ride.wheelchairs,
+        booked_by=ride.source,
+        cancelled_at=ride.ended_at if ride.state is RideState.CANCELLED else None,
+    )

@@ -1,0 +1,288 @@
+"""A whole campus in virtual time: the server, the vehicles, the people, one conductor.
+
+Everything is reached as from outside: REST through in-memory ASGI, vehicles through in-memory pipes.
+"""
+
+import asyncio
+from collections.abc import Coroutine
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any, TypeVar
+
+import httpx
+
+from campusloop.clients.operator_client import OperatorClient
+from campusloop.clients.passengers import Passengers, Tell, Wish
+from campusloop.virtual.cameras import VirtualCameras
+from campusloop.virtual.conductor import Conductor
+from campusloop.virtual.ends import VirtualPhones, VirtualServer
+from campusloop.virtual.link import VirtualNetwork
+from campusloop.virtual.vehicle import VirtualVehicle, VirtualVehicleSetup
+from contract.geometry import Pose2
+from contract.roads.load import encode_map
+from contract.roads.model import RoadMap
+from contract.roads.network import RoadNetwork
+from contract.wire.messages import PresenceSeen
+from server.adapters import SeededIds
+from server.api.runs.offload import Inline as InlineOffload
+from server.app import Ports, create_app, services_of_app, standing_tasks
+from server.bus.in_process import InProcessBus
+from server.domain.rules import FleetRules
+from server.domain.service.timetable import ServiceHours
+from server.settings import settings_from
+from server.store.engine import open_engine
+from server.store.roads.map_library import MapLibrary
+from server.store.schema import upgrade_to_head
+from server.store.transactions import Inline
+from server.store.unit_of_work import Context
+from server.usecases.fleet import campus
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record import identity
+from simulator.infrastructure import CameraParams
+from simulator.riders import Rider
+from simulator.start_places import start_poses
+from simulator.traffic.population import TrafficParams
+from simulator.world import SimWorld, WorldOptions
+from vehicle_agent.config import Profile
+from vehicle_agent.link.keys import load_or_make_key, public_key_text
+
+T = TypeVar("T")
+
+START_NS = 1_000_000_000
+OPERATOR = ("operator", "a password of the virtual campus")
+ORIGIN = "http://campus.test"
+
+
+class PlainHasher:
+    """Virtual time's password hashing: there is nobody to keep a secret from, and argon2 is slow."""
+
+    def hash(self, password: str) -> str:
+        return f"plain:{password}"
+
+    def verify(self, password_hash: str, password: str) -> bool:
+        return password_hash == f"plain:{password}"
+
+
+@dataclass(frozen=True, slots=True)
+class CampusOptions:
+    """folder: where vehicles and server keep their files. begins: UTC at virtual time 0.
+
+    cameras  of what kind the camera at each of the map's crossings is; None for none
+    """
+
+    road_map: RoadMap
+    folder: Path
+    seed: int = 1
+    vehicles: int = 2
+    profile: Profile = field(default_factory=Profile)
+    begins: datetime = datetime(2026, 9, 1, 0, 0, tzinfo=UTC)
+    traffic: TrafficParams | None = field(default_factory=TrafficParams)
+    lidar: bool = True
+    cameras: CameraParams | None = None
+    database_url: str = "sqlite://"
+
+
+class VirtualClock:
+    """The server's clock: `begins` plus the conductor's time."""
+
+    def __init__(self, conductor: Conductor, begins: datetime) -> None:
+        self._conductor = conductor
+        self._begins = begins
+
+    def now(self) -> datetime:
+        return self._begins + timedelta(microseconds=self._conductor.now_ns // 1000)
+
+
+class _Fleet:
+    """All vehicles and the world as one participant: each vehicle by id, then 20 ms of world."""
+
+    def __init__(self, world: SimWorld, vehicles: dict[str, VirtualVehicle]) -> None:
+        self._world = world
+        self._vehicles = vehicles
+
+    def step(self, now_ns: int) -> None:
+        for vehicle in self._vehicles.values():
+            vehicle.step(now_ns)
+        self._world.step(now_ns)
+
+
+class VirtualCampus:
+    """`start`, then run the conductor; everything else is done through `client` as by anybody outside."""
+
+    def __init__(self, options: CampusOptions) -> None:
+        self.options = options
+        self.conductor = Conductor(options.seed, START_NS)
+        self.clock = VirtualClock(self.conductor, options.begins)
+        self.network = VirtualNetwork(self.conductor)
+        self.roads = RoadNetwork(options.road_map)
+        self._server = VirtualServer()
+        self.client = httpx.AsyncClient(base_url=ORIGIN, transport=self._server)
+        self.operator = OperatorClient(self.client)
+        self._phones = VirtualPhones()
+        self.world, self.vehicles = self._set_up_vehicles()
+        self._lifespan: asyncio.Task[None] | None = None
+        self._leave = asyncio.Event()
+
+    # ------------------------------------------------------------ time
+
+    def call(self, coroutine: Coroutine[Any, Any, T], timeout_s: float = 60.0) -> T:
+        """Let time pass until the coroutine is done. TimeoutError when it is not in time."""
+        task = self.conductor.loop.create_task(coroutine)
+        if not self.conductor.run_until(task.done, timeout_s):
+            raise TimeoutError(f"{coroutine!r} is not done after {timeout_s} virtual seconds")
+        return task.result()
+
+    def now(self) -> datetime:
+        return self.clock.now()
+
+    # ------------------------------------------------------------ server
+
+    def start(self) -> None:
+        """Start the server, enrol the vehicles, boot them, and release them when they are placed."""
+        self.start_server()
+        self.call(self.operator.sign_in(*OPERATOR))
+        for vehicle in self.vehicles.values():
+            self.call(self._enrol(vehicle))
+            vehicle.boot(self.conductor.now_ns)
+        self.conductor.add("fleet", _Fleet(self.world, self.vehicles))
+        if self.options.cameras is not None:
+            kind = self.options.cameras
+            cameras = VirtualCameras(
+                self.options.road_map, kind, self.world, self.conductor.rng, self._camera_says
+            )
+            self.conductor.add("cameras", cameras)
+        self.conductor.loop.create_task(self._forward_taps())
+        for vehicle_id in self.vehicles:
+            self.call(self.operator.release(vehicle_id), timeout_s=60.0)
+
+    def _camera_says(self, word: PresenceSeen) -> None:
+        """As the infrastructure socket does; while no server is up, nobody hears it."""
+        if self._server.app is not None:
+            desk = services_of_app(self._server.app).presence
+            self.conductor.loop.create_task(desk.seen(word))
+
+    def start_server(self) -> None:
+        """Bring a server up on the campus's database; vehicles find it by themselves."""
+        engine = open_engine(self.options.database_url)
+        upgrade_to_head(engine)
+        road_map = self.options.road_map
+        rules = FleetRules(
+            hours=ServiceHours(road_map.timezone, ()), speed_cap_mps=self.options.profile.limits.speed_mps_max
+        )
+        ids, bus = SeededIds(self.options.seed), InProcessBus()
+        library = MapLibrary(rules)
+        context = Context(road_map.campus_id, self.clock, ids, rules, PlainHasher(), library)
+        transactions = Inline(engine, context, bus)
+
+        def prepare(uow: UnitOfWork) -> None:
+            campus.load_map(uow, encode_map(road_map), "start-up", activate=True)
+            identity.set_password(uow, *OPERATOR)
+
+        self.conductor.loop.run_now(transactions.run(prepare))
+        ports = Ports(road_map.campus_id, self.clock, ids, transactions, bus, InlineOffload())
+        ports = replace(ports, loops=standing_tasks(ports))
+        settings = settings_from(
+            {},
+            var_dir=self.options.folder / "server",
+            public_url=ORIGIN,
+            login_tries_per_minute=1000,
+            lookups_per_minute=1000,
+            bookings_per_minute=1000,
+        )
+        app = create_app(settings, ports)
+        self._server.app = app
+        self._leave = asyncio.Event()
+        leave = self._leave
+
+        async def live() -> None:
+            async with app.router.lifespan_context(app):
+                self.network.hub = services_of_app(app).hub
+                await leave.wait()
+
+        self._lifespan = self.conductor.loop.create_task(live())
+        self.conductor.loop.run_until_idle(self.conductor.now_ns)
+        if self._lifespan.done():
+            self._lifespan.result()
+
+    def stop_server(self) -> None:
+        """Take the server away; vehicles drive on with what they hold, and requests find nobody."""
+        self.network.hub = None
+        self._server.app = None
+        self._leave.set()
+        assert self._lifespan is not None
+        self.conductor.run_until(self._lifespan.done, 30.0)
+        self._lifespan.result()
+
+    def stop(self) -> None:
+        """Finish every run log, then the server."""
+        self.conductor.remove("fleet")
+        for vehicle in self.vehicles.values():
+            vehicle.link.drop()
+            vehicle.shut_down()
+        self.stop_server()
+
+    # ------------------------------------------------------------ people
+
+    def passengers(self, tell: Tell) -> Passengers:
+        """Simulated passengers of this campus."""
+        self._passengers = Passengers(self.client, self, self.clock.now, tell)
+        return self._passengers
+
+    def add(self, ticket: dict[str, Any], wish: Wish) -> None:
+        self.world.riders.add(
+            Rider(
+                ticket["ride_id"],
+                ticket["boarding_code"],
+                wish.party,
+                wish.how,
+                self.stop_pose(wish.from_stop),
+                self.stop_pose(wish.to_stop),
+                self.conductor.now_ns,
+            )
+        )
+
+    def assigned(self, ride_id: str, vehicle_id: str) -> None:
+        self._phones.vehicles[ride_id] = vehicle_id
+
+    def stop_pose(self, stop_id: str) -> Pose2:
+        (stop,) = [stop for stop in self.options.road_map.stops if stop.stop_id == stop_id]
+        return Pose2(*self.roads.pose(stop.lane_id, stop.s_m))
+
+    async def _forward_taps(self) -> None:
+        while True:
+            await asyncio.sleep(0.2)
+            taps, self._phones.taps = self._phones.taps, []
+            for ride_id, kind in taps:
+                await self._passengers.tap(ride_id, kind)
+
+    # ------------------------------------------------------------ vehicles
+
+    def _set_up_vehicles(self) -> tuple[SimWorld, dict[str, VirtualVehicle]]:
+        options = self.options
+        vehicle_ids = tuple(f"shuttle-{number}" for number in range(1, options.vehicles + 1))
+        world = SimWorld(
+            options.road_map,
+            dict.fromkeys(vehicle_ids, options.profile),
+            start_poses(options.road_map, vehicle_ids),
+            options.seed,
+            self._phones,
+            WorldOptions(traffic=options.traffic, lidar=options.lidar),
+        )
+        begins_ns = int(options.begins.timestamp()) * 1_000_000_000
+        vehicles = {
+            vehicle_id: VirtualVehicle(
+                VirtualVehicleSetup(
+                    vehicle_id, options.profile, options.road_map, options.folder / vehicle_id, begins_ns
+                ),
+                world,
+                self.network.dialler(vehicle_id),
+            )
+            for vehicle_id in vehicle_ids
+        }
+        return world, vehicles
+
+    async def _enrol(self, vehicle: VirtualVehicle) -> None:
+        setup = vehicle.setup
+        key = load_or_make_key(setup.folder / "key.pem")
+        await self.operator.enrol(setup.vehicle_id, setup.profile.body, public_key_text(key))

@@ -1,0 +1,146 @@
+"""One vehicle in virtual time: the same computer, gate and desk as on a real one, wired to the simulator."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from campusloop.virtual.link import Dial, VirtualLink
+from campusloop.virtual.room_timing import RoomTimes
+from campusloop.virtual.wiring import WiredVehicle
+from contract.roads.load import encode_map
+from contract.roads.model import RoadMap
+from contract.runlog.records import RunHeader
+from contract.wire.messages import VehicleEvent
+from simulator.world import SimWorld
+from vehicle_agent.config import Profile
+from vehicle_agent.link.desk import Desk
+from vehicle_agent.link.keys import load_or_make_key, signature_text
+from vehicle_agent.link.session import Identity
+from vehicle_agent.mission.memory import holding
+from vehicle_agent.onboard.car import initial_state
+from vehicle_agent.runtime.computer import VehicleComputer
+from vehicle_agent.runtime.processes.agent import SOFTWARE, mission_memory
+from vehicle_agent.runtime.processes.agent_files import AgentFolder
+from vehicle_agent.runtime.processes.tick_process import TickNewsWriter
+from vehicle_agent.runtime.recording.recorder import Recorder
+from vehicle_agent.runtime.recording.runlog_files import RunLogFiles
+from vehicle_agent.signals import LinkWord, Outputs, Task
+from vehicle_agent.stacks.choice import build_car
+
+
+@dataclass(frozen=True, slots=True)
+class VirtualVehicleSetup:
+    """folder: the vehicle's disk. utc_offset_ns: UTC minus the virtual clock."""
+
+    vehicle_id: str
+    profile: Profile
+    road_map: RoadMap
+    folder: Path
+    utc_offset_ns: int
+
+
+class VirtualVehicle:
+    """boot by boot: `boot` starts a computer, `crash` takes it away, the disk stays.
+
+    happened: every event with the time of its tick; times: of every room; outputs: of the last tick.
+    wired: its computer and gate, and the simulated bus.
+    """
+
+    def __init__(self, setup: VirtualVehicleSetup, world: SimWorld, dial: Dial) -> None:
+        self.setup = setup
+        self._world = world
+        self._dial = dial
+        self._key = load_or_make_key(setup.folder / "key.pem")
+        self._boots = 0
+        self._map_json = encode_map(setup.road_map)
+        self._profile_bytes = msgspec.msgpack.encode(setup.profile)
+        self.wired = WiredVehicle(setup.vehicle_id, setup.profile, setup.road_map, world)
+        self._line_id = -1
+        self.times = RoomTimes()
+        self.happened: list[tuple[int, VehicleEvent]] = []
+        self.outputs: Outputs | None = None
+
+    def boot(self, now_ns: int) -> None:
+        """A new boot: mission memory from disk, everything else from scratch."""
+        self._boots += 1
+        setup = self.setup
+        boot_id = f"boot-{self._boots:06d}"
+        identity = Identity(
+            setup.vehicle_id,
+            boot_id,
+            SOFTWARE,
+            setup.profile.stack,
+            setup.road_map.map_version,
+            setup.profile.body.seats,
+            setup.profile.body.wheelchair_places,
+        )
+        memory = mission_memory(AgentFolder(setup.folder))
+        desk = Desk(
+            setup.folder / "outbox",
+            identity,
+            lambda text: signature_text(self._key, text),
+            holding(memory),
+            sync=False,
+        )
+        car = self.times.timed(build_car(setup.profile, setup.road_map))
+        state = msgspec.structs.replace(initial_state(car), mission=car.mission.initial(memory))
+        header = RunHeader(
+            setup.vehicle_id,
+            boot_id,
+            0,
+            setup.road_map.campus_id,
+            setup.road_map.map_version,
+            setup.profile.stack,
+            SOFTWARE,
+            setup.utc_offset_ns,
+            0,
+        )
+        recorder = Recorder(header, setup.profile.body, setup.road_map.observation_areas)
+        self.wired.boot(VehicleComputer(car, state, recorder, setup.utc_offset_ns))
+        self.run_log = RunLogFiles(setup.folder / "runs", self._profile_bytes, self._map_json)
+        self._desk, self._news = desk, TickNewsWriter()
+        self.link = VirtualLink(desk, self._dial)
+
+    def crash(self) -> None:
+        """SIGKILL of everything onboard: nothing is finished, nothing is said."""
+        self.link.drop()
+        self.wired.crash()
+
+    def tell(self, now_ns: int, word: LinkWord) -> None:
+        """Put a word into the inbox as if the link had brought it (for drives without a server)."""
+        self.wired.inbox.put(now_ns, "link", word)
+
+    def step(self, now_ns: int) -> None:
+        """Sensors, inbox drain, tick, gate: what happens at this vehicle in one 20 ms step."""
+        wired = self.wired
+        for word in self._desk.take_words() if wired.computer is not None else ():
+            self.tell(now_ns, word)
+        outputs = wired.step(now_ns)
+        if outputs is None:
+            return
+        assert wired.computer is not None
+        mission = wired.computer.state.mission
+        self.times.whole.append(wired.tick_wall_ns)
+        self.outputs = outputs
+        self._show_way(outputs.flow.task, mission.segment)
+        self.happened.extend((now_ns, event) for event in outputs.events)
+        news = self._news.news(outputs, mission.memory, now_ns)
+        if news is not None:
+            self._desk.tick_news(news, now_ns)
+        self.run_log.write(wired.computer.entries)
+        self.link.step(now_ns)
+
+    def _show_way(self, task: Task, segment: int) -> None:
+        """People see where a shuttle means to go; the score needs to know it at forks.
+
+        segment: of the line's points that the vehicle is at
+        """
+        if task.line is not None and task.line_id != self._line_id:
+            self._line_id = task.line_id
+            self._world.follow(self.setup.vehicle_id, task.line.points[segment:])
+
+    def shut_down(self) -> None:
+        """An orderly end: the open segment is finished."""
+        self.run_log.close()
+        self._desk.close()

@@ -1,0 +1,179 @@
+"""A vehicle's computer and gate wired to the simulated vehicle: 20 ms from the bus to the bus.
+
+The module's reports -> gate -> inbox -> tick -> gate -> the bus. What a worker makes of a scan, and the
+planner of a job, comes back after the time that they would take. Whoever composes a drive adds the rest to
+the inbox: a link, an operator, cameras.
+"""
+
+import time
+from collections import deque
+from collections.abc import Callable
+
+import msgspec
+import numpy as np
+
+from campusloop.virtual.conductor import STEP_NS
+from contract.roads.model import RoadMap
+from simulator.world import SimWorld
+from vehicle_agent.can.by_wire import braking_of
+from vehicle_agent.config import Profile
+from vehicle_agent.gate.gate import Gate, gate_of
+from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
+from vehicle_agent.runtime.computer import VehicleComputer
+from vehicle_agent.runtime.inbox import Inbox
+from vehicle_agent.signals import (
+    CanFrame,
+    InboxBody,
+    ObstaclePercept,
+    Outputs,
+    PlanAnswer,
+    PlanJob,
+    TrackPercept,
+)
+from vehicle_agent.stacks.choice import Planner, build_planner
+from vehicle_agent.stacks.rooms import height_map
+
+# What the worker takes for one scan, with the trip to it and back.
+PERCEPT_DELAY_NS = 2 * STEP_NS
+# What the motion planner takes for one job, with the trip to it and back.
+PLAN_DELAY_NS = 2 * STEP_NS
+
+# What becomes of a value on its way from a device or worker; None: it is lost.
+Arrives = Callable[[InboxBody], InboxBody | None]
+
+
+def as_it_is(body: InboxBody) -> InboxBody | None:
+    return body
+
+
+class WiredGate:
+    """The gate process between the simulated bus and the tick's inbox; either may be begun anew."""
+
+    def __init__(self, vehicle_id: str, profile: Profile, world: SimWorld) -> None:
+        self._vehicle_id, self._profile, self._world = vehicle_id, profile, world
+        self._gap_ns = braking_of(profile).frame_gap_ns
+        self.begin_gate()
+        self.begin_inbox()
+
+    def begin_gate(self) -> None:
+        """A new gate process: it knows nothing."""
+        self.gate = gate_of(self._profile)
+
+    def begin_inbox(self) -> None:
+        """For a new tick process; mail for the one before is lost."""
+        self.inbox = Inbox()
+
+    def hear(self, reports: tuple[CanFrame, ...], now_ns: int) -> None:
+        """The module's reports, by the gate's clock; the gate tells the tick."""
+        stamped = tuple(msgspec.structs.replace(frame, stamp_ns=now_ns) for frame in reports)
+        self.gate.hear(stamped, now_ns)
+        self._tell_tick(stamped, now_ns)
+
+    def send(self, now_ns: int, bus_ns: int) -> tuple[CanFrame, ...]:
+        """Step the gate at now_ns of its clock; what it lets through is on the bus at the world's bus_ns."""
+        sent = self.gate.step(now_ns)
+        self._tell_tick(self.gate.word(now_ns), now_ns)
+        on_bus = (
+            CanFrame(bus_ns + k * self._gap_ns, frame.arbitration_id, frame.data)
+            for k, frame in enumerate(sent)
+        )
+        self._world.frames_from_vehicle(self._vehicle_id, tuple(on_bus))
+        return sent
+
+    def _tell_tick(self, frames: tuple[CanFrame, ...], now_ns: int) -> None:
+        for frame in frames:
+            self.inbox.put(now_ns, "can", frame)
+
+
+class WiredVehicle:
+    """`boot` with a computer, then `step` after `step`, until it may `crash`.
+
+    computer     None while none runs
+    planner      answers the jobs of a stack that makes any
+    tick_wall_ns, tick_cpu_s  what the last tick took
+    plan_cpu_ms  CPU of each motion plan so far
+    """
+
+    def __init__(self, vehicle_id: str, profile: Profile, road_map: RoadMap, world: SimWorld) -> None:
+        self._vehicle_id, self._world = vehicle_id, world
+        self._bus = WiredGate(vehicle_id, profile, world)
+        self._height_map: HeightMap = height_map(profile)
+        self.planner: Planner | None = build_planner(profile, road_map)
+        self._percepts: deque[tuple[int, ObstaclePercept]] = deque()
+        self._plans: deque[tuple[int, PlanAnswer]] = deque()
+        self.computer: VehicleComputer | None = None
+        self.tick_wall_ns, self.tick_cpu_s = 0, 0.0
+        self.plan_cpu_ms: list[float] = []
+
+    @property
+    def gate(self) -> Gate:
+        """Of this boot."""
+        return self._bus.gate
+
+    @property
+    def inbox(self) -> Inbox:
+        """Of this boot."""
+        return self._bus.inbox
+
+    def boot(self, computer: VehicleComputer) -> None:
+        """Everything onboard from scratch, but for what the computer remembers."""
+        self._bus.begin_gate()
+        self._bus.begin_inbox()
+        self.computer = computer
+
+    def crash(self) -> None:
+        """Everything onboard is gone at once."""
+        self.computer = None
+        self._percepts.clear()
+        self._plans.clear()
+
+    def step(self, now_ns: int, arrives: Arrives = as_it_is, plan_late_ns: int = 0) -> Outputs | None:
+        """One tick and its way to the bus; None while no computer runs: devices go on without it.
+
+        plan_late_ns  how much longer than usual the plans take that are asked for now
+        """
+        world, vehicle_id = self._world, self._vehicle_id
+        reports = world.frames_to_vehicle(vehicle_id)
+        told = (*world.sensor_items(vehicle_id, now_ns), *world.tracked(vehicle_id, now_ns))
+        scan = world.scan(vehicle_id, now_ns)
+        if self.computer is None:
+            return None
+        self._bus.hear(reports, now_ns)
+        for body in told:
+            self._bring("sensors", body, now_ns, arrives)
+        if scan is not None:
+            cells = percept_from_scan(np.ascontiguousarray(scan[0]), now_ns, self._height_map)
+            self._percepts.append((now_ns + PERCEPT_DELAY_NS, cells))
+        while self._percepts and self._percepts[0][0] <= now_ns:
+            self._bring("worker", self._percepts.popleft()[1], now_ns, arrives)
+        while self._plans and self._plans[0][0] <= now_ns:
+            self.inbox.put(now_ns, "planner", self._plans.popleft()[1])
+        outputs = self._tick(self.computer, now_ns)
+        self._plan(outputs.jobs, now_ns + PLAN_DELAY_NS + plan_late_ns)
+        self.gate.take(outputs.frames, now_ns)
+        self._bus.send(now_ns, now_ns)
+        world.show(vehicle_id, outputs.says, now_ns)
+        return outputs
+
+    def _bring(self, source: str, body: InboxBody, now_ns: int, arrives: Arrives) -> None:
+        """What perception tells the tick, it tells the gate too."""
+        arrived = arrives(body)
+        if arrived is None:
+            return
+        self.inbox.put(now_ns, source, arrived)
+        if isinstance(arrived, ObstaclePercept | TrackPercept):
+            self.gate.see(arrived)
+
+    def _tick(self, computer: VehicleComputer, now_ns: int) -> Outputs:
+        cpu_s, wall_ns = time.process_time(), time.perf_counter_ns()
+        outputs = computer.run_tick(self.inbox.drain(), now_ns)
+        self.tick_wall_ns = time.perf_counter_ns() - wall_ns
+        self.tick_cpu_s = time.process_time() - cpu_s
+        return outputs
+
+    def _plan(self, jobs: tuple[PlanJob, ...], due_ns: int) -> None:
+        for job in jobs:
+            assert self.planner is not None, "only a stack with a planner makes jobs"
+            begun_s = time.process_time()
+            self._plans.append((due_ns, self.planner(job)))
+            self.plan_cpu_ms.append(1e3 * (time.process_time() - begun_s))

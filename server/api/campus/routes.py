@@ -1,0 +1,63 @@
+"""The campus in force: what it is, where it lies, where shuttles stop."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Header, Response
+
+from server.api.campus.schemas import (
+    CampusView,
+    MapGeometry,
+    StopView,
+    campus_view,
+    map_geometry,
+    stop_view,
+)
+from server.api.problems import problems
+from server.api.services import Given
+from server.domain.errors import CampusUnknown
+from server.usecases.fleet import campus
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record import calendars
+
+router = APIRouter(tags=["campus"])
+
+
+@router.get("/campus", operation_id="get_campus", responses=problems(CampusUnknown))
+async def get_campus(services: Given) -> CampusView:
+    def work(uow: UnitOfWork) -> CampusView:
+        today = calendars.service_day(uow)
+        return campus_view(
+            uow.campus_id, uow.network(), uow.rules, uow.now, calendars.calendar_of(uow), today
+        )
+
+    return await services.transactions.read(work)
+
+
+@router.get("/stops", operation_id="list_stops", responses=problems(CampusUnknown))
+async def list_stops(services: Given) -> list[StopView]:
+    """Every stop of the map in force, in map order."""
+    return [stop_view(stop) for stop in await services.transactions.read(campus.stops)]
+
+
+@router.get(
+    "/campus/map",
+    operation_id="get_campus_map",
+    response_model=MapGeometry,
+    responses=problems(CampusUnknown) | {304: {"description": "The map is the one in If-None-Match."}},
+)
+async def get_campus_map(
+    services: Given, if_none_match: Annotated[str | None, Header(max_length=200)] = None
+) -> Response:
+    """Lanes, buildings and stops as compact arrays, with the map version as ETag."""
+
+    def work(uow: UnitOfWork) -> tuple[str, MapGeometry | None]:
+        network = uow.network()
+        etag = f'"{network.map_version}"'
+        is_known = if_none_match is not None and etag in if_none_match
+        return etag, None if is_known else map_geometry(network, campus.stops(uow))
+
+    etag, geometry = await services.transactions.read(work)
+    headers = {"ETag": etag, "Cache-Control": "no-cache"}
+    if geometry is None:
+        return Response(status_code=304, headers=headers)
+    return Response(geometry.model_dump_json(), media_type="application/json", headers=headers)

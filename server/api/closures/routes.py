@@ -1,0 +1,70 @@
+"""Roads closed by operators."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path
+
+from server.api.closures.schemas import (
+    ClosureBody,
+    ClosureView,
+    closure_view,
+    wish_of,
+)
+from server.api.formats import NAME_PATTERN
+from server.api.problems import CsrfMissing, problems
+from server.api.security.access import ChangingOperator, ReadingOperator
+from server.api.services import Given
+from server.domain.errors import (
+    CampusUnknown,
+    ClosureInvalid,
+    ClosureOver,
+    ClosureUnknown,
+    LaneUnknown,
+    SectionUnknown,
+    SessionExpired,
+)
+from server.usecases.fleet import closures
+from server.usecases.ports.unit_of_work import UnitOfWork
+
+router = APIRouter(prefix="/closures", tags=["closures"])
+
+ClosureId = Annotated[str, Path(pattern=NAME_PATTERN, examples=["closure-2"])]
+
+
+@router.get("", operation_id="list_closures", responses=problems(SessionExpired, CampusUnknown))
+async def list_closures(services: Given, _: ReadingOperator) -> list[ClosureView]:
+    """Those that hold now and those to come, by their beginning."""
+
+    def work(uow: UnitOfWork) -> list[ClosureView]:
+        return [closure_view(closure, uow.network()) for closure in closures.standing(uow)]
+
+    return await services.transactions.read(work)
+
+
+@router.post(
+    "",
+    operation_id="close_road",
+    status_code=201,
+    responses=problems(
+        LaneUnknown, SectionUnknown, ClosureInvalid, CampusUnknown, SessionExpired, CsrfMissing
+    ),
+)
+async def close_road(body: ClosureBody, services: Given, operator: ChangingOperator) -> ClosureView:
+    """Nobody is sent there from its beginning on. Rides that this cuts off are put off, let out elsewhere or
+    ended, and told so at once."""
+
+    def work(uow: UnitOfWork) -> ClosureView:
+        return closure_view(closures.close(uow, wish_of(body), operator.name), uow.network())
+
+    return await services.transactions.run(work)
+
+
+@router.delete(
+    "/{closure_id}",
+    operation_id="lift_closure",
+    status_code=204,
+    responses=problems(ClosureUnknown, ClosureOver, CampusUnknown, SessionExpired, CsrfMissing),
+)
+async def lift_closure(closure_id: ClosureId, services: Given, operator: ChangingOperator) -> None:
+    """The road is open again, or will not be closed."""
+    await services.transactions.run(lambda uow: closures.lift(uow, closure_id, operator.name))

@@ -1,0 +1,314 @@
+"""Rides as passengers and operators see them."""
+
+from collections.abc import Sequence
+from datetime import datetime
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+from pydantic.config import JsonDict
+
+from server.api.formats import Moment, StopId, Words
+from server.domain.planning.decisions import Alternative, Quote, RideDecision
+from server.domain.rides.rides import (
+    BookRide,
+    Promise,
+    Ride,
+    RideState,
+    Tap,
+)
+
+RIDE_EXAMPLE: JsonDict = {
+    "ride_id": "ride-5f2c",
+    "ride_code": "K7MQ2X",
+    "state": "assigned",
+    "from_stop": "library",
+    "to_stop": "east-gate",
+    "party": 2,
+    "wheelchairs": 0,
+    "earliest": "2026-09-01T08:15:00Z",
+    "requested_at": "2026-09-01T08:14:31Z",
+    "promise": {
+        "pickup_from": "2026-09-01T08:17:00Z",
+        "pickup_to": "2026-09-01T08:23:00Z",
+        "arrive_by": "2026-09-01T08:34:00Z",
+    },
+    "vehicle_id": "shuttle-1",
+    "pickup_eta": "2026-09-01T08:18:20Z",
+    "arrival_eta": "2026-09-01T08:26:05Z",
+    "boarded_at": None,
+    "ended_at": None,
+    "reason": "",
+    "reason_detail": "",
+    "promise_broken": False,
+    "left_early": False,
+    "first_to_stop": None,
+    "let_out": False,
+    "stranded_by": None,
+}
+
+
+class RideRequest(BaseModel):
+    """A party's wish. `earliest` left out means now."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        json_schema_extra={"example": {"from_stop": "library", "to_stop": "east-gate", "party": 2}},
+    )
+
+    from_stop: StopId
+    to_stop: StopId
+    party: int = Field(1, ge=1, le=1000, description="People travelling, wheelchairs included.")
+    wheelchairs: int = Field(0, ge=0, le=1000, description="How many of them need a wheelchair place.")
+    earliest: Moment | None = None
+    may_walk: bool = Field(
+        False,
+        description="Other stops within walking distance will do: the answer says from and to which, and the "
+        "promised window allows for the walk.",
+    )
+
+
+class DestinationRequest(BaseModel):
+    model_config = ConfigDict(extra="forbid", json_schema_extra={"example": {"to_stop": "east-gate"}})
+
+    to_stop: StopId
+
+
+class HelpRequest(BaseModel):
+    model_config = ConfigDict(
+        extra="forbid", json_schema_extra={"example": {"text": "The door does not open."}}
+    )
+
+    text: Words = ""
+
+
+class PromiseView(BaseModel):
+    """The party is picked up within [pickup_from, pickup_to] and is there by arrive_by."""
+
+    pickup_from: datetime
+    pickup_to: datetime
+    arrive_by: datetime
+
+
+class RideView(BaseModel):
+    """A ride as anybody with its code may see it.
+
+    The promise changes only with the destination; pickup_eta and arrival_eta are what the plan says now. A
+    refused ride has no promise, and `reason` names the rule that binds.
+    """
+
+    model_config = ConfigDict(json_schema_extra={"example": RIDE_EXAMPLE})
+
+    ride_id: str
+    ride_code: str = Field(description="Six characters to be said aloud.")
+    state: RideState
+    from_stop: str
+    to_stop: str
+    party: int
+    wheelchairs: int
+    earliest: datetime
+    requested_at: datetime
+    promise: PromiseView | None
+    vehicle_id: str | None
+    pickup_eta: datetime | None
+    arrival_eta: datetime | None
+    boarded_at: datetime | None
+    ended_at: datetime | None
+    reason: str
+    reason_detail: str
+    promise_broken: bool
+    first_promise: PromiseView | None = Field(
+        None, description="What was promised before it could not be kept; `promise` is what holds now."
+    )
+    left_early: bool
+    first_to_stop: str | None = Field(description="Where it was booked to, when the destination has changed.")
+    let_out: bool = Field(description="The party asked to get off as soon as possible: to_stop is where.")
+    stranded_by: str | None = Field(
+        description="The shuttle that carried the party and cannot go on: another one comes to from_stop."
+    )
+
+
+class AlternativeView(BaseModel):
+    """What would have been accepted when a ride was refused: one ride, or two with a part of the party each.
+
+    Nothing is reserved: book it anew, with these stops and `earliest` at the pickup.
+    """
+
+    kind: Literal["later", "other_stops", "split_party"]
+    from_stop: str
+    to_stop: str
+    parties: list[int] = Field(description="People in each ride.")
+    walk_s: float = Field(description="Walking more than for the stops asked for, in seconds.")
+    pickup_at: list[datetime] = Field(description="Planned pickup of each ride.")
+    arrival_at: list[datetime]
+
+
+class RideTicket(RideView):
+    """A ride as its passenger sees it."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "example": RIDE_EXAMPLE
+            | {"token": "q3Jv0X2mQp7sT4uYb1cD9w", "boarding_code": "4821", "alternatives": []}
+        }
+    )
+
+    token: str = Field(description="The secret of the passenger's link: who has it can cancel the ride.")
+    boarding_code: str = Field(description="Four digits to type on the onboard screen.")
+    alternatives: list[AlternativeView] = Field(description="For a refused ride, the nearest first.")
+
+
+class RideRecord(RideView):
+    """A ride as an operator sees it."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "example": RIDE_EXAMPLE | {"source": "passenger", "boarding_code": "4821", "series_id": None}
+        }
+    )
+
+    source: Literal["passenger", "operator", "developer"]
+    boarding_code: str
+    series_id: str | None = Field(description="The recurring booking that it is a day of.")
+
+
+class QuoteView(BaseModel):
+    """A ride as one shuttle would make it."""
+
+    vehicle_id: str
+    extra_cost_s: float = Field(description="Weighted seconds of driving, waiting and riding that it adds.")
+    pickup_at: datetime
+    arrival_at: datetime
+
+
+class DecisionView(BaseModel):
+    """Why a ride got its shuttle, or none."""
+
+    made_at: datetime
+    rule: str = Field(description="The rule that binds, empty for a ride that was taken.")
+    best: QuoteView | None
+    runner_up: QuoteView | None = Field(description="The best that any other shuttle offered.")
+    alternatives: list[AlternativeView]
+    vehicles: int = Field(description="Shuttles that were asked.")
+
+
+class TapView(BaseModel):
+    """A tap on its way to the shuttle, which accepts it only while it stands with doors open."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"example": {"tap_id": "tap-8", "kind": "board", "state": "pending", "reason": ""}}
+    )
+
+    tap_id: str
+    kind: Literal["board", "alight"]
+    state: Literal["pending", "accepted", "refused"]
+    reason: str
+
+
+class HelpAnswer(BaseModel):
+    """An operator sees the call on top of all incidents."""
+
+    model_config = ConfigDict(json_schema_extra={"example": {"incident_id": "incident-19"}})
+
+    incident_id: str
+
+
+def booking(request: RideRequest, idempotency_key: str | None) -> BookRide:
+    return BookRide(
+        from_stop=request.from_stop,
+        to_stop=request.to_stop,
+        party=request.party,
+        wheelchairs=request.wheelchairs,
+        earliest=request.earliest,
+        idempotency_key=idempotency_key,
+        may_walk=request.may_walk,
+    )
+
+
+def ride_view(ride: Ride) -> RideView:
+    return RideView.model_validate(_fields(ride))
+
+
+def ride_ticket(ride: Ride, alternatives: Sequence[Alternative] = ()) -> RideTicket:
+    more = {
+        "token": ride.token,
+        "boarding_code": ride.boarding_code,
+        "alternatives": [alternative_view(one) for one in alternatives],
+    }
+    return RideTicket.model_validate(_fields(ride) | more)
+
+
+def alternative_view(alternative: Alternative) -> AlternativeView:
+    return AlternativeView(
+        kind=alternative.kind,
+        from_stop=alternative.from_stop,
+        to_stop=alternative.to_stop,
+        parties=list(alternative.parties),
+        walk_s=round(alternative.walk_s),
+        pickup_at=list(alternative.pickup_at),
+        arrival_at=list(alternative.arrival_at),
+    )
+
+
+def decision_view(decision: RideDecision) -> DecisionView:
+    return DecisionView(
+        made_at=decision.made_at,
+        rule=decision.rule,
+        best=_quote(decision.best),
+        runner_up=_quote(decision.runner_up),
+        alternatives=[alternative_view(one) for one in decision.alternatives],
+        vehicles=decision.vehicles,
+    )
+
+
+def _quote(quote: Quote | None) -> QuoteView | None:
+    if quote is None:
+        return None
+    return QuoteView(
+        vehicle_id=quote.vehicle_id,
+        extra_cost_s=quote.extra_cost_s,
+        pickup_at=quote.pickup_at,
+        arrival_at=quote.arrival_at,
+    )
+
+
+def ride_record(ride: Ride) -> RideRecord:
+    more = {"source": ride.source, "boarding_code": ride.boarding_code, "series_id": ride.series_id}
+    return RideRecord.model_validate(_fields(ride) | more)
+
+
+def tap_view(tap: Tap) -> TapView:
+    return TapView(tap_id=tap.tap_id, kind=tap.kind, state=tap.state, reason=tap.reason)
+
+
+def _fields(ride: Ride) -> dict[str, object]:
+    return {
+        "ride_id": ride.ride_id,
+        "ride_code": ride.ride_code,
+        "state": ride.state,
+        "from_stop": ride.from_stop,
+        "to_stop": ride.to_stop,
+        "party": ride.party,
+        "wheelchairs": ride.wheelchairs,
+        "earliest": ride.earliest,
+        "requested_at": ride.requested_at,
+        "promise": None if ride.promise is None else _promise(ride.promise),
+        "vehicle_id": ride.vehicle_id,
+        "pickup_eta": ride.pickup_eta,
+        "arrival_eta": ride.arrival_eta,
+        "boarded_at": ride.boarded_at,
+        "ended_at": ride.ended_at,
+        "reason": ride.reason,
+        "reason_detail": ride.reason_detail,
+        "promise_broken": ride.promise_broken,
+        "first_promise": None if ride.first_promise is None else _promise(ride.first_promise),
+        "left_early": ride.left_early,
+        "first_to_stop": ride.first_to_stop,
+        "let_out": ride.let_out,
+        "stranded_by": ride.stranded_by,
+    }
+
+
+def _promise(promise: Promise) -> PromiseView:
+    return PromiseView(
+        pickup_from=promise.pickup_from, pickup_to=promise.pickup_to, arrive_by=promise.arrive_by
+    )

@@ -1,0 +1,153 @@
+"""Recorded runs: listed and replayed by operators."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from fastapi import APIRouter, Query, Response
+
+from contract.roads.load import MapError
+from contract.roads.network import RoadNetwork
+from contract.runlog.reader import RunLogError
+from server.api.campus.schemas import MapGeometry, map_geometry
+from server.api.formats import NAME_PATTERN, BootId, VehicleId
+from server.api.problems import problems
+from server.api.runs.schemas import RunView, run_view
+from server.api.security.access import ReadingOperator
+from server.api.services import Given, Services
+from server.domain.errors import RunMapUnreadable, RunUnknown, SessionExpired, VehicleUnknown
+from server.domain.fleet.vehicles import Vehicle
+from server.domain.orders.orders import IssuedOrder
+from server.domain.record.runs import Run
+from server.domain.rides.rides import Ride
+from server.live.recorded import OrderKey, Report, recorded_network, recorded_reports, recorded_scenes
+from server.usecases.fleet import campus, vehicles
+from server.usecases.ports.unit_of_work import UnitOfWork
+
+router = APIRouter(prefix="/runs", tags=["runs"])
+
+FRAMES_MAX = 3000
+
+
+@router.get("", operation_id="list_runs", responses=problems(SessionExpired))
+async def list_runs(
+    services: Given,
+    _: ReadingOperator,
+    vehicle_id: Annotated[str | None, Query(pattern=NAME_PATTERN)] = None,
+    limit: Annotated[int, Query(ge=1, le=500)] = 100,
+) -> list[RunView]:
+    """Newest first."""
+    found = await services.transactions.read(lambda uow: uow.views.runs(vehicle_id=vehicle_id, limit=limit))
+    return [run_view(run) for run in found]
+
+
+@router.get(
+    "/{vehicle_id}/{boot_id}",
+    operation_id="get_run",
+    responses=problems(RunUnknown, SessionExpired),
+)
+async def get_run(vehicle_id: VehicleId, boot_id: BootId, services: Given, _: ReadingOperator) -> RunView:
+    return run_view(await _find_run(services, vehicle_id, boot_id))
+
+
+@router.get(
+    "/{vehicle_id}/{boot_id}/scenes",
+    operation_id="get_run_scenes",
+    response_class=Response,
+    responses=problems(RunUnknown, VehicleUnknown, SessionExpired)
+    | {
+        200: {
+            "description": "Scenes in order of time, at most 3000; ask on from the last at_ms.",
+            "content": {
+                "application/json": {
+                    "schema": {"type": "array", "items": {"$ref": "#/components/schemas/Scene"}}
+                }
+            },
+        }
+    },
+)
+async def get_run_scenes(
+    vehicle_id: VehicleId,
+    boot_id: BootId,
+    services: Given,
+    _: ReadingOperator,
+    from_ms: Annotated[int, Query(ge=0, le=1 << 52, description="Unix time")] = 0,
+    to_ms: Annotated[int, Query(ge=0, le=1 << 52, description="Unix time")] = 1 << 52,
+    step_ms: Annotated[int, Query(ge=20, le=60_000)] = 200,
+    limit: Annotated[int, Query(ge=1, le=FRAMES_MAX)] = FRAMES_MAX,
+) -> Response:
+    """What the live view showed of this run, in the same shape."""
+    run = await _find_run(services, vehicle_id, boot_id)
+    paths = _kept(services, run)
+    found = await services.offload.run(lambda: recorded_reports(paths, from_ms, to_ms, step_ms, limit))
+    context = await services.transactions.read(lambda uow: _context(uow, run, found))
+
+    def work() -> bytes:
+        scenes = recorded_scenes(run, context.vehicle, found, context.rides, context.orders, context.network)
+        return msgspec.json.encode(scenes)
+
+    return Response(await services.offload.run(work), media_type="application/json")
+
+
+@router.get(
+    "/{vehicle_id}/{boot_id}/map",
+    operation_id="get_run_map",
+    responses=problems(RunUnknown, RunMapUnreadable, SessionExpired),
+)
+async def get_run_map(
+    vehicle_id: VehicleId, boot_id: BootId, services: Given, _: ReadingOperator
+) -> MapGeometry:
+    """The map that the run was driven on, which may be another than the one in force."""
+    run = await _find_run(services, vehicle_id, boot_id)
+    paths = _kept(services, run)
+    if not paths:
+        raise RunUnknown(f"nothing of run {boot_id} of {vehicle_id} is kept here")
+
+    def work() -> MapGeometry:
+        try:
+            network = recorded_network(paths)
+        except (RunLogError, MapError) as error:
+            raise RunMapUnreadable(f"the recording's road map cannot be read ({error})") from error
+        return map_geometry(network, campus.stops_of(network))
+
+    return await services.offload.run(work)
+
+
+def _kept(services: Services, run: Run) -> tuple[Path, ...]:
+    """The files of those of the run's segments that are still here."""
+    return tuple(
+        services.segments.path(segment.sha256)
+        for segment in run.segments
+        if services.segments.has(segment.sha256)
+    )
+
+
+async def _find_run(services: Services, vehicle_id: str, boot_id: str) -> Run:
+    run = await services.transactions.read(lambda uow: uow.views.run(vehicle_id, boot_id))
+    if run is None:
+        raise RunUnknown(f"no run of {vehicle_id} with boot {boot_id} is stored; see GET /runs")
+    return run
+
+
+@dataclass(frozen=True, slots=True)
+class _Context:
+    """What the store knows beside the recording."""
+
+    vehicle: Vehicle
+    rides: dict[str, Ride]
+    orders: dict[OrderKey, IssuedOrder]
+    network: RoadNetwork | None
+
+
+def _context(uow: UnitOfWork, run: Run, found: tuple[Report, ...]) -> _Context:
+    vehicle_id = run.vehicle_id
+    followed = {
+        key: uow.orders.find(vehicle_id, *key) for key in sorted({report.order_key for report in found})
+    }
+    return _Context(
+        vehicle=vehicles.vehicle_of(uow, vehicle_id),
+        rides={ride.ride_id: ride for ride in uow.views.rides(vehicle_id=vehicle_id, limit=500)},
+        orders={key: order for key, order in followed.items() if order is not None},
+        network=uow.network_at(run.map_version),
+    )

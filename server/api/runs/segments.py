@@ -1,0 +1,154 @@
+"""Run segments: uploaded by vehicles by content hash, downloaded by operators."""
+
+import base64
+import binascii
+from pathlib import Path
+from typing import Annotated
+
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+from fastapi import APIRouter, Header, Request, Response
+from starlette.responses import FileResponse
+
+from contract.runlog.extent import extent
+from contract.runlog.reader import RunLogError, open_segment
+from contract.wire.upload import SIGNATURE_HEADER, signed_segment
+from server.api.formats import NAME_PATTERN, Sha256
+from server.api.problems import (
+    SegmentHashWrong,
+    SegmentTooLarge,
+    SegmentUnreadable,
+    SignatureWrong,
+    problems,
+)
+from server.api.runs.schemas import SegmentView, segment_view
+from server.api.security.access import ReadingOperator
+from server.api.services import Given, Services
+from server.domain.errors import KeyUnknown, SegmentConflict, SegmentUnknown, SessionExpired, VehicleUnknown
+from server.domain.record.runs import Segment
+from server.fleet.segment_files import SegmentHashError, SegmentSizeError
+from server.usecases.fleet import vehicles
+from server.usecases.record import runs
+
+router = APIRouter(prefix="/runs/segments", tags=["runs"])
+
+# Above every setting of segment_bytes_max, which is what counts.
+SEGMENT_BYTES_LIMIT = 1 << 40
+
+
+@router.put(
+    "/{sha256}",
+    operation_id="put_segment",
+    status_code=201,
+    max_body_size=SEGMENT_BYTES_LIMIT,
+    responses=problems(
+        SegmentHashWrong,
+        SegmentUnreadable,
+        SignatureWrong,
+        KeyUnknown,
+        VehicleUnknown,
+        SegmentConflict,
+        SegmentTooLarge,
+    )
+    | {200: {"model": SegmentView, "description": "The segment was there already."}},
+    openapi_extra={
+        "requestBody": {
+            "required": True,
+            "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+        }
+    },
+)
+async def put_segment(
+    sha256: Sha256,
+    request: Request,
+    response: Response,
+    services: Given,
+    vehicle_id: Annotated[str, Header(alias="Vehicle-Id", pattern=NAME_PATTERN, examples=["shuttle-1"])],
+    signature: Annotated[
+        str,
+        Header(
+            alias=SIGNATURE_HEADER,
+            max_length=128,
+            pattern=r"^[\x21-\x7e]+$",
+            description="Base64 of the Ed25519 signature over 'campusloop-segment', the vehicle id and the "
+            "hash, one a line.",
+        ),
+    ],
+) -> SegmentView:
+    """A finished segment, by the SHA-256 of its bytes. A repeat is harmless."""
+    await _check_signature(services, vehicle_id, sha256, signature)
+    segment = await _receive(services, request, vehicle_id, sha256)
+    if not await services.transactions.run(lambda uow: runs.add_segment(uow, segment)):
+        response.status_code = 200
+    return segment_view(segment)
+
+
+@router.get(
+    "/{sha256}",
+    operation_id="get_segment",
+    response_class=FileResponse,
+    responses=problems(SegmentUnknown, SessionExpired)
+    | {
+        200: {
+            "description": "The segment, as the vehicle wrote it.",
+            "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+        }
+    },
+)
+async def get_segment(sha256: Sha256, services: Given, _: ReadingOperator) -> FileResponse:
+    """An MCAP file: open it in Foxglove, or run it again with `campusloop replay`."""
+    segment = await services.transactions.read(lambda uow: runs.segment_of(uow, sha256))
+    if not services.segments.has(sha256):
+        raise SegmentUnknown(f"the bytes of segment {sha256} are no longer kept here")
+    name = f"{segment.vehicle_id}-{segment.boot_id}-{segment.number:04d}.mcap"
+    return FileResponse(services.segments.path(sha256), filename=name, media_type="application/octet-stream")
+
+
+async def _check_signature(services: Services, vehicle_id: str, sha256: str, signature: str) -> None:
+    key = await services.transactions.read(lambda uow: vehicles.key_of(uow, vehicle_id))
+    try:
+        raw = base64.b64decode(signature, validate=True)
+        Ed25519PublicKey.from_public_bytes(base64.b64decode(key)).verify(
+            raw, signed_segment(vehicle_id, sha256)
+        )
+    except (binascii.Error, ValueError, InvalidSignature) as error:
+        raise SignatureWrong(f"the upload is not signed by the enrolled key of {vehicle_id}") from error
+
+
+async def _receive(services: Services, request: Request, vehicle_id: str, sha256: str) -> Segment:
+    files, offload = services.segments, services.offload
+    if files.has(sha256):
+        return await offload.run(lambda: _described(services, files.path(sha256), vehicle_id, sha256))
+    with files.receive(sha256, services.ids.new_id("upload")) as incoming:
+        try:
+            async for chunk in request.stream():
+                incoming.write(chunk)
+            path = await offload.run(incoming.prove)
+        except SegmentSizeError as error:
+            raise SegmentTooLarge(str(error)) from error
+        except SegmentHashError as error:
+            raise SegmentHashWrong(f"{error}; send the segment again") from error
+        segment = await offload.run(lambda: _described(services, path, vehicle_id, sha256))
+        incoming.keep()
+    return segment
+
+
+def _described(services: Services, path: Path, vehicle_id: str, sha256: str) -> Segment:
+    try:
+        header = open_segment(path).header
+        first_ns, last_ns = extent(path)
+    except RunLogError as error:
+        raise SegmentUnreadable(f"{error.code}: not a run segment that can be used") from error
+    if header.vehicle_id != vehicle_id:
+        raise SignatureWrong(f"the segment was recorded by {header.vehicle_id}, not by {vehicle_id}")
+    return Segment(
+        campus_id=services.campus_id,
+        vehicle_id=vehicle_id,
+        boot_id=header.boot_id,
+        number=header.segment,
+        sha256=sha256,
+        size_bytes=path.stat().st_size,
+        first_ns=first_ns - header.utc_offset_ns,
+        last_ns=last_ns - header.utc_offset_ns,
+        received_at=services.clock.now(),
+    )

@@ -1,0 +1,62 @@
+"""Operators signing in and out."""
+
+from fastapi import APIRouter, Response
+
+from server.api.problems import CsrfMissing, problems
+from server.api.security.access import SESSION_COOKIE, ChangingOperator, Client, ReadingOperator, now_ns
+from server.api.security.rate_limit import TooManyTries
+from server.api.services import Given, Services
+from server.api.sessions.schemas import Credentials, SessionView
+from server.domain.errors import SessionExpired, WrongCredentials
+from server.domain.record.identity import Operator, OperatorSession
+from server.usecases.record import identity
+
+router = APIRouter(prefix="/session", tags=["session"])
+
+
+@router.post("", operation_id="sign_in", responses=problems(WrongCredentials, TooManyTries))
+async def sign_in(
+    credentials: Credentials, response: Response, services: Given, client: Client
+) -> SessionView:
+    """Sets the session cookie (HttpOnly, SameSite=Strict)."""
+    services.limits.logins.take(client, now_ns(services))
+    opened = await services.transactions.run(
+        lambda uow: identity.login(uow, credentials.name, credentials.password)
+    )
+    lifetime = opened.session.expires_at - opened.session.opened_at
+    response.set_cookie(
+        SESSION_COOKIE,
+        opened.token,
+        max_age=int(lifetime.total_seconds()),
+        path="/",
+        secure=_is_secure(services),
+        httponly=True,
+        samesite="strict",
+    )
+    return _view(opened.operator, opened.session)
+
+
+@router.get("", operation_id="get_session", responses=problems(SessionExpired))
+async def get_session(operator: ReadingOperator) -> SessionView:
+    """Who I am, and the CSRF token after a reload of the page."""
+    return _view(operator.operator, operator.session)
+
+
+@router.delete("", operation_id="sign_out", status_code=204, responses=problems(SessionExpired, CsrfMissing))
+async def sign_out(response: Response, services: Given, operator: ChangingOperator) -> None:
+    await services.transactions.run(lambda uow: identity.logout(uow, operator.token))
+    response.delete_cookie(
+        SESSION_COOKIE, path="/", secure=_is_secure(services), httponly=True, samesite="strict"
+    )
+
+
+def _is_secure(services: Services) -> bool:
+    return services.settings.origin().startswith("https://")
+
+
+def _view(operator: Operator, session: OperatorSession) -> SessionView:
+    return SessionView(
+        name=operator.name,
+        csrf_token=session.csrf_token,
+        expires_at=session.expires_at,
+    )

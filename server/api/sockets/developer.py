@@ -1,0 +1,123 @@
+"""/ws/developer: JSON-RPC 2.0 for scripts, opened with `Authorization: Bearer TOKEN`.
+
+The token is checked again for every frame, so that a revoked one ends at its next request.
+"""
+
+import asyncio
+
+from fastapi import APIRouter, WebSocket
+
+from contract.wire.codec import decode_from_vehicle
+from contract.wire.messages import EventReport
+from server.api.security.bearer import bearer_of
+from server.api.services import Given, Services
+from server.api.sockets.developer_methods import DeveloperMethods, Subscriptions
+from server.api.sockets.json_rpc import answer, notification
+from server.api.sockets.outgoing import OutgoingFrames
+from server.domain.errors import DomainError, ScopeMissing, TokenInvalid
+from server.domain.record.identity import DeveloperToken
+from server.live.projection import ms_of
+from server.live.scene import Snapshot
+from server.live.viewer import EverythingScope, Viewer
+from server.usecases.ports import topics
+from server.usecases.ports.bus import Subscription
+from server.usecases.record import identity
+
+router = APIRouter()
+
+NOT_ALLOWED = 4401
+FRAMES_WAITING_MAX = 200
+
+
+@router.websocket("/ws/developer")
+async def developer_socket(websocket: WebSocket, services: Given) -> None:
+    await websocket.accept()
+    secret = bearer_of(websocket)
+    try:
+        token = await _token(services, secret)
+    except (TokenInvalid, ScopeMissing) as error:
+        await websocket.send_text(_refusal(error))
+        await websocket.close(NOT_ALLOWED, error.code)
+        return
+    await _DeveloperConnection(websocket, services, secret, token).serve()
+
+
+class _DeveloperConnection:
+    """Answers requests in order; tells subscribed news in between."""
+
+    def __init__(self, websocket: WebSocket, services: Services, secret: str, token: DeveloperToken) -> None:
+        self._websocket, self._services, self._secret = websocket, services, secret
+        self._subscriptions = Subscriptions()
+        self._methods = DeveloperMethods(services, token.name, self._subscriptions).table()
+        self._outgoing = OutgoingFrames(websocket, FRAMES_WAITING_MAX)
+
+    async def serve(self) -> None:
+        events = await self._services.bus.subscribe(topics.vehicle_event(self._services.campus_id, "*"))
+        loop = asyncio.get_running_loop()
+        sender = loop.create_task(self._outgoing.run())
+        others = [
+            loop.create_task(self._answer_requests()),
+            loop.create_task(self._tell_scene()),
+            loop.create_task(self._tell_events(events)),
+        ]
+        try:
+            await asyncio.wait((sender, *others), return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            await events.close()
+            for task in (sender, *others):
+                task.cancel()
+        for task in (sender, *others):
+            if task.done() and not task.cancelled():
+                task.result()
+
+    async def _answer_requests(self) -> None:
+        while True:
+            message = await self._websocket.receive()
+            if message["type"] == "websocket.disconnect":
+                return
+            data: bytes | str = message.get("text") or message.get("bytes") or b""
+            try:
+                token = await _token(self._services, self._secret)
+            except (TokenInvalid, ScopeMissing) as error:
+                self._outgoing.send(_refusal(error).encode())
+                self._outgoing.close(NOT_ALLOWED, error.code)
+                # The sender ends the connection once the refusal is out.
+                await asyncio.Event().wait()
+                return
+            response = await answer(data, self._methods, frozenset(token.scopes))
+            if response is not None:
+                self._outgoing.send(response)
+
+    async def _tell_scene(self) -> None:
+        viewer, services = Viewer(EverythingScope()), self._services
+        while True:
+            message = viewer.next_message(services.feed.board, ms_of(services.clock.now()))
+            if message is not None:
+                scene = message.scene if isinstance(message, Snapshot) else message
+                for name, items in (("vehicles", scene.vehicles), ("rides", scene.rides)):
+                    if name in self._subscriptions.topics and items:
+                        self._outgoing.send(notification(name, {"at_ms": scene.at_ms, name: items}))
+            await asyncio.sleep(services.settings.live_interval_s)
+
+    async def _tell_events(self, events: Subscription) -> None:
+        async for topic, payload in events:
+            if "events" not in self._subscriptions.topics:
+                continue
+            report = decode_from_vehicle(payload)
+            assert isinstance(report, EventReport)
+            params = {
+                "vehicle_id": topic.split("/")[3],
+                "boot_id": report.boot_id,
+                "sequence": report.sequence,
+                "body": report.body,
+            }
+            self._outgoing.send(notification("events", params))
+
+
+async def _token(services: Services, secret: str) -> DeveloperToken:
+    """Raises TokenInvalid, ScopeMissing."""
+    return await services.transactions.read(lambda uow: identity.developer_of(uow, secret, "read"))
+
+
+def _refusal(error: DomainError) -> str:
+    return notification("refused", {"code": error.code, "detail": error.detail}).decode()

@@ -1,0 +1,66 @@
+"""/ws/infrastructure: cameras at crossings tell who is there, opened with `Authorization: Bearer TOKEN`.
+
+The token needs the scope `infrastructure` and is checked again for every frame, as on /ws/developer.
+"""
+
+import msgspec
+from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+
+from contract.wire.codec import encode
+from contract.wire.messages import PresenceRefused, PresenceSeen
+from server.api.security.bearer import bearer_of
+from server.api.services import Given, Services
+from server.domain.errors import AreaUnknown, CampusUnknown, DomainError, ScopeMissing, TokenInvalid
+from server.usecases.record import identity
+
+router = APIRouter()
+
+NOT_ALLOWED = 4401
+FRAME_BYTES_MAX = 2_000
+
+_decoder = msgspec.json.Decoder(PresenceSeen)
+
+
+@router.websocket("/ws/infrastructure")
+async def infrastructure_socket(websocket: WebSocket, services: Given) -> None:
+    await websocket.accept()
+    secret = bearer_of(websocket)
+    try:
+        await _check(services, secret)
+        while True:
+            message = await websocket.receive()
+            if message["type"] == "websocket.disconnect":
+                return
+            data: bytes | str = message.get("text") or message.get("bytes") or b""
+            await _check(services, secret)
+            refused = await _taken(services, data)
+            if refused is not None:
+                await websocket.send_text(encode(refused).decode())
+    except (TokenInvalid, ScopeMissing) as error:
+        await websocket.send_text(encode(_refusal(error)).decode())
+        await websocket.close(NOT_ALLOWED, error.code)
+    except WebSocketDisconnect:
+        return
+
+
+async def _taken(services: Services, data: bytes | str) -> PresenceRefused | None:
+    """None when the word went on its way."""
+    if len(data) > FRAME_BYTES_MAX:
+        return PresenceRefused("malformed", f"a word has at most {FRAME_BYTES_MAX} bytes")
+    try:
+        word = _decoder.decode(data)
+        await services.presence.seen(word)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        return PresenceRefused("malformed", f"{error}; see docs/protocol/infrastructure.asyncapi.yaml")
+    except (AreaUnknown, CampusUnknown) as error:
+        return _refusal(error)
+    return None
+
+
+async def _check(services: Services, secret: str) -> None:
+    """Raises TokenInvalid, ScopeMissing."""
+    await services.transactions.read(lambda uow: identity.developer_of(uow, secret, "infrastructure"))
+
+
+def _refusal(error: DomainError) -> PresenceRefused:
+    return PresenceRefused(error.code, error.detail)

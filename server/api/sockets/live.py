@@ -1,0 +1,136 @@
+"""/ws/live: the scene, then what changes of it.
+
+The first frame from the browser says what it wants to see; see `Watch`. A slow reader gets fewer, newer
+frames: the next one is made only when the one before has been sent.
+"""
+
+import asyncio
+from typing import Annotated, Literal
+from urllib.parse import urlsplit
+
+import msgspec
+from fastapi import APIRouter, Depends, WebSocket
+from starlette.websockets import WebSocketDisconnect
+
+from server.api.security.access import SESSION_COOKIE, signed_in
+from server.api.services import Given, Services
+from server.domain.errors import DomainError, SessionExpired
+from server.live.projection import ms_of
+from server.live.viewer import EverythingScope, RideScope, Scope, Viewer
+from server.usecases.rides import rides
+
+router = APIRouter()
+
+WATCH_TIMEOUT_S = 10.0
+RECHECK_EVERY_S = 60.0
+NOT_ALLOWED = 4403
+TOO_LATE = 4408
+MALFORMED = 4400
+
+
+class Watch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """First frame from the browser. ride_token: one's own ride; without it everything, for operators."""
+
+    type: Literal["watch"]
+    ride_token: str = ""
+
+
+class Refused(msgspec.Struct, frozen=True, tag="refused", tag_field="type"):
+    """Last message before the server closes: why, and what to do."""
+
+    code: str
+    detail: str
+
+
+async def _same_origin(websocket: WebSocket) -> bool:
+    """A page of another site must not watch with this browser's cookie. Scripts send no Origin."""
+    origin = websocket.headers.get("origin")
+    return origin is None or urlsplit(origin).netloc == websocket.headers.get("host")
+
+
+@router.websocket("/ws/live")
+async def live_socket(
+    websocket: WebSocket, services: Given, same_origin: Annotated[bool, Depends(_same_origin)]
+) -> None:
+    await websocket.accept()
+    try:
+        if not same_origin:
+            await _refuse(websocket, NOT_ALLOWED, "other_origin", "open the live view from our own pages")
+            return
+        scope = await _scope(websocket, services)
+        if scope is not None:
+            await _serve(websocket, services, scope)
+    except WebSocketDisconnect:
+        return
+
+
+async def _scope(websocket: WebSocket, services: Services) -> Scope | None:
+    try:
+        async with asyncio.timeout(WATCH_TIMEOUT_S):
+            watch = msgspec.json.decode(await websocket.receive_text(), type=Watch)
+        return await _allowed(websocket, services, watch)
+    except TimeoutError:
+        await _refuse(websocket, TOO_LATE, "watch_late", 'send {"type":"watch"} first')
+    except (msgspec.DecodeError, RecursionError, KeyError) as error:
+        await _refuse(websocket, MALFORMED, "malformed", f'the first frame must be a "watch": {error}')
+    except DomainError as error:
+        await _refuse(websocket, NOT_ALLOWED, error.code, error.detail)
+    return None
+
+
+async def _allowed(websocket: WebSocket, services: Services, watch: Watch) -> Scope:
+    if watch.ride_token:
+        token = watch.ride_token
+        ride = await services.transactions.read(lambda uow: rides.ride_by_token(uow, token))
+        return RideScope(ride.ride_id)
+    await signed_in(services, websocket.cookies.get(SESSION_COOKIE))
+    return EverythingScope()
+
+
+async def _serve(websocket: WebSocket, services: Services, scope: Scope) -> None:
+    loop = asyncio.get_running_loop()
+    sender = loop.create_task(_send_scenes(websocket, services, scope))
+    receiver = loop.create_task(_until_gone(websocket))
+    try:
+        await asyncio.wait((sender, receiver), return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        sender.cancel()
+        receiver.cancel()
+    for task in (sender, receiver):
+        if task.done() and not task.cancelled():
+            task.result()
+
+
+async def _send_scenes(websocket: WebSocket, services: Services, scope: Scope) -> None:
+    viewer = Viewer(scope)
+    board, interval_s = services.feed.board, services.settings.live_interval_s
+    checked_s = 0.0
+    while True:
+        message = viewer.next_message(board, ms_of(services.clock.now()))
+        if message is not None:
+            await websocket.send_text(msgspec.json.encode(message).decode())
+        await asyncio.sleep(interval_s)
+        checked_s += interval_s
+        if checked_s >= RECHECK_EVERY_S and isinstance(scope, EverythingScope):
+            checked_s = 0.0
+            if not await _still_signed_in(websocket, services):
+                return
+
+
+async def _still_signed_in(websocket: WebSocket, services: Services) -> bool:
+    try:
+        await signed_in(services, websocket.cookies.get(SESSION_COOKIE))
+    except SessionExpired as error:
+        await _refuse(websocket, NOT_ALLOWED, error.code, error.detail)
+        return False
+    return True
+
+
+async def _until_gone(websocket: WebSocket) -> None:
+    while (await websocket.receive())["type"] != "websocket.disconnect":
+        pass
+
+
+async def _refuse(websocket: WebSocket, number: int, code: str, detail: str) -> None:
+    await websocket.send_text(msgspec.json.encode(Refused(code, detail)).decode())
+    await websocket.close(number, code)

@@ -1,0 +1,263 @@
+"""Vehicles: seen and commanded by operators, enrolled by themselves."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+
+from server.api.formats import StopId, VehicleId
+from server.api.interventions.schemas import HoldSeconds
+from server.api.problems import CsrfMissing, problems
+from server.api.rides.schemas import RideRecord, ride_record
+from server.api.security.access import (
+    ChangingOperator,
+    Client,
+    ReadingOperator,
+    now_ns,
+)
+from server.api.security.rate_limit import TooManyTries
+from server.api.services import Given, Services
+from server.api.vehicles.schemas import (
+    Announcement,
+    CodeView,
+    CommandView,
+    Enrolment,
+    NewVehicle,
+    Place,
+    VehicleDetail,
+    VehicleFacts,
+    command_view,
+    vehicle_detail,
+    vehicle_facts,
+)
+from server.domain.errors import (
+    EnrolmentCodeUnknown,
+    EnrolmentCodeUsed,
+    KeyInvalid,
+    KeyUnknown,
+    NobodyAboard,
+    NoRestingPlaceFree,
+    PlanChanged,
+    SectionsTaken,
+    SessionExpired,
+    StopUnknown,
+    StopUnreachable,
+    VehicleNotPlaced,
+    VehicleOutOfService,
+    VehicleUnknown,
+)
+from server.domain.fleet.vehicles import CommandKind, Vehicle
+from server.domain.rides.effects import Intervention
+from server.usecases.fleet import interventions, vehicles
+from server.usecases.planning import plans
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record import commands, identity
+from server.usecases.rides import lost_vehicles
+
+router = APIRouter(prefix="/vehicles", tags=["vehicles"])
+enrolments = APIRouter(prefix="/enrolments", tags=["vehicles"])
+
+COMMAND = problems(VehicleUnknown, SessionExpired, CsrfMissing)
+
+
+@router.get("", operation_id="list_vehicles", responses=problems(SessionExpired))
+async def list_vehicles(services: Given, _: ReadingOperator) -> list[VehicleDetail]:
+    """By id, retired ones left out."""
+    return await services.transactions.read(
+        lambda uow: [vehicle_detail(view, uow.rules) for view in uow.views.vehicles()]
+    )
+
+
+@router.get("/{vehicle_id}", operation_id="get_vehicle", responses=problems(VehicleUnknown, SessionExpired))
+async def get_vehicle(vehicle_id: VehicleId, services: Given, _: ReadingOperator) -> VehicleDetail:
+    def work(uow: UnitOfWork) -> VehicleDetail:
+        view = uow.views.vehicle(vehicle_id)
+        if view is None:
+            raise VehicleUnknown(f"no vehicle is called {vehicle_id}; see GET /vehicles")
+        return vehicle_detail(view, uow.rules)
+
+    return await services.transactions.read(work)
+
+
+@router.post("/{vehicle_id}/hold", operation_id="hold_vehicle", status_code=202, responses=COMMAND)
+async def hold_vehicle(
+    vehicle_id: VehicleId, services: Given, operator: ChangingOperator, for_s: HoldSeconds = None
+) -> CommandView:
+    """Come to a comfortable stand and stay there until resumed, or for so long. See the preview."""
+    wish = Intervention("hold", for_s)
+    try:
+        done = await services.transactions.run(
+            lambda uow: interventions.intervene(uow, vehicle_id, wish, operator.name)
+        )
+    except (NoRestingPlaceFree, PlanChanged):
+        # Whatever is to become of the rides: a vehicle that is to stand is told so.
+        return await _command(services, vehicle_id, "hold", operator.name)
+    assert done.command is not None
+    return command_view(done.command)
+
+
+@router.post("/{vehicle_id}/resume", operation_id="resume_vehicle", status_code=202, responses=COMMAND)
+async def resume_vehicle(vehicle_id: VehicleId, services: Given, operator: ChangingOperator) -> CommandView:
+    """Release a held vehicle: after a hold, a takeover, a minimal-risk stop or a restart."""
+    return await _command(services, vehicle_id, "resume", operator.name)
+
+
+@router.post("/{vehicle_id}/stop-now", operation_id="stop_vehicle_now", status_code=202, responses=COMMAND)
+async def stop_vehicle_now(vehicle_id: VehicleId, services: Given, operator: ChangingOperator) -> CommandView:
+    """Stop as hard as is safe, and stay held."""
+    return await _command(services, vehicle_id, "stop_now", operator.name)
+
+
+@router.post("/{vehicle_id}/announce", operation_id="announce_in_vehicle", status_code=202, responses=COMMAND)
+async def announce_in_vehicle(
+    vehicle_id: VehicleId, request: Announcement, services: Given, operator: ChangingOperator
+) -> CommandView:
+    """Say a text aloud in the vehicle and show it on its screen."""
+    return await _command(services, vehicle_id, "announce", operator.name, request.text)
+
+
+@router.post("/{vehicle_id}/recall", operation_id="recall_vehicle", responses=COMMAND)
+async def recall_vehicle(vehicle_id: VehicleId, services: Given, operator: ChangingOperator) -> VehicleFacts:
+    """Take it out of service: it brings home who is aboard, then rests."""
+
+    def work(uow: UnitOfWork) -> Vehicle:
+        interventions.intervene(uow, vehicle_id, Intervention("recall"), operator.name)
+        return vehicles.vehicle_of(uow, vehicle_id)
+
+    return vehicle_facts(await services.transactions.run(work))
+
+
+@router.post("/{vehicle_id}/release", operation_id="release_vehicle", responses=COMMAND)
+async def release_vehicle(vehicle_id: VehicleId, services: Given, operator: ChangingOperator) -> VehicleFacts:
+    """Put a recalled vehicle back into service."""
+    return vehicle_facts(
+        await services.transactions.run(
+            lambda uow: vehicles.return_to_service(uow, vehicle_id, operator.name)
+        )
+    )
+
+
+@router.post(
+    "/{vehicle_id}/send",
+    operation_id="send_vehicle",
+    status_code=202,
+    responses=problems(
+        VehicleUnknown,
+        StopUnknown,
+        StopUnreachable,
+        VehicleNotPlaced,
+        VehicleOutOfService,
+        NoRestingPlaceFree,
+        SessionExpired,
+        CsrfMissing,
+    ),
+)
+async def send_vehicle(
+    vehicle_id: VehicleId,
+    stop_id: Annotated[StopId, Query(examples=["library"])],
+    services: Given,
+    operator: ChangingOperator,
+) -> VehicleDetail:
+    """Let it visit a stop without a ride, at the first chance that keeps every promise."""
+    await services.transactions.run(lambda uow: plans.send_to_stop(uow, vehicle_id, stop_id, operator.name))
+    return await get_vehicle(vehicle_id, services, operator)
+
+
+@router.post(
+    "/{vehicle_id}/evacuations",
+    operation_id="evacuate_vehicle",
+    responses=problems(VehicleUnknown, NobodyAboard, SessionExpired, CsrfMissing),
+)
+async def evacuate_vehicle(
+    vehicle_id: VehicleId, services: Given, operator: ChangingOperator
+) -> list[RideRecord]:
+    """It cannot go on: whoever is aboard is sent to the nearest stop, where another shuttle comes.
+
+    The rides as they are planned now.
+    """
+    moved = await services.transactions.run(
+        lambda uow: lost_vehicles.evacuate(uow, vehicle_id, operator.name)
+    )
+    return [ride_record(ride) for ride in moved]
+
+
+@router.put(
+    "/{vehicle_id}/place",
+    operation_id="place_vehicle",
+    responses=problems(VehicleUnknown, VehicleNotPlaced, SectionsTaken, SessionExpired, CsrfMissing),
+)
+async def place_vehicle(
+    vehicle_id: VehicleId, request: Place, services: Given, operator: ChangingOperator
+) -> VehicleFacts:
+    """Say by hand where a held vehicle stands."""
+    return vehicle_facts(
+        await services.transactions.run(
+            lambda uow: vehicles.place(uow, vehicle_id, request.lane_id, request.s_m, operator.name)
+        )
+    )
+
+
+@router.delete("/{vehicle_id}", operation_id="retire_vehicle", responses=COMMAND)
+async def retire_vehicle(vehicle_id: VehicleId, services: Given, operator: ChangingOperator) -> VehicleFacts:
+    """Take it off the roads for good; others get its rides."""
+    return vehicle_facts(
+        await services.transactions.run(lambda uow: vehicles.retire(uow, vehicle_id, operator.name))
+    )
+
+
+@router.delete(
+    "/{vehicle_id}/key",
+    operation_id="revoke_vehicle_key",
+    responses=problems(KeyUnknown, SessionExpired, CsrfMissing),
+)
+async def revoke_vehicle_key(
+    vehicle_id: VehicleId, services: Given, operator: ChangingOperator
+) -> VehicleFacts:
+    """The key opens nothing any more, and the open session ends."""
+    return vehicle_facts(
+        await services.transactions.run(lambda uow: vehicles.revoke_key(uow, vehicle_id, operator.name))
+    )
+
+
+@enrolments.post(
+    "/codes",
+    operation_id="make_enrolment_code",
+    status_code=201,
+    responses=problems(SessionExpired, CsrfMissing),
+)
+async def make_enrolment_code(request: NewVehicle, services: Given, operator: ChangingOperator) -> CodeView:
+    """A code with which the vehicle enrols its key, once. The vehicle is entered if it is new."""
+    code = await services.transactions.run(
+        lambda uow: identity.create_enrolment_code(
+            uow,
+            request.vehicle_id,
+            request.name,
+            operator.name,
+            seats=request.seats,
+            wheelchair_places=request.wheelchair_places,
+        )
+    )
+    return CodeView(vehicle_id=request.vehicle_id, code=code)
+
+
+@enrolments.post(
+    "",
+    operation_id="enrol_vehicle",
+    status_code=201,
+    responses=problems(EnrolmentCodeUnknown, EnrolmentCodeUsed, KeyInvalid, TooManyTries),
+)
+async def enrol_vehicle(request: Enrolment, services: Given, client: Client) -> VehicleFacts:
+    """Called by the vehicle: its key is taken in."""
+    services.limits.lookups.take(client, now_ns(services))
+    return vehicle_facts(
+        await services.transactions.run(
+            lambda uow: vehicles.enrol(uow, request.code, request.vehicle_id, request.public_key)
+        )
+    )
+
+
+async def _command(
+    services: Services, vehicle_id: str, kind: CommandKind, by: str, text: str = ""
+) -> CommandView:
+    return command_view(
+        await services.transactions.run(lambda uow: commands.send_command(uow, vehicle_id, kind, by, text))
+    )

@@ -1,0 +1,331 @@
+"""Vehicles as consoles see them, and as vehicles enrol themselves."""
+
+from datetime import datetime, timedelta
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+from pydantic.config import JsonDict
+
+from server.api.formats import Name, Words
+from server.domain.fleet.battery import charge_s
+from server.domain.fleet.vehicles import Vehicle, VehicleCommand
+from server.domain.planning.plans import PlannedVisit
+from server.domain.rules import FleetRules
+from server.usecases.ports.views import VehicleView
+
+VEHICLE_EXAMPLE: JsonDict = {
+    "vehicle_id": "shuttle-1",
+    "name": "Shuttle 1",
+    "seats": 6,
+    "wheelchair_places": 1,
+    "connected": True,
+    "held": False,
+    "in_service": True,
+    "placed": True,
+    "hold_ends": None,
+    "charging": False,
+    "mode": "autonomous",
+    "epoch": 7,
+    "boot_id": "boot-7a1e",
+    "software": "0.1.0",
+    "stack": "gem",
+    "map_version": "3f0c9a71d2e84b55",
+    "enrolled_at": "2026-08-30T06:00:00Z",
+}
+
+
+class VehicleFacts(BaseModel):
+    """What changes seldom."""
+
+    model_config = ConfigDict(json_schema_extra={"example": VEHICLE_EXAMPLE})
+
+    vehicle_id: str
+    name: str
+    seats: int
+    wheelchair_places: int
+    connected: bool
+    held: bool = Field(description="It stands until an operator resumes it.")
+    in_service: bool = Field(description="It may get new rides.")
+    placed: bool = Field(description="It holds the ground under its body, so that it can be given a route.")
+    hold_ends: datetime | None = Field(description="When the server resumes it; null: an operator does.")
+    charging: bool = Field(description="It went to charge and has not charged to the full yet.")
+    mode: str
+    epoch: int
+    boot_id: str
+    software: str
+    stack: str
+    map_version: str
+    enrolled_at: datetime
+
+
+class LiveView(BaseModel):
+    """Its newest word."""
+
+    heard_at: datetime
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    speed_mps: float
+    lane_id: str
+    s_m: float
+    battery_ratio: float
+    doors_open: bool
+    visit_id: str
+    aboard: list[str]
+    screen: str
+    spoken: str
+    obstacle_m: float | None
+    waiting_for: str
+    faults: list[str]
+
+
+class VisitView(BaseModel):
+    visit_id: str
+    kind: Literal["stop", "rest", "temporary"]
+    state: Literal["pending", "under_way", "done", "skipped"]
+    stop_id: str
+    lane_id: str
+    s_m: float
+    board: list[str]
+    alight: list[str]
+    dwell_s: float
+    not_before: datetime | None
+    latest: datetime | None
+    eta: datetime | None
+    why: Literal["", "charge", "demand"] = Field(
+        description="A rest to charge, or where riders are expected; empty for the nearest place."
+    )
+
+
+class VehicleDetail(VehicleFacts):
+    """Facts, newest word, plan and ground of one vehicle."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "example": VEHICLE_EXAMPLE
+            | {
+                "live": None,
+                "plan_version": 12,
+                "visits": [],
+                "charged_at": None,
+                "order_id": "order-4",
+                "revision": 2,
+                "order_state": "accepted",
+                "order_waits": False,
+                "route": ["lane-17", "lane-18"],
+                "held_sections": ["lane-17/2"],
+                "sections_ahead": ["lane-18/0"],
+            }
+        }
+    )
+
+    live: LiveView | None
+    plan_version: int
+    visits: list[VisitView]
+    charged_at: datetime | None = Field(
+        description="When it will have charged, if it is at a charger by now; null: it does not charge."
+    )
+    order_id: str
+    revision: int
+    order_state: str | None
+    order_waits: bool = Field(description="The newest plan waits until its route is safe.")
+    route: list[str]
+    held_sections: list[str]
+    sections_ahead: list[str]
+
+
+class CommandView(BaseModel):
+    """A word to a vehicle; it is repeated until the vehicle says that it is done."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "example": {
+                "command_id": "command-4",
+                "vehicle_id": "shuttle-1",
+                "kind": "hold",
+                "text": "",
+                "state": "pending",
+                "detail": "",
+            }
+        }
+    )
+
+    command_id: str
+    vehicle_id: str
+    kind: Literal["hold", "resume", "announce", "stop_now"]
+    text: str
+    state: Literal["pending", "done", "failed"]
+    detail: str
+
+
+class Announcement(BaseModel):
+    model_config = ConfigDict(
+        extra="forbid", json_schema_extra={"example": {"text": "We wait for a delivery van."}}
+    )
+
+    text: Words = Field(min_length=1)
+
+
+class Place(BaseModel):
+    model_config = ConfigDict(
+        extra="forbid", json_schema_extra={"example": {"lane_id": "lane-17", "s_m": 42.5}}
+    )
+
+    lane_id: str = Field(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f]+$")
+    s_m: float = Field(ge=0, le=100_000, allow_inf_nan=False)
+
+
+class NewVehicle(BaseModel):
+    """The vehicle that a code is made for."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        json_schema_extra={
+            "example": {
+                "vehicle_id": "shuttle-1",
+                "name": "Shuttle 1",
+                "seats": 6,
+                "wheelchair_places": 1,
+            }
+        },
+    )
+
+    vehicle_id: Name
+    name: Words = Field(min_length=1)
+    seats: int = Field(6, ge=1, le=200)
+    wheelchair_places: int = Field(0, ge=0, le=50)
+
+
+class CodeView(BaseModel):
+    """Type it on the vehicle; it works once."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"example": {"vehicle_id": "shuttle-1", "code": "Zk3v7bX0aY5wQ9eR"}}
+    )
+
+    vehicle_id: str
+    code: str
+
+
+class Enrolment(BaseModel):
+    """A vehicle's request to take in its key."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        json_schema_extra={
+            "example": {
+                "code": "Zk3v7bX0aY5wQ9eR",
+                "vehicle_id": "shuttle-1",
+                "public_key": "11qYAYKxCrfVS/7TyWQHOg7hcvPapiMlrwIaaPcHURo=",
+            }
+        },
+    )
+
+    code: str = Field(min_length=4, max_length=128, pattern=r"^[\x21-\x7e]+$")
+    vehicle_id: Name
+    public_key: str = Field(max_length=64, description="Ed25519, 32 raw bytes, base64.")
+
+
+def vehicle_facts(vehicle: Vehicle) -> VehicleFacts:
+    return VehicleFacts.model_validate(_facts(vehicle))
+
+
+def vehicle_detail(view: VehicleView, rules: FleetRules) -> VehicleDetail:
+    return VehicleDetail.model_validate(
+        _facts(view.vehicle)
+        | {
+            "live": _live(view),
+            "plan_version": view.plan.version,
+            "visits": [_visit(visit) for visit in view.plan.visits],
+            "charged_at": _charged_at(view, rules),
+            "order_id": view.order_id,
+            "revision": view.revision,
+            "order_state": view.order_state,
+            "order_waits": view.order_waits,
+            "route": list(view.route),
+            "held_sections": [section.section_id for section in view.held_sections],
+            "sections_ahead": list(view.sections_ahead),
+        }
+    )
+
+
+def command_view(command: VehicleCommand) -> CommandView:
+    return CommandView(
+        command_id=command.command_id,
+        vehicle_id=command.vehicle_id,
+        kind=command.kind,
+        text=command.text,
+        state=command.state,
+        detail=command.detail,
+    )
+
+
+def _facts(vehicle: Vehicle) -> dict[str, object]:
+    return {
+        "vehicle_id": vehicle.vehicle_id,
+        "name": vehicle.name,
+        "seats": vehicle.seats,
+        "wheelchair_places": vehicle.wheelchair_places,
+        "connected": vehicle.connected,
+        "held": vehicle.held,
+        "in_service": vehicle.in_service,
+        "placed": vehicle.placed,
+        "hold_ends": vehicle.hold_ends,
+        "charging": vehicle.charging,
+        "mode": vehicle.mode,
+        "epoch": vehicle.epoch,
+        "boot_id": vehicle.boot_id,
+        "software": vehicle.software,
+        "stack": vehicle.stack,
+        "map_version": vehicle.map_version,
+        "enrolled_at": vehicle.enrolled_at,
+    }
+
+
+def _charged_at(view: VehicleView, rules: FleetRules) -> datetime | None:
+    if not view.vehicle.charging or view.status is None or view.heard_at is None:
+        return None
+    takes_s = charge_s(view.status.battery_ratio, rules.battery_full_ratio, rules)
+    return view.heard_at + timedelta(seconds=takes_s)
+
+
+def _live(view: VehicleView) -> LiveView | None:
+    status, heard_at = view.status, view.heard_at
+    if status is None or heard_at is None:
+        return None
+    return LiveView(
+        heard_at=heard_at,
+        x_m=status.pose_map.x_m,
+        y_m=status.pose_map.y_m,
+        yaw_rad=status.pose_map.yaw_rad,
+        speed_mps=status.speed_mps,
+        lane_id=status.lane_id,
+        s_m=status.s_m,
+        battery_ratio=status.battery_ratio,
+        doors_open=status.doors_open,
+        visit_id=status.visit_id,
+        aboard=list(status.aboard),
+        screen=status.screen,
+        spoken=status.spoken,
+        obstacle_m=status.obstacle_m,
+        waiting_for=status.waiting_for,
+        faults=[fault.code for fault in status.faults],
+    )
+
+
+def _visit(visit: PlannedVisit) -> VisitView:
+    return VisitView(
+        visit_id=visit.visit_id,
+        kind=visit.kind,
+        state=visit.state,
+        stop_id=visit.stop_id,
+        lane_id=visit.lane_id,
+        s_m=visit.s_m,
+        board=list(visit.board),
+        alight=list(visit.alight),
+        dwell_s=visit.dwell_s,
+        not_before=visit.not_before,
+        latest=visit.latest,
+        eta=visit.eta,
+        why=visit.why,
+    )

@@ -1,0 +1,96 @@
+"""A shuttle as the server knows it, and the commands given to it."""
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Literal
+
+from contract.wire.messages import DriveMode, Status
+from server.domain.fleet.shifts import Shifts
+
+CommandKind = Literal["hold", "resume", "announce", "stop_now"]
+
+
+@dataclass(frozen=True, slots=True)
+class Vehicle:
+    """Facts that change seldom; where it is now is in `Whereabouts`.
+
+    epoch       the number of its newest session: older ones are fenced
+    mode        what the vehicle said last
+    held        it stands until an operator resumes it
+    in_service  it may get new rides; a recalled vehicle finishes those aboard and rests
+    unavailable_since  since when it has been held or out of reach, None while it is neither
+    hold_ends   an operator's hold is over then, and the server resumes it; None: it stands until resumed
+    charging    it went to charge and has not charged to the full yet
+    placed      it holds the ground under its body, so that it can be given a route
+    shifts      when it is on duty, None for always
+    """
+
+    campus_id: str
+    vehicle_id: str
+    name: str
+    seats: int
+    wheelchair_places: int
+    enrolled_at: datetime
+    epoch: int = 0
+    boot_id: str = ""
+    connected: bool = False
+    software: str = ""
+    stack: str = ""
+    map_version: str = ""
+    mode: DriveMode = "held"
+    held: bool = True
+    in_service: bool = True
+    placed: bool = False
+    retired: bool = False
+    unavailable_since: datetime | None = None
+    hold_ends: datetime | None = None
+    charging: bool = False
+    shifts: Shifts | None = None
+
+    @property
+    def accepts_rides(self) -> bool:
+        """New rides may be promised on it."""
+        return self.in_service and self.placed and self.connected and not self.held and not self.retired
+
+
+@dataclass(frozen=True, slots=True)
+class Whereabouts:
+    """A vehicle's newest status and when it was heard last (any frame counts)."""
+
+    vehicle_id: str
+    heard_at: datetime
+    status: Status | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class StatusReport:
+    """A status on its way into the store."""
+
+    vehicle_id: str
+    boot_id: str
+    received_at: datetime
+    status: Status
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleCommand:
+    """An operator's or developer's word to one vehicle, until the vehicle says that it is done."""
+
+    campus_id: str
+    command_id: str
+    vehicle_id: str
+    kind: CommandKind
+    text: str
+    by: str
+    made_at: datetime
+    state: Literal["pending", "done", "failed"] = "pending"
+    detail: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleSession:
+    """What the link needs to greet a vehicle: its epoch, and which event of each boot comes next."""
+
+    vehicle_id: str
+    epoch: int
+    acknowledged: tuple[tuple[str, int], ...]

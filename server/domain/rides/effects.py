@@ -1,0 +1,130 @@
+"""What an operator's intervention does to those who wait for a shuttle or sit in one."""
+
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Literal
+
+from server.domain.rides.rides import Ride, RideState
+
+InterventionKind = Literal["hold", "recall", "reassign"]
+# Times that move by less are told as they were.
+_NEWS_S = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Intervention:
+    """What an operator wants done with a vehicle.
+
+    for_s      how long a hold lasts, None until resumed
+    ride_id, to_vehicle_id  one ride to be given to that vehicle; "" for all waiting ones, to any others
+    """
+
+    kind: InterventionKind
+    for_s: float | None = None
+    ride_id: str = ""
+    to_vehicle_id: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class RideEffect:
+    """A ride that does not go on as before. pickup_before and pickup_after are None for a party aboard.
+
+    vehicle_after   None: it is left with nobody
+    breaks          its promise cannot be kept any more
+    waits           its vehicle stands until somebody resumes it: nobody can tell when it goes on
+    """
+
+    ride_id: str
+    ride_code: str
+    state: RideState
+    from_stop: str
+    to_stop: str
+    party: int
+    vehicle_before: str | None
+    vehicle_after: str | None
+    pickup_before: datetime | None
+    pickup_after: datetime | None
+    arrival_before: datetime | None
+    arrival_after: datetime | None
+    breaks: bool
+    waits: bool
+
+    @property
+    def pickup_later_s(self) -> float | None:
+        return _later_s(self.pickup_before, self.pickup_after)
+
+    @property
+    def arrival_later_s(self) -> float | None:
+        return _later_s(self.arrival_before, self.arrival_after)
+
+
+@dataclass(frozen=True, slots=True)
+class DepartureEffect:
+    """A timetable departure that changes its vehicle or its lateness at the next call, in seconds."""
+
+    departure_id: str
+    vehicle_before: str | None
+    vehicle_after: str | None
+    late_before_s: float
+    late_after_s: float
+    waits: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Effects:
+    """rides: oldest request first; departures: by first call. What stays as it was is in neither."""
+
+    rides: tuple[RideEffect, ...] = ()
+    departures: tuple[DepartureEffect, ...] = ()
+
+
+def ride_effect(before: Ride, after: Ride, room_s: float, *, waits: bool) -> RideEffect | None:
+    """What has become of a ride that had not ended before; None where that is nothing.
+
+    room_s  a promise breaks when the plan misses it by more than this
+    waits   its vehicle stands until it is resumed
+    """
+    is_waiting = after.state in (RideState.REQUESTED, RideState.ASSIGNED)
+    effect = RideEffect(
+        ride_id=before.ride_id,
+        ride_code=before.ride_code,
+        state=after.state,
+        from_stop=before.from_stop,
+        to_stop=before.to_stop,
+        party=before.party,
+        vehicle_before=before.vehicle_id,
+        vehicle_after=None if after.has_ended else after.vehicle_id,
+        pickup_before=before.pickup_eta if is_waiting else None,
+        pickup_after=after.pickup_eta if is_waiting and not waits else None,
+        arrival_before=before.arrival_eta,
+        arrival_after=None if waits else after.arrival_eta,
+        breaks=_breaks(before, after, timedelta(seconds=room_s)),
+        waits=waits,
+    )
+    moved_s = max(abs(effect.pickup_later_s or 0.0), abs(effect.arrival_later_s or 0.0))
+    changed = (
+        effect.vehicle_before != effect.vehicle_after
+        or moved_s >= _NEWS_S
+        or effect.breaks
+        or effect.waits
+        or after.has_ended
+    )
+    return effect if changed else None
+
+
+def _breaks(before: Ride, after: Ride, room: timedelta) -> bool:
+    """The plan kept the promise before, and does not now."""
+    return _misses(after, before, room) and not _misses(before, before, room)
+
+
+def _misses(ride: Ride, promised: Ride, room: timedelta) -> bool:
+    promise = promised.promise
+    if promise is None:
+        return False
+    is_waiting = ride.state in (RideState.REQUESTED, RideState.ASSIGNED)
+    late_pickup = is_waiting and ride.pickup_eta is not None and ride.pickup_eta > promise.pickup_to + room
+    return late_pickup or (ride.arrival_eta is not None and ride.arrival_eta > promise.arrive_by + room)
+
+
+def _later_s(before: datetime | None, after: datetime | None) -> float | None:
+    return None if before is None or after is None else (after - before).total_seconds()

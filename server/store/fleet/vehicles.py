@@ -1,0 +1,143 @@
+"""Vehicles, where they are, and the commands to them, as rows."""
+
+from collections.abc import Sequence
+from dataclasses import fields
+from datetime import datetime
+from functools import lru_cache
+from typing import Any
+
+from sqlalchemy import Connection
+
+from contract.wire.messages import Status
+from server.domain.fleet.shifts import Shifts
+from server.domain.fleet.vehicles import (
+    StatusReport,
+    Vehicle,
+    VehicleCommand,
+    Whereabouts,
+)
+from server.store import tables
+from server.store.columns import from_json, to_json
+from server.store.fleet.history import History
+from server.store.repository import AnyRow, Repository
+
+_vehicle = tables.vehicles.c
+_where = tables.whereabouts.c
+_command = tables.vehicle_commands.c
+_VEHICLE_FIELDS = tuple(field.name for field in fields(Vehicle))
+
+
+class Vehicles(Repository):
+    def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
+        super().__init__(connection, campus_id, locks)
+        self._history = History(connection, campus_id, locks)
+
+    def get(self, vehicle_id: str) -> Vehicle | None:
+        row = self._find(tables.vehicles, vehicle_id=vehicle_id)
+        return None if row is None else vehicle_from_row(row)
+
+    def all(self) -> tuple[Vehicle, ...]:
+        rows = self._many(
+            self._select(tables.vehicles, _vehicle.retired.is_(False)).order_by(_vehicle.vehicle_id)
+        )
+        return tuple(vehicle_from_row(row) for row in rows)
+
+    def add(self, vehicle: Vehicle) -> None:
+        self._insert(tables.vehicles, _vehicle_to_row(vehicle))
+
+    def save(self, vehicle: Vehicle) -> None:
+        self._change(tables.vehicles, _vehicle_to_row(vehicle), vehicle_id=vehicle.vehicle_id)
+
+    def whereabouts(self, vehicle_id: str) -> Whereabouts | None:
+        row = self._find(tables.whereabouts, vehicle_id=vehicle_id)
+        return None if row is None else whereabouts_from_row(row)
+
+    def all_whereabouts(self) -> tuple[Whereabouts, ...]:
+        rows = self._many(self._select(tables.whereabouts).order_by(_where.vehicle_id))
+        return tuple(whereabouts_from_row(row) for row in rows)
+
+    def heard(self, vehicle_id: str, at: datetime) -> None:
+        self._put(tables.whereabouts, {"vehicle_id": vehicle_id, "heard_at": at})
+
+    def save_position(self, vehicle_id: str, status: Status) -> None:
+        self._change(tables.whereabouts, {"status": to_json(status)}, vehicle_id=vehicle_id)
+
+    def save_status(self, reports: Sequence[StatusReport]) -> None:
+        newest = {report.vehicle_id: report for report in reports}
+        self._put_all(
+            tables.whereabouts,
+            [
+                {
+                    "vehicle_id": vehicle_id,
+                    "heard_at": report.received_at,
+                    "status": to_json(report.status),
+                }
+                for vehicle_id, report in sorted(newest.items())
+            ],
+        )
+        self._history.add(reports)
+
+    def add_command(self, command: VehicleCommand) -> None:
+        self._insert(tables.vehicle_commands, _command_to_row(command))
+
+    def save_command(self, command: VehicleCommand) -> None:
+        self._change(tables.vehicle_commands, _command_to_row(command), command_id=command.command_id)
+
+    def command(self, command_id: str) -> VehicleCommand | None:
+        row = self._find(tables.vehicle_commands, command_id=command_id)
+        return None if row is None else _command_from_row(row)
+
+    def pending_commands(self, vehicle_id: str) -> tuple[VehicleCommand, ...]:
+        rows = self._many(
+            self._select(
+                tables.vehicle_commands, _command.vehicle_id == vehicle_id, _command.state == "pending"
+            ).order_by(_command.made_at, _command.command_id)
+        )
+        return tuple(_command_from_row(row) for row in rows)
+
+
+def vehicle_from_row(row: AnyRow) -> Vehicle:
+    values = {name: getattr(row, name) for name in _VEHICLE_FIELDS}
+    return Vehicle(**values | {"shifts": None if row.shifts is None else _shifts(row.shifts)})
+
+
+@lru_cache(maxsize=256)
+def _shifts(text: str) -> Shifts:
+    return from_json(text, Shifts)
+
+
+def whereabouts_from_row(row: AnyRow) -> Whereabouts:
+    status = None if row.status is None else from_json(row.status, Status)
+    return Whereabouts(row.vehicle_id, row.heard_at, status)
+
+
+def _vehicle_to_row(vehicle: Vehicle) -> dict[str, Any]:
+    values = {name: getattr(vehicle, name) for name in _VEHICLE_FIELDS if name != "campus_id"}
+    return values | {"shifts": None if vehicle.shifts is None else to_json(vehicle.shifts)}
+
+
+def _command_from_row(row: AnyRow) -> VehicleCommand:
+    return VehicleCommand(
+        campus_id=row.campus_id,
+        command_id=row.command_id,
+        vehicle_id=row.vehicle_id,
+        kind=row.kind,
+        text=row.text,
+        by=row.made_by,
+        made_at=row.made_at,
+        state=row.state,
+        detail=row.detail,
+    )
+
+
+def _command_to_row(command: VehicleCommand) -> dict[str, Any]:
+    return {
+        "command_id": command.command_id,
+        "vehicle_id": command.vehicle_id,
+        "kind": command.kind,
+        "text": command.text,
+        "made_by": command.by,
+        "made_at": command.made_at,
+        "state": command.state,
+        "detail": command.detail,
+    }

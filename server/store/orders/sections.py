@@ -1,0 +1,73 @@
+"""Who holds which section, as rows. Writers of one campus take turns: safety is a property of all of them."""
+
+from sqlalchemy import Connection
+
+from server.domain.orders.sections import HeldSection, Occupancy
+from server.store import tables
+from server.store.columns import from_json, to_json
+from server.store.counters import Counters
+from server.store.repository import Repository
+
+_FENCE = "fence"
+_held = tables.held_sections.c
+_route = tables.section_routes.c
+
+
+class Sections(Repository):
+    def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
+        super().__init__(connection, campus_id, locks)
+        self._counters = Counters(connection, campus_id)
+
+    def all(self) -> tuple[Occupancy, ...]:
+        if self._locks:
+            self._counters.lock(_FENCE)
+        held: dict[str, list[HeldSection]] = {}
+        for row in self._many(self._select(tables.held_sections).order_by(_held.fence)):
+            held.setdefault(row.vehicle_id, []).append(HeldSection(row.section_id, row.fence))
+        routes = {row.vehicle_id: row for row in self._many(self._select(tables.section_routes))}
+        return tuple(
+            Occupancy(
+                vehicle_id,
+                tuple(sections),
+                from_json(routes[vehicle_id].ahead, tuple[str, ...]),
+                routes[vehicle_id].goal,
+            )
+            for vehicle_id, sections in sorted(held.items())
+        )
+
+    def save(self, occupancy: Occupancy) -> None:
+        self._write(occupancy, self._of(occupancy.vehicle_id))
+
+    def _of(self, vehicle_id: str) -> Occupancy | None:
+        rows = self._many(self._select(tables.held_sections, _held.vehicle_id == vehicle_id))
+        held = tuple(HeldSection(row.section_id, row.fence) for row in rows)
+        return Occupancy(vehicle_id, held, ()) if held else None
+
+    def _write(self, occupancy: Occupancy, before: Occupancy | None) -> None:
+        """What has changed since `before`."""
+        known = frozenset() if before is None else frozenset(before.held)
+        for gone in sorted(section.fence for section in known.difference(occupancy.held)):
+            self._delete(tables.held_sections, _held.fence == gone)
+        self._put_all(
+            tables.held_sections,
+            [
+                {"fence": s.fence, "vehicle_id": occupancy.vehicle_id, "section_id": s.section_id}
+                for s in occupancy.held
+                if s not in known
+            ],
+        )
+        self._put(
+            tables.section_routes,
+            {
+                "vehicle_id": occupancy.vehicle_id,
+                "ahead": to_json(occupancy.ahead),
+                "goal": occupancy.goal,
+            },
+        )
+
+    def remove(self, vehicle_id: str) -> None:
+        self._delete(tables.held_sections, _held.vehicle_id == vehicle_id)
+        self._delete(tables.section_routes, _route.vehicle_id == vehicle_id)
+
+    def next_fence(self) -> int:
+        return self._counters.next(_FENCE)

@@ -1,0 +1,78 @@
+"""What has happened, append-only."""
+
+import msgspec
+from sqlalchemy import Connection, func, select
+
+from contract.wire.messages import VehicleEvent
+from server.domain.record.events import RecordedEvent, ServerEvent
+from server.store import tables
+from server.store.columns import to_json
+from server.store.counters import Counters
+from server.store.repository import AnyRow, Repository
+
+_event = tables.vehicle_events.c
+_decoder: msgspec.json.Decoder[VehicleEvent] = msgspec.json.Decoder(VehicleEvent)
+
+
+class Events(Repository):
+    def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
+        super().__init__(connection, campus_id, locks)
+        self._counters = Counters(connection, campus_id)
+        self._unwritten: list[ServerEvent] = []
+
+    def count(self, vehicle_id: str, boot_id: str) -> int:
+        # Events are stored in order without gaps, so the highest number tells how many there are.
+        highest = self._connection.execute(
+            select(func.max(_event.sequence)).where(
+                _event.campus_id == self._campus_id,
+                _event.vehicle_id == vehicle_id,
+                _event.boot_id == boot_id,
+            )
+        ).scalar_one()
+        return 0 if highest is None else int(highest) + 1
+
+    def add(self, event: RecordedEvent) -> None:
+        self._insert(
+            tables.vehicle_events,
+            {
+                "vehicle_id": event.vehicle_id,
+                "boot_id": event.boot_id,
+                "sequence": event.sequence,
+                "stamp_ns": event.stamp_ns,
+                "received_ns": event.received_ns,
+                "body": to_json(event.body),
+            },
+        )
+
+    def add_server_event(self, event: ServerEvent) -> None:
+        self._unwritten.append(event)
+
+    def flush(self) -> None:
+        """Write the server's own events, when the transaction ends: their numbers are drawn at once."""
+        events, self._unwritten = self._unwritten, []
+        if not events:
+            return
+        first = self._counters.next("server_event", len(events))
+        self._insert_all(
+            tables.server_events,
+            [
+                {
+                    "number": first + number,
+                    "happened_at": event.happened_at,
+                    "name": event.name,
+                    "subject": event.subject,
+                    "made_by": event.by,
+                    "detail": event.detail,
+                }
+                for number, event in enumerate(events)
+            ],
+        )
+
+
+def recorded_from_row(row: AnyRow) -> RecordedEvent:
+    body: VehicleEvent = _decoder.decode(row.body)
+    return RecordedEvent(row.vehicle_id, row.boot_id, row.sequence, row.stamp_ns, row.received_ns, body)
+
+
+def server_event_from_row(row: AnyRow) -> ServerEvent:
+    return ServerEvent(row.campus_id, row.happened_at, row.name, row.subject, row.made_by, row.detail)

@@ -1,0 +1,90 @@
+"""Every table. A campus is the shard: campus_id leads every key.
+
+Change a table only together with a migration in migrations/versions.
+"""
+
+from server.store.tables.fleet import (
+    history,
+    server_events,
+    vehicle_commands,
+    vehicle_events,
+    vehicles,
+    whereabouts,
+)
+from server.store.tables.metadata import (
+    metadata,
+)
+from server.store.tables.planning import (
+    driven_legs,
+    held_sections,
+    open_legs,
+    orders,
+    paces,
+    plans,
+    section_routes,
+)
+from server.store.tables.records import (
+    counters,
+    developer_tokens,
+    enrolment_codes,
+    incidents,
+    leases,
+    operator_sessions,
+    operators,
+    runs,
+    segments,
+    vehicle_keys,
+)
+from server.store.tables.rides import (
+    decisions,
+    occurrences,
+    ride_decisions,
+    rides,
+    series,
+    taps,
+)
+from server.store.tables.service import (
+    closures,
+    departures,
+    maps,
+    service_exceptions,
+    service_patterns,
+)
+
+__all__ = [
+    "closures",
+    "counters",
+    "decisions",
+    "departures",
+    "developer_tokens",
+    "driven_legs",
+    "enrolment_codes",
+    "held_sections",
+    "history",
+    "incidents",
+    "leases",
+    "maps",
+    "metadata",
+    "occurrences",
+    "open_legs",
+    "operator_sessions",
+    "operators",
+    "orders",
+    "paces",
+    "plans",
+    "ride_decisions",
+    "rides",
+    "runs",
+    "section_routes",
+    "segments",
+    "series",
+    "server_events",
+    "service_exceptions",
+    "service_patterns",
+    "taps",
+    "vehicle_commands",
+    "vehicle_events",
+    "vehicle_keys",
+    "vehicles",
+    "whereabouts",
+]

@@ -1,0 +1,67 @@
+"""Maps, closures, calendars and departures."""
+
+from sqlalchemy import Boolean, Column, Date, Index, LargeBinary, String, Table
+
+from server.store.tables.metadata import campus_key, instant, key, metadata, optional_instant, string, text
+
+maps = Table(
+    "maps",
+    metadata,
+    campus_key(),
+    key("map_version"),
+    string("name", 200),
+    Column("content", LargeBinary, nullable=False),
+    instant("added_at"),
+    Column("active", Boolean, nullable=False),
+)
+departures = Table(
+    "departures",
+    metadata,
+    campus_key(),
+    key("departure_id", 200),
+    string("trip_id", 200),
+    instant("first_call_at"),
+    text("calls"),
+    string("state"),
+    Column("vehicle_id", String(64), nullable=True),
+    text("reason"),
+    Index(None, "campus_id", "state"),
+)
+service_patterns = Table(
+    "service_patterns",
+    metadata,
+    campus_key(),
+    key("service_id"),
+    string("name", 200),
+    text("weekdays"),
+    Column("starts_on", Date, nullable=True),
+    Column("ends_on", Date, nullable=True),
+    text("hours"),
+)
+# service_id is empty for the whole campus: a holiday.
+service_exceptions = Table(
+    "service_exceptions",
+    metadata,
+    campus_key(),
+    Column("day", Date, primary_key=True),
+    key("service_id"),
+    Column("runs", Boolean, nullable=False),
+    text("note"),
+    string("made_by", 200),
+)
+closures = Table(
+    "closures",
+    metadata,
+    campus_key(),
+    key("closure_id"),
+    text("lane_ids"),
+    text("section_ids"),
+    text("reason"),
+    instant("starts_at"),
+    optional_instant("ends_at"),
+    string("made_by", 200),
+    instant("made_at"),
+    string("state"),
+    string("lifted_by", 200),
+    Index(None, "campus_id", "state"),
+)

@@ -1,0 +1,338 @@
+"""The active map as the fleet uses it: travel times, and ways that keep clear of others' resting places.
+
+A shuttle drives only where it could go if every resting place but its own were taken; such a way can be
+driven to its end whatever the others do (docs/contract/roads.md). Travel times are those of such ways, and
+of roads that nobody has closed.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+
+from contract.geometry import Array, BoolArray
+from contract.roads.model import RestingPlace
+from contract.roads.network import RoadNetwork
+from contract.roads.reservation import Reservations
+from contract.roads.routing import Route, find_route
+from contract.roads.times_to_places import TimesToPlaces
+from contract.roads.travel_times import Place, travel_time_matrix
+from server.dispatch.answer import Terms
+from server.dispatch.problem import Walk
+from server.domain.rules import FleetRules
+from server.travel.closed_roads import way_out
+from server.travel.walks import walks_between_stops
+
+T = TypeVar("T")
+Own = frozenset[str]
+# Each set of closed sections that vehicles meet has its own table, a few kilobytes.
+_CLOSURES_KEPT = 2000
+# Sets of roads closed by operators, each with tables of its own.
+_CLOSED_VIEWS_KEPT = 16
+_ROUTES_KEPT = 20_000
+_KEPT = 50_000
+
+
+class FleetRoads:
+    """One map version. Everything that is worked out is kept: a version never changes.
+
+    speed_cap_mps  what a shuttle drives at most; slack: planned over free-flow travel time
+    closed  sections that operators have closed; every_road: the same map with none closed
+    """
+
+    def __init__(
+        self,
+        network: RoadNetwork,
+        speed_cap_mps: float,
+        slack: float,
+        closed: frozenset[str] = frozenset(),
+        every_road: "FleetRoads | None" = None,
+    ) -> None:
+        self.network = network
+        self.closed = closed
+        self.every_road = every_road or self
+        self.stop_ids = tuple(stop.stop_id for stop in network.road_map.stops)
+        self.stop_numbers = {stop_id: i for i, stop_id in enumerate(self.stop_ids)}
+        self._stop_places: list[Place] = [(stop.lane_id, stop.s_m) for stop in network.road_map.stops]
+        self._speed_cap_mps = speed_cap_mps
+        self._slack = slack
+        self._kept_clear: dict[Own, frozenset[str]] = {}
+        self._stop_times: dict[Own, Array] = {}
+        self._walks: tuple[tuple[Walk, ...], ...] | None = None
+        self._to_stops: dict[frozenset[str], TimesToPlaces] = {}
+        self._to_rest: dict[tuple[Place, str], float] = {}
+        self._from_rest: dict[str, Array] = {}
+        self._routes: dict[tuple[Place, Place, frozenset[str]], Route | None] = {}
+        self._to_charger_s: float | None = None
+        self._kept: dict[str, tuple[tuple[object, ...], Any]] = {}
+        self._empty: Reservations = (
+            Reservations(network.road_map.sections) if every_road is None else every_road._empty
+        )
+        self._views: dict[frozenset[str], FleetRoads] = {}
+        self._ways_out: dict[str, frozenset[str]] = {}
+        self._served: BoolArray | None = None
+        self._way_home_s: float | None = None
+
+    def closed_to(self, closed: frozenset[str]) -> "FleetRoads":
+        """This map with these sections closed, and no others."""
+        if not closed:
+            return self.every_road
+        views = self.every_road._views
+        view = views.get(closed)
+        if view is None:
+            view = FleetRoads(self.network, self._speed_cap_mps, self._slack, closed, self.every_road)
+            if len(views) >= _CLOSED_VIEWS_KEPT:
+                views.clear()
+            views[closed] = view
+        return view
+
+    def kept(self, name: str, parts: tuple[object, ...], make: Callable[[], T]) -> T:
+        """What was made of these very objects, which never change; made anew when one is another now.
+
+        A store that keeps its objects in memory hands out the same ones until they change.
+        """
+        known = self._kept.get(name)
+        if known is not None and all(a is b for a, b in zip(known[0], parts, strict=True)):
+            found: T = known[1]
+            return found
+        if len(self._kept) >= _KEPT:
+            self._kept.clear()
+        made = make()
+        self._kept[name] = parts, made
+        return made
+
+    def reservations(self) -> Reservations:
+        """A controller for this map with nobody on it."""
+        return self._empty.emptied()
+
+    def kept_clear(self, own: Own) -> frozenset[str]:
+        """What the owner of these resting places may not drive through."""
+        if own not in self._kept_clear:
+            self._kept_clear[own] = self.network.kept_clear(own) | self.closed
+        return self._kept_clear[own]
+
+    def shut_for(self, section_id: str) -> frozenset[str]:
+        """The closed sections that a vehicle which stands in this one may not enter: on closed road it may
+        drive on to leave it."""
+        return self.closed - self._way_out(section_id) if self.closed else self.closed
+
+    def direct_s(self, from_stop: str, to_stop: str) -> float:
+        """Planned seconds from stop to stop on an empty campus; infinite where no road leads there.
+
+        Where closures cut the stops off from each other the time is that of the open road.
+        """
+        times = self._stop_times_with(frozenset(self.network.resting_places))
+        direct_s = float(times[self.stop_numbers[from_stop], self.stop_numbers[to_stop]])
+        if math.isinf(direct_s) and self.closed:
+            return self.every_road.direct_s(from_stop, to_stop)
+        return direct_s
+
+    def is_cut_off(self, from_stop: str, to_stop: str) -> bool:
+        """Closed roads keep everybody from riding from the one stop to the other."""
+        if not self.closed:
+            return False
+        pickup, dropoff = self.stop_numbers[from_stop], self.stop_numbers[to_stop]
+        served = self._served_stops()
+        times = self._stop_times_with(frozenset(self.network.resting_places))
+        return not (served[pickup] and served[dropoff] and math.isfinite(times[pickup, dropoff]))
+
+    def stop_times(self, own: Own) -> Array:
+        """(n, n) planned seconds between all stops, in map order, for the owner of these resting places.
+
+        Where its way would lead through another one's resting place the time of that way is given, unless
+        closures are behind that.
+        """
+        times = self._stop_times_with(own)
+        if np.isfinite(times).all():
+            return times
+        through = self._stop_times_with(frozenset(self.network.resting_places))
+        if self.closed:
+            through = np.where(np.isfinite(self.every_road._stop_times_with(own)), np.inf, through)
+        return np.where(np.isfinite(times), times, through)
+
+    def terms(self, rules: FleetRules) -> Terms:
+        """What promises leave room for, and the stops that can be walked to from each stop."""
+        if self._walks is None:
+            if self.closed:
+                self._walks = self.every_road.terms(rules).walks
+            else:
+                self._walks = walks_between_stops(self.network, rules.walk_m_max, rules.walk_mps)
+        return Terms(
+            rules.pickup_early_s,
+            rules.pickup_slack_s,
+            rules.arrival_slack_s,
+            rules.arrival_slack_ratio,
+            rules.later_s_max,
+            self._walks,
+            rules.pickup_slack_ratio,
+            rules.uncertain_s_max,
+        )
+
+    def times_to_stops(self, place: Place, own: Own, opened: frozenset[str]) -> Array:
+        """(n,) planned seconds from a place on the road to every stop.
+
+        opened  sections that the vehicle may drive through all the same: those of its present route
+        """
+        rests = self.every_road.kept_clear(own) - opened
+        times = self._from_place(place, rests | self.closed)
+        if not np.isfinite(times).all():
+            through = self._from_place(place, self.closed)
+            if self.closed:
+                cut_off = np.isfinite(self.every_road._from_place(place, rests)) | ~self._served_stops()
+                through = np.where(cut_off, np.inf, through)
+            times = np.where(np.isfinite(times), times, through)
+        planned: Array = times * self._slack
+        return planned
+
+    def times_over_held(
+        self,
+        held: Sequence[str],
+        place: Place,
+        own: Own,
+        opened: frozenset[str],
+        stopping_m: float,
+        heading_for: str = "",
+    ) -> Array:
+        """(n,) planned seconds to every stop from a place on the first of the held sections.
+
+        A shuttle drives what it holds to its end, so a way that turns off begins there. A stop on it is
+        come by on the way, if it lies stopping_m ahead at least; `heading_for` names the stop that the
+        shuttle drives to already, for which it has begun to brake in time.
+        """
+        passed = np.full(len(self.stop_ids), np.inf)
+        clock_s, travelled_m = 0.0, 0.0
+        lane_id, s_m = place
+        for section_id in held:
+            section = self.network.sections[section_id]
+            if section.lane_id != lane_id or not section.s_from_m <= s_m <= section.s_to_m:
+                lane_id, s_m = section.lane_id, section.s_from_m
+            for number, (stop_lane_id, stop_s_m) in enumerate(self._stop_places):
+                ahead_m = travelled_m + stop_s_m - s_m
+                is_on_it = stop_lane_id == lane_id and s_m <= stop_s_m <= section.s_to_m
+                is_in_time = ahead_m >= stopping_m or self.stop_ids[number] == heading_for
+                if is_on_it and is_in_time and math.isinf(passed[number]):
+                    passed[number] = clock_s + self._time_between(lane_id, s_m, stop_s_m)
+            clock_s += self._time_between(lane_id, s_m, section.s_to_m)
+            travelled_m += section.s_to_m - s_m
+            s_m = section.s_to_m
+        beyond = self.times_to_stops((lane_id, s_m), own, opened) + clock_s * self._slack
+        if self.closed and self.network.section_at(lane_id, s_m).section_id in self.shut_for(held[-1]):
+            # What it holds ends in mid-lane, before closed road.
+            beyond = np.full(len(self.stop_ids), np.inf)
+        times: Array = np.where(np.isfinite(passed), passed * self._slack, beyond)
+        return times
+
+    def taking_on_nobody_new(self, row: Array, planned: Sequence[str]) -> Array:
+        """(n,) times of which those to stops on closed road are left out, save to these planned ones."""
+        known = np.isin(self.stop_ids, planned) if planned else np.zeros(len(self.stop_ids), np.bool_)
+        return np.where(self._served_stops() | known, row, np.inf)
+
+    def time_to_rest(self, place: Place, rest: RestingPlace) -> float:
+        """Planned seconds from a place to a resting place; infinite where the others are in the way."""
+        key = (place, rest.place_id)
+        if key not in self._to_rest:
+            closed = self._shut_from(place, self.kept_clear(frozenset({rest.place_id})))
+            there = TimesToPlaces(self.network, [(rest.lane_id, rest.s_m)], self._speed_cap_mps, closed)
+            self._to_rest[key] = self._slack * float(there.from_place(place)[0])
+        return self._to_rest[key]
+
+    def way_home_s(self) -> float:
+        """Planned seconds from the stop that is farthest from any resting place to the nearest one."""
+        if self._way_home_s is None:
+            rests = self.network.road_map.resting_places
+            nearest = (
+                min((self.time_to_rest(place, rest) for rest in rests), default=0.0)
+                for place in self._stop_places
+            )
+            self._way_home_s = max((s for s in nearest if math.isfinite(s)), default=0.0)
+        return self._way_home_s
+
+    def times_from_rest(self, rest: RestingPlace) -> Array:
+        """(n,) planned seconds from a resting place to every stop, for the vehicle that rests there."""
+        if rest.place_id not in self._from_rest:
+            self._from_rest[rest.place_id] = self.times_to_stops(
+                (rest.lane_id, rest.s_m), frozenset({rest.place_id}), frozenset()
+            )
+        return self._from_rest[rest.place_id]
+
+    def to_charger_s(self) -> float:
+        """Planned seconds from the stop that is farthest from a charger to the nearest one."""
+        if self._to_charger_s is None:
+            chargers = self.network.road_map.charging_places
+            ways_s = (min(self.time_to_rest(stop, place) for place in chargers) for stop in self._stop_places)
+            self._to_charger_s = max((way_s for way_s in ways_s if math.isfinite(way_s)), default=0.0)
+        return self._to_charger_s
+
+    def route(self, origin: Place, destination: Place, blocked: frozenset[str]) -> Route | None:
+        """Most begin where a section ends or at a stop, so that the same ones are asked for again."""
+        key = origin, destination, blocked
+        if key not in self._routes:
+            if len(self._routes) >= _ROUTES_KEPT:
+                self._routes.clear()
+            self._routes[key] = find_route(
+                self.network, *origin, *destination, blocked, speed_cap_mps=self._speed_cap_mps
+            )
+        return self._routes[key]
+
+    def _from_place(self, place: Place, blocked: frozenset[str]) -> Array:
+        """(n,) free-flow seconds to every stop; the section of the place itself is open."""
+        closed = self._shut_from(place, blocked)
+        times = self._to_stops.get(closed)
+        if times is None:
+            if len(self._to_stops) >= _CLOSURES_KEPT:
+                self._to_stops.clear()
+            times = TimesToPlaces(self.network, self._stop_places, self._speed_cap_mps, closed)
+            self._to_stops[closed] = times
+        if not self.closed:
+            return times.from_place(place)
+        return np.where(self._served_stops(), times.from_place(place), np.inf)
+
+    def _shut_from(self, place: Place, blocked: frozenset[str]) -> frozenset[str]:
+        """What may not be entered on a way from a place: its own section is open, and the way off closed
+        road."""
+        section_id = self.network.section_at(*place).section_id
+        shut = blocked - {section_id}
+        return shut - self._way_out(section_id) if self.closed else shut
+
+    def _way_out(self, section_id: str) -> frozenset[str]:
+        if section_id not in self._ways_out:
+            self._ways_out[section_id] = way_out(self.network, section_id, self.closed)
+        return self._ways_out[section_id]
+
+    def _served_stops(self) -> BoolArray:
+        """(n,) stops that are not on closed road, and from which a resting place can be reached as on the
+        open road."""
+        if self._served is None:
+            rests = self.network.road_map.resting_places
+            self._served = np.array(
+                [
+                    self.network.section_at(*place).section_id not in self.closed
+                    and (
+                        any(math.isfinite(self.time_to_rest(place, rest)) for rest in rests)
+                        or not any(math.isfinite(self.every_road.time_to_rest(place, rest)) for rest in rests)
+                    )
+                    for place in self._stop_places
+                ]
+            )
+        return self._served
+
+    def _time_between(self, lane_id: str, s_from_m: float, s_to_m: float) -> float:
+        return self.network.time_between(lane_id, s_from_m, s_to_m, self._speed_cap_mps)
+
+    def _stop_times_with(self, own: Own) -> Array:
+        if own not in self._stop_times:
+            blocked = self.kept_clear(own)
+            times, _ = travel_time_matrix(self.network, self._stop_places, self._speed_cap_mps, blocked)
+            if self.closed:
+                self._allow_for_closures(times, blocked)
+            self._stop_times[own] = times * self._slack
+        return self._stop_times[own]
+
+    def _allow_for_closures(self, times: Array, blocked: frozenset[str]) -> None:
+        """Stops that closures leave out are driven to by nobody; from one on closed road a way leads off."""
+        for number, place in enumerate(self._stop_places):
+            if self.network.section_at(*place).section_id in self.closed:
+                times[number] = self._from_place(place, blocked)
+        times[:, ~self._served_stops()] = np.inf
+        np.fill_diagonal(times, 0.0)

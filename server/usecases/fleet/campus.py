@@ -1,0 +1,95 @@
+"""The campus map in force, and its stops."""
+
+from contract.roads.model import RoadMap
+from contract.roads.network import RoadNetwork
+from contract.roads.validate import problems
+from server.domain.errors import MapInUse, MapInvalid, MapUnknown
+from server.domain.record.events import ServerEvent
+from server.domain.roads.maps import StoredMap
+from server.domain.roads.stops import CampusStop
+from server.usecases.fleet.service import enter_services
+from server.usecases.ports import topics
+from server.usecases.ports.unit_of_work import UnitOfWork
+
+
+def load_map(uow: UnitOfWork, content: bytes, by: str, *, activate: bool = False) -> StoredMap:
+    """Store a map by its version; a repeat gives the stored one. Raises MapInvalid, MapInUse."""
+    road_map = uow.network_of(content).road_map
+    stored = uow.maps.get(road_map.map_version)
+    if stored is None:
+        _require_sound(uow, road_map)
+        stored = StoredMap(uow.campus_id, road_map.map_version, road_map.name, content, uow.now)
+        uow.maps.add(stored)
+        uow.events.add_server_event(
+            ServerEvent(uow.campus_id, uow.now, "map.stored", road_map.map_version, by, road_map.name)
+        )
+    return activate_map(uow, stored.map_version, by) if activate else stored
+
+
+def activate_map(uow: UnitOfWork, map_version: str, by: str) -> StoredMap:
+    """Make a stored map the one in force. Raises MapUnknown, MapInUse (shuttles are under way)."""
+    stored = uow.maps.get(map_version)
+    if stored is None:
+        raise MapUnknown(f"no map {map_version} is stored; import it first")
+    if stored.active:
+        return stored
+    _require_nobody_under_way(uow)
+    for occupancy in uow.sections.all():
+        uow.sections.remove(occupancy.vehicle_id)
+    uow.maps.activate(map_version)
+    uow.roads_changed()
+    enter_services(uow, uow.network().road_map)
+    uow.events.add_server_event(
+        ServerEvent(uow.campus_id, uow.now, "map.activated", map_version, by, stored.name)
+    )
+    uow.publish(topics.campus_map(uow.campus_id), map_version=map_version)
+    activated = uow.maps.get(map_version)
+    return stored if activated is None else activated
+
+
+def active_map(uow: UnitOfWork) -> RoadMap:
+    """Raises CampusUnknown."""
+    return uow.network().road_map
+
+
+def stops(uow: UnitOfWork) -> tuple[CampusStop, ...]:
+    """The active map's stops in map order. Raises CampusUnknown."""
+    return stops_of(uow.network())
+
+
+def stops_of(network: RoadNetwork) -> tuple[CampusStop, ...]:
+    """Any map's stops in map order."""
+    found = []
+    for stop in network.road_map.stops:
+        x_m, y_m, _ = network.pose(stop.lane_id, stop.s_m)
+        found.append(
+            CampusStop(
+                stop_id=stop.stop_id,
+                name=stop.name,
+                name_en=stop.name_en,
+                lane_id=stop.lane_id,
+                s_m=stop.s_m,
+                x_m=x_m,
+                y_m=y_m,
+                placed_by=stop.placed_by,
+            )
+        )
+    return tuple(found)
+
+
+def _require_sound(uow: UnitOfWork, road_map: RoadMap) -> None:
+    if road_map.campus_id != uow.campus_id:
+        raise MapInvalid(f"the map is of campus {road_map.campus_id}, this server runs {uow.campus_id}")
+    found = problems(road_map)
+    if found:
+        first = found[0]
+        raise MapInvalid(
+            f"the map has {len(found)} problems, the first at {first.where}: {first.detail}; "
+            "see all with `campusloop map check`"
+        )
+
+
+def _require_nobody_under_way(uow: UnitOfWork) -> None:
+    busy = [plan.vehicle_id for plan in uow.plans.all() if plan.visits]
+    if busy:
+        raise MapInUse(f"{', '.join(busy)} still drive by the present map; recall them first")

@@ -1,0 +1,133 @@
+"""Roads closed and opened by operators, and what that means for the fleet."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+from server.domain.errors import ClosureUnknown, LaneUnknown, SectionUnknown
+from server.domain.record.events import ServerEvent
+from server.domain.rides.rides import RideState
+from server.domain.roads.closures import (
+    Closure,
+    ClosureState,
+    due,
+    lifted,
+    require_sound,
+)
+from server.usecases.fleet import detours
+from server.usecases.planning import cut_off, plans
+from server.usecases.ports import topics
+from server.usecases.ports.unit_of_work import UnitOfWork
+
+_PROMISED = (RideState.REQUESTED, RideState.ASSIGNED)
+
+
+@dataclass(frozen=True, slots=True)
+class CloseRoad:
+    """What an operator asks for. starts_at None means now, ends_at None until it is lifted."""
+
+    lane_ids: tuple[str, ...] = ()
+    section_ids: tuple[str, ...] = ()
+    reason: str = ""
+    starts_at: datetime | None = None
+    ends_at: datetime | None = None
+
+
+def close(uow: UnitOfWork, wish: CloseRoad, by: str) -> Closure:
+    """From its time on nobody is sent there; whom that concerns is told at once.
+
+    Raises LaneUnknown, SectionUnknown, ClosureInvalid, CampusUnknown.
+    """
+    network = uow.network()
+    for lane_id in wish.lane_ids:
+        if lane_id not in network.lanes:
+            raise LaneUnknown(f"the map has no lane {lane_id}")
+    for section_id in wish.section_ids:
+        if section_id not in network.sections:
+            raise SectionUnknown(f"the map has no section {section_id}")
+    closure = Closure(
+        uow.campus_id,
+        uow.ids.new_id("closure"),
+        tuple(dict.fromkeys(wish.lane_ids)),
+        tuple(dict.fromkeys(wish.section_ids)),
+        wish.reason,
+        wish.starts_at or uow.now,
+        wish.ends_at,
+        by,
+        uow.now,
+    )
+    require_sound(closure)
+    uow.closures.add(closure)
+    _note(uow, "road.closed", closure, by)
+    uow.roads_changed()
+    keep_time(uow)
+    plans.assign_waiting(uow)
+    return uow.closures.get(closure.closure_id) or closure
+
+
+def lift(uow: UnitOfWork, closure_id: str, by: str) -> Closure:
+    """The road is open again, or will not be closed. Raises ClosureUnknown, ClosureOver."""
+    closure = uow.closures.get(closure_id)
+    if closure is None:
+        raise ClosureUnknown(f"there is no closure {closure_id}")
+    gone = lifted(closure, by)
+    uow.closures.save(gone)
+    _note(uow, "road.opened", gone, by)
+    _opened(uow)
+    return gone
+
+
+def standing(uow: UnitOfWork) -> tuple[Closure, ...]:
+    """Scheduled or in force, by beginning."""
+    return uow.closures.standing()
+
+
+def keep_time(uow: UnitOfWork) -> None:
+    """Closures whose time has come or passed, and all that follows from the roads being as they are."""
+    if not uow.has_closures():
+        return
+    closures = tuple(due(closure, uow.now) for closure in uow.closures.standing())
+    ended = _stored(uow, closures)
+    if ended:
+        _opened(uow)
+    left = [closure for closure in closures if closure.state is not ClosureState.OVER]
+    if any(closure.state is ClosureState.IN_FORCE for closure in left):
+        detours.turn_away(uow, left)
+    if any(closure.state is ClosureState.SCHEDULED for closure in left):
+        _look_ahead(uow, left)
+
+
+def _stored(uow: UnitOfWork, closures: Sequence[Closure]) -> bool:
+    """Whether one of them has ended."""
+    before = {closure.closure_id: closure.state for closure in uow.closures.standing()}
+    changed = [closure for closure in closures if closure.state is not before[closure.closure_id]]
+    for closure in changed:
+        uow.closures.save(closure)
+        in_force = closure.state is ClosureState.IN_FORCE
+        _note(uow, "road.closure_began" if in_force else "road.opened", closure, "")
+    if changed:
+        uow.roads_changed()
+    return any(closure.state is ClosureState.OVER for closure in changed)
+
+
+def _opened(uow: UnitOfWork) -> None:
+    """Those who wait for a vehicle may get one now; the loop looks at once."""
+    uow.roads_changed()
+    uow.publish(topics.dispatch(uow.campus_id))
+    uow.publish(topics.sections(uow.campus_id))
+
+
+def _look_ahead(uow: UnitOfWork, standing: Sequence[Closure]) -> None:
+    """Rides that a closure will cut off at their time: told before it begins."""
+    concerned = [
+        ride for ride in uow.rides.in_states(_PROMISED) if cut_off.will_be_cut_off(uow, ride, standing)
+    ]
+    for vehicle_id in cut_off.put_off(uow, concerned):
+        detours.replan(uow, vehicle_id)
+
+
+def _note(uow: UnitOfWork, name: str, closure: Closure, by: str) -> None:
+    roads = ", ".join((*closure.lane_ids, *closure.section_ids))
+    detail = f"{roads}: {closure.reason}" if closure.reason else roads
+    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, closure.closure_id, by, detail))
+    uow.publish(topics.closures(uow.campus_id), closure_id=closure.closure_id, state=str(closure.state))

@@ -1,0 +1,217 @@
+"""Plans after a road was closed: without what no road leads to any more, and everybody aboard let out."""
+
+from collections.abc import Sequence, Set
+from dataclasses import replace
+
+import numpy as np
+
+from contract.geometry import Array
+from server.dispatch.problem import Call, Problem, VehicleState
+from server.domain.errors import DestinationRefused, NoRestingPlaceFree, StopUnreachable
+from server.domain.planning.plans import Plan, PlannedVisit, next_version
+from server.domain.record.events import ServerEvent
+from server.domain.record.incidents import IncidentKind
+from server.domain.rides.rides import (
+    WAITING,
+    Ride,
+    RideState,
+    redirected,
+)
+from server.domain.roads.closures import Closure
+from server.domain.service.timetable import missed, without_vehicle
+from server.usecases.planning import cut_off, plans
+from server.usecases.planning.snapshot import take_snapshot
+from server.usecases.ports import topics
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.incidents import clear_incident, open_incident
+from server.usecases.rides import destinations
+
+
+def turn_away(uow: UnitOfWork, standing: Sequence[Closure]) -> tuple[str, ...]:
+    """Give every vehicle whose plan leads to where no road does a plan that it can drive; their ids.
+
+    Riders who wait there go back to those without a vehicle; who is aboard is let out elsewhere.
+    """
+    snapshot = take_snapshot(uow)
+    turned = []
+    for vehicle in snapshot.problem.vehicles:
+        reached, lost = _reachable(snapshot.problem, vehicle)
+        if lost:
+            _turn(uow, vehicle, reached, lost, cut_off.words_of(standing))
+            turned.append(vehicle.vehicle_id)
+    return tuple(turned)
+
+
+def _reachable(problem: Problem, vehicle: VehicleState) -> tuple[Array, list[int]]:
+    """Times from where its riders can first be let out, and which of its calls no road leads to."""
+    row: Array = vehicle.to_places_s
+    first: Array = row
+    lost = []
+    for number, call in enumerate(vehicle.calls):
+        if call.off_duty:
+            continue
+        if number >= vehicle.locked and not np.isfinite(row[call.place]):
+            lost.append(number)
+            continue
+        row = problem.times[call.place]
+        if number < vehicle.locked:
+            first = row
+    return first, lost
+
+
+def _turn(uow: UnitOfWork, vehicle: VehicleState, row: Array, lost: list[int], cause: str) -> None:
+    vehicle_id = vehicle.vehicle_id
+    plan = plans.plan_of(uow, vehicle_id)
+    calls = [vehicle.calls[number] for number in lost]
+    rides = _riders(uow, calls)
+    exits = {ride.ride_id: _nearest(uow, ride, row) for ride in rides if ride.state is RideState.ABOARD}
+    held_in = {ride_id for ride_id, to_stop in exits.items() if to_stop is None}
+    # Whoever cannot be let out anywhere keeps a visit.
+    gone = {call.call_id for call in calls if call.call_id and held_in.isdisjoint(call.alight)}
+    gone |= _departures_given_up(uow, plan, [visit for visit in plan.visits if visit.visit_id in gone], cause)
+    waiting = {ride.ride_id for ride in rides if ride.state in WAITING}
+    if gone or waiting:
+        kept = [visit for visit in plan.visits if visit.visit_id not in gone]
+        uow.plans.save(next_version(plan, _without(kept, waiting)), plan.version)
+        _note(uow, vehicle_id, [visit.stop_id for visit in plan.visits if visit.visit_id in gone], cause)
+    plans.requeue(uow, vehicle_id, sorted(waiting))
+    for ride in rides:
+        if ride.ride_id in exits:
+            _let_out(uow, ride, exits[ride.ride_id], cause)
+    replan(uow, vehicle_id)
+
+
+def _without(visits: Sequence[PlannedVisit], ride_ids: Set[str]) -> list[PlannedVisit]:
+    """The visits without these riders, and without those that were made for them alone."""
+    kept = []
+    for visit in visits:
+        board = tuple(ride_id for ride_id in visit.board if ride_id not in ride_ids)
+        alight = tuple(ride_id for ride_id in visit.alight if ride_id not in ride_ids)
+        had_riders = bool(visit.board or visit.alight)
+        if board or alight or not had_riders or visit.departure_id or visit.state == "under_way":
+            kept.append(replace(visit, board=board, alight=alight))
+    return kept
+
+
+def _riders(uow: UnitOfWork, calls: Sequence[Call]) -> list[Ride]:
+    ride_ids = sorted({ride_id for call in calls for ride_id in (*call.board, *call.alight)})
+    return [ride for ride_id in ride_ids if (ride := uow.rides.get(ride_id)) is not None]
+
+
+def replan(uow: UnitOfWork, vehicle_id: str) -> None:
+    """As `plans.replan`; a shuttle that closed roads cut off from every resting place is an incident."""
+    try:
+        plans.replan(uow, vehicle_id)
+    except NoRestingPlaceFree as error:
+        open_incident(uow, IncidentKind.NO_RESTING_PLACE, vehicle_id, error.detail, vehicle_id=vehicle_id)
+    else:
+        clear_incident(uow, IncidentKind.NO_RESTING_PLACE, vehicle_id)
+
+
+# ---------------------------------------------------------------- riders aboard
+
+
+def _let_out(uow: UnitOfWork, ride: Ride, to_stop: str | None, cause: str) -> None:
+    """At the nearest stop to their destination that the shuttle can drive to; where it can drive to none
+    they stay aboard, and operators are told."""
+    name = f"ride {ride.ride_code} is aboard {ride.vehicle_id}"
+    if to_stop is None:
+        _report(uow, ride, f"{name}, which no road leads out of: {cause}")
+        return
+    try:
+        changed = destinations.let_out_elsewhere(uow, ride, to_stop)
+    except (DestinationRefused, StopUnreachable, NoRestingPlaceFree):
+        changed = None
+    if changed is None:
+        _let_out_first(uow, ride, to_stop)
+    if to_stop == ride.to_stop:
+        return
+    _report(uow, ride, f"{name} and is let out at {to_stop} instead of {ride.to_stop}: {cause}")
+    detail = f"{ride.to_stop} to {to_stop}: {cause}"
+    uow.events.add_server_event(
+        ServerEvent(uow.campus_id, uow.now, "ride.destination_changed", ride.ride_id, "server", detail)
+    )
+    uow.publish(topics.ride(uow.campus_id, ride.ride_id), to_stop=to_stop)
+
+
+def _nearest(uow: UnitOfWork, ride: Ride, row: Array) -> str | None:
+    """By the straight distance, which is what they walk on from there."""
+    roads = uow.roads()
+    there = roads.network.stops[ride.to_stop]
+    x_m, y_m, _ = roads.network.pose(there.lane_id, there.s_m)
+
+    def away_m(stop_id: str) -> tuple[float, str]:
+        return roads.network.apart_m(stop_id, x_m, y_m), stop_id
+
+    reached = [stop_id for stop_id, time_s in zip(roads.stop_ids, row, strict=True) if np.isfinite(time_s)]
+    return min(reached, key=away_m, default=None)
+
+
+def _let_out_first(uow: UnitOfWork, ride: Ride, to_stop: str) -> None:
+    """Before anything else: whoever waits for the vehicle waits longer, and is told so."""
+    uow.rides.save(replace(redirected(ride, to_stop), let_out=ride.let_out))
+    plan = plans.plan_of(uow, ride.vehicle_id or "")
+    stop = uow.network().stops[to_stop]
+    exit_visit = PlannedVisit(
+        uow.ids.new_id("visit"),
+        "stop",
+        to_stop,
+        stop.lane_id,
+        stop.s_m,
+        alight=(ride.ride_id,),
+        dwell_s=uow.rules.dwell_s,
+    )
+    here = [visit for visit in plan.visits if visit.state == "under_way"]
+    others = [
+        replace(visit, alight=tuple(other for other in visit.alight if other != ride.ride_id))
+        for visit in plan.visits
+        if visit.state != "under_way"
+    ]
+    uow.plans.save(next_version(plan, (*here, exit_visit, *others)), plan.version)
+
+
+def _report(uow: UnitOfWork, ride: Ride, cause: str) -> None:
+    open_incident(
+        uow,
+        IncidentKind.ROAD_CLOSED,
+        ride.ride_id,
+        cause,
+        vehicle_id=ride.vehicle_id,
+        ride_id=ride.ride_id,
+    )
+
+
+# ---------------------------------------------------------------- departures
+
+
+def _departures_given_up(uow: UnitOfWork, plan: Plan, lost: Sequence[PlannedVisit], cause: str) -> set[str]:
+    """The visits that leave the plan with these calls.
+
+    A departure that has not begun looks for another vehicle; one that has goes on with the calls that are
+    left, and is missed where its last one is not.
+    """
+    gone: set[str] = set()
+    for departure_id in dict.fromkeys(visit.departure_id for visit in lost if visit.departure_id):
+        departure = uow.departures.get(departure_id)
+        mine = [visit for visit in plan.visits if visit.departure_id == departure_id]
+        if departure is None:
+            continue
+        if any(visit.call == 0 and visit.state == "pending" for visit in mine):
+            uow.departures.save(without_vehicle(departure))
+            gone |= {visit.visit_id for visit in mine}
+        elif any(visit.call == len(departure.calls) - 1 for visit in lost):
+            uow.departures.save(missed(departure, cause))
+            open_incident(
+                uow,
+                IncidentKind.DEPARTURE_MISSED,
+                departure_id,
+                f"{departure_id}: its end is cut off: {cause}",
+            )
+    return gone
+
+
+def _note(uow: UnitOfWork, vehicle_id: str, stop_ids: Sequence[str], cause: str) -> None:
+    detail = f"{', '.join(stop_ids)}: {cause}"
+    uow.events.add_server_event(
+        ServerEvent(uow.campus_id, uow.now, "plan.turned_away", vehicle_id, "", detail)
+    )

@@ -1,0 +1,141 @@
+"""Take in what vehicles say has happened: each event once, in order."""
+
+from dataclasses import dataclass
+
+from contract.wire.messages import (
+    Blocked,
+    CodeRefused,
+    CommandDone,
+    DoorsChanged,
+    FaultRaised,
+    ModeChanged,
+    RiderAlighted,
+    RiderBoarded,
+    RiderDidNotAlight,
+    RiderNoShow,
+    SeatButtonPressed,
+    SectionReleased,
+    TapAnswered,
+    VehicleEvent,
+    VisitChanged,
+)
+from contract.wire.sequence import is_new
+from server.domain.errors import VehicleUnknown
+from server.domain.fleet.vehicles import Vehicle
+from server.domain.planning.plans import PlannedVisit
+from server.domain.record.events import RecordedEvent
+from server.domain.rides.rides import WAITING, RideState
+from server.usecases.fleet import conditions
+from server.usecases.orders import sections, visits
+from server.usecases.planning import plans
+from server.usecases.ports import topics
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.ports.vehicles import EventStore
+from server.usecases.rides import boarding
+
+
+@dataclass(frozen=True, slots=True)
+class Effects:
+    """is_new is False for a repeat. next_sequence: every event of the boot below it is stored."""
+
+    is_new: bool
+    next_sequence: int
+
+
+def record_event(events: EventStore, event: RecordedEvent) -> bool:
+    """Store the event; False when it was stored before, so that its effects are not repeated.
+
+    Raises SequenceGap when an earlier event of the boot is missing.
+    """
+    if not is_new(events.count(event.vehicle_id, event.boot_id), event.boot_id, event.sequence):
+        return False
+    events.add(event)
+    return True
+
+
+def apply_event(uow: UnitOfWork, event: RecordedEvent) -> Effects:
+    """Store the event and let it have its effect, once. Raises SequenceGap, VehicleUnknown."""
+    vehicle = uow.vehicles.get(event.vehicle_id)
+    if vehicle is None:
+        raise VehicleUnknown(f"no vehicle {event.vehicle_id} is enrolled")
+    new = record_event(uow.events, event)
+    if new:
+        uow.vehicles.heard(event.vehicle_id, uow.now)
+        _take_effect(uow, vehicle, event.body)
+        uow.publish(topics.vehicle(uow.campus_id, event.vehicle_id), sequence=event.sequence)
+    return Effects(new, uow.events.count(event.vehicle_id, event.boot_id))
+
+
+def _take_effect(uow: UnitOfWork, vehicle: Vehicle, body: VehicleEvent) -> None:
+    vehicle_id = vehicle.vehicle_id
+    match body:
+        case VisitChanged():
+            _visit_changed(uow, vehicle_id, body)
+        case RiderBoarded():
+            boarding.rider_boarded(uow, vehicle_id, body)
+        case RiderAlighted():
+            boarding.rider_alighted(uow, vehicle_id, body)
+        case RiderNoShow():
+            boarding.rider_no_show(uow, vehicle_id, body)
+        case RiderDidNotAlight():
+            boarding.rider_did_not_alight(uow, vehicle_id, body)
+        case SectionReleased():
+            sections.released(uow, vehicle_id, body.section_id, body.fence)
+        case ModeChanged():
+            conditions.mode_changed(uow, vehicle, body)
+        case Blocked():
+            conditions.blocked(uow, vehicle, body)
+        case FaultRaised():
+            conditions.fault_raised(uow, vehicle, body)
+        case SeatButtonPressed():
+            conditions.seat_button(uow, vehicle, body)
+        case CommandDone():
+            conditions.command_done(uow, vehicle, body)
+        case TapAnswered():
+            conditions.tap_answered(uow, vehicle, body)
+        case CodeRefused():
+            conditions.code_refused(uow, vehicle, body)
+        case DoorsChanged():
+            pass  # shown from the status; the event is kept for the record
+
+
+def _visit_changed(uow: UnitOfWork, vehicle_id: str, event: VisitChanged) -> None:
+    """A visit left behind opens the road ahead; riders whom it left out are planned for anew."""
+    visit = visits.change(uow, vehicle_id, event.visit_id, event.state)
+    if event.state not in ("done", "skipped"):
+        return
+    if visit is None:
+        _mend(uow, vehicle_id)
+        return
+    # Who was told of and did not come is a no-show by now: these it had not heard of, or passed by.
+    plans.requeue(uow, vehicle_id, visit.board)
+    if _left_somebody(uow, vehicle_id, visit):
+        plans.replan(uow, vehicle_id)
+    plans.go_on(uow, vehicle_id)
+    sections.extend_grants(uow)
+
+
+def _mend(uow: UnitOfWork, vehicle_id: str) -> None:
+    """The vehicle's hello told of the visit before this event came: whom it left out is planned for now."""
+    plan = uow.plans.get(vehicle_id)
+    if plan is None:
+        return
+    fetched = {ride_id for visit in plan.visits for ride_id in visit.board}
+    let_out = {ride_id for visit in plan.visits for ride_id in visit.alight}
+    left = [r.ride_id for r in uow.rides.of_vehicle(vehicle_id, sorted(WAITING)) if r.ride_id not in fetched]
+    aboard = uow.rides.of_vehicle(vehicle_id, [RideState.ABOARD])
+    plans.requeue(uow, vehicle_id, left)
+    if left or any(ride.ride_id not in let_out for ride in aboard):
+        plans.replan(uow, vehicle_id)
+
+
+def _left_somebody(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> bool:
+    """Somebody was to get in or out here and did not."""
+    rides = (uow.rides.get(ride_id) for ride_id in (*visit.board, *visit.alight))
+    return any(
+        ride is not None
+        and ride.vehicle_id == vehicle_id
+        and not ride.has_ended
+        and (ride.ride_id in visit.alight or ride.boarded_at is None)
+        for ride in rides
+    )

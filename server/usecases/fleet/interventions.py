@@ -1,0 +1,232 @@
+"""What operators do with a vehicle at work, and what that does to its riders and to the others'.
+
+An intervention tells its effects. Carried out in a transaction that is then undone, it is its own preview:
+what the preview says is what happens if nothing has changed meanwhile.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import timedelta
+
+from server.domain.errors import (
+    ReassignmentRefused,
+    RideAlreadyAboard,
+    RideEnded,
+    RideNotAssigned,
+    RideUnknown,
+    VehicleUnknown,
+)
+from server.domain.fleet.vehicles import Vehicle, VehicleCommand
+from server.domain.record.events import ServerEvent
+from server.domain.rides.effects import (
+    DepartureEffect,
+    Effects,
+    Intervention,
+    ride_effect,
+)
+from server.domain.rides.rides import Ride, RideState
+from server.domain.service.timetable import Departure
+from server.usecases.fleet import departures
+from server.usecases.fleet.conditions import with_availability
+from server.usecases.fleet.vehicles import recall, vehicle_of
+from server.usecases.planning import plans
+from server.usecases.planning.assign import assign_rides
+from server.usecases.ports import topics
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.commands import send_command
+from server.usecases.record.refusals import WORDS
+
+_UNDER_WAY = (RideState.REQUESTED, RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
+THE_SERVER = "server"
+
+
+@dataclass(frozen=True, slots=True)
+class Intervened:
+    """command: the word to the vehicle, where there is one."""
+
+    effects: Effects
+    command: VehicleCommand | None = None
+
+
+def intervene(uow: UnitOfWork, vehicle_id: str, wish: Intervention, by: str) -> Intervened:
+    """Carry it out, and tell what it does to whom.
+
+    Raises VehicleUnknown; for a reassignment also RideUnknown, RideNotAssigned, RideAlreadyAboard, RideEnded,
+    ReassignmentRefused, NoRestingPlaceFree.
+    """
+    # Expected times are as old as the last slow beat: both sides of the comparison are those of now.
+    plans.refresh_expected(uow)
+    rides = uow.rides.in_states(_UNDER_WAY)
+    before = _departures(uow)
+    stood = vehicle_of(uow, vehicle_id).held
+    command = None
+    match wish.kind:
+        case "hold":
+            command = hold(uow, vehicle_id, by, wish.for_s)
+        case "recall":
+            recall(uow, vehicle_id, by)
+        case "reassign":
+            reassign(uow, vehicle_id, by, wish.ride_id, wish.to_vehicle_id)
+    plans.refresh_expected(uow)
+    after = vehicle_of(uow, vehicle_id)
+    stands = after.held and after.hold_ends is None and not stood
+    return Intervened(_effects(uow, rides, before, vehicle_id if stands else None), command)
+
+
+def hold(uow: UnitOfWork, vehicle_id: str, by: str, for_s: float | None = None) -> VehicleCommand:
+    """Have it come to a comfortable stand, for so long or until it is resumed.
+
+    Others get at once what it makes late by standing: of a hold without an end, every waiting ride whose
+    promise somebody else can keep, and its departures. A vehicle that stands for another reason already is
+    not resumed by the clock. Raises VehicleUnknown.
+    """
+    vehicle = vehicle_of(uow, vehicle_id)
+    is_by_clock = for_s is not None and (not vehicle.held or vehicle.hold_ends is not None)
+    ends = uow.now + timedelta(seconds=for_s) if for_s is not None and is_by_clock else None
+    command = send_command(uow, vehicle_id, "hold", by)
+    uow.vehicles.save(with_availability(uow, replace(vehicle, held=True, hold_ends=ends)))
+    uow.publish(topics.vehicle(uow.campus_id, vehicle_id))
+    waiting = uow.rides.of_vehicle(vehicle_id, [RideState.ASSIGNED])
+    if ends is None:
+        plans.release_departures(uow, vehicle_id)
+    else:
+        late = plans.overdue(uow)
+        plans.release_departures(uow, vehicle_id, late)
+        waiting = tuple(ride for ride in waiting if ride.ride_id in late)
+    plans.replan(uow, vehicle_id)
+    plans.assign_waiting(uow, waiting)
+    departures.assign_planned(uow)
+    return command
+
+
+def end_holds(uow: UnitOfWork) -> tuple[str, ...]:
+    """Resume the vehicles whose hold is over; which they are.
+
+    One that is out of reach, or stands for another reason by now, waits for an operator.
+    """
+    ended = []
+    for vehicle in uow.vehicles.all():
+        if vehicle.hold_ends is None or vehicle.hold_ends > uow.now:
+            continue
+        uow.vehicles.save(replace(vehicle, hold_ends=None))
+        if vehicle.connected and vehicle.mode == "held":
+            send_command(uow, vehicle.vehicle_id, "resume", THE_SERVER)
+            ended.append(vehicle.vehicle_id)
+        uow.publish(topics.vehicle(uow.campus_id, vehicle.vehicle_id))
+    return tuple(ended)
+
+
+def reassign(uow: UnitOfWork, vehicle_id: str, by: str, ride_id: str = "", to_vehicle_id: str = "") -> None:
+    """Give one waiting ride of a vehicle, or all of them, to that other vehicle, or to any.
+
+    A promise that the new vehicle cannot keep is told anew. No improvement takes the rides back. Where all
+    are to go, those that nobody else can take stay; a single ride is refused then.
+
+    Raises VehicleUnknown, RideUnknown, RideNotAssigned, RideAlreadyAboard, RideEnded, ReassignmentRefused,
+    NoRestingPlaceFree.
+    """
+    vehicle_of(uow, vehicle_id)
+    others = {v.vehicle_id for v in uow.vehicles.all()} - {vehicle_id}
+    if to_vehicle_id:
+        others = {_other(uow, vehicle_id, to_vehicle_id).vehicle_id}
+    if ride_id:
+        waiting: Sequence[Ride] = [_waiting_ride(uow, vehicle_id, ride_id)]
+    else:
+        waiting = uow.rides.of_vehicle(vehicle_id, [RideState.ASSIGNED])
+    rules = _give(uow, waiting, others)
+    if ride_id and rules:
+        rule = rules[ride_id]
+        whom = to_vehicle_id or "another shuttle"
+        raise ReassignmentRefused(f"the ride cannot be given to {whom}: {WORDS.get(rule, rule)}", rule)
+    detail = f"{ride_id or len(waiting)} to {to_vehicle_id or 'any other'}"
+    uow.events.add_server_event(
+        ServerEvent(uow.campus_id, uow.now, "vehicle.reassigned", vehicle_id, by, detail)
+    )
+
+
+# ---------------------------------------------------------------- inside
+
+
+def _other(uow: UnitOfWork, vehicle_id: str, to_vehicle_id: str) -> Vehicle:
+    if to_vehicle_id == vehicle_id:
+        raise ReassignmentRefused(f"{vehicle_id} has the ride already; name another vehicle")
+    vehicle = uow.vehicles.get(to_vehicle_id)
+    if vehicle is None or vehicle.retired:
+        raise VehicleUnknown(f"no vehicle {to_vehicle_id} is enrolled")
+    return vehicle
+
+
+def _waiting_ride(uow: UnitOfWork, vehicle_id: str, ride_id: str) -> Ride:
+    ride = uow.rides.get(ride_id)
+    if ride is None:
+        raise RideUnknown(f"there is no ride {ride_id}")
+    if ride.has_ended:
+        raise RideEnded(f"ride {ride.ride_code} is {ride.state} already")
+    if ride.state is RideState.ABOARD:
+        raise RideAlreadyAboard(f"ride {ride.ride_code} sits in {ride.vehicle_id} already")
+    if ride.state is not RideState.ASSIGNED or ride.vehicle_id != vehicle_id:
+        raise RideNotAssigned(f"ride {ride.ride_code} does not wait for {vehicle_id}")
+    return ride
+
+
+def _give(uow: UnitOfWork, waiting: Sequence[Ride], to: set[str]) -> dict[str, str]:
+    """Give the rides to these vehicles, in time where that can be; the rules for those they cannot take."""
+    left = _taken(uow, waiting, to, in_time=True)
+    return _taken(uow, [ride for ride in waiting if ride.ride_id in left], to, in_time=False)
+
+
+def _taken(uow: UnitOfWork, waiting: Sequence[Ride], to: set[str], *, in_time: bool) -> dict[str, str]:
+    free = [plans.asked_anew(uow, ride, in_time=in_time) for ride in waiting]
+    left: dict[str, str] = {}
+    for ride, answer in zip(waiting, assign_rides(uow, free, "reassignment", to), strict=True):
+        if answer.rule:
+            left[ride.ride_id] = answer.rule
+            continue
+        taken = answer.ride if in_time else plans.keep_later(uow, ride, answer.ride)
+        uow.rides.save(replace(taken, pinned=True))
+    return left
+
+
+def _departures(uow: UnitOfWork) -> dict[str, tuple[Departure, float]]:
+    """Those not done with how late each is at its next call, as planned; by id, in order of first call."""
+    late_s: dict[str, float] = {}
+    for plan in uow.plans.all():
+        for visit in plan.visits:
+            if visit.departure_id and visit.eta is not None and visit.not_before is not None:
+                late = (visit.eta + timedelta(seconds=visit.dwell_s) - visit.not_before).total_seconds()
+                late_s.setdefault(visit.departure_id, max(0.0, late))
+    return {d.departure_id: (d, late_s.get(d.departure_id, 0.0)) for d in uow.departures.unfinished()}
+
+
+def _effects(
+    uow: UnitOfWork,
+    rides: Sequence[Ride],
+    departures_before: dict[str, tuple[Departure, float]],
+    standing: str | None,
+) -> Effects:
+    """standing: the vehicle that from now on stands until it is resumed, if the intervention made it."""
+    ride_effects = []
+    for before in rides:
+        after = uow.rides.get(before.ride_id) or before
+        waits = not after.has_ended and standing is not None and after.vehicle_id == standing
+        effect = ride_effect(before, after, uow.rules.promise_lapse_s, waits=waits)
+        if effect is not None:
+            ride_effects.append(effect)
+    now = _departures(uow)
+    changed = []
+    for departure_id, (departure, late_before_s) in departures_before.items():
+        after_one, late_after_s = now.get(departure_id, (replace(departure, vehicle_id=None), 0.0))
+        waits = standing is not None and after_one.vehicle_id == standing
+        moved = departure.vehicle_id != after_one.vehicle_id or abs(late_after_s - late_before_s) >= 1.0
+        if moved or waits:
+            changed.append(
+                DepartureEffect(
+                    departure_id,
+                    departure.vehicle_id,
+                    after_one.vehicle_id,
+                    late_before_s,
+                    late_after_s,
+                    waits,
+                )
+            )
+    return Effects(tuple(ride_effects), tuple(changed))

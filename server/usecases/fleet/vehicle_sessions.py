@@ -1,0 +1,200 @@
+"""The vehicle link as the server's record sees it: sessions, positions, silence."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import timedelta
+
+import msgspec
+
+from contract.roads.network import RoadNetwork
+from contract.wire.messages import BootLog, Holding, Status
+from server.domain.errors import CampusUnknown, SectionsTaken, SessionFenced, VehicleUnknown
+from server.domain.fleet.vehicles import StatusReport, Vehicle, VehicleSession
+from server.domain.orders.orders import OrderState
+from server.domain.record.events import ServerEvent
+from server.domain.record.incidents import IncidentKind
+from server.usecases.fleet.conditions import with_availability, with_mode
+from server.usecases.fleet.vehicles import stand_on
+from server.usecases.orders import orders, visits
+from server.usecases.ports import topics
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.incidents import clear_incident, open_incident
+from server.usecases.record.runs import begin_run
+
+
+@dataclass(frozen=True, slots=True)
+class HelloFacts:
+    """What a verified hello says."""
+
+    vehicle_id: str
+    boot_id: str
+    software: str
+    stack: str
+    map_version: str
+    logs: tuple[BootLog, ...]
+    holding: Holding | None
+    seats: int
+    wheelchair_places: int
+
+
+def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
+    """A new epoch; older sessions are fenced. The vehicle's word on its visits is taken over.
+
+    The hub applies the boot's unacknowledged events next and sends the outbox after them.
+    Raises VehicleUnknown.
+    """
+    vehicle = uow.vehicles.get(hello.vehicle_id)
+    if vehicle is None or vehicle.retired:
+        raise VehicleUnknown(f"no vehicle {hello.vehicle_id} is enrolled")
+    opened = replace(
+        vehicle,
+        epoch=vehicle.epoch + 1,
+        boot_id=hello.boot_id,
+        connected=True,
+        software=hello.software,
+        stack=hello.stack,
+        map_version=hello.map_version,
+        seats=hello.seats,
+        wheelchair_places=hello.wheelchair_places,
+    )
+    if hello.boot_id != vehicle.boot_id:
+        # A vehicle comes up standing and held, whatever it was before.
+        opened = with_mode(uow, replace(opened, hold_ends=None), "held")
+    opened = with_availability(uow, opened)
+    uow.vehicles.save(opened)
+    uow.vehicles.heard(hello.vehicle_id, uow.now)
+    begin_run(uow, opened)
+    clear_incident(uow, IncidentKind.VEHICLE_SILENT, hello.vehicle_id)
+    _reconcile(uow, hello)
+    uow.publish(topics.vehicle_session(uow.campus_id, hello.vehicle_id), epoch=opened.epoch)
+    uow.publish(topics.vehicle(uow.campus_id, hello.vehicle_id), epoch=opened.epoch)
+    boots = dict.fromkeys((hello.boot_id, *(log.boot_id for log in hello.logs)))
+    acknowledged = tuple((boot_id, uow.events.count(hello.vehicle_id, boot_id)) for boot_id in boots)
+    return VehicleSession(hello.vehicle_id, opened.epoch, acknowledged)
+
+
+def close_session(uow: UnitOfWork, vehicle_id: str, epoch: int) -> None:
+    """The link is gone. An older epoch's end is no news."""
+    vehicle = uow.vehicles.get(vehicle_id)
+    if vehicle is None or vehicle.epoch != epoch or not vehicle.connected:
+        return
+    uow.vehicles.save(with_availability(uow, replace(vehicle, connected=False)))
+    uow.publish(topics.vehicle(uow.campus_id, vehicle_id), connected=0)
+
+
+def require_epoch(uow: UnitOfWork, vehicle_id: str, epoch: int) -> None:
+    """Raises SessionFenced when a newer session has taken over."""
+    vehicle = uow.vehicles.get(vehicle_id)
+    if vehicle is None or vehicle.epoch != epoch:
+        raise SessionFenced(f"a newer session of {vehicle_id} has taken over from epoch {epoch}")
+
+
+def report_key_conflict(uow: UnitOfWork, vehicle_id: str, detail: str) -> None:
+    """Two agents speak with one key: an incident."""
+    open_incident(uow, IncidentKind.KEY_CONFLICT, vehicle_id, detail, vehicle_id=vehicle_id)
+
+
+def record_status(uow: UnitOfWork, reports: Sequence[StatusReport]) -> None:
+    """Keep a batch of positions. A vehicle's first position on a lane places it on the road.
+
+    Pictures go to the screens and are not kept: the run log has them.
+    """
+    vehicles = {vehicle.vehicle_id: vehicle for vehicle in uow.vehicles.all()}
+    known = [_without_picture(report) for report in reports if report.vehicle_id in vehicles]
+    uow.vehicles.save_status(known)
+    newest = {report.vehicle_id: report for report in known}
+    for vehicle_id, report in sorted(newest.items()):
+        _look_at(uow, vehicles[vehicle_id], report.status)
+        uow.publish(topics.vehicle_status(uow.campus_id, vehicle_id))
+
+
+def _without_picture(report: StatusReport) -> StatusReport:
+    if report.status.picture is None:
+        return report
+    return replace(report, status=msgspec.structs.replace(report.status, picture=None))
+
+
+def note_silence(uow: UnitOfWork) -> tuple[str, ...]:
+    """Open an incident for each vehicle that has fallen silent, close those heard again; the silent ones."""
+    limit = uow.now - timedelta(seconds=uow.rules.silent_after_s)
+    heard_at = {where.vehicle_id: where.heard_at for where in uow.vehicles.all_whereabouts()}
+    silent = []
+    for vehicle in uow.vehicles.all():
+        last = heard_at.get(vehicle.vehicle_id)
+        if last is None or not vehicle.boot_id:
+            continue
+        if last < limit:
+            silent.append(vehicle.vehicle_id)
+            cause = f"not heard since {last:%H:%M:%S} UTC"
+            open_incident(
+                uow,
+                IncidentKind.VEHICLE_SILENT,
+                vehicle.vehicle_id,
+                cause,
+                vehicle_id=vehicle.vehicle_id,
+            )
+        else:
+            clear_incident(uow, IncidentKind.VEHICLE_SILENT, vehicle.vehicle_id)
+    return tuple(silent)
+
+
+def _reconcile(uow: UnitOfWork, hello: HelloFacts) -> None:
+    """What the vehicle holds against what it should follow: its word on the past, ours on the future."""
+    order = uow.orders.current(hello.vehicle_id)
+    held = hello.holding
+    if held is not None:
+        visits.take_over(uow, hello.vehicle_id, held.visits)
+        order = uow.orders.current(hello.vehicle_id)
+    if order is None or order.state is OrderState.DONE:
+        return
+    follows = held is not None and (held.order_id, held.revision) == (order.order_id, order.revision)
+    if follows and order.state is not OrderState.ACCEPTED:
+        orders.accepted(uow, hello.vehicle_id, order.order_id, order.revision)
+    elif not follows and order.state is OrderState.ACCEPTED:
+        uow.events.add_server_event(
+            ServerEvent(uow.campus_id, uow.now, "order.lost", hello.vehicle_id, hello.vehicle_id)
+        )
+        orders.repeat(uow, hello.vehicle_id)
+
+
+def _look_at(uow: UnitOfWork, vehicle: Vehicle, status: Status) -> None:
+    vehicle_id = vehicle.vehicle_id
+    try:
+        network = uow.network()
+    except CampusUnknown:
+        return
+    if _is_at_sea(network, status):
+        pose = status.pose_map
+        open_incident(
+            uow,
+            IncidentKind.IMPOSSIBLE_POSITION,
+            vehicle_id,
+            f"says it is at ({pose.x_m:.0f}, {pose.y_m:.0f}) m, on no road of the map; check its positioning",
+            vehicle_id=vehicle_id,
+        )
+        return
+    clear_incident(uow, IncidentKind.IMPOSSIBLE_POSITION, vehicle_id)
+    if not vehicle.placed:
+        _place_by(uow, vehicle, network, status)
+
+
+def _is_at_sea(network: RoadNetwork, status: Status) -> bool:
+    pose = status.pose_map
+    return all(network.locate(pose.x_m, pose.y_m, pose.yaw_rad + turned) is None for turned in (0.0, math.pi))
+
+
+def _place_by(uow: UnitOfWork, vehicle: Vehicle, network: RoadNetwork, status: Status) -> None:
+    pose = status.pose_map
+    found = network.locate(pose.x_m, pose.y_m, pose.yaw_rad)
+    if status.lane_id in network.lanes:
+        lane_id, s_m = status.lane_id, status.s_m
+    elif found is not None:
+        lane_id, s_m, _ = found
+    else:
+        return
+    try:
+        stand_on(uow, vehicle, lane_id, s_m)
+    except SectionsTaken as error:
+        vehicle_id = vehicle.vehicle_id
+        open_incident(uow, IncidentKind.GROUND_CONFLICT, vehicle_id, error.detail, vehicle_id=vehicle_id)

@@ -1,0 +1,73 @@
+"""A plan as it goes over the wire."""
+
+from collections.abc import Sequence
+from datetime import UTC, datetime, timedelta
+
+from contract.wire.messages import Order, RiderTask, SectionGrant, Visit
+from server.domain.fleet.vehicles import Vehicle
+from server.domain.planning.plans import Plan, PlannedVisit
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.roads.section_desk import SectionDesk
+
+EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+
+
+def order_payload(
+    uow: UnitOfWork,
+    vehicle: Vehicle,
+    plan: Plan,
+    legs: Sequence[tuple[str, ...]],
+    order_id: str,
+    revision: int,
+    desk: SectionDesk,
+) -> Order:
+    """legs: the lanes to each of the plan's visits."""
+    return Order(
+        epoch=vehicle.epoch,
+        order_id=order_id,
+        revision=revision,
+        map_version=uow.network().map_version,
+        visits=tuple(_visit(uow, visit, leg) for visit, leg in zip(plan.ordered, legs, strict=True)),
+        sections=grants_on_the_wire(desk, vehicle.vehicle_id),
+        expires_ns=expiry_ns(uow),
+    )
+
+
+def grants_on_the_wire(desk: SectionDesk, vehicle_id: str) -> tuple[SectionGrant, ...]:
+    """What the vehicle holds, in route order."""
+    return tuple(SectionGrant(s.section_id, s.fence) for s in desk.occupancy(vehicle_id).held)
+
+
+def _visit(uow: UnitOfWork, visit: PlannedVisit, leg: tuple[str, ...]) -> Visit:
+    stop = uow.network().stops.get(visit.stop_id)
+    return Visit(
+        visit_id=visit.visit_id,
+        kind=visit.kind,
+        stop_id=visit.stop_id,
+        lane_id=visit.lane_id,
+        s_m=visit.s_m,
+        route=leg,
+        board=_tasks(uow, visit.board),
+        alight=_tasks(uow, visit.alight),
+        dwell_s=visit.dwell_s,
+        not_before_ns=0 if visit.not_before is None else utc_ns(visit.not_before),
+        timed=bool(visit.departure_id),
+        name="" if stop is None else stop.name,
+        name_en="" if stop is None else stop.name_en,
+    )
+
+
+def _tasks(uow: UnitOfWork, ride_ids: tuple[str, ...]) -> tuple[RiderTask, ...]:
+    rides = (uow.rides.get(ride_id) for ride_id in ride_ids)
+    return tuple(RiderTask(ride.ride_id, ride.party, ride.boarding_code) for ride in rides if ride)
+
+
+def expiry_ns(uow: UnitOfWork) -> int:
+    """Until when a vehicle may accept what is sent now."""
+    return utc_ns(uow.now + timedelta(seconds=uow.rules.order_valid_s))
+
+
+def utc_ns(moment: datetime) -> int:
+    """Nanoseconds since the Unix epoch, exact to the microsecond."""
+    since = moment - EPOCH
+    return ((since.days * 86400 + since.seconds) * 1_000_000 + since.microseconds) * 1000

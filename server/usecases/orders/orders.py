@@ -1,0 +1,234 @@
+"""Plans made into orders on the wire, and the vehicle's answers to them."""
+
+from dataclasses import replace
+from datetime import timedelta
+
+from contract.wire.messages import OrderRejected
+from server.domain.errors import OrderUnknown, VehicleUnknown
+from server.domain.fleet.vehicles import Vehicle
+from server.domain.orders.orders import IssuedOrder, OrderState
+from server.domain.planning.plans import Plan
+from server.domain.record.events import ServerEvent
+from server.domain.record.incidents import IncidentKind
+from server.usecases.orders import visits
+from server.usecases.orders.order_payload import order_payload, utc_ns
+from server.usecases.ports import topics
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.incidents import clear_incident, open_incident
+from server.usecases.roads.ground import Footing, footing
+from server.usecases.roads.section_desk import SectionDesk
+from server.usecases.roads.ways import (
+    Way,
+    blocked_for,
+    leads_through_closed,
+    way_through,
+)
+
+REJECTIONS_MAX = 3
+
+
+def reissue(uow: UnitOfWork, vehicle_id: str, desk: SectionDesk | None = None) -> IssuedOrder | None:
+    """Make the vehicle's order carry out its plan, if its new route is safe now; None when nothing changed.
+
+    While the route is not safe the old order stays in force; the next release tries again.
+    Raises VehicleUnknown.
+    """
+    vehicle = uow.vehicles.get(vehicle_id)
+    if vehicle is None:
+        raise VehicleUnknown(f"no vehicle {vehicle_id} is enrolled")
+    plan = uow.plans.get(vehicle_id)
+    present = uow.orders.current(vehicle_id)
+    if plan is None or not plan.ordered or not vehicle.placed:
+        return None
+    if uow.roads().closed:
+        desk = desk or SectionDesk(uow)
+    turns = desk is not None and leads_through_closed(uow.roads(), desk, vehicle_id)
+    if not turns and not _is_behind(present, plan):
+        return None
+    if not turns and present is not None and _says_the_same(present, plan):
+        uow.orders.save(replace(present, plan_version=plan.version))
+        return None
+    where = uow.vehicles.whereabouts(vehicle_id)
+    if where is None or where.status is None:
+        return None
+    desk = desk or SectionDesk(uow)
+    held = desk.occupancy(vehicle_id).held_ids
+    here = footing(uow.network(), held, where.status)
+    if _is_held_back(uow, plan, present, here):
+        return None
+    way = _way(uow, plan, present, desk, here, where.status.speed_mps)
+    if way is None or not desk.adopt(vehicle_id, way.sections):
+        return None
+    return _issue(uow, vehicle, plan, present, way, desk)
+
+
+def accepted(uow: UnitOfWork, vehicle_id: str, order_id: str, revision: int) -> None:
+    """The vehicle has it on disk. A repeat is harmless. Raises OrderUnknown."""
+    order = _found(uow, vehicle_id, order_id, revision)
+    if order.state in (OrderState.ISSUED, OrderState.REJECTED):
+        uow.orders.save(replace(order, state=OrderState.ACCEPTED, reason=""))
+        clear_incident(uow, IncidentKind.ORDER_REJECTED, vehicle_id)
+        uow.publish(topics.vehicle(uow.campus_id, vehicle_id))
+
+
+def rejected(uow: UnitOfWork, vehicle_id: str, answer: OrderRejected) -> IssuedOrder | None:
+    """The vehicle keeps what it had: take over its word on its visits and issue anew.
+
+    An order that came too late is sent again as it is. Rejections that go on open an incident, and then
+    only a changed plan is tried. Raises OrderUnknown.
+    """
+    order = _found(uow, vehicle_id, answer.order_id, answer.revision)
+    present = uow.orders.current(vehicle_id)
+    is_present = present is not None and (present.order_id, present.revision) == (
+        order.order_id,
+        order.revision,
+    )
+    if not is_present or order.state is not OrderState.ISSUED or answer.code == "expired":
+        return None
+    uow.orders.save(replace(order, state=OrderState.REJECTED, reason=answer.code))
+    cause = f"{answer.code}: {answer.detail}"
+    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, "order.rejected", vehicle_id, "", cause))
+    visits.take_over(uow, vehicle_id, answer.visits)
+    if _rejections(uow, order, answer.code) >= REJECTIONS_MAX:
+        open_incident(uow, IncidentKind.ORDER_REJECTED, vehicle_id, cause, vehicle_id=vehicle_id)
+        return None
+    return repeat(uow, vehicle_id)
+
+
+def current_order(uow: UnitOfWork, vehicle_id: str) -> IssuedOrder | None:
+    """The order in force, whatever its state."""
+    return uow.orders.current(vehicle_id)
+
+
+def withdraw(uow: UnitOfWork, vehicle_id: str) -> None:
+    """The vehicle does not hold the present order and never will: the next one begins afresh."""
+    order = uow.orders.current(vehicle_id)
+    if order is not None and order.state is not OrderState.DONE:
+        uow.orders.save(replace(order, state=OrderState.DONE, reason="withdrawn", plan_version=-1))
+
+
+def repeat(uow: UnitOfWork, vehicle_id: str) -> IssuedOrder | None:
+    """Issue the plan again as a new revision from where the vehicle is now."""
+    order = uow.orders.current(vehicle_id)
+    if order is not None and order.state is not OrderState.DONE:
+        uow.orders.save(replace(order, plan_version=-1))
+    return reissue(uow, vehicle_id)
+
+
+# ---------------------------------------------------------------- making an order
+
+
+def _is_behind(present: IssuedOrder | None, plan: Plan) -> bool:
+    """The plan has changed since the present order was made."""
+    return present is None or present.plan_version != plan.version
+
+
+def _says_the_same(present: IssuedOrder, plan: Plan) -> bool:
+    """The plan has changed behind what the order in force holds: the vehicle need not hear of it yet."""
+    if present.state not in (OrderState.ISSUED, OrderState.ACCEPTED) or present.plan_version < 0:
+        return False
+    ahead = plan.ordered
+    held = present.payload.visits[-len(ahead) :]
+    return len(held) == len(ahead) and all(
+        (sent.visit_id, sent.dwell_s, sent.not_before_ns)
+        == (visit.visit_id, visit.dwell_s, 0 if visit.not_before is None else utc_ns(visit.not_before))
+        and tuple(task.ride_id for task in sent.board) == visit.board
+        and tuple(task.ride_id for task in sent.alight) == visit.alight
+        for sent, visit in zip(held, ahead, strict=True)
+    )
+
+
+def _is_held_back(uow: UnitOfWork, plan: Plan, present: IssuedOrder | None, here: Footing) -> bool:
+    """A resting vehicle whose first visit is timed does not go and stand in the road long before."""
+    first = plan.visits[0]
+    at_rest = present is None or present.state is OrderState.DONE
+    if not at_rest or first.not_before is None or first.stop_id == "":
+        return False
+    roads = uow.roads()
+    own = frozenset({plan.resting_place_id})
+    row = roads.times_to_stops((here.lane_id, here.s_m), own, frozenset())
+    drive_s = uow.pace_at(first.not_before) * float(row[roads.stop_numbers[first.stop_id]])
+    early_s = uow.rules.early_s(timed=bool(first.departure_id))
+    leave_at = first.not_before - timedelta(seconds=first.dwell_s + drive_s + early_s)
+    return uow.now < leave_at
+
+
+def _way(
+    uow: UnitOfWork,
+    plan: Plan,
+    present: IssuedOrder | None,
+    desk: SectionDesk,
+    here: Footing,
+    speed_mps: float,
+) -> Way | None:
+    roads, rules = uow.roads(), uow.rules
+    occupancy = desk.occupancy(plan.vehicle_id)
+    going = present is not None and present.state is not OrderState.DONE
+    heading_for = ""
+    if going and present is not None and plan.visits[0].visit_id in _visit_ids(present):
+        heading_for = plan.visits[0].visit_id
+    others = {p.resting_place_id for p in uow.plans.all() if p.vehicle_id != plan.vehicle_id}
+    unreserved = frozenset(roads.network.resting_places) - others
+    for own in (frozenset({plan.resting_place_id}), unreserved):
+        way = way_through(
+            roads,
+            occupancy.held_ids,
+            here,
+            plan.ordered,
+            blocked_for(roads, own, occupancy.held_ids, occupancy.ahead),
+            stopping_m=rules.stopping_m(speed_mps),
+            heading_for=heading_for,
+        )
+        if way is not None:
+            return way
+    return None
+
+
+def _issue(
+    uow: UnitOfWork,
+    vehicle: Vehicle,
+    plan: Plan,
+    present: IssuedOrder | None,
+    way: Way,
+    desk: SectionDesk,
+) -> IssuedOrder:
+    continues = present is not None and present.state is not OrderState.DONE
+    order_id = present.order_id if continues and present is not None else uow.ids.new_id("order")
+    revision = present.revision + 1 if continues and present is not None else 1
+    payload = order_payload(uow, vehicle, plan, way.legs, order_id, revision, desk)
+    order = IssuedOrder(
+        campus_id=uow.campus_id,
+        vehicle_id=vehicle.vehicle_id,
+        order_id=order_id,
+        revision=revision,
+        plan_version=plan.version,
+        state=OrderState.ISSUED,
+        payload=payload,
+        issued_at=uow.now,
+    )
+    uow.orders.add(order)
+    uow.publish(topics.vehicle_outbox(uow.campus_id, vehicle.vehicle_id))
+    uow.publish(topics.vehicle(uow.campus_id, vehicle.vehicle_id))
+    return order
+
+
+def _found(uow: UnitOfWork, vehicle_id: str, order_id: str, revision: int) -> IssuedOrder:
+    order = uow.orders.find(vehicle_id, order_id, revision)
+    if order is None:
+        raise OrderUnknown(f"{vehicle_id} speaks of order {order_id}/{revision}, which was never issued")
+    return order
+
+
+def _rejections(uow: UnitOfWork, last: IssuedOrder, reason: str) -> int:
+    """How many revisions in a row, up to this one, were rejected for the same reason."""
+    count = 1
+    while count < REJECTIONS_MAX:
+        earlier = uow.orders.find(last.vehicle_id, last.order_id, last.revision - count)
+        if earlier is None or earlier.state is not OrderState.REJECTED or earlier.reason != reason:
+            return count
+        count += 1
+    return count
+
+
+def _visit_ids(order: IssuedOrder) -> frozenset[str]:
+    return frozenset(visit.visit_id for visit in order.payload.visits)

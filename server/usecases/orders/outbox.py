@@ -1,0 +1,65 @@
+"""All that the server has to say to one vehicle now."""
+
+from dataclasses import dataclass
+
+import msgspec
+
+from contract.wire.messages import Command, Grants, Order, PassengerTap
+from server.domain.errors import VehicleUnknown
+from server.domain.fleet.vehicles import Vehicle
+from server.domain.orders.orders import IssuedOrder, OrderState
+from server.usecases.orders.order_payload import expiry_ns
+from server.usecases.orders.sections import grants_of
+from server.usecases.ports.unit_of_work import UnitOfWork
+
+
+@dataclass(frozen=True, slots=True)
+class Outbox:
+    """order is None when the vehicle follows the newest one already; grants None while it has no order.
+
+    Repeats are harmless to the vehicle; a session may leave out what it has sent already.
+    """
+
+    order: Order | None
+    grants: Grants | None
+    commands: tuple[Command, ...]
+    taps: tuple[PassengerTap, ...]
+
+
+def outbox_of(uow: UnitOfWork, vehicle_id: str) -> Outbox:
+    """Order, grants, commands and taps, stamped with the vehicle's epoch. Raises VehicleUnknown."""
+    vehicle = uow.vehicles.get(vehicle_id)
+    if vehicle is None:
+        raise VehicleUnknown(f"no vehicle {vehicle_id} is enrolled")
+    epoch = vehicle.epoch
+    order, grants = _driving(uow, vehicle)
+    return Outbox(
+        order=order,
+        grants=grants,
+        commands=tuple(
+            Command(epoch, command.command_id, command.kind, command.text)
+            for command in uow.vehicles.pending_commands(vehicle_id)
+        ),
+        taps=tuple(
+            PassengerTap(epoch, tap.tap_id, tap.ride_id, tap.kind)
+            for tap in uow.rides.pending_taps(vehicle_id)
+        ),
+    )
+
+
+def _driving(uow: UnitOfWork, vehicle: Vehicle) -> tuple[Order | None, Grants | None]:
+    issued = uow.orders.current(vehicle.vehicle_id)
+    if issued is None or not vehicle.placed or issued.state in (OrderState.DONE, OrderState.REJECTED):
+        return None, None
+    held = grants_of(uow, vehicle.vehicle_id)
+    grants = Grants(vehicle.epoch, issued.order_id, held)
+    return (_renewed(uow, vehicle, issued, grants), grants)
+
+
+def _renewed(uow: UnitOfWork, vehicle: Vehicle, issued: IssuedOrder, grants: Grants) -> Order | None:
+    """An order that the vehicle has not accepted yet, with what changes between two sendings."""
+    if issued.state is not OrderState.ISSUED:
+        return None
+    return msgspec.structs.replace(
+        issued.payload, epoch=vehicle.epoch, sections=grants.sections, expires_ns=expiry_ns(uow)
+    )

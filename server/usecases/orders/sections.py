@@ -1,0 +1,96 @@
+"""Leave to enter the road ahead. Every grant and every route goes through the reservation controller."""
+
+import math
+
+from contract.wire.messages import SectionGrant
+from server.domain.fleet.vehicles import Vehicle
+from server.domain.orders.orders import IssuedOrder, OrderState
+from server.domain.orders.sections import Occupancy
+from server.domain.planning.plans import Plan, PlannedVisit
+from server.travel.fleet_roads import FleetRoads
+from server.usecases.orders import orders
+from server.usecases.orders.order_payload import grants_on_the_wire
+from server.usecases.ports import topics
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.roads.ground import footing, sections_to_ask
+from server.usecases.roads.section_desk import SectionDesk
+
+# With nobody within this distance a shuttle gets so many times as much road ahead.
+ALONE_M = 200.0
+ALONE_FACTOR = 2.0
+
+
+def extend_grants(uow: UnitOfWork) -> tuple[str, ...]:
+    """Retry routes that were not safe, then grant every vehicle the road ahead; the vehicles that gained."""
+    desk = SectionDesk(uow)
+    for vehicle in uow.vehicles.all():
+        if vehicle.placed:
+            orders.reissue(uow, vehicle.vehicle_id, desk)
+    return grant_ahead(uow, desk)
+
+
+def grant_ahead(uow: UnitOfWork, desk: SectionDesk) -> tuple[str, ...]:
+    """Grant every vehicle that can drive the road ahead of it; the vehicles that gained."""
+    gained = []
+    for vehicle in uow.vehicles.all():
+        if vehicle.placed and vehicle.connected and not vehicle.held:
+            count = _wanted(uow, vehicle, desk)
+            if count and desk.grant(vehicle.vehicle_id, count):
+                gained.append(vehicle.vehicle_id)
+                uow.publish(topics.vehicle_outbox(uow.campus_id, vehicle.vehicle_id))
+    return tuple(gained)
+
+
+def grants_of(uow: UnitOfWork, vehicle_id: str) -> tuple[SectionGrant, ...]:
+    """What the vehicle holds, in route order."""
+    return grants_on_the_wire(SectionDesk(uow), vehicle_id)
+
+
+def released(uow: UnitOfWork, vehicle_id: str, section_id: str, fence: int) -> None:
+    """The vehicle has left a section: it is free for others, whose routes and grants are tried again."""
+    if SectionDesk(uow).release(vehicle_id, section_id, fence):
+        extend_grants(uow)
+
+
+def _wanted(uow: UnitOfWork, vehicle: Vehicle, desk: SectionDesk) -> int:
+    occupancy = desk.occupancy(vehicle.vehicle_id)
+    if not occupancy.ahead:
+        return 0
+    where = uow.vehicles.whereabouts(vehicle.vehicle_id)
+    if where is None or where.status is None:
+        return 0
+    network = uow.network()
+    here = footing(network, occupancy.held_ids, where.status)
+    distance_m = uow.rules.grant_ahead_m
+    if _is_alone(uow, vehicle.vehicle_id):
+        distance_m *= ALONE_FACTOR
+    halt = _next_halt(uow.plans.get(vehicle.vehicle_id), uow.orders.current(vehicle.vehicle_id))
+    ahead = _open_ahead(uow.roads(), occupancy)
+    return sections_to_ask(network, occupancy.held_ids, ahead, here, distance_m, halt)
+
+
+def _open_ahead(roads: FleetRoads, occupancy: Occupancy) -> tuple[str, ...]:
+    """The road ahead as far as nobody has closed it."""
+    if not roads.closed:
+        return occupancy.ahead
+    shut = roads.shut_for(occupancy.held_ids[-1])
+    first = next((n for n, section_id in enumerate(occupancy.ahead) if section_id in shut), None)
+    return occupancy.ahead[:first]
+
+
+def _next_halt(plan: Plan | None, order: IssuedOrder | None) -> PlannedVisit | None:
+    """The first visit of the order in force that is still to be made."""
+    if plan is None or order is None or order.state is OrderState.DONE:
+        return None
+    ordered = {visit.visit_id for visit in order.payload.visits}
+    return next((visit for visit in plan.visits if visit.visit_id in ordered), None)
+
+
+def _is_alone(uow: UnitOfWork, vehicle_id: str) -> bool:
+    poses = {
+        where.vehicle_id: where.status.pose_map
+        for where in uow.vehicles.all_whereabouts()
+        if where.status is not None
+    }
+    mine = poses.pop(vehicle_id)
+    return all(math.hypot(pose.x_m - mine.x_m, pose.y_m - mine.y_m) > ALONE_M for pose in poses.values())

@@ -1,0 +1,119 @@
+"""What vehicles say about their visits; it wins over what the plan says."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+import msgspec
+
+from contract.geometry import Pose2
+from contract.wire.messages import VisitProgress, VisitState
+from server.domain.errors import IllegalTransition
+from server.domain.orders.orders import OrderState
+from server.domain.planning.plans import Plan, PlannedVisit, with_visit_state
+from server.domain.record.events import ServerEvent
+from server.domain.rides.rides import RideState, moved
+from server.domain.service.timetable import DepartureState
+from server.usecases.ports import topics
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record import paces
+
+NEAR_M = 15.0
+
+
+def change(uow: UnitOfWork, vehicle_id: str, visit_id: str, state: VisitState) -> PlannedVisit | None:
+    """Take over one visit's state; the visit, or None when that was no news.
+
+    A visit going backwards is no news either: the plan keeps the later state.
+    """
+    plan = uow.plans.get(vehicle_id)
+    if plan is None:
+        return None
+    try:
+        after = with_visit_state(plan, visit_id, state)
+    except IllegalTransition as error:
+        uow.events.add_server_event(
+            ServerEvent(uow.campus_id, uow.now, "visit.backwards", vehicle_id, "", error.detail)
+        )
+        return None
+    if after is plan:
+        return None
+    uow.plans.save(after, plan.version)
+    follow(uow, plan, after)
+    visit = plan.visit(visit_id)
+    if visit is not None:
+        _measure(uow, vehicle_id, visit, state)
+        if state != "skipped":
+            _stand_at(uow, vehicle_id, visit)
+        _tell(uow, vehicle_id, visit, state)
+    return visit
+
+
+def take_over(uow: UnitOfWork, vehicle_id: str, progress: Iterable[VisitProgress]) -> None:
+    """All of a vehicle's word on its visits, in its order."""
+    for visit in progress:
+        if visit.state != "pending":
+            change(uow, vehicle_id, visit.visit_id, visit.state)
+
+
+def follow(uow: UnitOfWork, before: Plan, after: Plan) -> None:
+    """The plan went on by the vehicle's own word: the order that it follows needs no revision for that.
+
+    One that it has not accepted yet, and that still names a visit which is behind it, does.
+    """
+    order = uow.orders.current(before.vehicle_id)
+    if order is None or order.plan_version != before.version or order.state is OrderState.DONE:
+        return
+    ordered = {visit.visit_id for visit in order.payload.visits}
+    open_now = {visit.visit_id for visit in after.visits}
+    if not ordered & open_now:
+        uow.orders.save(replace(order, plan_version=after.version, state=OrderState.DONE))
+    elif order.state is OrderState.ACCEPTED or ordered <= open_now:
+        uow.orders.save(replace(order, plan_version=after.version))
+
+
+def _measure(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitState) -> None:
+    """How long the fleet drives from stop to stop, for the plans of other days."""
+    if state == "under_way":
+        paces.arrived(uow, vehicle_id, visit)
+    elif state == "done":
+        paces.left(uow, vehicle_id, visit)
+
+
+def _stand_at(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> None:
+    """Positions come in batches, so the newest may be from before the stop: the vehicle stands at the visit.
+
+    One farther away is left as it is: the event is an old one, told late.
+    """
+    where = uow.vehicles.whereabouts(vehicle_id)
+    if where is None or where.status is None:
+        return
+    pose = where.status.pose_map
+    x_m, y_m, yaw_rad = uow.network().pose(visit.lane_id, visit.s_m)
+    if math.hypot(pose.x_m - x_m, pose.y_m - y_m) <= NEAR_M:
+        stands = msgspec.structs.replace(
+            where.status,
+            pose_map=Pose2(x_m, y_m, yaw_rad),
+            lane_id=visit.lane_id,
+            s_m=visit.s_m,
+            speed_mps=0.0,
+        )
+        uow.vehicles.save_position(vehicle_id, stands)
+
+
+def _tell(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitState) -> None:
+    if state == "under_way":
+        for ride_id in visit.board:
+            ride = uow.rides.get(ride_id)
+            if ride is not None and ride.state is RideState.ASSIGNED and ride.vehicle_id == vehicle_id:
+                uow.rides.save(moved(ride, RideState.BOARDING))
+                uow.publish(topics.ride(uow.campus_id, ride_id), vehicle_id=vehicle_id)
+    elif state == "done" and visit.departure_id:
+        _call_made(uow, visit)
+    uow.publish(topics.vehicle(uow.campus_id, vehicle_id), visit_id=visit.visit_id, visit_state=state)
+
+
+def _call_made(uow: UnitOfWork, visit: PlannedVisit) -> None:
+    departure = uow.departures.get(visit.departure_id)
+    if departure is not None and visit.call == len(departure.calls) - 1:
+        uow.departures.save(replace(departure, state=DepartureState.DONE))

@@ -1,0 +1,199 @@
+"""Rides that want a shuttle, decided one after the other on one look at the fleet."""
+
+from collections.abc import Collection, Sequence, Set
+from dataclasses import dataclass, replace
+
+import msgspec
+
+from server.dispatch.alternatives import Alternative as Found
+from server.dispatch.answer import Answer, Quote, Terms, answer_all
+from server.dispatch.board.board import Board
+from server.dispatch.problem import Request
+from server.dispatch.problem_codec import encode_problem
+from server.domain.planning.decisions import (
+    Alternative,
+    Decision,
+    DecisionKind,
+    RideDecision,
+)
+from server.domain.planning.decisions import Quote as ToldQuote
+from server.domain.rides.rides import Promise, Ride
+from server.travel.fleet_roads import FleetRoads
+from server.usecases.planning.carry_out import commit
+from server.usecases.planning.snapshot import Snapshot, moment, take_snapshot
+from server.usecases.ports.unit_of_work import UnitOfWork
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """What a stored decision depends on beside its problem; promised: request ids that keep their windows."""
+
+    terms: Terms
+    promised: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Assigned:
+    """A ride with its vehicle, promise and expected times, and rule ""; or as it was, with the rule that
+    binds and what would be accepted instead."""
+
+    ride: Ride
+    rule: str
+    alternatives: tuple[Alternative, ...] = ()
+
+
+def assign_ride(uow: UnitOfWork, ride: Ride, kind: DecisionKind) -> Assigned:
+    """See `assign_rides`."""
+    return assign_rides(uow, [ride], kind)[0]
+
+
+def assign_rides(
+    uow: UnitOfWork,
+    wanted: Sequence[Ride],
+    kind: DecisionKind,
+    only: Collection[str] | None = None,
+    walking: Set[str] = frozenset(),
+) -> list[Assigned]:
+    """What becomes of each ride, in the order given; `only` these vehicles may take them. Those of `walking`
+    may begin and end at other stops within walking distance: their rides have these then.
+
+    A ride that has its promise keeps it. The decision is stored with all that it rests on; one that changed
+    nothing for a ride which goes on waiting is not.
+    """
+    if not wanted:
+        return []
+    snapshot = take_snapshot(uow, wanted=wanted)
+    if only is not None:
+        snapshot = _taken_only_by(snapshot, only)
+    terms = uow.roads().terms(uow.rules)
+    requests = snapshot.problem.requests
+    for ride_id in walking:
+        requests[ride_id] = _with_walks(requests[ride_id], terms)
+    board = Board(snapshot.problem)
+    for ride in wanted:
+        board.add(requests[ride.ride_id])
+    if kind != "booking":
+        terms = replace(terms, later_s_max=0.0)
+    promised = {ride.ride_id for ride in wanted if ride.promise is not None}
+    answers = answer_all(board, [ride.ride_id for ride in wanted], terms, promised)
+    stay = _still_held(snapshot, answers)
+    if stay:
+        return _without(uow, wanted, kind, stay, only)
+    is_kept = kind == "booking" or any(answer.best for answer in answers)
+    problem = encode_problem(snapshot.problem) if is_kept else b""
+    for ride, answer in zip(wanted, answers, strict=True):
+        if answer.best is not None:
+            _promise(uow.roads(), snapshot, board, ride, answer)
+    # A ride that comes from another vehicle leaves that one's route as well.
+    taken = {answer.best.vehicle_id for answer in answers if answer.best is not None}
+    commit(uow, snapshot, board.routes(taken if kind == "booking" else None))
+    instead = [tuple(_alternative(uow.roads(), found) for found in answer.alternatives) for answer in answers]
+    if is_kept:
+        given = msgspec.json.encode(Given(terms, tuple(sorted(promised))))
+        _keep(uow, snapshot, problem, answers, instead, kind, given)
+    return [
+        Assigned(snapshot.rides[ride.ride_id] if answer.best else ride, answer.rule, others)
+        for ride, answer, others in zip(wanted, answers, instead, strict=True)
+    ]
+
+
+def _still_held(snapshot: Snapshot, answers: Sequence[Answer]) -> dict[str, str]:
+    """Refused rides that are in some vehicle's plan, and the rule: they may not leave it for nothing."""
+    refused = {answer.request_id: answer.rule for answer in answers if answer.best is None}
+    planned = {ride_id for plan in snapshot.plans.values() for ride_id in plan.ride_ids}
+    return {ride_id: rule for ride_id, rule in refused.items() if ride_id in planned}
+
+
+def _taken_only_by(snapshot: Snapshot, only: Collection[str]) -> Snapshot:
+    vehicles = tuple(
+        replace(vehicle, accepts=vehicle.accepts and vehicle.vehicle_id in only)
+        for vehicle in snapshot.problem.vehicles
+    )
+    return replace(snapshot, problem=replace(snapshot.problem, vehicles=vehicles))
+
+
+def _without(
+    uow: UnitOfWork,
+    wanted: Sequence[Ride],
+    kind: DecisionKind,
+    stay: dict[str, str],
+    only: Collection[str] | None,
+) -> list[Assigned]:
+    """Decide again on a fleet in which these rides stay where they are."""
+    others = assign_rides(uow, [ride for ride in wanted if ride.ride_id not in stay], kind, only)
+    decided = iter(others)
+    return [Assigned(ride, stay[ride.ride_id]) if ride.ride_id in stay else next(decided) for ride in wanted]
+
+
+def _with_walks(request: Request, terms: Terms) -> Request:
+    if not terms.walks:
+        return request
+    return replace(
+        request, pickup_walks=terms.walks[request.pickup], dropoff_walks=terms.walks[request.dropoff]
+    )
+
+
+def _promise(roads: FleetRoads, snapshot: Snapshot, board: Board, ride: Ride, answer: Answer) -> None:
+    """Into the snapshot before the plan is stored, so that the visits already keep its window."""
+    if ride.promise is not None or answer.windows is None:
+        return
+    from_s, to_s, by_s = answer.windows
+    promise = Promise(moment(from_s), moment(to_s), moment(by_s))
+    taken = board.requests[board.rows[ride.ride_id]]
+    snapshot.rides[ride.ride_id] = replace(
+        ride, promise=promise, from_stop=roads.stop_ids[taken.pickup], to_stop=roads.stop_ids[taken.dropoff]
+    )
+    snapshot.problem.requests[ride.ride_id] = taken
+
+
+def _keep(
+    uow: UnitOfWork,
+    snapshot: Snapshot,
+    problem: bytes,
+    answers: Sequence[Answer],
+    instead: Sequence[tuple[Alternative, ...]],
+    kind: DecisionKind,
+    given: bytes,
+) -> None:
+    decision_id = uow.ids.new_id("decision")
+    decision = Decision(
+        uow.campus_id, decision_id, uow.now, kind, problem, given, msgspec.json.encode(answers)
+    )
+    uow.decisions.add(decision)
+    vehicles = sum(vehicle.accepts for vehicle in snapshot.problem.vehicles)
+    uow.decisions.add_rides(
+        [
+            RideDecision(
+                uow.campus_id,
+                answer.request_id,
+                decision_id,
+                uow.now,
+                answer.rule,
+                _told(answer.best),
+                _told(answer.runner_up),
+                others,
+                vehicles,
+            )
+            for answer, others in zip(answers, instead, strict=True)
+        ]
+    )
+
+
+def _told(quote: Quote | None) -> ToldQuote | None:
+    if quote is None:
+        return None
+    return ToldQuote(
+        quote.vehicle_id, round(quote.extra_cost, 1), moment(quote.pickup_s), moment(quote.arrival_s)
+    )
+
+
+def _alternative(roads: FleetRoads, found: Found) -> Alternative:
+    return Alternative(
+        found.kind,
+        roads.stop_ids[found.pickup],
+        roads.stop_ids[found.dropoff],
+        found.parties,
+        found.walk_s,
+        tuple(moment(s) for s in found.pickup_s),
+        tuple(moment(s) for s in found.arrival_s),
+    )

@@ -1,0 +1,329 @@
+"""How the fleet is assigned: every change of a vehicle's plan goes through here.
+
+A decision is a snapshot of the fleet, solved, and its changed routes stored by compare and set; the changed
+vehicles then get new orders as soon as their new routes are safe.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import timedelta
+from math import isfinite
+
+from server.dispatch.problem import Problem, VehicleState
+from server.dispatch.refusal import CLOSED
+from server.dispatch.solve import Budget, Solution, solve
+from server.domain.errors import (
+    NoRestingPlaceFree,
+    StopUnknown,
+    StopUnreachable,
+    VehicleNotPlaced,
+    VehicleOutOfService,
+    VehicleUnknown,
+)
+from server.domain.planning.plans import Plan, PlannedVisit, next_version
+from server.domain.record.events import ServerEvent
+from server.domain.rides.rides import (
+    WAITING,
+    Ride,
+    RideState,
+    promised_anew,
+    unassigned,
+)
+from server.domain.service.timetable import Departure, without_vehicle
+from server.usecases.planning import cut_off, promises
+from server.usecases.planning.assign import assign_rides
+from server.usecases.planning.carry_out import carry_out, commit
+from server.usecases.planning.decisions import Search, keep_improvement
+from server.usecases.planning.routes import is_news, refresh_times, save_route
+from server.usecases.planning.snapshot import Snapshot, take_snapshot
+from server.usecases.ports import topics
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.failed_rides import give_up_late
+
+_INSERT_ONLY = Budget()
+
+
+def plan_of(uow: UnitOfWork, vehicle_id: str) -> Plan:
+    """Raises VehicleUnknown."""
+    plan = uow.plans.get(vehicle_id)
+    if plan is not None:
+        return plan
+    if uow.vehicles.get(vehicle_id) is None:
+        raise VehicleUnknown(f"no vehicle {vehicle_id} is enrolled")
+    return Plan(uow.campus_id, vehicle_id, 0)
+
+
+def insert_departures(uow: UnitOfWork, departures: Sequence[Departure]) -> frozenset[str]:
+    """Give each departure a vehicle that can keep it; the ids of those that got one."""
+    snapshot = take_snapshot(uow, departures=departures)
+    solution = _solved(snapshot)
+    commit(uow, snapshot, solution.routes)
+    return frozenset(d.departure_id for d in departures) - solution.refused.keys()
+
+
+def replan(uow: UnitOfWork, vehicle_id: str) -> None:
+    """Make a vehicle's plan fit what has happened: ended rides leave it, riders aboard are let out."""
+    snapshot = take_snapshot(uow)
+    if vehicle_id not in snapshot.footings:
+        return
+    solution = _solved(snapshot)
+    if vehicle_id in solution.impossible:
+        release_waiting(uow, vehicle_id)
+        snapshot = take_snapshot(uow)
+        solution = _solved(snapshot)
+    mine = tuple(route for route in solution.routes if route.vehicle_id == vehicle_id)
+    commit(uow, snapshot, mine)
+
+
+def send_home(uow: UnitOfWork, vehicle_id: str) -> None:
+    """Give a vehicle that has just been placed a plan: to the nearest free resting place, or to stay there.
+
+    Raises NoRestingPlaceFree.
+    """
+    snapshot = take_snapshot(uow)
+    for route in _solved(snapshot).routes:
+        if route.vehicle_id == vehicle_id:
+            save_route(uow, snapshot, route)
+            carry_out(uow, snapshot, (vehicle_id,))
+
+
+def assign_waiting(uow: UnitOfWork, also: Sequence[Ride] = ()) -> tuple[Ride, ...]:
+    """Give every ride that has lost its vehicle to another one; answers those that got one.
+
+    also  assigned rides whose vehicle cannot come, or not in time: who else keeps the promise gets them
+    A promise that nobody can keep any more gives way to the earliest pickup that somebody can make. A ride
+    that nobody could take within the longest wait fails, which is an incident; so does one that a closed
+    road cuts off, unless the road opens in time (`cut_off`).
+    """
+    wanted = [*uow.rides.in_states([RideState.REQUESTED]), *_stranded(uow), *also]
+    waiting = list({ride.ride_id: ride for ride in wanted}.values())
+    if not waiting:
+        return ()
+    free = [asked_anew(uow, ride, in_time=True) for ride in waiting]
+    answers = assign_rides(uow, free, "reassignment")
+    found = [answer.ride for answer in answers if not answer.rule]
+    left = [
+        (ride, wish)
+        for ride, wish, answer in zip(waiting, free, answers, strict=True)
+        if answer.rule and (ride.state is RideState.REQUESTED or _has_lapsed(uow, ride))
+    ]
+    cut_off_rides: list[Ride] = []
+    late = [asked_anew(uow, ride, in_time=False) for ride, _ in left]
+    for (ride, _), answer in zip(left, assign_rides(uow, late, "reassignment"), strict=True):
+        if not answer.rule:
+            found.append(keep_later(uow, ride, answer.ride))
+        elif ride.state is RideState.REQUESTED and answer.rule == CLOSED and uow.roads().closed:
+            cut_off_rides.append(ride)
+        elif ride.state is RideState.REQUESTED:
+            give_up_late(uow, ride, answer.rule)
+    cut_off.put_off(uow, cut_off_rides)
+    return tuple(found)
+
+
+def asked_anew(uow: UnitOfWork, ride: Ride, *, in_time: bool) -> Ride:
+    """A waiting ride as a wish for another vehicle, with its promise; or without, as early as can be."""
+    free = ride if ride.state is RideState.REQUESTED else unassigned(ride)
+    return free if in_time else replace(free, promise=None, requested_at=uow.now, arrive_before=None)
+
+
+def keep_later(uow: UnitOfWork, ride: Ride, taken: Ride) -> Ride:
+    """Keep a ride that another vehicle took without regard to its promise, and tell the party the new one."""
+    kept = _promised_later(ride, taken)
+    uow.rides.save(kept)
+    if kept.promise_broken:
+        promises.tell(uow, kept, "goes with another shuttle, later than promised")
+    return kept
+
+
+def release_waiting(uow: UnitOfWork, vehicle_id: str) -> None:
+    """Take a vehicle's rides from it that are not aboard; `assign_waiting` finds them another one."""
+    waiting = uow.rides.of_vehicle(vehicle_id, sorted(WAITING))
+    requeue(uow, vehicle_id, [ride.ride_id for ride in waiting])
+
+
+def requeue(uow: UnitOfWork, vehicle_id: str, ride_ids: Sequence[str]) -> None:
+    """Riders whom a vehicle will not fetch after all wait for another one."""
+    for ride_id in ride_ids:
+        ride = uow.rides.get(ride_id)
+        if ride is not None and ride.vehicle_id == vehicle_id and ride.state in WAITING:
+            uow.rides.save(unassigned(ride))
+            uow.publish(topics.ride(uow.campus_id, ride_id))
+            uow.publish(topics.dispatch(uow.campus_id))
+
+
+def release_departures(uow: UnitOfWork, vehicle_id: str, call_ids: frozenset[str] | None = None) -> None:
+    """Take its departures from a vehicle that has not begun them; the others it still finishes.
+
+    call_ids  only those departures of which some of these visits is a call
+    """
+    plan = uow.plans.get(vehicle_id)
+    if plan is None:
+        return
+    begun = {visit.departure_id for visit in plan.visits if visit.call > 0} - {
+        visit.departure_id for visit in plan.visits if visit.departure_id and visit.call == 0
+    }
+    if call_ids is not None:
+        named = {visit.departure_id for visit in plan.visits if visit.visit_id in call_ids}
+        begun |= {visit.departure_id for visit in plan.visits} - named
+    kept = [visit for visit in plan.visits if not visit.departure_id or visit.departure_id in begun]
+    if len(kept) == len(plan.visits):
+        return
+    uow.plans.save(next_version(plan, kept), plan.version)
+    for departure in uow.departures.unfinished():
+        if departure.vehicle_id == vehicle_id and departure.departure_id not in begun:
+            uow.departures.save(without_vehicle(departure))
+
+
+def overdue(uow: UnitOfWork) -> frozenset[str]:
+    """Rides, and visits of departures, that the present plans cannot keep in time any more."""
+    return _solved(take_snapshot(uow)).overdue
+
+
+def send_to_stop(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> Plan:
+    """Have a vehicle visit a stop after what it has promised already (developer, operator).
+
+    Raises VehicleUnknown, VehicleNotPlaced, VehicleOutOfService, StopUnknown, StopUnreachable.
+    """
+    plan = plan_of(uow, vehicle_id)
+    vehicle = uow.vehicles.get(vehicle_id)
+    roads = uow.roads()
+    stop = roads.network.stops.get(stop_id)
+    if stop is None:
+        raise StopUnknown(f"the map has no stop {stop_id}")
+    if vehicle is None or not vehicle.placed:
+        raise VehicleNotPlaced(f"nobody knows where {vehicle_id} stands; place it first")
+    if not vehicle.in_service:
+        raise VehicleOutOfService(f"{vehicle_id} has been recalled; return it to service first")
+    snapshot = take_snapshot(uow)
+    state = next((v for v in snapshot.problem.vehicles if v.vehicle_id == vehicle_id), None)
+    place = roads.stop_numbers[stop_id]
+    if state is None or not isfinite(_from_its_last_call_s(snapshot.problem, state, place)):
+        raise StopUnreachable(f"{vehicle_id} finds no way to stop {stop.name}")
+    visit = PlannedVisit(
+        uow.ids.new_id("visit"), "stop", stop_id, stop.lane_id, stop.s_m, dwell_s=uow.rules.dwell_s
+    )
+    stops = tuple(v for v in plan.visits if v.kind == "stop" or v.state == "under_way")
+    rests = tuple(v for v in plan.visits if v.kind == "rest" and v.state == "pending")
+    uow.plans.save(next_version(plan, (*stops, visit, *rests)), plan.version)
+    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, "vehicle.sent", vehicle_id, by, stop_id))
+    _resettle(uow, vehicle_id)
+    return plan_of(uow, vehicle_id)
+
+
+def go_to_rest(uow: UnitOfWork, vehicle_id: str) -> None:
+    """Choose the vehicle's resting place anew. Raises NoRestingPlaceFree."""
+    _resettle(uow, vehicle_id)
+
+
+def go_on(uow: UnitOfWork, vehicle_id: str) -> None:
+    """A stop is behind the vehicle: move its rest on behind the next ones, so that its order goes on."""
+    plan = uow.plans.get(vehicle_id)
+    if plan is None:
+        return
+    stops = [visit for visit in plan.visits if visit.kind == "stop"]
+    ordered = [visit for visit in plan.ordered if visit.kind == "stop"]
+    if len(ordered) < min(len(stops), uow.rules.order_stops):
+        try:
+            _resettle(uow, vehicle_id)
+        except NoRestingPlaceFree as error:
+            uow.events.add_server_event(
+                ServerEvent(uow.campus_id, uow.now, "plan.waits", vehicle_id, "", error.detail)
+            )
+
+
+def refresh_expected(uow: UnitOfWork) -> None:
+    """Bring expected times up to where the vehicles are now."""
+    snapshot = take_snapshot(uow)
+    for route in _solved(snapshot).routes:
+        if not is_news(snapshot.plans[route.vehicle_id], route):
+            refresh_times(uow, snapshot, route)
+
+
+# ---------------------------------------------------------------- improvement
+
+
+@dataclass(frozen=True, slots=True)
+class Improvement:
+    """A problem to be improved outside a transaction, and the plan versions that it was made from."""
+
+    problem: Problem
+    versions: dict[str, int]
+
+
+def improvement_of(uow: UnitOfWork) -> Improvement | None:
+    """The fleet as it is, if there is anything to move: two waiting rides, or one and two vehicles."""
+    snapshot = take_snapshot(uow)
+    accepting = sum(vehicle.accepts for vehicle in snapshot.problem.vehicles)
+    waiting = sum(len(call.board) for vehicle in snapshot.problem.vehicles for call in vehicle.calls)
+    if waiting == 0 or waiting + accepting < 3:
+        return None
+    versions = {vehicle_id: plan.version for vehicle_id, plan in snapshot.plans.items()}
+    return Improvement(snapshot.problem, versions)
+
+
+def adopt_improvement(
+    uow: UnitOfWork, improvement: Improvement, solution: Solution, search: Search
+) -> tuple[str, ...]:
+    """Store the improved routes whose plans have not changed meanwhile; all of them or none.
+
+    Answers the vehicles whose plans changed. A late answer is dropped.
+    """
+    snapshot = take_snapshot(uow)
+    versions = {vehicle_id: plan.version for vehicle_id, plan in snapshot.plans.items()}
+    if versions != improvement.versions:
+        return ()
+    before = dict(snapshot.rides)
+    changed = commit(uow, snapshot, solution.routes)
+    if changed:
+        keep_improvement(uow, improvement.problem, search, solution, before)
+    return changed
+
+
+# ---------------------------------------------------------------- inside
+
+
+def _from_its_last_call_s(problem: Problem, vehicle: VehicleState, place: int) -> float:
+    row = problem.times[vehicle.calls[-1].place] if vehicle.calls else vehicle.to_places_s
+    return float(row[place])
+
+
+def _resettle(uow: UnitOfWork, vehicle_id: str) -> None:
+    """A plan that was extended by hand: choose its resting place and times anew, and carry it out."""
+    snapshot = take_snapshot(uow)
+    for route in _solved(snapshot).routes:
+        if route.vehicle_id == vehicle_id:
+            save_route(uow, snapshot, route)
+    carry_out(uow, snapshot, (vehicle_id,))
+
+
+def _solved(snapshot: Snapshot) -> Solution:
+    # Without improvement nothing is drawn, so that the seed does not matter.
+    return solve(snapshot.problem, _INSERT_ONLY, 0)
+
+
+def _has_lapsed(uow: UnitOfWork, ride: Ride) -> bool:
+    """The promise cannot be kept any more: whoever can come first is better than waiting on."""
+    return ride.promise is not None and (ride.promise_broken or uow.now > ride.promise.pickup_to)
+
+
+def _promised_later(ride: Ride, taken: Ride) -> Ride:
+    """A ride that another vehicle has taken over, its old promise kept beside the new one."""
+    kept = replace(taken, requested_at=ride.requested_at, arrive_before=ride.arrive_before)
+    if ride.promise is None or taken.promise is None:
+        return kept
+    before = replace(kept, promise=ride.promise, first_promise=ride.first_promise)
+    return promised_anew(before, taken.promise)
+
+
+def _stranded(uow: UnitOfWork) -> list[Ride]:
+    """Rides that wait for a vehicle which has been unavailable for long."""
+    limit = uow.now - timedelta(seconds=uow.rules.reassign_after_s)
+    return [
+        ride
+        for vehicle in uow.vehicles.all()
+        if vehicle.unavailable_since is not None
+        and vehicle.unavailable_since <= limit
+        # Until when it is held is known: what that makes late was given away when the hold began.
+        and (vehicle.hold_ends is None or vehicle.hold_ends <= uow.now)
+        for ride in uow.rides.of_vehicle(vehicle.vehicle_id, [RideState.ASSIGNED])
+    ]

@@ -1,0 +1,67 @@
+"""Plans, orders, sections, and what driving takes."""
+
+from datetime import datetime
+from typing import Protocol
+
+from server.domain.orders.orders import IssuedOrder
+from server.domain.orders.sections import Occupancy
+from server.domain.planning.pace import DrivenLeg, Paces
+from server.domain.planning.plans import Plan
+
+
+class PlanRepository(Protocol):
+    def get(self, vehicle_id: str) -> Plan | None: ...
+
+    def all(self) -> tuple[Plan, ...]:
+        """By vehicle id."""
+        ...
+
+    def save(self, plan: Plan, expected_version: int) -> None:
+        """Raises PlanChanged when the stored version is not expected_version (0: none stored yet)."""
+        ...
+
+
+class OrderRepository(Protocol):
+    def current(self, vehicle_id: str) -> IssuedOrder | None:
+        """The newest revision of the newest order."""
+        ...
+
+    def find(self, vehicle_id: str, order_id: str, revision: int) -> IssuedOrder | None: ...
+
+    def add(self, order: IssuedOrder) -> None: ...
+
+    def save(self, order: IssuedOrder) -> None: ...
+
+
+class SectionRepository(Protocol):
+    def all(self) -> tuple[Occupancy, ...]:
+        """Every vehicle on the road, by vehicle id."""
+        ...
+
+    def save(self, occupancy: Occupancy) -> None: ...
+
+    def remove(self, vehicle_id: str) -> None: ...
+
+    def next_fence(self) -> int:
+        """Higher than any fence given before on this campus."""
+        ...
+
+
+class PaceRepository(Protocol):
+    def begin_leg(self, vehicle_id: str, from_stop: str, left_at: datetime) -> None: ...
+
+    def end_leg(self, vehicle_id: str) -> tuple[str, datetime] | None:
+        """Where and when the leg under way began, None for none; there is none any more."""
+        ...
+
+    def add(self, leg: DrivenLeg) -> None: ...
+
+    def legs(self) -> tuple[DrivenLeg, ...]:
+        """Oldest first."""
+        ...
+
+    def forget_before(self, moment: datetime) -> int: ...
+
+    def present(self) -> Paces | None: ...
+
+    def save(self, paces: Paces) -> None: ...

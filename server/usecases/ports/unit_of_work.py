@@ -1,0 +1,110 @@
+"""One transaction on one campus, and what runs it.
+
+Repositories belong to one campus and one transaction. `get` answers None for what is not there; the use
+cases turn that into the error with a name.
+"""
+
+from collections.abc import Callable
+from datetime import datetime
+from typing import Protocol, TypeVar
+
+from contract.roads.network import RoadNetwork
+from server.domain.rules import FleetRules
+from server.travel.fleet_roads import FleetRoads
+from server.usecases.ports.clock_and_ids import Ids, PasswordHasher
+from server.usecases.ports.maps import ClosureRepository, MapRepository
+from server.usecases.ports.plans import OrderRepository, PaceRepository, PlanRepository, SectionRepository
+from server.usecases.ports.records import (
+    IdentityRepository,
+    IncidentRepository,
+    LeaseRepository,
+    RunRepository,
+)
+from server.usecases.ports.rides import DecisionRepository, RideRepository, SeriesRepository
+from server.usecases.ports.service import DepartureRepository, ServiceRepository
+from server.usecases.ports.vehicles import EventRepository, HistoryRepository, VehicleRepository
+from server.usecases.ports.views import Views
+
+T = TypeVar("T")
+
+
+class UnitOfWork(Protocol):
+    """One transaction on one campus. Nobody commits: returning does, raising does not."""
+
+    campus_id: str
+    now: datetime
+    rules: FleetRules
+    ids: Ids
+    hasher: PasswordHasher
+    rides: RideRepository
+    plans: PlanRepository
+    orders: OrderRepository
+    sections: SectionRepository
+    vehicles: VehicleRepository
+    departures: DepartureRepository
+    decisions: DecisionRepository
+    service: ServiceRepository
+    closures: ClosureRepository
+    paces: PaceRepository
+    series: SeriesRepository
+    incidents: IncidentRepository
+    events: EventRepository
+    maps: MapRepository
+    runs: RunRepository
+    identity: IdentityRepository
+    leases: LeaseRepository
+    history: HistoryRepository
+
+    @property
+    def views(self) -> Views:
+        """What pages show, with all that this transaction has changed."""
+        ...
+
+    def network(self) -> RoadNetwork:
+        """The active map, decoded. Raises CampusUnknown."""
+        ...
+
+    def roads(self) -> FleetRoads:
+        """The active map as the fleet uses it, without the roads closed now. Raises CampusUnknown."""
+        ...
+
+    def has_closures(self) -> bool:
+        """Some road closure is scheduled or in force; asks nothing that `roads` has not asked."""
+        ...
+
+    def hour_of(self, moment: datetime) -> float:
+        """The time of day on the campus, in hours after local midnight. Raises CampusUnknown."""
+        ...
+
+    def pace_at(self, moment: datetime) -> float:
+        """What driving takes at this time of day, over the map's times; 1 before anything is learnt.
+        Raises CampusUnknown."""
+        ...
+
+    def network_of(self, content: bytes) -> RoadNetwork:
+        """The map in these bytes, decoded and kept. Raises MapInvalid."""
+        ...
+
+    def network_at(self, map_version: str) -> RoadNetwork | None:
+        """A stored map, active or not, decoded once; None for one that is not stored."""
+        ...
+
+    def roads_changed(self) -> None:
+        """Another map is active now, or a road was closed or opened: `roads` has to look again."""
+        ...
+
+    def publish(self, topic: str, **fields: str | int) -> None:
+        """Say on the bus, after the commit, that something has changed."""
+        ...
+
+
+class Transactions(Protocol):
+    """Runs a use case whole: `await transactions.run(lambda uow: rides.book(uow, request))`."""
+
+    async def run(self, work: Callable[[UnitOfWork], T]) -> T:
+        """Commit on return, roll back on any exception, repeat on PlanChanged; then publish."""
+        ...
+
+    async def read(self, work: Callable[[UnitOfWork], T]) -> T:
+        """Run something that only reads, without waiting for writers."""
+        ...

@@ -1,0 +1,107 @@
+"""Reads for people's eyes: what pages show, taken from the store without the domain's ceremony."""
+
+from collections.abc import Sequence, Set
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Protocol
+
+from contract.wire.messages import Status
+from server.domain.fleet.vehicles import Vehicle
+from server.domain.orders.orders import OrderState
+from server.domain.orders.sections import HeldSection
+from server.domain.planning.plans import Plan
+from server.domain.record.events import RecordedEvent, ServerEvent
+from server.domain.record.incidents import Incident
+from server.domain.record.runs import Run
+from server.domain.rides.rides import Ride, RideState
+from server.domain.service.timetable import Departure
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleView:
+    """A vehicle with everything a console shows of it.
+
+    order_waits   the plan is newer than the order: its route is not safe yet
+    route         lanes of the order in force, from where it was made to the resting place, no lane doubled
+    """
+
+    vehicle: Vehicle
+    plan: Plan
+    held_sections: tuple[HeldSection, ...]
+    sections_ahead: tuple[str, ...]
+    heard_at: datetime | None = None
+    status: Status | None = None
+    order_id: str = ""
+    revision: int = 0
+    order_state: OrderState | None = None
+    order_waits: bool = False
+    route: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class HistoryPoint:
+    """One position of one vehicle; stamp_ns is its own clock."""
+
+    vehicle_id: str
+    boot_id: str
+    received_at: datetime
+    stamp_ns: int
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    speed_mps: float
+    mode: str
+    battery_ratio: float
+
+
+class Views(Protocol):
+    """All of one campus. Lists are bounded by `limit`."""
+
+    def vehicles(self, vehicle_ids: Set[str] | None = None) -> tuple[VehicleView, ...]:
+        """By vehicle id, retired ones left out; only the named ones where some are."""
+        ...
+
+    def vehicle(self, vehicle_id: str) -> VehicleView | None: ...
+
+    def rides(
+        self,
+        states: Sequence[RideState] | None = None,
+        vehicle_id: str | None = None,
+        limit: int = 200,
+        before: datetime | None = None,
+        ride_ids: Set[str] | None = None,
+    ) -> tuple[Ride, ...]:
+        """Newest request first; `before` pages on."""
+        ...
+
+    def pickups(self, since: datetime, until: datetime) -> tuple[tuple[str, datetime], ...]:
+        """Stop and earliest pickup of every ride that was wanted in [since, until), refused ones too."""
+        ...
+
+    def incidents(self, include_closed: bool = False, limit: int = 200) -> tuple[Incident, ...]:
+        """Open ones by urgency and age, then closed ones, newest first."""
+        ...
+
+    def runs(self, vehicle_id: str | None = None, limit: int = 100) -> tuple[Run, ...]:
+        """Newest first, with their segments in order."""
+        ...
+
+    def run(self, vehicle_id: str, boot_id: str) -> Run | None: ...
+
+    def departures(self, limit: int = 200) -> tuple[Departure, ...]:
+        """Latest first call first."""
+        ...
+
+    def vehicle_events(self, vehicle_id: str | None = None, limit: int = 200) -> tuple[RecordedEvent, ...]:
+        """Newest first."""
+        ...
+
+    def server_events(self, limit: int = 200) -> tuple[ServerEvent, ...]:
+        """Newest first."""
+        ...
+
+    def history(
+        self, vehicle_id: str, since: datetime, until: datetime, limit: int = 10_000
+    ) -> tuple[HistoryPoint, ...]:
+        """Oldest first."""
+        ...

@@ -1,0 +1,33 @@
+"""Words to one vehicle: hold, resume, announce."""
+
+from dataclasses import replace
+
+from server.domain.errors import VehicleUnknown
+from server.domain.fleet.vehicles import CommandKind, VehicleCommand
+from server.domain.record.events import ServerEvent
+from server.usecases.ports import topics
+from server.usecases.ports.unit_of_work import UnitOfWork
+
+
+def send_command(
+    uow: UnitOfWork, vehicle_id: str, kind: CommandKind, by: str, text: str = ""
+) -> VehicleCommand:
+    """Repeat it to the vehicle until it says that it is done. Raises VehicleUnknown."""
+    vehicle = uow.vehicles.get(vehicle_id)
+    if vehicle is None:
+        raise VehicleUnknown(f"no vehicle {vehicle_id} is enrolled")
+    if vehicle.hold_ends is not None and kind in ("resume", "stop_now"):
+        uow.vehicles.save(replace(vehicle, hold_ends=None))
+    command = VehicleCommand(
+        campus_id=uow.campus_id,
+        command_id=uow.ids.new_id("command"),
+        vehicle_id=vehicle_id,
+        kind=kind,
+        text=text,
+        by=by,
+        made_at=uow.now,
+    )
+    uow.vehicles.add_command(command)
+    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, f"vehicle.{kind}", vehicle_id, by, text))
+    uow.publish(topics.vehicle_outbox(uow.campus_id, vehicle_id))
+    return command

@@ -1,0 +1,178 @@
+"""Operators, enrolment codes and developer tokens."""
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from datetime import timedelta
+
+from server.domain.errors import NameTaken, ScopeMissing, SessionExpired, TokenInvalid, WrongCredentials
+from server.domain.fleet.vehicles import Vehicle
+from server.domain.record.events import ServerEvent
+from server.domain.record.identity import (
+    DeveloperToken,
+    EnrolmentCode,
+    Operator,
+    OperatorSession,
+    Scope,
+)
+from server.usecases.ports.unit_of_work import UnitOfWork
+
+
+@dataclass(frozen=True, slots=True)
+class OpenedSession:
+    """token is known to nobody else: it goes into the operator's cookie."""
+
+    token: str
+    session: OperatorSession
+    operator: Operator
+
+
+@dataclass(frozen=True, slots=True)
+class MadeToken:
+    """secret is shown once."""
+
+    secret: str
+    token: DeveloperToken
+
+
+def sha256_of(secret: str) -> str:
+    return hashlib.sha256(secret.encode()).hexdigest()
+
+
+# ---------------------------------------------------------------- operators
+
+
+def create_operator(uow: UnitOfWork, name: str, password: str) -> Operator:
+    """Raises NameTaken."""
+    if uow.identity.operator_by_name(name) is not None:
+        raise NameTaken(f"there is an operator {name} already")
+    return set_password(uow, name, password)
+
+
+def set_password(uow: UnitOfWork, name: str, password: str) -> Operator:
+    """Create the operator, or give the one of this name a new password (set-up from the command line)."""
+    known = uow.identity.operator_by_name(name)
+    operator = Operator(
+        campus_id=uow.campus_id,
+        operator_id=uow.ids.new_id("operator") if known is None else known.operator_id,
+        name=name,
+        password_hash=uow.hasher.hash(password),
+        created_at=uow.now if known is None else known.created_at,
+    )
+    uow.identity.save_operator(operator)
+    _note(uow, "operator.password_set", operator.operator_id, name)
+    return operator
+
+
+def login(uow: UnitOfWork, name: str, password: str) -> OpenedSession:
+    """Raises WrongCredentials, after the same work whether the name is known or not."""
+    operator = uow.identity.operator_by_name(name)
+    if operator is None:
+        uow.hasher.hash(password)
+        raise WrongCredentials("name and password do not fit")
+    if not uow.hasher.verify(operator.password_hash, password):
+        raise WrongCredentials("name and password do not fit")
+    token = uow.ids.token()
+    session = OperatorSession(
+        campus_id=uow.campus_id,
+        token_sha256=sha256_of(token),
+        operator_id=operator.operator_id,
+        csrf_token=uow.ids.token(),
+        opened_at=uow.now,
+        expires_at=uow.now + timedelta(seconds=uow.rules.operator_session_s),
+    )
+    uow.identity.add_operator_session(session)
+    _note(uow, "operator.logged_in", operator.operator_id, name)
+    return OpenedSession(token, session, operator)
+
+
+def logout(uow: UnitOfWork, token: str) -> None:
+    """End the session; one that is over already is no error."""
+    uow.identity.remove_operator_session(sha256_of(token))
+
+
+def operator_of(uow: UnitOfWork, token: str) -> tuple[Operator, OperatorSession]:
+    """Whose session this is. Raises SessionExpired."""
+    session = uow.identity.operator_session(sha256_of(token))
+    if session is None or session.expires_at <= uow.now:
+        raise SessionExpired("your session is over; log in again")
+    operator = uow.identity.operator(session.operator_id)
+    if operator is None:
+        raise SessionExpired("your account is gone; ask another operator")
+    return operator, session
+
+
+# ---------------------------------------------------------------- vehicles
+
+
+def create_enrolment_code(
+    uow: UnitOfWork, vehicle_id: str, name: str, by: str, *, seats: int = 6, wheelchair_places: int = 0
+) -> str:
+    """A code with which the vehicle enrols its key, once; the vehicle is entered if it is new."""
+    known = uow.vehicles.get(vehicle_id)
+    if known is None:
+        uow.vehicles.add(
+            Vehicle(uow.campus_id, vehicle_id, name, seats, wheelchair_places, enrolled_at=uow.now)
+        )
+    elif known.retired:
+        uow.vehicles.save(replace(known, retired=False, name=name))
+    code = uow.ids.token()
+    expires_at = uow.now + timedelta(seconds=uow.rules.enrolment_code_s)
+    uow.identity.save_enrolment_code(
+        EnrolmentCode(uow.campus_id, sha256_of(code), vehicle_id, by, expires_at)
+    )
+    _note(uow, "vehicle.enrolment_code_made", vehicle_id, by)
+    return code
+
+
+# ---------------------------------------------------------------- developers
+
+
+def create_developer_token(
+    uow: UnitOfWork, name: str, scopes: Iterable[Scope], valid_s: float, by: str
+) -> MadeToken:
+    """A secret with which a program may read, or also drive."""
+    secret = uow.ids.token()
+    token = DeveloperToken(
+        campus_id=uow.campus_id,
+        token_id=uow.ids.new_id("token"),
+        name=name,
+        token_sha256=sha256_of(secret),
+        scopes=frozenset(scopes),
+        made_by=by,
+        created_at=uow.now,
+        expires_at=uow.now + timedelta(seconds=valid_s),
+    )
+    uow.identity.save_developer_token(token)
+    _note(uow, "token.made", token.token_id, by)
+    return MadeToken(secret, token)
+
+
+def developer_of(uow: UnitOfWork, secret: str, scope: Scope) -> DeveloperToken:
+    """Raises TokenInvalid, ScopeMissing."""
+    token = uow.identity.developer_token(sha256_of(secret))
+    if token is None or not token.is_valid(uow.now):
+        raise TokenInvalid("the token is unknown, expired or revoked; ask an operator for a new one")
+    if scope not in token.scopes:
+        raise ScopeMissing(f"the token may {', '.join(sorted(token.scopes))} only, not {scope}")
+    return token
+
+
+def developer_tokens(uow: UnitOfWork) -> tuple[DeveloperToken, ...]:
+    """Newest first, revoked and expired ones included."""
+    return uow.identity.developer_tokens()
+
+
+def revoke_developer_token(uow: UnitOfWork, token_id: str, by: str) -> DeveloperToken:
+    """Raises TokenInvalid."""
+    token = uow.identity.developer_token_by_id(token_id)
+    if token is None:
+        raise TokenInvalid(f"there is no token {token_id}")
+    revoked = token if token.revoked_at is not None else replace(token, revoked_at=uow.now)
+    uow.identity.save_developer_token(revoked)
+    _note(uow, "token.revoked", token_id, by)
+    return revoked
+
+
+def _note(uow: UnitOfWork, name: str, subject: str, by: str) -> None:
+    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, subject, by))

@@ -1,0 +1,84 @@
+"""What operators look at: opened by the server, acknowledged and closed by people."""
+
+from server.domain.errors import IncidentUnknown
+from server.domain.record.events import ServerEvent
+from server.domain.record.incidents import Incident, IncidentKind
+from server.domain.record.incidents import acknowledged as as_acknowledged
+from server.domain.record.incidents import closed as as_closed
+from server.usecases.ports import topics
+from server.usecases.ports.unit_of_work import UnitOfWork
+
+THE_SERVER = "server"
+
+
+def open_incident(
+    uow: UnitOfWork,
+    kind: IncidentKind,
+    subject: str,
+    cause: str,
+    *,
+    vehicle_id: str | None = None,
+    ride_id: str | None = None,
+) -> Incident:
+    """The open incident of this kind about this subject, a new one if there is none."""
+    known = uow.incidents.open_about(kind, subject)
+    if known is not None:
+        return known
+    incident = Incident(
+        campus_id=uow.campus_id,
+        incident_id=uow.ids.new_id("incident"),
+        kind=kind,
+        subject=subject,
+        cause=cause,
+        opened_at=uow.now,
+        vehicle_id=vehicle_id,
+        ride_id=ride_id,
+    )
+    uow.incidents.add(incident)
+    _tell(uow, incident, "incident.opened", THE_SERVER)
+    return incident
+
+
+def clear_incident(uow: UnitOfWork, kind: IncidentKind, subject: str) -> None:
+    """The cause is gone: close the incident by the server's own word, if it is open."""
+    known = uow.incidents.open_about(kind, subject)
+    if known is not None:
+        _close(uow, known, THE_SERVER)
+
+
+def acknowledge(uow: UnitOfWork, incident_id: str, by: str) -> Incident:
+    """Raises IncidentUnknown, IncidentClosed."""
+    incident = as_acknowledged(_incident(uow, incident_id), by, uow.now)
+    uow.incidents.save(incident)
+    _tell(uow, incident, "incident.acknowledged", by)
+    return incident
+
+
+def close(uow: UnitOfWork, incident_id: str, by: str) -> Incident:
+    """Raises IncidentUnknown, IncidentClosed."""
+    return _close(uow, _incident(uow, incident_id), by)
+
+
+def list_open(uow: UnitOfWork) -> tuple[Incident, ...]:
+    """Most urgent first, then oldest."""
+    return uow.incidents.all_open()
+
+
+def _close(uow: UnitOfWork, incident: Incident, by: str) -> Incident:
+    done = as_closed(incident, by, uow.now)
+    uow.incidents.save(done)
+    _tell(uow, done, "incident.closed", by)
+    return done
+
+
+def _incident(uow: UnitOfWork, incident_id: str) -> Incident:
+    incident = uow.incidents.get(incident_id)
+    if incident is None:
+        raise IncidentUnknown(f"there is no incident {incident_id}")
+    return incident
+
+
+def _tell(uow: UnitOfWork, incident: Incident, name: str, by: str) -> None:
+    detail = f"{incident.kind} {incident.subject}: {incident.cause}"
+    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, incident.incident_id, by, detail))
+    uow.publish(topics.incidents(uow.campus_id), incident_id=incident.incident_id, kind=str(incident.kind))

@@ -1,0 +1,12 @@
+"""What the server forgets, and when."""
+
+from datetime import timedelta
+
+from server.usecases.ports.unit_of_work import UnitOfWork
+
+
+def forget_old(uow: UnitOfWork) -> int:
+    """Drop positions and decisions older than the rules say, and sessions that are over; how many rows."""
+    oldest = uow.now - timedelta(days=uow.rules.history_days)
+    kept = uow.history.forget_before(oldest) + uow.decisions.forget_before(oldest)
+    return kept + uow.identity.forget_sessions_before(uow.now)

@@ -1,0 +1,64 @@
+"""Recorded runs as vehicles upload them, segment by segment."""
+
+from server.domain.errors import SegmentConflict, SegmentUnknown, VehicleUnknown
+from server.domain.fleet.vehicles import Vehicle
+from server.domain.record.runs import Run, Segment
+from server.usecases.ports import topics
+from server.usecases.ports.unit_of_work import UnitOfWork
+
+
+def add_segment(uow: UnitOfWork, segment: Segment) -> bool:
+    """Enter a segment whose bytes are stored already; False for a repeat.
+
+    Raises VehicleUnknown, SegmentConflict.
+    """
+    vehicle = uow.vehicles.get(segment.vehicle_id)
+    if vehicle is None:
+        raise VehicleUnknown(f"no vehicle {segment.vehicle_id} is enrolled")
+    known = uow.runs.segment(segment.sha256)
+    if known is not None:
+        return _same_place(known, segment)
+    run = uow.runs.get(segment.vehicle_id, segment.boot_id)
+    if run is None:
+        uow.runs.add(_run(uow, vehicle, segment.boot_id))
+    elif any(other.number == segment.number for other in run.segments):
+        raise SegmentConflict(
+            f"segment {segment.number} of this run of {segment.vehicle_id} is stored with other content"
+        )
+    uow.runs.add_segment(segment)
+    uow.publish(topics.runs(uow.campus_id), vehicle_id=segment.vehicle_id, boot_id=segment.boot_id)
+    return True
+
+
+def segment_of(uow: UnitOfWork, sha256: str) -> Segment:
+    """Raises SegmentUnknown."""
+    segment = uow.runs.segment(sha256)
+    if segment is None:
+        raise SegmentUnknown(f"no segment {sha256} is stored")
+    return segment
+
+
+def begin_run(uow: UnitOfWork, vehicle: Vehicle) -> None:
+    """Enter the run of the vehicle's present boot, once."""
+    if uow.runs.get(vehicle.vehicle_id, vehicle.boot_id) is None:
+        uow.runs.add(_run(uow, vehicle, vehicle.boot_id))
+        uow.publish(topics.runs(uow.campus_id), vehicle_id=vehicle.vehicle_id, boot_id=vehicle.boot_id)
+
+
+def _same_place(known: Segment, segment: Segment) -> bool:
+    place = (segment.vehicle_id, segment.boot_id, segment.number)
+    if (known.vehicle_id, known.boot_id, known.number) != place:
+        raise SegmentConflict(f"the same content is stored as segment {known.number} of another run")
+    return False
+
+
+def _run(uow: UnitOfWork, vehicle: Vehicle, boot_id: str) -> Run:
+    return Run(
+        campus_id=uow.campus_id,
+        vehicle_id=vehicle.vehicle_id,
+        boot_id=boot_id,
+        started_at=uow.now,
+        software=vehicle.software,
+        stack=vehicle.stack,
+        map_version=vehicle.map_version,
+    )

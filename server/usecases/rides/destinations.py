@@ -1,0 +1,289 @@
+"""Another destination for a ride that waits or is under way, and getting off as soon as possible.
+
+Nobody else's promise is touched: a change is inserted like a booking, or refused with the rule that binds.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from datetime import timedelta
+
+import numpy as np
+
+from contract.geometry import Array
+from server.dispatch.board.board import Board
+from server.dispatch.problem import Call, Problem, VehicleRoute, VehicleState
+from server.dispatch.refusal import CLOSED
+from server.domain.errors import (
+    DestinationRefused,
+    NoRestingPlaceFree,
+    NoService,
+    RideEnded,
+    SameStop,
+    StopUnknown,
+    StopUnreachable,
+)
+from server.domain.record.events import ServerEvent
+from server.domain.rides.rides import (
+    Promise,
+    Ride,
+    RideState,
+    redirected,
+    unassigned,
+)
+from server.usecases.planning.assign import assign_ride
+from server.usecases.planning.carry_out import commit
+from server.usecases.planning.snapshot import (
+    Snapshot,
+    moment,
+    seconds,
+    take_snapshot,
+)
+from server.usecases.ports import topics
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.calendars import calendar_of
+from server.usecases.record.refusals import WORDS, closing_words
+
+# How many of the soonest stops are tried for somebody who wants to get off.
+_EXITS_TRIED = 6
+# Later than this is later.
+_LATER_S = 1.0
+
+
+def change_destination(uow: UnitOfWork, ride: Ride, to_stop: str, by: str) -> Ride:
+    """The ride to another stop, its latest arrival promised anew; the pickup promise stays.
+
+    Its present destination is no change. Raises RideEnded, StopUnknown, SameStop,
+    StopUnreachable, NoService (it would end after closing), DestinationRefused (`rule` says what binds).
+    """
+    _require_possible(uow, ride, to_stop)
+    if to_stop == ride.to_stop and not ride.let_out:
+        return ride
+    wish = redirected(ride, to_stop)
+    changed = _let_out_there(uow, wish)
+    if changed is None:
+        changed = _inserted_anew(uow, wish)
+    _require_before_closing(uow, changed)
+    _tell(uow, changed, "ride.destination_changed", by, f"{ride.to_stop} to {to_stop}")
+    return changed
+
+
+def let_out_elsewhere(uow: UnitOfWork, ride: Ride, to_stop: str) -> Ride | None:
+    """Somebody aboard is let out at another stop, wherever that costs least; None where it would break a
+    promise."""
+    return _let_out_there(uow, replace(redirected(ride, to_stop), let_out=ride.let_out))
+
+
+def let_out(uow: UnitOfWork, ride: Ride, by: str) -> Ride:
+    """Somebody aboard wants to get off: at the first stop that breaks nobody's promise, else at the next
+    one of the plan. The ride goes on until the vehicle says that they are out.
+    """
+    snapshot = take_snapshot(uow)
+    vehicle = _vehicle_of(snapshot, ride)
+    for to_stop, index in _exits(uow, snapshot.problem.times, vehicle, ride):
+        wish = replace(redirected(ride, to_stop), let_out=True)
+        route = _dropping(uow, snapshot, vehicle, wish, [index])
+        if route is not None:
+            changed = _carried_out(uow, snapshot, wish, route)
+            _tell(uow, changed, "ride.let_out", by, to_stop)
+            return changed
+    changed = replace(ride, let_out=True)
+    uow.rides.save(changed)
+    _tell(uow, changed, "ride.let_out", by, ride.to_stop)
+    return changed
+
+
+# ---------------------------------------------------------------- checks
+
+
+def _require_possible(uow: UnitOfWork, ride: Ride, to_stop: str) -> None:
+    roads = uow.roads()
+    if ride.has_ended:
+        raise RideEnded(f"ride {ride.ride_code} is {ride.state} already")
+    if to_stop not in roads.stop_numbers:
+        raise StopUnknown(f"the map has no stop {to_stop}")
+    if to_stop == ride.from_stop:
+        if ride.state is not RideState.ABOARD:
+            raise SameStop("from and to are the same stop; cancel the ride instead")
+    elif math.isinf(roads.direct_s(ride.from_stop, to_stop)):
+        raise StopUnreachable("no road leads there from the pickup stop")
+    if roads.is_cut_off(ride.from_stop if ride.state is not RideState.ABOARD else to_stop, to_stop):
+        raise DestinationRefused(f"{WORDS[CLOSED]}; your ride stays as it was", CLOSED)
+
+
+def _require_before_closing(uow: UnitOfWork, ride: Ride) -> None:
+    closes = ride.arrive_before
+    if closes is not None and ride.arrival_eta is not None and ride.arrival_eta > closes:
+        raise NoService(closing_words(calendar_of(uow), closes))
+
+
+def _is_planned_for(snapshot: Snapshot, ride: Ride) -> bool:
+    return any(vehicle.vehicle_id == ride.vehicle_id for vehicle in snapshot.problem.vehicles)
+
+
+def _vehicle_of(snapshot: Snapshot, ride: Ride) -> VehicleState:
+    for vehicle in snapshot.problem.vehicles:
+        if vehicle.vehicle_id == ride.vehicle_id:
+            return vehicle
+    detail = "the shuttle cannot be given a new way now; press the seat button, or call for help"
+    raise DestinationRefused(detail, "no_vehicle_free")
+
+
+# ---------------------------------------------------------------- on another vehicle: inserted like a booking
+
+
+def _inserted_anew(uow: UnitOfWork, wish: Ride) -> Ride:
+    """By whichever vehicle can. Its pickup window stays promised, its arrival is promised anew."""
+    if wish.state in (RideState.BOARDING, RideState.ABOARD):
+        raise DestinationRefused(
+            "others in the shuttle, or waiting for it, could not be there in time; your ride stays as it was",
+            "arrival",
+        )
+    free = wish if wish.state is RideState.REQUESTED else unassigned(wish)
+    open_ended = None
+    if wish.promise is not None:
+        # The longest ride binds before this does.
+        far = wish.promise.pickup_to + timedelta(seconds=_ride_s_max(uow, wish) + uow.rules.dwell_s)
+        open_ended = replace(wish.promise, arrive_by=far)
+    try:
+        answer = assign_ride(uow, replace(free, promise=open_ended), "change")
+    except NoRestingPlaceFree as error:
+        raise DestinationRefused(error.detail, "no_vehicle_free") from error
+    if answer.rule:
+        raise DestinationRefused(f"{WORDS[answer.rule]}; your ride stays as it was", answer.rule)
+    return _promised_anew(uow, answer.ride)
+
+
+def _ride_s_max(uow: UnitOfWork, ride: Ride) -> float:
+    direct_s = uow.roads().direct_s(ride.from_stop, ride.to_stop)
+    return uow.rules.ride_s_max(direct_s * uow.pace_at(max(uow.now, ride.earliest)))
+
+
+# ---------------------------------------------------------------- on the vehicle that has it
+
+
+def _let_out_there(uow: UnitOfWork, wish: Ride) -> Ride | None:
+    """By the vehicle that comes or has come for it, whose way to the pickup stays; None where that fails."""
+    if wish.vehicle_id is None:
+        return None
+    snapshot = take_snapshot(uow)
+    if wish.state is RideState.ASSIGNED and not _is_planned_for(snapshot, wish):
+        return None
+    vehicle = _vehicle_of(snapshot, wish)
+    place = uow.roads().stop_numbers[wish.to_stop]
+    if not np.isfinite([*snapshot.problem.times[:, place], vehicle.to_places_s[place]]).any():
+        raise StopUnreachable("the shuttle finds no way to that stop")
+    count = len(_without(vehicle, wish.ride_id)) + 1
+    route = _dropping(uow, snapshot, vehicle, wish, range(count))
+    return None if route is None else _carried_out(uow, snapshot, wish, route)
+
+
+def _dropping(
+    uow: UnitOfWork, snapshot: Snapshot, vehicle: VehicleState, wish: Ride, indices: Sequence[int]
+) -> VehicleRoute | None:
+    """The vehicle's cheapest route that lets the party out before one of these calls; None when each one
+    breaks a promise."""
+    place = uow.roads().stop_numbers[wish.to_stop]
+    request = snapshot.problem.requests[wish.ride_id]
+    longest_s = math.inf if wish.state is RideState.ABOARD else _ride_s_max(uow, wish)
+    patient = replace(request, dropoff=place, arrive_by_s=math.inf, ride_s_max=longest_s)
+    requests = snapshot.problem.requests | {wish.ride_id: patient}
+    before = Board(replace(snapshot.problem, vehicles=(vehicle,), open_requests=()))
+    found: Board | None = None
+    for calls in _routes(_without(vehicle, wish.ride_id), vehicle.locked, wish, place, indices, uow):
+        problem = replace(
+            snapshot.problem, vehicles=(replace(vehicle, calls=calls),), requests=requests, open_requests=()
+        )
+        made = _times_of(problem, before, wish)
+        if made is not None and (found is None or made.cost < found.cost):
+            found = made
+    return None if found is None else found.route(0)
+
+
+def _routes(
+    calls: tuple[Call, ...], locked: int, wish: Ride, place: int, indices: Sequence[int], uow: UnitOfWork
+) -> Iterator[tuple[Call, ...]]:
+    """The calls with the party let out at one there is already, and at a new one before each index."""
+    boards = next((n for n, call in enumerate(calls) if wish.ride_id in call.board), -1)
+    out = Call(place, (), (wish.ride_id,), uow.rules.dwell_s, pace=uow.pace_at(uow.now))
+    for index in indices:
+        if index < max(locked, boards + 1) or index > len(calls):
+            continue
+        if index < len(calls) and calls[index].place == place and not calls[index].off_duty:
+            here = calls[index]
+            yield (
+                *calls[:index],
+                replace(here, alight=(*here.alight, wish.ride_id)),
+                *calls[index + 1 :],
+            )
+        yield (*calls[:index], out, *calls[index:])
+
+
+def _times_of(problem: Problem, before: Board, wish: Ride) -> Board | None:
+    """The route as it stands, timed; None when it breaks a promise, or makes somebody else's later that is
+    late already."""
+    board = Board(problem)
+    if board.impossible or board.overdue - before.overdue:
+        return None
+    late = [name for name in board.overdue if name in before.rows and name != wish.ride_id]
+    if any(board.arrival_s(name) > before.arrival_s(name) + _LATER_S for name in late):
+        return None
+    return board
+
+
+def _without(vehicle: VehicleState, ride_id: str) -> tuple[Call, ...]:
+    """The vehicle's calls without letting this ride out; one that was made for that alone is left out."""
+    kept = []
+    for number, call in enumerate(vehicle.calls):
+        if ride_id not in call.alight:
+            kept.append(call)
+            continue
+        rest = replace(call, alight=tuple(other for other in call.alight if other != ride_id))
+        if rest.board or rest.alight or rest.fixed or number < vehicle.locked:
+            kept.append(rest)
+    return tuple(kept)
+
+
+def _exits(uow: UnitOfWork, times: Array, vehicle: VehicleState, ride: Ride) -> list[tuple[str, int]]:
+    """Stops where the party could be let out, the soonest first, each with the call before which."""
+    calls = _without(vehicle, ride.ride_id)
+    boards = next((n for n, call in enumerate(calls) if ride.ride_id in call.board), -1)
+    index = max(vehicle.locked, boards + 1)
+    origin = calls[index - 1].place if index else None
+    row: Array = vehicle.to_places_s if origin is None else times[origin]
+    stop_ids = uow.roads().stop_ids
+    first = sorted(
+        (float(row[number]), stop_id)
+        for number, stop_id in enumerate(stop_ids)
+        if np.isfinite(row[number]) and number != origin
+    )[:_EXITS_TRIED]
+    planned = [(stop_ids[call.place], n) for n, call in enumerate(calls) if n >= index]
+    return [(stop_id, index) for _, stop_id in first] + planned
+
+
+def _carried_out(uow: UnitOfWork, snapshot: Snapshot, wish: Ride, route: VehicleRoute) -> Ride:
+    uow.rides.save(wish)
+    snapshot.rides[wish.ride_id] = wish
+    try:
+        commit(uow, snapshot, (route,))
+    except NoRestingPlaceFree as error:
+        raise DestinationRefused(error.detail, "no_vehicle_free") from error
+    return _promised_anew(uow, snapshot.rides[wish.ride_id])
+
+
+def _promised_anew(uow: UnitOfWork, ride: Ride) -> Ride:
+    """The latest arrival after the one planned now, with the slack of a booking."""
+    if ride.promise is None or ride.arrival_eta is None:
+        uow.rides.save(ride)
+        return ride
+    begun = uow.now if ride.boarded_at is not None or ride.pickup_eta is None else ride.pickup_eta
+    terms = uow.roads().terms(uow.rules)
+    arrive_by = moment(terms.arrive_by_s(seconds(begun), seconds(ride.arrival_eta), seconds(uow.now)))
+    promised = replace(ride, promise=Promise(ride.promise.pickup_from, ride.promise.pickup_to, arrive_by))
+    uow.rides.save(promised)
+    return promised
+
+
+def _tell(uow: UnitOfWork, ride: Ride, name: str, by: str, detail: str) -> None:
+    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, ride.ride_id, by, detail))
+    uow.publish(topics.ride(uow.campus_id, ride.ride_id), to_stop=ride.to_stop)

@@ -1,0 +1,145 @@
+"""Riders aboard a shuttle that cannot go on: another one fetches them at the nearest stop.
+
+A shuttle is lost when it has stood with a fault for long, when an operator says so, or when it is taken off
+the road. One that is merely silent may still be driving: its riders stay with it until somebody decides.
+"""
+
+import math
+from dataclasses import replace
+from datetime import timedelta
+
+from contract.wire.messages import DriveMode
+from server.domain.errors import NobodyAboard, VehicleUnknown
+from server.domain.fleet.vehicles import Vehicle
+from server.domain.record.events import ServerEvent
+from server.domain.record.incidents import IncidentKind
+from server.domain.rides.rides import (
+    Ride,
+    RideState,
+    boarded,
+    ended,
+    stranded,
+)
+from server.travel.walks import on_foot_s
+from server.usecases.planning import plans
+from server.usecases.planning.routes import visits_of
+from server.usecases.ports import topics
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.failed_rides import fail_ride
+from server.usecases.record.incidents import open_incident
+
+LOST_MODES: tuple[DriveMode, ...] = ("minimal_risk", "fault")
+# Who has come so near to the destination on foot or by hand is there.
+_THERE_M = 30.0
+
+
+def rescue_riders(uow: UnitOfWork) -> tuple[Ride, ...]:
+    """The riders of shuttles that have stood with a fault for too long, sent to stops near by."""
+    limit = uow.now - timedelta(seconds=uow.rules.reassign_after_s)
+    moved: list[Ride] = []
+    for vehicle in uow.vehicles.all():
+        since = vehicle.unavailable_since
+        if vehicle.mode in LOST_MODES and since is not None and since <= limit:
+            moved += strand(uow, vehicle, f"{vehicle.vehicle_id} stands ({vehicle.mode})")
+    return tuple(moved)
+
+
+def evacuate(uow: UnitOfWork, vehicle_id: str, by: str) -> tuple[Ride, ...]:
+    """An operator decides that a shuttle cannot go on: whoever is aboard goes on with others.
+
+    The rides as they are planned now. Raises VehicleUnknown, NobodyAboard.
+    """
+    vehicle = uow.vehicles.get(vehicle_id)
+    if vehicle is None:
+        raise VehicleUnknown(f"no vehicle {vehicle_id} is enrolled")
+    _note(uow, "vehicle.evacuated", vehicle_id, by, "")
+    moved = strand(uow, vehicle, f"an operator has {vehicle_id} evacuated")
+    if not moved:
+        raise NobodyAboard(f"nobody is aboard {vehicle_id}")
+    plans.assign_waiting(uow)
+    return tuple(uow.rides.get(ride.ride_id) or ride for ride in moved)
+
+
+def strand(uow: UnitOfWork, vehicle: Vehicle, cause: str) -> list[Ride]:
+    """Send everybody aboard to the nearest stop, where they wait for another shuttle; an incident for each.
+
+    Where nobody knows where the shuttle stands, or the nearest stop is where they are going, the ride ends.
+    `plans.assign_waiting` finds the other shuttle.
+    """
+    moved = []
+    for ride in uow.rides.of_vehicle(vehicle.vehicle_id, [RideState.ABOARD]):
+        stop_id, walk_s = _nearest_stop(uow, vehicle.vehicle_id, ride)
+        if stop_id in ("", ride.to_stop):
+            _give_up(uow, ride, cause, walk_s)
+            continue
+        after = stranded(ride, stop_id, uow.now + timedelta(seconds=walk_s), uow.now)
+        uow.rides.save(after)
+        moved.append(after)
+        stop = uow.network().stops[stop_id].name
+        detail = f"{cause}; another shuttle comes to {stop}, {walk_s / 60.0:.0f} minutes on foot"
+        _tell_stranded(uow, ride, detail)
+    if moved and not vehicle.retired:
+        plans.replan(uow, vehicle.vehicle_id)
+        uow.publish(topics.dispatch(uow.campus_id))
+    return moved
+
+
+def left(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> None:
+    """The lost shuttle says that a stranded party has got off: at its destination after all, or as told."""
+    if not _is_near(uow, vehicle_id, ride.to_stop):
+        _note(uow, "ride.left_lost_vehicle", ride.ride_id, vehicle_id, "")
+        return
+    aboard = replace(boarded(ride, ride.boarded_how or "tap", uow.now), vehicle_id=vehicle_id)
+    uow.rides.save(ended(aboard, RideState.COMPLETED, uow.now))
+    _note(uow, "ride.completed", ride.ride_id, vehicle_id, "with the shuttle that was given up")
+    uow.publish(topics.ride(uow.campus_id, ride.ride_id))
+    for other in visits_of(uow.plans.all(), ride.ride_id):
+        plans.replan(uow, other)
+
+
+def _nearest_stop(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> tuple[str, float]:
+    """The stop and the seconds on foot; "" where there is none, or nobody knows where the shuttle is."""
+    where = uow.vehicles.whereabouts(vehicle_id)
+    if where is None or where.status is None:
+        return "", 0.0
+    roads, pose = uow.roads(), where.status.pose_map
+    best = ("", math.inf)
+    for stop in roads.network.road_map.stops:
+        apart_m = roads.network.apart_m(stop.stop_id, pose.x_m, pose.y_m)
+        served = stop.stop_id == ride.to_stop or math.isfinite(roads.direct_s(stop.stop_id, ride.to_stop))
+        if served and apart_m < best[1]:
+            best = stop.stop_id, apart_m
+    return best[0], on_foot_s(best[1], uow.rules.walk_mps) if best[0] else 0.0
+
+
+def _is_near(uow: UnitOfWork, vehicle_id: str, stop_id: str) -> bool:
+    where = uow.vehicles.whereabouts(vehicle_id)
+    if where is None or where.status is None:
+        return False
+    pose = where.status.pose_map
+    return uow.network().apart_m(stop_id, pose.x_m, pose.y_m) <= _THERE_M
+
+
+def _give_up(uow: UnitOfWork, ride: Ride, cause: str, walk_s: float) -> None:
+    detail = f"{cause}; your stop is {max(1, round(walk_s / 60.0))} minutes away on foot"
+    if walk_s == 0.0:
+        detail = f"{cause}, and nobody knows where"
+    fail_ride(uow, ride, "vehicle_lost", detail, f"{detail}; see to it that they get on")
+    _note(uow, "ride.failed", ride.ride_id, "", detail)
+
+
+def _tell_stranded(uow: UnitOfWork, ride: Ride, detail: str) -> None:
+    open_incident(
+        uow,
+        IncidentKind.PROMISE_BROKEN,
+        ride.ride_id,
+        f"ride {ride.ride_code}: {detail}",
+        vehicle_id=ride.vehicle_id,
+        ride_id=ride.ride_id,
+    )
+    _note(uow, "ride.stranded", ride.ride_id, "", detail)
+    uow.publish(topics.ride(uow.campus_id, ride.ride_id))
+
+
+def _note(uow: UnitOfWork, name: str, subject: str, by: str, detail: str) -> None:
+    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, subject, by, detail))

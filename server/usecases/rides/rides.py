@@ -1,0 +1,299 @@
+"""What a passenger can do with a ride: book, cancel, tap aboard, call for help."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+from server.domain.errors import (
+    BookingTooFarAhead,
+    DomainError,
+    IdempotencyMismatch,
+    NoRestingPlaceFree,
+    NoService,
+    PartyInvalid,
+    PartyTooLarge,
+    RideAlreadyAboard,
+    RideEnded,
+    RideNotAboard,
+    RideNotAssigned,
+    RideUnknown,
+    SameStop,
+    StopUnknown,
+    StopUnreachable,
+    VehicleNotConnected,
+)
+from server.domain.planning.decisions import Alternative
+from server.domain.record.events import ServerEvent
+from server.domain.record.incidents import Incident, IncidentKind
+from server.domain.rides.rides import (
+    BookRide,
+    Ride,
+    RideState,
+    Tap,
+    TapKind,
+    cancelled,
+    ended,
+)
+from server.domain.service.service import ServiceCalendar
+from server.usecases.planning import cut_off, plans
+from server.usecases.planning.assign import Assigned, assign_rides
+from server.usecases.ports import topics
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.calendars import calendar_of
+from server.usecases.record.incidents import open_incident
+from server.usecases.record.refusals import IN_TIME, WORDS, closing_words
+from server.usecases.rides import destinations
+
+
+@dataclass(frozen=True, slots=True)
+class Booked:
+    """The answer to a booking; alternatives for a refused ride."""
+
+    ride: Ride
+    alternatives: tuple[Alternative, ...] = ()
+
+
+def book(uow: UnitOfWork, request: BookRide) -> Ride:
+    """The ride with its vehicle and its promise; or the ride in state `refused` with the rule that binds.
+
+    A repeated idempotency_key gives the earlier ride. A refused ride is kept, so that operators see what
+    was asked for in vain; its `reason` is one of `dispatch.refusal.RULES`, or no_service (it would end after
+    closing). Raises what cannot even be asked: StopUnknown, SameStop, StopUnreachable, PartyInvalid,
+    PartyTooLarge, NoService, BookingTooFarAhead, IdempotencyMismatch, CampusUnknown.
+    """
+    answer = book_all(uow, [request])[0]
+    if isinstance(answer, DomainError):
+        raise answer
+    return answer.ride
+
+
+def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[Booked | DomainError]:
+    """`book` for several at once, in this order, on one look at the fleet: a ride or an error for each."""
+    answers: list[Ride | DomainError] = []
+    calendar = calendar_of(uow)
+    asked: dict[str, tuple[Ride, BookRide]] = {}
+    for request in requests:
+        try:
+            ride = _booked_before(uow, request)
+            if ride is None:
+                ride = _requested(uow, request, _closing(uow, request, calendar))
+                uow.rides.add(ride)
+                asked[ride.ride_id] = ride, request
+            answers.append(ride)
+        except DomainError as error:
+            answers.append(error)
+    decided: dict[str, Booked] = {}
+    walking = frozenset(ride_id for ride_id, (_, request) in asked.items() if request.may_walk)
+    assigned = _assigned(uow, [ride for ride, _ in asked.values()], walking)
+    for (ride, request), answer in zip(asked.values(), assigned, strict=True):
+        booked = answer.ride
+        if answer.rule:
+            booked = _refused(uow, ride, answer.rule)
+            uow.rides.save(booked)
+        wish = f"{request.from_stop} to {request.to_stop}, party of {request.party} {booked.reason}".rstrip()
+        _tell(uow, booked, "ride.refused" if answer.rule else "ride.booked", request.source, wish)
+        decided[ride.ride_id] = Booked(booked, answer.alternatives)
+    return [
+        answer
+        if isinstance(answer, DomainError)
+        else decided.get(answer.ride_id) or Booked(answer, alternatives_for(uow, answer))
+        for answer in answers
+    ]
+
+
+def _assigned(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[Assigned]:
+    def now(uow: UnitOfWork, rides: Sequence[Ride]) -> list[Assigned]:
+        return _assigned_now(uow, rides, walking)
+
+    if rides and uow.has_closures():
+        return cut_off.booked_around(uow, rides, now)
+    return now(uow, rides)
+
+
+def _assigned_now(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[Assigned]:
+    try:
+        return assign_rides(uow, rides, "booking", walking=walking)
+    except NoRestingPlaceFree:
+        if len(rides) > 1:
+            raise
+        return [Assigned(rides[0], "no_vehicle_free")]
+
+
+def alternatives_for(uow: UnitOfWork, ride: Ride) -> tuple[Alternative, ...]:
+    """What would have been accepted when this ride was refused; nothing for any other ride."""
+    if ride.state is not RideState.REFUSED:
+        return ()
+    decided = uow.decisions.of_ride(ride.ride_id)
+    return decided[-1].alternatives if decided else ()
+
+
+def cancel(uow: UnitOfWork, ride_id: str, by: str) -> Ride:
+    """Nobody has to come; who is aboard is let out as soon as possible, and the ride ends there.
+
+    by: "passenger" | "operator" | "developer". Raises RideUnknown, RideEnded, DestinationRefused (aboard a
+    shuttle that cannot be given a way).
+    """
+    ride = ride_of(uow, ride_id)
+    if ride.state is RideState.ABOARD:
+        return ride if ride.let_out else destinations.let_out(uow, ride, by)
+    gone = cancelled(ride, by, uow.now)
+    uow.rides.save(gone)
+    _tell(uow, gone, "ride.cancelled", by)
+    if ride.vehicle_id is not None:
+        plans.replan(uow, ride.vehicle_id)
+    return gone
+
+
+def tap(uow: UnitOfWork, ride_id: str, kind: TapKind) -> Tap:
+    """Pass a tap on the phone to the ride's vehicle, which accepts it while it stands with doors open.
+
+    Raises RideUnknown, RideEnded, RideNotAssigned, RideAlreadyAboard (board), RideNotAboard (alight),
+    VehicleNotConnected.
+    """
+    ride = ride_of(uow, ride_id)
+    vehicle_id = _tapped_vehicle(ride, kind)
+    vehicle = uow.vehicles.get(vehicle_id)
+    if vehicle is None or not vehicle.connected:
+        raise VehicleNotConnected("the shuttle cannot be reached now; type your code on its screen")
+    made = Tap(uow.campus_id, uow.ids.new_id("tap"), ride_id, vehicle_id, kind, uow.now)
+    uow.rides.add_tap(made)
+    uow.publish(topics.vehicle_outbox(uow.campus_id, vehicle_id))
+    return made
+
+
+def call_help(uow: UnitOfWork, ride_id: str, text: str) -> Incident:
+    """Put the passenger's call on top of the incidents; an open call is kept. Raises RideUnknown."""
+    ride = ride_of(uow, ride_id)
+    said = text.strip() or "no words"
+    incident = open_incident(
+        uow,
+        IncidentKind.HELP_CALL,
+        ride_id,
+        f"ride {ride.ride_code} ({ride.state}) calls for help: {said}",
+        vehicle_id=ride.vehicle_id,
+        ride_id=ride_id,
+    )
+    _tell(uow, ride, "ride.help_called", "passenger", said)
+    return incident
+
+
+def ride_of(uow: UnitOfWork, ride_id: str) -> Ride:
+    """Raises RideUnknown."""
+    return _found(uow.rides.get(ride_id), f"there is no ride {ride_id}")
+
+
+def ride_by_code(uow: UnitOfWork, ride_code: str) -> Ride:
+    """Codes are read without regard to case and spaces. Raises RideUnknown."""
+    code = "".join(ride_code.split()).upper()
+    return _found(uow.rides.by_code(code), f"no ride has the code {code}; look at it again")
+
+
+def ride_by_token(uow: UnitOfWork, token: str) -> Ride:
+    """Raises RideUnknown."""
+    return _found(uow.rides.by_token(token), "this link belongs to no ride")
+
+
+def _found(ride: Ride | None, detail: str) -> Ride:
+    if ride is None:
+        raise RideUnknown(detail)
+    return ride
+
+
+def _booked_before(uow: UnitOfWork, request: BookRide) -> Ride | None:
+    if request.idempotency_key is None:
+        return None
+    ride = uow.rides.by_idempotency_key(request.idempotency_key)
+    if ride is None:
+        return None
+    same_stops = (ride.from_stop, ride.to_stop) == (request.from_stop, request.to_stop)
+    same_party = (ride.party, ride.wheelchairs) == (request.party, request.wheelchairs)
+    if not same_party or not (same_stops or request.may_walk):
+        raise IdempotencyMismatch("this Idempotency-Key belongs to another booking; use a new one")
+    return ride
+
+
+def _refused(uow: UnitOfWork, ride: Ride, rule: str) -> Ride:
+    if rule in IN_TIME and ride.arrive_before is not None:
+        patience_s = uow.rules.wait_s_max + uow.roads().direct_s(ride.from_stop, ride.to_stop)
+        if ride.arrive_before <= ride.earliest + timedelta(seconds=patience_s):
+            detail = closing_words(calendar_of(uow), ride.arrive_before)
+            return ended(ride, RideState.REFUSED, uow.now, NoService.code, detail)
+    return ended(ride, RideState.REFUSED, uow.now, rule, WORDS[rule])
+
+
+def require_bookable(uow: UnitOfWork, request: BookRide) -> None:
+    """Raises what cannot be asked at any time: StopUnknown, SameStop, PartyInvalid, PartyTooLarge,
+    StopUnreachable."""
+    roads, rules = uow.roads(), uow.rules
+    for stop_id in (request.from_stop, request.to_stop):
+        if stop_id not in roads.stop_numbers:
+            raise StopUnknown(f"the map has no stop {stop_id}")
+    if request.from_stop == request.to_stop:
+        raise SameStop("from and to are the same stop")
+    if request.party < 1 or not 0 <= request.wheelchairs <= request.party:
+        raise PartyInvalid("a party has at least one person, and no more wheelchairs than people")
+    if request.party > rules.seats_max:
+        raise PartyTooLarge(f"a shuttle seats {rules.seats_max}; split your party into several bookings")
+    if math.isinf(roads.direct_s(request.from_stop, request.to_stop)):
+        raise StopUnreachable("no road leads from the one stop to the other")
+
+
+def _closing(uow: UnitOfWork, request: BookRide, calendar: ServiceCalendar) -> datetime | None:
+    """When the service closes after the ride; None when it does not.
+
+    Raises NoService, BookingTooFarAhead and what require_bookable does.
+    """
+    require_bookable(uow, request)
+    rules = uow.rules
+    earliest = max(uow.now, request.earliest or uow.now)
+    if (earliest - uow.now).total_seconds() > rules.booking_ahead_s_max:
+        days = rules.booking_ahead_s_max / 86400.0
+        raise BookingTooFarAhead(f"rides can be booked {days:.0f} days ahead at most")
+    calendar.require_open(earliest)
+    closes = calendar.closes_after(earliest)
+    direct_s = uow.pace_at(earliest) * uow.roads().direct_s(request.from_stop, request.to_stop)
+    if closes is not None and earliest + timedelta(seconds=direct_s) > closes:
+        raise NoService(closing_words(calendar, closes))
+    return closes
+
+
+def _requested(uow: UnitOfWork, request: BookRide, closes: datetime | None) -> Ride:
+    code = uow.ids.ride_code()
+    while uow.rides.code_in_use(code):
+        code = uow.ids.ride_code()
+    return Ride(
+        campus_id=uow.campus_id,
+        ride_id=uow.ids.new_id("ride"),
+        ride_code=code,
+        token=uow.ids.token(),
+        boarding_code=uow.ids.boarding_code(),
+        state=RideState.REQUESTED,
+        from_stop=request.from_stop,
+        to_stop=request.to_stop,
+        party=request.party,
+        wheelchairs=request.wheelchairs,
+        earliest=max(uow.now, request.earliest or uow.now),
+        requested_at=uow.now,
+        source=request.source,
+        idempotency_key=request.idempotency_key,
+        arrive_before=closes,
+        series_id=request.series_id,
+    )
+
+
+def _tapped_vehicle(ride: Ride, kind: TapKind) -> str:
+    if ride.has_ended:
+        raise RideEnded(f"ride {ride.ride_code} is {ride.state}")
+    if ride.vehicle_id is None:
+        raise RideNotAssigned("no shuttle has this ride yet")
+    if kind == "board" and ride.state is RideState.ABOARD:
+        raise RideAlreadyAboard("you are aboard already")
+    if kind == "alight" and ride.state is not RideState.ABOARD:
+        raise RideNotAboard("you are not aboard yet")
+    return ride.vehicle_id
+
+
+def _tell(uow: UnitOfWork, ride: Ride, name: str, by: str, detail: str = "") -> None:
+    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, ride.ride_id, by, detail))
+    uow.publish(topics.ride(uow.campus_id, ride.ride_id), state=str(ride.state))

@@ -1,0 +1,118 @@
+"""A world on the wall clock: one process, one CAN bus and one device feed a vehicle."""
+
+import time
+from pathlib import Path
+
+from simulator.ecus.command_watch import COMMAND_TIMEOUT_NS
+from simulator.fleet import STEP_NS
+from simulator.live.bus import LiveBus
+from simulator.live.control_desk import CarriedPhones, ControlDesk
+from simulator.live.ports import VehiclePorts, control_port, ports_of
+from simulator.world import SimWorld
+from vehicle_agent.can.pacmod.commands import FRAME_GAP_NS
+from vehicle_agent.device_feed import DatagramPort, DeviceValue, DeviceValues, DeviceWords, ScanRing
+
+LATE_MAX_NS = 5 * STEP_NS
+SCORES_EVERY_STEPS = 50
+# Arrival stamps jitter by the scheduler's doing; only real crowding counts.
+LIVE_FRAME_GAP_NS = FRAME_GAP_NS // 4
+# A module has a processor to itself; here it shares one with everything else, and a pause of a tenth of a
+# second is the machine's doing and not the vehicle computer's.
+LIVE_COMMAND_TIMEOUT_NS = 2 * COMMAND_TIMEOUT_NS
+
+
+class VehicleWiring:
+    """One vehicle's bus and feed, the simulation's ends."""
+
+    def __init__(self, vehicle_id: str, ports: VehiclePorts, folder: Path) -> None:
+        self.vehicle_id, self.ports = vehicle_id, ports
+        self.bus = LiveBus(ports.can_channel)
+        self.words = DatagramPort(ports.words_port)
+        self.ring = ScanRing(scan_ring_path(folder, vehicle_id), create=True)
+        self._scans = 0
+
+    def exchange(self, world: SimWorld, now_ns: int) -> None:
+        """Send what the devices measured at now_ns, do what the vehicle said."""
+        self.bus.send(world.frames_to_vehicle(self.vehicle_id))
+        items = [*world.sensor_items(self.vehicle_id, now_ns), *world.tracked(self.vehicle_id, now_ns)]
+        values = tuple(item for item in items if isinstance(item, DeviceValue))
+        self.words.send(self.ports.values_port, DeviceValues(values))
+        scan = world.scan(self.vehicle_id, now_ns)
+        if scan is not None:
+            ready = self.ring.write(self._scans, now_ns, *scan)
+            self.words.send(self.ports.scans_port, ready)
+            self._scans += 1
+        for datagram in self.words.take():
+            if isinstance(datagram, DeviceWords):
+                world.show(self.vehicle_id, datagram.says, now_ns)
+
+    def close(self) -> None:
+        self.bus.close()
+        self.words.close()
+
+
+class LiveSimulation:
+    """Steps the world every 20 ms without drift.
+
+    late_steps: steps that began more than one period late. lost_ns: time the world stood still because the
+    process was stopped or starved for longer than LATE_MAX_NS.
+    """
+
+    def __init__(self, world: SimWorld, phones: CarriedPhones, folder: Path, base_port: int) -> None:
+        """folder: where the scan rings go. Raises LiveBusError, DeviceFeedError, ControlError."""
+        self.late_steps = 0
+        self.lost_ns = 0
+        self.steps = 0
+        self._world = world
+        self._desk = ControlDesk(control_port(base_port), world, phones)
+        self._wirings = [
+            VehicleWiring(vehicle_id, ports_of(number, base_port), folder)
+            for number, vehicle_id in enumerate(world.vehicle_ids)
+        ]
+        for vehicle_id in world.vehicle_ids:
+            watch = world.module(vehicle_id).watch
+            watch.gap_ns_min, watch.timeout_ns = LIVE_FRAME_GAP_NS, LIVE_COMMAND_TIMEOUT_NS
+        self._due_ns = time.monotonic_ns() + STEP_NS
+        self._stopping = False
+
+    def stop(self) -> None:
+        self._stopping = True
+
+    def run(self) -> None:
+        """Until `stop`."""
+        while not self._stopping:
+            self._wait()
+            self.run_step()
+        self.close()
+
+    def run_step(self) -> None:
+        """One step that ends at the due time."""
+        due_ns = self._due_ns
+        for wiring in self._wirings:
+            self._world.frames_from_vehicle(wiring.vehicle_id, tuple(wiring.bus.take()))
+        self._world.step(due_ns - STEP_NS)
+        for wiring in self._wirings:
+            wiring.exchange(self._world, due_ns)
+        self._desk.step(due_ns, self.steps % SCORES_EVERY_STEPS == 0)
+        self.steps += 1
+        self._due_ns = due_ns + STEP_NS
+
+    def close(self) -> None:
+        for wiring in self._wirings:
+            wiring.close()
+        self._desk.close()
+
+    def _wait(self) -> None:
+        pause_ns = self._due_ns - time.monotonic_ns()
+        if pause_ns > 0:
+            time.sleep(pause_ns * 1e-9)
+            return
+        self.late_steps += pause_ns < -STEP_NS
+        if pause_ns < -LATE_MAX_NS:
+            self.lost_ns -= pause_ns
+            self._due_ns -= pause_ns
+
+
+def scan_ring_path(folder: Path, vehicle_id: str) -> Path:
+    """Where a vehicle's lidar driver keeps its scans."""
+    return folder / f"{vehicle_id}.scans"

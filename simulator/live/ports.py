@@ -1,0 +1,41 @@
+"""Which loopback ports a real-time simulation uses, counted from one base port."""
+
+from dataclasses import dataclass
+
+from simulator.live.bus import channel_of
+
+BASE_PORT = 47_100
+VEHICLES_MAX = 100
+
+
+@dataclass(frozen=True, slots=True)
+class VehiclePorts:
+    """What one vehicle's computer is wired to.
+
+    can_channel  its CAN bus, as the gate opens it
+    values_port  where its tick process listens for device values
+    scans_port   where its perception worker listens for finished scans
+    words_port   where screen, speaker and doors listen for the vehicle's words
+    """
+
+    can_channel: str
+    values_port: int
+    scans_port: int
+    words_port: int
+
+
+def control_port(base_port: int = BASE_PORT) -> int:
+    """Where the simulation itself listens (`simulator.control`)."""
+    return base_port
+
+
+def ports_of(number: int, base_port: int = BASE_PORT) -> VehiclePorts:
+    """Of the number-th vehicle, from 0. ValueError from VEHICLES_MAX on."""
+    if not 0 <= number < VEHICLES_MAX:
+        raise ValueError(f"vehicle {number}: one simulation has ports for {VEHICLES_MAX} vehicles")
+    return VehiclePorts(
+        channel_of(number, base_port + VEHICLES_MAX),
+        base_port + 2 * VEHICLES_MAX + number,
+        base_port + 3 * VEHICLES_MAX + number,
+        base_port + 4 * VEHICLES_MAX + number,
+    )

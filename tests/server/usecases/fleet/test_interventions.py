@@ -1,0 +1,338 @@
+"""Hold, recall and reassign: what they do, and that a preview says just that and changes nothing."""
+
+from collections.abc import Iterator
+from datetime import datetime, timedelta
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from contract.wire.messages import CommandDone, ModeChanged
+from server.api.interventions.rehearsal import rehearsed
+from server.dispatch.solve import Budget, solve
+from server.domain.errors import (
+    DomainError,
+    ReassignmentRefused,
+    RideAlreadyAboard,
+    RideNotAssigned,
+    RideUnknown,
+    VehicleUnknown,
+)
+from server.domain.rides.effects import Effects, Intervention
+from server.domain.rides.rides import Ride, RideState
+from server.domain.service.timetable import DepartureState
+from server.store.tables import metadata
+from server.usecases.fleet import departures, interventions, vehicles
+from server.usecases.fleet.interventions import intervene
+from server.usecases.planning import plans
+from server.usecases.planning.decisions import Search
+from server.usecases.record import commands
+from tests.server.usecases.campus_under_test import CampusUnderTest
+from tests.server.usecases.fake_fleet import FakeFleet
+from tests.server.usecases.fresh_database import fresh_database
+from tests.server.usecases.shipped_maps import shipped_map
+from tests.server.usecases.small_campus import small_campus
+
+
+@pytest.fixture
+def fleet() -> Iterator[FakeFleet]:
+    campus = CampusUnderTest(shipped_map("snow-lion"), engine=fresh_database())
+    yield FakeFleet(campus, shipped_map("snow-lion"), 3).start()
+    campus.close()
+
+
+def everything(campus: CampusUnderTest) -> dict[str, list[tuple[object, ...]]]:
+    """Every row of every table."""
+    with campus.engine.connect() as connection:
+        return {
+            table.name: sorted(map(tuple, connection.execute(table.select())), key=repr)
+            for table in metadata.sorted_tables
+        }
+
+
+def preview(campus: CampusUnderTest, vehicle_id: str, wish: Intervention) -> Effects:
+    done = campus.wait_for(
+        rehearsed(campus.transactions, lambda uow: intervene(uow, vehicle_id, wish, "ann"))
+    )
+    return done.effects
+
+
+def done(campus: CampusUnderTest, vehicle_id: str, wish: Intervention) -> Effects:
+    return campus.do(lambda uow: intervene(uow, vehicle_id, wish, "ann")).effects
+
+
+def assigned_rides(fleet: FakeFleet, count: int, ahead_s: float = 0.0) -> list[Ride]:
+    earliest = fleet.campus.clock.now() + timedelta(seconds=ahead_s)
+    pairs = [("NN20", "C6"), ("C6", "NN20"), ("SE13", "NN20"), ("NN7", "SE13")]
+    return [fleet.book(a, b, earliest=earliest) for a, b in pairs[:count]]
+
+
+WISHES = st.one_of(
+    st.builds(Intervention, st.just("hold"), st.sampled_from([None, 30.0, 300.0, 1500.0])),
+    st.just(Intervention("recall")),
+    st.just(Intervention("reassign")),
+    st.builds(
+        Intervention,
+        st.just("reassign"),
+        ride_id=st.sampled_from(["first", "second"]),
+        to_vehicle_id=st.sampled_from(["", "shuttle-1", "shuttle-2"]),
+    ),
+)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    trips=st.lists(st.tuples(st.integers(0, 3), st.integers(1, 3), st.integers(1, 4)), max_size=5),
+    steps=st.integers(0, 40),
+    which=st.sampled_from(["shuttle-1", "shuttle-2"]),
+    wish=WISHES,
+)
+def test_an_intervention_does_what_its_preview_said(
+    trips: list[tuple[int, int, int]], steps: int, which: str, wish: Intervention
+) -> None:
+    road_map = small_campus()
+    campus = CampusUnderTest(road_map, engine=fresh_database())
+    fleet = FakeFleet(campus, road_map, 2).start()
+    for origin, onward, party in trips:
+        fleet.book(f"stop-{origin}", f"stop-{(origin + onward) % 4}", party)
+        for _ in range(steps // 4):
+            fleet.step()
+    for _ in range(steps):
+        fleet.step()
+    if wish.ride_id:
+        rides = sorted(fleet.rides(), key=lambda ride: ride.requested_at)
+        number = ["first", "second"].index(wish.ride_id)
+        if number >= len(rides):
+            campus.close()
+            return
+        wish = Intervention("reassign", ride_id=rides[number].ride_id, to_vehicle_id=wish.to_vehicle_id)
+    before = everything(campus)
+    try:
+        said = preview(campus, which, wish)
+    except DomainError as refused:
+        with pytest.raises(type(refused)):
+            done(campus, which, wish)
+        campus.close()
+        return
+    assert everything(campus) == before
+    campus.do(plans.refresh_expected)
+    old = {ride.ride_id: ride for ride in fleet.rides()}
+    assert done(campus, which, wish) == said
+    told = {effect.ride_id: effect for effect in said.rides}
+    for ride in fleet.rides():
+        was = old[ride.ride_id]
+        if ride.ride_id in told:
+            assert told[ride.ride_id].vehicle_before == was.vehicle_id
+            assert told[ride.ride_id].vehicle_after == ride.vehicle_id
+            if not told[ride.ride_id].waits:
+                assert told[ride.ride_id].arrival_after == ride.arrival_eta
+        else:
+            assert (ride.vehicle_id, ride.state) == (was.vehicle_id, was.state)
+            assert ride.arrival_eta == was.arrival_eta or (
+                ride.arrival_eta is not None
+                and was.arrival_eta is not None
+                and abs(ride.arrival_eta - was.arrival_eta) < timedelta(seconds=1)
+            )
+    campus.do(plans.assign_waiting)
+    assert {r.ride_id: r.vehicle_id for r in fleet.rides()} == {
+        r.ride_id: told[r.ride_id].vehicle_after if r.ride_id in told else r.vehicle_id for r in old.values()
+    }
+    campus.close()
+
+
+def test_a_hold_until_resumed_gives_waiting_rides_to_others_at_once(fleet: FakeFleet) -> None:
+    ride = assigned_rides(fleet, 1, 1200.0)[0]
+    first = ride.vehicle_id or ""
+    effects = done(fleet.campus, first, Intervention("hold"))
+    moved = fleet.ride(ride.ride_id)
+    assert moved.state is RideState.ASSIGNED
+    assert moved.vehicle_id != first
+    assert [(e.vehicle_before, e.vehicle_after, e.breaks) for e in effects.rides] == [
+        (first, moved.vehicle_id, False)
+    ]
+    assert fleet.campus.read(lambda uow: vehicles.vehicle_of(uow, first)).held
+
+
+def test_riders_of_a_held_shuttle_wait_until_it_is_resumed(fleet: FakeFleet) -> None:
+    ride = assigned_rides(fleet, 1)[0]
+    while fleet.ride(ride.ride_id).state is not RideState.ABOARD:
+        fleet.step()
+    (effect,) = preview(fleet.campus, ride.vehicle_id or "", Intervention("hold")).rides
+    assert effect.waits
+    assert (effect.vehicle_after, effect.arrival_after, effect.arrival_later_s) == (
+        ride.vehicle_id,
+        None,
+        None,
+    )
+
+
+def test_a_short_hold_delays_by_its_length_and_ends_by_itself(fleet: FakeFleet) -> None:
+    ride = assigned_rides(fleet, 1)[0]
+    vehicle_id = ride.vehicle_id or ""
+    shuttle = next(s for s in fleet.shuttles if s.vehicle_id == vehicle_id)
+    (effect,) = done(fleet.campus, vehicle_id, Intervention("hold", for_s=120.0)).rides
+    assert effect.vehicle_after == vehicle_id
+    assert effect.pickup_later_s == pytest.approx(120.0)
+    assert effect.arrival_later_s == pytest.approx(120.0)
+    assert not effect.breaks
+    shuttle.hold()
+    assert fleet.campus.do(interventions.end_holds) == ()
+    fleet.campus.clock.advance(121.0)
+    assert fleet.campus.do(interventions.end_holds) == (vehicle_id,)
+    words = fleet.campus.read(lambda uow: uow.vehicles.pending_commands(vehicle_id))
+    assert [(word.kind, word.by) for word in words] == [("hold", "ann"), ("resume", "server")]
+    shuttle.resume()
+    fleet.run_until_idle(4000.0)
+    assert fleet.ride(ride.ride_id).state is RideState.COMPLETED
+
+
+def test_a_long_hold_gives_away_what_it_makes_late_and_the_preview_names_a_broken_promise(
+    fleet: FakeFleet,
+) -> None:
+    ride = assigned_rides(fleet, 1, 1200.0)[0]
+    first = ride.vehicle_id or ""
+    (moves,) = preview(fleet.campus, first, Intervention("hold", for_s=3600.0)).rides
+    assert moves.vehicle_after not in (first, None)
+    for shuttle in fleet.shuttles:
+        if shuttle.vehicle_id != first:
+            shuttle.hold()
+    (stays,) = preview(fleet.campus, first, Intervention("hold", for_s=3600.0)).rides
+    assert (stays.vehicle_after, stays.breaks) == (first, True)
+
+
+@pytest.mark.parametrize("mode", ["manual", "fault", "minimal_risk"])
+def test_a_shuttle_that_stands_for_another_reason_is_not_resumed_by_the_clock(
+    fleet: FakeFleet, mode: str
+) -> None:
+    shuttle = fleet.shuttles[0]
+    done(fleet.campus, shuttle.vehicle_id, Intervention("hold", for_s=60.0))
+    shuttle.hold()
+    shuttle.say(ModeChanged(mode, "test"))  # type: ignore[arg-type]
+    shuttle.hold()
+    fleet.campus.clock.advance(100.0)
+    assert fleet.campus.do(interventions.end_holds) == ()
+
+
+def test_a_restarted_shuttle_is_not_resumed_by_the_clock(fleet: FakeFleet) -> None:
+    shuttle = fleet.shuttles[0]
+    done(fleet.campus, shuttle.vehicle_id, Intervention("hold", for_s=60.0))
+    shuttle.boot_id, shuttle.told, shuttle.sequence, shuttle.mode = "boot-2", [], 0, "held"
+    shuttle.connect()
+    fleet.campus.clock.advance(100.0)
+    assert fleet.campus.do(interventions.end_holds) == ()
+
+
+def test_a_hold_for_a_while_of_a_shuttle_that_stands_already_ends_with_its_operator(
+    fleet: FakeFleet,
+) -> None:
+    shuttle = fleet.shuttles[0]
+    shuttle.hold()
+    done(fleet.campus, shuttle.vehicle_id, Intervention("hold", for_s=60.0))
+    fleet.campus.clock.advance(100.0)
+    assert fleet.campus.do(interventions.end_holds) == ()
+
+
+def test_a_hold_that_the_shuttle_refuses_leaves_it_in_use(fleet: FakeFleet) -> None:
+    shuttle = fleet.shuttles[0]
+    command = fleet.campus.do(lambda uow: interventions.hold(uow, shuttle.vehicle_id, "ann"))
+    assert not fleet.campus.read(lambda uow: vehicles.vehicle_of(uow, shuttle.vehicle_id)).accepts_rides
+    shuttle.say(CommandDone(command.command_id, False, "driven by hand"))
+    assert fleet.campus.read(lambda uow: vehicles.vehicle_of(uow, shuttle.vehicle_id)).accepts_rides
+
+
+def test_a_hold_that_was_taken_back_before_the_shuttle_heard_of_it_leaves_it_in_use(
+    fleet: FakeFleet,
+) -> None:
+    shuttle, campus = fleet.shuttles[0], fleet.campus
+    hold = campus.do(lambda uow: interventions.hold(uow, shuttle.vehicle_id, "ann", 600.0))
+    resume = campus.do(lambda uow: commands.send_command(uow, shuttle.vehicle_id, "resume", "ann"))
+    for command in (hold, resume):
+        shuttle.say(CommandDone(command.command_id, True))
+    vehicle = campus.read(lambda uow: vehicles.vehicle_of(uow, shuttle.vehicle_id))
+    assert vehicle.accepts_rides
+    assert vehicle.hold_ends is None
+
+
+def test_departures_of_a_held_or_recalled_shuttle_go_to_another_one() -> None:
+    road_map = shipped_map("snow-lion")
+    for wish in (Intervention("hold"), Intervention("recall"), Intervention("hold", for_s=7200.0)):
+        seven = datetime.fromisoformat("2026-11-23T07:05:00+08:00")
+        campus = CampusUnderTest(road_map, engine=fresh_database(), now=seven)
+        fleet = FakeFleet(campus, road_map, 3).start()
+        (departure, *_) = campus.do(departures.plan_departures)
+        first = departure.vehicle_id or ""
+        said = preview(campus, first, wish)
+        effects = done(campus, first, wish)
+        assert effects == said
+        after = campus.read(lambda uow, d=departure: uow.departures.get(d.departure_id))
+        assert after is not None
+        assert after.state is DepartureState.ASSIGNED
+        assert after.vehicle_id not in (first, None)
+        moved = {e.departure_id: (e.vehicle_before, e.vehicle_after) for e in effects.departures}
+        assert moved[departure.departure_id] == (first, after.vehicle_id)
+        assert fleet.campus is campus
+        campus.close()
+
+
+def test_a_ride_given_to_a_named_shuttle_stays_there(fleet: FakeFleet) -> None:
+    ride = assigned_rides(fleet, 1)[0]
+    first = ride.vehicle_id or ""
+    other = next(s.vehicle_id for s in fleet.shuttles if s.vehicle_id != first)
+    wish = Intervention("reassign", ride_id=ride.ride_id, to_vehicle_id=other)
+    (effect,) = done(fleet.campus, first, wish).rides
+    assert (effect.vehicle_before, effect.vehicle_after) == (first, other)
+    assigned_rides(fleet, 3)
+    improvement = fleet.campus.read(plans.improvement_of)
+    assert improvement is not None
+    better = solve(improvement.problem, Budget(8), 1)
+    search = Search(Budget(8), 1)
+    fleet.campus.do(lambda uow: plans.adopt_improvement(uow, improvement, better, search))
+    assert fleet.ride(ride.ride_id).vehicle_id == other
+    assert fleet.ride(ride.ride_id).pinned
+    fleet.run_until_idle(6000.0)
+    assert fleet.ride(ride.ride_id).state is RideState.COMPLETED
+
+
+def test_reassigning_all_rides_empties_the_shuttle_and_leaves_it_in_service(fleet: FakeFleet) -> None:
+    rides = assigned_rides(fleet, 3)
+    first = rides[0].vehicle_id or ""
+    mine = [ride.ride_id for ride in rides if ride.vehicle_id == first]
+    effects = done(fleet.campus, first, Intervention("reassign"))
+    assert {e.ride_id for e in effects.rides if e.vehicle_before == first} == set(mine)
+    for ride_id in mine:
+        assert fleet.ride(ride_id).vehicle_id not in (first, None)
+    assert fleet.campus.read(lambda uow: vehicles.vehicle_of(uow, first)).accepts_rides
+    fleet.run_until_idle(6000.0)
+    assert {fleet.ride(ride.ride_id).state for ride in rides} == {RideState.COMPLETED}
+
+
+def test_rides_that_nobody_else_can_take_stay_with_their_shuttle(fleet: FakeFleet) -> None:
+    ride = assigned_rides(fleet, 1)[0]
+    first = ride.vehicle_id or ""
+    for shuttle in fleet.shuttles:
+        if shuttle.vehicle_id != first:
+            shuttle.hold()
+    assert done(fleet.campus, first, Intervention("reassign")).rides == ()
+    assert fleet.ride(ride.ride_id).vehicle_id == first
+    with pytest.raises(ReassignmentRefused) as refused:
+        done(fleet.campus, first, Intervention("reassign", ride_id=ride.ride_id))
+    assert refused.value.rule == "no_vehicle_free"
+
+
+def test_only_a_ride_that_waits_for_the_shuttle_can_be_given_away(fleet: FakeFleet) -> None:
+    ride = assigned_rides(fleet, 1)[0]
+    first = ride.vehicle_id or ""
+    other = next(s.vehicle_id for s in fleet.shuttles if s.vehicle_id != first)
+    for vehicle_id, wish, error in (
+        (first, Intervention("reassign", ride_id="nobody"), RideUnknown),
+        (first, Intervention("reassign", ride_id=ride.ride_id, to_vehicle_id="ghost"), VehicleUnknown),
+        (first, Intervention("reassign", ride_id=ride.ride_id, to_vehicle_id=first), ReassignmentRefused),
+        (other, Intervention("reassign", ride_id=ride.ride_id), RideNotAssigned),
+        ("ghost", Intervention("recall"), VehicleUnknown),
+    ):
+        with pytest.raises(error):
+            done(fleet.campus, vehicle_id, wish)
+    while fleet.ride(ride.ride_id).state is not RideState.ABOARD:
+        fleet.step()
+    with pytest.raises(RideAlreadyAboard):
+        done(fleet.campus, first, Intervention("reassign", ride_id=ride.ride_id))

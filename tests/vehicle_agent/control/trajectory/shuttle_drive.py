@@ -1,0 +1,98 @@
+"""The Snow Lion control on the simulated shuttle: short drives, over CAN, with whatever shall go wrong."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path as File
+from typing import Any
+
+import numpy as np
+
+from benchmarks.tracking.reference_paths import ReferencePath
+from benchmarks.tracking.timed_drive import (
+    Sensing,
+    SpeedRule,
+    TimedRun,
+    follow_timed,
+    noisy,
+    perfect,
+    timed_rows,
+)
+from contract.geometry import Array, arc_lengths
+from simulator.sensors.gnss import GnssNoise
+from simulator.vehicle.plant import PlantParams
+from vehicle_agent.config import load_profile
+from vehicle_agent.control.trajectory.trajectory_control import Driver, SnowLionControl
+from vehicle_agent.signals import Ego, Path, VehicleMotion, Wish
+from vehicle_agent.stacks.snow_lion_control import control
+
+PROFILE = load_profile(
+    File(__file__).resolve().parents[4] / "vehicle_agent" / "profiles" / "campus-shuttle.toml"
+)
+HANDS = control(PROFILE)
+# Rough as the real one: tyres, and wheels that stand 0.6 degrees beyond what they say.
+ROUGH: dict[str, Any] = {"tyres": True, "steer_bias_rad": math.radians(0.6)}
+
+Change = Callable[[int, Ego, Path], tuple[Ego, Path]]
+
+
+@dataclass(frozen=True, slots=True)
+class Tampered:
+    """Control that is told something else than what is, by tick number."""
+
+    hands: SnowLionControl
+    change: Change
+
+    def initial(self) -> tuple[int, Driver]:
+        return 0, self.hands.initial()
+
+    def step(
+        self, state: tuple[int, Driver], ego: Ego, path: Path, motion: VehicleMotion
+    ) -> tuple[Wish, tuple[int, Driver]]:
+        ego, path = self.change(state[0], ego, path)
+        wish, driver = self.hands.step(state[1], ego, path, motion)
+        return wish, (state[0] + 1, driver)
+
+
+def straight(length_m: float, radius_m: float = math.inf) -> ReferencePath:
+    """A straight to the east, or a left circle."""
+    s = np.arange(0.0, length_m + 0.01, 0.02)
+    turned = s / radius_m
+    if math.isinf(radius_m):
+        points = np.column_stack((s, np.zeros_like(s)))
+    else:
+        points = radius_m * np.column_stack((np.sin(turned), 1.0 - np.cos(turned)))
+    return ReferencePath("line", points, arc_lengths(points), False)
+
+
+def rows_on(path: ReferencePath, speed_mps: float = 3.0, accel_mps2: float = 0.6) -> Array:
+    return timed_rows(path, SpeedRule(speed_mps, accel_mps2, 1.0, 1.0))
+
+
+def driven(
+    rows: Array, change: Change | None = None, seed: int | None = 1, settle_s: float = 3.0, **plant: Any
+) -> TimedRun:
+    """Drive the rows; seed None: perfect localization."""
+    hands: Any = HANDS if change is None else Tampered(HANDS, change)
+    sense: Sensing = perfect if seed is None else noisy(seed, GnssNoise())
+    return follow_timed(rows, PROFILE, hands, PlantParams(**(ROUGH | plant)), sense, settle_s)
+
+
+def said(run: TimedRun, name: str) -> Array:
+    """(n,) one diagnostic of every tick."""
+    return np.array([dict(wish.diagnostics)[name] for wish in run.wishes])
+
+
+def within_limits(run: TimedRun) -> bool:
+    """Are all commands finite and inside the vehicle's limits, the steering's rate included?"""
+    steer = np.array([wish.steer_rad for wish in run.wishes])
+    pedals = np.array([(wish.throttle_ratio, wish.brake_ratio) for wish in run.wishes])
+    mpc = HANDS.steer.mpc
+    return bool(
+        np.isfinite(steer).all()
+        and np.isfinite(pedals).all()
+        and np.abs(steer).max() <= mpc.steer_rad_max + 1e-12
+        and np.abs(np.diff(steer)).max() <= mpc.steer_rate_radps_max * 0.02 + 1e-9
+        and pedals.min() >= 0.0
+        and pedals.max() <= 1.0
+    )

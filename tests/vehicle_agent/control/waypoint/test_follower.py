@@ -1,0 +1,75 @@
+"""The waypoint follower and the bicycle steering."""
+
+import math
+
+import numpy as np
+import pytest
+
+from contract.geometry import Pose2
+from vehicle_agent.control.waypoint.follower import (
+    Aim,
+    WaypointFollower,
+    aimed_at,
+    led_pose,
+)
+from vehicle_agent.control.waypoint.steering import BicycleSteering
+
+LINE = np.column_stack((np.arange(1.0, 20.0), np.zeros(19)))
+
+
+def test_the_target_is_the_first_waypoint_farther_than_two_metres() -> None:
+    assert aimed_at(LINE, 0.0, 0.0, 2.0) == 2
+    assert aimed_at(LINE, 0.95, 0.0, 2.0) == 2
+
+
+def test_the_last_waypoint_stays_the_target_when_all_are_near() -> None:
+    assert aimed_at(LINE[:2], 1.0, 0.0, 2.0) == 1
+
+
+def test_the_turn_rate_is_the_gain_times_the_heading_error() -> None:
+    follower = WaypointFollower(heading_gain_1ps=2.0, gain_speed_mps=0.0)
+    turn, error, _ = follower.step(Aim(), Pose2(0.0, 0.0, 0.1), 3.0, LINE)
+    assert error == pytest.approx(-0.1)
+    assert turn == pytest.approx(-0.2)
+
+
+def test_on_a_circle_the_gain_holds_the_circle_at_any_speed() -> None:
+    radius = 10.0
+    angles = np.arange(1.0, 12.0) / radius
+    circle = np.column_stack((radius * np.sin(angles), radius * (1.0 - np.cos(angles))))
+    follower = WaypointFollower(heading_gain_1ps=2.0 * 3.0 / 3.0, switch_m=2.5)
+    for speed in (0.5, 1.5, 3.0):
+        turn, _, _ = follower.step(Aim(), Pose2(0.0, 0.0, 0.0), speed, circle)
+        assert turn == pytest.approx(speed / radius, rel=0.02)
+
+
+def test_the_integral_works_against_a_constant_error_and_is_bounded() -> None:
+    follower = WaypointFollower(heading_integral_1ps2=0.5)
+    state = Aim()
+    for _ in range(10_000):
+        _, _, state = follower.step(state, Pose2(0.0, 0.0, -0.2), 2.0, LINE)
+    assert state.integral_rads == follower.integral_rads_max
+
+
+def test_without_waypoints_there_is_no_turn() -> None:
+    assert WaypointFollower().step(Aim(0.1), Pose2(0, 0, 0), 1.0, np.empty((0, 2))) == (0.0, 0.0, Aim())
+
+
+def test_the_led_pose_is_where_pending_commands_bring_the_vehicle() -> None:
+    steer = math.atan(2.6 / 10.0)
+    pose = led_pose(Pose2(0.0, 0.0, 0.0), 2.0, np.full(50, steer), 2.6, 0.02)
+    assert pose.yaw_rad == pytest.approx(0.2)
+    assert pose.x_m == pytest.approx(10.0 * math.sin(0.2), abs=1e-3)
+    assert pose.y_m == pytest.approx(10.0 * (1.0 - math.cos(0.2)), abs=1e-3)
+
+
+def test_steering_is_the_bicycle_models_angle_within_its_limits() -> None:
+    steering = BicycleSteering(steer_rate_radps_max=100.0)
+    assert steering.steer_rad(0.3, 3.0, 0.0) == pytest.approx(math.atan(2.6 * 0.1))
+    assert steering.steer_rad(9.0, 1.0, 0.0) == steering.steer_rad_max
+    assert BicycleSteering().steer_rad(9.0, 1.0, 0.0) == pytest.approx(0.6 * 0.02)
+
+
+def test_at_rest_a_small_turn_rate_does_not_ask_for_full_lock() -> None:
+    steering = BicycleSteering(steer_rate_radps_max=100.0)
+    assert abs(steering.steer_rad(0.02, 0.0, 0.0)) < 0.15

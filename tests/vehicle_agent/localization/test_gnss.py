@@ -1,0 +1,123 @@
+"""GnssLocalization: fixes, dead reckoning, age, jumps."""
+
+import math
+
+import msgspec
+import numpy as np
+import pytest
+
+from contract.geometry import Pose2
+from contract.roads.model import Origin
+from contract.roads.projection import project, unproject
+from vehicle_agent.localization.gnss import Estimate, GnssLocalization
+from vehicle_agent.signals import Ego, GnssFix, ImuSample, VehicleMotion
+
+ORIGIN = Origin(31.3, 121.4)
+TICK_NS = 20_000_000
+ROOM = GnssLocalization(ORIGIN)
+
+
+def a_motion(now_ns: int, speed_mps: float = 2.0) -> VehicleMotion:
+    return VehicleMotion(now_ns, speed_mps, 0.0, 0.0, 0.0, True, False, True, 1.0)
+
+
+def a_fix(stamp_ns: int, pose: Pose2, std_m: float = 0.02) -> GnssFix:
+    latitude_deg, longitude_deg = unproject(ORIGIN, pose.x_m, pose.y_m)
+    return GnssFix(stamp_ns, latitude_deg, longitude_deg, pose.yaw_rad, 2.0, 0.0, std_m)
+
+
+def driven_east(
+    ticks: int, *, fixes: int, noise_m: float = 0.0, late_ns: int = 0
+) -> tuple[Ego, Estimate, float]:
+    """East at 2 m/s; fixes in the first `fixes` ticks only. Returns where it truly is, too."""
+    rng = np.random.default_rng(1)
+    state, x_m = ROOM.initial(), 0.0
+    for k in range(1, ticks + 1):
+        now_ns, x_m = k * TICK_NS, 2.0 * k * 0.02
+        poses: tuple[GnssFix | ImuSample, ...] = (ImuSample(now_ns, 0.0, 0.0),)
+        if k <= fixes:
+            dx, dy = rng.standard_normal(2) * noise_m
+            seen = Pose2(x_m - 2.0 * late_ns * 1e-9 + dx, dy, 0.0)
+            poses += (a_fix(now_ns - late_ns, seen),)
+        ego, state = ROOM.step(state, a_motion(now_ns), poses, now_ns)
+    return ego, state, x_m
+
+
+def test_projection_and_its_inverse_agree_to_a_micrometre() -> None:
+    for x_m, y_m in ((0.0, 0.0), (1500.0, -900.0), (-2000.0, 2000.0)):
+        back = project(ORIGIN, *unproject(ORIGIN, x_m, y_m))
+        assert math.hypot(back[0] - x_m, back[1] - y_m) < 1e-6
+
+
+def test_nothing_is_valid_before_the_first_fix() -> None:
+    ego, _ = ROOM.step(ROOM.initial(), a_motion(TICK_NS), (), TICK_NS)
+    assert not ego.valid
+    assert [fault.code for fault in ego.faults] == ["pose_missing"]
+
+
+def test_the_pose_is_carried_between_fixes_by_wheel_speed() -> None:
+    ego, _, x_m = driven_east(25, fixes=15)
+    assert ego.valid
+    assert abs(ego.pose_map.x_m - x_m) < 0.01
+
+
+def test_a_late_fix_is_carried_forward_from_its_own_stamp() -> None:
+    ego, _, x_m = driven_east(50, fixes=50, late_ns=100_000_000)
+    assert abs(ego.pose_map.x_m - x_m) < 0.01
+
+
+def test_noise_of_two_centimetres_is_averaged_below_one() -> None:
+    errors = []
+    for ticks in range(100, 160):
+        ego, _, x_m = driven_east(ticks, fixes=ticks, noise_m=0.02)
+        errors.append(math.hypot(ego.pose_map.x_m - x_m, ego.pose_map.y_m))
+    assert float(np.sqrt(np.mean(np.square(errors)))) < 0.014
+
+
+def test_a_solution_older_than_the_limit_is_not_valid() -> None:
+    ego, _, _ = driven_east(60, fixes=30)
+    assert not ego.valid
+    assert "pose_stale" in [fault.code for fault in ego.faults]
+
+
+def test_a_poor_solution_is_not_valid() -> None:
+    ego, _ = ROOM.step(ROOM.initial(), a_motion(TICK_NS), (a_fix(TICK_NS, Pose2(0, 0, 0), 3.0),), TICK_NS)
+    assert [fault.code for fault in ego.faults] == ["pose_poor"]
+
+
+def test_one_stray_fix_is_not_believed() -> None:
+    ego, state, x_m = driven_east(50, fixes=50)
+    now_ns = 51 * TICK_NS
+    ego, _ = ROOM.step(state, a_motion(now_ns), (a_fix(now_ns, Pose2(x_m + 30.0, 5.0, 0.0)),), now_ns)
+    assert abs(ego.pose_map.x_m - x_m - 0.04) < 0.01
+    assert ego.valid
+
+
+def test_a_lasting_jump_is_followed_and_told_as_a_fault() -> None:
+    _, state, x_m = driven_east(50, fixes=50)
+    for k in range(51, 51 + ROOM.strays_max):
+        now_ns = k * TICK_NS
+        ego, state = ROOM.step(state, a_motion(now_ns), (a_fix(now_ns, Pose2(x_m + 30.0, 5.0, 0.0)),), now_ns)
+    assert abs(ego.pose_map.y_m - 5.0) < 0.1
+    assert not ego.valid
+    assert "pose_jump" in [fault.code for fault in ego.faults]
+
+
+@pytest.mark.parametrize("field", ["latitude_deg", "heading_rad", "speed_mps", "yaw_rate_radps"])
+def test_values_that_are_no_numbers_are_told_and_never_taken_in(field: str) -> None:
+    _, state, x_m = driven_east(50, fixes=50)
+    for k in range(51, 101):
+        now_ns, x_m = k * TICK_NS, 2.0 * k * 0.02
+        fix = a_fix(now_ns, Pose2(x_m, 0.0, 0.0))
+        wrong = 55 <= k < 80
+        if wrong:
+            fix = msgspec.structs.replace(fix, **{field: math.nan})
+        inertial = ImuSample(now_ns, 0.0, math.inf if wrong else 0.0)
+        ego, state = ROOM.step(state, a_motion(now_ns), (inertial, fix), now_ns)
+        if k == 60:
+            assert ego.valid
+            assert [fault.code for fault in ego.faults] == ["pose_not_finite"]
+        if k == 79:
+            assert not ego.valid
+    assert ego.valid
+    assert abs(ego.pose_map.x_m - x_m) < 0.02

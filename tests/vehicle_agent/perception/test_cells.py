@@ -1,0 +1,74 @@
+"""Percepts in the map frame, the blind zone, and a blind sensor."""
+
+import math
+
+import numpy as np
+
+from contract.geometry import Pose2
+from vehicle_agent.perception.cells import HeightMapPerception, Sighting
+from vehicle_agent.signals import Ego, ObstaclePercept, Seen
+
+ROOM = HeightMapPerception(3.2, 2.28, math.radians(-15.0), 3.5, 0.85, 0.815)
+TICK_NS = 20_000_000
+
+
+def an_ego(now_ns: int, x_m: float = 0.0, yaw_rad: float = 0.0) -> Ego:
+    return Ego(now_ns, Pose2(x_m, 0.0, yaw_rad), 2.0, 0.0, 0.0, 0.0, 0.02, now_ns, True)
+
+
+def a_percept(stamp_ns: int, *cells: tuple[float, float], used: int = 100) -> ObstaclePercept:
+    return ObstaclePercept(stamp_ns, np.array(cells).reshape(-1, 2), np.ones(len(cells)), used)
+
+
+def told(state: Sighting, now_ns: int, percept: ObstaclePercept, x_m: float = 0.0) -> tuple[Seen, Sighting]:
+    return ROOM.step(state, (percept,), an_ego(now_ns, x_m))
+
+
+def test_cells_are_moved_with_the_pose_at_the_scan_and_not_of_now() -> None:
+    state = ROOM.initial()
+    for k in range(1, 11):
+        _, state = ROOM.step(state, (), an_ego(k * TICK_NS, 0.04 * k))
+    seen, _ = told(state, 11 * TICK_NS, a_percept(5 * TICK_NS, (10.0, 1.0)), 0.44)
+    assert np.allclose(seen.points_map, [[10.2, 1.0]])
+
+
+def test_the_same_object_is_given_until_the_next_scan() -> None:
+    seen, state = told(ROOM.initial(), TICK_NS, a_percept(TICK_NS, (10.0, 0.0)))
+    again, _ = ROOM.step(state, (), an_ego(2 * TICK_NS))
+    assert again is seen
+
+
+def test_an_older_scan_that_comes_late_changes_nothing() -> None:
+    seen, state = told(ROOM.initial(), 9 * TICK_NS, a_percept(9 * TICK_NS, (10.0, 0.0)))
+    again, _ = told(state, 10 * TICK_NS, a_percept(5 * TICK_NS, (20.0, 0.0)))
+    assert again is seen
+
+
+def test_a_blind_sensor_forgets_nothing_and_says_so() -> None:
+    _, state = told(ROOM.initial(), TICK_NS, a_percept(TICK_NS, (10.0, 0.0)))
+    seen, _ = told(state, 6 * TICK_NS, a_percept(6 * TICK_NS, used=0))
+    assert seen.blind
+    assert len(seen.points_map) == 1
+
+
+def test_who_vanishes_under_the_lowest_ring_is_remembered_for_a_while() -> None:
+    near = (5.0, 0.3)
+    _, state = told(ROOM.initial(), TICK_NS, a_percept(TICK_NS, near))
+    later_ns = TICK_NS + ROOM.memory_ns // 2
+    seen, state = told(state, later_ns, a_percept(later_ns))
+    assert np.allclose(seen.points_map, [near])
+    over_ns = TICK_NS + ROOM.memory_ns + 100_000_000
+    seen, _ = told(state, over_ns, a_percept(over_ns))
+    assert len(seen.points_map) == 0
+
+
+def test_who_walks_away_in_sight_is_not_remembered() -> None:
+    _, state = told(ROOM.initial(), TICK_NS, a_percept(TICK_NS, (12.0, 0.3)))
+    seen, _ = told(state, 6 * TICK_NS, a_percept(6 * TICK_NS, (12.0, 3.0)))
+    assert np.allclose(seen.points_map, [[12.0, 3.0]])
+
+
+def test_who_is_seen_again_nearby_is_not_doubled() -> None:
+    _, state = told(ROOM.initial(), TICK_NS, a_percept(TICK_NS, (5.0, 0.3)))
+    seen, _ = told(state, 6 * TICK_NS, a_percept(6 * TICK_NS, (5.2, 0.4)))
+    assert len(seen.points_map) == 1

@@ -1,0 +1,148 @@
+"""The GEM stack's planning: waypoints to follow, and the lowest of all speed commands (GEM, section II)."""
+
+import math
+
+import msgspec
+import numpy as np
+
+from vehicle_agent.planning.waypoint.approach import Approach
+from vehicle_agent.planning.waypoint.following import (
+    NOTHING,
+    Following,
+    Patience,
+    PoorSight,
+    moved_on,
+    no_path,
+    path_along,
+    standing_commands,
+    stop_name,
+)
+from vehicle_agent.planning.waypoint.gap import GapRule
+from vehicle_agent.planning.waypoint.obstacle import ObstacleRule, sweep_arc, sweep_line
+from vehicle_agent.planning.waypoint.selector import SpeedCommand, lowest
+from vehicle_agent.planning.waypoint.waypoints import WaypointRules, Waypoints, waypoints_from_line
+from vehicle_agent.signals import Ego, Path, PlanAnswer, PlanJob, Task, World
+
+
+class Looked(msgspec.Struct, frozen=True):
+    """The last look along the path: at which scan and place, and how far the bumper could go.
+
+    beside_m  distance to the nearest thing just beside the path
+    """
+
+    seen_ns: int = -1
+    odometer_m: float = 0.0
+    free_m: float = math.inf
+    beside_m: float = math.inf
+
+
+class Plan(Following, frozen=True):
+    """What planning remembers."""
+
+    looked: Looked = Looked()
+
+
+class WaypointPlanning(msgspec.Struct, frozen=True):
+    """Parameters of every speed command.
+
+    look_every      ticks between looks along the path when no new scan comes
+    delay_s         how far ahead in time speeds are read from the waypoints
+    """
+
+    waypoints: WaypointRules
+    obstacle: ObstacleRule
+    gap: GapRule
+    approach: Approach = Approach()
+    patience: Patience = Patience()
+    poor_sight: PoorSight = PoorSight()
+    look_every: int = 5
+    delay_s: float = 0.25
+    ahead_m: float = 30.0
+
+    def initial(self) -> Plan:
+        return Plan()
+
+    def jobs(self, state: Plan) -> tuple[PlanJob, ...]:
+        return ()
+
+    def step(
+        self, state: Plan, ego: Ego, world: World, task: Task, plans: tuple[PlanAnswer, ...] = ()
+    ) -> tuple[Path, Plan]:
+        """The waypoints ahead and the speed to obey now. Without a line: stand still. Nobody plans for it."""
+        state = moved_on(state, ego)
+        if task.line is None:
+            return no_path(ego), msgspec.structs.replace(state, line_id=0, waypoints=NOTHING)
+        if task.line_id != state.line_id:
+            state = msgspec.structs.replace(
+                state,
+                line_id=task.line_id,
+                waypoints=waypoints_from_line(task.line, self.waypoints),
+                looked=Looked(),
+            )
+        state = self._look(state, ego, world, task)
+        return self._path(state, ego, world, task), state
+
+    def _look(self, state: Plan, ego: Ego, world: World, task: Task) -> Plan:
+        """Sweep the path again when there is a new scan, or when the last look is some ticks old."""
+        if world.seen_stamp_ns == state.looked.seen_ns and state.ticks % self.look_every:
+            return state
+        looked = self._looked(state, ego, world, task)
+        allowed_mps = self.obstacle.allowed_mps(looked.free_m)
+        yielding, clear = self.patience.waits(state, looked.free_m, allowed_mps)
+        return msgspec.structs.replace(state, looked=looked, yielding=yielding, clear=clear)
+
+    def _looked(self, state: Plan, ego: Ego, world: World, task: Task) -> Looked:
+        rule, points = self.obstacle, world.points_map
+        check_m = rule.check_m(max(self.waypoints.speed_mps_max, ego.speed_mps))
+        beside_m = math.inf
+        if rule.along == "arc":
+            arc = sweep_arc(ego.pose_map, ego.steer_rad, rule.wheelbase_m, check_m)
+            free_m = rule.free_m(points, arc, rule.clearance_m)
+        else:
+            waypoints = state.waypoints
+            line = sweep_line(waypoints.points_map, waypoints.s_m, task.s_m, task.d_m, check_m)
+            near_m = rule.arc_m + rule.arc_time_s * max(0.0, ego.speed_mps)
+            arc = sweep_arc(ego.pose_map, ego.steer_rad, rule.wheelbase_m, near_m)
+            free_m = min(
+                rule.free_m(points, line, rule.clearance_m), rule.free_m(points, arc, rule.side_clearance_m)
+            )
+            beside_m = rule.free_m(points, line, rule.passing_clearance_m)
+        free_m = free_m if free_m <= check_m else math.inf
+        return Looked(world.seen_stamp_ns, state.odometer_m, free_m, beside_m)
+
+    def _path(self, state: Plan, ego: Ego, world: World, task: Task) -> Path:
+        since_m = state.odometer_m - state.looked.odometer_m
+        free_m = max(0.0, state.looked.free_m - since_m)
+        command = lowest(self._commands(state, ego, world, task, free_m))
+        return path_along(state.waypoints, ego, task, command, free_m, self.ahead_m)
+
+    def _commands(self, state: Plan, ego: Ego, world: World, task: Task, free_m: float) -> list[SpeedCommand]:
+        decel_mps2 = self.approach.decel_mps2
+        commands = [
+            cruise(state.waypoints, task.s_m, ego.speed_mps, self.delay_s),
+            self.approach.command(task.stop_s_m - task.s_m, ego.speed_mps, stop_name(task)),
+            *standing_commands(task, decel_mps2),
+        ]
+        obstacle = self.obstacle.command(free_m)
+        if obstacle is not None:
+            commands.append(obstacle)
+        if state.yielding:
+            commands.append(SpeedCommand("obstacle", 0.0, -decel_mps2))
+        if state.looked.beside_m < ego.speed_mps * self.obstacle.passing_time_s:
+            commands.append(SpeedCommand("passing", self.obstacle.passing_mps))
+        first = max(0, int(np.searchsorted(state.waypoints.s_m, task.s_m)) - 1)
+        lead = self.gap.lead(state.waypoints.points_map, state.waypoints.s_m, task.s_m, first, world.others)
+        gap = self.gap.command(lead)
+        if gap is not None:
+            commands.append(gap)
+        return commands + self.poor_sight.commands(ego, world, decel_mps2)
+
+
+def cruise(waypoints: Waypoints, s_m: float, speed_mps: float, delay_s: float) -> SpeedCommand:
+    """The waypoints' speed where the vehicle will be when the actuators answer."""
+    s, v = waypoints.s_m, waypoints.speeds_mps
+    ahead_m = s_m + delay_s * speed_mps
+    wanted_mps = float(np.interp(ahead_m, s, v))
+    i = min(max(int(np.searchsorted(s, ahead_m, side="right")) - 1, 0), len(s) - 2)
+    slope_1ps = float((v[i + 1] - v[i]) / max(s[i + 1] - s[i], 1e-6))
+    return SpeedCommand("waypoints", wanted_mps, min(0.0, wanted_mps * slope_1ps))

@@ -1,0 +1,179 @@
+"""A vehicle's processes: what runs on its computer, and how the pieces are wired.
+
+One vehicle has a tick, a gate, a worker and a link process. Simulated vehicles on one machine share one
+worker and one link process; each keeps a tick and a gate of its own.
+"""
+
+import asyncio
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from contract.roads.load import encode_map
+from contract.runlog.records import RunHeader
+from vehicle_agent.device_feed import DatagramPort, DeviceSensors, DeviceWords
+from vehicle_agent.link.outbox import read_memory
+from vehicle_agent.link.session import Identity
+from vehicle_agent.mission.memory import MissionMemory, holding
+from vehicle_agent.onboard.car import initial_state
+from vehicle_agent.runtime.computer import VehicleComputer
+from vehicle_agent.runtime.devices.speaking import SpeakingProcess
+from vehicle_agent.runtime.processes.agent_files import AgentFolder
+from vehicle_agent.runtime.processes.camera_link import CameraLink, SensorsAndCameras
+from vehicle_agent.runtime.processes.gate_process import GateProcess
+from vehicle_agent.runtime.processes.link_process import LinkedVehicle, serve_links
+from vehicle_agent.runtime.processes.planner_process import PlannerProcess
+from vehicle_agent.runtime.processes.supervisor import Job
+from vehicle_agent.runtime.processes.tick_process import TickProcess, utc_offset_now_ns
+from vehicle_agent.runtime.processes.worker_process import ScannedVehicle, serve_percepts
+from vehicle_agent.runtime.recording.recorder import Recorder
+from vehicle_agent.signals import Says
+from vehicle_agent.stacks.choice import PLANNING_STACKS, build_car, build_planner
+from vehicle_agent.stacks.rooms import height_map
+from vehicle_agent.stacks.warm import warm_tick
+
+SOFTWARE = "0.1.0"
+
+
+@dataclass(frozen=True, slots=True)
+class AgentPlace:
+    """folder: the vehicle's folder on disk; mail: where its mailboxes are made (short paths)."""
+
+    folder: Path
+    mail: Path
+
+
+def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
+    """The processes of these vehicles, in starting order: who brakes comes first.
+
+    A vehicle whose stack plans beside the tick has a planner of its own.
+    """
+    names = [AgentFolder(place.folder).vehicle().vehicle_id for place in places]
+    planners = [
+        Job(f"planner {name}", run_planner, (place,))
+        for name, place in zip(names, places, strict=True)
+        if AgentFolder(place.folder).profile().stack in PLANNING_STACKS
+    ]
+    gates = [Job(f"gate {name}", run_gate, (place,)) for name, place in zip(names, places, strict=True)]
+    ticks = [Job(f"tick {name}", run_tick, (place,)) for name, place in zip(names, places, strict=True)]
+    speakers = [
+        Job(f"speaking {name}", run_speaking, (place,))
+        for name, place in zip(names, places, strict=True)
+        if AgentFolder(place.folder).speaking() is not None
+    ]
+    return [
+        *gates,
+        Job("link", run_links, (places,)),
+        Job("worker", run_worker, (places,)),
+        *speakers,
+        *planners,
+        *ticks,
+    ]
+
+
+def run_gate(place: AgentPlace) -> None:
+    files = AgentFolder(place.folder)
+    GateProcess(place.mail, files.vehicle().can_channel, files.profile()).run()
+
+
+def run_planner(place: AgentPlace) -> None:
+    files = AgentFolder(place.folder)
+    planner = build_planner(files.profile(), files.road_map())
+    assert planner is not None, "only stacks that plan beside the tick are given this process"
+    PlannerProcess(place.mail, planner).run()
+
+
+def run_speaking(place: AgentPlace) -> None:
+    settings = AgentFolder(place.folder).speaking()
+    assert settings is not None, "only vehicles with a speaking.toml are given this process"
+    SpeakingProcess(settings).run()
+
+
+def run_worker(places: tuple[AgentPlace, ...]) -> None:
+    scanned = []
+    for place in places:
+        files = AgentFolder(place.folder)
+        vehicle = files.vehicle()
+        scanned.append(
+            ScannedVehicle(
+                vehicle.vehicle_id,
+                place.mail,
+                vehicle.scans_port,
+                Path(vehicle.scan_ring),
+                height_map(files.profile()),
+            )
+        )
+    serve_percepts(tuple(scanned))
+
+
+def run_links(places: tuple[AgentPlace, ...]) -> None:
+    asyncio.run(serve_links([_linked(place) for place in places]))
+
+
+def run_tick(place: AgentPlace) -> None:
+    """A new boot: mission memory from disk, everything else from scratch."""
+    files = AgentFolder(place.folder)
+    vehicle, profile, road_map = files.vehicle(), files.profile(), files.road_map()
+    car = build_car(profile, road_map)
+    warm_tick(profile)
+    state = initial_state(car)
+    state = msgspec.structs.replace(state, mission=car.mission.initial(mission_memory(files)))
+    offset_ns = utc_offset_now_ns()
+    header = RunHeader(
+        vehicle_id=vehicle.vehicle_id,
+        boot_id=files.next_boot_id(),
+        segment=0,
+        campus_id=road_map.campus_id,
+        map_version=road_map.map_version,
+        stack=profile.stack,
+        software=SOFTWARE,
+        utc_offset_ns=offset_ns,
+        first_tick=0,
+    )
+    computer = VehicleComputer(
+        car, state, Recorder(header, profile.body, road_map.observation_areas), offset_ns
+    )
+    speaker = DatagramPort()
+    speaking = files.speaking()
+    ports = (vehicle.words_port,) if speaking is None else (vehicle.words_port, speaking.port)
+
+    def show(says: Says) -> None:
+        for port in ports:
+            speaker.send(port, DeviceWords(says))
+
+    devices = DeviceSensors(vehicle.values_port)
+    if vehicle.cameras:
+        both = SensorsAndCameras(devices, CameraLink(vehicle.cameras))
+        TickProcess(place.mail, computer, both, show).run()
+    else:
+        TickProcess(place.mail, computer, devices, show).run()
+
+
+def _linked(place: AgentPlace) -> LinkedVehicle:
+    """The link numbers its own starts, and events are its: those of a killed link keep their number."""
+    files = AgentFolder(place.folder)
+    vehicle, profile, road_map = files.vehicle(), files.profile(), files.road_map()
+    identity = Identity(
+        vehicle_id=vehicle.vehicle_id,
+        boot_id=files.next_boot_id("link"),
+        software=SOFTWARE,
+        stack=profile.stack,
+        map_version=road_map.map_version,
+        seats=profile.body.seats,
+        wheelchair_places=profile.body.wheelchair_places,
+    )
+    return LinkedVehicle(
+        folder=place.folder,
+        mail=place.mail,
+        identity=identity,
+        profile=msgspec.msgpack.encode(profile),
+        road_map=encode_map(road_map),
+        holding=holding(mission_memory(files)),
+    )
+
+
+def mission_memory(files: AgentFolder) -> MissionMemory:
+    """What the mission knew when it last changed; empty on the first boot."""
+    data = read_memory(files.outbox)
+    return MissionMemory() if data is None else msgspec.msgpack.decode(data, type=MissionMemory)

@@ -1,0 +1,107 @@
+"""A vehicle's folder: what makes this agent this vehicle, and what it must find again after a crash.
+
+vehicle.toml      who it is, whom it serves, which bus it drives (written at enrolment)
+profile.toml      the kind of vehicle
+speaking.toml     its screens and loudspeaker, when this computer drives them (see `speaking`)
+key.pem           its own key
+boots             how often it has started
+outbox/           events and mission memory
+runs/BOOT/        run-log segments
+"""
+
+import shutil
+from pathlib import Path
+
+import msgspec
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+
+from contract.roads.load import load_map
+from contract.roads.model import RoadMap
+from vehicle_agent.config import Profile, load_profile
+from vehicle_agent.link.keys import load_or_make_key
+from vehicle_agent.runtime.devices.speaking import SpeakingSettings, load_speaking
+
+
+class AgentFolderError(Exception):
+    """The vehicle's folder is not usable; the message says what to do."""
+
+
+class VehicleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What an agent must know before it can dial.
+
+    server_url          the server's address, e.g. https://shuttles.campus.edu
+    can_channel         see `can_bus.open_bus`
+    values_port         loopback port on which device values come (see `device_feed`)
+    scans_port          loopback port on which finished scans are told
+    words_port          loopback port of screen, speaker and doors
+    scan_ring           file through which scans are handed over
+    cameras             HOST:PORT on this vehicle's own network to hear crossings' cameras on, "" for none
+    server_certificate  path of a certificate to trust, for a server with one of its own making
+    """
+
+    vehicle_id: str
+    server_url: str
+    can_channel: str
+    values_port: int
+    scans_port: int
+    words_port: int
+    scan_ring: str
+    server_certificate: str = ""
+    cameras: str = ""
+
+
+class AgentFolder:
+    """Paths and small files of one vehicle."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.outbox = root / "outbox"
+        self.runs = root / "runs"
+
+    def vehicle(self) -> VehicleFile:
+        path = self.root / "vehicle.toml"
+        try:
+            return msgspec.toml.decode(path.read_bytes(), type=VehicleFile)
+        except FileNotFoundError as error:
+            raise AgentFolderError(
+                f"{self.root} is not a vehicle's folder yet: run `campusloop agent enrol` for it"
+            ) from error
+        except msgspec.DecodeError as error:
+            raise AgentFolderError(f"{path}: {error}") from error
+
+    def save_vehicle(self, vehicle: VehicleFile) -> None:
+        self.root.mkdir(parents=True, exist_ok=True)
+        fields = msgspec.to_builtins(vehicle)
+        lines = [f"{name} = {msgspec.json.encode(value).decode()}" for name, value in fields.items()]
+        (self.root / "vehicle.toml").write_text("\n".join(lines) + "\n")
+
+    def prepare(self, vehicle: VehicleFile, campus_map: Path, profile: Path | None) -> None:
+        """Write everything an agent needs beside its key."""
+        self.save_vehicle(vehicle)
+        shutil.copyfile(campus_map, self.root / "map.json")
+        if profile is not None:
+            shutil.copyfile(profile, self.root / "profile.toml")
+
+    def profile(self) -> Profile:
+        path = self.root / "profile.toml"
+        return load_profile(path) if path.exists() else Profile()
+
+    def speaking(self) -> SpeakingSettings | None:
+        """Raises SpeakingError."""
+        return load_speaking(self.root / "speaking.toml")
+
+    def road_map(self) -> RoadMap:
+        """Raises MapError."""
+        return load_map(self.root / "map.json")
+
+    def key(self) -> Ed25519PrivateKey:
+        return load_or_make_key(self.root / "key.pem")
+
+    def next_boot_id(self, who: str = "boot") -> str:
+        """A new id for every start of the tick ("boot") or of the link ("link"), in order."""
+        path = self.root / f"{who}.count"
+        number = int(path.read_text()) + 1 if path.exists() else 1
+        fresh = path.with_suffix(".new")
+        fresh.write_text(str(number))
+        fresh.replace(path)
+        return f"{who}-{number:06d}"

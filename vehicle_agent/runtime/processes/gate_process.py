@@ -1,0 +1,110 @@
+"""The gate as a process: the only one that opens the CAN bus."""
+
+import select
+import signal
+import time
+from pathlib import Path
+from types import FrameType
+
+import can
+import structlog
+
+from vehicle_agent.can.by_wire import braking_of
+from vehicle_agent.config import Profile
+from vehicle_agent.gate.footprint import warm_footprint
+from vehicle_agent.gate.gate import gate_of
+from vehicle_agent.gate.settings import TICK_NS
+from vehicle_agent.runtime.devices.can_bus import open_bus
+from vehicle_agent.runtime.processes.mailbox import (
+    Commands,
+    Deliveries,
+    Delivery,
+    Mailbox,
+)
+from vehicle_agent.runtime.processes.priority import GATE_PRIORITY, ask_for_real_time
+from vehicle_agent.signals import CanFrame, ObstaclePercept, TrackPercept
+
+log = structlog.get_logger()
+
+
+class GateProcess:
+    """Moves frames both ways; the deciding is `Gate`'s."""
+
+    def __init__(self, folder: Path, channel: str, profile: Profile) -> None:
+        """folder  where the vehicle's mailboxes are; channel: see `open_bus`."""
+        by_wire = braking_of(profile)
+        warm_footprint()
+        self._gate = gate_of(profile)
+        self._frame_gap_s = by_wire.frame_gap_ns / 1e9
+        self._bus = open_bus(channel)
+        self._mailbox = Mailbox(folder / "gate")
+        self._tick = folder / "tick"
+        self._stopping = False
+        # A simulated bus brings a sender's own frames back.
+        self._own_ids = by_wire.command_ids()
+
+    def run(self) -> None:
+        """Until SIGTERM."""
+        signal.signal(signal.SIGTERM, self._stop)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        ask_for_real_time("gate", GATE_PRIORITY)
+        due_ns = time.monotonic_ns() + TICK_NS
+        was_braking = ""
+        while not self._stopping:
+            pause_s = max(0.0, (due_ns - time.monotonic_ns()) / 1e9)
+            select.select([self._bus.fileno(), self._mailbox.fileno()], [], [], pause_s)
+            self._pass_reports_on()
+            took = self._take_commands()
+            now_ns = time.monotonic_ns()
+            if took or now_ns >= due_ns:
+                self._send(self._gate.step(now_ns))
+                self._tell_tick(self._gate.word(now_ns))
+                due_ns = now_ns + TICK_NS
+            if self._gate.braking != was_braking:
+                was_braking = self._gate.braking
+                log.warning("gate.braking" if was_braking else "gate.released", reason=was_braking)
+        self._bus.shutdown()
+        self._mailbox.close()
+
+    def _stop(self, _number: int, _frame: FrameType | None) -> None:
+        self._stopping = True
+
+    def _take_commands(self) -> bool:
+        took = False
+        for mail in self._mailbox.take():
+            if isinstance(mail, Commands):
+                self._gate.take(mail.frames, time.monotonic_ns())
+                took = True
+            elif isinstance(mail, Deliveries):
+                self._see(mail)
+        return took
+
+    def _see(self, mail: Deliveries) -> None:
+        """What the perception worker tells the tick, it tells the gate too."""
+        for delivery in mail.items:
+            if isinstance(delivery.body, ObstaclePercept | TrackPercept):
+                self._gate.see(delivery.body)
+
+    def _pass_reports_on(self) -> None:
+        frames = []
+        while (message := self._bus.recv(timeout=0)) is not None:
+            if message.arbitration_id in self._own_ids:
+                continue
+            frames.append(CanFrame(time.monotonic_ns(), message.arbitration_id, bytes(message.data)))
+        if frames:
+            self._gate.hear(tuple(frames), frames[-1].stamp_ns)
+            self._tell_tick(tuple(frames))
+
+    def _tell_tick(self, frames: tuple[CanFrame, ...]) -> None:
+        if frames:
+            deliveries = tuple(Delivery(frame.stamp_ns, "can", frame) for frame in frames)
+            self._mailbox.post(self._tick, Deliveries(deliveries))
+
+    def _send(self, frames: tuple[CanFrame, ...]) -> None:
+        """The by-wire module wants a pause between frames."""
+        for number, frame in enumerate(frames):
+            if number:
+                time.sleep(self._frame_gap_s)
+            self._bus.send(
+                can.Message(arbitration_id=frame.arbitration_id, data=frame.data, is_extended_id=False)
+            )

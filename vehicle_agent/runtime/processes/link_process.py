@@ -1,0 +1,169 @@
+"""The link as a process, for one vehicle or for all simulated ones: desks, run logs, uploads, sockets.
+
+The tick never waits for it: mail comes in over the vehicle's `link` mailbox, words go back to `tick`.
+"""
+
+import asyncio
+import signal
+import ssl
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import httpx
+import structlog
+
+from contract.wire.messages import Holding
+from vehicle_agent.link.client import LinkClient
+from vehicle_agent.link.desk import Desk, TickNews
+from vehicle_agent.link.keys import signature_text
+from vehicle_agent.link.session import Identity
+from vehicle_agent.link.upload import SegmentUploader
+from vehicle_agent.runtime.processes.agent_files import AgentFolder
+from vehicle_agent.runtime.processes.mailbox import (
+    Deliveries,
+    Delivery,
+    Mailbox,
+    TickReport,
+)
+from vehicle_agent.runtime.recording.recorder import RunLogEntry, SegmentBegin
+from vehicle_agent.runtime.recording.runlog_files import RunLogFiles, finished_segment
+from vehicle_agent.signals import LinkWord
+
+log = structlog.get_logger()
+
+
+@dataclass(frozen=True, slots=True)
+class LinkedVehicle:
+    """What the link must know of one vehicle. mail: the folder of its mailboxes; holding: what it follows, by
+    its memory on disk."""
+
+    folder: Path
+    mail: Path
+    identity: Identity
+    profile: bytes
+    road_map: bytes
+    holding: Holding | None
+
+
+class VehicleLink:
+    """One vehicle's part of the link process."""
+
+    def __init__(self, vehicle: LinkedVehicle) -> None:
+        files = AgentFolder(vehicle.folder)
+        config = files.vehicle()
+        key = files.key()
+        self._identity = vehicle.identity
+        self._tls = _tls_context(config.server_url, config.server_certificate)
+        self._desk = Desk(
+            files.outbox, vehicle.identity, lambda text: signature_text(key, text), vehicle.holding
+        )
+        self._runs = files.runs
+        self._log_files = RunLogFiles(files.runs, vehicle.profile, vehicle.road_map)
+        self._mailbox = Mailbox(vehicle.mail / "link")
+        self._tick = vehicle.mail / "tick"
+        self._tick_boot_id = ""
+        self._tick_heard = asyncio.Event()
+        self._reports: asyncio.Queue[TickReport] = asyncio.Queue(maxsize=2000)
+        self._http = httpx.AsyncClient(
+            base_url=config.server_url, verify=self._tls if self._tls is not None else True
+        )
+        self._uploader = SegmentUploader(
+            vehicle.identity.vehicle_id, self._http, lambda text: signature_text(key, text)
+        )
+        url = config.server_url.replace("http", "ws", 1) + "/ws/vehicle"
+        self._client = LinkClient(url, self._desk, self._deliver, time.monotonic_ns, self._tls)
+
+    async def run(self) -> None:
+        """Until cancelled; then the open segment is finished, so that it can be uploaded next time."""
+        asyncio.get_running_loop().add_reader(self._mailbox.fileno(), self._collect)
+        self._queue_earlier_segments()
+        try:
+            async with asyncio.TaskGroup() as tasks:
+                tasks.create_task(self._dial())
+                tasks.create_task(self._work())
+                tasks.create_task(self._uploader.run())
+        finally:
+            asyncio.get_running_loop().remove_reader(self._mailbox.fileno())
+            self._log_files.close()
+            for segment in self._log_files.take_finished():
+                await self._uploader.upload(Path(segment.path), segment.sha256)
+            self._desk.close()
+            self._mailbox.close()
+            await self._http.aclose()
+
+    async def _dial(self) -> None:
+        """Not before the tick can hear what the server says."""
+        await self._tick_heard.wait()
+        await self._client.run()
+
+    def _collect(self) -> None:
+        for mail in self._mailbox.take():
+            if not isinstance(mail, TickReport):
+                continue
+            self._notice_boot(mail)
+            self._tick_heard.set()
+            if self._reports.full():
+                log.error("link.tick_report_lost", vehicle_id=self._identity.vehicle_id)
+            else:
+                self._reports.put_nowait(mail)
+
+    def _notice_boot(self, report: TickReport) -> None:
+        """A tick that has started anew knows neither link nor grants: a new hello brings it everything."""
+        for entry in report.entries:
+            if isinstance(entry, SegmentBegin) and entry.header.boot_id != self._tick_boot_id:
+                self._tick_boot_id = entry.header.boot_id
+                if self._tick_heard.is_set():
+                    self._client.redial()
+
+    async def _work(self) -> None:
+        while True:
+            report = await self._reports.get()
+            if report.news is not None:
+                await self._take_news(report.news)
+            if report.entries:
+                await asyncio.to_thread(self._write_log, list(report.entries))
+                for segment in self._log_files.take_finished():
+                    self._uploader.add(Path(segment.path), segment.sha256)
+
+    async def _take_news(self, news: TickNews) -> None:
+        lines = self._desk.number(news)
+        if lines or news.memory is not None:
+            await asyncio.to_thread(self._desk.write, news, lines)
+        self._desk.speak(news, time.monotonic_ns())
+        self._client.wake()
+
+    def _write_log(self, entries: list[RunLogEntry]) -> None:
+        self._log_files.write(entries)
+
+    def _deliver(self, word: LinkWord) -> None:
+        delivery = Delivery(time.monotonic_ns(), "link", word)
+        if not self._mailbox.post(self._tick, Deliveries((delivery,))):
+            log.warning("link.word_lost", vehicle_id=self._identity.vehicle_id, word=type(word).__name__)
+
+    def _queue_earlier_segments(self) -> None:
+        """Segments of earlier boots: finished or cut short, the server takes them once."""
+        for path in sorted(self._runs.glob("*/*.mcap")):
+            if path.parent.name != self._identity.boot_id:
+                segment = finished_segment(path, int(path.stem))
+                self._uploader.add(path, segment.sha256)
+
+
+def _tls_context(server_url: str, certificate: str) -> ssl.SSLContext | None:
+    if not server_url.startswith("https"):
+        return None
+    return ssl.create_default_context(cafile=certificate or None)
+
+
+async def serve_links(vehicles: list[LinkedVehicle]) -> None:
+    """Run the links of these vehicles until SIGTERM."""
+    stop = asyncio.Event()
+    asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, stop.set)
+    links = [asyncio.create_task(VehicleLink(vehicle).run()) for vehicle in vehicles]
+    stopped = asyncio.create_task(stop.wait())
+    await asyncio.wait([*links, stopped], return_when=asyncio.FIRST_COMPLETED)
+    for task in links:
+        task.cancel()
+    for ended in await asyncio.gather(*links, return_exceptions=True):
+        if isinstance(ended, BaseException) and not isinstance(ended, asyncio.CancelledError):
+            raise ended

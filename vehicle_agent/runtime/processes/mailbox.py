@@ -1,0 +1,97 @@
+"""How the processes of one vehicle computer talk: Unix datagram sockets in a folder, one a process.
+
+A datagram arrives whole or not at all, in order, and nobody waits for anybody: a process that is gone
+loses its mail, and one that comes back finds its mailbox again by name.
+"""
+
+import socket
+from pathlib import Path
+
+import msgspec
+
+from contract.runlog.arrays import dec_hook, enc_hook
+from vehicle_agent.link.desk import TickNews
+from vehicle_agent.runtime.recording.recorder import RunLogEntry
+from vehicle_agent.signals import CanFrame, InboxBody, PlanJob
+
+DATAGRAM_BYTES_MAX = 200_000
+BUFFER_BYTES = 4 * 1024 * 1024
+
+
+class Delivery(msgspec.Struct, frozen=True):
+    """To the tick: something for the inbox."""
+
+    arrival_ns: int
+    source: str
+    body: InboxBody
+
+
+class Deliveries(msgspec.Struct, frozen=True, tag="deliveries"):
+    items: tuple[Delivery, ...]
+
+
+class Commands(msgspec.Struct, frozen=True, tag="commands"):
+    """To the gate: one tick's frames."""
+
+    frames: tuple[CanFrame, ...]
+
+
+class TickReport(msgspec.Struct, frozen=True, tag="tick_report"):
+    """To the link: what to tell, and what to write down."""
+
+    news: TickNews | None
+    entries: tuple[RunLogEntry, ...]
+
+
+class Work(msgspec.Struct, frozen=True, tag="work"):
+    """To the planner: one tick's jobs."""
+
+    jobs: tuple[PlanJob, ...]
+
+
+Mail = Deliveries | Commands | TickReport | Work
+
+_encoder = msgspec.msgpack.Encoder(enc_hook=enc_hook)
+_decoder: msgspec.msgpack.Decoder[Mail] = msgspec.msgpack.Decoder(Mail, dec_hook=dec_hook)
+
+
+class Mailbox:
+    """One process's socket. lost: mail that nobody took, because the other process is gone or too slow."""
+
+    def __init__(self, path: Path) -> None:
+        """Binds at `path`; a mailbox left behind by a killed process is taken over."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.unlink(missing_ok=True)
+        self.path = path
+        self.lost = 0
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER_BYTES)
+        self._socket.setblocking(False)
+        self._socket.bind(str(path))
+
+    def fileno(self) -> int:
+        return self._socket.fileno()
+
+    def post(self, to: Path, mail: Mail) -> bool:
+        """Never waits; False when the mail is lost, which is counted."""
+        try:
+            self._socket.sendto(_encoder.encode(mail), str(to))
+        except (FileNotFoundError, ConnectionRefusedError, BlockingIOError):
+            self.lost += 1
+            return False
+        return True
+
+    def take(self) -> list[Mail]:
+        """Everything that has come, in order."""
+        mail: list[Mail] = []
+        while True:
+            try:
+                data = self._socket.recv(BUFFER_BYTES)
+            except BlockingIOError:
+                return mail
+            mail.append(_decoder.decode(data))
+
+    def close(self) -> None:
+        self._socket.close()
+        self.path.unlink(missing_ok=True)

@@ -1,0 +1,51 @@
+"""The motion planner as a process: jobs in, trajectories out, for one vehicle."""
+
+import gc
+import select
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+
+from vehicle_agent.runtime.processes.mailbox import (
+    Deliveries,
+    Delivery,
+    Mailbox,
+    Work,
+)
+from vehicle_agent.signals import PlanAnswer, PlanJob
+
+WAIT_S = 0.5
+
+
+class PlannerProcess:
+    """Only the newest job is worked on: an older one starts where the vehicle no longer is."""
+
+    def __init__(self, mail: Path, planner: Callable[[PlanJob], PlanAnswer]) -> None:
+        """mail: the folder of the vehicle's mailboxes."""
+        self._mail = mail
+        self._mailbox = Mailbox(mail / "planner")
+        self._planner = planner
+        self._stopping = False
+
+    def run(self) -> None:
+        """Until SIGTERM."""
+        signal.signal(signal.SIGTERM, self._stop)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        gc.collect()
+        gc.freeze()
+        while not self._stopping:
+            select.select([self._mailbox.fileno()], [], [], WAIT_S)
+            jobs = [job for mail in self._mailbox.take() if isinstance(mail, Work) for job in mail.jobs]
+            if jobs:
+                self._answer(jobs[-1])
+        self._mailbox.close()
+
+    def _answer(self, job: PlanJob) -> None:
+        answer = self._planner(job)
+        delivery = Delivery(time.monotonic_ns(), "planner", answer)
+        self._mailbox.post(self._mail / "tick", Deliveries((delivery,)))
+
+    def _stop(self, _number: int, _frame: FrameType | None) -> None:
+        self._stopping = True

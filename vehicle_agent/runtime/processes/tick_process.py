@@ -1,0 +1,133 @@
+"""The tick as a process: nothing but a beat, an inbox, the tick and the mailboxes of its neighbours."""
+
+import gc
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+from typing import Protocol
+
+import msgspec
+import structlog
+
+from vehicle_agent.link.desk import TickNews
+from vehicle_agent.mission.memory import MissionMemory, holding
+from vehicle_agent.onboard.picture import pictured_report
+from vehicle_agent.onboard.rates import LATE_TICK_FAULT_NS, REPORT_EVERY_TICKS
+from vehicle_agent.runtime.computer import VehicleComputer
+from vehicle_agent.runtime.inbox import Inbox
+from vehicle_agent.runtime.processes.mailbox import (
+    Commands,
+    Deliveries,
+    Mailbox,
+    TickReport,
+    Work,
+)
+from vehicle_agent.runtime.processes.pacing import Pacer
+from vehicle_agent.runtime.processes.priority import TICK_PRIORITY, ask_for_real_time
+from vehicle_agent.signals import InboxBody, Outputs, Says
+
+log = structlog.get_logger()
+
+# Screen, speaker and doors are told at every change, and again in case they were away.
+SHOW_EVERY_NS = 1_000_000_000
+
+Show = Callable[[Says], None]
+
+
+class Sensors(Protocol):
+    """Devices that the tick process reads itself, without ever waiting for them."""
+
+    def poll(self) -> list[tuple[str, InboxBody]]:
+        """(source, value) of everything that has come since the last poll."""
+        ...
+
+
+class TickNewsWriter:
+    """Picks out of each tick's outputs what the link has to hear: news, not repetition."""
+
+    def __init__(self) -> None:
+        self._ticks = 0
+        self._memory: MissionMemory | None = None
+
+    def news(self, outputs: Outputs, memory: MissionMemory, stamp_ns: int) -> TickNews | None:
+        """None in a tick that has nothing to tell. Reports go at 5 Hz and with every event."""
+        due = self._ticks % REPORT_EVERY_TICKS == 0
+        self._ticks += 1
+        changed = memory is not self._memory and memory != self._memory
+        self._memory = memory
+        if not (due or changed or outputs.events or outputs.answers):
+            return None
+        return TickNews(
+            stamp_ns=stamp_ns,
+            report=pictured_report(outputs) if due or outputs.events else None,
+            events=outputs.events,
+            answers=outputs.answers,
+            memory=msgspec.msgpack.encode(memory) if changed else None,
+            holding=holding(memory) if changed else None,
+        )
+
+
+class TickProcess:
+    """One vehicle's loop on the wall clock."""
+
+    def __init__(self, mail: Path, computer: VehicleComputer, sensors: Sensors, show: Show) -> None:
+        """mail: the folder of the vehicle's mailboxes."""
+        self._mail = mail
+        self._mailbox = Mailbox(mail / "tick")
+        self._computer = computer
+        self._sensors = sensors
+        self._show = show
+        self._inbox = Inbox()
+        self._news = TickNewsWriter()
+        self._shown: Says | None = None
+        self._shown_ns = 0
+        self._stopping = False
+
+    def run(self) -> None:
+        """Until SIGTERM. An exception in the tick ends the process: the gate brakes, a new one starts."""
+        signal.signal(signal.SIGTERM, self._stop)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        ask_for_real_time("tick", TICK_PRIORITY)
+        gc.collect()
+        gc.freeze()
+        pacer = Pacer()
+        while not self._stopping:
+            now_ns = pacer.wait()
+            if pacer.late_ns > LATE_TICK_FAULT_NS:
+                log.warning("tick.late", late_ms=pacer.late_ns / 1e6)
+            self._collect()
+            outputs = self._computer.run_tick(self._inbox.drain(), now_ns, pacer.late_ns)
+            self._hand_out(outputs, now_ns)
+        self._mailbox.close()
+
+    def _stop(self, _number: int, _frame: FrameType | None) -> None:
+        self._stopping = True
+
+    def _collect(self) -> None:
+        for mail in self._mailbox.take():
+            if isinstance(mail, Deliveries):
+                for delivery in mail.items:
+                    self._inbox.put(delivery.arrival_ns, delivery.source, delivery.body)
+        now_ns = time.monotonic_ns()
+        for source, body in self._sensors.poll():
+            self._inbox.put(now_ns, source, body)
+
+    def _hand_out(self, outputs: Outputs, now_ns: int) -> None:
+        """Frames first: everything else can wait."""
+        self._mailbox.post(self._mail / "gate", Commands(outputs.frames))
+        if outputs.jobs:
+            self._mailbox.post(self._mail / "planner", Work(outputs.jobs))
+        if outputs.says != self._shown or now_ns - self._shown_ns >= SHOW_EVERY_NS:
+            self._shown, self._shown_ns = outputs.says, now_ns
+            self._show(outputs.says)
+        memory = self._computer.state.mission.memory
+        news = self._news.news(outputs, memory, now_ns)
+        if news is not None or self._computer.entries:
+            self._mailbox.post(self._mail / "link", TickReport(news, tuple(self._computer.entries)))
+
+
+def utc_offset_now_ns() -> int:
+    """UTC minus the monotonic clock, by this computer's own idea of UTC."""
+    return time.time_ns() - time.monotonic_ns()

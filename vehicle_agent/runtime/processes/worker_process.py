@@ -1,0 +1,85 @@
+"""The perception worker as a process: scans in, percepts out, for one vehicle or for all simulated ones."""
+
+import select
+import signal
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+
+import structlog
+
+from vehicle_agent.device_feed import DatagramPort, DeviceFeedError, ScanReady, ScanRing
+from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
+from vehicle_agent.runtime.processes.mailbox import Deliveries, Delivery, Mailbox
+
+log = structlog.get_logger()
+
+WAIT_S = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class ScannedVehicle:
+    """mail: the folder of the vehicle's mailboxes."""
+
+    vehicle_id: str
+    mail: Path
+    scans_port: int
+    scan_ring: Path
+    height_map: HeightMap
+
+
+class _Feed:
+    """One vehicle's scans. The ring is opened when the first scan is told, for the driver makes it."""
+
+    def __init__(self, vehicle: ScannedVehicle) -> None:
+        self.vehicle = vehicle
+        self.port = DatagramPort(vehicle.scans_port)
+        self.mailbox = Mailbox(vehicle.mail / "worker")
+        self._ring: ScanRing | None = None
+
+    def work(self) -> None:
+        """Only the newest scan: an older one is not worth the time."""
+        told = [datagram for datagram in self.port.take() if isinstance(datagram, ScanReady)]
+        if told:
+            self._answer(told[-1])
+
+    def _answer(self, ready: ScanReady) -> None:
+        try:
+            self._ring = self._ring or ScanRing(self.vehicle.scan_ring, create=False)
+        except DeviceFeedError as error:
+            log.warning("worker.no_scans", vehicle_id=self.vehicle.vehicle_id, error=str(error))
+            return
+        scan = self._ring.read(ready)
+        if scan is None:
+            # The driver has made a new ring, or we are too slow: the next scan will tell.
+            self._ring = None
+            return
+        percept = percept_from_scan(scan[0], ready.stamp_ns, self.vehicle.height_map)
+        delivery = Delivery(time.monotonic_ns(), "worker", percept)
+        # The gate looks for itself: nobody in between may be wrong.
+        for reader in ("tick", "gate"):
+            self.mailbox.post(self.vehicle.mail / reader, Deliveries((delivery,)))
+
+    def close(self) -> None:
+        self.port.close()
+        self.mailbox.close()
+
+
+def serve_percepts(vehicles: tuple[ScannedVehicle, ...]) -> None:
+    """Until SIGTERM."""
+    stopping = False
+
+    def stop(_number: int, _frame: FrameType | None) -> None:
+        nonlocal stopping
+        stopping = True
+
+    signal.signal(signal.SIGTERM, stop)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    feeds = {feed.port.fileno(): feed for feed in map(_Feed, vehicles)}
+    while not stopping:
+        ready, _, _ = select.select(list(feeds), [], [], WAIT_S)
+        for number in ready:
+            feeds[number].work()
+    for feed in feeds.values():
+        feed.close()

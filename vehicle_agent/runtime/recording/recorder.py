@@ -1,0 +1,165 @@
+"""What one tick leaves for the run log: the input tape, what each room gave, and channels for viewers.
+
+Pure bookkeeping: it makes entries, somebody else (`runlog_files`) owns the disk. Arrays are recorded by
+digest, for a replay computes them again from the tape.
+"""
+
+import hashlib
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from contract.roads.model import ObservationArea
+from contract.runlog import foxglove
+from contract.runlog.arrays import enc_hook
+from contract.runlog.records import (
+    EVENT_TOPIC,
+    LOCATION_TOPIC,
+    OBSTACLE_TOPIC,
+    POSE_TOPIC,
+    REPORT_TOPIC,
+    SCENE_TOPIC,
+    TICK_TOPIC,
+    TRANSFORM_TOPIC,
+    RunHeader,
+    TickRecord,
+)
+from contract.wire.codec import encode
+from vehicle_agent.config import Body
+from vehicle_agent.onboard.picture import pictured_report
+from vehicle_agent.onboard.rates import PLAN_EVERY_TICKS, REPORT_EVERY_TICKS
+from vehicle_agent.onboard.state import OnboardState
+from vehicle_agent.runtime.recording.snapshot import encode_state
+from vehicle_agent.runtime.recording.viewer_scene import ViewerScene
+from vehicle_agent.signals import Flow, GnssFix, InboxItem, Outputs, Seen
+
+SEGMENT_TICKS = 5 * 60 * 50
+SIGNALS = (*Flow.__struct_fields__, "frames", "events", "answers")
+
+
+class SegmentBegin(msgspec.Struct, frozen=True, tag="segment_begin"):
+    """Close the segment before, if any, and begin another with this head."""
+
+    header: RunHeader
+    state: bytes
+
+
+class LogEntry(msgspec.Struct, frozen=True, tag="log_entry"):
+    topic: str
+    stamp_ns: int
+    data: bytes
+
+
+RunLogEntry = SegmentBegin | LogEntry
+
+
+class FlowEncoder:
+    """A tick's signals as MessagePack, room by room; a signal that is the same object is encoded once."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, tuple[object, msgspec.Raw]] = {}
+        self._encoder = msgspec.msgpack.Encoder(enc_hook=_array_digest)
+
+    def encode(self, outputs: Outputs) -> msgspec.Raw:
+        flow = outputs.flow
+        rooms = {name: self._room(name, getattr(flow, name)) for name in flow.__struct_fields__}
+        rooms["frames"] = msgspec.Raw(self._encoder.encode(outputs.frames))
+        rooms["events"] = msgspec.Raw(self._encoder.encode(outputs.events))
+        rooms["answers"] = msgspec.Raw(self._encoder.encode(outputs.answers))
+        return msgspec.Raw(self._encoder.encode(rooms))
+
+    def _room(self, name: str, signal: Any) -> msgspec.Raw:
+        kept = self._kept.get(name)
+        if kept is not None and kept[0] is signal:
+            return kept[1]
+        plain = msgspec.structs.replace(signal, line=None) if name == "task" else signal
+        encoded = msgspec.Raw(self._encoder.encode(plain))
+        self._kept[name] = (signal, encoded)
+        return encoded
+
+
+def _array_digest(value: object) -> object:
+    if isinstance(value, np.ndarray):
+        digest = hashlib.blake2b(np.ascontiguousarray(value).data, digest_size=8)
+        return (f"{value.dtype.str}{value.shape}", digest.digest())
+    raise NotImplementedError(f"{type(value)} in a signal")
+
+
+class Recorder:
+    """Turns ticks into run-log entries, and begins a segment every five minutes."""
+
+    def __init__(self, header: RunHeader, body: Body, areas: tuple[ObservationArea, ...] = ()) -> None:
+        """header  of the first segment; its counters are filled in here. areas: the map's."""
+        self._header = header
+        self._scene = ViewerScene(header.vehicle_id, body, areas)
+        self._flow = FlowEncoder()
+        self._items = msgspec.msgpack.Encoder(enc_hook=enc_hook)
+        self._records = msgspec.msgpack.Encoder()
+        self._ticks = 0
+        self._segment = -1
+        self._seen: Seen | None = None
+
+    def record(
+        self,
+        before: OnboardState,
+        items: Sequence[InboxItem],
+        outputs: Outputs,
+        stamp_ns: int,
+        late_ns: int,
+        utc_offset_ns: int,
+    ) -> list[RunLogEntry]:
+        """Everything to log of the tick that took `before` and `items` and gave `outputs`."""
+        entries: list[RunLogEntry] = []
+        if self._ticks % SEGMENT_TICKS == 0:
+            entries.append(self._begin_segment(before, utc_offset_ns))
+        record = TickRecord(
+            before.tick,
+            stamp_ns,
+            late_ns,
+            msgspec.Raw(self._items.encode(items)),
+            self._flow.encode(outputs),
+        )
+        entries.append(LogEntry(TICK_TOPIC, stamp_ns, self._records.encode(record)))
+        entries += self._channels(items, outputs, stamp_ns, utc_offset_ns)
+        self._ticks += 1
+        return entries
+
+    def _begin_segment(self, before: OnboardState, utc_offset_ns: int) -> SegmentBegin:
+        self._segment += 1
+        self._seen = None
+        header = msgspec.structs.replace(
+            self._header, segment=self._segment, first_tick=before.tick, utc_offset_ns=utc_offset_ns
+        )
+        return SegmentBegin(header, encode_state(before))
+
+    def _channels(
+        self, items: Sequence[InboxItem], outputs: Outputs, stamp_ns: int, utc_offset_ns: int
+    ) -> list[LogEntry]:
+        """What people look at: five or ten times a second is enough for eyes."""
+        flow, utc_ns = outputs.flow, stamp_ns + utc_offset_ns
+        entries = [LogEntry(EVENT_TOPIC, stamp_ns, msgspec.json.encode(event)) for event in outputs.events]
+        if self._ticks % REPORT_EVERY_TICKS == 0 or outputs.events:
+            entries.append(LogEntry(REPORT_TOPIC, stamp_ns, encode(pictured_report(outputs))))
+        if self._ticks % REPORT_EVERY_TICKS == 0:
+            entries.append(LogEntry(SCENE_TOPIC, stamp_ns, self._scene.scene(flow, utc_ns)))
+        if self._ticks % PLAN_EVERY_TICKS == 0:
+            pose_map = flow.ego.pose_map
+            transform = foxglove.frame_transform(utc_ns, pose_map)
+            entries.append(LogEntry(TRANSFORM_TOPIC, stamp_ns, transform))
+            entries.append(LogEntry(POSE_TOPIC, stamp_ns, foxglove.pose_in_frame(utc_ns, pose_map)))
+            fixes = [item.body for item in items if isinstance(item.body, GnssFix)]
+            entries += [LogEntry(LOCATION_TOPIC, stamp_ns, _location(utc_ns, fix)) for fix in fixes[-1:]]
+        if flow.seen is not self._seen:
+            self._seen = flow.seen
+            entries.append(
+                LogEntry(OBSTACLE_TOPIC, stamp_ns, foxglove.point_cloud(utc_ns, flow.seen.points_map))
+            )
+        return entries
+
+
+def _location(utc_ns: int, fix: GnssFix) -> bytes:
+    std_m = fix.position_std_m if math.isfinite(fix.position_std_m) else 1e3
+    return foxglove.location_fix(utc_ns, fix.latitude_deg, fix.longitude_deg, std_m)

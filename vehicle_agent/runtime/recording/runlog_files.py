@@ -1,0 +1,74 @@
+"""A vehicle's runs on disk: a folder for each boot, in it the segments."""
+
+import hashlib
+from pathlib import Path
+
+import msgspec
+import zstandard
+
+from contract.roads.load import decode_map
+from contract.runlog.foxglove_map import MapScene
+from contract.runlog.records import MAP_TOPIC, RunHeader
+from contract.runlog.writer import SegmentWriter
+from vehicle_agent.runtime.recording.recorder import RunLogEntry, SegmentBegin
+
+
+class FinishedSegment(msgspec.Struct, frozen=True):
+    """A segment that nobody writes to any more, ready to be uploaded by its content's hash."""
+
+    path: str
+    sha256: str
+    size_bytes: int
+    segment: int
+
+
+class RunLogFiles:
+    """Writes a vehicle's run-log entries. `take_finished` gives each closed segment once."""
+
+    def __init__(self, runs: Path, profile: bytes, road_map_json: bytes) -> None:
+        """runs: the folder that holds one folder a boot."""
+        self._runs = runs
+        self._profile = profile
+        self._road_map_json = road_map_json
+        self._road_map = zstandard.compress(road_map_json, 3)
+        self._writer: SegmentWriter | None = None
+        self._segment = -1
+        self._begins: RunHeader | None = None
+        self._map_scene: MapScene | None = None
+        self._finished: list[FinishedSegment] = []
+
+    def write(self, entries: list[RunLogEntry]) -> None:
+        """Raises FileExistsError when the boot_id is not new."""
+        for entry in entries:
+            if isinstance(entry, SegmentBegin):
+                self.close()
+                path = self._runs / entry.header.boot_id / f"{entry.header.segment:04d}.mcap"
+                self._writer = SegmentWriter(path, entry.header, entry.state, self._profile, self._road_map)
+                self._segment, self._begins = entry.header.segment, entry.header
+            elif self._writer is not None:
+                if self._begins is not None:
+                    self._draw_map(self._writer, self._begins, entry.stamp_ns)
+                    self._begins = None
+                self._writer.add(entry.topic, entry.stamp_ns, entry.data)
+
+    def _draw_map(self, writer: SegmentWriter, begins: RunHeader, stamp_ns: int) -> None:
+        """What the segment is seen on, before its first message."""
+        if self._map_scene is None:
+            self._map_scene = MapScene(decode_map(self._road_map_json))
+        writer.add(MAP_TOPIC, stamp_ns, self._map_scene.at(stamp_ns + begins.utc_offset_ns))
+
+    def close(self) -> None:
+        """Finish the open segment."""
+        if self._writer is not None:
+            self._writer.close()
+            self._finished.append(finished_segment(self._writer.path, self._segment))
+            self._writer = None
+
+    def take_finished(self) -> list[FinishedSegment]:
+        finished, self._finished = self._finished, []
+        return finished
+
+
+def finished_segment(path: Path, segment: int) -> FinishedSegment:
+    data = path.read_bytes()
+    return FinishedSegment(str(path), hashlib.sha256(data).hexdigest(), len(data), segment)

@@ -1,0 +1,168 @@
+"""Rooms that several stacks share, each made of the profile's parameters."""
+
+import math
+
+from vehicle_agent.brake_map import BrakeMap
+from vehicle_agent.config import Profile
+from vehicle_agent.control.waypoint.follower import WaypointFollower
+from vehicle_agent.control.waypoint.steering import BicycleSteering
+from vehicle_agent.control.waypoint.steering_trim import SteeringTrim
+from vehicle_agent.control.waypoint.twist import TwistController
+from vehicle_agent.control.waypoint.waypoint_control import WaypointControl
+from vehicle_agent.guard.collision import Avoidance
+from vehicle_agent.guard.faults import Ageing
+from vehicle_agent.guard.guard import Guard
+from vehicle_agent.guard.limits import Limits as GuardLimits
+from vehicle_agent.hmi.announcer import Announcer
+from vehicle_agent.hmi.attention import Attention
+from vehicle_agent.mission.rules import MissionRules
+from vehicle_agent.mission.seat_button import StopRules
+from vehicle_agent.mission.sections import Body
+from vehicle_agent.onboard.rates import LATE_TICK_FAULT_NS, STALE_AFTER_NS, TICK_NS
+from vehicle_agent.perception.cells import HeightMapPerception
+from vehicle_agent.perception.height_map import HeightMap
+from vehicle_agent.planning.waypoint.approach import Approach
+from vehicle_agent.planning.waypoint.gap import GapRule
+from vehicle_agent.planning.waypoint.obstacle import ObstacleRule
+from vehicle_agent.planning.waypoint.waypoint_planning import WaypointPlanning
+from vehicle_agent.planning.waypoint.waypoints import WaypointRules
+
+_TICK_S = TICK_NS * 1e-9
+# What the guard chooses from before it brakes fully.
+_GUARD_BRAKES_MPS2 = (1.5, 2.5, 3.5, 4.5)
+
+
+def cells(profile: Profile) -> HeightMapPerception:
+    """The height map of the profile's lidar, without the vehicle's own body."""
+    body = profile.body
+    return HeightMapPerception(
+        lidar_x_m=profile.lidar.x_m,
+        lidar_z_m=profile.lidar.z_m,
+        ring_rad_min=profile.lidar.elevation_rad_min,
+        body_front_m=body.front_overhang_m,
+        body_back_m=body.rear_overhang_m,
+        body_half_width_m=0.5 * body.width_m,
+    )
+
+
+def announcer(profile: Profile) -> Announcer:
+    """Screens and voice, about the vehicle's own outline."""
+    body = profile.body
+    return Announcer(Attention(front_m=body.front_overhang_m, half_width_m=0.5 * body.width_m))
+
+
+def mission_rules(profile: Profile) -> MissionRules:
+    """The body along the line, and comfort of unplanned stops."""
+    body = profile.body
+    return MissionRules(
+        body=Body(body.front_overhang_m, body.rear_overhang_m),
+        half_width_m=0.5 * body.width_m,
+        stops=StopRules(decel_mps2=profile.driving.stop_decel_mps2),
+        hold_decel_mps2=profile.driving.stop_decel_mps2,
+    )
+
+
+def waypoint_planning(profile: Profile) -> WaypointPlanning:
+    """Speeds within the profile's limits; the obstacle rule by the profile's preset."""
+    body, limits, driving = profile.body, profile.limits, profile.driving
+    paper = driving.obstacles == "paper"
+    return WaypointPlanning(
+        waypoints=WaypointRules(limits.speed_mps_max, limits.lateral_accel_mps2_max),
+        obstacle=ObstacleRule(
+            body_front_m=body.front_overhang_m,
+            body_back_m=body.rear_overhang_m,
+            body_half_width_m=0.5 * body.width_m,
+            wheelbase_m=body.wheelbase_m,
+            clearance_m=driving.clearance_m,
+            check_m_fixed=15.0 if paper else 0.0,
+            along="arc" if paper else "line",
+        ),
+        gap=GapRule(body.front_overhang_m, body.rear_overhang_m, 0.5 * body.width_m),
+        approach=Approach(
+            decel_mps2=driving.stop_decel_mps2,
+            decel_mps2_firm=limits.decel_mps2_max * 0.45,
+            delay_s=profile.response.brake_delay_s,
+        ),
+    )
+
+
+def waypoint_control(profile: Profile) -> WaypointControl:
+    """Follower and twist controller with the vehicle's identified response."""
+    limits, response, driving = profile.limits, profile.response, profile.driving
+    return WaypointControl(
+        follower=WaypointFollower(
+            heading_gain_1ps=driving.heading_gain_1ps,
+            heading_integral_1ps2=driving.heading_integral_1ps2,
+            dt_s=_TICK_S,
+        ),
+        steering=BicycleSteering(
+            wheelbase_m=profile.body.wheelbase_m,
+            steer_rad_max=steer_rad_max(profile),
+            steer_rate_radps_max=limits.steer_rate_radps_max,
+            dt_s=_TICK_S,
+        ),
+        twist=TwistController(
+            brakes=brake_map(profile),
+            accel_mps2_max=limits.accel_mps2_max,
+            decel_mps2_max=limits.decel_mps2_max * 0.45,
+            accel_filter_s=response.accel_filter_s,
+            throttle_feed=response.throttle_per_mps2,
+            coast_mps2=response.coast_mps2,
+            dt_s=_TICK_S,
+        ),
+        trim=SteeringTrim(wheelbase_m=profile.body.wheelbase_m, dt_s=_TICK_S),
+        steer_delay_s=response.steer_delay_s,
+        dt_s=_TICK_S,
+    )
+
+
+def guard(profile: Profile) -> Guard:
+    """The profile's limits, and the ages of `rates`; a vehicle without lidar waits for no scans."""
+    body, limits = profile.body, profile.limits
+    brakes = brake_map(profile)
+    return Guard(
+        limits=GuardLimits(
+            steer_rad_max=steer_rad_max(profile),
+            steer_rate_radps_max=limits.steer_rate_radps_max,
+            speed_mps_max=limits.speed_mps_max,
+        ),
+        avoidance=Avoidance(
+            wheelbase_m=body.wheelbase_m,
+            back_m=body.rear_overhang_m,
+            front_m=body.front_overhang_m,
+            half_width_m=0.5 * body.width_m,
+            brakes=tuple((decel, brakes.brake_ratio(decel)) for decel in _GUARD_BRAKES_MPS2),
+            accel_mps2_max=limits.accel_mps2_max,
+            delay_s=profile.response.brake_delay_s,
+        ),
+        stop_ratio=brakes.brake_ratio(0.4 * limits.decel_mps2_max),
+        firm_ratio=brakes.brake_ratio(0.85 * limits.decel_mps2_max),
+        slow_ratio=brakes.brake_ratio(limits.decel_mps2_comfort),
+        ageing=Ageing(
+            motion_ns=STALE_AFTER_NS["can_frame"],
+            pose_ns=STALE_AFTER_NS["gnss_fix"],
+            percept_ns=STALE_AFTER_NS["obstacle_percept"] if profile.lidar.rate_hz > 0.0 else 0,
+            late_tick_ns=LATE_TICK_FAULT_NS,
+        ),
+    )
+
+
+def height_map(profile: Profile) -> HeightMap:
+    """For the worker that turns scans into percepts; what is higher than the shuttle does not matter."""
+    body = profile.body
+    return HeightMap(
+        above_m=body.height_m + 0.1,
+        body_front_m=body.front_overhang_m,
+        body_back_m=body.rear_overhang_m,
+        body_half_width_m=0.5 * body.width_m,
+    )
+
+
+def brake_map(profile: Profile) -> BrakeMap:
+    response = profile.response
+    return BrakeMap(response.brake_gain, response.brake_offset, response.brake_knee_mps2)
+
+
+def steer_rad_max(profile: Profile) -> float:
+    """Front-wheel angle of the least turning circle."""
+    return math.atan(profile.body.wheelbase_m / profile.body.turn_radius_m_min)
