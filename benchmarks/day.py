@@ -28,10 +28,10 @@ import numpy as np
 from benchmarks.instances.published import write_routes
 from benchmarks.reporting.report import Row, write_report
 from contract.geometry import Array
-from server.dispatch.board.board import Board, Made
 from server.dispatch.decide import offers_for, take
 from server.dispatch.improve import improve_around
 from server.dispatch.problem import CostWeights, Plane, Problem, Request, VehicleState
+from server.dispatch.schedule.board import CompletedCall, Schedule
 
 _EARTH_M = 6_371_008.8
 _TRIP_SHARE = 0.9
@@ -40,7 +40,7 @@ _VISITS_MAX = 200
 
 
 @dataclass(frozen=True, slots=True)
-class Manner:
+class DispatchPolicy:
     """patience, see Board; every how many seconds of the day what number of vehicles is searched around one,
     with so many attempts; 0 vehicles for never."""
 
@@ -51,7 +51,7 @@ class Manner:
     attempts: int = 0
 
 
-_GREEDY = Manner("greedy", 0.0)
+_GREEDY = DispatchPolicy("greedy", 0.0)
 
 
 def main() -> None:
@@ -73,7 +73,7 @@ def main() -> None:
         parser.error("there must be a vehicle with a seat, and a speed above 0")
     asked = read_rides(args.file, args.speed_mps)
     print(f"{len(asked.rides)} rides; the latest time is that of {asked.latest_is}", flush=True)
-    searching = Manner("engine", args.patience, args.every, args.around, args.attempts)
+    searching = DispatchPolicy("engine", args.patience, args.every, args.around, args.attempts)
     rows, days = [], {}
     for manner in (_GREEDY, searching):
         day = driven(asked, args.vehicles, args.seats, args.speed_mps, manner)
@@ -102,7 +102,7 @@ def main() -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class DayRequest:
     """rides in the order of the file, (n,) when each was announced, xy_m (2n, 2) of pickups and drop-offs."""
 
     rides: list[Request]
@@ -111,7 +111,7 @@ class Asked:
     latest_is: str
 
 
-def read_rides(path: Path, speed_mps: float) -> Asked:
+def read_rides(path: Path, speed_mps: float) -> DayRequest:
     """The file's rides; a file without a column, or with a row that cannot be, ends the program."""
     if not path.is_file():
         sys.exit(f"{path}: there is no such file")
@@ -163,7 +163,7 @@ def read_rides(path: Path, speed_mps: float) -> Asked:
         )
         for k in range(len(rows))
     ]
-    return Asked(rides, np.minimum(announced, earliest), xy_m, "arrival" if of_arrival else "the pickup")
+    return DayRequest(rides, np.minimum(announced, earliest), xy_m, "arrival" if of_arrival else "the pickup")
 
 
 def _seconds(text: str) -> float:
@@ -202,7 +202,7 @@ class Day:
     cpu_s: float
     answers_s: list[float]
 
-    def row(self, name: str, asked: Asked, speed_mps: float) -> Row:
+    def row(self, name: str, asked: DayRequest, speed_mps: float) -> Row:
         waits = [at - asked.rides[k].pickup_from_s for k, at in self.picked_s.items()]
         broken = sum(
             self.picked_s[k] > asked.rides[k].pickup_to_s + 1e-3
@@ -222,7 +222,7 @@ class Day:
         }
 
 
-def driven(asked: Asked, vehicles: int, seats: int, speed_mps: float, manner: Manner) -> Day:
+def driven(asked: DayRequest, vehicles: int, seats: int, speed_mps: float, manner: DispatchPolicy) -> Day:
     """The whole day in announcement order."""
     board = _board(asked, vehicles, seats, speed_mps, manner.patience)
     order = np.argsort(asked.announced_s, kind="stable")
@@ -248,7 +248,7 @@ def driven(asked: Asked, vehicles: int, seats: int, speed_mps: float, manner: Ma
     return day
 
 
-def _answer(board: Board, ride: Request) -> None:
+def _answer(board: Schedule, ride: Request) -> None:
     board.add(ride)
     best = offers_for(board, ride.request_id).best
     if best is None:
@@ -258,14 +258,14 @@ def _answer(board: Board, ride: Request) -> None:
         board.keep(ride.request_id)
 
 
-def _note(day: Day, routes: dict[str, list[int]], visits: Sequence[Made]) -> None:
+def _note(day: Day, routes: dict[str, list[int]], visits: Sequence[CompletedCall]) -> None:
     for made in visits:
         k = int(made.request_id)
         routes[made.vehicle_id].append(2 * k + 1 + made.alights)
         (day.arrived_s if made.alights else day.picked_s)[k] = made.at_s
 
 
-def _board(asked: Asked, vehicles: int, seats: int, speed_mps: float, patience: float) -> Board:
+def _board(asked: DayRequest, vehicles: int, seats: int, speed_mps: float, patience: float) -> Schedule:
     spread = np.linspace(0, len(asked.rides) - 1, vehicles).astype(int)
     begins_s = float(asked.announced_s.min())
     fleet = tuple(
@@ -281,7 +281,7 @@ def _board(asked: Asked, vehicles: int, seats: int, speed_mps: float, patience: 
         weights=CostWeights(wait=0.0, walk=0.0, ride=0.0),
         plane=Plane(asked.xy_m, 1.0 / speed_mps),
     )
-    return Board(problem, spare=len(asked.rides), patience=patience, visits=_VISITS_MAX)
+    return Schedule(problem, spare=len(asked.rides), patience=patience, visits=_VISITS_MAX)
 
 
 if __name__ == "__main__":

@@ -15,15 +15,15 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.reporting.report import write_report
-from server.dispatch.answer import Answer, Terms, answer_all
-from server.dispatch.board.board import Board
+from server.dispatch.answer import Answer, PromiseRules, answer_all
 from server.dispatch.problem import Problem, Request, VehicleState, Walk
+from server.dispatch.schedule.board import Schedule
 
 _STOPS = 200
 _SPEED_MPS = 4.0
 # One shuttle for so much ground: the fleet is as dense whatever its size.
 _GROUND_M2 = 250_000.0
-_TERMS = Terms(60.0, 300.0, 300.0, 0.5, 7200.0)
+_TERMS = PromiseRules(60.0, 300.0, 300.0, 0.5, 7200.0)
 _WALK_M_MAX, _WALK_MPS = 400.0, 1.1
 
 
@@ -73,7 +73,7 @@ class _Day:
             for row in apart_m
         )
         self._terms = replace(_TERMS, walks=walks)
-        self._board = Board(Problem(fleet, {}, self._times, dwell_s=15.0), spare=rides + 200)
+        self._board = Schedule(Problem(fleet, {}, self._times, dwell_s=15.0), spare=rides + 200)
         self._now_s, self._number, self._carried = 0.0, 0, 0
 
     def fill(self, rides: int) -> None:

@@ -23,10 +23,10 @@ from benchmarks.instances.published import (
 from benchmarks.instances.rescore import RouteBroken, rescored
 from benchmarks.reporting.report import Row, write_report
 from campusloop.studies.instances.instance import Instance
-from server.dispatch.board.board import Board
 from server.dispatch.decide import offers_for, take
-from server.dispatch.improve import Cooling, improve
+from server.dispatch.improve import CoolingSchedule, improve
 from server.dispatch.problem import CostWeights, Plane, Problem, Request, VehicleState
+from server.dispatch.schedule.board import Schedule
 from server.dispatch.solve import forever
 
 _ATTEMPTS = 50
@@ -109,13 +109,13 @@ def _driven(instance: Instance, slices: int, seed: int) -> _Day:
         began = time.perf_counter()
         _answer(board, _request(instance, int(k)), slices, seed + number)
         longest_s = max(longest_s, time.perf_counter() - began)
-        improve(board, Cooling(slices, _ATTEMPTS), seed + number, slices, forever)
+        improve(board, CoolingSchedule(slices, _ATTEMPTS), seed + number, slices, forever)
     for made in board.advance(float(instance.late.max()) + 1e6):
         routes[made.vehicle_id].append(int(instance.nodes[node_of[made.request_id][int(made.alights)]]))
     return _Day(list(routes.values()), longest_s)
 
 
-def _answer(board: Board, request: Request, slices: int, seed: int) -> bool:
+def _answer(board: Schedule, request: Request, slices: int, seed: int) -> bool:
     """Accept the request if anybody can take it, perhaps after some rearranging."""
     name = request.request_id
     board.add(request)
@@ -124,7 +124,7 @@ def _answer(board: Board, request: Request, slices: int, seed: int) -> bool:
         take(board, best)
     else:
         many = slices * _INSISTENCE
-        improve(board, Cooling(many, _ATTEMPTS), seed, many, forever)
+        improve(board, CoolingSchedule(many, _ATTEMPTS), seed, many, forever)
         if not board.carried([name]):
             board.remove(name)
             return False
@@ -132,7 +132,7 @@ def _answer(board: Board, request: Request, slices: int, seed: int) -> bool:
     return True
 
 
-def _board(instance: Instance) -> Board:
+def _board(instance: Instance) -> Schedule:
     depot = (float(instance.xy[0, 0]), float(instance.xy[0, 1]))
     vehicle = VehicleState(
         vehicle_id="",
@@ -153,7 +153,7 @@ def _board(instance: Instance) -> Board:
         plane=Plane(instance.xy.astype(float), 1.0),
         together=False,
     )
-    return Board(problem, spare=len(instance.pairs), patience=_PATIENCE)
+    return Schedule(problem, spare=len(instance.pairs), patience=_PATIENCE)
 
 
 def _request(instance: Instance, k: int) -> Request:

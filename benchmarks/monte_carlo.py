@@ -21,7 +21,7 @@ import numpy as np
 from benchmarks.reporting.report import Row, write_report
 from benchmarks.reporting.run_logs import LogChoice, add_log_arguments, log_choice
 from campusloop.scenes.drive import SceneDrive
-from campusloop.scenes.random_crowds import SPARSE_PER_100M2, Drawn, Pieces, drawn_scene, pieces
+from campusloop.scenes.random_crowds import SPARSE_PER_100M2, DrawnScene, Pieces, drawn_scene, pieces
 from campusloop.scenes.stacks import profile_of
 from campusloop.scenes.stalls import stalls
 from simulator.traffic.recordings import RecordingError
@@ -111,7 +111,7 @@ def _run(job: tuple[str, int, Path | None, Path | None, LogChoice]) -> Row:
     }
 
 
-def _free_mps(drawn: Drawn) -> float:
+def _free_mps(drawn: DrawnScene) -> float:
     run = SceneDrive(drawn.without_people()).run()
     return run.driven_m / max(float(run.trace.array()[-1, 0]), 1e-9)
 

@@ -29,7 +29,7 @@ from contract.geometry import Array, arc_lengths
 from simulator.sensors.gnss import GnssNoise
 from simulator.vehicle.plant import PlantParams
 from vehicle_agent.config import Profile, load_profile
-from vehicle_agent.control.trajectory.trajectory_control import SnowLionControl
+from vehicle_agent.control.trajectory.trajectory_control import TrajectoryControl
 from vehicle_agent.stacks.snow_lion_control import control
 
 QUANTILES = (50, 95, 99)
@@ -124,7 +124,7 @@ def _drive(
     legs: tuple[tuple[float, tuple[Bend, ...]], ...],
     steps: int,
     profile: Profile,
-    hands: SnowLionControl,
+    hands: TrajectoryControl,
     seed: int,
 ) -> TimedRun:
     rows = course(legs, steps)
@@ -135,7 +135,7 @@ def _plant() -> PlantParams:
     return PlantParams(tyres=True, steer_bias_rad=math.radians(0.6), load_kg=140.0)
 
 
-def _slow(profile: Profile) -> SnowLionControl:
+def _slow(profile: Profile) -> TrajectoryControl:
     """Control for a steering that turns by SLOW_WHEEL_RADPS at most."""
     limits = msgspec.structs.replace(profile.limits, steer_rate_radps_max=SLOW_WHEEL_RADPS)
     return control(msgspec.structs.replace(profile, limits=limits))

@@ -16,22 +16,22 @@ from starlette.requests import Request
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from server.api.pages import page_response, read_pages
-from server.api.plain_refusals import PlainRefusals
-from server.api.rides.booking_desk import BookingDesk
+from server.api.plain_text_errors import PlainTextErrors
+from server.api.rides.booking_batcher import BookingBatcher
 from server.api.routers import bare_app
 from server.api.runs.offload import Offload
 from server.api.security.headers import SecurityHeaders
 from server.api.security.rate_limit import RateLimit
 from server.api.services import Limits, Services
 from server.fleet.hub import Hub
-from server.fleet.presence import PresenceDesk
+from server.fleet.presence import PresenceRelay
 from server.fleet.segment_files import SegmentFiles
 from server.live.feed import SceneFeed
-from server.loops.departures import DepartureClerk
+from server.loops.departures import DepartureScheduler
 from server.loops.dispatcher import Dispatcher
-from server.loops.retention import Retention
-from server.loops.series import SeriesClerk
-from server.loops.silence import SilenceWatch
+from server.loops.retention import RetentionLoop
+from server.loops.series import SeriesScheduler
+from server.loops.silence import SilenceMonitor
 from server.loops.solver import InlineSolver
 from server.settings import Settings
 from server.usecases.ports.bus import Bus
@@ -77,7 +77,7 @@ def create_app(settings: Settings, ports: Ports) -> FastAPI:
     services = _services(settings, ports)
     app = bare_app(lifespan=_lifespan(services, ports))
     app.state.services = services
-    app.add_middleware(PlainRefusals)
+    app.add_middleware(PlainTextErrors)
     app.add_middleware(SecurityHeaders, with_tls=settings.has_tls())
     app.router.default = _pages(services, app.router.default)
     return app
@@ -88,10 +88,10 @@ def standing_tasks(ports: Ports) -> tuple[StandingTask, ...]:
     transactions, ids = ports.transactions, ports.ids
     return (
         Dispatcher(transactions, ports.bus, ports.solver, ids, ports.campus_id),
-        DepartureClerk(transactions, ids.new_id("departures")),
-        SeriesClerk(transactions, ids.new_id("series-clerk")),
-        SilenceWatch(transactions),
-        Retention(transactions),
+        DepartureScheduler(transactions, ids.new_id("departures")),
+        SeriesScheduler(transactions, ids.new_id("series-clerk")),
+        SilenceMonitor(transactions),
+        RetentionLoop(transactions),
     )
 
 
@@ -125,7 +125,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
         clock=ports.clock,
         ids=ports.ids,
         transactions=ports.transactions,
-        bookings=BookingDesk(ports.transactions),
+        bookings=BookingBatcher(ports.transactions),
         bus=ports.bus,
         offload=ports.offload,
         segments=SegmentFiles(settings.var_dir / "segments", settings.segment_bytes_max),
@@ -137,7 +137,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
             ports.bus,
             settings.hello_timeout_s,
         ),
-        presence=PresenceDesk(ports.campus_id, ports.clock, ports.transactions, ports.bus),
+        presence=PresenceRelay(ports.campus_id, ports.clock, ports.transactions, ports.bus),
         feed=SceneFeed(ports.campus_id, ports.clock, ports.transactions, ports.bus, settings.live_interval_s),
         limits=Limits(
             logins=RateLimit(settings.login_tries_per_minute),

@@ -11,7 +11,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from contract.roads.load import MapError, encode_map, load_map
 from contract.roads.model import RoadMap
 from server.adapters import Argon2Hasher, RandomIds, SystemClock
-from server.api.runs.offload import Threads
+from server.api.runs.offload import ThreadOffload
 from server.app import Ports, standing_tasks
 from server.bus.in_process import InProcessBus
 from server.bus.nats import BusUnreachable, connect
@@ -23,7 +23,7 @@ from server.settings import Settings
 from server.store.engine import DatabaseUnsupported, open_engine
 from server.store.roads.map_library import MapLibrary
 from server.store.schema import DatabaseTooNew, upgrade_to_head
-from server.store.transactions import GroupCommit, Pooled
+from server.store.transactions import GroupCommit, PooledTransactions
 from server.store.unit_of_work import Context
 from server.usecases.fleet import campus
 from server.usecases.ports.bus import Bus
@@ -59,11 +59,11 @@ async def live_ports(settings: Settings) -> LivePorts:
     rules = _rules(settings, road_map)
     clock, ids = SystemClock(), RandomIds()
     context = Context(campus_id, clock, ids, rules, Argon2Hasher(), MapLibrary(rules))
-    transactions: GroupCommit | Pooled
+    transactions: GroupCommit | PooledTransactions
     if engine.dialect.name == "sqlite":
         transactions = GroupCommit(engine, context, bus)
     else:
-        transactions = Pooled(engine, context, bus)
+        transactions = PooledTransactions(engine, context, bus)
 
     solver = ProcessSolver()
 
@@ -77,7 +77,7 @@ async def live_ports(settings: Settings) -> LivePorts:
     except DomainError as error:
         await close()
         raise CannotStart(f"{error.code}: {error.detail}") from error
-    ports = Ports(campus_id, clock, ids, transactions, bus, Threads(), solver, close=close)
+    ports = Ports(campus_id, clock, ids, transactions, bus, ThreadOffload(), solver, close=close)
     loops = standing_tasks(ports) if settings.with_loops else ()
     return LivePorts(replace(ports, loops=loops), made_password)
 

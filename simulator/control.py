@@ -87,7 +87,7 @@ class PersonPlaced(msgspec.Struct, frozen=True, tag="person_placed"):
     waypoints: tuple[tuple[float, float], ...] = ()
 
 
-class Tapped(msgspec.Struct, frozen=True, tag="tapped"):
+class RiderTapped(msgspec.Struct, frozen=True, tag="tapped"):
     """A rider tapped on the phone; the demo sends it on as the phone would."""
 
     ride_id: str
@@ -98,7 +98,7 @@ class RiderLeft(msgspec.Struct, frozen=True, tag="rider_left"):
     ride_id: str
 
 
-class ScoreTold(msgspec.Struct, frozen=True, tag="score_told"):
+class ScoreReport(msgspec.Struct, frozen=True, tag="score_told"):
     vehicle_id: str
     distance_m: float
     contacts: int
@@ -118,7 +118,7 @@ Intervention = (
     | PersonPlaced
 )
 ToSimulation = Subscribe | RiderComes | RideAssigned | Intervention
-FromSimulation = Tapped | RiderLeft | ScoreTold
+FromSimulation = RiderTapped | RiderLeft | ScoreReport
 
 decode_to_simulation = msgspec.msgpack.Decoder(ToSimulation).decode
 decode_from_simulation = msgspec.msgpack.Decoder(FromSimulation).decode

@@ -11,7 +11,7 @@ import numpy as np
 from contract.geometry import Array
 from contract.roads.areas import inside, outline_array
 from contract.roads.model import ObservationArea
-from contract.wire.messages import PresenceSeen
+from contract.wire.messages import PresenceReport
 
 
 class CameraError(Exception):
@@ -53,7 +53,7 @@ class CrossingCamera:
         self._due_ns: int | None = None
         self._words: deque[tuple[int, int, int]] = deque()
 
-    def step(self, now_ns: int, people: Array) -> tuple[PresenceSeen, ...]:
+    def step(self, now_ns: int, people: Array) -> tuple[PresenceReport, ...]:
         """The words that come out now; people (n, 2) where everybody is, map frame."""
         if self._due_ns is None:
             self._due_ns = now_ns
@@ -63,7 +63,7 @@ class CrossingCamera:
         said = []
         while self._words and self._words[0][0] <= now_ns:
             _, taken_ns, count = self._words.popleft()
-            said.append(PresenceSeen(self.area_id, count, (now_ns - taken_ns) * 1e-9))
+            said.append(PresenceReport(self.area_id, count, (now_ns - taken_ns) * 1e-9))
         return tuple(said)
 
     def _picture(self, taken_ns: int, people: Array) -> None:

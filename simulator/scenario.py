@@ -42,7 +42,7 @@ def intervene(world: SimWorld, intervention: Intervention, now_ns: int) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Happening:
+class ScenarioEvent:
     """at_ns: on the world's clock."""
 
     at_ns: int
@@ -52,7 +52,7 @@ class Happening:
 class Scenario:
     """Plays happenings in order of time; those of one time in the order given."""
 
-    def __init__(self, happenings: tuple[Happening, ...]) -> None:
+    def __init__(self, happenings: tuple[ScenarioEvent, ...]) -> None:
         self._ahead = sorted(happenings, key=lambda happening: happening.at_ns)
 
     @property

@@ -32,7 +32,7 @@ from simulator.traffic.population import TrafficParams
 from simulator.vehicle.doors import Display, Doors
 from simulator.vehicle.plant import PlantParams, PlantView
 from vehicle_agent.config import Profile
-from vehicle_agent.signals import VEHICLE, CanFrame, InboxBody, Says, TrackPercept
+from vehicle_agent.signals import VEHICLE, CanFrame, HmiOutput, InboxBody, TrackPercept
 
 # Fleet mates as seen by a tracker are numbered from here, people and other traffic below.
 FLEET_NUMBERS_FROM = 1_000_000
@@ -197,7 +197,7 @@ class SimWorld:
             np.column_stack((rows[:, V_FRONT] + rows[:, V_REAR], 2.0 * rows[:, V_HALF])),
         )
 
-    def show(self, vehicle_id: str, says: Says, now_ns: int) -> None:
+    def show(self, vehicle_id: str, says: HmiOutput, now_ns: int) -> None:
         """Screen, speaker and doors do what the vehicle says."""
         self.displays[vehicle_id].show(says, now_ns)
         self.doors[vehicle_id].command(says.doors_open, now_ns)

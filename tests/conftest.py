@@ -13,7 +13,7 @@ settings.load_profile("campaign" if "CAMPUSLOOP_NEW_EXAMPLES" in os.environ else
 LONGEST = (
     "tests/scenarios/test_rides",
     "tests/scenarios",
-    "tests/campusloop/studies/endurance/test_kilometres",
+    "tests/campusloop/studies/endurance/test_endurance_run",
     "tests/benchmarks",
     "tests/vehicle_agent/stacks",
 )

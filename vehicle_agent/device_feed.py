@@ -21,9 +21,9 @@ from vehicle_agent.signals import (
     CodeTyped,
     DoorState,
     GnssFix,
+    HmiOutput,
     ImuSample,
     InboxBody,
-    Says,
     SeatButton,
     SeatSensor,
     TrackPercept,
@@ -58,13 +58,13 @@ class ScanReady(msgspec.Struct, frozen=True, tag="scan_ready"):
     stamp_ns: int
 
 
-class DeviceWords(msgspec.Struct, frozen=True, tag="device_words"):
+class DeviceOutputs(msgspec.Struct, frozen=True, tag="device_words"):
     """From the vehicle computer: what screen, speaker and doors shall do."""
 
-    says: Says
+    hmi: HmiOutput
 
 
-Datagram = DeviceValues | ScanReady | DeviceWords
+Datagram = DeviceValues | ScanReady | DeviceOutputs
 
 _encoder = msgspec.msgpack.Encoder(enc_hook=enc_hook)
 _decoder: msgspec.msgpack.Decoder[Datagram] = msgspec.msgpack.Decoder(Datagram, dec_hook=dec_hook)

@@ -17,7 +17,7 @@ from contract.geometry import Pose2
 from contract.roads.load import load_map
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
-from contract.wire.messages import BootLog, ModeChanged, Status
+from contract.wire.messages import EventLogState, ModeChanged, Status
 from server.domain.fleet.vehicles import StatusReport
 from server.domain.record.events import RecordedEvent
 from server.live_ports import live_ports
@@ -66,7 +66,15 @@ async def enter_shuttle(
     def work(uow: UnitOfWork) -> None:
         identity.create_enrolment_code(uow, vehicle_id, vehicle_id, "benchmark", seats=6, wheelchair_places=1)
         hello = HelloFacts(
-            vehicle_id, _BOOT, "benchmark", "none", road_map.map_version, (BootLog(_BOOT, 0, 0),), None, 6, 1
+            vehicle_id,
+            _BOOT,
+            "benchmark",
+            "none",
+            road_map.map_version,
+            (EventLogState(_BOOT, 0, 0),),
+            None,
+            6,
+            1,
         )
         vehicle_sessions.open_session(uow, hello)
         vehicle_sessions.record_status(uow, [_status(uow, road_map, network, number)])

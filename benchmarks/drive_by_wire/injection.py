@@ -33,7 +33,7 @@ _STUCK, _REPORTS_LOST = "steering stuck", "reports lost"
 
 
 @dataclass(slots=True)
-class Watched:
+class InjectionResult:
     """What came of an injection. latency_ms, stop_m: None when nothing braked, or it did not stop."""
 
     latency_ms: float | None = None
@@ -44,7 +44,7 @@ class Watched:
     trace: list[tuple[float, ...]] = field(default_factory=list)
 
 
-def inject(course: Course, kind: FaultKind, number: int, seed: int) -> tuple[Row, Watched]:
+def inject(course: Course, kind: FaultKind, number: int, seed: int) -> tuple[Row, InjectionResult]:
     """The injection and what a row of the report says of it."""
     rng = np.random.default_rng([seed, number])
     drive = FaultedDrive(course, int(rng.integers(2**31)))
@@ -90,9 +90,11 @@ class SoundColumn:
         return self.steer_rad
 
 
-def _watch(drive: FaultedDrive, kind: FaultKind, after: Callable[[int], None], number: int) -> Watched:
+def _watch(
+    drive: FaultedDrive, kind: FaultKind, after: Callable[[int], None], number: int
+) -> InjectionResult:
     """Until it has stood for a while, or has gone on undisturbed long enough."""
-    out = Watched()
+    out = InjectionResult()
     truth = drive.world.truth(VEHICLE_ID)
     begin_m, stood_m, still = truth.odometer_m, -1.0, 0
     # The step of the first frame that should have come, or of the first angle that should have been another.
@@ -136,7 +138,7 @@ def _is_seen(drive: FaultedDrive, kind: FaultKind) -> bool:
     return drive.world.bus_faults(VEHICLE_ID).spoiled_to_vehicle > 0
 
 
-def _is_right(kind: FaultKind, course: Course, seen: Watched) -> bool:
+def _is_right(kind: FaultKind, course: Course, seen: InjectionResult) -> bool:
     """Did the vehicle do what it must? Latency and distance are judged over all, in the summary."""
     still = seen.moved_again_m <= _MOVED_M
     if kind.must == "brake":

@@ -16,11 +16,11 @@ import msgspec
 import numpy as np
 
 from benchmarks.reporting.report import Row
-from campusloop.live.bare_vehicle import (
+from campusloop.live.process_fault_rig import (
     GATE_JOB,
     TICK_JOB,
-    BareVehicle,
     OnBus,
+    ProcessFaultRig,
     straight_road,
 )
 from campusloop.scenes.faulted_drive import BRAKES_FROM
@@ -53,7 +53,7 @@ def process_faults(count: int, profile: Profile, traces: Path | None) -> list[Ro
     rng = np.random.default_rng(count)
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        vehicle = BareVehicle(profile, road_map, Path(folder), BASE_PORT)
+        vehicle = ProcessFaultRig(profile, road_map, Path(folder), BASE_PORT)
         vehicle.start()
         try:
             for number in range(count):
@@ -65,7 +65,7 @@ def process_faults(count: int, profile: Profile, traces: Path | None) -> list[Ro
     return rows
 
 
-def _drive(vehicle: BareVehicle, folder: Path) -> None:
+def _drive(vehicle: ProcessFaultRig, folder: Path) -> None:
     """Resumed until it has its speed; as often as it takes, for a process may just be starting."""
     deadline_s = time.monotonic() + _READY_S
     while time.monotonic() < deadline_s:
@@ -79,7 +79,7 @@ def _drive(vehicle: BareVehicle, folder: Path) -> None:
 
 
 def _fault(
-    vehicle: BareVehicle, number: int, rng: np.random.Generator, profile: Profile, traces: Path | None
+    vehicle: ProcessFaultRig, number: int, rng: np.random.Generator, profile: Profile, traces: Path | None
 ) -> Row:
     """One signal, and everything until the vehicle has stood for a while."""
     who, what = _CYCLE[number % len(_CYCLE)]

@@ -24,7 +24,7 @@ from simulator.sensors.tracker import Tracker
 from simulator.traffic.actors import no_bodies
 from simulator.traffic.corridor import SAMPLES, Corridor
 from simulator.traffic.crowd import VEHICLE_COLUMNS
-from vehicle_agent.perception.track_keeper import Kept, TrackKeeper
+from vehicle_agent.perception.tracker import AlphaBetaTracker, TrackerState
 from vehicle_agent.signals import PEDESTRIAN
 
 _PLAN_EVERY_STEPS = 5
@@ -68,7 +68,7 @@ class PeerDrive:
             scene.profile.lidar.x_m,
             np.random.default_rng([scene.seed, *f"tracker {VEHICLE_ID}".encode()]),
         )
-        self._keeper, self._kept = TrackKeeper(), Kept()
+        self._keeper, self._kept = AlphaBetaTracker(), TrackerState()
         x, y, yaw = pose_at(self._points, self._s, scene.start_s_m)
         self._row: tuple[float, ...] = (0.0, x, y, yaw, scene.start_mps, 0.0, 0.0)
         self._plan = np.array([self._row])

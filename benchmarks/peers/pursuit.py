@@ -7,7 +7,7 @@ import numpy as np
 
 from benchmarks.peers.messages import Ask, Plan, Road
 from contract.geometry import Array, Pose2, arc_lengths, curvatures, pose_at, project
-from vehicle_agent.control.waypoint.follower import Aim
+from vehicle_agent.control.waypoint.follower import FollowerState
 from vehicle_agent.control.waypoint.pure_pursuit import PurePursuit
 
 # The NUS paper's look-ahead, grown with speed as it must be above the paper's 2 m/s.
@@ -58,7 +58,7 @@ class Pursuit:
     def _curvature(self, pose: Pose2, v: float) -> float:
         _, _, segment = project(self._path, self._s, pose.x_m, pose.y_m, 0, len(self._path))
         rule = PurePursuit(max(_LOOK_AHEAD_M, _LOOK_AHEAD_S * v))
-        turn, _, _ = rule.step(Aim(), pose, 1.0, self._path[segment + 1 :])
+        turn, _, _ = rule.step(FollowerState(), pose, 1.0, self._path[segment + 1 :])
         limit = self._road.curvature_1pm_max
         return min(max(turn, -limit), limit)
 

@@ -11,7 +11,7 @@ from campusloop.scenes.braking_oracle import best_braking
 from campusloop.scenes.crowd_clips import clip_runs
 from campusloop.scenes.drive import Scene
 from campusloop.scenes.protection_cells import Cell, cells
-from campusloop.scenes.random_crowds import Drawn, Pieces, drawn_scene, pieces
+from campusloop.scenes.random_crowds import DrawnScene, Pieces, drawn_scene, pieces
 from campusloop.scenes.stacks import profile_of
 from simulator.traffic.recordings import Clip, drone_clips
 from vehicle_agent.config import Profile
@@ -36,7 +36,7 @@ def random_cases(seeds: range, recordings: Path | None) -> Iterator[Case]:
         yield Case(drawn.scene.name, _kind(drawn), partial(_drawn, found, seed))
 
 
-def _kind(drawn: Drawn) -> str:
+def _kind(drawn: DrawnScene) -> str:
     if drawn.crowd != "reactive":
         return "replayed"
     return "sparse" if drawn.is_sparse else "dense"

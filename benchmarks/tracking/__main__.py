@@ -26,8 +26,8 @@ from benchmarks.tracking.stacks import (
     KINEMATIC_STACKS,
     STACKS,
     Conditions,
-    Followed,
-    Following,
+    FollowFunction,
+    TrackingResult,
 )
 from benchmarks.tracking.waypoint_drive import Drive
 from simulator.sensors.gnss import GnssNoise
@@ -51,12 +51,12 @@ def main() -> None:
             # Perfect localization leaves nothing to chance.
             seeds = 1 if conditions.noise is None else arguments.seeds
             for seed in range(1, seeds + 1):
-                task = Following(curve, profile, arguments.speed_mps, seed, conditions)
+                task = FollowFunction(curve, profile, arguments.speed_mps, seed, conditions)
                 rows += _followed(stack, task, arguments.traces)
     for file in arguments.waypoints if "gem" in arguments.stacks else ():
         for seed in range(1, arguments.seeds + 1):
             kinematic = Conditions(_KINEMATIC, None, noise)
-            task = Following(recorded_path(file), loop_profile, arguments.speed_mps, seed, kinematic)
+            task = FollowFunction(recorded_path(file), loop_profile, arguments.speed_mps, seed, kinematic)
             rows += _followed("gem", task, arguments.traces)
     write_report(arguments.json, "tracking", _plain(arguments), rows, _summary(rows, curve.name))
 
@@ -88,7 +88,7 @@ def _plant(profile: Profile, load_ratio: float, arguments: argparse.Namespace) -
     return PlantParams(**fields)
 
 
-def _followed(stack: str, task: Following, traces: Path | None) -> list[Row]:
+def _followed(stack: str, task: FollowFunction, traces: Path | None) -> list[Row]:
     """One row for each of the stack's followers."""
     rows = []
     for follower, drive_by in STACKS[stack].items():
@@ -100,7 +100,7 @@ def _followed(stack: str, task: Following, traces: Path | None) -> list[Row]:
     return rows
 
 
-def _row(stack: str, follower: str, task: Following, followed: Followed) -> Row:
+def _row(stack: str, follower: str, task: FollowFunction, followed: TrackingResult) -> Row:
     drive = followed.drive
     off_m = np.abs(task.path.cross_track_m(drive.trace[:, 1:3]))
     return {

@@ -36,7 +36,7 @@ class Conditions:
 
 
 @dataclass(frozen=True, slots=True)
-class Following:
+class FollowFunction:
     """One drive to be made."""
 
     path: ReferencePath
@@ -47,7 +47,7 @@ class Following:
 
 
 @dataclass(frozen=True, slots=True)
-class Followed:
+class TrackingResult:
     """driven_s over reference_s is what the drive took beyond its plan.
 
     The reference time is that of the speed rule of `timed_drive.SpeedRule` at the commanded speed, from
@@ -60,17 +60,17 @@ class Followed:
     reference_s: float
 
 
-def timed(task: Following, hands: snow_lion_control.SnowLionControl) -> Followed:
+def timed(task: FollowFunction, hands: snow_lion_control.SnowLionControl) -> TrackingResult:
     """By timed rows off the curve itself, from rest to rest."""
     rows = timed_rows(task.path, SpeedRule(task.speed_mps))
     noise = task.conditions.noise
     sense = perfect if noise is None else noisy(task.seed, noise)
     drive = follow_timed(rows, task.profile, hands, _params(task), sense).drive
     moving = drive.trace[:, 4] > 0.0
-    return Followed(drive, float(drive.trace[moving, 0].max(initial=0.0)), float(rows[-1, 0]))
+    return TrackingResult(drive, float(drive.trace[moving, 0].max(initial=0.0)), float(rows[-1, 0]))
 
 
-def by_waypoints(task: Following, hands: WaypointControl) -> Followed:
+def by_waypoints(task: FollowFunction, hands: WaypointControl) -> TrackingResult:
     """By waypoints recorded on the curve with the same noise; through its end without stopping."""
     noise = task.conditions.noise or NO_NOISE
     with tempfile.TemporaryDirectory() as folder:
@@ -82,10 +82,12 @@ def by_waypoints(task: Following, hands: WaypointControl) -> Followed:
     cruise_mps = float(rows[:, 5].max())
     rise_s = float(rows[rows[:, 5] >= cruise_mps - 1e-6, 0].min())
     rise_m = float(rows[rows[:, 0] <= rise_s + 1e-9, 7].max())
-    return Followed(drive, float(drive.trace[-1, 0]), rise_s + (task.path.length_m - rise_m) / cruise_mps)
+    return TrackingResult(
+        drive, float(drive.trace[-1, 0]), rise_s + (task.path.length_m - rise_m) / cruise_mps
+    )
 
 
-def _params(task: Following) -> PlantParams:
+def _params(task: FollowFunction) -> PlantParams:
     return task.conditions.params or PlantParams(wheelbase_m=task.profile.body.wheelbase_m)
 
 
@@ -95,13 +97,13 @@ def _as_in_the_paper(hands: WaypointControl) -> WaypointControl:
     return msgspec.structs.replace(hands, follower=follower, steer_delay_s=0.0, trim=None)
 
 
-def _slower(task: Following) -> Following:
+def _slower(task: FollowFunction) -> FollowFunction:
     """As fast as its look-ahead allows; the reference time is that of this speed."""
     return replace(task, speed_mps=min(task.speed_mps, nus.SPEED_MPS_MAX))
 
 
 # stack -> follower -> how it drives; the stack's figures are those of its follower "ours".
-STACKS: dict[str, dict[str, Callable[[Following], Followed]]] = {
+STACKS: dict[str, dict[str, Callable[[FollowFunction], TrackingResult]]] = {
     "gem": {
         "ours": lambda task: by_waypoints(task, waypoint_control(task.profile)),
         "paper": lambda task: by_waypoints(task, _as_in_the_paper(waypoint_control(task.profile))),

@@ -19,7 +19,7 @@ from simulator.vehicle.plant import PlantParams, PlantView
 from vehicle_agent.can.pacmod.codec import pacmod
 from vehicle_agent.config import Profile
 from vehicle_agent.localization.gnss import GnssLocalization
-from vehicle_agent.signals import Actuation, Ego, Path, Trajectory, VehicleMotion, Wish
+from vehicle_agent.signals import Actuation, ControlCommand, Ego, Path, Trajectory, VehicleMotion
 
 _ORIGIN = Origin(30.6187, -96.3365)
 _STEP_S = STEP_NS * 1e-9
@@ -33,7 +33,7 @@ READY_S = 2.0
 
 class TimedControl(Protocol):
     def initial(self) -> Any: ...
-    def step(self, state: Any, ego: Ego, path: Path, motion: VehicleMotion) -> tuple[Wish, Any]: ...
+    def step(self, state: Any, ego: Ego, path: Path, motion: VehicleMotion) -> tuple[ControlCommand, Any]: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +132,7 @@ class TimedRun:
     end."""
 
     drive: Drive
-    wishes: list[Wish]
+    wishes: list[ControlCommand]
     step_cpu_s: Array
     step_wall_s: Array
     state: Any

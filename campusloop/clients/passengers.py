@@ -28,7 +28,7 @@ class ApiError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class RideDemand:
     """A ride somebody wants, `after_s` seconds after the start. turns_up: at the stop, to ride it."""
 
     number: int
@@ -47,7 +47,7 @@ class Journey:
     history: (moment, state) in order; whoever is refused asks more than once.
     """
 
-    wish: Wish
+    wish: RideDemand
     ride_id: str = ""
     ride_code: str = ""
     state: str = ""
@@ -78,7 +78,7 @@ def _between(begin: datetime | None, end: datetime | None) -> float | None:
 class RiderPort(Protocol):
     """Puts a party of flesh and blood into the world."""
 
-    def add(self, ticket: dict[str, Any], wish: Wish) -> None: ...
+    def add(self, ticket: dict[str, Any], wish: RideDemand) -> None: ...
 
     def assigned(self, ride_id: str, vehicle_id: str) -> None:
         """The phone now says to get on this vehicle, "" for none."""
@@ -145,7 +145,7 @@ class Passengers:
         self._update(journey, ticket)
         return ticket
 
-    async def _book(self, wish: Wish) -> dict[str, Any]:
+    async def _book(self, wish: RideDemand) -> dict[str, Any]:
         request = {"from_stop": wish.from_stop, "to_stop": wish.to_stop, "party": wish.party}
         return _body(await self._client.post("/api/v1/rides", json=request), "booking")
 
@@ -191,7 +191,7 @@ def wishes(
     pairs: list[tuple[str, str]],
     spacing_s: float,
     rng: np.random.Generator,
-) -> list[Wish]:
+) -> list[RideDemand]:
     """Random rides between the given pairs of stops, about spacing_s apart."""
     made = []
     after_s = 0.0
@@ -199,6 +199,6 @@ def wishes(
         from_stop, to_stop = pairs[int(rng.integers(len(pairs)))]
         party = int(rng.choice([1, 1, 1, 2, 2, 3]))
         how = HOWS[int(rng.integers(len(HOWS)))]
-        made.append(Wish(number, round(after_s, 1), from_stop, to_stop, party, how))
+        made.append(RideDemand(number, round(after_s, 1), from_stop, to_stop, party, how))
         after_s += float(rng.exponential(spacing_s))
     return made

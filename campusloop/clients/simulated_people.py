@@ -5,15 +5,15 @@ import contextlib
 from collections.abc import AsyncIterator, Awaitable, Callable
 from typing import Any, Literal
 
-from campusloop.clients.passengers import Wish
+from campusloop.clients.passengers import RideDemand
 from contract.geometry import Pose2
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from simulator.control import (
     RideAssigned,
     RiderComes,
+    RiderTapped,
     Subscribe,
-    Tapped,
     ToSimulation,
     decode_from_simulation,
     encode,
@@ -35,7 +35,7 @@ class SimulatedPeople:
         self._port = port
         self._transport: asyncio.DatagramTransport | None = None
 
-    def add(self, ticket: dict[str, Any], wish: Wish) -> None:
+    def add(self, ticket: dict[str, Any], wish: RideDemand) -> None:
         self._send(
             RiderComes(
                 ticket["ride_id"],
@@ -53,7 +53,7 @@ class SimulatedPeople:
     @contextlib.asynccontextmanager
     async def listening(self, tap: Tap) -> AsyncIterator[None]:
         """Pass the riders' taps on while the context lasts."""
-        taps: asyncio.Queue[Tapped] = asyncio.Queue()
+        taps: asyncio.Queue[RiderTapped] = asyncio.Queue()
         loop = asyncio.get_running_loop()
         transport, _ = await loop.create_datagram_endpoint(lambda: _Ear(taps), remote_addr=(HOST, self._port))
         self._transport = transport
@@ -72,7 +72,7 @@ class SimulatedPeople:
             self._send(Subscribe())
             await asyncio.sleep(SUBSCRIBE_EVERY_S)
 
-    async def _pass_on(self, taps: "asyncio.Queue[Tapped]", tap: Tap) -> None:
+    async def _pass_on(self, taps: "asyncio.Queue[RiderTapped]", tap: Tap) -> None:
         while True:
             tapped = await taps.get()
             await tap(tapped.ride_id, tapped.kind)
@@ -87,10 +87,10 @@ class SimulatedPeople:
 
 
 class _Ear(asyncio.DatagramProtocol):
-    def __init__(self, taps: "asyncio.Queue[Tapped]") -> None:
+    def __init__(self, taps: "asyncio.Queue[RiderTapped]") -> None:
         self._taps = taps
 
     def datagram_received(self, data: bytes, addr: tuple[str | Any, int]) -> None:
         message = decode_from_simulation(data)
-        if isinstance(message, Tapped):
+        if isinstance(message, RiderTapped):
             self._taps.put_nowait(message)

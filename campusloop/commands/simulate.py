@@ -61,7 +61,7 @@ def _drive_km(
 ) -> None:
     """Exit 1 when anybody was touched."""
     # A whole campus comes with it, server included; the simulation in real time has no use for one.
-    from campusloop.studies.endurance.table2 import NothingDriven, tell_km
+    from campusloop.studies.endurance.ride_quality_report import NothingDriven, tell_km
 
     try:
         contacts = tell_km(console, maps, stack, km, seed, workers, stint_s, out)

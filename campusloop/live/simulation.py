@@ -11,7 +11,7 @@ from rich.table import Table
 
 from contract.roads.load import MapError, load_map
 from simulator.live.bus import LiveBusError
-from simulator.live.control_desk import CarriedPhones, ControlError
+from simulator.live.control_server import CarriedPhones, ControlError
 from simulator.live.live import LiveSimulation, scan_ring_path
 from simulator.live.ports import BASE_PORT, control_port, ports_of
 from simulator.start_places import start_poses

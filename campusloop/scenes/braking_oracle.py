@@ -23,14 +23,14 @@ _LASTS_S = 30.0
 
 
 @dataclass(frozen=True, slots=True)
-class Best:
+class OracleResult:
     """impact_mps: of a front contact, None when there is none; seen_s: when the target came into sight."""
 
     impact_mps: float | None
     seen_s: float | None
 
 
-def best_braking(cell: Cell, body: Body, sensor_x_m: float) -> Best:
+def best_braking(cell: Cell, body: Body, sensor_x_m: float) -> OracleResult:
     """The oracle's run of a cell."""
     s = arc_lengths(np.ascontiguousarray(cell.path))
     traffic = ReplayedTraffic(cell.clip, 0.0)
@@ -49,13 +49,13 @@ def best_braking(cell: Cell, body: Body, sensor_x_m: float) -> Best:
         target = bodies.numbers == 1
         touches = target & (clearance < 0.0) & (ahead > body.front_overhang_m - 0.3)
         if touches.any() and speed_mps > MOVING_MPS:
-            return Best(speed_mps, seen_s)
+            return OracleResult(speed_mps, seen_s)
         if seen_s is not None and t_s >= seen_s + DEAD_S:
             speed_mps = max(0.0, speed_mps - DECEL_MPS2 * _STEP_S)
         at_m += speed_mps * _STEP_S
         if speed_mps <= 0.0:
             break
-    return Best(None, seen_s)
+    return OracleResult(None, seen_s)
 
 
 def _sees(bodies: Bodies, x_m: float, y_m: float, yaw_rad: float, sensor_x_m: float, range_m: float) -> bool:

@@ -32,7 +32,7 @@ from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.processes.agent import SOFTWARE
 from vehicle_agent.runtime.recording.recorder import Recorder
 from vehicle_agent.runtime.recording.runlog_files import RunLogFiles
-from vehicle_agent.signals import LinkWord, Outputs
+from vehicle_agent.signals import LinkMessage, Outputs
 from vehicle_agent.stacks.choice import build_car
 
 VEHICLE_ID = "shuttle"
@@ -149,8 +149,8 @@ class SceneDrive:
         while self.now_ns - begin_ns < scene.limit_s * 1e9:
             self.step()
             assert self.outputs is not None
-            self._told.setdefault(self.outputs.flow.verdict.mode)
-            for fault in self.outputs.flow.verdict.faults:
+            self._told.setdefault(self.outputs.flow.guard_status.mode)
+            for fault in self.outputs.flow.guard_status.faults:
                 self._told.setdefault(fault.code)
             limited_by = self.outputs.flow.path.limited_by
             self._limited[limited_by] = self._limited.get(limited_by, 0) + 1
@@ -231,7 +231,7 @@ class SceneDrive:
         self.world.step(now_ns)
         self.now_ns += STEP_NS
 
-    def _hear(self, word: LinkWord) -> None:
+    def _hear(self, word: LinkMessage) -> None:
         self.wired.inbox.put(self.now_ns, "link", word)
 
 

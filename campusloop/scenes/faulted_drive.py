@@ -19,13 +19,13 @@ from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from simulator.riders import NoPhones
 from simulator.world import SimWorld, WorldOptions
-from vehicle_agent.can.braking import Braking
+from vehicle_agent.can.braking import ByWireBraking
 from vehicle_agent.can.by_wire import braking_of
 from vehicle_agent.can.dbc import FrameError
 from vehicle_agent.config import LidarMount, Profile
 from vehicle_agent.onboard.car import Car, initial_state
 from vehicle_agent.runtime.computer import VehicleComputer
-from vehicle_agent.signals import CanFrame, ServerWord
+from vehicle_agent.signals import CanFrame, MissionMessage
 from vehicle_agent.stacks.choice import build_car
 
 STEP_NS = 20_000_000
@@ -92,7 +92,7 @@ class FaultedDrive:
         self.brake_ratio = 0.0
         self.wired = WiredGate(VEHICLE_ID, profile, self.world)
         self.boot_tick()
-        self._by_wire: Braking = braking_of(profile)
+        self._by_wire: ByWireBraking = braking_of(profile)
         self._resumes = 0
 
     def boot_tick(self) -> None:
@@ -137,7 +137,7 @@ class FaultedDrive:
         if not self.gate_dead:
             self.wired.hear(reports, gate_ns)
         for item in world.sensor_items(VEHICLE_ID, now_ns):
-            assert not isinstance(item, ServerWord), "sensors say nothing for the server"
+            assert not isinstance(item, MissionMessage), "sensors say nothing for the server"
             moved = msgspec.structs.replace(item, stamp_ns=item.stamp_ns + self.tick_jump_ns)
             self.wired.inbox.put(tick_ns, "sensors", moved)
         sets = [] if self.tick_dead else self._tick(tick_ns)

@@ -15,7 +15,7 @@ from contract.roads.network import RoadNetwork
 from simulator.sensors.tracker import TrackerNoise
 from simulator.traffic.recordings import Clip, Recorded, RecordingError, drone_clips, pavement_clip
 from simulator.traffic.replayed import ReplayedTraffic
-from simulator.traffic.social import CrowdParams, SocialCrowd
+from simulator.traffic.social_crowd import CrowdParams, SocialCrowd
 from simulator.world import WorldOptions
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import PEDESTRIAN
@@ -44,7 +44,7 @@ class Pieces:
 
 
 @dataclass(frozen=True, slots=True)
-class Drawn:
+class DrawnScene:
     """A scene, and what it was drawn from; people_per_100m2: as asked for, or as recorded on average."""
 
     scene: Scene
@@ -82,7 +82,7 @@ def _clips(folder: Path) -> tuple[Clip, ...]:
     return tuple(peopled)
 
 
-def drawn_scene(found: Pieces, profile: Profile, seed: int) -> Drawn:
+def drawn_scene(found: Pieces, profile: Profile, seed: int) -> DrawnScene:
     """The same for the same pieces and seed, whichever the profile."""
     rng = np.random.default_rng([seed, *b"monte carlo"])
     path_name, points, width_m = _path(found, rng)
@@ -109,7 +109,7 @@ def drawn_scene(found: Pieces, profile: Profile, seed: int) -> Drawn:
         actors=actors(),
         options=WorldOptions(traffic=None, tracker=noise),
     )
-    return Drawn(scene, path_name, crowd_name, density)
+    return DrawnScene(scene, path_name, crowd_name, density)
 
 
 def _path(found: Pieces, rng: np.random.Generator) -> tuple[str, Array, float]:

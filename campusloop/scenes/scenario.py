@@ -17,8 +17,8 @@ from contract.roads.model import Building, ObservationArea, RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import Route, find_route, route_line
 from simulator.sensors.tracker import TrackerNoise
-from simulator.traffic.scripted import Gathering, Part, ScriptedTraffic
-from simulator.traffic.social import CrowdParams, SocialCrowd
+from simulator.traffic.scripted import Gathering, ScriptedRole, ScriptedTraffic
+from simulator.traffic.social_crowd import CrowdParams, SocialCrowd
 from simulator.world import WorldOptions
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import CYCLIST, PEDESTRIAN, VEHICLE
@@ -223,8 +223,8 @@ def _part(
     size_m: tuple[float, float],
     accel_mps2: float,
     stays: bool,
-) -> Part:
-    return Part(
+) -> ScriptedRole:
+    return ScriptedRole(
         kind=kind,
         pose_map=(*at, math.radians(heading_deg)),
         size_m=size_m,

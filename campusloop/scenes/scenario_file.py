@@ -104,7 +104,7 @@ class Occluder(_Part, frozen=True):
 
 
 class Crowd(_Part, frozen=True):
-    """People who react: see `simulator.traffic.social`."""
+    """People who react: see `simulator.traffic.social_crowd`."""
 
     people_per_100m2: NotNegative
     attentive_ratio: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.8

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from contract.roads.model import RoadMap
-from contract.wire.messages import PresenceSeen
+from contract.wire.messages import PresenceReport
 from simulator.infrastructure import CameraParams, CrossingCamera
 from simulator.world import SimWorld
 
@@ -19,7 +19,7 @@ class VirtualCameras:
         params: CameraParams,
         world: SimWorld,
         rng: Callable[[str], np.random.Generator],
-        say: Callable[[PresenceSeen], None],
+        say: Callable[[PresenceReport], None],
     ) -> None:
         """rng: a random stream by its purpose."""
         self._world, self._say = world, say

@@ -13,19 +13,19 @@ from typing import Any, TypeVar
 import httpx
 
 from campusloop.clients.operator_client import OperatorClient
-from campusloop.clients.passengers import Passengers, Tell, Wish
+from campusloop.clients.passengers import Passengers, RideDemand, Tell
 from campusloop.virtual.cameras import VirtualCameras
 from campusloop.virtual.conductor import Conductor
-from campusloop.virtual.ends import VirtualPhones, VirtualServer
 from campusloop.virtual.link import VirtualNetwork
 from campusloop.virtual.vehicle import VirtualVehicle, VirtualVehicleSetup
+from campusloop.virtual.virtual_server import VirtualPhones, VirtualServer
 from contract.geometry import Pose2
 from contract.roads.load import encode_map
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
-from contract.wire.messages import PresenceSeen
+from contract.wire.messages import PresenceReport
 from server.adapters import SeededIds
-from server.api.runs.offload import Inline as InlineOffload
+from server.api.runs.offload import InlineOffload
 from server.app import Ports, create_app, services_of_app, standing_tasks
 from server.bus.in_process import InProcessBus
 from server.domain.rules import FleetRules
@@ -34,7 +34,7 @@ from server.settings import settings_from
 from server.store.engine import open_engine
 from server.store.roads.map_library import MapLibrary
 from server.store.schema import upgrade_to_head
-from server.store.transactions import Inline
+from server.store.transactions import InlineTransactions
 from server.store.unit_of_work import Context
 from server.usecases.fleet import campus
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -156,7 +156,7 @@ class VirtualCampus:
         for vehicle_id in self.vehicles:
             self.call(self.operator.release(vehicle_id), timeout_s=60.0)
 
-    def _camera_says(self, word: PresenceSeen) -> None:
+    def _camera_says(self, word: PresenceReport) -> None:
         """As the infrastructure socket does; while no server is up, nobody hears it."""
         if self._server.app is not None:
             desk = services_of_app(self._server.app).presence
@@ -173,7 +173,7 @@ class VirtualCampus:
         ids, bus = SeededIds(self.options.seed), InProcessBus()
         library = MapLibrary(rules)
         context = Context(road_map.campus_id, self.clock, ids, rules, PlainHasher(), library)
-        transactions = Inline(engine, context, bus)
+        transactions = InlineTransactions(engine, context, bus)
 
         def prepare(uow: UnitOfWork) -> None:
             campus.load_map(uow, encode_map(road_map), "start-up", activate=True)
@@ -229,7 +229,7 @@ class VirtualCampus:
         self._passengers = Passengers(self.client, self, self.clock.now, tell)
         return self._passengers
 
-    def add(self, ticket: dict[str, Any], wish: Wish) -> None:
+    def add(self, ticket: dict[str, Any], wish: RideDemand) -> None:
         self.world.riders.add(
             Rider(
                 ticket["ride_id"],

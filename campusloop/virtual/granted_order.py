@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from contract.wire.messages import Command, Order, SectionGrant, Visit
-from vehicle_agent.signals import LinkState, LinkWord
+from vehicle_agent.signals import LinkMessage, LinkState
 
 FAR_FUTURE_NS = 10**18
 
@@ -21,7 +21,7 @@ def rest_at(lane_ids: tuple[str, ...], s_m: float, stop_id: str = "") -> tuple[V
     return (Visit("end", "rest", stop_id, lane_ids[-1], s_m, lane_ids),)
 
 
-def go_words(order: Order, now_ns: int) -> tuple[LinkWord, ...]:
+def go_words(order: Order, now_ns: int) -> tuple[LinkMessage, ...]:
     """Connected, the order, and an operator's word to go."""
     command = Command(order.epoch, f"go-{order.epoch}", "resume")
     return LinkState(now_ns, True, 1, 0), order, command

@@ -6,7 +6,7 @@ from campusloop.virtual.conductor import Conductor
 from campusloop.virtual.pipes import Pipe, PipeEnd
 from contract.wire.codec import WireError
 from server.fleet.hub import Hub
-from vehicle_agent.link.desk import Desk
+from vehicle_agent.link.bridge import LinkBridge
 
 REDIAL_AFTER_NS = 2_000_000_000
 
@@ -17,7 +17,7 @@ Dial = Callable[[], PipeEnd | None]
 class VirtualLink:
     """Dials, moves bytes both ways once a step, and dials again after a cut."""
 
-    def __init__(self, desk: Desk, dial: Dial) -> None:
+    def __init__(self, desk: LinkBridge, dial: Dial) -> None:
         self._session = desk.session
         self._dial = dial
         self._end: PipeEnd | None = None

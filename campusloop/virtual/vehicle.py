@@ -14,18 +14,18 @@ from contract.runlog.records import RunHeader
 from contract.wire.messages import VehicleEvent
 from simulator.world import SimWorld
 from vehicle_agent.config import Profile
-from vehicle_agent.link.desk import Desk
+from vehicle_agent.link.bridge import LinkBridge
 from vehicle_agent.link.keys import load_or_make_key, signature_text
 from vehicle_agent.link.session import Identity
-from vehicle_agent.mission.memory import holding
+from vehicle_agent.mission.memory import order_progress
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.processes.agent import SOFTWARE, mission_memory
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
-from vehicle_agent.runtime.processes.tick_process import TickNewsWriter
+from vehicle_agent.runtime.processes.tick_process import TickUpdateWriter
 from vehicle_agent.runtime.recording.recorder import Recorder
 from vehicle_agent.runtime.recording.runlog_files import RunLogFiles
-from vehicle_agent.signals import LinkWord, Outputs, Task
+from vehicle_agent.signals import LinkMessage, Outputs, Task
 from vehicle_agent.stacks.choice import build_car
 
 
@@ -76,11 +76,11 @@ class VirtualVehicle:
             setup.profile.body.wheelchair_places,
         )
         memory = mission_memory(AgentFolder(setup.folder))
-        desk = Desk(
+        desk = LinkBridge(
             setup.folder / "outbox",
             identity,
             lambda text: signature_text(self._key, text),
-            holding(memory),
+            order_progress(memory),
             sync=False,
         )
         car = self.times.timed(build_car(setup.profile, setup.road_map))
@@ -99,7 +99,7 @@ class VirtualVehicle:
         recorder = Recorder(header, setup.profile.body, setup.road_map.observation_areas)
         self.wired.boot(VehicleComputer(car, state, recorder, setup.utc_offset_ns))
         self.run_log = RunLogFiles(setup.folder / "runs", self._profile_bytes, self._map_json)
-        self._desk, self._news = desk, TickNewsWriter()
+        self._desk, self._news = desk, TickUpdateWriter()
         self.link = VirtualLink(desk, self._dial)
 
     def crash(self) -> None:
@@ -107,7 +107,7 @@ class VirtualVehicle:
         self.link.drop()
         self.wired.crash()
 
-    def tell(self, now_ns: int, word: LinkWord) -> None:
+    def tell(self, now_ns: int, word: LinkMessage) -> None:
         """Put a word into the inbox as if the link had brought it (for drives without a server)."""
         self.wired.inbox.put(now_ns, "link", word)
 

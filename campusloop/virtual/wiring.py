@@ -152,7 +152,7 @@ class WiredVehicle:
         self._plan(outputs.jobs, now_ns + PLAN_DELAY_NS + plan_late_ns)
         self.gate.take(outputs.frames, now_ns)
         self._bus.send(now_ns, now_ns)
-        world.show(vehicle_id, outputs.says, now_ns)
+        world.show(vehicle_id, outputs.hmi, now_ns)
         return outputs
 
     def _bring(self, source: str, body: InboxBody, now_ns: int, arrives: Arrives) -> None:

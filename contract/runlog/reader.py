@@ -127,6 +127,12 @@ def _header(path: Path, fields: dict[str, str]) -> RunHeader:
         raise RunLogError(
             "version", f"{path} was written by a newer Campusloop (run log {header.version}); update this one"
         )
+    if header.version < RUNLOG_VERSION:
+        raise RunLogError(
+            "version",
+            f"{path} was written by an older Campusloop (run log {header.version}, this is {RUNLOG_VERSION}); "
+            "read it with the version that recorded it",
+        )
     return header
 
 

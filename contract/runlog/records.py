@@ -9,7 +9,8 @@ from collections.abc import Iterable
 
 import msgspec
 
-RUNLOG_VERSION = 1
+# 2: the signals have the field's names (docs/glossary.md); states and inputs of version 1 use others.
+RUNLOG_VERSION = 2
 
 TICK_TOPIC = "/tick"
 REPORT_TOPIC = "/report"

@@ -42,8 +42,8 @@ class VisitProgress(msgspec.Struct, frozen=True):
     state: VisitState
 
 
-class Holding(msgspec.Struct, frozen=True):
-    """What the vehicle follows right now: its word on what has happened."""
+class OrderProgress(msgspec.Struct, frozen=True):
+    """The order that the vehicle follows and how far it has come: its own record of what has happened."""
 
     order_id: str
     revision: int
@@ -51,7 +51,7 @@ class Holding(msgspec.Struct, frozen=True):
     sections: tuple[str, ...] = ()
 
 
-class BootLog(msgspec.Struct, frozen=True):
+class EventLogState(msgspec.Struct, frozen=True):
     """The first event of a boot that the server has not acknowledged yet.
 
     next_sequence  the number that the boot's next event will get: everything below it is on its way, and the
@@ -75,8 +75,8 @@ class Hello(Message, frozen=True, tag="hello"):
     stack: str
     map_version: str
     vehicle_ns: int
-    logs: tuple[BootLog, ...] = ()
-    holding: Holding | None = None
+    event_logs: tuple[EventLogState, ...] = ()
+    progress: OrderProgress | None = None
     seats: int = 6
     wheelchair_places: int = 0
 
@@ -87,7 +87,7 @@ class Welcome(Message, frozen=True, tag="welcome"):
     epoch: int
     protocol: int
     server_ns: int
-    acknowledged: tuple[BootLog, ...] = ()
+    acknowledged: tuple[EventLogState, ...] = ()
 
 
 class ClockProbe(Message, frozen=True, tag="clock_probe"):
@@ -188,10 +188,10 @@ class PassengerTap(Message, frozen=True, tag="passenger_tap"):
     kind: Literal["board", "alight"]
 
 
-class Mate(Message, frozen=True, tag="mate"):
-    """Where a fleet mate nearby is. Never acknowledged nor repeated: the next one comes with its next status.
+class FleetVehicle(Message, frozen=True, tag="fleet_vehicle"):
+    """Where another vehicle of the fleet is. Neither acknowledged nor repeated; the next status replaces it.
 
-    server_ns: when the server heard the mate's own word
+    server_ns: when the server received that vehicle's status
     """
 
     epoch: int
@@ -202,9 +202,9 @@ class Mate(Message, frozen=True, tag="mate"):
 
 
 class Presence(Message, frozen=True, tag="presence"):
-    """An infrastructure camera's word on who is in an area. Never acknowledged nor repeated, like `Mate`.
+    """How many people an infrastructure camera sees in an area. Neither acknowledged nor repeated.
 
-    server_ns: when the camera saw it, in the server's clock
+    server_ns: when the camera took its picture, in the server's clock
     """
 
     epoch: int
@@ -237,7 +237,7 @@ class FaultReport(msgspec.Struct, frozen=True):
     since_ns: int
 
 
-class TrackSeen(msgspec.Struct, frozen=True, array_like=True):
+class TrackReport(msgspec.Struct, frozen=True, array_like=True):
     """Somebody or something that moves, as the vehicle sees it; map frame, metres.
 
     kind        "pedestrian", "cyclist", "vehicle" or "other"
@@ -256,22 +256,22 @@ class TrackSeen(msgspec.Struct, frozen=True, array_like=True):
     ahead: tuple[float, ...] = ()
 
 
-class AreaSeen(msgspec.Struct, frozen=True):
+class AreaReport(msgspec.Struct, frozen=True):
     """An observation area that the vehicle watches.
 
-    coming      how many of its own tracks are in it or about to come into it
-    told        how many an infrastructure camera told of, -1 for no word; told_age_s: how long ago it looked
+    track_count   how many of its own tracks are in the area or about to enter it
+    camera_count  how many people an infrastructure camera counts there, -1 without a report
+    camera_age_s  age of that report
     """
 
     area_id: str
-    coming: int = 0
-    told: int = -1
-    told_age_s: float = 0.0
+    track_count: int = 0
+    camera_count: int = -1
+    camera_age_s: float = 0.0
 
 
-class Picture(msgspec.Struct, frozen=True):
-    """What the vehicle sees and means to do, for people to look at: nobody drives by it, nothing keeps it but
-    the run log.
+class DrivingView(msgspec.Struct, frozen=True):
+    """What the vehicle sees and plans, for screens only. No decision uses it; the run log alone stores it.
 
     limited_by  what keeps the vehicle from going faster
     path        x0, y0, x1, y1, ... of the rear axle's planned way, thinned
@@ -280,8 +280,8 @@ class Picture(msgspec.Struct, frozen=True):
 
     limited_by: str = ""
     path: tuple[float, ...] = ()
-    tracks: tuple[TrackSeen, ...] = ()
-    areas: tuple[AreaSeen, ...] = ()
+    tracks: tuple[TrackReport, ...] = ()
+    areas: tuple[AreaReport, ...] = ()
 
 
 class Status(Message, frozen=True, tag="status"):
@@ -307,7 +307,7 @@ class Status(Message, frozen=True, tag="status"):
     obstacle_m: float | None = None
     waiting_for: str = ""
     faults: tuple[FaultReport, ...] = ()
-    picture: Picture | None = None
+    driving: DrivingView | None = None
 
 
 class OrderAccepted(Message, frozen=True, tag="order_accepted"):
@@ -459,7 +459,7 @@ ServerMessage = (
     | Grants
     | Command
     | PassengerTap
-    | Mate
+    | FleetVehicle
     | Presence
     | EventsAcknowledged
     | Goodbye
@@ -469,7 +469,7 @@ ServerMessage = (
 # ---------------------------------------------------------------- infrastructure cameras
 
 
-class PresenceSeen(Message, frozen=True, tag="presence_seen"):
+class PresenceReport(Message, frozen=True, tag="presence_report"):
     """Camera, once to ten times a second: how many people are in an observation area; latest wins.
 
     age_s  since the picture was taken, by the camera's own clock: it needs no other one

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 
 import msgspec
 
-from contract.wire.messages import BootLog, VehicleEvent
+from contract.wire.messages import EventLogState, VehicleEvent
 
 
 class LoggedEvent(msgspec.Struct, frozen=True):
@@ -55,12 +55,12 @@ class EventLog:
             del self._kept[boot_id]
         return forgotten
 
-    def logs(self) -> tuple[BootLog, ...]:
+    def logs(self) -> tuple[EventLogState, ...]:
         """For the hello: where each boot's unacknowledged events begin and end."""
         return tuple(
-            BootLog(boot_id, kept[0].sequence, kept[-1].sequence + 1)
+            EventLogState(boot_id, kept[0].sequence, kept[-1].sequence + 1)
             if kept
-            else BootLog(boot_id, self._next, self._next)
+            else EventLogState(boot_id, self._next, self._next)
             for boot_id, kept in self._kept.items()
         )
 

@@ -11,11 +11,11 @@ from typing import Any
 import msgspec
 import yaml
 
-from contract.wire.closing import CLOSINGS
+from contract.wire.close_reasons import CLOSE_REASONS
 from contract.wire.messages import (
     PROTOCOL_VERSION,
     PresenceRefused,
-    PresenceSeen,
+    PresenceReport,
     ServerMessage,
     VehicleMessage,
 )
@@ -82,7 +82,7 @@ def documents() -> dict[str, str]:
 def _vehicle() -> dict[str, Any]:
     closings = "\n".join(
         f"- `{row.code}` ({row.number}, retry {row.retry.replace('_', ' ')}): {row.advice}"
-        for row in CLOSINGS
+        for row in CLOSE_REASONS
     )
     text = VEHICLE_TEXT.format(closings=closings)
     received, sent = typing.get_args(VehicleMessage), typing.get_args(ServerMessage)
@@ -98,7 +98,7 @@ def _infrastructure() -> dict[str, Any]:
         "Campusloop infrastructure link",
         INFRASTRUCTURE_TEXT,
         "/ws/infrastructure",
-        (PresenceSeen,),
+        (PresenceReport,),
         (PresenceRefused,),
     )
 

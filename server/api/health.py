@@ -5,7 +5,7 @@ from typing import Literal
 from fastapi import APIRouter, Response
 from pydantic import BaseModel, ConfigDict
 
-from server.api.services import Given
+from server.api.services import InjectedServices
 from server.usecases.ports.unit_of_work import UnitOfWork
 
 router = APIRouter(tags=["health"])
@@ -42,7 +42,7 @@ async def get_health() -> Health:
     operation_id="get_readiness",
     responses={503: {"model": Readiness, "description": "No campus map is in force yet."}},
 )
-async def get_readiness(response: Response, services: Given) -> Readiness:
+async def get_readiness(response: Response, services: InjectedServices) -> Readiness:
     """It can take bookings."""
 
     def work(uow: UnitOfWork) -> str:

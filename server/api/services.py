@@ -7,11 +7,11 @@ from fastapi import Depends
 from starlette.requests import HTTPConnection
 
 from server.api.pages import Page
-from server.api.rides.booking_desk import BookingDesk
+from server.api.rides.booking_batcher import BookingBatcher
 from server.api.runs.offload import Offload
 from server.api.security.rate_limit import RateLimit
 from server.fleet.hub import Hub
-from server.fleet.presence import PresenceDesk
+from server.fleet.presence import PresenceRelay
 from server.fleet.segment_files import SegmentFiles
 from server.live.feed import SceneFeed
 from server.settings import Settings
@@ -36,12 +36,12 @@ class Services:
     clock: Clock
     ids: Ids
     transactions: Transactions
-    bookings: BookingDesk
+    bookings: BookingBatcher
     bus: Bus
     offload: Offload
     segments: SegmentFiles
     hub: Hub
-    presence: PresenceDesk
+    presence: PresenceRelay
     feed: SceneFeed
     limits: Limits
     pages: dict[str, Page]
@@ -53,4 +53,4 @@ async def services_of(connection: HTTPConnection) -> Services:
     return services
 
 
-Given = Annotated[Services, Depends(services_of)]
+InjectedServices = Annotated[Services, Depends(services_of)]

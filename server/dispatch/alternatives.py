@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from server.dispatch.board.board import Board
 from server.dispatch.decide import earliest_quotes, offers_for, take
 from server.dispatch.problem import Request, Walk
+from server.dispatch.schedule.board import Schedule
 
 Kind = Literal["later", "other_stops", "split_party"]
 OFFERED_MAX = 3
@@ -48,7 +48,7 @@ class _Try:
 
 
 def alternatives(
-    board: Board,
+    board: Schedule,
     wish: Request,
     pickups: tuple[Walk, ...],
     dropoffs: tuple[Walk, ...],
@@ -85,7 +85,7 @@ def _near_by(wish: Request, pickups: tuple[Walk, ...], dropoffs: tuple[Walk, ...
     ]
 
 
-def _quoted(board: Board, wish: Request, tries: list[_Try]) -> list[Alternative]:
+def _quoted(board: Schedule, wish: Request, tries: list[_Try]) -> list[Alternative]:
     """Those that somebody can carry, each as early as that is possible."""
     quotes = earliest_quotes(
         board,
@@ -121,7 +121,7 @@ def _quoted(board: Board, wish: Request, tries: list[_Try]) -> list[Alternative]
     return found
 
 
-def _split(board: Board, wish: Request) -> Iterator[Alternative]:
+def _split(board: Schedule, wish: Request) -> Iterator[Alternative]:
     """The party in two rides, either of which anybody may carry."""
     if wish.party < 2:
         return

@@ -4,14 +4,14 @@ from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 
 from server.dispatch.alternatives import Alternative, alternatives
-from server.dispatch.board.board import Board
 from server.dispatch.decide import Offer, offers_for, quoted_times, take
 from server.dispatch.problem import Request, Walk
 from server.dispatch.refusal import binding_rule
+from server.dispatch.schedule.board import Schedule
 
 
 @dataclass(frozen=True, slots=True)
-class Terms:
+class PromiseRules:
     """What a promise leaves room for, and what may be offered instead.
 
     pickup_early_s, pickup_slack_s  the promised pickup window around the planned pickup
@@ -72,7 +72,7 @@ class Answer:
 
 
 def answer_all(
-    board: Board, request_ids: Sequence[str], terms: Terms, promised: Set[str] = frozenset()
+    board: Schedule, request_ids: Sequence[str], terms: PromiseRules, promised: Set[str] = frozenset()
 ) -> tuple[Answer, ...]:
     """Answer in this order, each with the ones before it in place; who is refused leaves the board.
 
@@ -81,7 +81,7 @@ def answer_all(
     return tuple(_answer(board, request_id, terms, request_id in promised) for request_id in request_ids)
 
 
-def _answer(board: Board, request_id: str, terms: Terms, promised: bool) -> Answer:
+def _answer(board: Schedule, request_id: str, terms: PromiseRules, promised: bool) -> Answer:
     wish = board.requests[board.rows[request_id]]
     offers = offers_for(board, request_id)
     if offers.best is None:
@@ -102,7 +102,9 @@ def _answer(board: Board, request_id: str, terms: Terms, promised: bool) -> Answ
     return Answer(request_id, best, runner_up, windows)
 
 
-def _promised(request: Request, quote: Quote, terms: Terms, now_s: float) -> tuple[float, float, float]:
+def _promised(
+    request: Request, quote: Quote, terms: PromiseRules, now_s: float
+) -> tuple[float, float, float]:
     """The planned times, with room for later riders, people in the way and waiting for the road."""
     opens_s = max(request.pickup_from_s, quote.pickup_s - terms.pickup_early_s)
     closes_s = terms.pickup_to_s(quote.pickup_s, now_s)
@@ -110,18 +112,18 @@ def _promised(request: Request, quote: Quote, terms: Terms, now_s: float) -> tup
     return opens_s, closes_s, min(by_s, request.arrive_by_s)
 
 
-def _quote(board: Board, offer: Offer) -> Quote:
+def _quote(board: Schedule, offer: Offer) -> Quote:
     planned = board.planned(offer.request.request_id)
     return Quote(board.vehicle_ids[offer.vehicle], offer.cost, planned.pickup_s, planned.arrival_s)
 
 
-def _offered(board: Board, offer: Offer) -> Quote:
+def _offered(board: Schedule, offer: Offer) -> Quote:
     """The ride that was not taken."""
     pickup_s, arrival_s = quoted_times(board, offer)
     return Quote(board.vehicle_ids[offer.vehicle], offer.cost, pickup_s, arrival_s)
 
 
-def _instead(board: Board, wish: Request, terms: Terms) -> tuple[Alternative, ...]:
+def _instead(board: Schedule, wish: Request, terms: PromiseRules) -> tuple[Alternative, ...]:
     if terms.later_s_max <= 0.0:
         return ()
     near = terms.walks or ((),) * len(board.problem.times)

@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from server.dispatch.arrays import AnyArray
-from server.dispatch.board.board import Board
 from server.dispatch.engine.compiled import kernel
 from server.dispatch.engine.draw import seeded
 from server.dispatch.engine.insertion import best_place, insert, times_at
 from server.dispatch.engine.plan import Plan, Scratch
 from server.dispatch.engine.task import Task
 from server.dispatch.problem import CUT_OFF_S, Request, Walk
+from server.dispatch.schedule.board import Schedule
 
 NOBODY = -1
 
@@ -40,7 +40,7 @@ class Offers:
     runner_up: Offer | None
 
 
-def offers_for(board: Board, request_id: str) -> Offers:
+def offers_for(board: Schedule, request_id: str) -> Offers:
     """What the fleet can offer a request on the board that is in no route. The board stays as it is."""
     r = board.rows[request_id]
     wish = board.requests[r]
@@ -64,7 +64,7 @@ def offers_for(board: Board, request_id: str) -> Offers:
     return Offers(found[0] if found else None, next(others, None))
 
 
-def take(board: Board, offer: Offer) -> None:
+def take(board: Schedule, offer: Offer) -> None:
     """Put the request where it was offered, unless the board has changed since."""
     r = board.rows[offer.request.request_id]
     if board.requests[r] is not offer.request:
@@ -73,7 +73,7 @@ def take(board: Board, offer: Offer) -> None:
 
 
 def earliest_quotes(
-    board: Board, wish: Request, tries: Sequence[tuple[int, int, float, float, float]]
+    board: Schedule, wish: Request, tries: Sequence[tuple[int, int, float, float, float]]
 ) -> list[tuple[float, float]]:
     """Pickup and arrival of the wish in each of several ways, where an early pickup counts above everything.
 
@@ -92,7 +92,7 @@ def earliest_quotes(
     return [(float(pickup_s), float(arrival_s)) for pickup_s, arrival_s in quotes]
 
 
-def quoted_times(board: Board, offer: Offer) -> tuple[float, float]:
+def quoted_times(board: Schedule, offer: Offer) -> tuple[float, float]:
     """Pickup and arrival if the offer were taken."""
     r = board.rows[offer.request.request_id]
     if board.requests[r] is not offer.request:

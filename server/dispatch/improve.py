@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from server.dispatch.arrays import AnyArray
-from server.dispatch.board.board import Board
-from server.dispatch.board.part import part_of, put_back
 from server.dispatch.engine.plan import ABSENT, total_cost
 from server.dispatch.engine.search.optimise import Optimiser, Settings
 from server.dispatch.engine.search.partition import Partitioning
+from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.part import part_of, put_back
 
 _WORTH_S = 1.0
 # A plan in use is good already: what is far from it is not worth a visit.
@@ -23,14 +23,16 @@ _NO_COLUMNS, _NO_VISITS = 16, 1024
 
 
 @dataclass(frozen=True, slots=True)
-class Cooling:
+class CoolingSchedule:
     """From hot to cold in so many slices of so many attempts each."""
 
     slices: int
     attempts: int
 
 
-def improve(board: Board, cooling: Cooling, seed: int, most: int, go_on: Callable[[], bool]) -> int:
+def improve(
+    board: Schedule, cooling: CoolingSchedule, seed: int, most: int, go_on: Callable[[], bool]
+) -> int:
     """Make the board's routes cheaper by `most` slices while `go_on` says so; how many ran.
 
     Requests that nobody carries are tried again. At the end the best of the routes that were met are put
@@ -48,7 +50,7 @@ def improve(board: Board, cooling: Cooling, seed: int, most: int, go_on: Callabl
     return _improve_part(board, accepting, absent, cooling, seed, most, go_on, together=True)
 
 
-def improve_around(board: Board, v: int, vehicles: int, attempts: int, seed: int) -> None:
+def improve_around(board: Schedule, v: int, vehicles: int, attempts: int, seed: int) -> None:
     """The same for vehicle v and those whose next stops are nearest to its own: for fleets that are too large
     to be searched as one."""
     accepting = np.flatnonzero(board.accepts)
@@ -56,14 +58,16 @@ def improve_around(board: Board, v: int, vehicles: int, attempts: int, seed: int
         apart = _apart(board, v, accepting)
         accepting = np.sort(accepting[np.argsort(apart, kind="stable")[:vehicles]])
     nobody = np.zeros(0, np.int64)
-    _improve_part(board, accepting, nobody, Cooling(1, attempts), seed, 1, lambda: True, together=False)
+    _improve_part(
+        board, accepting, nobody, CoolingSchedule(1, attempts), seed, 1, lambda: True, together=False
+    )
 
 
 def _improve_part(
-    board: Board,
+    board: Schedule,
     vehicles: AnyArray,
     absent: AnyArray,
-    cooling: Cooling,
+    cooling: CoolingSchedule,
     seed: int,
     most: int,
     go_on: Callable[[], bool],
@@ -91,7 +95,7 @@ def _improve_part(
     return search.slices
 
 
-def _apart(board: Board, v: int, others: AnyArray) -> AnyArray:
+def _apart(board: Schedule, v: int, others: AnyArray) -> AnyArray:
     """(others,) driving between the first visits ahead of each vehicle and those of v; where it stands for
     one without."""
     task, plan = board.task, board.plan

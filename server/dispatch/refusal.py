@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from server.dispatch.arrays import AnyArray
-from server.dispatch.board.board import Board
 from server.dispatch.decide import offers_for
 from server.dispatch.engine.task import SEATS, WHEELCHAIRS
 from server.dispatch.problem import CUT_OFF_S, Request
+from server.dispatch.schedule.board import Schedule
 
 NO_VEHICLE, SEATS_RULE, WHEELCHAIR, WINDOW = "no_vehicle_free", "seats", "wheelchair", "pickup_window"
 RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, CLOSED = "ride_time", "arrival", "timetable", "battery", "closed_road"
@@ -21,7 +21,7 @@ RULES = (NO_VEHICLE, SEATS_RULE, WHEELCHAIR, WINDOW, RIDE_TIME, ARRIVAL, TIMETAB
 _LOOSENED = (NO_VEHICLE, SEATS_RULE, WHEELCHAIR, RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, WINDOW)
 
 
-def binding_rule(board: Board, request_id: str) -> str:
+def binding_rule(board: Schedule, request_id: str) -> str:
     """One of RULES, for a request on the board that nobody can carry.
 
     Rules that no time can change come first. Then each of the others is lifted alone; where no single one
@@ -49,7 +49,7 @@ def binding_rule(board: Board, request_id: str) -> str:
     return WINDOW
 
 
-def _in_play(board: Board, request: Request) -> list[str]:
+def _in_play(board: Schedule, request: Request) -> list[str]:
     """The rules that could be in the way at all, in the order in which they are asked."""
     idle = {
         NO_VEHICLE: not _on_shifts(board).any(),
@@ -62,14 +62,14 @@ def _in_play(board: Board, request: Request) -> list[str]:
     return [rule for rule in _LOOSENED if not idle.get(rule, False)]
 
 
-def _on_shifts(board: Board) -> AnyArray:
+def _on_shifts(board: Schedule) -> AnyArray:
     """(V,) whose duty ends at some time."""
     task = board.task
     ends = slice(2 * task.requests + 1, 2 * (task.requests + task.vehicles), 2)
     return np.asarray(task.late_s[ends] < CUT_OFF_S)
 
 
-def _without_shifts(board: Board) -> None:
+def _without_shifts(board: Schedule) -> None:
     """Every vehicle is on duty all the time."""
     task = board.task
     starts = 2 * (task.requests + np.flatnonzero(_on_shifts(board)))
@@ -80,13 +80,13 @@ def _without_shifts(board: Board) -> None:
     task.service_s[off] = 0.0
 
 
-def _fixed(board: Board) -> slice:
+def _fixed(board: Schedule) -> slice:
     """The nodes of timed calls."""
     return slice(2 * (board.task.requests + board.task.vehicles), None, 2)
 
 
 @contextmanager
-def _without(board: Board, r: int, rule: str) -> Iterator[None]:
+def _without(board: Schedule, r: int, rule: str) -> Iterator[None]:
     """The board with one rule lifted, put back at the end."""
     task, request = board.task, board.requests[r]
     kept = task.load[2 * r : 2 * r + 2].copy()

@@ -3,12 +3,12 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from server.dispatch.board.board import Board
-from server.dispatch.board.chains import insert_chain
 from server.dispatch.decide import offers_for, take
-from server.dispatch.improve import Cooling, improve
+from server.dispatch.improve import CoolingSchedule, improve
 from server.dispatch.problem import Problem, VehicleRoute
 from server.dispatch.refusal import binding_rule
+from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.chains import insert_chain
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ def solve(problem: Problem, budget: Budget, seed: int, go_on: Callable[[], bool]
 
     go_on  asked before each slice; the answer says after how many it was no
     """
-    board = Board(problem, spare=0)
+    board = Schedule(problem, spare=0)
     refused: dict[str, str] = {}
     for chain in problem.open_chains:
         if not insert_chain(board, chain):
@@ -66,7 +66,7 @@ def solve(problem: Problem, budget: Budget, seed: int, go_on: Callable[[], bool]
         if best is not None:
             take(board, best)
     most = budget.slices if budget.stop_after is None else budget.stop_after
-    slices = improve(board, Cooling(budget.slices, budget.attempts), seed, most, go_on)
+    slices = improve(board, CoolingSchedule(budget.slices, budget.attempts), seed, most, go_on)
     carried = set(board.carried(problem.open_requests))
     for request_id in problem.open_requests:
         if request_id not in carried:

@@ -19,7 +19,7 @@ _EXACT_UP_TO = 2000
 
 
 @dataclass(frozen=True, slots=True)
-class Move:
+class VehicleMove:
     """vehicle: which of the idle ones; place: row of the ways; gain_s: of the expected mean wait."""
 
     vehicle: int
@@ -43,7 +43,7 @@ def mean_wait_s(places: Sequence[int], ways_s: Array, rates: Array) -> float:
 
 def best_move(
     at: Sequence[int], free: Sequence[int], ways_s: Array, rates: Array, gain_s_min: float
-) -> Move | None:
+) -> VehicleMove | None:
     """The first move on the way to the best places for all; None where none gains gain_s_min.
 
     at    where each idle vehicle waits, no two at one place; free: places that one may move to
@@ -52,7 +52,7 @@ def best_move(
         return None
     now_s = mean_wait_s(at, ways_s, rates)
     aim = _best_places(at, free, ways_s, rates)
-    best: Move | None = None
+    best: VehicleMove | None = None
     for vehicle, place in enumerate(at):
         if place in aim:
             continue
@@ -60,7 +60,7 @@ def best_move(
         for target in sorted(aim - set(at)):
             gain_s = now_s - mean_wait_s([*others, target], ways_s, rates)
             if gain_s >= gain_s_min and (best is None or gain_s > best.gain_s):
-                best = Move(vehicle, target, gain_s)
+                best = VehicleMove(vehicle, target, gain_s)
     return best
 
 

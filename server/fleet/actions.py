@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from contract.wire.closing import ClosingCode
+from contract.wire.close_reasons import CloseCode
 from contract.wire.messages import (
     EventReport,
     Hello,
@@ -22,7 +22,7 @@ class Send:
 class Close:
     """Say goodbye and close the transport."""
 
-    code: ClosingCode
+    code: CloseCode
     detail: str
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
-from contract.wire.messages import BootLog
+from contract.wire.messages import EventLogState
 
 # A vehicle that announces events and then does not send them gets its order all the same.
 PATIENCE_NS = 5_000_000_000
@@ -19,7 +19,7 @@ class Backlog:
     def is_waiting(self) -> bool:
         return bool(self._wanted)
 
-    def begin(self, logs: Iterable[BootLog], acknowledged: Mapping[str, int], now_ns: int) -> None:
+    def begin(self, logs: Iterable[EventLogState], acknowledged: Mapping[str, int], now_ns: int) -> None:
         """acknowledged: how many events of each boot are stored already."""
         self._wanted = {
             log.boot_id: log.next_sequence

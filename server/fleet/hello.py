@@ -6,7 +6,7 @@ import binascii
 from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
-from contract.wire.closing import ClosingCode
+from contract.wire.close_reasons import CloseCode
 from contract.wire.messages import OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, Hello, signed_hello
 
 NAME_CHARACTERS_MAX = 64
@@ -15,9 +15,9 @@ NAME_CHARACTERS_MAX = 64
 class HelloRefused(Exception):
     """The link is closed with `code`; `detail` names what was wrong with this hello."""
 
-    def __init__(self, code: ClosingCode, detail: str) -> None:
+    def __init__(self, code: CloseCode, detail: str) -> None:
         super().__init__(detail)
-        self.code: ClosingCode = code
+        self.code: CloseCode = code
         self.detail = detail
 
 

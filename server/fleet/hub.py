@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 import structlog
 
-from contract.wire.closing import ClosingCode
+from contract.wire.close_reasons import CloseCode
 from contract.wire.codec import decode_from_vehicle, encode
 from contract.wire.messages import EventReport, Status
 from server.domain.fleet.vehicles import StatusReport
@@ -124,7 +124,7 @@ class Hub:
             older.session.boot_id != link.session.boot_id
             and ns_of(self._clock.now()) - older.heard_ns < ALIVE_NS
         )
-        code: ClosingCode = "key_conflict" if is_conflict else "superseded"
+        code: CloseCode = "key_conflict" if is_conflict else "superseded"
         older.end(code, f"a newer session of {link.vehicle_id} was opened by boot {link.session.boot_id}")
         return is_conflict
 

@@ -10,14 +10,14 @@ from typing import Protocol
 import structlog
 
 from contract.geometry import Pose2
-from contract.wire.closing import ClosingCode, closing
+from contract.wire.close_reasons import CloseCode, close_reason
 from contract.wire.codec import encode
 from contract.wire.messages import (
-    BootLog,
+    EventLogState,
     EventReport,
+    FleetVehicle,
     Goodbye,
     Hello,
-    Mate,
     OrderAccepted,
     OrderRejected,
     Presence,
@@ -29,7 +29,7 @@ from server.domain.fleet.vehicles import StatusReport
 from server.domain.record.events import RecordedEvent
 from server.fleet.actions import Action, Close, FindKey, NoteAnswer, NoteStatus, OpenSession, Send, StoreEvent
 from server.fleet.backlog import Backlog
-from server.fleet.sent import SentWords
+from server.fleet.sent_messages import SentMessages
 from server.fleet.session import Actions, VehicleSession
 from server.fleet.stamps import ns_of
 from server.usecases.fleet import events, vehicle_sessions, vehicles
@@ -43,7 +43,7 @@ FRAMES_WAITING_MAX = 200
 log = structlog.get_logger("fleet.link")
 
 
-class _Word(enum.Enum):
+class _OutgoingMessage(enum.Enum):
     """What else stands in the line of frames."""
 
     PUSH = "push"
@@ -82,11 +82,11 @@ class Link:
         self.heard_ns = 0
         self._transport = transport
         self._ports = ports
-        self._frames: asyncio.Queue[bytes | str | _Word] = asyncio.Queue()
+        self._frames: asyncio.Queue[bytes | str | _OutgoingMessage] = asyncio.Queue()
         self._room = asyncio.Event()
         self._push_due = False
         self._backlog = Backlog()
-        self._sent = SentWords()
+        self._sent = SentMessages()
 
     @property
     def vehicle_id(self) -> str:
@@ -105,7 +105,7 @@ class Link:
     def closed(self, reason: str) -> None:
         """The transport is gone."""
         log.info("link.closed", vehicle_id=self.vehicle_id, reason=reason)
-        self._frames.put_nowait(_Word.GONE)
+        self._frames.put_nowait(_OutgoingMessage.GONE)
 
     async def ready(self) -> None:
         """Wait until there is room for another frame: a fast sender is slowed down, not buffered."""
@@ -117,22 +117,22 @@ class Link:
         """There may be something to tell the vehicle; asking twice costs nothing."""
         if not self._push_due:
             self._push_due = True
-            self._frames.put_nowait(_Word.PUSH)
+            self._frames.put_nowait(_OutgoingMessage.PUSH)
 
     def tell_mate(self, vehicle_id: str, pose_map: Pose2, speed_mps: float) -> None:
         """Where a fleet mate is now; lost without harm while nobody listens."""
-        self._tell(Mate(self.session.epoch, vehicle_id, self._now_ns(), pose_map, speed_mps))
+        self._tell(FleetVehicle(self.session.epoch, vehicle_id, self._now_ns(), pose_map, speed_mps))
 
     def tell_presence(self, area_id: str, count: int, seen_ns: int) -> None:
         """Who is in an area, by its camera; lost without harm while nobody listens."""
         self._tell(Presence(self.session.epoch, area_id, seen_ns, count))
 
-    def _tell(self, word: Mate | Presence) -> None:
+    def _tell(self, word: FleetVehicle | Presence) -> None:
         for action in self.session.tell(word):
             assert isinstance(action, Send)
             self._transport.send(encode(action.message))
 
-    def end(self, code: ClosingCode, detail: str) -> None:
+    def end(self, code: CloseCode, detail: str) -> None:
         """Say goodbye from outside the link's own task."""
         for action in self.session.close(code, detail):
             assert isinstance(action, Close)
@@ -158,7 +158,7 @@ class Link:
             if self._frames.empty():
                 self._room.set()
             frame = await self._next_frame(deadline)
-            if frame is _Word.GONE:
+            if frame is _OutgoingMessage.GONE:
                 return
             try:
                 await self._handle(frame)
@@ -167,7 +167,7 @@ class Link:
             except (KeyUnknown, VehicleUnknown) as error:
                 self.end("key_unknown", error.detail)
 
-    async def _next_frame(self, hello_deadline: float) -> bytes | str | _Word:
+    async def _next_frame(self, hello_deadline: float) -> bytes | str | _OutgoingMessage:
         if self.session.state == "open":
             return await self._frames.get()
         try:
@@ -175,10 +175,10 @@ class Link:
                 return await self._frames.get()
         except TimeoutError:
             self.end("hello_late", f"no hello within {self._ports.hello_timeout_s:.0f} s")
-            return _Word.GONE
+            return _OutgoingMessage.GONE
 
-    async def _handle(self, frame: bytes | str | _Word) -> None:
-        if isinstance(frame, _Word):
+    async def _handle(self, frame: bytes | str | _OutgoingMessage) -> None:
+        if isinstance(frame, _OutgoingMessage):
             self._push_due = False
             await self._push_outbox()
         else:
@@ -212,7 +212,7 @@ class Link:
         facts = _facts(hello)
         opened = await self._ports.transactions.run(lambda uow: vehicle_sessions.open_session(uow, facts))
         acknowledged = dict(opened.acknowledged)
-        self._backlog.begin(hello.logs, acknowledged, self._now_ns())
+        self._backlog.begin(hello.event_logs, acknowledged, self._now_ns())
         welcome = self.session.welcomed(opened.epoch, _boot_logs(acknowledged), self._now_ns())
         await self._perform_all(welcome)
         log.info("link.opened", vehicle_id=self.vehicle_id, epoch=opened.epoch, boot_id=self.session.boot_id)
@@ -271,18 +271,18 @@ class Link:
         vehicle_sessions.close_session(uow, self.vehicle_id, self.session.epoch)
 
     def _say_goodbye(self, action: Close) -> None:
-        row = closing(action.code)
+        row = close_reason(action.code)
         log.info("link.goodbye", vehicle_id=self.vehicle_id, code=row.code, detail=action.detail)
         self._transport.send(encode(Goodbye(row.code, f"{action.detail}. {row.advice}")))
         self._transport.close(row.number, row.code)
-        self._frames.put_nowait(_Word.GONE)
+        self._frames.put_nowait(_OutgoingMessage.GONE)
 
     def _now_ns(self) -> int:
         return ns_of(self._ports.clock.now())
 
 
-def _boot_logs(acknowledged: Mapping[str, int]) -> tuple[BootLog, ...]:
-    return tuple(BootLog(boot_id, stored, stored) for boot_id, stored in acknowledged.items())
+def _boot_logs(acknowledged: Mapping[str, int]) -> tuple[EventLogState, ...]:
+    return tuple(EventLogState(boot_id, stored, stored) for boot_id, stored in acknowledged.items())
 
 
 def _facts(hello: Hello) -> HelloFacts:
@@ -292,8 +292,8 @@ def _facts(hello: Hello) -> HelloFacts:
         software=hello.software,
         stack=hello.stack,
         map_version=hello.map_version,
-        logs=hello.logs,
-        holding=hello.holding,
+        logs=hello.event_logs,
+        progress=hello.progress,
         seats=hello.seats,
         wheelchair_places=hello.wheelchair_places,
     )

@@ -3,7 +3,7 @@
 import msgspec
 
 from contract.roads.areas import outline_array
-from contract.wire.messages import PresenceSeen
+from contract.wire.messages import PresenceReport
 from server.domain.errors import AreaUnknown
 from server.fleet.stamps import ns_of
 from server.usecases.ports import topics
@@ -25,7 +25,7 @@ class AreaPresence(msgspec.Struct, frozen=True):
     stamp_ns: int
 
 
-class PresenceDesk:
+class PresenceRelay:
     """Takes the cameras' words. Latest wins: nothing is stored, nothing is repeated."""
 
     def __init__(self, campus_id: str, clock: Clock, transactions: Transactions, bus: Bus) -> None:
@@ -33,7 +33,7 @@ class PresenceDesk:
         self._transactions, self._bus = transactions, bus
         self._told_ns: dict[str, int] = {}
 
-    async def seen(self, word: PresenceSeen) -> None:
+    async def seen(self, word: PresenceReport) -> None:
         """Raises AreaUnknown for an area that the active map does not have."""
         now_ns = ns_of(self._clock.now())
         if now_ns - self._told_ns.get(word.area_id, 0) < SOONEST_NS:

@@ -10,15 +10,15 @@ from typing import Literal
 
 import msgspec
 
-from contract.wire.closing import ClosingCode
+from contract.wire.close_reasons import CloseCode
 from contract.wire.codec import MAX_MESSAGE_BYTES, WireError, decode_from_vehicle
 from contract.wire.messages import (
     OLDEST_PROTOCOL_VERSION,
     PROTOCOL_VERSION,
-    BootLog,
     Challenge,
     ClockProbe,
     ClockSample,
+    EventLogState,
     EventReport,
     EventsAcknowledged,
     Hello,
@@ -100,7 +100,7 @@ class VehicleSession:
         self.state = "opening"
         return (OpenSession(self._hello),)
 
-    def welcomed(self, epoch: int, acknowledged: tuple[BootLog, ...], server_ns: int) -> Actions:
+    def welcomed(self, epoch: int, acknowledged: tuple[EventLogState, ...], server_ns: int) -> Actions:
         """The server opened session `epoch`; acknowledged tells where each boot's events go on."""
         if self.state != "opening":
             return ()
@@ -115,7 +115,7 @@ class VehicleSession:
         """Something for the vehicle; dropped unless the session is open (a welcome brings it again)."""
         return (Send(message),) if self.state == "open" else ()
 
-    def close(self, code: ClosingCode, detail: str) -> Actions:
+    def close(self, code: CloseCode, detail: str) -> Actions:
         if self.state == "closed":
             return ()
         self.state = "closed"

@@ -186,8 +186,8 @@ class SceneFeed:
                 route=scene.route,
             )
         elif held is not None:
-            # The store keeps no pictures.
-            scene = msgspec.structs.replace(scene, picture=held.picture)
+            # The store keeps no driving views.
+            scene = msgspec.structs.replace(scene, driving=held.driving)
         self.board.put_vehicle(scene)
 
     def _spawn(self, work: Coroutine[Any, Any, None]) -> None:

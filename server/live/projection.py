@@ -76,7 +76,7 @@ def vehicle_in_status(scene: VehicleScene, status: Status, heard_ms: int) -> Veh
         visit_id=status.visit_id,
         aboard=status.aboard,
         faults=tuple(fault.code for fault in status.faults),
-        picture=status.picture,
+        driving=status.driving,
     )
 
 

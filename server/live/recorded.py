@@ -127,11 +127,11 @@ def _scene(run: Run, report: Report, task: VehicleScene, rides: Mapping[str, Rid
 
 def _areas(report: Report) -> tuple[AreaScene, ...]:
     """What cameras had told the vehicle by then."""
-    picture = report.status.picture
-    if picture is None:
+    driving = report.status.driving
+    if driving is None:
         return ()
     return tuple(
-        AreaScene(area.area_id, area.told, report.at_ms - round(1000 * area.told_age_s))
-        for area in picture.areas
-        if area.told >= 0
+        AreaScene(area.area_id, area.camera_count, report.at_ms - round(1000 * area.camera_age_s))
+        for area in driving.areas
+        if area.camera_count >= 0
     )

@@ -9,7 +9,7 @@ import itertools
 import msgspec
 
 from contract.roads.model import Point
-from contract.wire.messages import Picture
+from contract.wire.messages import DrivingView
 
 
 class VehicleScene(msgspec.Struct, frozen=True):
@@ -19,7 +19,7 @@ class VehicleScene(msgspec.Struct, frozen=True):
     located     False while nobody knows where it is: the pose then means nothing
     route       where it will drive, from where it was when its task last changed, simplified to 0.5 m
     charging    it rests where it is charged
-    picture     what it sees and means to do, for operators; null when it has not told
+    driving     what it sees and plans, for operators; null before its first report
     next_stop   stop_id of the visit it drives to or stands at, "" when it only goes to rest
     """
 
@@ -50,7 +50,7 @@ class VehicleScene(msgspec.Struct, frozen=True):
     people_aboard: int = 0
     faults: tuple[str, ...] = ()
     route: tuple[Point, ...] = ()
-    picture: Picture | None = None
+    driving: DrivingView | None = None
 
 
 class RideScene(msgspec.Struct, frozen=True):

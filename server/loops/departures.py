@@ -1,6 +1,6 @@
 """Timetable departures get their shuttles in time."""
 
-from server.loops.pulse import Pulse
+from server.loops.periodic_task import PeriodicTask
 from server.usecases.fleet import departures
 from server.usecases.ports.unit_of_work import Transactions
 
@@ -9,11 +9,11 @@ PERIOD_S = 5.0
 LEASE_S = 20.0
 
 
-class DepartureClerk:
+class DepartureScheduler:
     def __init__(self, transactions: Transactions, holder: str) -> None:
         self._transactions = transactions
         self._holder = holder
-        self._pulse = Pulse("departures", self.beat, PERIOD_S)
+        self._pulse = PeriodicTask("departures", self.beat, PERIOD_S)
 
     async def run(self) -> None:
         await self._pulse.run()

@@ -11,7 +11,7 @@ from typing import TypeVar
 
 from server.dispatch.solve import Budget
 from server.domain.errors import LeaseLost
-from server.loops.pulse import Pulse
+from server.loops.periodic_task import PeriodicTask
 from server.usecases.fleet import charging, closures, interventions
 from server.usecases.orders import sections
 from server.usecases.planning import plans, promises, relocation
@@ -53,7 +53,7 @@ class Dispatcher:
         self._beats = 0
         self._demand: relocation.Demand | None = None
         heard = (topics.dispatch(campus_id),)
-        self._pulse = Pulse("dispatcher", self.beat, PERIOD_S, bus, heard)
+        self._pulse = PeriodicTask("dispatcher", self.beat, PERIOD_S, bus, heard)
 
     async def run(self) -> None:
         await self._pulse.run()

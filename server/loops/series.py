@@ -1,7 +1,7 @@
 """Recurring bookings become rides as their days come near."""
 
 from server.domain.errors import DomainError, PlanChanged
-from server.loops.pulse import Pulse
+from server.loops.periodic_task import PeriodicTask
 from server.usecases.ports.unit_of_work import Transactions
 from server.usecases.rides import series
 from server.usecases.rides.series import DueRide
@@ -11,11 +11,11 @@ PERIOD_S = 20.0
 LEASE_S = 60.0
 
 
-class SeriesClerk:
+class SeriesScheduler:
     def __init__(self, transactions: Transactions, holder: str) -> None:
         self._transactions = transactions
         self._holder = holder
-        self._pulse = Pulse("series", self.beat, PERIOD_S)
+        self._pulse = PeriodicTask("series", self.beat, PERIOD_S)
 
     async def run(self) -> None:
         await self._pulse.run()

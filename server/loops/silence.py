@@ -1,16 +1,16 @@
 """Vehicles that are not heard any more."""
 
-from server.loops.pulse import Pulse
+from server.loops.periodic_task import PeriodicTask
 from server.usecases.fleet import vehicle_sessions
 from server.usecases.ports.unit_of_work import Transactions
 
 PERIOD_S = 1.0
 
 
-class SilenceWatch:
+class SilenceMonitor:
     def __init__(self, transactions: Transactions) -> None:
         self._transactions = transactions
-        self._pulse = Pulse("silence", self.beat, PERIOD_S)
+        self._pulse = PeriodicTask("silence", self.beat, PERIOD_S)
 
     async def run(self) -> None:
         await self._pulse.run()

@@ -1,7 +1,7 @@
 """Use cases run whole: all of one in one transaction, its messages sent only after the commit.
 
 `GroupCommit` is SQLite live: one writer thread, many use cases to a commit, each in its own savepoint.
-`Pooled` is PostgreSQL live. `Inline` is virtual time: no threads, no waiting.
+`PooledTransactions` is PostgreSQL live. `InlineTransactions` is virtual time: no threads, no waiting.
 """
 
 import asyncio
@@ -17,8 +17,8 @@ from sqlalchemy import Connection, Engine
 from sqlalchemy.exc import OperationalError
 
 from server.domain.errors import PlanChanged
+from server.store.cache.memory import RowCache
 from server.store.engine import read_only
-from server.store.live.memory import Memory
 from server.store.unit_of_work import Context, Published, SqlUnitOfWork
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -33,12 +33,12 @@ READERS = 2
 _REPEATABLE = frozenset({"40001", "40P01"})
 
 
-class Inline:
+class InlineTransactions:
     """Everything at once, on one connection, in the caller's own step."""
 
     def __init__(self, engine: Engine, context: Context, bus: Bus) -> None:
         self._connection = engine.connect()
-        self._memory = Memory() if engine.dialect.name == "sqlite" else None
+        self._memory = RowCache() if engine.dialect.name == "sqlite" else None
         self._context = context
         self._bus = bus
 
@@ -59,7 +59,7 @@ class Inline:
             return _worked(work, SqlUnitOfWork(self._connection, self._context, memory=self._memory))
 
 
-class Pooled:
+class PooledTransactions:
     """Many connections, each use case on its own; conflicts are repeated."""
 
     def __init__(self, engine: Engine, context: Context, bus: Bus, workers: int = 8) -> None:
@@ -136,7 +136,7 @@ class GroupCommit:
         self._engine = engine
         self._context = context
         self._bus = bus
-        self._memory = Memory()
+        self._memory = RowCache()
         self._jobs: queue.SimpleQueue[_Job[Any] | None] = queue.SimpleQueue()
         self._readers = ThreadPoolExecutor(READERS, thread_name_prefix="store-reader")
         self._writer = threading.Thread(target=self._write_all, name="store-writer", daemon=True)
@@ -209,7 +209,7 @@ def _worked(work: Work[T], uow: SqlUnitOfWork) -> tuple[T, Iterable[Published]]:
 
 
 @contextmanager
-def _remembering(memory: Memory | None, connection: Connection) -> Iterator[None]:
+def _remembering(memory: RowCache | None, connection: Connection) -> Iterator[None]:
     """What a failed transaction has changed in memory is forgotten."""
     if memory is None:
         yield

@@ -10,32 +10,32 @@ from sqlalchemy import Connection
 
 from contract.roads.network import RoadNetwork
 from server.domain.errors import CampusUnknown
-from server.domain.planning.pace import pace_at
+from server.domain.planning.travel_time_factors import travel_time_factor_at
 from server.domain.rules import FleetRules
+from server.store.cache.ground import CachedClosures, CachedMaps, CachedTravelTimeFactors
+from server.store.cache.memory import RowCache
+from server.store.cache.orders import CachedOrders
+from server.store.cache.plans import CachedPlans
+from server.store.cache.rides import CachedRides
+from server.store.cache.sections import CachedSections
+from server.store.cache.service import CachedService
+from server.store.cache.vehicles import CachedVehicles
 from server.store.fleet.history import History
 from server.store.fleet.vehicles import Vehicles
 from server.store.leases import Leases
-from server.store.live.ground import LiveClosures, LiveMaps, LivePaces
-from server.store.live.memory import Memory
-from server.store.live.orders import LiveOrders
-from server.store.live.plans import LivePlans
-from server.store.live.rides import LiveRides
-from server.store.live.sections import LiveSections
-from server.store.live.service import LiveService
-from server.store.live.vehicles import LiveVehicles
 from server.store.orders.orders import Orders
 from server.store.orders.sections import Sections
 from server.store.planning.decisions import Decisions
 from server.store.planning.departures import Departures
-from server.store.planning.paces import PaceBook
 from server.store.planning.plans import Plans
+from server.store.planning.travel_time_factors import TravelTimeFactorRows
 from server.store.record.events import Events
 from server.store.record.identity import Identity
 from server.store.record.incidents import Incidents
 from server.store.record.runs import Runs
 from server.store.record.service import Service
 from server.store.rides.rides import Rides
-from server.store.rides.series import SeriesBook
+from server.store.rides.series import SeriesRows
 from server.store.roads.closures import Closures
 from server.store.roads.maps import Maps
 from server.store.views import SqlViews
@@ -43,7 +43,12 @@ from server.travel.closed_roads import sections_closed
 from server.travel.fleet_roads import FleetRoads
 from server.usecases.ports.clock_and_ids import Clock, Ids, PasswordHasher
 from server.usecases.ports.maps import ClosureRepository, MapLibrary, MapRepository
-from server.usecases.ports.plans import OrderRepository, PaceRepository, PlanRepository, SectionRepository
+from server.usecases.ports.plans import (
+    OrderRepository,
+    PlanRepository,
+    SectionRepository,
+    TravelTimeFactorRepository,
+)
 from server.usecases.ports.records import (
     IdentityRepository,
     IncidentRepository,
@@ -99,7 +104,7 @@ class SqlUnitOfWork:
         context: Context,
         *,
         writes: bool = True,
-        memory: Memory | None = None,
+        memory: RowCache | None = None,
     ) -> None:
         campus_id = context.campus_id
         self.campus_id = campus_id
@@ -117,21 +122,23 @@ class SqlUnitOfWork:
             self.service: ServiceRepository = Service(connection, campus_id, False)
             self.maps: MapRepository = Maps(connection, campus_id, False)
             self.closures: ClosureRepository = Closures(connection, campus_id, False)
-            self.paces: PaceRepository = PaceBook(connection, campus_id, False)
+            self.travel_time_factors: TravelTimeFactorRepository = TravelTimeFactorRows(
+                connection, campus_id, False
+            )
         else:
-            self._rides = LiveRides(connection, campus_id, memory)
-            self.plans = LivePlans(connection, campus_id, memory)
-            self.orders = LiveOrders(connection, campus_id, memory)
-            self.sections = LiveSections(connection, campus_id, memory)
-            self.vehicles = LiveVehicles(connection, campus_id, memory)
-            self.service = LiveService(connection, campus_id, memory)
-            self.maps = LiveMaps(connection, campus_id, memory)
-            self.closures = LiveClosures(connection, campus_id, memory)
-            self.paces = LivePaces(connection, campus_id, memory)
+            self._rides = CachedRides(connection, campus_id, memory)
+            self.plans = CachedPlans(connection, campus_id, memory)
+            self.orders = CachedOrders(connection, campus_id, memory)
+            self.sections = CachedSections(connection, campus_id, memory)
+            self.vehicles = CachedVehicles(connection, campus_id, memory)
+            self.service = CachedService(connection, campus_id, memory)
+            self.maps = CachedMaps(connection, campus_id, memory)
+            self.closures = CachedClosures(connection, campus_id, memory)
+            self.travel_time_factors = CachedTravelTimeFactors(connection, campus_id, memory)
         self.rides: RideRepository = self._rides
         self.departures: DepartureRepository = Departures(connection, campus_id, writes)
         self.decisions: DecisionRepository = Decisions(connection, campus_id, False)
-        self.series: SeriesRepository = SeriesBook(connection, campus_id, writes)
+        self.series: SeriesRepository = SeriesRows(connection, campus_id, writes)
         self.incidents: IncidentRepository = Incidents(connection, campus_id, writes)
         self._events = Events(connection, campus_id, False)
         self.events: EventRepository = self._events
@@ -171,9 +178,9 @@ class SqlUnitOfWork:
         local = moment.astimezone(ZoneInfo(self.network().road_map.timezone))
         return local.hour + local.minute / 60.0 + local.second / 3600.0
 
-    def pace_at(self, moment: datetime) -> float:
+    def travel_time_factor_at(self, moment: datetime) -> float:
         self.roads()
-        return 1.0 if self._factors is None else pace_at(self._factors, self.hour_of(moment))
+        return 1.0 if self._factors is None else travel_time_factor_at(self._factors, self.hour_of(moment))
 
     def network_of(self, content: bytes) -> RoadNetwork:
         return self._library.decode(content).network

@@ -18,11 +18,11 @@ from contract.roads.reservation import Reservations
 from contract.roads.routing import Route, find_route
 from contract.roads.times_to_places import TimesToPlaces
 from contract.roads.travel_times import Place, travel_time_matrix
-from server.dispatch.answer import Terms
+from server.dispatch.answer import PromiseRules
 from server.dispatch.problem import Walk
 from server.domain.rules import FleetRules
 from server.travel.closed_roads import way_out
-from server.travel.walks import walks_between_stops
+from server.travel.walking import walks_between_stops
 
 T = TypeVar("T")
 Own = frozenset[str]
@@ -151,14 +151,14 @@ class FleetRoads:
             through = np.where(np.isfinite(self.every_road._stop_times_with(own)), np.inf, through)
         return np.where(np.isfinite(times), times, through)
 
-    def terms(self, rules: FleetRules) -> Terms:
+    def terms(self, rules: FleetRules) -> PromiseRules:
         """What promises leave room for, and the stops that can be walked to from each stop."""
         if self._walks is None:
             if self.closed:
                 self._walks = self.every_road.terms(rules).walks
             else:
                 self._walks = walks_between_stops(self.network, rules.walk_m_max, rules.walk_mps)
-        return Terms(
+        return PromiseRules(
             rules.pickup_early_s,
             rules.pickup_slack_s,
             rules.arrival_slack_s,

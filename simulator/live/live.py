@@ -6,11 +6,11 @@ from pathlib import Path
 from simulator.ecus.command_watch import COMMAND_TIMEOUT_NS
 from simulator.fleet import STEP_NS
 from simulator.live.bus import LiveBus
-from simulator.live.control_desk import CarriedPhones, ControlDesk
+from simulator.live.control_server import CarriedPhones, ControlServer
 from simulator.live.ports import VehiclePorts, control_port, ports_of
 from simulator.world import SimWorld
 from vehicle_agent.can.pacmod.commands import FRAME_GAP_NS
-from vehicle_agent.device_feed import DatagramPort, DeviceValue, DeviceValues, DeviceWords, ScanRing
+from vehicle_agent.device_feed import DatagramPort, DeviceOutputs, DeviceValue, DeviceValues, ScanRing
 
 LATE_MAX_NS = 5 * STEP_NS
 SCORES_EVERY_STEPS = 50
@@ -43,8 +43,8 @@ class VehicleWiring:
             self.words.send(self.ports.scans_port, ready)
             self._scans += 1
         for datagram in self.words.take():
-            if isinstance(datagram, DeviceWords):
-                world.show(self.vehicle_id, datagram.says, now_ns)
+            if isinstance(datagram, DeviceOutputs):
+                world.show(self.vehicle_id, datagram.hmi, now_ns)
 
     def close(self) -> None:
         self.bus.close()
@@ -64,7 +64,7 @@ class LiveSimulation:
         self.lost_ns = 0
         self.steps = 0
         self._world = world
-        self._desk = ControlDesk(control_port(base_port), world, phones)
+        self._desk = ControlServer(control_port(base_port), world, phones)
         self._wirings = [
             VehicleWiring(vehicle_id, ports_of(number, base_port), folder)
             for number, vehicle_id in enumerate(world.vehicle_ids)

@@ -14,7 +14,7 @@ _NUMBERS_APART = 100_000
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class ScriptedRole:
     """One actor's part. pose_map: at the beginning; way (n, 2): where it then goes, from place to place.
 
     accel_mps2     up to speed_mps from its cue on, and down to 0 at the end of the way
@@ -39,7 +39,7 @@ class Part:
 class ScriptedTraffic:
     """Plays the parts; `hold` stops the clock and hides everybody. The shuttle is but a cue to them."""
 
-    def __init__(self, parts: tuple[Part, ...]) -> None:
+    def __init__(self, parts: tuple[ScriptedRole, ...]) -> None:
         self.hold = False
         self.clock_s = 0.0
         self._players = [_Player(part) for part in parts]
@@ -67,7 +67,7 @@ class ScriptedTraffic:
 
 
 class _Player:
-    def __init__(self, part: Part) -> None:
+    def __init__(self, part: ScriptedRole) -> None:
         self.part = part
         self.pose = part.pose_map
         self.velocity = (0.0, 0.0)

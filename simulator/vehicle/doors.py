@@ -1,6 +1,6 @@
 """A shuttle's doors and what its outside screen and speaker give."""
 
-from vehicle_agent.signals import DoorState, Says
+from vehicle_agent.signals import DoorState, HmiOutput
 
 MOVE_NS = 2_000_000_000
 REPEAT_NS = 1_000_000_000
@@ -37,10 +37,10 @@ class Display:
     """What people outside read and hear: the last texts, and every announcement in order."""
 
     def __init__(self) -> None:
-        self.says: Says | None = None
+        self.says: HmiOutput | None = None
         self.announcements: list[tuple[int, str, str]] = []
 
-    def show(self, says: Says, now_ns: int) -> None:
+    def show(self, says: HmiOutput, now_ns: int) -> None:
         """Each new announcement is spoken once, as long as it stays the same."""
         spoken = self.says.announce if self.says is not None else ""
         if says.announce and says.announce != spoken:

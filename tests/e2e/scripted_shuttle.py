@@ -18,10 +18,10 @@ from contract.wire.messages import (
     DoorsChanged,
     DriveMode,
     Grants,
-    Holding,
     ModeChanged,
     Order,
     OrderAccepted,
+    OrderProgress,
     PassengerTap,
     RiderAlighted,
     RiderBoarded,
@@ -36,20 +36,20 @@ from contract.wire.messages import (
     VisitProgress,
     VisitState,
 )
+from vehicle_agent.link.bridge import LinkBridge, TickUpdate
 from vehicle_agent.link.client import LinkClient
-from vehicle_agent.link.desk import Desk, TickNews
 from vehicle_agent.link.keys import load_or_make_key, public_key_text, signature_text
 from vehicle_agent.link.session import Identity
 from vehicle_agent.mission.memory import MissionMemory
-from vehicle_agent.mission.order_line import OrderLine, Place, order_line
-from vehicle_agent.mission.sections import Body, Footing, footings, leave_to_drive, released
-from vehicle_agent.signals import LinkWord
+from vehicle_agent.mission.order_line import LanePoint, OrderLine, order_line
+from vehicle_agent.mission.sections import OccupiedSection, VehicleExtent, footings, leave_to_drive, released
+from vehicle_agent.signals import LinkMessage
 
 STEP_S = 0.2
 MARGIN_M = 0.5
 FOOTSTEP_M = 1.0
 SLACK_M = 0.3
-BODY = Body()
+BODY = VehicleExtent()
 PATIENCE_S = 12.0
 SCREEN_TO = "→ {name}"
 SCREEN_REST = "CAMPUSLOOP"
@@ -59,7 +59,7 @@ SCREEN_REST = "CAMPUSLOOP"
 class Journey:
     """What the shuttle follows and how far it has got."""
 
-    place: Place
+    place: LanePoint
     order: Order | None = None
     line: OrderLine | None = None
     s_m: float = 0.0
@@ -67,7 +67,7 @@ class Journey:
     states: dict[str, VisitState] = field(default_factory=dict)
     grants: tuple[SectionGrant, ...] = ()
     gone: tuple[SectionGrant, ...] = ()
-    footing: tuple[Footing, ...] = ()
+    footing: tuple[OccupiedSection, ...] = ()
 
     def next_visit(self) -> Visit | None:
         visits = () if self.order is None else self.order.visits
@@ -82,7 +82,7 @@ class ScriptedShuttle:
     """
 
     def __init__(
-        self, folder: Path, vehicle_id: str, network: RoadNetwork, place: Place, speed_mps: float = 12.0
+        self, folder: Path, vehicle_id: str, network: RoadNetwork, place: LanePoint, speed_mps: float = 12.0
     ) -> None:
         self.vehicle_id = vehicle_id
         self.speed_mps = speed_mps
@@ -109,7 +109,7 @@ class ScriptedShuttle:
 
     def start(self, url: str) -> None:
         identity = Identity(self.vehicle_id, "boot-1", "0.1.0", "scripted", self._network.map_version, 6, 1)
-        self._desk = Desk(self._folder, identity, self.sign, sync=False)
+        self._desk = LinkBridge(self._folder, identity, self.sign, sync=False)
         self._client = LinkClient(url, self._desk, self._hear, time.monotonic_ns)
         self._thread.start()
         asyncio.run_coroutine_threadsafe(self._begin(), self._loop).result(10)
@@ -141,7 +141,7 @@ class ScriptedShuttle:
 
     # ------------------------------------------------------------ hearing
 
-    def _hear(self, word: LinkWord) -> None:
+    def _hear(self, word: LinkMessage) -> None:
         if isinstance(word, Order):
             self._take(word)
         elif isinstance(word, Grants):
@@ -260,18 +260,18 @@ class ScriptedShuttle:
     def _tell(self, *answers: OrderAccepted) -> None:
         events, self._events = tuple(self._events), []
         now_ns = time.monotonic_ns()
-        news = TickNews(
-            now_ns, self._status(now_ns), events, answers, memory=b"scripted", holding=self._holding()
+        news = TickUpdate(
+            now_ns, self._status(now_ns), events, answers, memory=b"scripted", progress=self._holding()
         )
         self._desk.tick_news(news, now_ns)
         self._client.wake()
 
-    def _holding(self) -> Holding | None:
+    def _holding(self) -> OrderProgress | None:
         order = self._journey.order
         if order is None:
             return None
         progress = tuple(VisitProgress(v.visit_id, self._journey.states[v.visit_id]) for v in order.visits)
-        return Holding(order.order_id, order.revision, progress)
+        return OrderProgress(order.order_id, order.revision, progress)
 
     def _status(self, now_ns: int) -> Status:
         journey, place = self._journey, self._journey.place

@@ -15,7 +15,7 @@ import httpx
 from contract.roads.load import load_map
 from contract.roads.network import RoadNetwork
 from tests.e2e.scripted_shuttle import ScriptedShuttle
-from vehicle_agent.mission.order_line import Place
+from vehicle_agent.mission.order_line import LanePoint
 
 ROOT = Path(__file__).resolve().parents[2]
 CAMPUS_MAP = ROOT / "maps" / "shanghai-university" / "map.json"
@@ -78,7 +78,7 @@ class ServerProcess:
         rest = self.network.road_map.resting_places[resting_place]
         folder = self._folder / vehicle_id
         folder.mkdir()
-        shuttle = ScriptedShuttle(folder, vehicle_id, self.network, Place(rest.lane_id, rest.s_m))
+        shuttle = ScriptedShuttle(folder, vehicle_id, self.network, LanePoint(rest.lane_id, rest.s_m))
         new = {"vehicle_id": vehicle_id, "name": name, "seats": 6, "wheelchair_places": 1}
         code = self.change("POST", "/enrolments/codes", new)["code"]
         key = {"code": code, "vehicle_id": vehicle_id, "public_key": shuttle.public_key}

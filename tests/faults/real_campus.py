@@ -16,7 +16,7 @@ from campusloop.clients.passengers import (
     ENDED,
     Journey,
     Passengers,
-    Wish,
+    RideDemand,
 )
 from campusloop.clients.simulated_people import SimulatedPeople
 from campusloop.live.campus import LiveCampus, LiveOptions
@@ -62,7 +62,7 @@ class RealCampus:
         self._lives: list[asyncio.Task[Journey]] = []
 
     def ask(self) -> Journey:
-        journey = Journey(Wish(len(self._lives) + 1, 0.0, *self.pair, 1, "code"))
+        journey = Journey(RideDemand(len(self._lives) + 1, 0.0, *self.pair, 1, "code"))
         self._lives.append(asyncio.create_task(self._passengers.live(journey)))
         return journey
 

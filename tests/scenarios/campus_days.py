@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from campusloop.clients.passengers import ENDED, Journey, Wish
+from campusloop.clients.passengers import ENDED, Journey, RideDemand
 from campusloop.virtual.campus import CampusOptions, VirtualCampus
 from tests.contract.roads.ring_map import ring_map
 from tests.faults.real_campus import nearest_pair
@@ -33,7 +33,7 @@ class CampusDay:
 
     def ask(self, number: int = 1, party: int = 1, how: Any = "code", turns_up: bool = True) -> Journey:
         """A passenger wants to ride, now."""
-        journey = Journey(Wish(number, 0.0, *self.pair, party, how, turns_up))
+        journey = Journey(RideDemand(number, 0.0, *self.pair, party, how, turns_up))
         self.campus.conductor.loop.create_task(self.passengers.live(journey))
         return journey
 

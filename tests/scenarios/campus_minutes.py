@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 import sqlalchemy as sa
 
-from campusloop.clients.passengers import Journey, Wish
+from campusloop.clients.passengers import Journey, RideDemand
 from campusloop.virtual.campus import CampusOptions, VirtualCampus
 from contract.roads.load import load_map
 from tests.faults.real_campus import nearest_pair
@@ -28,7 +28,7 @@ def campus_minutes(folder: Path, seed: int, duration_s: float) -> dict[str, str]
     passengers = campus.passengers(lambda journey: None)
     from_stop, to_stop = nearest_pair(road_map)
     for number, after_s, stops in ((1, 0.0, (from_stop, to_stop)), (2, 7.0, (to_stop, from_stop))):
-        wish = Wish(number, after_s, *stops, 1, "code")
+        wish = RideDemand(number, after_s, *stops, 1, "code")
         campus.conductor.loop.create_task(passengers.live(Journey(wish)))
     campus.conductor.run_for(duration_s)
     campus.stop()

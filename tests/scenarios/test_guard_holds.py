@@ -15,7 +15,7 @@ from simulator.sensors.tracker import TrackerNoise
 from simulator.traffic.actors import Bodies, no_bodies
 from simulator.world import WorldOptions
 from vehicle_agent.config import LidarMount, Profile
-from vehicle_agent.signals import PEDESTRIAN, Tracks, Wish
+from vehicle_agent.signals import PEDESTRIAN, ControlCommand, Tracks
 
 SPEED_MPS = 15.0 / 3.6
 START_M = 12.0
@@ -60,9 +60,9 @@ class Noise:
     def initial(self) -> None:
         return None
 
-    def step(self, state: None, ego: Any, path: Any, motion: Any) -> tuple[Wish, None]:
+    def step(self, state: None, ego: Any, path: Any, motion: Any) -> tuple[ControlCommand, None]:
         steer_rad = float(self._rng.normal(0.0, self._steer_rad))
-        return Wish(steer_rad, float(self._rng.uniform(0.3, 1.0)), 0.0, 1.0), None
+        return ControlCommand(steer_rad, float(self._rng.uniform(0.3, 1.0)), 0.0, 1.0), None
 
 
 class Knowing:
@@ -149,4 +149,4 @@ def test_somebody_at_the_body_keeps_it_from_setting_off() -> None:
     assert contacts == 0
     assert abs(way_m) < 0.05
     assert run.outputs is not None
-    assert run.outputs.flow.verdict.intervened == "somebody close"
+    assert run.outputs.flow.guard_status.intervened == "somebody close"

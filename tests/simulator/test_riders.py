@@ -5,7 +5,7 @@ from contract.geometry import Pose2
 from simulator.riders import Rider, Riders
 from simulator.vehicle.doors import MOVE_NS, Display, Doors
 from tests.simulator.street import QuietPhone
-from vehicle_agent.signals import CodeTyped, DoorState, Says, SeatButton, SeatSensor
+from vehicle_agent.signals import CodeTyped, DoorState, HmiOutput, SeatButton, SeatSensor
 
 FROM, TO, ELSEWHERE = Pose2(20.0, 0.0, 0.0), Pose2(560.0, 0.0, 0.0), Pose2(200.0, 0.0, 0.0)
 STEP_NS = 20_000_000
@@ -143,5 +143,5 @@ def test_doors_stay_shut_while_the_vehicle_moves() -> None:
 def test_an_announcement_is_spoken_once_while_it_stays_the_same() -> None:
     display = Display()
     for stamp, text in enumerate(["", "Next stop: Gate", "Next stop: Gate", "", "Next stop: Gate"]):
-        display.show(Says("screen", "屏幕", text, "", False), stamp)
+        display.show(HmiOutput("screen", "屏幕", text, "", False), stamp)
     assert [stamp for stamp, _, _ in display.announcements] == [1, 4]

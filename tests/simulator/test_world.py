@@ -4,7 +4,7 @@ import pytest
 from contract.geometry import Pose2
 from simulator.chargers import CHARGER_W, REACH_M
 from simulator.control import ByWireFault, DriverActs, GnssOutage, PersonPlaced, SeatPressed, StopButton
-from simulator.scenario import Happening, Scenario
+from simulator.scenario import Scenario, ScenarioEvent
 from simulator.start_places import start_poses
 from simulator.traffic.population import TrafficParams
 from simulator.vehicle.plant import ENERGY, SPEED, PlantParams
@@ -12,7 +12,7 @@ from simulator.world import SimWorld, WorldError, WorldOptions
 from tests.simulator.street import QuietPhone, a_world, street
 from tests.simulator.traffic.careful_driver import START_NS, CarefulDriver
 from vehicle_agent.config import Profile
-from vehicle_agent.signals import DoorState, GnssFix, ImuSample, Says, SeatButton, SeatSensor
+from vehicle_agent.signals import DoorState, GnssFix, HmiOutput, ImuSample, SeatButton, SeatSensor
 
 S = 1_000_000_000
 QUIET = WorldOptions(traffic=None, lidar=False)
@@ -60,7 +60,7 @@ def test_another_shuttle_is_in_the_scan_and_its_own_is_not_doubled() -> None:
 
 def test_doors_open_when_the_vehicle_says_so() -> None:
     world = a_world(QUIET)
-    world.show("s1", Says("Welcome", "欢迎", "Doors open", "", True), START_NS)
+    world.show("s1", HmiOutput("Welcome", "欢迎", "Doors open", "", True), START_NS)
     for k in range(120):
         items = world.sensor_items("s1", START_NS + k * 20_000_000)
     assert world.doors["s1"].is_open
@@ -91,12 +91,12 @@ def test_a_scenario_makes_things_happen_at_their_time() -> None:
     world = driver.world
     scenario = Scenario(
         (
-            Happening(START_NS + 2 * S, StopButton("s1", True)),
-            Happening(START_NS + S, GnssOutage("s1", True)),
-            Happening(START_NS + S, SeatPressed("s1", 2)),
-            Happening(START_NS + 3 * S, DriverActs("s1", brake_ratio=0.4)),
-            Happening(START_NS + 3 * S, ByWireFault("s1", True)),
-            Happening(START_NS + 3 * S, PersonPlaced(100.0, 4.0)),
+            ScenarioEvent(START_NS + 2 * S, StopButton("s1", True)),
+            ScenarioEvent(START_NS + S, GnssOutage("s1", True)),
+            ScenarioEvent(START_NS + S, SeatPressed("s1", 2)),
+            ScenarioEvent(START_NS + 3 * S, DriverActs("s1", brake_ratio=0.4)),
+            ScenarioEvent(START_NS + 3 * S, ByWireFault("s1", True)),
+            ScenarioEvent(START_NS + 3 * S, PersonPlaced(100.0, 4.0)),
         )
     )
     scenario.step(world, START_NS)
@@ -128,7 +128,7 @@ def test_an_internal_fault_of_by_wire_takes_the_vehicle_and_gives_it_back_after_
 
 def test_a_person_cannot_be_placed_in_a_world_without_people() -> None:
     with pytest.raises(WorldError, match="TrafficParams"):
-        Scenario((Happening(0, PersonPlaced(0.0, 0.0)),)).step(a_world(QUIET), 0)
+        Scenario((ScenarioEvent(0, PersonPlaced(0.0, 0.0)),)).step(a_world(QUIET), 0)
 
 
 def test_a_world_says_what_it_lacks() -> None:

@@ -139,7 +139,7 @@ class DrivenShuttle:
             self.world.follow(self.name, route.line.points[self.state.mission.segment :])
             self._followed = route.line_id
         self.world.frames_from_vehicle(self.name, outputs.frames)
-        self.world.show(self.name, outputs.says, self.now_ns)
+        self.world.show(self.name, outputs.hmi, self.now_ns)
         self.world.step(self.now_ns)
         self.now_ns += TICK_NS
         self.events += [(self.now_ns, event) for event in outputs.events]

@@ -10,13 +10,13 @@ from vehicle_agent.device_feed import (
     SLOTS,
     DatagramPort,
     DeviceFeedError,
+    DeviceOutputs,
     DeviceSensors,
     DeviceValues,
-    DeviceWords,
     ScanReady,
     ScanRing,
 )
-from vehicle_agent.signals import CodeTyped, DoorState, GnssFix, ImuSample, Says, SeatButton, SeatSensor
+from vehicle_agent.signals import CodeTyped, DoorState, GnssFix, HmiOutput, ImuSample, SeatButton, SeatSensor
 
 VALUES = (
     GnssFix(1, 31.3, 121.4, 0.5, 2.0, 0.1, 0.02),
@@ -45,7 +45,7 @@ def test_every_kind_of_value_arrives_as_it_was_sent() -> None:
 
 def test_words_go_the_other_way() -> None:
     device, computer = DatagramPort(), DatagramPort()
-    words = DeviceWords(Says("Please step aside", "请让一让", "", "", False))
+    words = DeviceOutputs(HmiOutput("Please step aside", "请让一让", "", "", False))
     computer.send(device.port, words)
     assert device.take() == [words]
     device.close()

@@ -13,7 +13,7 @@ class CommandSetError(Exception):
     """A tick's frames are not one whole, consistent set of commands; the message says why."""
 
 
-class Commanded(msgspec.Struct, frozen=True):
+class CommandedActuation(msgspec.Struct, frozen=True):
     """What a sound set asks for: front-wheel angle, left positive, and pedals of 0..1.
 
     counter  the set's number, counted on modulo the by-wire's `counter_steps`
@@ -45,7 +45,7 @@ def unpacked_set(
         raise CommandSetError(str(error)) from error
 
 
-class Braking(Protocol):
+class ByWireBraking(Protocol):
     """Stateless; one for each kind of by-wire (`vehicle_agent.can.by_wire`).
 
     frame_gap_ns   the pause that the module wants between two frames
@@ -61,7 +61,7 @@ class Braking(Protocol):
         """Identifiers of the commands: what the gate itself sends."""
         ...
 
-    def commanded(self, frames: tuple[CanFrame, ...]) -> Commanded:
+    def commanded(self, frames: tuple[CanFrame, ...]) -> CommandedActuation:
         """What the set says. Raises CommandSetError unless it is one whole, consistent set."""
         ...
 

@@ -1,6 +1,6 @@
 """From a profile's `[by_wire] kind` to the codec and to what the gate knows of it."""
 
-from vehicle_agent.can.braking import Braking
+from vehicle_agent.can.braking import ByWireBraking
 from vehicle_agent.can.pacmod.braking import PacmodBraking
 from vehicle_agent.can.pacmod.codec import Pacmod, pacmod
 from vehicle_agent.can.servo.braking import ServoBraking
@@ -13,7 +13,7 @@ def codec_of(profile: Profile) -> Pacmod | ServoCart:
     return servo_cart(profile) if profile.by_wire.kind == "servo" else pacmod(profile)
 
 
-def braking_of(profile: Profile) -> Braking:
+def braking_of(profile: Profile) -> ByWireBraking:
     """How the gate checks commands and brakes."""
     if profile.by_wire.kind == "servo":
         return ServoBraking(profile.steering, profile.by_wire)

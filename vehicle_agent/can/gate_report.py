@@ -18,7 +18,7 @@ GateCause = Literal[
 CAUSES: tuple[GateCause, ...] = get_args(GateCause)
 
 
-class GateWord(msgspec.Struct, frozen=True):
+class GateStatus(msgspec.Struct, frozen=True):
     """stamp_ns: arrival of the newest word, 0 before the first; cause: None while it does not brake."""
 
     stamp_ns: int = 0
@@ -35,10 +35,10 @@ def gate_report(cause: GateCause | None, stamp_ns: int) -> CanFrame:
     return CanFrame(stamp_ns, GATE_REPORT_ID, bytes([number]))
 
 
-def heard_gate(word: GateWord, frames: tuple[CanFrame, ...]) -> GateWord:
+def heard_gate(word: GateStatus, frames: tuple[CanFrame, ...]) -> GateStatus:
     """The newest word after these frames; frames of everybody else, and causes unknown here, pass by."""
     for frame in frames:
         if frame.arbitration_id == GATE_REPORT_ID and len(frame.data) == 1 and frame.data[0] <= len(CAUSES):
             number = frame.data[0]
-            word = GateWord(frame.stamp_ns, CAUSES[number - 1] if number else None)
+            word = GateStatus(frame.stamp_ns, CAUSES[number - 1] if number else None)
     return word

@@ -1,6 +1,6 @@
 """Which sets of commands the gate believes: whole, fresh, in order, and within the vehicle's limits."""
 
-from vehicle_agent.can.braking import Braking, Commanded, CommandSetError
+from vehicle_agent.can.braking import ByWireBraking, CommandedActuation, CommandSetError
 from vehicle_agent.gate.settings import GateSettings
 from vehicle_agent.signals import CanFrame
 
@@ -8,13 +8,13 @@ from vehicle_agent.signals import CanFrame
 class CommandChecks:
     """Remembers the last set that was believed."""
 
-    def __init__(self, by_wire: Braking, settings: GateSettings) -> None:
+    def __init__(self, by_wire: ByWireBraking, settings: GateSettings) -> None:
         self._by_wire = by_wire
         self._settings = settings
-        self._last: Commanded | None = None
+        self._last: CommandedActuation | None = None
         self._last_ns = 0
 
-    def believed(self, frames: tuple[CanFrame, ...], now_ns: int) -> Commanded:
+    def believed(self, frames: tuple[CanFrame, ...], now_ns: int) -> CommandedActuation:
         """What a sound set asks for. Raises CommandSetError with the reason for refusing it."""
         asked = self._by_wire.commanded(frames)
         self._check_time(frames[0].stamp_ns, now_ns)
@@ -30,14 +30,14 @@ class CommandChecks:
         if stamp_ns - now_ns > self._settings.early_ns:
             raise CommandSetError("the set is stamped in the future")
 
-    def _check_order(self, asked: Commanded, last: Commanded, now_ns: int) -> None:
+    def _check_order(self, asked: CommandedActuation, last: CommandedActuation, now_ns: int) -> None:
         steps = (asked.counter - last.counter) % self._by_wire.counter_steps
         if steps == 0:
             raise CommandSetError("the counter stands still")
         if now_ns - self._last_ns <= self._settings.fresh_ns and steps > self._settings.sets_lost_max + 1:
             raise CommandSetError("the set is out of order")
 
-    def _check_limits(self, asked: Commanded, now_ns: int) -> None:
+    def _check_limits(self, asked: CommandedActuation, now_ns: int) -> None:
         settings = self._settings
         if abs(asked.steer_rad) > settings.steer_rad_max + settings.angle_slack_rad:
             raise CommandSetError("the steering angle is beyond its limit")

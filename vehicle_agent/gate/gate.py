@@ -8,13 +8,13 @@ the vehicle stands and the tick asks for by-wire anew in two frames, which takes
 
 from typing import Any
 
-from vehicle_agent.can.braking import Braking, Commanded, CommandSetError
+from vehicle_agent.can.braking import ByWireBraking, CommandedActuation, CommandSetError
 from vehicle_agent.can.by_wire import braking_of, codec_of
 from vehicle_agent.can.gate_report import GateCause, gate_report
 from vehicle_agent.config import Profile
 from vehicle_agent.gate.checks import CommandChecks
+from vehicle_agent.gate.monitors import FootprintMonitor, SpeedMonitor, SteeringMonitor
 from vehicle_agent.gate.settings import GateSettings, gate_settings
-from vehicle_agent.gate.watches import FootprintWatch, SpeedWatch, SteeringWatch
 from vehicle_agent.onboard.car import Can
 from vehicle_agent.signals import CanFrame, Percept, VehicleMotion
 
@@ -32,18 +32,18 @@ class Gate:
     """refused: why the last set of commands was not let through, empty when it was.
     cause: why the gate itself brakes, None when it does not; braking: the same in words, or empty."""
 
-    def __init__(self, by_wire: Braking, codec: Can, settings: GateSettings) -> None:
+    def __init__(self, by_wire: ByWireBraking, codec: Can, settings: GateSettings) -> None:
         self._by_wire, self._codec, self._settings = by_wire, codec, settings
         self._reports: Any = codec.initial()
         self._motion: VehicleMotion | None = None
         self._checks = CommandChecks(by_wire, settings)
-        self._steering, self._speed = SteeringWatch(settings), SpeedWatch(settings)
-        self._footprint = FootprintWatch(settings)
+        self._steering, self._speed = SteeringMonitor(settings), SpeedMonitor(settings)
+        self._footprint = FootprintMonitor(settings)
         self.refused, self._refused_then = "", ""
         self.cause: GateCause | None = None
         self._pending: tuple[CanFrame, ...] = ()
         self._last: tuple[CanFrame, ...] = ()
-        self._asked: Commanded | None = None
+        self._asked: CommandedActuation | None = None
         self._last_ns = 0
         self._stepped_ns = 0
         self._braked_steps = 0
@@ -81,7 +81,10 @@ class Gate:
         jumped = not 0 <= since_ns <= self._settings.jump_ns
         if jumped:
             # What was stamped by the clock before means nothing to them now.
-            self._steering, self._footprint = SteeringWatch(self._settings), FootprintWatch(self._settings)
+            self._steering, self._footprint = (
+                SteeringMonitor(self._settings),
+                FootprintMonitor(self._settings),
+            )
         asked = self._asked
         if asked is None:
             return ()
@@ -107,7 +110,7 @@ class Gate:
             return ""
         return self._refused_then if self.cause == "commands_refused" else _SAYS[self.cause]
 
-    def _danger(self, asked: Commanded, now_ns: int) -> GateCause | None:
+    def _danger(self, asked: CommandedActuation, now_ns: int) -> GateCause | None:
         """Why the gate must brake now, None when all is well. Without by-wire there is nothing to brake."""
         if not self._pending and now_ns - self._last_ns > self._settings.fresh_ns:
             return "commands_refused" if self.refused else "tick_late"
@@ -129,7 +132,7 @@ class Gate:
         ratio = self._settings.comfort_ratio if gently else 1.0
         return self._by_wire.braking_frames(self._last, self._braked_steps, now_ns, ratio)
 
-    def _lets_go(self, asked: Commanded) -> bool:
+    def _lets_go(self, asked: CommandedActuation) -> bool:
         """The vehicle stands, or is not by-wire's, and the tick's enable falls and rises again."""
         motion = self._motion
         stands = motion is not None and (

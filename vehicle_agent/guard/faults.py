@@ -11,7 +11,7 @@ from vehicle_agent.signals import Ages, Ego, Fault, VehicleMotion, World, fault_
 _SENSES = ("pose_", "percept_", "path_", "lidar_", "command_")
 
 
-class Ageing(msgspec.Struct, frozen=True):
+class AgeLimits(msgspec.Struct, frozen=True):
     """When an input is too old to drive by, ns; percept_ns 0 where the vehicle has no lidar."""
 
     motion_ns: int = 150_000_000
@@ -24,7 +24,7 @@ class Ageing(msgspec.Struct, frozen=True):
 
 def current(
     ages: Ages,
-    limits: Ageing,
+    limits: AgeLimits,
     tick_ns: int,
     motion: VehicleMotion,
     ego: Ego,

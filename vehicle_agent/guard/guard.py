@@ -11,26 +11,26 @@ import math
 import msgspec
 
 from contract.wire.messages import DriveMode, ModeChanged, VehicleEvent
-from vehicle_agent.guard.blocked import Standing, watched
+from vehicle_agent.guard.blocked import BlockedState, watched
 from vehicle_agent.guard.collision import Avoidance
-from vehicle_agent.guard.faults import Ageing, begun, current, news, only_senses, shown
+from vehicle_agent.guard.faults import AgeLimits, begun, current, news, only_senses, shown
 from vehicle_agent.guard.limits import Limits
 from vehicle_agent.signals import (
     GATE_BRAKING,
     Actuation,
     Ages,
+    ControlCommand,
     Ego,
     Fault,
-    Guarded,
+    GuardStatus,
     Path,
     Task,
     VehicleMotion,
-    Wish,
     World,
 )
 
 
-class Watch(msgspec.Struct, frozen=True):
+class GuardState(msgspec.Struct, frozen=True):
     """What the guard remembers.
 
     faults     active in the last tick; told: those that the server has been told of
@@ -58,7 +58,7 @@ class Watch(msgspec.Struct, frozen=True):
     steer_rad: float = 0.0
     allowed_mps: float = 0.0
     avoiding: bool = False
-    standing: Standing = Standing()
+    standing: BlockedState = BlockedState()
     events: tuple[VehicleEvent, ...] = ()
 
 
@@ -77,28 +77,28 @@ class Guard(msgspec.Struct, frozen=True):
     slow_ratio: float = 0.6
     hold_ratio: float = 0.5
     standing_mps: float = 0.1
-    ageing: Ageing = Ageing()
+    ageing: AgeLimits = AgeLimits()
     by_wire_ns: int = 2_000_000_000
     tell_after_ns: int = 2_000_000_000
     blocked_after_ns: int = 60_000_000_000
 
-    def initial(self) -> Watch:
-        return Watch()
+    def initial(self) -> GuardState:
+        return GuardState()
 
-    def events(self, state: Watch) -> tuple[VehicleEvent, ...]:
+    def events(self, state: GuardState) -> tuple[VehicleEvent, ...]:
         return state.events
 
     def step(
         self,
-        state: Watch,
-        wish: Wish,
+        state: GuardState,
+        wish: ControlCommand,
         motion: VehicleMotion,
         ego: Ego,
         world: World,
         task: Task,
         path: Path,
         ages: Ages,
-    ) -> tuple[Actuation, Guarded, Watch]:
+    ) -> tuple[Actuation, GuardStatus, GuardState]:
         """The only actuation there is, and why."""
         finite = all(map(math.isfinite, (wish.steer_rad, wish.throttle_ratio, wish.brake_ratio)))
         dt_s = (ego.stamp_ns - state.stamp_ns) * 1e-9 if state.stamp_ns else 0.0
@@ -123,10 +123,10 @@ class Guard(msgspec.Struct, frozen=True):
             standing=standing,
             events=(*changed, *told_now, *blocked),
         )
-        return act, Guarded(mode, intervened, shown(faults, new.latched)), new
+        return act, GuardStatus(mode, intervened, shown(faults, new.latched)), new
 
     def _faults(
-        self, state: Watch, motion: VehicleMotion, ego: Ego, world: World, ages: Ages, finite: bool
+        self, state: GuardState, motion: VehicleMotion, ego: Ego, world: World, ages: Ages, finite: bool
     ) -> tuple[Fault, ...]:
         tick_ns = ego.stamp_ns - state.stamp_ns if state.stamp_ns else 0
         refused = 0 < state.asking_since_ns <= ego.stamp_ns - self.by_wire_ns and not motion.enabled
@@ -135,8 +135,8 @@ class Guard(msgspec.Struct, frozen=True):
         return begun(found, state.faults, ego.stamp_ns)
 
     def _latched(
-        self, state: Watch, faults: tuple[Fault, ...], motion: VehicleMotion, ego: Ego, task: Task
-    ) -> Watch:
+        self, state: GuardState, faults: tuple[Fault, ...], motion: VehicleMotion, ego: Ego, task: Task
+    ) -> GuardState:
         """Take over by the driver, latch what must stop the vehicle, let go after an operator's resume."""
         stops = tuple(fault for fault in faults if fault.severity == "stop")
         manual, latched, had = state.manual, state.latched, state.had_by_wire or motion.enabled
@@ -166,9 +166,9 @@ class Guard(msgspec.Struct, frozen=True):
 
     def _act(
         self,
-        state: Watch,
+        state: GuardState,
         mode: DriveMode,
-        wish: Wish | None,
+        wish: ControlCommand | None,
         motion: VehicleMotion,
         ego: Ego,
         world: World,
@@ -199,9 +199,9 @@ class Guard(msgspec.Struct, frozen=True):
 
     def _brakes(
         self,
-        state: Watch,
+        state: GuardState,
         mode: DriveMode,
-        wish: Wish | None,
+        wish: ControlCommand | None,
         throttle: float,
         ego: Ego,
         motion: VehicleMotion,
@@ -234,7 +234,7 @@ class Guard(msgspec.Struct, frozen=True):
 
     def _for_others(
         self,
-        state: Watch,
+        state: GuardState,
         throttle: float,
         ego: Ego,
         motion: VehicleMotion,
@@ -270,7 +270,7 @@ def _is_of_gate(fault: Fault) -> bool:
     return fault.code.startswith(GATE_BRAKING)
 
 
-def _mode(watch: Watch, task: Task, motion: VehicleMotion) -> tuple[DriveMode, str]:
+def _mode(watch: GuardState, task: Task, motion: VehicleMotion) -> tuple[DriveMode, str]:
     if watch.manual:
         return "manual", "takeover: the safety driver has the vehicle"
     if watch.latched:
@@ -281,7 +281,7 @@ def _mode(watch: Watch, task: Task, motion: VehicleMotion) -> tuple[DriveMode, s
     return "autonomous", ""
 
 
-def _asking_since(state: Watch, act: Actuation, motion: VehicleMotion, now_ns: int) -> int:
+def _asking_since(state: GuardState, act: Actuation, motion: VehicleMotion, now_ns: int) -> int:
     if not act.enable or motion.enabled:
         return 0
     return state.asking_since_ns or now_ns

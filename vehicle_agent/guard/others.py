@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from contract.geometry import Array, Pose2, inverse, transform_points
-from vehicle_agent.signals import PEDESTRIAN, VEHICLE, OtherVehicle, Tracks
+from vehicle_agent.signals import PEDESTRIAN, VEHICLE, FleetVehicle, Tracks
 
 # columns of a row, base frame: place, velocity over ground, radius, hardest braking, sideways acceleration
 X, Y, VX, VY, RADIUS, BRAKE, SWERVE = range(7)
@@ -50,7 +50,7 @@ def rows_of_tracks(tracks: Tracks, pose_map: Pose2, now_ns: int, within_m: float
 
 
 def rows_of_mates(
-    others: tuple[OtherVehicle, ...], pose_map: Pose2, now_ns: int, body: tuple[float, float, float]
+    others: tuple[FleetVehicle, ...], pose_map: Pose2, now_ns: int, body: tuple[float, float, float]
 ) -> Array:
     """(n, 7) of fleet mates, which have our own body (back, front, half width); a told speed is along
     their heading."""

@@ -3,18 +3,18 @@ screens, and sentences."""
 
 import msgspec
 
-from vehicle_agent.hmi import words
-from vehicle_agent.hmi.attention import Attention, Watched
-from vehicle_agent.hmi.manner import Manner, manner_now
-from vehicle_agent.hmi.signs import Board, is_arriving, sign_for
-from vehicle_agent.hmi.speech import NEWS, TALK, WARNING, Speech
-from vehicle_agent.hmi.words import Words
-from vehicle_agent.signals import Guarded, Path, Says, Task, World
+from vehicle_agent.hmi import texts
+from vehicle_agent.hmi.attention import Attention, WatchedPerson
+from vehicle_agent.hmi.signs import DisplayState, is_arriving, sign_for
+from vehicle_agent.hmi.speech import NEWS, TALK, WARNING, SpeechState
+from vehicle_agent.hmi.texts import Words
+from vehicle_agent.hmi.yielding import YieldingState, manner_now
+from vehicle_agent.signals import GuardStatus, HmiOutput, Path, Task, World
 
 _Occasion = tuple[str, str, Words, int]
 
 
-class Talk(msgspec.Struct, frozen=True):
+class HmiState(msgspec.Struct, frozen=True):
     """What the room remembers.
 
     tracks_ns    of the tracks that were last looked at
@@ -22,10 +22,10 @@ class Talk(msgspec.Struct, frozen=True):
     talked_ns    when people outside were last addressed in passing or waiting, 0 never
     """
 
-    board: Board = Board()
-    speech: Speech = Speech()
-    manner: Manner = Manner()
-    watched: tuple[Watched, ...] = ()
+    board: DisplayState = DisplayState()
+    speech: SpeechState = SpeechState()
+    manner: YieldingState = YieldingState()
+    watched: tuple[WatchedPerson, ...] = ()
     tracks_ns: int = 0
     aside_ns: int = 0
     talked_ns: int = 0
@@ -57,12 +57,12 @@ class Announcer(msgspec.Struct, frozen=True):
     patience_ns: int = 12_000_000_000
     stopping_m: float = 20.0
 
-    def initial(self) -> Talk:
-        return Talk()
+    def initial(self) -> HmiState:
+        return HmiState()
 
     def step(
-        self, state: Talk, task: Task, path: Path, world: World, verdict: Guarded, now_ns: int
-    ) -> tuple[Says, Talk]:
+        self, state: HmiState, task: Task, path: Path, world: World, verdict: GuardStatus, now_ns: int
+    ) -> tuple[HmiOutput, HmiState]:
         """The screens now, and at most one sentence to begin to speak in this very tick."""
         manner = manner_now(state.manner, task, path, verdict, self.calm_ns, now_ns)
         state = msgspec.structs.replace(state, manner=manner)
@@ -86,10 +86,12 @@ class Announcer(msgspec.Struct, frozen=True):
         state = msgspec.structs.replace(
             state, speech=speech, announced_ns=max(state.announced_ns, task.announced_ns)
         )
-        sign, said = state.board.sign, words.NOTHING if sentence is None else sentence.said
-        return Says(*sign.front, *said, task.doors_open, *sign.rear), state
+        sign, said = state.board.sign, texts.NOTHING if sentence is None else sentence.said
+        return HmiOutput(*sign.front, *said, task.doors_open, *sign.rear), state
 
-    def _watched(self, state: Talk, task: Task, path: Path, world: World, driving: bool, now_ns: int) -> Talk:
+    def _watched(
+        self, state: HmiState, task: Task, path: Path, world: World, driving: bool, now_ns: int
+    ) -> HmiState:
         """Tracks are looked at once; whoever is in the way of a vehicle that is not under way is not."""
         if not driving:
             return msgspec.structs.replace(state, watched=(), tracks_ns=world.tracks.stamp_ns)
@@ -98,7 +100,7 @@ class Announcer(msgspec.Struct, frozen=True):
         watched = self.attention.watch(state.watched, task, path, world, now_ns)
         return msgspec.structs.replace(state, watched=watched, tracks_ns=world.tracks.stamp_ns)
 
-    def _asking(self, state: Talk, blocked: bool, driving: bool, now_ns: int) -> Talk:
+    def _asking(self, state: HmiState, blocked: bool, driving: bool, now_ns: int) -> HmiState:
         """Decides on sentences to people outside; the occasion of each is the moment decided on."""
         manner = state.manner
         unasked = driving and bool(self.attention.unasked(state.watched, now_ns))
@@ -113,25 +115,25 @@ class Announcer(msgspec.Struct, frozen=True):
             return msgspec.structs.replace(state, talked_ns=now_ns)
         return state
 
-    def _occasions(self, state: Talk, task: Task, path: Path, verdict: Guarded) -> list[_Occasion]:
+    def _occasions(self, state: HmiState, task: Task, path: Path, verdict: GuardStatus) -> list[_Occasion]:
         """What there is to say now, by kind and occasion."""
         found: list[_Occasion] = []
         if task.announced_ns > state.announced_ns and task.announcement:
             said = (task.announcement, task.announcement)
             found.append(("operator", str(task.announced_ns), said, NEWS))
         if verdict.mode in ("minimal_risk", "fault"):
-            found.append(("safety stop", str(task.resumed_ns), words.SAY_SAFETY_STOP, WARNING))
+            found.append(("safety stop", str(task.resumed_ns), texts.SAY_SAFETY_STOP, WARNING))
         elif verdict.mode == "held" and task.aboard:
-            found.append(("held", str(task.resumed_ns), words.SAY_HELD, NEWS))
+            found.append(("held", str(task.resumed_ns), texts.SAY_HELD, NEWS))
         if task.refused_ns:
-            found.append(("refused", str(task.refused_ns), words.SAY_REFUSED, NEWS))
+            found.append(("refused", str(task.refused_ns), texts.SAY_REFUSED, NEWS))
         if state.doors_ns:
-            said = words.SAY_DOORS_OPEN if state.doors_open else words.SAY_DOORS_CLOSING
+            said = texts.SAY_DOORS_OPEN if state.doors_open else texts.SAY_DOORS_CLOSING
             found.append(("doors", str(state.doors_ns), said, WARNING))
         if state.aside_ns:
-            found.append(("step aside", str(state.aside_ns), words.SAY_STEP_ASIDE, WARNING))
+            found.append(("step aside", str(state.aside_ns), texts.SAY_STEP_ASIDE, WARNING))
         if state.talked_ns:
-            said = words.SAY_AFTER_YOU if state.manner.stands else words.SAY_PASSING
+            said = texts.SAY_AFTER_YOU if state.manner.stands else texts.SAY_PASSING
             found.append(("after you", str(state.talked_ns), said, TALK))
         if task.mode == "drive" and verdict.mode == "autonomous":
             found += self._on_the_way(task, path)
@@ -139,13 +141,13 @@ class Announcer(msgspec.Struct, frozen=True):
 
     def _on_the_way(self, task: Task, path: Path) -> list[_Occasion]:
         if task.reason == "requested stop":
-            return [("requested", task.visit_id, words.SAY_REQUESTED, NEWS)]
+            return [("requested", task.visit_id, texts.SAY_REQUESTED, NEWS)]
         if not (task.stop_name or task.stop_name_en):
             return []
         names = (task.stop_name, task.stop_name_en)
         if is_arriving(task, path, self.stopping_m):
-            return [("arriving", task.visit_id, words.say_stopping_at(*names), NEWS)]
-        return [("next", task.visit_id, words.say_next_stop(*names), NEWS)]
+            return [("arriving", task.visit_id, texts.say_stopping_at(*names), NEWS)]
+        return [("next", task.visit_id, texts.say_next_stop(*names), NEWS)]
 
 
 def _apart(last_ns: int, least_ns: int, now_ns: int) -> bool:

@@ -14,7 +14,7 @@ from vehicle_agent.signals import PEDESTRIAN, Path, Task, World
 _LOOK_BEHIND_M = 2.0
 
 
-class Watched(msgspec.Struct, frozen=True):
+class WatchedPerson(msgspec.Struct, frozen=True):
     """Somebody in the way with the back to the vehicle: since when, when last seen so, asked to step aside
     when (0: not yet)."""
 
@@ -46,8 +46,8 @@ class Attention(msgspec.Struct, frozen=True):
     again_ns: int = 60_000_000_000
 
     def watch(
-        self, before: tuple[Watched, ...], task: Task, path: Path, world: World, now_ns: int
-    ) -> tuple[Watched, ...]:
+        self, before: tuple[WatchedPerson, ...], task: Task, path: Path, world: World, now_ns: int
+    ) -> tuple[WatchedPerson, ...]:
         """Everybody who has the back turned now or did just now, and who was asked lately."""
         turned = set() if task.line is None else self._turned(task.line, task, path, world)
         after = []
@@ -61,10 +61,10 @@ class Attention(msgspec.Struct, frozen=True):
                 )
             elif now_ns - one.seen_ns <= self.lost_ns or self._asked_lately(one, now_ns):
                 after.append(one)
-        after += [Watched(number, now_ns, now_ns) for number in sorted(turned)]
+        after += [WatchedPerson(number, now_ns, now_ns) for number in sorted(turned)]
         return tuple(after)
 
-    def unaware(self, watched: tuple[Watched, ...], now_ns: int) -> tuple[int, ...]:
+    def unaware(self, watched: tuple[WatchedPerson, ...], now_ns: int) -> tuple[int, ...]:
         """Ids of those who are inattentive now."""
         return tuple(
             one.track_id
@@ -72,19 +72,19 @@ class Attention(msgspec.Struct, frozen=True):
             if now_ns - one.seen_ns <= self.lost_ns and one.seen_ns - one.since_ns >= self.unaware_ns
         )
 
-    def unasked(self, watched: tuple[Watched, ...], now_ns: int) -> tuple[int, ...]:
+    def unasked(self, watched: tuple[WatchedPerson, ...], now_ns: int) -> tuple[int, ...]:
         """Those of `unaware` who have not been asked lately."""
         lately = {one.track_id for one in watched if self._asked_lately(one, now_ns)}
         return tuple(number for number in self.unaware(watched, now_ns) if number not in lately)
 
-    def asked(self, watched: tuple[Watched, ...], now_ns: int) -> tuple[Watched, ...]:
+    def asked(self, watched: tuple[WatchedPerson, ...], now_ns: int) -> tuple[WatchedPerson, ...]:
         """After a sentence to all who are unaware now."""
         heard = set(self.unaware(watched, now_ns))
         return tuple(
             msgspec.structs.replace(one, asked_ns=now_ns) if one.track_id in heard else one for one in watched
         )
 
-    def _asked_lately(self, one: Watched, now_ns: int) -> bool:
+    def _asked_lately(self, one: WatchedPerson, now_ns: int) -> bool:
         return one.asked_ns > 0 and now_ns - one.asked_ns < self.again_ns
 
     def _turned(self, line: ReferenceLine, task: Task, path: Path, world: World) -> set[int]:

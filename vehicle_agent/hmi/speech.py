@@ -2,15 +2,15 @@
 
 import msgspec
 
-from vehicle_agent.hmi import words
-from vehicle_agent.hmi.words import Words
+from vehicle_agent.hmi import texts
+from vehicle_agent.hmi.texts import Words
 
 # Who waits longer in the queue than others: a warning is spoken before news, news before talk.
 TALK, NEWS, WARNING = range(3)
 _QUEUE_MAX = 4
 
 
-class Sentence(msgspec.Struct, frozen=True):
+class Utterance(msgspec.Struct, frozen=True):
     """Something to say, not after until_ns. kind: what it is about; key: which occasion of that kind."""
 
     kind: str
@@ -20,17 +20,17 @@ class Sentence(msgspec.Struct, frozen=True):
     until_ns: int
 
 
-class Speech(msgspec.Struct, frozen=True):
+class SpeechState(msgspec.Struct, frozen=True):
     """occasions: (kind, key) of the last one of each kind, spoken of or not; queue: still to be said.
 
     quiet_ns: until then the last sentence is being spoken.
     """
 
     occasions: tuple[tuple[str, str], ...] = ()
-    queue: tuple[Sentence, ...] = ()
+    queue: tuple[Utterance, ...] = ()
     quiet_ns: int = 0
 
-    def with_occasion(self, kind: str, key: str, said: Words, rank: int, until_ns: int) -> "Speech":
+    def with_occasion(self, kind: str, key: str, said: Words, rank: int, until_ns: int) -> "SpeechState":
         """Queued, unless this is the occasion of that kind which was there last.
 
         A newer occasion takes the place of an older one of its kind that still waits. When the queue is
@@ -41,19 +41,19 @@ class Speech(msgspec.Struct, frozen=True):
             return self
         known[kind] = key
         waiting = [sentence for sentence in self.queue if sentence.kind != kind]
-        waiting.append(Sentence(kind, key, said, rank, until_ns))
+        waiting.append(Utterance(kind, key, said, rank, until_ns))
         waiting.sort(key=lambda sentence: -sentence.rank)
         return msgspec.structs.replace(
             self, occasions=tuple(known.items()), queue=tuple(waiting[:_QUEUE_MAX])
         )
 
-    def without(self, kind: str) -> "Speech":
+    def without(self, kind: str) -> "SpeechState":
         """What waits of this kind is no longer true."""
         if not any(sentence.kind == kind for sentence in self.queue):
             return self
         return msgspec.structs.replace(self, queue=tuple(s for s in self.queue if s.kind != kind))
 
-    def spoken(self, gap_ns: int, now_ns: int) -> tuple[Sentence | None, "Speech"]:
+    def spoken(self, gap_ns: int, now_ns: int) -> tuple[Utterance | None, "SpeechState"]:
         """The sentence to begin now, if any."""
         queue = tuple(sentence for sentence in self.queue if sentence.until_ns >= now_ns)
         if not queue or now_ns < self.quiet_ns:
@@ -66,4 +66,4 @@ def duration_ns(said: Words) -> int:
     """About how long both languages take to speak: 14 letters or 4.5 characters a second, and a breath."""
     english, chinese = said
     seconds = 0.3 + len(english) / 14.0 + (len(chinese) / 4.5 if chinese != english else 0.0)
-    return round(seconds * 1e9) if said != words.NOTHING else 0
+    return round(seconds * 1e9) if said != texts.NOTHING else 0

@@ -12,8 +12,8 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
 
 from contract.wire.codec import MAX_MESSAGE_BYTES, WireError
-from vehicle_agent.link.desk import Desk
-from vehicle_agent.signals import LinkWord
+from vehicle_agent.link.bridge import LinkBridge
+from vehicle_agent.signals import LinkMessage
 
 log = structlog.get_logger()
 
@@ -22,7 +22,7 @@ LONGEST_WAIT_S = 15.0
 ELAPSED_EVERY_S = 1.0
 
 Monotonic = Callable[[], int]
-Deliver = Callable[[LinkWord], None]
+Deliver = Callable[[LinkMessage], None]
 
 
 class LinkClient:
@@ -31,7 +31,7 @@ class LinkClient:
     def __init__(
         self,
         url: str,
-        desk: Desk,
+        desk: LinkBridge,
         deliver: Deliver,
         now_ns: Monotonic,
         tls: ssl.SSLContext | None = None,

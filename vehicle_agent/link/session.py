@@ -20,11 +20,10 @@ from contract.wire.messages import (
     Goodbye,
     Grants,
     Hello,
-    Holding,
-    Mate,
     Message,
     Order,
     OrderAccepted,
+    OrderProgress,
     OrderRejected,
     PassengerTap,
     Presence,
@@ -32,9 +31,10 @@ from contract.wire.messages import (
     Welcome,
     signed_hello,
 )
+from contract.wire.messages import FleetVehicle as FleetVehicleMessage
 from contract.wire.sequence import EventLog, LoggedEvent
 from vehicle_agent.link.clock import ClockOffset
-from vehicle_agent.signals import LinkState, LinkWord, OtherVehicle, PedestrianPresence
+from vehicle_agent.signals import FleetVehicle, LinkMessage, LinkState, PedestrianPresence
 
 SECOND_NS = 1_000_000_000
 PROBE_EVERY_NS = 10 * SECOND_NS
@@ -63,17 +63,19 @@ class VehicleSession:
     refusal    the server's goodbye, when it closed the last connection with one
     """
 
-    def __init__(self, identity: Identity, sign: Sign, log: EventLog, holding: Holding | None = None) -> None:
+    def __init__(
+        self, identity: Identity, sign: Sign, log: EventLog, progress: OrderProgress | None = None
+    ) -> None:
         self.identity = identity
         self.log = log
-        self.holding = holding
+        self.progress = progress
         self.is_open = False
         self.epoch = 0
         self.refusal: Goodbye | None = None
         self._sign = sign
         self._clock = ClockOffset()
         self._outgoing: list[bytes] = []
-        self._words: list[LinkWord] = []
+        self._messages: list[LinkMessage] = []
         self._sent: dict[str, int] = {}
         self._heard_ns = 0
         self._probed_ns = 0
@@ -110,13 +112,13 @@ class VehicleSession:
         elif isinstance(message, Goodbye):
             self.refusal = message
         elif isinstance(message, Order | Grants | Command | PassengerTap) and message.epoch == self.epoch:
-            self._words.append(message)
+            self._messages.append(message)
         elif isinstance(message, Presence) and message.epoch == self.epoch:
             seen_ns = message.server_ns - self._clock.offset_ns
-            self._words.append(PedestrianPresence(seen_ns, message.area_id, message.count))
-        elif isinstance(message, Mate) and message.epoch == self.epoch:
-            self._words.append(
-                OtherVehicle(
+            self._messages.append(PedestrianPresence(seen_ns, message.area_id, message.count))
+        elif isinstance(message, FleetVehicleMessage) and message.epoch == self.epoch:
+            self._messages.append(
+                FleetVehicle(
                     message.server_ns - self._clock.offset_ns,
                     message.vehicle_id,
                     message.pose_map,
@@ -143,9 +145,9 @@ class VehicleSession:
         outgoing, self._outgoing = self._outgoing, []
         return outgoing
 
-    def take_words(self) -> list[LinkWord]:
+    def take_words(self) -> list[LinkMessage]:
         """What the vehicle has to learn, in order."""
-        words, self._words = self._words, []
+        words, self._messages = self._messages, []
         return words
 
     # ------------------------------------------------------------ the vehicle's side
@@ -182,8 +184,8 @@ class VehicleSession:
             stack=me.stack,
             map_version=me.map_version,
             vehicle_ns=now_ns,
-            logs=self.log.logs(),
-            holding=self.holding,
+            event_logs=self.log.logs(),
+            progress=self.progress,
             seats=me.seats,
             wheelchair_places=me.wheelchair_places,
         )
@@ -223,7 +225,7 @@ class VehicleSession:
         self._send(ClockProbe(now_ns))
 
     def _tell_link_state(self, now_ns: int) -> None:
-        self._words.append(LinkState(now_ns, self.is_open, self.epoch, self._clock.offset_ns))
+        self._messages.append(LinkState(now_ns, self.is_open, self.epoch, self._clock.offset_ns))
 
     def _send(self, message: Message) -> None:
         self._outgoing.append(encode(message))

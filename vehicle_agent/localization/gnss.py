@@ -12,7 +12,7 @@ from vehicle_agent.signals import Ego, Fault, GnssFix, ImuSample, VehicleMotion
 _NOWHERE = Pose2(0.0, 0.0, 0.0)
 
 
-class Estimate(msgspec.Struct, frozen=True):
+class LocalizationState(msgspec.Struct, frozen=True):
     """What localization remembers; `pose_map` is where the vehicle was at `stamp_ns`.
 
     strays        fixes in a row that fell far from the estimate
@@ -51,12 +51,16 @@ class GnssLocalization(msgspec.Struct, frozen=True):
     position_std_m_max: float = 1.0
     accel_filter_s: float = 0.2
 
-    def initial(self) -> Estimate:
-        return Estimate()
+    def initial(self) -> LocalizationState:
+        return LocalizationState()
 
     def step(
-        self, state: Estimate, motion: VehicleMotion, poses: tuple[GnssFix | ImuSample, ...], now_ns: int
-    ) -> tuple[Ego, Estimate]:
+        self,
+        state: LocalizationState,
+        motion: VehicleMotion,
+        poses: tuple[GnssFix | ImuSample, ...],
+        now_ns: int,
+    ) -> tuple[Ego, LocalizationState]:
         """The vehicle at `now_ns`. Fixes may be late: each is carried forward from its own stamp."""
         fixes = [item for item in poses if isinstance(item, GnssFix) and _is_finite(item)]
         samples = [item for item in poses if isinstance(item, ImuSample) and _is_finite(item)]
@@ -79,7 +83,9 @@ class GnssLocalization(msgspec.Struct, frozen=True):
             state = self._corrected(state, fix)
         return self._ego(state, motion), state
 
-    def _inertial(self, state: Estimate, samples: list[ImuSample], fixes: list[GnssFix]) -> Estimate:
+    def _inertial(
+        self, state: LocalizationState, samples: list[ImuSample], fixes: list[GnssFix]
+    ) -> LocalizationState:
         yaw_rate_radps = fixes[-1].yaw_rate_radps if fixes else state.yaw_rate_radps
         accel_mps2, stamp_ns = state.accel_mps2, state.imu_stamp_ns
         for sample in samples:
@@ -91,7 +97,7 @@ class GnssLocalization(msgspec.Struct, frozen=True):
             state, yaw_rate_radps=yaw_rate_radps, accel_mps2=accel_mps2, imu_stamp_ns=stamp_ns
         )
 
-    def _corrected(self, state: Estimate, fix: GnssFix) -> Estimate:
+    def _corrected(self, state: LocalizationState, fix: GnssFix) -> LocalizationState:
         x_m, y_m = project(self.origin, fix.latitude_deg, fix.longitude_deg)
         seen = Pose2(x_m, y_m, wrap_angle(fix.heading_rad))
         measured = _carried(seen, state.speed_mps, state.yaw_rate_radps, state.stamp_ns - fix.stamp_ns)
@@ -113,7 +119,7 @@ class GnssLocalization(msgspec.Struct, frozen=True):
         )
         return msgspec.structs.replace(state, pose_map=pulled, strays=0, **fresh)
 
-    def _ego(self, state: Estimate, motion: VehicleMotion) -> Ego:
+    def _ego(self, state: LocalizationState, motion: VehicleMotion) -> Ego:
         faults = self._faults(state)
         return Ego(
             stamp_ns=state.stamp_ns,
@@ -128,7 +134,7 @@ class GnssLocalization(msgspec.Struct, frozen=True):
             faults=faults,
         )
 
-    def _faults(self, state: Estimate) -> tuple[Fault, ...]:
+    def _faults(self, state: LocalizationState) -> tuple[Fault, ...]:
         now_ns = state.stamp_ns
         if state.fix_stamp_ns == 0:
             return (Fault("pose_missing", "stop", 0),)

@@ -20,7 +20,7 @@ from vehicle_agent.mission.memory import MissionMemory, remembered
 Happened = tuple[MissionMemory, tuple[VehicleEvent, ...]]
 
 
-class Seats(msgspec.Struct, frozen=True):
+class SeatState(msgspec.Struct, frozen=True):
     """The seat mats since the doors opened.
 
     occupied   seats taken at the last word
@@ -68,8 +68,8 @@ def alight(memory: MissionMemory, ride_id: str, how: BoardedHow) -> Happened:
 
 
 def type_code(
-    memory: MissionMemory, seats: Seats, visit: Visit | None, code: str, doors_open: bool
-) -> tuple[MissionMemory, Seats, tuple[VehicleEvent, ...]]:
+    memory: MissionMemory, seats: SeatState, visit: Visit | None, code: str, doors_open: bool
+) -> tuple[MissionMemory, SeatState, tuple[VehicleEvent, ...]]:
     """A code boards its party, or lets one aboard alight; any other code is refused."""
     if doors_open and code:
         for rider in waiting(visit, memory):
@@ -84,8 +84,8 @@ def type_code(
 
 
 def tap(
-    memory: MissionMemory, seats: Seats, visit: Visit | None, word: PassengerTap, doors_open: bool
-) -> tuple[MissionMemory, Seats, tuple[VehicleEvent, ...]]:
+    memory: MissionMemory, seats: SeatState, visit: Visit | None, word: PassengerTap, doors_open: bool
+) -> tuple[MissionMemory, SeatState, tuple[VehicleEvent, ...]]:
     """A tap on the phone, answered once."""
     if word.tap_id in memory.heard:
         return memory, seats, ()
@@ -110,8 +110,8 @@ def tap(
 
 
 def sit(
-    memory: MissionMemory, seats: Seats, visit: Visit | None, occupied: int, doors_open: bool
-) -> tuple[MissionMemory, Seats, tuple[VehicleEvent, ...]]:
+    memory: MissionMemory, seats: SeatState, visit: Visit | None, occupied: int, doors_open: bool
+) -> tuple[MissionMemory, SeatState, tuple[VehicleEvent, ...]]:
     """A seat count: people more than accounted for board the next party that fits, fewer let one alight."""
     change = occupied - seats.occupied
     seats = msgspec.structs.replace(seats, occupied=occupied)
@@ -123,8 +123,8 @@ def sit(
 
 
 def _sat_down(
-    memory: MissionMemory, seats: Seats, visit: Visit | None, people: int
-) -> tuple[MissionMemory, Seats, tuple[VehicleEvent, ...]]:
+    memory: MissionMemory, seats: SeatState, visit: Visit | None, people: int
+) -> tuple[MissionMemory, SeatState, tuple[VehicleEvent, ...]]:
     known = min(people, seats.owed)
     seats = msgspec.structs.replace(
         seats, owed=seats.owed - known, unclaimed=seats.unclaimed + people - known
@@ -139,8 +139,8 @@ def _sat_down(
 
 
 def _stood_up(
-    memory: MissionMemory, seats: Seats, visit: Visit | None, people: int
-) -> tuple[MissionMemory, Seats, tuple[VehicleEvent, ...]]:
+    memory: MissionMemory, seats: SeatState, visit: Visit | None, people: int
+) -> tuple[MissionMemory, SeatState, tuple[VehicleEvent, ...]]:
     known = min(people, seats.leaving)
     strangers = min(people - known, seats.unclaimed)
     seats = msgspec.structs.replace(
@@ -180,7 +180,7 @@ def close_list(memory: MissionMemory, visit: Visit | None) -> Happened:
     return memory, no_shows + tuple(RiderDidNotAlight(rider.ride_id) for rider in staying)
 
 
-def _claimed(seats: Seats, party: int) -> Seats:
+def _claimed(seats: SeatState, party: int) -> SeatState:
     """A party boarded by word: it may sit already, else its seats are owed."""
     sitting = min(party, seats.unclaimed)
     return msgspec.structs.replace(
@@ -188,7 +188,7 @@ def _claimed(seats: Seats, party: int) -> Seats:
     )
 
 
-def _left(seats: Seats, party: int) -> Seats:
+def _left(seats: SeatState, party: int) -> SeatState:
     """A party alighted by word: it may have stood up already, else its seats will empty."""
     gone = min(party, seats.vacated)
     return msgspec.structs.replace(seats, vacated=seats.vacated - gone, leaving=seats.leaving + party - gone)

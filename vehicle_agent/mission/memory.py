@@ -2,7 +2,15 @@
 
 import msgspec
 
-from contract.wire.messages import Holding, Order, RiderTask, SectionGrant, Visit, VisitProgress, VisitState
+from contract.wire.messages import (
+    Order,
+    OrderProgress,
+    RiderTask,
+    SectionGrant,
+    Visit,
+    VisitProgress,
+    VisitState,
+)
 
 _KEPT = 64
 
@@ -66,9 +74,9 @@ def remembered(known: tuple[str, ...], new: str) -> tuple[str, ...]:
     return (*known, new)[-_KEPT:]
 
 
-def holding(memory: MissionMemory) -> Holding | None:
+def order_progress(memory: MissionMemory) -> OrderProgress | None:
     """What the next hello tells the server; None without an order."""
     if memory.order is None:
         return None
     sections = tuple(grant.section_id for grant in memory.grants)
-    return Holding(memory.order.order_id, memory.order.revision, memory.visits, sections)
+    return OrderProgress(memory.order.order_id, memory.order.revision, memory.visits, sections)

@@ -13,28 +13,34 @@ from contract.wire.messages import (
     OrderRejected,
     VehicleEvent,
 )
+from vehicle_agent.mission.cabin_events import press
 from vehicle_agent.mission.memory import MissionMemory
+from vehicle_agent.mission.messages import (
+    find_line,
+    obey,
+    take_grants,
+    take_order,
+    take_tap,
+)
+from vehicle_agent.mission.occupied_stop import heeded
 from vehicle_agent.mission.order_line import located
-from vehicle_agent.mission.pressed import press
 from vehicle_agent.mission.progress import moved, progress
 from vehicle_agent.mission.rules import MissionRules
-from vehicle_agent.mission.sections import Leave, footings, leave_to_drive, released
+from vehicle_agent.mission.sections import MovementAuthority, footings, leave_to_drive, released
 from vehicle_agent.mission.state import MissionState
-from vehicle_agent.mission.taken_stop import heeded
-from vehicle_agent.mission.words import find_line, obey, take_grants, take_order, take_tap
 from vehicle_agent.signals import (
     STOP_TAKEN,
+    CabinEvent,
     Ego,
     LinkState,
-    Pressed,
-    ServerWord,
+    MissionMessage,
     Task,
     TaskMode,
     VehicleMotion,
     World,
 )
 
-_FREE = Leave(math.inf, "")
+_FREE = MovementAuthority(math.inf, "")
 
 
 class Mission(msgspec.Struct, frozen=True):
@@ -50,8 +56,8 @@ class Mission(msgspec.Struct, frozen=True):
     def step(
         self,
         state: MissionState,
-        words: tuple[ServerWord, ...],
-        pressed: tuple[Pressed, ...],
+        messages: tuple[MissionMessage, ...],
+        cabin_events: tuple[CabinEvent, ...],
         link: LinkState | None,
         ego: Ego,
         motion: VehicleMotion,
@@ -63,11 +69,11 @@ class Mission(msgspec.Struct, frozen=True):
             state = msgspec.structs.replace(state, server_offset_ns=link.server_offset_ns)
         state = moved(state, self.rules, ego)
         state = self._oriented(state, ego)
-        for word in words:
-            state = self._heard(state, word, ego)
+        for message in messages:
+            state = self._received(state, message, ego)
         leave = self._leave(state)
-        for item in pressed:
-            state = press(state, item, self.network, self.rules, leave, ego.speed_mps)
+        for event in cabin_events:
+            state = press(state, event, self.network, self.rules, leave, ego.speed_mps)
         state = heeded(progress(state, self.rules, ego, world), self.rules, ego, world)
         state = self._released(state)
         return self._task(state, self._leave(state)), state
@@ -94,18 +100,18 @@ class Mission(msgspec.Struct, frozen=True):
             state = take_order(state.after(waiting_order=None), order, self.network, ego)
         return state
 
-    def _heard(self, state: MissionState, word: ServerWord, ego: Ego) -> MissionState:
-        match word:
+    def _received(self, state: MissionState, message: MissionMessage, ego: Ego) -> MissionState:
+        match message:
             case Order():
-                return take_order(state, word, self.network, ego)
+                return take_order(state, message, self.network, ego)
             case Grants():
-                return take_grants(state, word)
+                return take_grants(state, message)
             case Command():
-                return obey(state, word, self.network, self.rules, ego)
+                return obey(state, message, self.network, self.rules, ego)
             case _:
-                return take_tap(state, word)
+                return take_tap(state, message)
 
-    def _leave(self, state: MissionState) -> Leave:
+    def _leave(self, state: MissionState) -> MovementAuthority:
         if state.route is None:
             return _FREE
         rules = self.rules
@@ -128,7 +134,7 @@ class Mission(msgspec.Struct, frozen=True):
         memory, footing, events = released(state.memory, standing, state.odometer_m, rules.release_slack_m)
         return state.after(*events, memory=memory, footing=footing)
 
-    def _task(self, state: MissionState, leave: Leave) -> Task:
+    def _task(self, state: MissionState, leave: MovementAuthority) -> Task:
         mode, reason = _mode(state)
         stop_s_m, waiting_for = _stop(state, leave, mode)
         if mode == "drive" and state.wait_s_m is not None and not waiting_for:
@@ -181,7 +187,7 @@ def _mode(state: MissionState) -> tuple[TaskMode, str]:
     return "drive", "requested stop" if state.temporary is not None else ""
 
 
-def _stop(state: MissionState, leave: Leave, mode: TaskMode) -> tuple[float, str]:
+def _stop(state: MissionState, leave: MovementAuthority, mode: TaskMode) -> tuple[float, str]:
     """(where the rear axle must stand, the section that is missing if that is why)."""
     target_s_m = state.target_s_m()
     if mode in ("idle", "dwell") or target_s_m is None:

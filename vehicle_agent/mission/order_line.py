@@ -17,11 +17,11 @@ _AHEAD = 20
 PASSED_M = 0.6
 
 
-class NoWay(Exception):
+class VisitUnreachable(Exception):
     """A visit cannot be reached; the message says which and from where."""
 
 
-class Place(msgspec.Struct, frozen=True):
+class LanePoint(msgspec.Struct, frozen=True):
     """Somewhere on a lane."""
 
     lane_id: str
@@ -39,12 +39,12 @@ class OrderLine(msgspec.Struct, frozen=True):
     lane_from_m: tuple[float, ...]
     visit_s_m: tuple[tuple[str, float], ...]
 
-    def place(self, s_m: float) -> Place:
+    def place(self, s_m: float) -> LanePoint:
         """The lane and the place on it at s_m on the line."""
         number = max(0, bisect.bisect_right(self.lane_from_m, s_m) - 1)
-        return Place(self.line.lane_ids[number], s_m - self.lane_from_m[number])
+        return LanePoint(self.line.lane_ids[number], s_m - self.lane_from_m[number])
 
-    def s_of(self, place: Place, after_m: float) -> float | None:
+    def s_of(self, place: LanePoint, after_m: float) -> float | None:
         """Where the line next comes by a place, from after_m on; None when it does not."""
         for number, lane_id in enumerate(self.line.lane_ids):
             s_m = self.lane_from_m[number] + place.s_m
@@ -75,7 +75,7 @@ class _Chain:
     at_m: float
 
 
-def located(network: RoadNetwork, pose_map: Pose2, expected: tuple[str, ...]) -> Place | None:
+def located(network: RoadNetwork, pose_map: Pose2, expected: tuple[str, ...]) -> LanePoint | None:
     """Where the vehicle is; lanes it is expected on win where several lie under it. None: at sea."""
     for lane_id in expected:
         line = network.lines[lane_id]
@@ -84,16 +84,16 @@ def located(network: RoadNetwork, pose_map: Pose2, expected: tuple[str, ...]) ->
         off_rad = abs(wrap_angle(pose_map.yaw_rad - math.atan2(step[1], step[0])))
         inside = 0.0 < s_m < line.length_m or math.isclose(line.length_m, s_m, abs_tol=1.0) or s_m == 0.0
         if inside and abs(d_m) < 1.5 and off_rad < 0.8:
-            return Place(lane_id, float(s_m))
+            return LanePoint(lane_id, float(s_m))
     found = network.locate(pose_map.x_m, pose_map.y_m, pose_map.yaw_rad)
-    return None if found is None else Place(found[0], found[1])
+    return None if found is None else LanePoint(found[0], found[1])
 
 
-def order_line(network: RoadNetwork, visits: tuple[Visit, ...], start: Place, line_id: int) -> OrderLine:
+def order_line(network: RoadNetwork, visits: tuple[Visit, ...], start: LanePoint, line_id: int) -> OrderLine:
     """The line through all visits from the lane that the vehicle is on, to the end of the last lane.
 
     A visit whose route is empty, or does not lead on from where the vehicle is by then, gets its route from
-    A*. Raises NoWay when there is none.
+    A*. Raises VisitUnreachable when there is none.
     """
     chain = _Chain((start.lane_id,), start.s_m)
     offsets: list[tuple[str, int, float]] = []
@@ -115,7 +115,7 @@ def _extended(network: RoadNetwork, chain: _Chain, visit: Visit) -> _Chain:
     if onward is None:
         route = find_route(network, here, max(0.0, chain.at_m - PASSED_M), visit.lane_id, visit.s_m)
         if route is None:
-            raise NoWay(f"no way from lane {here} at {chain.at_m:.0f} m to visit {visit.visit_id}")
+            raise VisitUnreachable(f"no way from lane {here} at {chain.at_m:.0f} m to visit {visit.visit_id}")
         onward = route.lane_ids
     return _Chain(chain.lanes + onward[1:], visit.s_m)
 

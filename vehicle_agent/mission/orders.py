@@ -5,7 +5,7 @@ import msgspec
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import Order, OrderAccepted, OrderRejected, Visit, VisitProgress
 from vehicle_agent.mission.memory import MissionMemory
-from vehicle_agent.mission.order_line import NoWay, OrderLine, Place, order_line
+from vehicle_agent.mission.order_line import LanePoint, OrderLine, VisitUnreachable, order_line
 
 
 def is_repeat(order: Order, memory: MissionMemory) -> bool:
@@ -42,7 +42,7 @@ def refusal(
 
 
 def taken(
-    order: Order, memory: MissionMemory, network: RoadNetwork, start: Place, line_id: int
+    order: Order, memory: MissionMemory, network: RoadNetwork, start: LanePoint, line_id: int
 ) -> tuple[MissionMemory, OrderLine] | OrderRejected:
     """The memory and the line after taking the order, or its rejection as unreachable."""
     states = {p.visit_id: p.state for p in memory.visits}
@@ -51,7 +51,7 @@ def taken(
     )
     try:
         line = order_line(network, order.visits, start, line_id)
-    except NoWay as error:
+    except VisitUnreachable as error:
         return _rejected(order, memory, "unreachable", str(error))
     past = memory.past
     if memory.order is not None and memory.order.order_id != order.order_id:

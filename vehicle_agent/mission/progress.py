@@ -6,7 +6,7 @@ import numpy as np
 from contract.geometry import Array, Pose2, inverse, transform_points
 from contract.wire.messages import DoorsChanged, VehicleEvent, Visit, VisitChanged
 from vehicle_agent.mission import boarding
-from vehicle_agent.mission.boarding import Seats
+from vehicle_agent.mission.boarding import SeatState
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.state import MissionState
 from vehicle_agent.signals import Ego, World
@@ -41,7 +41,7 @@ def doors_moved(state: MissionState, rules: MissionRules) -> MissionState:
         DoorsChanged(is_open, visit_id),
         doors=doors,
         doors_open_ns=state.stamp_ns if is_open else state.doors_open_ns,
-        seats=state.seats if is_open else Seats(state.seats.occupied),
+        seats=state.seats if is_open else SeatState(state.seats.occupied),
     )
 
 

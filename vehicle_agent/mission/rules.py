@@ -3,7 +3,7 @@
 import msgspec
 
 from vehicle_agent.mission.seat_button import StopRules
-from vehicle_agent.mission.sections import Body
+from vehicle_agent.mission.sections import VehicleExtent
 
 
 class MissionRules(msgspec.Struct, frozen=True):
@@ -22,7 +22,7 @@ class MissionRules(msgspec.Struct, frozen=True):
     astray_m           farther beside the line the vehicle is no longer on it
     """
 
-    body: Body = Body()
+    body: VehicleExtent = VehicleExtent()
     half_width_m: float = 0.815
     stops: StopRules = StopRules()
     section_margin_m: float = 0.5

@@ -3,8 +3,8 @@
 import msgspec
 
 from contract.roads.network import RoadNetwork
-from vehicle_agent.mission.order_line import OrderLine, Place
-from vehicle_agent.mission.sections import Body
+from vehicle_agent.mission.order_line import LanePoint, OrderLine
+from vehicle_agent.mission.sections import VehicleExtent
 
 _STEP_M = 0.5
 
@@ -23,7 +23,7 @@ def cut(
     s_m: float,
     speed_mps: float,
     limit_m: float,
-    body: Body,
+    body: VehicleExtent,
     rules: StopRules,
 ) -> float | None:
     """Where the rear axle shall stand, on the line; None when there is no such place before limit_m.
@@ -64,5 +64,5 @@ class TemporaryStop(msgspec.Struct, frozen=True):
 
     visit_id: str
     seat: int
-    place: Place
+    place: LanePoint
     s_m: float

@@ -10,21 +10,21 @@ from vehicle_agent.mission.memory import MissionMemory
 Span = tuple[str, float, float]
 
 
-class Body(msgspec.Struct, frozen=True):
+class VehicleExtent(msgspec.Struct, frozen=True):
     """The outline along the line, from the rear axle."""
 
     front_m: float = 3.5
     back_m: float = 0.85
 
 
-class Footing(msgspec.Struct, frozen=True):
+class OccupiedSection(msgspec.Struct, frozen=True):
     """A granted section with the body in it; it is left when the odometer has passed exit_m."""
 
     grant: SectionGrant
     exit_m: float
 
 
-class Leave(msgspec.Struct, frozen=True):
+class MovementAuthority(msgspec.Struct, frozen=True):
     """How far the grants reach: hold_s_m for the rear axle, and the first section that lacks one, if any."""
 
     hold_s_m: float
@@ -32,8 +32,12 @@ class Leave(msgspec.Struct, frozen=True):
 
 
 def leave_to_drive(
-    spans: tuple[Span, ...], grants: tuple[SectionGrant, ...], s_m: float, body: Body, margin_m: float
-) -> Leave:
+    spans: tuple[Span, ...],
+    grants: tuple[SectionGrant, ...],
+    s_m: float,
+    body: VehicleExtent,
+    margin_m: float,
+) -> MovementAuthority:
     """Where to wait for the next grant.
 
     spans   (section_id, from, to) along the line, in order; one that comes twice needs a grant each time
@@ -46,18 +50,18 @@ def leave_to_drive(
         if left[section_id] > 0:
             left[section_id] -= 1
         elif to_m > s_m:
-            return Leave(from_m - body.front_m - margin_m, section_id)
-    return Leave(float("inf"), "")
+            return MovementAuthority(from_m - body.front_m - margin_m, section_id)
+    return MovementAuthority(float("inf"), "")
 
 
 def footings(
-    known: tuple[Footing, ...],
+    known: tuple[OccupiedSection, ...],
     spans: tuple[Span, ...],
     grants: tuple[SectionGrant, ...],
     s_m: float,
     odometer_m: float,
-    body: Body,
-) -> tuple[Footing, ...]:
+    body: VehicleExtent,
+) -> tuple[OccupiedSection, ...]:
     """The granted sections that the body is in, each with the odometer reading at which it is left."""
     fences: dict[str, SectionGrant] = {}
     for grant in grants:
@@ -67,13 +71,13 @@ def footings(
         if from_m >= s_m + body.front_m:
             break
         if to_m > s_m - body.back_m and section_id in fences:
-            found[section_id] = Footing(fences[section_id], odometer_m + to_m - s_m + body.back_m)
+            found[section_id] = OccupiedSection(fences[section_id], odometer_m + to_m - s_m + body.back_m)
     return tuple(found.values())
 
 
 def released(
-    memory: MissionMemory, standing: tuple[Footing, ...], odometer_m: float, slack_m: float
-) -> tuple[MissionMemory, tuple[Footing, ...], tuple[SectionReleased, ...]]:
+    memory: MissionMemory, standing: tuple[OccupiedSection, ...], odometer_m: float, slack_m: float
+) -> tuple[MissionMemory, tuple[OccupiedSection, ...], tuple[SectionReleased, ...]]:
     """Give back every section that the rear bumper has left by slack_m; fences are echoed."""
     left = tuple(footing.grant for footing in standing if odometer_m > footing.exit_m + slack_m)
     staying = tuple(footing for footing in standing if footing.grant not in left)

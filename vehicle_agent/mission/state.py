@@ -5,12 +5,12 @@ from typing import Any, Literal
 import msgspec
 
 from contract.wire.messages import Order, OrderAccepted, OrderRejected, VehicleEvent, Visit
-from vehicle_agent.mission.boarding import Seats
+from vehicle_agent.mission.boarding import SeatState
 from vehicle_agent.mission.doors import Doors
 from vehicle_agent.mission.memory import MissionMemory
-from vehicle_agent.mission.order_line import OrderLine, Place
+from vehicle_agent.mission.order_line import LanePoint, OrderLine
 from vehicle_agent.mission.seat_button import TemporaryStop
-from vehicle_agent.mission.sections import Footing
+from vehicle_agent.mission.sections import OccupiedSection
 
 Stage = Literal["driving", "serving", "leaving"]
 
@@ -43,21 +43,21 @@ class MissionState(msgspec.Struct, frozen=True):
     d_m: float = 0.0
     segment: int = 0
     astray: bool = False
-    place: Place = Place("", 0.0)
+    place: LanePoint = LanePoint("", 0.0)
     odometer_m: float = 0.0
     stamp_ns: int = 0
     standing_since_ns: int = 0
     doors: Doors = Doors()
     doors_open_ns: int = 0
     stage: Stage = "driving"
-    seats: Seats = Seats()
+    seats: SeatState = SeatState()
     temporary: TemporaryStop | None = None
     temporaries: int = 0
     near_since_ns: int = 0
     clear_since_ns: int = 0
     wait_s_m: float | None = None
     stop_free_since_ns: int = 0
-    footing: tuple[Footing, ...] = ()
+    footing: tuple[OccupiedSection, ...] = ()
     server_offset_ns: int | None = None
     announcement: str = ""
     announced_ns: int = 0

@@ -8,24 +8,24 @@ from vehicle_agent.onboard.state import OnboardState
 from vehicle_agent.signals import (
     Actuation,
     Ages,
+    CabinEvent,
     CanFrame,
+    ControlCommand,
+    Detections,
     Ego,
     GnssFix,
-    Guarded,
+    GuardStatus,
+    HmiOutput,
     ImuSample,
     Infrastructure,
     LinkState,
+    MissionMessage,
     Path,
     Percept,
     PlanAnswer,
     PlanJob,
-    Pressed,
-    Says,
-    Seen,
-    ServerWord,
     Task,
     VehicleMotion,
-    Wish,
     World,
 )
 
@@ -33,25 +33,30 @@ from vehicle_agent.signals import (
 class Can(Protocol):
     def initial(self) -> Any: ...
     def decode(self, state: Any, frames: tuple[CanFrame, ...], now_ns: int) -> tuple[VehicleMotion, Any]: ...
-    def encode(self, state: Any, act: Actuation, now_ns: int) -> tuple[tuple[CanFrame, ...], Any]: ...
+    def encode(self, state: Any, actuation: Actuation, now_ns: int) -> tuple[tuple[CanFrame, ...], Any]: ...
 
 
 class Localization(Protocol):
     def initial(self) -> Any: ...
     def step(
-        self, state: Any, motion: VehicleMotion, poses: tuple[GnssFix | ImuSample, ...], now_ns: int
+        self, state: Any, motion: VehicleMotion, navigation: tuple[GnssFix | ImuSample, ...], now_ns: int
     ) -> tuple[Ego, Any]: ...
 
 
 class Perception(Protocol):
     def initial(self) -> Any: ...
-    def step(self, state: Any, percepts: tuple[Percept, ...], ego: Ego) -> tuple[Seen, Any]: ...
+    def step(self, state: Any, percepts: tuple[Percept, ...], ego: Ego) -> tuple[Detections, Any]: ...
 
 
 class WorldModel(Protocol):
     def initial(self) -> Any: ...
     def step(
-        self, state: Any, ego: Ego, seen: Seen, infrastructure: tuple[Infrastructure, ...], now_ns: int
+        self,
+        state: Any,
+        ego: Ego,
+        detections: Detections,
+        infrastructure: tuple[Infrastructure, ...],
+        now_ns: int,
     ) -> tuple[World, Any]: ...
 
 
@@ -63,8 +68,8 @@ class Mission(Protocol):
     def step(
         self,
         state: Any,
-        words: tuple[ServerWord, ...],
-        pressed: tuple[Pressed, ...],
+        messages: tuple[MissionMessage, ...],
+        cabin_events: tuple[CabinEvent, ...],
         link: LinkState | None,
         ego: Ego,
         motion: VehicleMotion,
@@ -92,7 +97,7 @@ class Planning(Protocol):
 
 class Control(Protocol):
     def initial(self) -> Any: ...
-    def step(self, state: Any, ego: Ego, path: Path, motion: VehicleMotion) -> tuple[Wish, Any]: ...
+    def step(self, state: Any, ego: Ego, path: Path, motion: VehicleMotion) -> tuple[ControlCommand, Any]: ...
 
 
 class Guard(Protocol):
@@ -100,22 +105,22 @@ class Guard(Protocol):
     def step(
         self,
         state: Any,
-        wish: Wish,
+        command: ControlCommand,
         motion: VehicleMotion,
         ego: Ego,
         world: World,
         task: Task,
         path: Path,
         ages: Ages,
-    ) -> tuple[Actuation, Guarded, Any]: ...
+    ) -> tuple[Actuation, GuardStatus, Any]: ...
     def events(self, state: Any) -> tuple[VehicleEvent, ...]: ...
 
 
 class Hmi(Protocol):
     def initial(self) -> Any: ...
     def step(
-        self, state: Any, task: Task, path: Path, world: World, verdict: Guarded, now_ns: int
-    ) -> tuple[Says, Any]: ...
+        self, state: Any, task: Task, path: Path, world: World, guard_status: GuardStatus, now_ns: int
+    ) -> tuple[HmiOutput, Any]: ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,7 +26,7 @@ DOORS = (
     Door("obstacle_percept", 10.0, 400 * MS),
     Door("track_percept", 10.0, 400 * MS),
     Door("plan_answer", 10.0, 500 * MS),
-    Door("other_vehicle", 5.0, 1500 * MS),
+    Door("fleet_vehicle", 5.0, 1500 * MS),
     Door("pedestrian_presence", 1.0, 2500 * MS),
     Door("link_state", 1.0, 0),
     Door("order", 0.0, 0),

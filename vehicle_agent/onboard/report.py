@@ -1,10 +1,20 @@
 """What the tick tells about itself: input ages for the guard, status for the server."""
 
 from contract.wire.messages import Status
-from vehicle_agent.signals import Ages, Ego, Guarded, Path, Says, Seen, Task, VehicleMotion, fault_report
+from vehicle_agent.signals import (
+    Ages,
+    Detections,
+    Ego,
+    GuardStatus,
+    HmiOutput,
+    Path,
+    Task,
+    VehicleMotion,
+    fault_report,
+)
 
 
-def ages(now_ns: int, motion: VehicleMotion, ego: Ego, seen: Seen, path: Path) -> Ages:
+def ages(now_ns: int, motion: VehicleMotion, ego: Ego, seen: Detections, path: Path) -> Ages:
     """How old the guard's inputs are; -1 for what has never come."""
     return Ages(
         motion_ns=_age(now_ns, motion.stamp_ns),
@@ -20,7 +30,13 @@ def _age(now_ns: int, stamp_ns: int) -> int:
 
 
 def status(
-    now_ns: int, ego: Ego, motion: VehicleMotion, task: Task, path: Path, verdict: Guarded, says: Says
+    now_ns: int,
+    ego: Ego,
+    motion: VehicleMotion,
+    task: Task,
+    path: Path,
+    verdict: GuardStatus,
+    says: HmiOutput,
 ) -> Status:
     """The vehicle's state for live views; the link fills in the session's epoch."""
     return Status(

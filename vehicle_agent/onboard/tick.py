@@ -13,22 +13,22 @@ def tick(state: OnboardState, inputs: Inputs, car: Car) -> tuple[OnboardState, O
     """One step of everything onboard. `car` is which room does what (`stacks/`), and never changes."""
     now = inputs.stamp_ns
     motion, can = car.can.decode(state.can, inputs.frames, now)
-    ego, loc = car.localization.step(state.localization, motion, inputs.poses, now)
-    seen, per = car.perception.step(state.perception, inputs.percepts, ego)
-    world, wrl = car.world.step(state.world, ego, seen, inputs.infrastructure, now)
+    ego, loc = car.localization.step(state.localization, motion, inputs.navigation, now)
+    detections, per = car.perception.step(state.perception, inputs.percepts, ego)
+    world, wrl = car.world.step(state.world, ego, detections, inputs.infrastructure, now)
     task, mis = car.mission.step(
-        state.mission, inputs.words, inputs.pressed, inputs.link, ego, motion, world, now
+        state.mission, inputs.messages, inputs.cabin_events, inputs.link, ego, motion, world, now
     )
     path, pln = car.planning.step(state.planning, ego, world, task, inputs.plans)
-    wish, ctl = car.control.step(state.control, ego, path, motion)
-    act, verdict, grd = car.guard.step(
-        state.guard, wish, motion, ego, world, task, path, ages(now, motion, ego, seen, path)
+    command, ctl = car.control.step(state.control, ego, path, motion)
+    actuation, guard_status, grd = car.guard.step(
+        state.guard, command, motion, ego, world, task, path, ages(now, motion, ego, detections, path)
     )
-    frames, can = car.can.encode(can, act, now)
-    says, hmi = car.hmi.step(state.hmi, task, path, world, verdict, now)
+    frames, can = car.can.encode(can, actuation, now)
+    hmi_output, hmi = car.hmi.step(state.hmi, task, path, world, guard_status, now)
     new = OnboardState(state.tick + 1, can, loc, per, wrl, mis, pln, ctl, grd, hmi)
     events = car.mission.events(mis) + car.guard.events(grd)
-    report = status(now, ego, motion, task, path, verdict, says)
-    flow = Flow(motion, ego, seen, world, task, path, wish, act, verdict, says)
+    report = status(now, ego, motion, task, path, guard_status, hmi_output)
+    flow = Flow(motion, ego, detections, world, task, path, command, actuation, guard_status, hmi_output)
     jobs = car.planning.jobs(pln)
-    return new, Outputs(frames, says, events, car.mission.answers(mis), report, flow, jobs)
+    return new, Outputs(frames, hmi_output, events, car.mission.answers(mis), report, flow, jobs)

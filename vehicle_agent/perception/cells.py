@@ -7,17 +7,17 @@ import numpy as np
 
 from contract.geometry import Array, Pose2, inverse, transform_points
 from vehicle_agent.perception.pose_history import PoseHistory, pose_at
-from vehicle_agent.signals import Ego, ObstaclePercept, Percept, Seen
+from vehicle_agent.signals import Detections, Ego, ObstaclePercept, Percept
 
 
-class Sighting(msgspec.Struct, frozen=True):
+class CellsState(msgspec.Struct, frozen=True):
     """What perception remembers: recent poses, the last answer, and cells that the lidar cannot see now.
 
     hidden_map (n, 2) and hidden_ns (n,): cells in the blind zone and when each was last seen
     """
 
     poses: PoseHistory
-    seen: Seen
+    seen: Detections
     hidden_map: np.ndarray
     hidden_ns: np.ndarray
 
@@ -44,9 +44,9 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
     memory_m: float = 0.6
     history_ns: int = 600_000_000
 
-    def initial(self) -> Sighting:
+    def initial(self) -> CellsState:
         nothing = np.empty((0, 2))
-        return Sighting((), Seen(0, nothing, False), nothing, np.empty(0, np.int64))
+        return CellsState((), Detections(0, nothing, False), nothing, np.empty(0, np.int64))
 
     @property
     def blind_radius_m(self) -> float:
@@ -54,7 +54,9 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
         under_m = max(0.0, self.lidar_z_m - self.person_m)
         return under_m / math.tan(-self.ring_rad_min) + self.blind_margin_m
 
-    def step(self, state: Sighting, percepts: tuple[Percept, ...], ego: Ego) -> tuple[Seen, Sighting]:
+    def step(
+        self, state: CellsState, percepts: tuple[Percept, ...], ego: Ego
+    ) -> tuple[Detections, CellsState]:
         """The obstacles known now: those of the newest scan, and those hidden since."""
         poses = (*state.poses, (ego.stamp_ns, ego.pose_map))
         oldest_ns = ego.stamp_ns - self.history_ns
@@ -68,11 +70,11 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
         percept = max(newer, key=lambda item: item.stamp_ns)
         if percept.points_used == 0:
             # Nothing was seen, so nothing known may be forgotten either.
-            seen = Seen(percept.stamp_ns, state.seen.points_map, True)
+            seen = Detections(percept.stamp_ns, state.seen.points_map, True)
             return seen, msgspec.structs.replace(state, seen=seen)
         return self._sighted(state, percept)
 
-    def _sighted(self, state: Sighting, percept: ObstaclePercept) -> tuple[Seen, Sighting]:
+    def _sighted(self, state: CellsState, percept: ObstaclePercept) -> tuple[Detections, CellsState]:
         pose_map = pose_at(state.poses, percept.stamp_ns)
         fresh_map = transform_points(pose_map, percept.cells_base)
         fresh_ns = np.full(len(fresh_map), percept.stamp_ns, np.int64)
@@ -81,10 +83,10 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
         hidden_ns = np.concatenate((state.hidden_ns[kept], fresh_ns))
         points_map: Array = np.vstack((fresh_map, state.hidden_map[kept]))
         near = self._in_blind_zone(transform_points(inverse(pose_map), hidden_map), 2.0 * self.blind_margin_m)
-        seen = Seen(percept.stamp_ns, points_map, False)
-        return seen, Sighting(state.poses, seen, hidden_map[near], hidden_ns[near])
+        seen = Detections(percept.stamp_ns, points_map, False)
+        return seen, CellsState(state.poses, seen, hidden_map[near], hidden_ns[near])
 
-    def _kept(self, state: Sighting, pose_map: Pose2, fresh_map: Array, now_ns: int) -> np.ndarray:
+    def _kept(self, state: CellsState, pose_map: Pose2, fresh_map: Array, now_ns: int) -> np.ndarray:
         """(n,) which hidden cells still count: in the blind zone, not too old, and not seen again nearby."""
         hidden_base = transform_points(inverse(pose_map), state.hidden_map)
         kept = self._in_blind_zone(hidden_base, 0.0) & (now_ns - state.hidden_ns <= self.memory_ns)

@@ -2,19 +2,19 @@
 
 import msgspec
 
-from vehicle_agent.perception.cells import HeightMapPerception, Sighting
+from vehicle_agent.perception.cells import CellsState, HeightMapPerception
 from vehicle_agent.perception.own_cells import outside_tracks
 from vehicle_agent.perception.pose_history import pose_at
-from vehicle_agent.perception.track_keeper import Kept, TrackKeeper
-from vehicle_agent.signals import Ego, Percept, Seen, TrackPercept
+from vehicle_agent.perception.tracker import AlphaBetaTracker, TrackerState
+from vehicle_agent.signals import Detections, Ego, Percept, TrackPercept
 
 
-class Followed(msgspec.Struct, frozen=True):
+class TracksState(msgspec.Struct, frozen=True):
     """What perception remembers: the cells' memory, the tracks', and what was told last."""
 
-    sighting: Sighting
-    kept: Kept
-    seen: Seen
+    sighting: CellsState
+    kept: TrackerState
+    seen: Detections
 
 
 class TrackingPerception(msgspec.Struct, frozen=True):
@@ -25,15 +25,17 @@ class TrackingPerception(msgspec.Struct, frozen=True):
     """
 
     cells: HeightMapPerception
-    keeper: TrackKeeper = TrackKeeper()
+    keeper: AlphaBetaTracker = AlphaBetaTracker()
     has_lidar: bool = True
     own_margin_m: float = 0.5
 
-    def initial(self) -> Followed:
+    def initial(self) -> TracksState:
         sighting = self.cells.initial()
-        return Followed(sighting, Kept(), sighting.seen)
+        return TracksState(sighting, TrackerState(), sighting.seen)
 
-    def step(self, state: Followed, percepts: tuple[Percept, ...], ego: Ego) -> tuple[Seen, Followed]:
+    def step(
+        self, state: TracksState, percepts: tuple[Percept, ...], ego: Ego
+    ) -> tuple[Detections, TracksState]:
         """As old as the older of its two sources; the same object while neither brings anything new."""
         cells, sighting = self.cells.step(state.sighting, percepts, ego)
         newer = [
@@ -51,10 +53,10 @@ class TrackingPerception(msgspec.Struct, frozen=True):
         stamp_ns = kept.tracks.stamp_ns
         if self.has_lidar:
             stamp_ns = min(stamp_ns, cells.stamp_ns)
-        seen = Seen(stamp_ns, cells.points_map, cells.blind and self.has_lidar, kept.tracks)
-        return seen, Followed(sighting, kept, seen)
+        seen = Detections(stamp_ns, cells.points_map, cells.blind and self.has_lidar, kept.tracks)
+        return seen, TracksState(sighting, kept, seen)
 
-    def _without_followed(self, sighting: Sighting, kept: Kept) -> Sighting:
+    def _without_followed(self, sighting: CellsState, kept: TrackerState) -> CellsState:
         tracks = kept.tracks
         others = outside_tracks(sighting.hidden_map, tracks.poses_map, tracks.sizes_m, self.own_margin_m)
         return msgspec.structs.replace(

@@ -7,6 +7,7 @@ from vehicle_agent.signals import (
     CanFrame,
     CodeTyped,
     DoorState,
+    FleetVehicle,
     GnssFix,
     ImuSample,
     InboxBody,
@@ -14,7 +15,6 @@ from vehicle_agent.signals import (
     Inputs,
     LinkState,
     ObstaclePercept,
-    OtherVehicle,
     PedestrianPresence,
     PlanAnswer,
     SeatButton,
@@ -55,12 +55,12 @@ def inputs_from(items: Sequence[InboxItem], stamp_ns: int) -> Inputs:
     return Inputs(
         stamp_ns=stamp_ns,
         frames=tuple(body for body in bodies if isinstance(body, CanFrame)),
-        poses=tuple(body for body in bodies if isinstance(body, GnssFix | ImuSample)),
+        navigation=tuple(body for body in bodies if isinstance(body, GnssFix | ImuSample)),
         percepts=tuple(body for body in bodies if isinstance(body, ObstaclePercept | TrackPercept)),
         plans=tuple(body for body in bodies if isinstance(body, PlanAnswer)),
-        infrastructure=tuple(body for body in bodies if isinstance(body, OtherVehicle | PedestrianPresence)),
-        words=tuple(body for body in bodies if isinstance(body, Order | Grants | Command | PassengerTap)),
-        pressed=tuple(
+        infrastructure=tuple(body for body in bodies if isinstance(body, FleetVehicle | PedestrianPresence)),
+        messages=tuple(body for body in bodies if isinstance(body, Order | Grants | Command | PassengerTap)),
+        cabin_events=tuple(
             body for body in bodies if isinstance(body, SeatButton | CodeTyped | SeatSensor | DoorState)
         ),
         link=links[-1] if links else None,

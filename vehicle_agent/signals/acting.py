@@ -8,7 +8,7 @@ from contract.wire.messages import DriveMode
 from vehicle_agent.signals.vehicle import Fault
 
 
-class Wish(msgspec.Struct, frozen=True):
+class ControlCommand(msgspec.Struct, frozen=True):
     """control: what it would like the actuators to do."""
 
     steer_rad: float
@@ -31,7 +31,7 @@ class Actuation(msgspec.Struct, frozen=True):
     brake_ratio: float
 
 
-class Guarded(msgspec.Struct, frozen=True):
+class GuardStatus(msgspec.Struct, frozen=True):
     """guard: its verdict, for everybody after it."""
 
     mode: DriveMode
@@ -39,7 +39,7 @@ class Guarded(msgspec.Struct, frozen=True):
     faults: tuple[Fault, ...]
 
 
-class Says(msgspec.Struct, frozen=True):
+class HmiOutput(msgspec.Struct, frozen=True):
     """hmi: texts for people outside and announcements, each once.
 
     screen, rear  the LED screens in front, for whom the vehicle meets, and behind, for who follows

@@ -103,7 +103,7 @@ class LinkState(msgspec.Struct, frozen=True, tag="link_state"):
     server_offset_ns: int
 
 
-class OtherVehicle(msgspec.Struct, frozen=True, tag="other_vehicle"):
+class FleetVehicle(msgspec.Struct, frozen=True, tag="fleet_vehicle"):
     """A fleet mate's pose as told by infrastructure or the server; stamped in this vehicle's clock."""
 
     stamp_ns: int

@@ -7,11 +7,11 @@ from vehicle_agent.signals.arriving import (
     CanFrame,
     CodeTyped,
     DoorState,
+    FleetVehicle,
     GnssFix,
     ImuSample,
     LinkState,
     ObstaclePercept,
-    OtherVehicle,
     PedestrianPresence,
     SeatButton,
     SeatSensor,
@@ -19,12 +19,12 @@ from vehicle_agent.signals.arriving import (
 )
 from vehicle_agent.signals.plans import PlanAnswer
 
-ServerWord = Order | Grants | Command | PassengerTap
+MissionMessage = Order | Grants | Command | PassengerTap
 Percept = ObstaclePercept | TrackPercept
 # What the link brings the tick.
-LinkWord = ServerWord | LinkState | OtherVehicle | PedestrianPresence
-Pressed = SeatButton | CodeTyped | SeatSensor | DoorState
-Infrastructure = OtherVehicle | PedestrianPresence
+LinkMessage = MissionMessage | LinkState | FleetVehicle | PedestrianPresence
+CabinEvent = SeatButton | CodeTyped | SeatSensor | DoorState
+Infrastructure = FleetVehicle | PedestrianPresence
 InboxBody = (
     CanFrame
     | GnssFix
@@ -37,7 +37,7 @@ InboxBody = (
     | SeatSensor
     | DoorState
     | LinkState
-    | OtherVehicle
+    | FleetVehicle
     | PedestrianPresence
     | Order
     | Grants
@@ -60,10 +60,10 @@ class Inputs(msgspec.Struct, frozen=True):
 
     stamp_ns: int
     frames: tuple[CanFrame, ...] = ()
-    poses: tuple[GnssFix | ImuSample, ...] = ()
+    navigation: tuple[GnssFix | ImuSample, ...] = ()
     percepts: tuple[Percept, ...] = ()
     plans: tuple[PlanAnswer, ...] = ()
     infrastructure: tuple[Infrastructure, ...] = ()
-    words: tuple[ServerWord, ...] = ()
-    pressed: tuple[Pressed, ...] = ()
+    messages: tuple[MissionMessage, ...] = ()
+    cabin_events: tuple[CabinEvent, ...] = ()
     link: LinkState | None = None

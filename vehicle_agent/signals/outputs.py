@@ -3,10 +3,10 @@
 import msgspec
 
 from contract.wire.messages import OrderAccepted, OrderRejected, Status, VehicleEvent
-from vehicle_agent.signals.acting import Actuation, Guarded, Says, Wish
+from vehicle_agent.signals.acting import Actuation, ControlCommand, GuardStatus, HmiOutput
 from vehicle_agent.signals.arriving import CanFrame
 from vehicle_agent.signals.plans import Path, PlanJob, Task
-from vehicle_agent.signals.surroundings import Seen, World
+from vehicle_agent.signals.surroundings import Detections, World
 from vehicle_agent.signals.vehicle import Ego, VehicleMotion
 
 
@@ -15,14 +15,14 @@ class Flow(msgspec.Struct, frozen=True):
 
     motion: VehicleMotion
     ego: Ego
-    seen: Seen
+    detections: Detections
     world: World
     task: Task
     path: Path
-    wish: Wish
-    act: Actuation
-    verdict: Guarded
-    says: Says
+    command: ControlCommand
+    actuation: Actuation
+    guard_status: GuardStatus
+    hmi: HmiOutput
 
 
 class Outputs(msgspec.Struct, frozen=True):
@@ -32,7 +32,7 @@ class Outputs(msgspec.Struct, frozen=True):
     """
 
     frames: tuple[CanFrame, ...]
-    says: Says
+    hmi: HmiOutput
     events: tuple[VehicleEvent, ...]
     answers: tuple[OrderAccepted | OrderRejected, ...]
     report: Status

@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Pose2
-from vehicle_agent.signals.arriving import OtherVehicle, PedestrianPresence
+from vehicle_agent.signals.arriving import FleetVehicle, PedestrianPresence
 
 
 class Tracks(msgspec.Struct, frozen=True):
@@ -28,7 +28,7 @@ NO_TRACKS = Tracks(
 )
 
 
-class Seen(msgspec.Struct, frozen=True):
+class Detections(msgspec.Struct, frozen=True):
     """perception: obstacles around the vehicle; the same object until the next scan.
 
     points_map  (n, 2) obstacle cell centres, map frame
@@ -105,7 +105,7 @@ class World(msgspec.Struct, frozen=True):
     stamp_ns: int
     seen_stamp_ns: int
     points_map: np.ndarray
-    others: tuple[OtherVehicle, ...]
+    others: tuple[FleetVehicle, ...]
     presence: tuple[PedestrianPresence, ...]
     blind: bool
     tracks: Tracks = NO_TRACKS

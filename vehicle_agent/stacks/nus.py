@@ -9,7 +9,7 @@ from vehicle_agent.control.waypoint.pure_pursuit import PurePursuit
 from vehicle_agent.control.waypoint.waypoint_control import WaypointControl
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.perception.tracks import TrackingPerception
-from vehicle_agent.planning.cost_map.cost_map_planning import NusPlanning
+from vehicle_agent.planning.cost_map.cost_map_planning import CostMapPlanning
 from vehicle_agent.planning.cost_map.crossings import CrossingRule
 from vehicle_agent.planning.cost_map.safe_speeds import SafeSpeeds
 from vehicle_agent.planning.waypoint.approach import Approach
@@ -41,11 +41,13 @@ def nus(profile: Profile, road_map: RoadMap) -> Car:
     )
 
 
-def planning(profile: Profile, road_map: RoadMap, crossings: CrossingRule = CrossingRule()) -> NusPlanning:
+def planning(
+    profile: Profile, road_map: RoadMap, crossings: CrossingRule = CrossingRule()
+) -> CostMapPlanning:
     """The cost map and its speeds within the profile's limits."""
     body, limits, driving = profile.body, profile.limits, profile.driving
     speed_mps = min(limits.speed_mps_max, SPEED_MPS_MAX)
-    return NusPlanning(
+    return CostMapPlanning(
         network=RoadNetwork(road_map),
         body_front_m=body.front_overhang_m,
         body_back_m=body.rear_overhang_m,

@@ -10,14 +10,14 @@ from vehicle_agent.control.waypoint.steering_trim import SteeringTrim
 from vehicle_agent.control.waypoint.twist import TwistController
 from vehicle_agent.control.waypoint.waypoint_control import WaypointControl
 from vehicle_agent.guard.collision import Avoidance
-from vehicle_agent.guard.faults import Ageing
+from vehicle_agent.guard.faults import AgeLimits
 from vehicle_agent.guard.guard import Guard
 from vehicle_agent.guard.limits import Limits as GuardLimits
 from vehicle_agent.hmi.announcer import Announcer
 from vehicle_agent.hmi.attention import Attention
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.seat_button import StopRules
-from vehicle_agent.mission.sections import Body
+from vehicle_agent.mission.sections import VehicleExtent
 from vehicle_agent.onboard.rates import LATE_TICK_FAULT_NS, STALE_AFTER_NS, TICK_NS
 from vehicle_agent.perception.cells import HeightMapPerception
 from vehicle_agent.perception.height_map import HeightMap
@@ -55,7 +55,7 @@ def mission_rules(profile: Profile) -> MissionRules:
     """The body along the line, and comfort of unplanned stops."""
     body = profile.body
     return MissionRules(
-        body=Body(body.front_overhang_m, body.rear_overhang_m),
+        body=VehicleExtent(body.front_overhang_m, body.rear_overhang_m),
         half_width_m=0.5 * body.width_m,
         stops=StopRules(decel_mps2=profile.driving.stop_decel_mps2),
         hold_decel_mps2=profile.driving.stop_decel_mps2,
@@ -138,7 +138,7 @@ def guard(profile: Profile) -> Guard:
         stop_ratio=brakes.brake_ratio(0.4 * limits.decel_mps2_max),
         firm_ratio=brakes.brake_ratio(0.85 * limits.decel_mps2_max),
         slow_ratio=brakes.brake_ratio(limits.decel_mps2_comfort),
-        ageing=Ageing(
+        ageing=AgeLimits(
             motion_ns=STALE_AFTER_NS["can_frame"],
             pose_ns=STALE_AFTER_NS["gnss_fix"],
             percept_ns=STALE_AFTER_NS["obstacle_percept"] if profile.lidar.rate_hz > 0.0 else 0,

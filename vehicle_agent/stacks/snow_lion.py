@@ -18,7 +18,7 @@ from vehicle_agent.stacks.rooms import cells, guard, mission_rules
 from vehicle_agent.stacks.snow_lion_control import control
 from vehicle_agent.world.observed import ObservedWorld
 from vehicle_agent.world.surroundings import Surroundings
-from vehicle_agent.world.view import Sight
+from vehicle_agent.world.view import VisibilityParams
 
 # From a steering command's first move to the path's curvature: the plan may not bend faster than wheels turn.
 _STEER_SHARE = 0.85
@@ -36,7 +36,7 @@ def snow_lion(profile: Profile, road_map: RoadMap) -> Car:
         world=ObservedWorld(
             network,
             Surroundings(body.front_overhang_m, body.rear_overhang_m, half_m),
-            Sight(profile.lidar.x_m),
+            VisibilityParams(profile.lidar.x_m),
             walls_from_map=not has_lidar,
         ),
         mission=Mission(network, mission_rules(profile)),

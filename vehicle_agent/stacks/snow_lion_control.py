@@ -8,10 +8,10 @@ from vehicle_agent.control.mpc.lateral import LateralMpc
 from vehicle_agent.control.mpc.lateral_model import Chassis
 from vehicle_agent.control.mpc.longitudinal import LongitudinalMpc
 from vehicle_agent.control.trajectory.observer import Observer
-from vehicle_agent.control.trajectory.pedals import Pedalling
+from vehicle_agent.control.trajectory.pedals import PedalController
 from vehicle_agent.control.trajectory.speed_control import SpeedControl
 from vehicle_agent.control.trajectory.steer_control import SteerControl
-from vehicle_agent.control.trajectory.trajectory_control import SnowLionControl
+from vehicle_agent.control.trajectory.trajectory_control import TrajectoryControl
 from vehicle_agent.onboard.rates import TICK_NS
 
 _TICK_S = TICK_NS * 1e-9
@@ -23,11 +23,11 @@ _SLOW_WHEEL_RADPS = 0.2
 _STEP_S, _SLOW_STEP_S = 0.05, 0.1
 
 
-def control(profile: Profile) -> SnowLionControl:
+def control(profile: Profile) -> TrajectoryControl:
     """Model predictive control with the vehicle's identified response and limits."""
     body, limits, driving = profile.body, profile.limits, profile.driving
     chassis, drivetrain = _chassis(profile), _drivetrain(profile)
-    return SnowLionControl(
+    return TrajectoryControl(
         observer=Observer(drivetrain=drivetrain, chassis=chassis, dt_s=_TICK_S),
         speed=SpeedControl(
             mpc=LongitudinalMpc(
@@ -35,7 +35,7 @@ def control(profile: Profile) -> SnowLionControl:
                 decel_mps2_max=limits.decel_mps2_max * _PLANNED_BRAKING,
                 jerk_mps3_max=driving.jerk_mps3_max,
             ),
-            pedalling=Pedalling(drivetrain=drivetrain, dt_s=_TICK_S),
+            pedalling=PedalController(drivetrain=drivetrain, dt_s=_TICK_S),
             decel_mps2_comfort=limits.decel_mps2_comfort,
             dt_s=_TICK_S,
         ),

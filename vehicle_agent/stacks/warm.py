@@ -17,16 +17,16 @@ from vehicle_agent.signals import (
     PEDESTRIAN,
     VEHICLE,
     Ego,
+    FleetVehicle,
     GnssFix,
     ImuSample,
     Inputs,
     LinkState,
-    OtherVehicle,
+    MissionMessage,
     PedestrianPresence,
     Percept,
     PlanAnswer,
     SeatButton,
-    ServerWord,
     TrackPercept,
     Tracks,
     VehicleMotion,
@@ -68,7 +68,7 @@ def warm_guard(profile: Profile) -> None:
     motion = VehicleMotion(now_ns, 2.0, 0.0, 0.0, 0.0, True, False, True, 1.0)
     told = _tracks(now_ns)
     tracks = Tracks(now_ns, told.ids, told.kinds, told.poses_base, told.velocities_base_mps, told.sizes_m)
-    mates = (OtherVehicle(now_ns, "mate", Pose2(15.0, 0.0, 0.0), 0.0),)
+    mates = (FleetVehicle(now_ns, "mate", Pose2(15.0, 0.0, 0.0), 0.0),)
     world = World(now_ns, now_ns, np.array([[8.0, 0.0]]), mates, (), False, tracks)
     movers, everything = avoidance.others(world, ego)
     avoidance.brake_ratio(everything, ego, motion, 0.1, 2.0, False)
@@ -81,7 +81,7 @@ def _drive(profile: Profile, road_map: RoadMap) -> None:
     state = initial_state(car)
     params = height_map(profile)
     points = np.array([[9.0, 0.0, z] for z in (0.0, 0.8, 1.6)] * 3, dtype=np.float32)
-    words: tuple[ServerWord, ...] = (_order(road_map), Command(1, "go", "resume"))
+    messages: tuple[MissionMessage, ...] = (_order(road_map), Command(1, "go", "resume"))
     for number in range(1, _TICKS):
         now_ns = number * _TICK_NS
         percepts: tuple[Percept, ...] = ()
@@ -89,15 +89,15 @@ def _drive(profile: Profile, road_map: RoadMap) -> None:
             percepts = (percept_from_scan(points, now_ns, params), _tracks(now_ns))
         inputs = Inputs(
             stamp_ns=now_ns,
-            poses=(_fix(road_map.origin, now_ns), ImuSample(now_ns, 0.0, 0.0)),
+            navigation=(_fix(road_map.origin, now_ns), ImuSample(now_ns, 0.0, 0.0)),
             percepts=percepts,
             plans=plans,
             infrastructure=(
-                OtherVehicle(now_ns, "mate", Pose2(40.0, 0.0, 0.0), 0.0),
+                FleetVehicle(now_ns, "mate", Pose2(40.0, 0.0, 0.0), 0.0),
                 PedestrianPresence(now_ns, "crossing", 1),
             ),
-            words=words if number == 5 else (),
-            pressed=(SeatButton(now_ns, 1),) if number == 10 else (),
+            messages=messages if number == 5 else (),
+            cabin_events=(SeatButton(now_ns, 1),) if number == 10 else (),
             link=LinkState(now_ns, True, 1, 0),
         )
         state, outputs = tick(state, inputs, car)

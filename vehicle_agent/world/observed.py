@@ -13,20 +13,20 @@ from vehicle_agent.signals import (
     NO_PREDICTIONS,
     NO_VIEW,
     VEHICLE,
+    Detections,
     Ego,
+    FleetVehicle,
     Infrastructure,
-    OtherVehicle,
     Predictions,
-    Seen,
     Tracks,
     View,
     WatchedArea,
     World,
 )
+from vehicle_agent.world.area_monitor import AreaMonitor, outlines_of
 from vehicle_agent.world.prediction import Predictor
-from vehicle_agent.world.surroundings import Heard, Surroundings
-from vehicle_agent.world.view import Sight, points_on_walls
-from vehicle_agent.world.watching import AreaWatch, outlines_of
+from vehicle_agent.world.surroundings import Surroundings, SurroundingsState
+from vehicle_agent.world.view import VisibilityParams, points_on_walls
 
 # Fleet mates that no sensor sees take part as tracks too; their ids count down from here.
 MATES_FROM = -1
@@ -36,10 +36,10 @@ _STANDS_MPS = 0.5
 _STOP_NEAR_M = 15.0
 
 
-class Watching(msgspec.Struct, frozen=True):
+class ObservedWorldState(msgspec.Struct, frozen=True):
     """What the world remembers: what was heard, and what was made of the last scan."""
 
-    heard: Heard
+    heard: SurroundingsState
     made_ns: int = 0
     points_map: np.ndarray = msgspec.field(default_factory=lambda: np.empty((0, 2)))
     tracks: Tracks | None = None
@@ -59,10 +59,10 @@ class ObservedWorld:
         self,
         network: RoadNetwork,
         surroundings: Surroundings,
-        sight: Sight,
+        sight: VisibilityParams,
         predictor: Predictor | None = None,
         track_margin_m: float = 0.35,
-        area_watch: AreaWatch | None = None,
+        area_watch: AreaMonitor | None = None,
         walls_from_map: bool = False,
     ) -> None:
         self._network = network
@@ -70,7 +70,7 @@ class ObservedWorld:
         self._sight = sight
         self._predictor = predictor or Predictor()
         self._track_margin_m = track_margin_m
-        self._area_watch = area_watch or AreaWatch()
+        self._area_watch = area_watch or AreaMonitor()
         self._areas = network.road_map.observation_areas
         self._outlines = outlines_of(self._areas)
         self._walls_from_map = walls_from_map
@@ -79,12 +79,17 @@ class ObservedWorld:
         self._stop_ids = tuple(stop.stop_id for stop in network.road_map.stops)
         self._stop_poses: Array = np.array(stops).reshape(-1, 3)
 
-    def initial(self) -> Watching:
-        return Watching(self._surroundings.initial())
+    def initial(self) -> ObservedWorldState:
+        return ObservedWorldState(self._surroundings.initial())
 
     def step(
-        self, state: Watching, ego: Ego, seen: Seen, infrastructure: tuple[Infrastructure, ...], now_ns: int
-    ) -> tuple[World, Watching]:
+        self,
+        state: ObservedWorldState,
+        ego: Ego,
+        seen: Detections,
+        infrastructure: tuple[Infrastructure, ...],
+        now_ns: int,
+    ) -> tuple[World, ObservedWorldState]:
         """Predictions are made once for each scan and stamped with it; mates are carried to now_ns."""
         plain, heard = self._surroundings.step(state.heard, ego, seen, infrastructure, now_ns)
         state = msgspec.structs.replace(state, heard=heard)
@@ -103,7 +108,9 @@ class ObservedWorld:
         )
         return world, state
 
-    def _made(self, state: Watching, ego: Ego, seen: Seen, plain: World, newest_ns: int) -> Watching:
+    def _made(
+        self, state: ObservedWorldState, ego: Ego, seen: Detections, plain: World, newest_ns: int
+    ) -> ObservedWorldState:
         tracks = _with_mates(seen.tracks, plain.others, self._surroundings)
         solid = plain.points_map
         if self._walls_from_map:
@@ -157,7 +164,7 @@ class ObservedWorld:
         return bool((inside & (np.abs(places[:, 1]) <= body.body_half_width_m)).any())
 
 
-def _with_mates(tracks: Tracks, mates: tuple[OtherVehicle, ...], body: Surroundings) -> Tracks:
+def _with_mates(tracks: Tracks, mates: tuple[FleetVehicle, ...], body: Surroundings) -> Tracks:
     """The tracks, and those fleet mates that none of them is."""
     length_m, width_m = body.body_front_m + body.body_back_m, 2.0 * body.body_half_width_m
     forward_m = 0.5 * (body.body_front_m - body.body_back_m)

@@ -7,22 +7,22 @@ import numpy as np
 
 from contract.geometry import Array, Pose2, inverse, transform_points
 from vehicle_agent.signals import (
+    Detections,
     Ego,
+    FleetVehicle,
     Infrastructure,
-    OtherVehicle,
     PedestrianPresence,
-    Seen,
     World,
 )
 
 
-class Heard(msgspec.Struct, frozen=True):
+class SurroundingsState(msgspec.Struct, frozen=True):
     """What the world model remembers: the latest word on each fleet mate and crossing, and its last sorting.
 
     sorted_points  the obstacles of `sorted_ns` without those that are a fleet mate
     """
 
-    others: tuple[OtherVehicle, ...]
+    others: tuple[FleetVehicle, ...]
     presence: tuple[PedestrianPresence, ...]
     sorted_ns: int
     sorted_points: np.ndarray
@@ -38,17 +38,22 @@ class Surroundings(msgspec.Struct, frozen=True):
     other_age_ns_max: int = 1_500_000_000
     presence_age_ns_max: int = 2_500_000_000
 
-    def initial(self) -> Heard:
-        return Heard((), (), 0, np.empty((0, 2)))
+    def initial(self) -> SurroundingsState:
+        return SurroundingsState((), (), 0, np.empty((0, 2)))
 
     def step(
-        self, state: Heard, ego: Ego, seen: Seen, infrastructure: tuple[Infrastructure, ...], now_ns: int
-    ) -> tuple[World, Heard]:
+        self,
+        state: SurroundingsState,
+        ego: Ego,
+        seen: Detections,
+        infrastructure: tuple[Infrastructure, ...],
+        now_ns: int,
+    ) -> tuple[World, SurroundingsState]:
         """Fleet mates are carried along their heading to `now_ns`; those not heard of lately are dropped."""
         others = {other.vehicle_id: other for other in state.others}
         presence = {word.area_id: word for word in state.presence}
         for word in infrastructure:
-            if isinstance(word, OtherVehicle):
+            if isinstance(word, FleetVehicle):
                 others[word.vehicle_id] = word
             else:
                 _keep_newer(presence, word, now_ns)
@@ -72,9 +77,9 @@ class Surroundings(msgspec.Struct, frozen=True):
             blind=seen.blind,
             tracks=seen.tracks,
         )
-        return world, Heard(heard, present, seen.stamp_ns, points)
+        return world, SurroundingsState(heard, present, seen.stamp_ns, points)
 
-    def _without(self, points_map: Array, mates: list[OtherVehicle]) -> Array:
+    def _without(self, points_map: Array, mates: list[FleetVehicle]) -> Array:
         keep = np.ones(len(points_map), np.bool_)
         margin_m = self.mate_margin_m
         for mate in mates:
@@ -99,11 +104,11 @@ def _keep_newer(presence: dict[str, PedestrianPresence], word: PedestrianPresenc
         presence[word.area_id] = word
 
 
-def _carried(other: OtherVehicle, now_ns: int) -> OtherVehicle:
+def _carried(other: FleetVehicle, now_ns: int) -> FleetVehicle:
     """The fleet mate where it is by now, if it has gone on straight at its speed."""
     along_m = other.speed_mps * (now_ns - other.stamp_ns) * 1e-9
     pose = other.pose_map
     moved = Pose2(
         pose.x_m + along_m * math.cos(pose.yaw_rad), pose.y_m + along_m * math.sin(pose.yaw_rad), pose.yaw_rad
     )
-    return OtherVehicle(now_ns, other.vehicle_id, moved, other.speed_mps)
+    return FleetVehicle(now_ns, other.vehicle_id, moved, other.speed_mps)

@@ -11,7 +11,7 @@ from contract.roads.walls import edges_near
 from vehicle_agent.signals import PEDESTRIAN, Tracks, View
 
 
-class Sight(msgspec.Struct, frozen=True):
+class VisibilityParams(msgspec.Struct, frozen=True):
     """bearings: rays all around; range_m: nothing farther is looked at; sensor_x_m before the rear axle.
 
     cell_m: an obstacle cell hides this much to each side of its middle

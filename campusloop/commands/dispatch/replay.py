@@ -10,7 +10,7 @@ from rich.progress import track
 
 from campusloop.commands.dispatch.ending import JsonPath, refuse, write_json
 from campusloop.commands.dispatch.explain import DatabaseUrl
-from campusloop.studies.dispatch.decision_replay import Repeated, repeat_all
+from campusloop.studies.dispatch.decision_replay import RepeatedDecision, repeat_all
 from campusloop.studies.dispatch.stored_campus import CampusUnread, local_day, stored_campus
 
 _DIFFERENT = 1
@@ -48,7 +48,11 @@ def replay(
 
 
 def _tell(
-    console: Console, day: str, made: list[Repeated], different: list[Repeated], zone: ZoneInfo
+    console: Console,
+    day: str,
+    made: list[RepeatedDecision],
+    different: list[RepeatedDecision],
+    zone: ZoneInfo,
 ) -> None:
     kinds = dict.fromkeys(one.decision.kind for one in made)
     counts = ", ".join(f"{sum(one.decision.kind == kind for one in made)} {kind}" for kind in kinds)
@@ -74,7 +78,7 @@ def _time(at: datetime, zone: ZoneInfo) -> str:
     return f"{at.astimezone(zone):%H:%M:%S}"
 
 
-def _report(day: str, made: list[Repeated]) -> dict[str, object]:
+def _report(day: str, made: list[RepeatedDecision]) -> dict[str, object]:
     return {
         "day": day,
         "decisions": len(made),

@@ -20,13 +20,13 @@ from campusloop.studies.dispatch.fleet_day import (
     Shuttle,
     run_day,
 )
-from campusloop.studies.dispatch.stored_campus import CampusUnread, local_day, stored_campus
-from campusloop.studies.dispatch.wanted_rides import (
+from campusloop.studies.dispatch.ride_demand import (
     NotOnThisMap,
     booked_between,
     enrolled,
     require_on_map,
 )
+from campusloop.studies.dispatch.stored_campus import CampusUnread, local_day, stored_campus
 from contract.roads.load import MapError, load_map
 from contract.roads.network import RoadNetwork
 from server.domain.rules import FleetRules

@@ -47,7 +47,7 @@ class Duals:
 
 
 @dataclass(frozen=True, slots=True)
-class Relaxed:
+class RelaxationResult:
     """value of the relaxation over the columns it has, its duals, flow (r,) of the routes, flow without a
     route.
     """
@@ -168,14 +168,14 @@ class Master:
             np.where(allowed, _INF, 0.0),
         )
 
-    def solve(self) -> Relaxed:
+    def solve(self) -> RelaxationResult:
         """The relaxation over the routes at hand."""
         self._lp.run()
         solution = self._lp.getSolution()
         dual = np.asarray(solution.row_dual)
         flow = np.asarray(solution.col_value)
         n = self._requests
-        return Relaxed(
+        return RelaxationResult(
             value=float(self._lp.getInfo().objective_function_value),
             duals=Duals(
                 np.maximum(dual[:n], 0.0), max(0.0, -float(dual[n])), np.maximum(-dual[n + 1 :], 0.0)

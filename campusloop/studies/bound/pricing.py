@@ -52,7 +52,7 @@ class Reach(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Priced:
+class PricingResult:
     """Routes below the threshold, cheapest first.
 
     complete  False when the labels ran out: the routes are some of them, and nothing is proven
@@ -96,7 +96,7 @@ def price(
     every_set: bool,
     labels_max: int,
     routes_max: int,
-) -> Priced:
+) -> PricingResult:
     """Routes with reduced cost below the threshold.
 
     relaxed_share  of the least reduced cost of the relaxation: where that is lower still, it is the
@@ -112,7 +112,7 @@ def price(
     )
     cheapest = np.argsort(reduced, kind="stable")[:routes_max]
     starts, nodes = _route_nodes(graph.node, event, parent, ends[cheapest])
-    return Priced(
+    return PricingResult(
         complete=count >= 0,
         threshold=threshold,
         labels=abs(count),

@@ -21,14 +21,14 @@ from campusloop.studies.bound.events import EventGraph, event_graph
 from campusloop.studies.bound.master import (
     Duals,
     Master,
-    Relaxed,
+    RelaxationResult,
     integer_solution,
     lagrangian_bound,
 )
 from campusloop.studies.bound.network import Network
 from campusloop.studies.bound.pricing import (
-    Priced,
     Prices,
+    PricingResult,
     Reach,
     price,
     reach_of,
@@ -167,7 +167,9 @@ class _Proof:
             yield from self._branch(pool, ceiling)
             margin *= 2.0
 
-    def _tighten(self, relaxed: Relaxed | None, patience: int) -> Generator[Progress, None, Relaxed | None]:
+    def _tighten(
+        self, relaxed: RelaxationResult | None, patience: int
+    ) -> Generator[Progress, None, RelaxationResult | None]:
         """Subset-row cuts, until so many rounds of them were not worth much; a plan from the columns."""
         slow = 0
         while self._gap > _OPEN and relaxed is not None and slow < patience:
@@ -184,7 +186,7 @@ class _Proof:
             yield self.progress("search")
         return relaxed
 
-    def _generate(self, stage: str) -> Generator[Progress, None, Relaxed | None]:
+    def _generate(self, stage: str) -> Generator[Progress, None, RelaxationResult | None]:
         """Column generation until the relaxation is solved; its last answer, or None when the labels ran out.
 
         Prices are taken half way between the best duals so far and the present ones (Wentges 1997); where
@@ -210,7 +212,7 @@ class _Proof:
             if len(self._master.routes) > self._limits.columns_max:
                 self._master.keep_cheapest(relaxed.duals, self._limits.columns_max // 2)
 
-    def _price(self, duals: Duals) -> Priced | None:
+    def _price(self, duals: Duals) -> PricingResult | None:
         """Routes at these duals, and the bound that they prove. None when not even one was found within the
         labels.
         """
@@ -250,7 +252,7 @@ class _Proof:
             cuts_of[cut, k >> 6] |= np.uint64(1) << np.uint64(k & 63)
         return Prices(reward, duals.fixed, duals.penalty[priced], bits_of(cuts, n), cuts_of)
 
-    def _keep_if_whole(self, relaxed: Relaxed) -> None:
+    def _keep_if_whole(self, relaxed: RelaxationResult) -> None:
         """Is the relaxation's answer a solution?"""
         if relaxed.unserved > _WHOLE:
             return
@@ -260,7 +262,7 @@ class _Proof:
             if float(routes.cost.sum()) < self._upper:
                 self._best = routes
 
-    def _search(self, relaxed: Relaxed | None) -> None:
+    def _search(self, relaxed: RelaxationResult | None) -> None:
         """Look for a solution among the columns."""
         duals = self._duals if relaxed is None else relaxed.duals
         routes = self._master.routes
@@ -276,7 +278,7 @@ class _Proof:
         if used is not None:
             self._best = promising.chosen(used)
 
-    def _cut(self, relaxed: Relaxed) -> bool:
+    def _cut(self, relaxed: RelaxationResult) -> bool:
         """Add violated subset-row cuts, if any."""
         used = np.flatnonzero(relaxed.flow > _WHOLE)
         sets = sets_as_matrix(self._master.routes.served[used], self._network.requests)

@@ -14,7 +14,7 @@ from campusloop.studies.bound.cuts import violated_cuts
 from campusloop.studies.bound.master import (
     Duals,
     Master,
-    Relaxed,
+    RelaxationResult,
     integer_solution,
     lagrangian_bound,
 )
@@ -131,7 +131,7 @@ class Tree:
             self._pool = self._pool.chosen(np.flatnonzero(kept))
         return np.ones(len(self._pool), np.bool_)
 
-    def _keep_if_whole(self, relaxed: Relaxed) -> bool:
+    def _keep_if_whole(self, relaxed: RelaxationResult) -> bool:
         """Is the relaxation's answer a solution? The node is then done."""
         if relaxed.unserved > _WHOLE or (np.abs(relaxed.flow - np.rint(relaxed.flow)) > _WHOLE).any():
             return False
@@ -145,7 +145,7 @@ class Tree:
             self._upper, self.best = cost, routes
             self._cutoff = min(self._cutoff, cost)
 
-    def _cut(self, relaxed: Relaxed, least: float) -> bool:
+    def _cut(self, relaxed: RelaxationResult, least: float) -> bool:
         """Add violated cuts, if any."""
         if len(self._master.cuts) >= _CUTS_MAX:
             return False
@@ -166,7 +166,7 @@ class Tree:
         if used is not None:
             self._keep(routes.chosen(used))
 
-    def _branch(self, relaxed: Relaxed, bound: float, pairs: tuple[Pair, ...]) -> None:
+    def _branch(self, relaxed: RelaxationResult, bound: float, pairs: tuple[Pair, ...]) -> None:
         """Two nodes, by the pair of requests whose sharing is least decided."""
         used = np.flatnonzero(relaxed.flow > _WHOLE)
         sets = sets_as_matrix(self._master.routes.served[used], self._requests).astype(np.float64)

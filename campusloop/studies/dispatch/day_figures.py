@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from campusloop.studies.dispatch.fleet_day import Fate, FleetDay
+from campusloop.studies.dispatch.fleet_day import FleetDay, RideOutcome
 
 # Sums of many doubles.
 _ROUNDING_S = 1e-3
@@ -59,7 +59,7 @@ def figures_of(day: FleetDay) -> DayFigures:
     )
 
 
-def _is_kept(fate: Fate) -> bool:
+def _is_kept(fate: RideOutcome) -> bool:
     if fate.promise is None:
         return False
     from_s, to_s, by_s = fate.promise

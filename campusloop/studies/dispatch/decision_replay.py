@@ -11,7 +11,7 @@ from server.usecases.planning.decisions import DecisionUnreadable, repeated
 
 
 @dataclass(frozen=True, slots=True)
-class Repeated:
+class RepeatedDecision:
     """difference in words, "" for the very same bytes"""
 
     decision: Decision
@@ -22,9 +22,9 @@ class Repeated:
         return not self.difference
 
 
-def repeat_all(decisions: Iterable[Decision]) -> Iterator[Repeated]:
+def repeat_all(decisions: Iterable[Decision]) -> Iterator[RepeatedDecision]:
     for decision in decisions:
-        yield Repeated(decision, _difference(decision))
+        yield RepeatedDecision(decision, _difference(decision))
 
 
 def _difference(decision: Decision) -> str:

@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import accumulate
 
-from server.dispatch.answer import Terms, answer_all
-from server.dispatch.board.board import Board
-from server.dispatch.improve import Cooling, improve
+from server.dispatch.answer import PromiseRules, answer_all
+from server.dispatch.improve import CoolingSchedule, improve
 from server.dispatch.problem import Problem, Request, VehicleState
+from server.dispatch.schedule.board import Schedule
 from server.dispatch.solve import forever
 from server.domain.rules import FleetRules
 from server.travel.fleet_roads import FleetRoads
@@ -30,7 +30,7 @@ _ANNOUNCED, _CANCELLED = 0, 1
 
 @dataclass(frozen=True, slots=True)
 class Policy:
-    """How the fleet is run. patience as `Board` takes it; slices of improvement every half a minute."""
+    """How the fleet is run. patience as `Schedule` takes it; slices of improvement every half a minute."""
 
     name: str
     words: str
@@ -59,7 +59,7 @@ class Shuttle:
 
 
 @dataclass(slots=True)
-class Fate:
+class RideOutcome:
     """What has become of a ride; seconds on the axis of the day, None for what did not happen.
 
     direct_s   the drive without anybody else
@@ -80,7 +80,7 @@ class Fate:
 class FleetDay:
     """driven_s: driving of all shuttles together; in_vain: rides cancelled when one had set out."""
 
-    fates: dict[str, Fate] = field(default_factory=dict)
+    fates: dict[str, RideOutcome] = field(default_factory=dict)
     driven_s: float = 0.0
     in_vain: int = 0
 
@@ -112,14 +112,14 @@ def run_day(
                 _drive(board, improved_s, day)
                 # The seed of each search differs, and is the same for every run of the day.
                 search = seed + round(improved_s - began_s)
-                improve(board, Cooling(policy.slices, _ATTEMPTS), search, policy.slices, forever)
+                improve(board, CoolingSchedule(policy.slices, _ATTEMPTS), search, policy.slices, forever)
         _drive(board, at_s, day)
         if kind == _CANCELLED:
             _cancel(board, ride.ride, day)
         elif kind == _ANNOUNCED:
             wish = wishes[ride.ride]
             direct_s = float(board.problem.times[wish.pickup, wish.dropoff])
-            day.fates[ride.ride] = Fate(wish.pickup_from_s, direct_s, rules.dwell_s)
+            day.fates[ride.ride] = RideOutcome(wish.pickup_from_s, direct_s, rules.dwell_s)
             _answer(board, wish, terms, day.fates[ride.ride])
             watch()
     _drive(board, began_s + _THE_END_S, day)
@@ -139,13 +139,13 @@ def _events(rides: Sequence[WantedRide]) -> Iterator[tuple[float, int, WantedRid
         yield at_s, kind, rides[k]
 
 
-def _answer(board: Board, wish: Request, terms: Terms, fate: Fate) -> None:
+def _answer(board: Schedule, wish: Request, terms: PromiseRules, fate: RideOutcome) -> None:
     board.add(wish)
     answer = answer_all(board, [wish.request_id], terms)[0]
     fate.promise, fate.rule = answer.windows, answer.rule
 
 
-def _cancel(board: Board, name: str, day: FleetDay) -> None:
+def _cancel(board: Schedule, name: str, day: FleetDay) -> None:
     """Who has been refused or picked up stays that."""
     fate = day.fates[name]
     if fate.rule or fate.pickup_s is not None:
@@ -154,7 +154,7 @@ def _cancel(board: Board, name: str, day: FleetDay) -> None:
     day.in_vain += board.withdraw(name)
 
 
-def _drive(board: Board, now_s: float, day: FleetDay) -> None:
+def _drive(board: Schedule, now_s: float, day: FleetDay) -> None:
     for made in board.advance(now_s):
         fate = day.fates[made.request_id]
         if made.alights:
@@ -180,7 +180,7 @@ def _request(ride: WantedRide, roads: FleetRoads, rules: FleetRules) -> Request:
     )
 
 
-def _terms(roads: FleetRoads, rules: FleetRules) -> Terms:
+def _terms(roads: FleetRoads, rules: FleetRules) -> PromiseRules:
     """Without alternatives: nobody here would take one."""
     return replace(roads.terms(rules), later_s_max=0.0)
 
@@ -192,7 +192,7 @@ def _board(
     began_s: float,
     spare: int,
     patience: float,
-) -> Board:
+) -> Schedule:
     """Every shuttle at a resting place, one after the other."""
     resting = roads.network.road_map.resting_places
     vehicles = tuple(
@@ -206,7 +206,7 @@ def _board(
         for number, shuttle in enumerate(fleet)
     )
     problem = Problem(vehicles, {}, roads.stop_times(frozenset()), dwell_s=rules.dwell_s)
-    return Board(problem, spare, patience)
+    return Schedule(problem, spare, patience)
 
 
 def _most_at_once(rides: Sequence[WantedRide], wishes: Mapping[str, Request]) -> int:

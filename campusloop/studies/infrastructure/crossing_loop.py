@@ -20,13 +20,13 @@ from contract.roads.routing import Route, route_line
 from simulator.infrastructure import CameraParams, CrossingCamera
 from simulator.vehicle.plant import Plant, plant_params
 from vehicle_agent.config import Profile
-from vehicle_agent.control.waypoint.waypoint_control import Hands, WaypointControl
-from vehicle_agent.planning.cost_map.cost_map_planning import NusPlan, NusPlanning
+from vehicle_agent.control.waypoint.waypoint_control import WaypointControl, WaypointControlState
+from vehicle_agent.planning.cost_map.cost_map_planning import CostMapPlanning, CostMapPlanningState
 from vehicle_agent.planning.cost_map.crossings import CrossingRule
 from vehicle_agent.planning.cost_map.safe_speeds import SafeSpeeds
 from vehicle_agent.planning.waypoint.gap import GapRule
 from vehicle_agent.planning.waypoint.waypoints import WaypointRules
-from vehicle_agent.signals import Ego, OtherVehicle, PedestrianPresence, Task, VehicleMotion, World
+from vehicle_agent.signals import Ego, FleetVehicle, PedestrianPresence, Task, VehicleMotion, World
 from vehicle_agent.stacks.nus import planning, pursuit_control
 
 DT_S = 0.1
@@ -113,10 +113,10 @@ class People:
 class Cart:
     """One cart's planning and control, and how far it has come (`driven_m`)."""
 
-    def __init__(self, room: NusPlanning, control: WaypointControl, start_m: float) -> None:
+    def __init__(self, room: CostMapPlanning, control: WaypointControl, start_m: float) -> None:
         self.room, self.control = room, control
-        self.plan: NusPlan = room.initial()
-        self.hands: Hands = control.initial()
+        self.plan: CostMapPlanningState = room.initial()
+        self.hands: WaypointControlState = control.initial()
         self.start_m, self.driven_m = start_m, 0.0
         self.at_m, self.laps = start_m, 0
         self.seen_ns = 0
@@ -175,7 +175,7 @@ class CrossingLoop:
         """0.1 s."""
         views = [self.plant.view(i) for i in range(len(self.carts))]
         self._listen()
-        mates = [OtherVehicle(self.now_ns, f"c{i}", v.pose_map, v.speed_mps) for i, v in enumerate(views)]
+        mates = [FleetVehicle(self.now_ns, f"c{i}", v.pose_map, v.speed_mps) for i, v in enumerate(views)]
         for i, cart in enumerate(self.carts):
             ego = Ego(
                 self.now_ns, views[i].pose_map, views[i].speed_mps, views[i].accel_mps2,
@@ -195,7 +195,7 @@ class CrossingLoop:
             seen_ns = self.now_ns - round(word.age_s * 1e9)
             self.told = PedestrianPresence(seen_ns, word.area_id, word.count)
 
-    def _drive(self, i: int, cart: Cart, ego: Ego, others: Sequence[OtherVehicle]) -> None:
+    def _drive(self, i: int, cart: Cart, ego: Ego, others: Sequence[FleetVehicle]) -> None:
         task = self._task(cart, ego)
         to_go_m = (CROSSING_M - cart.at_m) % self.lap_m
         is_near = to_go_m < SCAN_NEAR_M or self.lap_m - to_go_m < 5.0
@@ -252,7 +252,7 @@ class CrossingLoop:
             self.contacts += int(np.any(touched) and abs(y) < 1.0 and speeds[i] > 0.3)
 
 
-def _room(profile: Profile, road_map: RoadMap, speed_mps: float, infrastructure: bool) -> NusPlanning:
+def _room(profile: Profile, road_map: RoadMap, speed_mps: float, infrastructure: bool) -> CostMapPlanning:
     body = profile.body
     gap = GapRule(
         body.front_overhang_m, body.rear_overhang_m, 0.5 * body.width_m, standstill_m=2.0, time_gap_s=1.5

@@ -13,7 +13,7 @@ from server.api.campus.schemas import (
     stop_view,
 )
 from server.api.problems import problems
-from server.api.services import Given
+from server.api.services import InjectedServices
 from server.domain.errors import CampusUnknown
 from server.usecases.fleet import campus
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -23,7 +23,7 @@ router = APIRouter(tags=["campus"])
 
 
 @router.get("/campus", operation_id="get_campus", responses=problems(CampusUnknown))
-async def get_campus(services: Given) -> CampusView:
+async def get_campus(services: InjectedServices) -> CampusView:
     def work(uow: UnitOfWork) -> CampusView:
         today = calendars.service_day(uow)
         return campus_view(
@@ -34,7 +34,7 @@ async def get_campus(services: Given) -> CampusView:
 
 
 @router.get("/stops", operation_id="list_stops", responses=problems(CampusUnknown))
-async def list_stops(services: Given) -> list[StopView]:
+async def list_stops(services: InjectedServices) -> list[StopView]:
     """Every stop of the map in force, in map order."""
     return [stop_view(stop) for stop in await services.transactions.read(campus.stops)]
 
@@ -46,7 +46,7 @@ async def list_stops(services: Given) -> list[StopView]:
     responses=problems(CampusUnknown) | {304: {"description": "The map is the one in If-None-Match."}},
 )
 async def get_campus_map(
-    services: Given, if_none_match: Annotated[str | None, Header(max_length=200)] = None
+    services: InjectedServices, if_none_match: Annotated[str | None, Header(max_length=200)] = None
 ) -> Response:
     """Lanes, buildings and stops as compact arrays, with the map version as ETag."""
 

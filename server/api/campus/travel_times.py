@@ -7,15 +7,15 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from server.api.problems import problems
 from server.api.security.access import ReadingOperator
-from server.api.services import Given
+from server.api.services import InjectedServices
 from server.domain.errors import CampusUnknown, SessionExpired
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.record import paces
+from server.usecases.record import travel_time_factors
 
 router = APIRouter(tags=["service"])
 
 
-class HourPace(BaseModel):
+class HourFactor(BaseModel):
     hour: int = Field(description="Campus local: 8 is from 08:00 to 09:00.")
     factor: float = Field(description="Planned driving is multiplied by this; 1 as in the map's times.")
     legs: int = Field(description="How many drives from stop to stop it rests on.")
@@ -36,22 +36,22 @@ class TravelTimes(BaseModel):
 
     timezone: str
     learned_at: datetime | None = Field(description="Null while nothing has been learnt.")
-    hours: list[HourPace]
+    hours: list[HourFactor]
 
 
 @router.get(
     "/travel-times", operation_id="get_travel_times", responses=problems(SessionExpired, CampusUnknown)
 )
-async def get_travel_times(services: Given, _: ReadingOperator) -> TravelTimes:
+async def get_travel_times(services: InjectedServices, _: ReadingOperator) -> TravelTimes:
     """What plans and promises multiply driving by, at each hour of the day."""
 
     def work(uow: UnitOfWork) -> TravelTimes:
-        found = paces.present(uow)
+        found = travel_time_factors.present(uow)
         return TravelTimes(
             timezone=uow.network().road_map.timezone,
             learned_at=found.learned_at,
             hours=[
-                HourPace(hour=hour, factor=round(factor, 4), legs=legs)
+                HourFactor(hour=hour, factor=round(factor, 4), legs=legs)
                 for hour, (factor, legs) in enumerate(zip(found.factors, found.legs, strict=True))
             ],
         )

@@ -13,7 +13,7 @@ from server.api.closures.schemas import (
 from server.api.formats import NAME_PATTERN
 from server.api.problems import CsrfMissing, problems
 from server.api.security.access import ChangingOperator, ReadingOperator
-from server.api.services import Given
+from server.api.services import InjectedServices
 from server.domain.errors import (
     CampusUnknown,
     ClosureInvalid,
@@ -32,7 +32,7 @@ ClosureId = Annotated[str, Path(pattern=NAME_PATTERN, examples=["closure-2"])]
 
 
 @router.get("", operation_id="list_closures", responses=problems(SessionExpired, CampusUnknown))
-async def list_closures(services: Given, _: ReadingOperator) -> list[ClosureView]:
+async def list_closures(services: InjectedServices, _: ReadingOperator) -> list[ClosureView]:
     """Those that hold now and those to come, by their beginning."""
 
     def work(uow: UnitOfWork) -> list[ClosureView]:
@@ -49,7 +49,9 @@ async def list_closures(services: Given, _: ReadingOperator) -> list[ClosureView
         LaneUnknown, SectionUnknown, ClosureInvalid, CampusUnknown, SessionExpired, CsrfMissing
     ),
 )
-async def close_road(body: ClosureBody, services: Given, operator: ChangingOperator) -> ClosureView:
+async def close_road(
+    body: ClosureBody, services: InjectedServices, operator: ChangingOperator
+) -> ClosureView:
     """Nobody is sent there from its beginning on. Rides that this cuts off are put off, let out elsewhere or
     ended, and told so at once."""
 
@@ -65,6 +67,6 @@ async def close_road(body: ClosureBody, services: Given, operator: ChangingOpera
     status_code=204,
     responses=problems(ClosureUnknown, ClosureOver, CampusUnknown, SessionExpired, CsrfMissing),
 )
-async def lift_closure(closure_id: ClosureId, services: Given, operator: ChangingOperator) -> None:
+async def lift_closure(closure_id: ClosureId, services: InjectedServices, operator: ChangingOperator) -> None:
     """The road is open again, or will not be closed."""
     await services.transactions.run(lambda uow: closures.lift(uow, closure_id, operator.name))

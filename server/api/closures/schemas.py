@@ -7,7 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 from pydantic.config import JsonDict
 
 from contract.roads.network import RoadNetwork
-from server.api.formats import Moment, Words
+from server.api.formats import FreeText, Moment
 from server.domain.roads.closures import Closure, ClosureState
 from server.travel.closed_roads import sections_of
 from server.usecases.fleet.closures import CloseRoad
@@ -33,7 +33,7 @@ class ClosureBody(BaseModel):
 
     lane_ids: list[RoadId] = Field([], max_length=_ROADS_MAX)
     section_ids: list[RoadId] = Field([], max_length=_ROADS_MAX)
-    reason: Words = ""
+    reason: FreeText = ""
     starts_at: Moment | None = Field(None, description="Null: now.")
     ends_at: Moment | None = Field(None, description="Null: until it is lifted.")
 

@@ -8,7 +8,7 @@ from server.api.formats import IncidentId
 from server.api.incidents.schemas import IncidentView
 from server.api.problems import CsrfMissing, problems
 from server.api.security.access import ChangingOperator, ReadingOperator
-from server.api.services import Given
+from server.api.services import InjectedServices
 from server.domain.errors import IncidentClosed, IncidentUnknown, SessionExpired
 from server.domain.record.incidents import Incident
 from server.usecases.record import incidents
@@ -18,7 +18,7 @@ router = APIRouter(prefix="/incidents", tags=["incidents"])
 
 @router.get("", operation_id="list_incidents", responses=problems(SessionExpired))
 async def list_incidents(
-    services: Given,
+    services: InjectedServices,
     _: ReadingOperator,
     closed: Annotated[bool, Query(description="Also those that are closed, after the open ones.")] = False,
     limit: Annotated[int, Query(ge=1, le=500)] = 200,
@@ -36,7 +36,7 @@ async def list_incidents(
     responses=problems(IncidentUnknown, IncidentClosed, SessionExpired, CsrfMissing),
 )
 async def acknowledge_incident(
-    incident_id: IncidentId, services: Given, operator: ChangingOperator
+    incident_id: IncidentId, services: InjectedServices, operator: ChangingOperator
 ) -> IncidentView:
     """I look after it. A repeat keeps the first name."""
     return incident_view(
@@ -50,7 +50,7 @@ async def acknowledge_incident(
     responses=problems(IncidentUnknown, IncidentClosed, SessionExpired, CsrfMissing),
 )
 async def close_incident(
-    incident_id: IncidentId, services: Given, operator: ChangingOperator
+    incident_id: IncidentId, services: InjectedServices, operator: ChangingOperator
 ) -> IncidentView:
     return incident_view(
         await services.transactions.run(lambda uow: incidents.close(uow, incident_id, operator.name))

@@ -3,17 +3,17 @@
 from fastapi import APIRouter
 
 from server.api.formats import VehicleId
-from server.api.interventions.rehearsal import rehearsed
+from server.api.interventions.dry_run import rehearsed
 from server.api.interventions.schemas import (
     EffectsView,
-    InterventionWish,
+    InterventionRequest,
     Reassignment,
     effects_view,
     intervention,
 )
 from server.api.problems import CsrfMissing, problems
 from server.api.security.access import ChangingOperator
-from server.api.services import Given
+from server.api.services import InjectedServices
 from server.domain.errors import (
     NoRestingPlaceFree,
     ReassignmentRefused,
@@ -44,7 +44,7 @@ _REFUSED = problems(
 
 @router.post("/{vehicle_id}/previews", operation_id="preview_intervention", responses=_REFUSED)
 async def preview_intervention(
-    vehicle_id: VehicleId, wish: InterventionWish, services: Given, operator: ChangingOperator
+    vehicle_id: VehicleId, wish: InterventionRequest, services: InjectedServices, operator: ChangingOperator
 ) -> EffectsView:
     """Whom it would delay by how much. Nothing changes; doing it then yields this, if nothing else does."""
     asked = intervention(wish)
@@ -56,7 +56,7 @@ async def preview_intervention(
 
 @router.post("/{vehicle_id}/reassign", operation_id="reassign_rides", responses=_REFUSED)
 async def reassign_rides(
-    vehicle_id: VehicleId, wish: Reassignment, services: Given, operator: ChangingOperator
+    vehicle_id: VehicleId, wish: Reassignment, services: InjectedServices, operator: ChangingOperator
 ) -> EffectsView:
     """Give the rides that wait for this vehicle, or one of them, to others, which keep them."""
     asked = Intervention("reassign", ride_id=wish.ride_id, to_vehicle_id=wish.to_vehicle_id)

@@ -33,7 +33,7 @@ class Reassignment(BaseModel):
     to_vehicle_id: _Id = Field("", description="Empty for whoever can.")
 
 
-class InterventionWish(Reassignment):
+class InterventionRequest(Reassignment):
     """What an operator is about to do."""
 
     model_config = ConfigDict(extra="forbid", json_schema_extra={"example": {"kind": "hold", "for_s": 600.0}})
@@ -109,7 +109,7 @@ class EffectsView(BaseModel):
     departures: list[DepartureEffectView]
 
 
-def intervention(wish: InterventionWish) -> Intervention:
+def intervention(wish: InterventionRequest) -> Intervention:
     return Intervention(wish.kind, wish.for_s, wish.ride_id, wish.to_vehicle_id)
 
 

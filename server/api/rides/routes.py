@@ -30,7 +30,7 @@ from server.api.security.access import (
     now_ns,
 )
 from server.api.security.rate_limit import TooManyTries
-from server.api.services import Given
+from server.api.services import InjectedServices
 from server.domain.errors import (
     BookingTooFarAhead,
     CampusUnknown,
@@ -94,7 +94,7 @@ IdempotencyKey = Annotated[
 )
 async def book_ride(
     request: RideRequest,
-    services: Given,
+    services: InjectedServices,
     client: Client,
     idempotency_key: IdempotencyKey = None,
 ) -> RideTicket:
@@ -108,7 +108,7 @@ async def book_ride(
 
 @router.get("", operation_id="list_rides", responses=problems(SessionExpired))
 async def list_rides(
-    services: Given,
+    services: InjectedServices,
     _: ReadingOperator,
     state: Annotated[list[RideState] | None, Query(description="Only these states.")] = None,
     vehicle_id: Annotated[str | None, Query(pattern=NAME_PATTERN)] = None,
@@ -125,7 +125,7 @@ async def list_rides(
 
 @router.get("/lookup", operation_id="find_ride", responses=problems(RideUnknown, TooManyTries))
 async def find_ride(
-    services: Given,
+    services: InjectedServices,
     client: Client,
     code: Annotated[
         str, Query(min_length=6, max_length=16, pattern=r"^[A-Za-z0-9 -]+$", examples=["K7MQ2X"])
@@ -137,7 +137,7 @@ async def find_ride(
 
 
 @router.get("/{token}", operation_id="get_ride", responses=problems(RideUnknown))
-async def get_ride(token: RideToken, services: Given) -> RideTicket:
+async def get_ride(token: RideToken, services: InjectedServices) -> RideTicket:
 
     def work(uow: UnitOfWork) -> RideTicket:
         ride = rides.ride_by_token(uow, token)
@@ -151,7 +151,7 @@ async def get_ride(token: RideToken, services: Given) -> RideTicket:
     operation_id="cancel_ride",
     responses=problems(RideUnknown, RideEnded, DestinationRefused),
 )
-async def cancel_ride(token: RideToken, services: Given) -> RideTicket:
+async def cancel_ride(token: RideToken, services: InjectedServices) -> RideTicket:
     """A party aboard is let out as soon as possible: the answer says at which stop, with `let_out` true."""
 
     def work(uow: UnitOfWork) -> Ride:
@@ -173,7 +173,9 @@ async def cancel_ride(token: RideToken, services: Given) -> RideTicket:
         DestinationRefused,
     ),
 )
-async def change_destination(token: RideToken, request: DestinationRequest, services: Given) -> RideTicket:
+async def change_destination(
+    token: RideToken, request: DestinationRequest, services: InjectedServices
+) -> RideTicket:
     """Another destination while the party waits or rides. The pickup promise stays, the latest arrival is
     promised anew; nobody else's promise is touched, so it may be refused with the rule that binds."""
 
@@ -190,7 +192,7 @@ async def change_destination(token: RideToken, request: DestinationRequest, serv
     status_code=202,
     responses=problems(RideUnknown, RideEnded, RideNotAssigned, RideAlreadyAboard, VehicleNotConnected),
 )
-async def tap_aboard(token: RideToken, services: Given) -> TapView:
+async def tap_aboard(token: RideToken, services: InjectedServices) -> TapView:
     """Tell the shuttle that the party has boarded; it answers by the tap's state and the ride's."""
     return await _tap(services, token, "board")
 
@@ -201,13 +203,13 @@ async def tap_aboard(token: RideToken, services: Given) -> TapView:
     status_code=202,
     responses=problems(RideUnknown, RideEnded, RideNotAssigned, RideNotAboard, VehicleNotConnected),
 )
-async def tap_alighted(token: RideToken, services: Given) -> TapView:
+async def tap_alighted(token: RideToken, services: InjectedServices) -> TapView:
     """Tell the shuttle that the party has got off."""
     return await _tap(services, token, "alight")
 
 
 @router.get("/{token}/taps/{tap_id}", operation_id="get_tap", responses=problems(RideUnknown, CommandUnknown))
-async def get_tap(token: RideToken, tap_id: TapId, services: Given) -> TapView:
+async def get_tap(token: RideToken, tap_id: TapId, services: InjectedServices) -> TapView:
     """What the shuttle said to a tap."""
 
     def work(uow: UnitOfWork) -> Tap:
@@ -221,7 +223,7 @@ async def get_tap(token: RideToken, tap_id: TapId, services: Given) -> TapView:
 
 
 @router.post("/{token}/help", operation_id="call_help", status_code=201, responses=problems(RideUnknown))
-async def call_help(token: RideToken, request: HelpRequest, services: Given) -> HelpAnswer:
+async def call_help(token: RideToken, request: HelpRequest, services: InjectedServices) -> HelpAnswer:
     """Put a call for help on top of the operators' incidents. A repeat adds to the open call."""
 
     def work(uow: UnitOfWork) -> Incident:
@@ -231,7 +233,7 @@ async def call_help(token: RideToken, request: HelpRequest, services: Given) -> 
 
 
 @router.get("/id/{ride_id}", operation_id="get_ride_record", responses=problems(RideUnknown, SessionExpired))
-async def get_ride_record(ride_id: RideId, services: Given, _: ReadingOperator) -> RideRecord:
+async def get_ride_record(ride_id: RideId, services: InjectedServices, _: ReadingOperator) -> RideRecord:
     return ride_record(await services.transactions.read(lambda uow: rides.ride_of(uow, ride_id)))
 
 
@@ -240,7 +242,7 @@ async def get_ride_record(ride_id: RideId, services: Given, _: ReadingOperator) 
     operation_id="explain_ride",
     responses=problems(RideUnknown, SessionExpired),
 )
-async def explain_ride(ride_id: RideId, services: Given, _: ReadingOperator) -> list[DecisionView]:
+async def explain_ride(ride_id: RideId, services: InjectedServices, _: ReadingOperator) -> list[DecisionView]:
     """Why the ride got its shuttle, or none: each decision about it, oldest first."""
 
     def work(uow: UnitOfWork) -> list[DecisionView]:
@@ -255,7 +257,9 @@ async def explain_ride(ride_id: RideId, services: Given, _: ReadingOperator) -> 
     operation_id="cancel_ride_by_operator",
     responses=problems(RideUnknown, RideEnded, DestinationRefused, SessionExpired, CsrfMissing),
 )
-async def cancel_ride_by_operator(ride_id: RideId, services: Given, _: ChangingOperator) -> RideRecord:
+async def cancel_ride_by_operator(
+    ride_id: RideId, services: InjectedServices, _: ChangingOperator
+) -> RideRecord:
     return ride_record(await services.transactions.run(lambda uow: rides.cancel(uow, ride_id, "operator")))
 
 
@@ -275,7 +279,7 @@ async def cancel_ride_by_operator(ride_id: RideId, services: Given, _: ChangingO
     ),
 )
 async def change_destination_by_operator(
-    ride_id: RideId, request: DestinationRequest, services: Given, _: ChangingOperator
+    ride_id: RideId, request: DestinationRequest, services: InjectedServices, _: ChangingOperator
 ) -> RideRecord:
     def work(uow: UnitOfWork) -> Ride:
         ride = rides.ride_of(uow, ride_id)
@@ -284,7 +288,7 @@ async def change_destination_by_operator(
     return ride_record(await services.transactions.run(work))
 
 
-async def _tap(services: Given, token: str, kind: TapKind) -> TapView:
+async def _tap(services: InjectedServices, token: str, kind: TapKind) -> TapView:
     def work(uow: UnitOfWork) -> Tap:
         return rides.tap(uow, rides.ride_by_token(uow, token).ride_id, kind)
 

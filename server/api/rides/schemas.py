@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.config import JsonDict
 
-from server.api.formats import Moment, StopId, Words
+from server.api.formats import FreeText, Moment, StopId
 from server.domain.planning.decisions import Alternative, Quote, RideDecision
 from server.domain.rides.rides import (
     BookRide,
@@ -78,7 +78,7 @@ class HelpRequest(BaseModel):
         extra="forbid", json_schema_extra={"example": {"text": "The door does not open."}}
     )
 
-    text: Words = ""
+    text: FreeText = ""
 
 
 class PromiseView(BaseModel):

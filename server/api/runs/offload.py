@@ -11,14 +11,14 @@ class Offload(Protocol):
     async def run(self, work: Callable[[], T]) -> T: ...
 
 
-class Threads:
+class ThreadOffload:
     """Live: the loop's thread pool."""
 
     async def run(self, work: Callable[[], T]) -> T:
         return await asyncio.to_thread(work)
 
 
-class Inline:
+class InlineOffload:
     """Virtual time, where nothing else may run meanwhile."""
 
     async def run(self, work: Callable[[], T]) -> T:

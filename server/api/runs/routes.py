@@ -15,7 +15,7 @@ from server.api.formats import NAME_PATTERN, BootId, VehicleId
 from server.api.problems import problems
 from server.api.runs.schemas import RunView, run_view
 from server.api.security.access import ReadingOperator
-from server.api.services import Given, Services
+from server.api.services import InjectedServices, Services
 from server.domain.errors import RunMapUnreadable, RunUnknown, SessionExpired, VehicleUnknown
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.orders.orders import IssuedOrder
@@ -32,7 +32,7 @@ FRAMES_MAX = 3000
 
 @router.get("", operation_id="list_runs", responses=problems(SessionExpired))
 async def list_runs(
-    services: Given,
+    services: InjectedServices,
     _: ReadingOperator,
     vehicle_id: Annotated[str | None, Query(pattern=NAME_PATTERN)] = None,
     limit: Annotated[int, Query(ge=1, le=500)] = 100,
@@ -47,7 +47,9 @@ async def list_runs(
     operation_id="get_run",
     responses=problems(RunUnknown, SessionExpired),
 )
-async def get_run(vehicle_id: VehicleId, boot_id: BootId, services: Given, _: ReadingOperator) -> RunView:
+async def get_run(
+    vehicle_id: VehicleId, boot_id: BootId, services: InjectedServices, _: ReadingOperator
+) -> RunView:
     return run_view(await _find_run(services, vehicle_id, boot_id))
 
 
@@ -70,7 +72,7 @@ async def get_run(vehicle_id: VehicleId, boot_id: BootId, services: Given, _: Re
 async def get_run_scenes(
     vehicle_id: VehicleId,
     boot_id: BootId,
-    services: Given,
+    services: InjectedServices,
     _: ReadingOperator,
     from_ms: Annotated[int, Query(ge=0, le=1 << 52, description="Unix time")] = 0,
     to_ms: Annotated[int, Query(ge=0, le=1 << 52, description="Unix time")] = 1 << 52,
@@ -96,7 +98,7 @@ async def get_run_scenes(
     responses=problems(RunUnknown, RunMapUnreadable, SessionExpired),
 )
 async def get_run_map(
-    vehicle_id: VehicleId, boot_id: BootId, services: Given, _: ReadingOperator
+    vehicle_id: VehicleId, boot_id: BootId, services: InjectedServices, _: ReadingOperator
 ) -> MapGeometry:
     """The map that the run was driven on, which may be another than the one in force."""
     run = await _find_run(services, vehicle_id, boot_id)

@@ -23,7 +23,7 @@ from server.api.problems import (
 )
 from server.api.runs.schemas import SegmentView, segment_view
 from server.api.security.access import ReadingOperator
-from server.api.services import Given, Services
+from server.api.services import InjectedServices, Services
 from server.domain.errors import KeyUnknown, SegmentConflict, SegmentUnknown, SessionExpired, VehicleUnknown
 from server.domain.record.runs import Segment
 from server.fleet.segment_files import SegmentHashError, SegmentSizeError
@@ -62,7 +62,7 @@ async def put_segment(
     sha256: Sha256,
     request: Request,
     response: Response,
-    services: Given,
+    services: InjectedServices,
     vehicle_id: Annotated[str, Header(alias="Vehicle-Id", pattern=NAME_PATTERN, examples=["shuttle-1"])],
     signature: Annotated[
         str,
@@ -95,7 +95,7 @@ async def put_segment(
         }
     },
 )
-async def get_segment(sha256: Sha256, services: Given, _: ReadingOperator) -> FileResponse:
+async def get_segment(sha256: Sha256, services: InjectedServices, _: ReadingOperator) -> FileResponse:
     """An MCAP file: open it in Foxglove, or run it again with `campusloop replay`."""
     segment = await services.transactions.read(lambda uow: runs.segment_of(uow, sha256))
     if not services.segments.has(sha256):

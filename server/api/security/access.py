@@ -8,7 +8,7 @@ from fastapi import Depends, Request
 from fastapi.security import APIKeyCookie, APIKeyHeader
 
 from server.api.problems import CsrfMissing
-from server.api.services import Given, Services
+from server.api.services import InjectedServices, Services
 from server.domain.errors import SessionExpired
 from server.domain.record.identity import Operator, OperatorSession
 from server.fleet.stamps import ns_of
@@ -34,7 +34,7 @@ _csrf = APIKeyHeader(
 
 
 @dataclass(frozen=True, slots=True)
-class SignedIn:
+class OperatorContext:
     token: str
     operator: Operator
     session: OperatorSession
@@ -44,22 +44,24 @@ class SignedIn:
         return self.operator.name
 
 
-async def signed_in(services: Services, token: str | None) -> SignedIn:
+async def signed_in(services: Services, token: str | None) -> OperatorContext:
     """Raises SessionExpired for a session that is over, unknown or missing."""
     if not token:
         raise SessionExpired(SIGNED_OUT)
     operator, session = await services.transactions.read(lambda uow: identity.operator_of(uow, token))
-    return SignedIn(token, operator, session)
+    return OperatorContext(token, operator, session)
 
 
-async def _reading(services: Given, token: Annotated[str | None, Depends(_cookie)]) -> SignedIn:
+async def _reading(
+    services: InjectedServices, token: Annotated[str | None, Depends(_cookie)]
+) -> OperatorContext:
     return await signed_in(services, token)
 
 
 async def _changing(
-    operator: Annotated[SignedIn, Depends(_reading)],
+    operator: Annotated[OperatorContext, Depends(_reading)],
     csrf_token: Annotated[str | None, Depends(_csrf)],
-) -> SignedIn:
+) -> OperatorContext:
     # A cookie alone may have been sent by another site's page; it cannot read the token.
     expected = operator.session.csrf_token.encode()
     if not hmac.compare_digest((csrf_token or "").encode(), expected):
@@ -67,8 +69,8 @@ async def _changing(
     return operator
 
 
-ReadingOperator = Annotated[SignedIn, Depends(_reading)]
-ChangingOperator = Annotated[SignedIn, Depends(_changing)]
+ReadingOperator = Annotated[OperatorContext, Depends(_reading)]
+ChangingOperator = Annotated[OperatorContext, Depends(_changing)]
 
 
 async def _client(request: Request) -> str:

@@ -23,7 +23,7 @@ from server.api.series.schemas import (
     series_request,
     series_ticket,
 )
-from server.api.services import Given
+from server.api.services import InjectedServices
 from server.domain.errors import (
     CampusUnknown,
     DestinationRefused,
@@ -77,7 +77,7 @@ SeriesId = Annotated[str, Path(pattern=NAME_PATTERN, examples=["series-7b21"])]
     ),
 )
 async def book_series(
-    request: SeriesRequest, services: Given, client: Client, idempotency_key: IdempotencyKey = None
+    request: SeriesRequest, services: InjectedServices, client: Client, idempotency_key: IdempotencyKey = None
 ) -> SeriesTicket:
     """Each day becomes a ride of its own a day ahead; what cannot be taken says why, and is tried again."""
     services.limits.bookings.take(client, now_ns(services))
@@ -87,7 +87,7 @@ async def book_series(
 
 @router.get("", operation_id="list_series", responses=problems(SessionExpired, CampusUnknown))
 async def list_series(
-    services: Given,
+    services: InjectedServices,
     _: ReadingOperator,
     state: Annotated[list[SeriesState] | None, Query(description="Only these states.")] = None,
     limit: Annotated[int, Query(ge=1, le=500)] = 200,
@@ -99,7 +99,7 @@ async def list_series(
 
 
 @router.get("/{token}", operation_id="get_series", responses=problems(SeriesUnknown, CampusUnknown))
-async def get_series(token: SeriesToken, services: Given) -> SeriesTicket:
+async def get_series(token: SeriesToken, services: InjectedServices) -> SeriesTicket:
     """With each of its days: booked, still too far ahead, skipped, or why nobody can take it."""
     return await services.transactions.read(lambda uow: _ticket(uow, series.series_by_token(uow, token)))
 
@@ -109,7 +109,7 @@ async def get_series(token: SeriesToken, services: Given) -> SeriesTicket:
     operation_id="cancel_series",
     responses=problems(SeriesUnknown, SeriesEnded, CampusUnknown),
 )
-async def cancel_series(token: SeriesToken, services: Given) -> SeriesTicket:
+async def cancel_series(token: SeriesToken, services: InjectedServices) -> SeriesTicket:
     """No further rides; those booked already are cancelled, save one that is under way."""
 
     def work(uow: UnitOfWork) -> SeriesTicket:
@@ -127,7 +127,7 @@ async def cancel_series(token: SeriesToken, services: Given) -> SeriesTicket:
     ),
 )
 async def cancel_series_day(
-    token: SeriesToken, day: Annotated[SeriesDay, Path()], services: Given
+    token: SeriesToken, day: Annotated[SeriesDay, Path()], services: InjectedServices
 ) -> SeriesTicket:
     """Only this day."""
 
@@ -144,7 +144,7 @@ async def cancel_series_day(
     responses=problems(SeriesUnknown, SeriesEnded, CampusUnknown, SessionExpired, CsrfMissing),
 )
 async def cancel_series_by_operator(
-    series_id: SeriesId, services: Given, _: ChangingOperator
+    series_id: SeriesId, services: InjectedServices, _: ChangingOperator
 ) -> SeriesRecord:
     return await services.transactions.run(
         lambda uow: _record(uow, series.cancel_series(uow, series_id, "operator"))

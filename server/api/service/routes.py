@@ -20,7 +20,7 @@ from server.api.service.schemas import (
     pattern_view,
     timetable_day,
 )
-from server.api.services import Given
+from server.api.services import InjectedServices
 from server.domain.errors import (
     CampusUnknown,
     ExceptionUnknown,
@@ -46,7 +46,7 @@ AskedDay = Annotated[
 
 
 @router.get("/timetable", operation_id="get_timetable", responses=problems(CampusUnknown))
-async def get_timetable(services: Given, day: AskedDay = None) -> TimetableDay:
+async def get_timetable(services: InjectedServices, day: AskedDay = None) -> TimetableDay:
     """What runs on one day: hours for rides, timetable trips, and which run is the last."""
 
     def work(uow: UnitOfWork) -> TimetableDay:
@@ -58,7 +58,7 @@ async def get_timetable(services: Given, day: AskedDay = None) -> TimetableDay:
 
 
 @router.get("/service", operation_id="get_service", responses=problems(SessionExpired, CampusUnknown))
-async def get_service(services: Given, _: ReadingOperator) -> ServiceView:
+async def get_service(services: InjectedServices, _: ReadingOperator) -> ServiceView:
     """Calendars, and the days that differ from them."""
 
     def work(uow: UnitOfWork) -> ServiceView:
@@ -81,7 +81,7 @@ async def get_service(services: Given, _: ReadingOperator) -> ServiceView:
     responses=problems(PatternInvalid, CampusUnknown, SessionExpired, CsrfMissing),
 )
 async def put_service_pattern(
-    service_id: ServiceId, body: PatternBody, services: Given, operator: ChangingOperator
+    service_id: ServiceId, body: PatternBody, services: InjectedServices, operator: ChangingOperator
 ) -> PatternView:
     """Enter a service's days and hours, or change them. Departures of days taken off are withdrawn."""
 
@@ -98,7 +98,9 @@ async def put_service_pattern(
     status_code=204,
     responses=problems(PatternUnknown, PatternInUse, CampusUnknown, SessionExpired, CsrfMissing),
 )
-async def delete_service_pattern(service_id: ServiceId, services: Given, operator: ChangingOperator) -> None:
+async def delete_service_pattern(
+    service_id: ServiceId, services: InjectedServices, operator: ChangingOperator
+) -> None:
     """With its exceptions. Refused while the timetable has trips of it."""
     await services.transactions.run(lambda uow: service.remove_pattern(uow, service_id, operator.name))
 
@@ -109,7 +111,7 @@ async def delete_service_pattern(service_id: ServiceId, services: Given, operato
     responses=problems(PatternUnknown, CampusUnknown, SessionExpired, CsrfMissing),
 )
 async def put_service_exception(
-    day: Day, body: ExceptionBody, services: Given, operator: ChangingOperator
+    day: Day, body: ExceptionBody, services: InjectedServices, operator: ChangingOperator
 ) -> ExceptionView:
     """A holiday of the whole campus, or a day on which one service runs or does not."""
 
@@ -128,7 +130,7 @@ async def put_service_exception(
 )
 async def delete_service_exception(
     day: Day,
-    services: Given,
+    services: InjectedServices,
     operator: ChangingOperator,
     service_id: Annotated[
         str, Query(pattern=f"^$|{NAME_PATTERN}", description="Empty: the holiday of the whole campus.")

@@ -6,7 +6,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 from pydantic.config import JsonDict
 
-from server.api.formats import NAME_PATTERN, Name, Words
+from server.api.formats import NAME_PATTERN, FreeText, Name
 from server.domain.service.service import (
     Hours,
     ServiceException,
@@ -78,7 +78,7 @@ class ExceptionBody(BaseModel):
         "", description="Which service differs; empty: the whole campus, a holiday."
     )
     runs: bool = False
-    note: Words = ""
+    note: FreeText = ""
 
 
 class ExceptionView(BaseModel):

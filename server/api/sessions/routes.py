@@ -5,7 +5,7 @@ from fastapi import APIRouter, Response
 from server.api.problems import CsrfMissing, problems
 from server.api.security.access import SESSION_COOKIE, ChangingOperator, Client, ReadingOperator, now_ns
 from server.api.security.rate_limit import TooManyTries
-from server.api.services import Given, Services
+from server.api.services import InjectedServices, Services
 from server.api.sessions.schemas import Credentials, SessionView
 from server.domain.errors import SessionExpired, WrongCredentials
 from server.domain.record.identity import Operator, OperatorSession
@@ -16,7 +16,7 @@ router = APIRouter(prefix="/session", tags=["session"])
 
 @router.post("", operation_id="sign_in", responses=problems(WrongCredentials, TooManyTries))
 async def sign_in(
-    credentials: Credentials, response: Response, services: Given, client: Client
+    credentials: Credentials, response: Response, services: InjectedServices, client: Client
 ) -> SessionView:
     """Sets the session cookie (HttpOnly, SameSite=Strict)."""
     services.limits.logins.take(client, now_ns(services))
@@ -43,7 +43,7 @@ async def get_session(operator: ReadingOperator) -> SessionView:
 
 
 @router.delete("", operation_id="sign_out", status_code=204, responses=problems(SessionExpired, CsrfMissing))
-async def sign_out(response: Response, services: Given, operator: ChangingOperator) -> None:
+async def sign_out(response: Response, services: InjectedServices, operator: ChangingOperator) -> None:
     await services.transactions.run(lambda uow: identity.logout(uow, operator.token))
     response.delete_cookie(
         SESSION_COOKIE, path="/", secure=_is_secure(services), httponly=True, samesite="strict"

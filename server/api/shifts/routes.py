@@ -5,7 +5,7 @@ from fastapi import APIRouter
 from server.api.formats import VehicleId
 from server.api.problems import CsrfMissing, problems
 from server.api.security.access import ChangingOperator, ReadingOperator
-from server.api.services import Given
+from server.api.services import InjectedServices
 from server.api.shifts.schemas import ShiftsModel, shifts_model, shifts_of
 from server.domain.errors import SessionExpired, ShiftsInvalid, VehicleUnknown
 from server.usecases.fleet import vehicles
@@ -15,7 +15,7 @@ router = APIRouter(prefix="/vehicles/{vehicle_id}/shifts", tags=["vehicles"])
 
 @router.get("", operation_id="get_vehicle_shifts", responses=problems(VehicleUnknown, SessionExpired))
 async def get_vehicle_shifts(
-    vehicle_id: VehicleId, services: Given, _: ReadingOperator
+    vehicle_id: VehicleId, services: InjectedServices, _: ReadingOperator
 ) -> ShiftsModel | None:
     """Null: always on duty."""
     vehicle = await services.transactions.read(lambda uow: vehicles.vehicle_of(uow, vehicle_id))
@@ -28,7 +28,7 @@ async def get_vehicle_shifts(
     responses=problems(VehicleUnknown, ShiftsInvalid, SessionExpired, CsrfMissing),
 )
 async def put_vehicle_shifts(
-    vehicle_id: VehicleId, body: ShiftsModel, services: Given, operator: ChangingOperator
+    vehicle_id: VehicleId, body: ShiftsModel, services: InjectedServices, operator: ChangingOperator
 ) -> ShiftsModel:
     """In place of those it had. What it has promised already is kept."""
     await services.transactions.run(
@@ -43,6 +43,8 @@ async def put_vehicle_shifts(
     status_code=204,
     responses=problems(VehicleUnknown, SessionExpired, CsrfMissing),
 )
-async def delete_vehicle_shifts(vehicle_id: VehicleId, services: Given, operator: ChangingOperator) -> None:
+async def delete_vehicle_shifts(
+    vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
+) -> None:
     """It is always on duty."""
     await services.transactions.run(lambda uow: vehicles.set_shifts(uow, vehicle_id, None, operator.name))

@@ -10,7 +10,7 @@ from fastapi import APIRouter, WebSocket
 from contract.wire.codec import decode_from_vehicle
 from contract.wire.messages import EventReport
 from server.api.security.bearer import bearer_of
-from server.api.services import Given, Services
+from server.api.services import InjectedServices, Services
 from server.api.sockets.developer_methods import DeveloperMethods, Subscriptions
 from server.api.sockets.json_rpc import answer, notification
 from server.api.sockets.outgoing import OutgoingFrames
@@ -30,7 +30,7 @@ FRAMES_WAITING_MAX = 200
 
 
 @router.websocket("/ws/developer")
-async def developer_socket(websocket: WebSocket, services: Given) -> None:
+async def developer_socket(websocket: WebSocket, services: InjectedServices) -> None:
     await websocket.accept()
     secret = bearer_of(websocket)
     try:

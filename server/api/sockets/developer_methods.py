@@ -21,7 +21,7 @@ VehicleName = Annotated[str, msgspec.Meta(min_length=1, max_length=64, pattern=r
 StopName = Annotated[str, msgspec.Meta(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f]+$")]
 
 
-class Nothing(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class NoParams(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     pass
 
 
@@ -37,7 +37,7 @@ class SendToStop(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     stop_id: StopName
 
 
-class OneVehicle(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class VehicleParams(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     vehicle_id: VehicleName
 
 
@@ -60,21 +60,21 @@ class DeveloperMethods:
 
     def table(self) -> dict[str, Method]:
         return {
-            "list_vehicles": Method(Nothing, "read", self._list_vehicles),
-            "list_stops": Method(Nothing, "read", self._list_stops),
+            "list_vehicles": Method(NoParams, "read", self._list_vehicles),
+            "list_stops": Method(NoParams, "read", self._list_stops),
             "list_rides": Method(ListRides, "read", self._list_rides),
             "send_to_stop": Method(SendToStop, "drive", self._send_to_stop),
-            "pause": Method(OneVehicle, "drive", self._pause),
-            "resume": Method(OneVehicle, "drive", self._resume),
+            "pause": Method(VehicleParams, "drive", self._pause),
+            "resume": Method(VehicleParams, "drive", self._resume),
             "subscribe": Method(Topics, "read", self._subscribe),
             "unsubscribe": Method(Topics, "read", self._unsubscribe),
         }
 
-    async def _list_vehicles(self, _: Nothing) -> list[VehicleScene]:
+    async def _list_vehicles(self, _: NoParams) -> list[VehicleScene]:
         vehicles = self._services.feed.board.vehicles
         return [scene for _, (_, scene) in sorted(vehicles.items())]
 
-    async def _list_stops(self, _: Nothing) -> tuple[CampusStop, ...]:
+    async def _list_stops(self, _: NoParams) -> tuple[CampusStop, ...]:
         return await self._services.transactions.read(campus.stops)
 
     async def _list_rides(self, params: ListRides) -> list[RideScene]:
@@ -90,10 +90,10 @@ class DeveloperMethods:
         visit = next(visit for visit in reversed(plan.visits) if visit.stop_id == params.stop_id)
         return {"visit_id": visit.visit_id, "plan_version": plan.version, "eta": visit.eta}
 
-    async def _pause(self, params: OneVehicle) -> dict[str, str]:
+    async def _pause(self, params: VehicleParams) -> dict[str, str]:
         return await self._command(params.vehicle_id, "hold")
 
-    async def _resume(self, params: OneVehicle) -> dict[str, str]:
+    async def _resume(self, params: VehicleParams) -> dict[str, str]:
         return await self._command(params.vehicle_id, "resume")
 
     async def _command(self, vehicle_id: str, kind: Literal["hold", "resume"]) -> dict[str, str]:

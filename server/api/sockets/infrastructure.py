@@ -7,9 +7,9 @@ import msgspec
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
 from contract.wire.codec import encode
-from contract.wire.messages import PresenceRefused, PresenceSeen
+from contract.wire.messages import PresenceRefused, PresenceReport
 from server.api.security.bearer import bearer_of
-from server.api.services import Given, Services
+from server.api.services import InjectedServices, Services
 from server.domain.errors import AreaUnknown, CampusUnknown, DomainError, ScopeMissing, TokenInvalid
 from server.usecases.record import identity
 
@@ -18,11 +18,11 @@ router = APIRouter()
 NOT_ALLOWED = 4401
 FRAME_BYTES_MAX = 2_000
 
-_decoder = msgspec.json.Decoder(PresenceSeen)
+_decoder = msgspec.json.Decoder(PresenceReport)
 
 
 @router.websocket("/ws/infrastructure")
-async def infrastructure_socket(websocket: WebSocket, services: Given) -> None:
+async def infrastructure_socket(websocket: WebSocket, services: InjectedServices) -> None:
     await websocket.accept()
     secret = bearer_of(websocket)
     try:

@@ -13,7 +13,7 @@ from fastapi import APIRouter, Depends, WebSocket
 from starlette.websockets import WebSocketDisconnect
 
 from server.api.security.access import SESSION_COOKIE, signed_in
-from server.api.services import Given, Services
+from server.api.services import InjectedServices, Services
 from server.domain.errors import DomainError, SessionExpired
 from server.live.projection import ms_of
 from server.live.viewer import EverythingScope, RideScope, Scope, Viewer
@@ -50,7 +50,7 @@ async def _same_origin(websocket: WebSocket) -> bool:
 
 @router.websocket("/ws/live")
 async def live_socket(
-    websocket: WebSocket, services: Given, same_origin: Annotated[bool, Depends(_same_origin)]
+    websocket: WebSocket, services: InjectedServices, same_origin: Annotated[bool, Depends(_same_origin)]
 ) -> None:
     await websocket.accept()
     try:

@@ -4,7 +4,7 @@ import asyncio
 
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
-from contract.wire.closing import closing
+from contract.wire.close_reasons import close_reason
 
 FRAMES_WAITING_MAX = 1000
 
@@ -23,7 +23,7 @@ class OutgoingFrames:
         if self._closing:
             return
         if self._frames.qsize() >= self._frames_max:
-            row = closing("too_slow")
+            row = close_reason("too_slow")
             self.close(row.number, row.code)
             return
         self._frames.put_nowait(data)

@@ -5,7 +5,7 @@ import asyncio
 from fastapi import APIRouter, WebSocket
 from starlette.websockets import WebSocketState
 
-from server.api.services import Given
+from server.api.services import InjectedServices
 from server.api.sockets.outgoing import OutgoingFrames
 from server.fleet.link import Link
 
@@ -13,7 +13,7 @@ router = APIRouter()
 
 
 @router.websocket("/ws/vehicle")
-async def vehicle_socket(websocket: WebSocket, services: Given) -> None:
+async def vehicle_socket(websocket: WebSocket, services: InjectedServices) -> None:
     await websocket.accept()
     outgoing = OutgoingFrames(websocket)
     link = services.hub.attach(outgoing)

@@ -5,8 +5,8 @@ from fastapi import APIRouter
 from server.api.formats import TokenId
 from server.api.problems import CsrfMissing, TokenUnknown, problems
 from server.api.security.access import ChangingOperator, ReadingOperator
-from server.api.services import Given
-from server.api.tokens.schemas import MadeTokenView, TokenRequest, TokenView
+from server.api.services import InjectedServices
+from server.api.tokens.schemas import CreatedTokenView, TokenRequest, TokenView
 from server.domain.errors import SessionExpired, TokenInvalid
 from server.domain.record.identity import DeveloperToken
 from server.usecases.record import identity
@@ -15,19 +15,21 @@ router = APIRouter(prefix="/developer-tokens", tags=["developer tokens"])
 
 
 @router.get("", operation_id="list_tokens", responses=problems(SessionExpired))
-async def list_tokens(services: Given, _: ReadingOperator) -> list[TokenView]:
+async def list_tokens(services: InjectedServices, _: ReadingOperator) -> list[TokenView]:
     """Newest first, revoked and expired ones included."""
     return [_view(token) for token in await services.transactions.read(identity.developer_tokens)]
 
 
 @router.post("", operation_id="make_token", status_code=201, responses=problems(SessionExpired, CsrfMissing))
-async def make_token(request: TokenRequest, services: Given, operator: ChangingOperator) -> MadeTokenView:
+async def make_token(
+    request: TokenRequest, services: InjectedServices, operator: ChangingOperator
+) -> CreatedTokenView:
     made = await services.transactions.run(
         lambda uow: identity.create_developer_token(
             uow, request.name, sorted(request.scopes), request.valid_days * 86400.0, operator.name
         )
     )
-    return MadeTokenView(**_view(made.token).model_dump(), secret=made.secret)
+    return CreatedTokenView(**_view(made.token).model_dump(), secret=made.secret)
 
 
 @router.delete(
@@ -35,7 +37,9 @@ async def make_token(request: TokenRequest, services: Given, operator: ChangingO
     operation_id="revoke_token",
     responses=problems(TokenUnknown, SessionExpired, CsrfMissing),
 )
-async def revoke_token(token_id: TokenId, services: Given, operator: ChangingOperator) -> TokenView:
+async def revoke_token(
+    token_id: TokenId, services: InjectedServices, operator: ChangingOperator
+) -> TokenView:
     """Scripts that use it are disconnected at their next request."""
     try:
         revoked = await services.transactions.run(

@@ -45,7 +45,7 @@ class TokenView(BaseModel):
     revoked_at: datetime | None
 
 
-class MadeTokenView(TokenView):
+class CreatedTokenView(TokenView):
     """A new token. The secret is shown this once."""
 
     model_config = ConfigDict(

@@ -15,7 +15,7 @@ from server.api.security.access import (
     now_ns,
 )
 from server.api.security.rate_limit import TooManyTries
-from server.api.services import Given, Services
+from server.api.services import InjectedServices, Services
 from server.api.vehicles.schemas import (
     Announcement,
     CodeView,
@@ -60,7 +60,7 @@ COMMAND = problems(VehicleUnknown, SessionExpired, CsrfMissing)
 
 
 @router.get("", operation_id="list_vehicles", responses=problems(SessionExpired))
-async def list_vehicles(services: Given, _: ReadingOperator) -> list[VehicleDetail]:
+async def list_vehicles(services: InjectedServices, _: ReadingOperator) -> list[VehicleDetail]:
     """By id, retired ones left out."""
     return await services.transactions.read(
         lambda uow: [vehicle_detail(view, uow.rules) for view in uow.views.vehicles()]
@@ -68,7 +68,7 @@ async def list_vehicles(services: Given, _: ReadingOperator) -> list[VehicleDeta
 
 
 @router.get("/{vehicle_id}", operation_id="get_vehicle", responses=problems(VehicleUnknown, SessionExpired))
-async def get_vehicle(vehicle_id: VehicleId, services: Given, _: ReadingOperator) -> VehicleDetail:
+async def get_vehicle(vehicle_id: VehicleId, services: InjectedServices, _: ReadingOperator) -> VehicleDetail:
     def work(uow: UnitOfWork) -> VehicleDetail:
         view = uow.views.vehicle(vehicle_id)
         if view is None:
@@ -80,7 +80,7 @@ async def get_vehicle(vehicle_id: VehicleId, services: Given, _: ReadingOperator
 
 @router.post("/{vehicle_id}/hold", operation_id="hold_vehicle", status_code=202, responses=COMMAND)
 async def hold_vehicle(
-    vehicle_id: VehicleId, services: Given, operator: ChangingOperator, for_s: HoldSeconds = None
+    vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator, for_s: HoldSeconds = None
 ) -> CommandView:
     """Come to a comfortable stand and stay there until resumed, or for so long. See the preview."""
     wish = Intervention("hold", for_s)
@@ -96,27 +96,33 @@ async def hold_vehicle(
 
 
 @router.post("/{vehicle_id}/resume", operation_id="resume_vehicle", status_code=202, responses=COMMAND)
-async def resume_vehicle(vehicle_id: VehicleId, services: Given, operator: ChangingOperator) -> CommandView:
+async def resume_vehicle(
+    vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
+) -> CommandView:
     """Release a held vehicle: after a hold, a takeover, a minimal-risk stop or a restart."""
     return await _command(services, vehicle_id, "resume", operator.name)
 
 
 @router.post("/{vehicle_id}/stop-now", operation_id="stop_vehicle_now", status_code=202, responses=COMMAND)
-async def stop_vehicle_now(vehicle_id: VehicleId, services: Given, operator: ChangingOperator) -> CommandView:
+async def stop_vehicle_now(
+    vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
+) -> CommandView:
     """Stop as hard as is safe, and stay held."""
     return await _command(services, vehicle_id, "stop_now", operator.name)
 
 
 @router.post("/{vehicle_id}/announce", operation_id="announce_in_vehicle", status_code=202, responses=COMMAND)
 async def announce_in_vehicle(
-    vehicle_id: VehicleId, request: Announcement, services: Given, operator: ChangingOperator
+    vehicle_id: VehicleId, request: Announcement, services: InjectedServices, operator: ChangingOperator
 ) -> CommandView:
     """Say a text aloud in the vehicle and show it on its screen."""
     return await _command(services, vehicle_id, "announce", operator.name, request.text)
 
 
 @router.post("/{vehicle_id}/recall", operation_id="recall_vehicle", responses=COMMAND)
-async def recall_vehicle(vehicle_id: VehicleId, services: Given, operator: ChangingOperator) -> VehicleFacts:
+async def recall_vehicle(
+    vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
+) -> VehicleFacts:
     """Take it out of service: it brings home who is aboard, then rests."""
 
     def work(uow: UnitOfWork) -> Vehicle:
@@ -127,7 +133,9 @@ async def recall_vehicle(vehicle_id: VehicleId, services: Given, operator: Chang
 
 
 @router.post("/{vehicle_id}/release", operation_id="release_vehicle", responses=COMMAND)
-async def release_vehicle(vehicle_id: VehicleId, services: Given, operator: ChangingOperator) -> VehicleFacts:
+async def release_vehicle(
+    vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
+) -> VehicleFacts:
     """Put a recalled vehicle back into service."""
     return vehicle_facts(
         await services.transactions.run(
@@ -154,7 +162,7 @@ async def release_vehicle(vehicle_id: VehicleId, services: Given, operator: Chan
 async def send_vehicle(
     vehicle_id: VehicleId,
     stop_id: Annotated[StopId, Query(examples=["library"])],
-    services: Given,
+    services: InjectedServices,
     operator: ChangingOperator,
 ) -> VehicleDetail:
     """Let it visit a stop without a ride, at the first chance that keeps every promise."""
@@ -168,7 +176,7 @@ async def send_vehicle(
     responses=problems(VehicleUnknown, NobodyAboard, SessionExpired, CsrfMissing),
 )
 async def evacuate_vehicle(
-    vehicle_id: VehicleId, services: Given, operator: ChangingOperator
+    vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
 ) -> list[RideRecord]:
     """It cannot go on: whoever is aboard is sent to the nearest stop, where another shuttle comes.
 
@@ -186,7 +194,7 @@ async def evacuate_vehicle(
     responses=problems(VehicleUnknown, VehicleNotPlaced, SectionsTaken, SessionExpired, CsrfMissing),
 )
 async def place_vehicle(
-    vehicle_id: VehicleId, request: Place, services: Given, operator: ChangingOperator
+    vehicle_id: VehicleId, request: Place, services: InjectedServices, operator: ChangingOperator
 ) -> VehicleFacts:
     """Say by hand where a held vehicle stands."""
     return vehicle_facts(
@@ -197,7 +205,9 @@ async def place_vehicle(
 
 
 @router.delete("/{vehicle_id}", operation_id="retire_vehicle", responses=COMMAND)
-async def retire_vehicle(vehicle_id: VehicleId, services: Given, operator: ChangingOperator) -> VehicleFacts:
+async def retire_vehicle(
+    vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
+) -> VehicleFacts:
     """Take it off the roads for good; others get its rides."""
     return vehicle_facts(
         await services.transactions.run(lambda uow: vehicles.retire(uow, vehicle_id, operator.name))
@@ -210,7 +220,7 @@ async def retire_vehicle(vehicle_id: VehicleId, services: Given, operator: Chang
     responses=problems(KeyUnknown, SessionExpired, CsrfMissing),
 )
 async def revoke_vehicle_key(
-    vehicle_id: VehicleId, services: Given, operator: ChangingOperator
+    vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
 ) -> VehicleFacts:
     """The key opens nothing any more, and the open session ends."""
     return vehicle_facts(
@@ -224,7 +234,9 @@ async def revoke_vehicle_key(
     status_code=201,
     responses=problems(SessionExpired, CsrfMissing),
 )
-async def make_enrolment_code(request: NewVehicle, services: Given, operator: ChangingOperator) -> CodeView:
+async def make_enrolment_code(
+    request: NewVehicle, services: InjectedServices, operator: ChangingOperator
+) -> CodeView:
     """A code with which the vehicle enrols its key, once. The vehicle is entered if it is new."""
     code = await services.transactions.run(
         lambda uow: identity.create_enrolment_code(
@@ -245,7 +257,7 @@ async def make_enrolment_code(request: NewVehicle, services: Given, operator: Ch
     status_code=201,
     responses=problems(EnrolmentCodeUnknown, EnrolmentCodeUsed, KeyInvalid, TooManyTries),
 )
-async def enrol_vehicle(request: Enrolment, services: Given, client: Client) -> VehicleFacts:
+async def enrol_vehicle(request: Enrolment, services: InjectedServices, client: Client) -> VehicleFacts:
     """Called by the vehicle: its key is taken in."""
     services.limits.lookups.take(client, now_ns(services))
     return vehicle_facts(

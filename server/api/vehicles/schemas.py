@@ -6,7 +6,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.config import JsonDict
 
-from server.api.formats import Name, Words
+from server.api.formats import FreeText, Name
 from server.domain.fleet.battery import charge_s
 from server.domain.fleet.vehicles import Vehicle, VehicleCommand
 from server.domain.planning.plans import PlannedVisit
@@ -163,7 +163,7 @@ class Announcement(BaseModel):
         extra="forbid", json_schema_extra={"example": {"text": "We wait for a delivery van."}}
     )
 
-    text: Words = Field(min_length=1)
+    text: FreeText = Field(min_length=1)
 
 
 class Place(BaseModel):
@@ -191,7 +191,7 @@ class NewVehicle(BaseModel):
     )
 
     vehicle_id: Name
-    name: Words = Field(min_length=1)
+    name: FreeText = Field(min_length=1)
     seats: int = Field(6, ge=1, le=200)
     wheelchair_places: int = Field(0, ge=0, le=50)
 

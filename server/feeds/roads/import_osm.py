@@ -33,7 +33,7 @@ from server.feeds.roads.osm.buildings import (
 from server.feeds.roads.osm.frame import Frame, frame_of
 from server.feeds.roads.osm.ground import Ground
 from server.feeds.roads.osm.osm_file import Bounds, OsmData, read_osm
-from server.feeds.roads.osm.runs import Plan, Run, drivable_runs
+from server.feeds.roads.osm.way_segments import RoadPlan, WaySegment, drivable_runs
 from server.feeds.roads.places.areas import observation_areas
 from server.feeds.roads.places.resting import resting_places
 from server.feeds.roads.places.stops import place_stops
@@ -89,7 +89,7 @@ def import_osm(path: Path, options: ImportOptions = ImportOptions()) -> ImportRe
     return _finish(data, frame, found, drafts, options, log)
 
 
-def _network(plan: Plan, ground: Ground, options: ImportOptions, log: ImportLog) -> list[LaneDraft]:
+def _network(plan: RoadPlan, ground: Ground, options: ImportOptions, log: ImportLog) -> list[LaneDraft]:
     """Lanes of the largest loop. What is cut off is taken away and the rest drawn anew, until all fits."""
     runs = plan.runs
     while True:
@@ -132,7 +132,7 @@ def _is_tiny_ring(road: Road, log: ImportLog) -> bool:
 def _draw(
     graph: RoadGraph,
     roads: list[Road],
-    plan: Plan,
+    plan: RoadPlan,
     ground: Ground,
     options: ImportOptions,
     log: ImportLog,
@@ -159,9 +159,9 @@ def _lost(graph: RoadGraph, roads: list[Road], kept: list[LaneDraft]) -> list[Ed
     return [edge for edge in graph.edges if edge.edge_id not in used]
 
 
-def _without(runs: list[Run], lost: Iterable[Edge]) -> list[Run]:
+def _without(runs: list[WaySegment], lost: Iterable[Edge]) -> list[WaySegment]:
     gone = {frozenset(step) for edge in lost for step in zip(edge.keys, edge.keys[1:], strict=False)}
-    rest_of: list[Run] = []
+    rest_of: list[WaySegment] = []
     for run in runs:
         pieces: list[list[int]] = []
         for first, second in zip(run.keys, run.keys[1:], strict=False):

@@ -15,7 +15,7 @@ from server.domain.roads.closures import (
     require_sound,
 )
 from server.usecases.fleet import detours
-from server.usecases.planning import cut_off, plans
+from server.usecases.planning import plans, unreachable_rides
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 
@@ -120,9 +120,11 @@ def _opened(uow: UnitOfWork) -> None:
 def _look_ahead(uow: UnitOfWork, standing: Sequence[Closure]) -> None:
     """Rides that a closure will cut off at their time: told before it begins."""
     concerned = [
-        ride for ride in uow.rides.in_states(_PROMISED) if cut_off.will_be_cut_off(uow, ride, standing)
+        ride
+        for ride in uow.rides.in_states(_PROMISED)
+        if unreachable_rides.will_be_cut_off(uow, ride, standing)
     ]
-    for vehicle_id in cut_off.put_off(uow, concerned):
+    for vehicle_id in unreachable_rides.put_off(uow, concerned):
         detours.replan(uow, vehicle_id)
 
 

@@ -19,7 +19,7 @@ from server.usecases.orders import sections
 from server.usecases.planning import plans
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.record import paces
+from server.usecases.record import travel_time_factors
 from server.usecases.record.incidents import clear_incident, open_incident
 
 _INCIDENT_OF_MODE: dict[DriveMode, IncidentKind] = {
@@ -37,7 +37,7 @@ def mode_changed(uow: UnitOfWork, vehicle: Vehicle, event: ModeChanged) -> None:
     _note(uow, f"vehicle.{event.mode}", vehicle_id, event.reason)
     uow.publish(topics.vehicle(uow.campus_id, vehicle_id), mode=event.mode)
     if event.mode != "autonomous":
-        paces.interrupted(uow, vehicle_id)
+        travel_time_factors.interrupted(uow, vehicle_id)
     kind = _INCIDENT_OF_MODE.get(event.mode)
     if kind is not None:
         open_incident(uow, kind, vehicle_id, event.reason or event.mode, vehicle_id=vehicle_id)

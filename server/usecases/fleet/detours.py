@@ -19,7 +19,7 @@ from server.domain.rides.rides import (
 )
 from server.domain.roads.closures import Closure
 from server.domain.service.timetable import missed, without_vehicle
-from server.usecases.planning import cut_off, plans
+from server.usecases.planning import plans, unreachable_rides
 from server.usecases.planning.snapshot import take_snapshot
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -37,7 +37,7 @@ def turn_away(uow: UnitOfWork, standing: Sequence[Closure]) -> tuple[str, ...]:
     for vehicle in snapshot.problem.vehicles:
         reached, lost = _reachable(snapshot.problem, vehicle)
         if lost:
-            _turn(uow, vehicle, reached, lost, cut_off.words_of(standing))
+            _turn(uow, vehicle, reached, lost, unreachable_rides.words_of(standing))
             turned.append(vehicle.vehicle_id)
     return tuple(turned)
 

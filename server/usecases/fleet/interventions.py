@@ -41,14 +41,14 @@ THE_SERVER = "server"
 
 
 @dataclass(frozen=True, slots=True)
-class Intervened:
+class InterventionResult:
     """command: the word to the vehicle, where there is one."""
 
     effects: Effects
     command: VehicleCommand | None = None
 
 
-def intervene(uow: UnitOfWork, vehicle_id: str, wish: Intervention, by: str) -> Intervened:
+def intervene(uow: UnitOfWork, vehicle_id: str, wish: Intervention, by: str) -> InterventionResult:
     """Carry it out, and tell what it does to whom.
 
     Raises VehicleUnknown; for a reassignment also RideUnknown, RideNotAssigned, RideAlreadyAboard, RideEnded,
@@ -70,7 +70,7 @@ def intervene(uow: UnitOfWork, vehicle_id: str, wish: Intervention, by: str) -> 
     plans.refresh_expected(uow)
     after = vehicle_of(uow, vehicle_id)
     stands = after.held and after.hold_ends is None and not stood
-    return Intervened(_effects(uow, rides, before, vehicle_id if stands else None), command)
+    return InterventionResult(_effects(uow, rides, before, vehicle_id if stands else None), command)
 
 
 def hold(uow: UnitOfWork, vehicle_id: str, by: str, for_s: float | None = None) -> VehicleCommand:

@@ -8,7 +8,7 @@ from datetime import timedelta
 import msgspec
 
 from contract.roads.network import RoadNetwork
-from contract.wire.messages import BootLog, Holding, Status
+from contract.wire.messages import EventLogState, OrderProgress, Status
 from server.domain.errors import CampusUnknown, SectionsTaken, SessionFenced, VehicleUnknown
 from server.domain.fleet.vehicles import StatusReport, Vehicle, VehicleSession
 from server.domain.orders.orders import OrderState
@@ -32,8 +32,8 @@ class HelloFacts:
     software: str
     stack: str
     map_version: str
-    logs: tuple[BootLog, ...]
-    holding: Holding | None
+    logs: tuple[EventLogState, ...]
+    progress: OrderProgress | None
     seats: int
     wheelchair_places: int
 
@@ -101,7 +101,7 @@ def record_status(uow: UnitOfWork, reports: Sequence[StatusReport]) -> None:
     Pictures go to the screens and are not kept: the run log has them.
     """
     vehicles = {vehicle.vehicle_id: vehicle for vehicle in uow.vehicles.all()}
-    known = [_without_picture(report) for report in reports if report.vehicle_id in vehicles]
+    known = [_without_driving_view(report) for report in reports if report.vehicle_id in vehicles]
     uow.vehicles.save_status(known)
     newest = {report.vehicle_id: report for report in known}
     for vehicle_id, report in sorted(newest.items()):
@@ -109,10 +109,10 @@ def record_status(uow: UnitOfWork, reports: Sequence[StatusReport]) -> None:
         uow.publish(topics.vehicle_status(uow.campus_id, vehicle_id))
 
 
-def _without_picture(report: StatusReport) -> StatusReport:
-    if report.status.picture is None:
+def _without_driving_view(report: StatusReport) -> StatusReport:
+    if report.status.driving is None:
         return report
-    return replace(report, status=msgspec.structs.replace(report.status, picture=None))
+    return replace(report, status=msgspec.structs.replace(report.status, driving=None))
 
 
 def note_silence(uow: UnitOfWork) -> tuple[str, ...]:
@@ -142,7 +142,7 @@ def note_silence(uow: UnitOfWork) -> tuple[str, ...]:
 def _reconcile(uow: UnitOfWork, hello: HelloFacts) -> None:
     """What the vehicle holds against what it should follow: its word on the past, ours on the future."""
     order = uow.orders.current(hello.vehicle_id)
-    held = hello.holding
+    held = hello.progress
     if held is not None:
         visits.take_over(uow, hello.vehicle_id, held.visits)
         order = uow.orders.current(hello.vehicle_id)

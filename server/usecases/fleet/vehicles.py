@@ -26,8 +26,8 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.identity import sha256_of
 from server.usecases.record.incidents import clear_incident, open_incident
 from server.usecases.rides import lost_vehicles
-from server.usecases.roads.ground import under_body
-from server.usecases.roads.section_desk import SectionDesk
+from server.usecases.roads.road_positions import under_body
+from server.usecases.roads.section_reservations import SectionReservations
 
 _KEY_BYTES = 32
 
@@ -134,7 +134,7 @@ def stand_on(uow: UnitOfWork, vehicle: Vehicle, lane_id: str, s_m: float) -> Veh
 
     Raises SectionsTaken.
     """
-    SectionDesk(uow).place(vehicle.vehicle_id, under_body(uow.network(), lane_id, s_m))
+    SectionReservations(uow).place(vehicle.vehicle_id, under_body(uow.network(), lane_id, s_m))
     placed = replace(vehicle, placed=True)
     uow.vehicles.save(placed)
     orders.withdraw(uow, vehicle.vehicle_id)
@@ -173,7 +173,7 @@ def retire(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
     plan = uow.plans.get(vehicle_id)
     if plan is not None:
         uow.plans.save(replace(plan, version=plan.version + 1, visits=(), resting_place_id=""), plan.version)
-    SectionDesk(uow).remove(vehicle_id)
+    SectionReservations(uow).remove(vehicle_id)
     _note(uow, "vehicle.retired", vehicle_id, by)
     uow.publish(topics.vehicle_session(uow.campus_id, vehicle_id), epoch=gone.epoch)
     plans.assign_waiting(uow)

@@ -7,7 +7,7 @@ from contract.wire.messages import Order, RiderTask, SectionGrant, Visit
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.planning.plans import Plan, PlannedVisit
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.roads.section_desk import SectionDesk
+from server.usecases.roads.section_reservations import SectionReservations
 
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
@@ -19,7 +19,7 @@ def order_payload(
     legs: Sequence[tuple[str, ...]],
     order_id: str,
     revision: int,
-    desk: SectionDesk,
+    desk: SectionReservations,
 ) -> Order:
     """legs: the lanes to each of the plan's visits."""
     return Order(
@@ -33,7 +33,7 @@ def order_payload(
     )
 
 
-def grants_on_the_wire(desk: SectionDesk, vehicle_id: str) -> tuple[SectionGrant, ...]:
+def grants_on_the_wire(desk: SectionReservations, vehicle_id: str) -> tuple[SectionGrant, ...]:
     """What the vehicle holds, in route order."""
     return tuple(SectionGrant(s.section_id, s.fence) for s in desk.occupancy(vehicle_id).held)
 

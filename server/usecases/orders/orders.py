@@ -15,19 +15,19 @@ from server.usecases.orders.order_payload import order_payload, utc_ns
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.incidents import clear_incident, open_incident
-from server.usecases.roads.ground import Footing, footing
-from server.usecases.roads.section_desk import SectionDesk
-from server.usecases.roads.ways import (
-    Way,
+from server.usecases.roads.road_positions import RoadPosition, footing
+from server.usecases.roads.routing import (
+    DrivingRoute,
     blocked_for,
     leads_through_closed,
     way_through,
 )
+from server.usecases.roads.section_reservations import SectionReservations
 
 REJECTIONS_MAX = 3
 
 
-def reissue(uow: UnitOfWork, vehicle_id: str, desk: SectionDesk | None = None) -> IssuedOrder | None:
+def reissue(uow: UnitOfWork, vehicle_id: str, desk: SectionReservations | None = None) -> IssuedOrder | None:
     """Make the vehicle's order carry out its plan, if its new route is safe now; None when nothing changed.
 
     While the route is not safe the old order stays in force; the next release tries again.
@@ -41,7 +41,7 @@ def reissue(uow: UnitOfWork, vehicle_id: str, desk: SectionDesk | None = None) -
     if plan is None or not plan.ordered or not vehicle.placed:
         return None
     if uow.roads().closed:
-        desk = desk or SectionDesk(uow)
+        desk = desk or SectionReservations(uow)
     turns = desk is not None and leads_through_closed(uow.roads(), desk, vehicle_id)
     if not turns and not _is_behind(present, plan):
         return None
@@ -51,7 +51,7 @@ def reissue(uow: UnitOfWork, vehicle_id: str, desk: SectionDesk | None = None) -
     where = uow.vehicles.whereabouts(vehicle_id)
     if where is None or where.status is None:
         return None
-    desk = desk or SectionDesk(uow)
+    desk = desk or SectionReservations(uow)
     held = desk.occupancy(vehicle_id).held_ids
     here = footing(uow.network(), held, where.status)
     if _is_held_back(uow, plan, present, here):
@@ -138,7 +138,7 @@ def _says_the_same(present: IssuedOrder, plan: Plan) -> bool:
     )
 
 
-def _is_held_back(uow: UnitOfWork, plan: Plan, present: IssuedOrder | None, here: Footing) -> bool:
+def _is_held_back(uow: UnitOfWork, plan: Plan, present: IssuedOrder | None, here: RoadPosition) -> bool:
     """A resting vehicle whose first visit is timed does not go and stand in the road long before."""
     first = plan.visits[0]
     at_rest = present is None or present.state is OrderState.DONE
@@ -147,7 +147,7 @@ def _is_held_back(uow: UnitOfWork, plan: Plan, present: IssuedOrder | None, here
     roads = uow.roads()
     own = frozenset({plan.resting_place_id})
     row = roads.times_to_stops((here.lane_id, here.s_m), own, frozenset())
-    drive_s = uow.pace_at(first.not_before) * float(row[roads.stop_numbers[first.stop_id]])
+    drive_s = uow.travel_time_factor_at(first.not_before) * float(row[roads.stop_numbers[first.stop_id]])
     early_s = uow.rules.early_s(timed=bool(first.departure_id))
     leave_at = first.not_before - timedelta(seconds=first.dwell_s + drive_s + early_s)
     return uow.now < leave_at
@@ -157,10 +157,10 @@ def _way(
     uow: UnitOfWork,
     plan: Plan,
     present: IssuedOrder | None,
-    desk: SectionDesk,
-    here: Footing,
+    desk: SectionReservations,
+    here: RoadPosition,
     speed_mps: float,
-) -> Way | None:
+) -> DrivingRoute | None:
     roads, rules = uow.roads(), uow.rules
     occupancy = desk.occupancy(plan.vehicle_id)
     going = present is not None and present.state is not OrderState.DONE
@@ -189,8 +189,8 @@ def _issue(
     vehicle: Vehicle,
     plan: Plan,
     present: IssuedOrder | None,
-    way: Way,
-    desk: SectionDesk,
+    way: DrivingRoute,
+    desk: SectionReservations,
 ) -> IssuedOrder:
     continues = present is not None and present.state is not OrderState.DONE
     order_id = present.order_id if continues and present is not None else uow.ids.new_id("order")

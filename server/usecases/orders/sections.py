@@ -12,8 +12,8 @@ from server.usecases.orders import orders
 from server.usecases.orders.order_payload import grants_on_the_wire
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.roads.ground import footing, sections_to_ask
-from server.usecases.roads.section_desk import SectionDesk
+from server.usecases.roads.road_positions import footing, sections_to_ask
+from server.usecases.roads.section_reservations import SectionReservations
 
 # With nobody within this distance a shuttle gets so many times as much road ahead.
 ALONE_M = 200.0
@@ -22,14 +22,14 @@ ALONE_FACTOR = 2.0
 
 def extend_grants(uow: UnitOfWork) -> tuple[str, ...]:
     """Retry routes that were not safe, then grant every vehicle the road ahead; the vehicles that gained."""
-    desk = SectionDesk(uow)
+    desk = SectionReservations(uow)
     for vehicle in uow.vehicles.all():
         if vehicle.placed:
             orders.reissue(uow, vehicle.vehicle_id, desk)
     return grant_ahead(uow, desk)
 
 
-def grant_ahead(uow: UnitOfWork, desk: SectionDesk) -> tuple[str, ...]:
+def grant_ahead(uow: UnitOfWork, desk: SectionReservations) -> tuple[str, ...]:
     """Grant every vehicle that can drive the road ahead of it; the vehicles that gained."""
     gained = []
     for vehicle in uow.vehicles.all():
@@ -43,16 +43,16 @@ def grant_ahead(uow: UnitOfWork, desk: SectionDesk) -> tuple[str, ...]:
 
 def grants_of(uow: UnitOfWork, vehicle_id: str) -> tuple[SectionGrant, ...]:
     """What the vehicle holds, in route order."""
-    return grants_on_the_wire(SectionDesk(uow), vehicle_id)
+    return grants_on_the_wire(SectionReservations(uow), vehicle_id)
 
 
 def released(uow: UnitOfWork, vehicle_id: str, section_id: str, fence: int) -> None:
     """The vehicle has left a section: it is free for others, whose routes and grants are tried again."""
-    if SectionDesk(uow).release(vehicle_id, section_id, fence):
+    if SectionReservations(uow).release(vehicle_id, section_id, fence):
         extend_grants(uow)
 
 
-def _wanted(uow: UnitOfWork, vehicle: Vehicle, desk: SectionDesk) -> int:
+def _wanted(uow: UnitOfWork, vehicle: Vehicle, desk: SectionReservations) -> int:
     occupancy = desk.occupancy(vehicle.vehicle_id)
     if not occupancy.ahead:
         return 0

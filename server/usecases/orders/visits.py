@@ -16,7 +16,7 @@ from server.domain.rides.rides import RideState, moved
 from server.domain.service.timetable import DepartureState
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.record import paces
+from server.usecases.record import travel_time_factors
 
 NEAR_M = 15.0
 
@@ -75,9 +75,9 @@ def follow(uow: UnitOfWork, before: Plan, after: Plan) -> None:
 def _measure(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitState) -> None:
     """How long the fleet drives from stop to stop, for the plans of other days."""
     if state == "under_way":
-        paces.arrived(uow, vehicle_id, visit)
+        travel_time_factors.arrived(uow, vehicle_id, visit)
     elif state == "done":
-        paces.left(uow, vehicle_id, visit)
+        travel_time_factors.left(uow, vehicle_id, visit)
 
 
 def _stand_at(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> None:

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import msgspec
 
 from server.dispatch.alternatives import Alternative as Found
-from server.dispatch.answer import Answer, Quote, Terms, answer_all
-from server.dispatch.board.board import Board
+from server.dispatch.answer import Answer, PromiseRules, Quote, answer_all
 from server.dispatch.problem import Request
 from server.dispatch.problem_codec import encode_problem
+from server.dispatch.schedule.board import Schedule
 from server.domain.planning.decisions import (
     Alternative,
     Decision,
@@ -19,21 +19,21 @@ from server.domain.planning.decisions import (
 from server.domain.planning.decisions import Quote as ToldQuote
 from server.domain.rides.rides import Promise, Ride
 from server.travel.fleet_roads import FleetRoads
-from server.usecases.planning.carry_out import commit
+from server.usecases.planning.issue_orders import commit
 from server.usecases.planning.snapshot import Snapshot, moment, take_snapshot
 from server.usecases.ports.unit_of_work import UnitOfWork
 
 
 @dataclass(frozen=True, slots=True)
-class Given:
+class AssignmentRequest:
     """What a stored decision depends on beside its problem; promised: request ids that keep their windows."""
 
-    terms: Terms
+    terms: PromiseRules
     promised: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Assigned:
+class AssignmentResult:
     """A ride with its vehicle, promise and expected times, and rule ""; or as it was, with the rule that
     binds and what would be accepted instead."""
 
@@ -42,7 +42,7 @@ class Assigned:
     alternatives: tuple[Alternative, ...] = ()
 
 
-def assign_ride(uow: UnitOfWork, ride: Ride, kind: DecisionKind) -> Assigned:
+def assign_ride(uow: UnitOfWork, ride: Ride, kind: DecisionKind) -> AssignmentResult:
     """See `assign_rides`."""
     return assign_rides(uow, [ride], kind)[0]
 
@@ -53,7 +53,7 @@ def assign_rides(
     kind: DecisionKind,
     only: Collection[str] | None = None,
     walking: Set[str] = frozenset(),
-) -> list[Assigned]:
+) -> list[AssignmentResult]:
     """What becomes of each ride, in the order given; `only` these vehicles may take them. Those of `walking`
     may begin and end at other stops within walking distance: their rides have these then.
 
@@ -69,7 +69,7 @@ def assign_rides(
     requests = snapshot.problem.requests
     for ride_id in walking:
         requests[ride_id] = _with_walks(requests[ride_id], terms)
-    board = Board(snapshot.problem)
+    board = Schedule(snapshot.problem)
     for ride in wanted:
         board.add(requests[ride.ride_id])
     if kind != "booking":
@@ -89,10 +89,10 @@ def assign_rides(
     commit(uow, snapshot, board.routes(taken if kind == "booking" else None))
     instead = [tuple(_alternative(uow.roads(), found) for found in answer.alternatives) for answer in answers]
     if is_kept:
-        given = msgspec.json.encode(Given(terms, tuple(sorted(promised))))
+        given = msgspec.json.encode(AssignmentRequest(terms, tuple(sorted(promised))))
         _keep(uow, snapshot, problem, answers, instead, kind, given)
     return [
-        Assigned(snapshot.rides[ride.ride_id] if answer.best else ride, answer.rule, others)
+        AssignmentResult(snapshot.rides[ride.ride_id] if answer.best else ride, answer.rule, others)
         for ride, answer, others in zip(wanted, answers, instead, strict=True)
     ]
 
@@ -118,14 +118,17 @@ def _without(
     kind: DecisionKind,
     stay: dict[str, str],
     only: Collection[str] | None,
-) -> list[Assigned]:
+) -> list[AssignmentResult]:
     """Decide again on a fleet in which these rides stay where they are."""
     others = assign_rides(uow, [ride for ride in wanted if ride.ride_id not in stay], kind, only)
     decided = iter(others)
-    return [Assigned(ride, stay[ride.ride_id]) if ride.ride_id in stay else next(decided) for ride in wanted]
+    return [
+        AssignmentResult(ride, stay[ride.ride_id]) if ride.ride_id in stay else next(decided)
+        for ride in wanted
+    ]
 
 
-def _with_walks(request: Request, terms: Terms) -> Request:
+def _with_walks(request: Request, terms: PromiseRules) -> Request:
     if not terms.walks:
         return request
     return replace(
@@ -133,7 +136,7 @@ def _with_walks(request: Request, terms: Terms) -> Request:
     )
 
 
-def _promise(roads: FleetRoads, snapshot: Snapshot, board: Board, ride: Ride, answer: Answer) -> None:
+def _promise(roads: FleetRoads, snapshot: Snapshot, board: Schedule, ride: Ride, answer: Answer) -> None:
     """Into the snapshot before the plan is stored, so that the visits already keep its window."""
     if ride.promise is not None or answer.windows is None:
         return

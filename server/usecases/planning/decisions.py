@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import msgspec
 
 from server.dispatch.answer import answer_all
-from server.dispatch.board.board import Board
 from server.dispatch.problem import Problem
 from server.dispatch.problem_codec import ProblemUnreadable, decode_problem, encode_problem
+from server.dispatch.schedule.board import Schedule
 from server.dispatch.solve import Budget, Solution, solve
 from server.domain.planning.decisions import Decision, Quote, RideDecision
 from server.domain.rides.rides import Ride
-from server.usecases.planning.assign import Given
+from server.usecases.planning.assign import AssignmentRequest
 from server.usecases.planning.snapshot import moment
 from server.usecases.ports.unit_of_work import UnitOfWork
 
@@ -42,7 +42,7 @@ def keep_improvement(
     uow.decisions.add(
         Decision(uow.campus_id, decision_id, uow.now, "improvement", encode_problem(problem), given, answer)
     )
-    more_s = round(solution.cost - Board(problem, spare=0).cost, 1)
+    more_s = round(solution.cost - Schedule(problem, spare=0).cost, 1)
     vehicles = sum(vehicle.accepts for vehicle in problem.vehicles)
     uow.decisions.add_rides(
         [
@@ -62,10 +62,10 @@ def repeated(decision: Decision) -> bytes:
         if decision.kind == "improvement":
             search = msgspec.json.decode(decision.given, type=Search)
             return msgspec.json.encode(solve(problem, search.budget, search.seed).routes)
-        given = msgspec.json.decode(decision.given, type=Given)
+        given = msgspec.json.decode(decision.given, type=AssignmentRequest)
     except (ProblemUnreadable, msgspec.MsgspecError) as error:
         raise DecisionUnreadable(str(error)) from error
-    board = Board(problem)
+    board = Schedule(problem)
     for request_id in problem.open_requests:
         board.add(problem.requests[request_id])
     answers = answer_all(board, problem.open_requests, given.terms, frozenset(given.promised))

@@ -30,10 +30,10 @@ from server.domain.rides.rides import (
     unassigned,
 )
 from server.domain.service.timetable import Departure, without_vehicle
-from server.usecases.planning import cut_off, promises
+from server.usecases.planning import promises, unreachable_rides
 from server.usecases.planning.assign import assign_rides
-from server.usecases.planning.carry_out import carry_out, commit
 from server.usecases.planning.decisions import Search, keep_improvement
+from server.usecases.planning.issue_orders import carry_out, commit
 from server.usecases.planning.routes import is_news, refresh_times, save_route
 from server.usecases.planning.snapshot import Snapshot, take_snapshot
 from server.usecases.ports import topics
@@ -116,7 +116,7 @@ def assign_waiting(uow: UnitOfWork, also: Sequence[Ride] = ()) -> tuple[Ride, ..
             cut_off_rides.append(ride)
         elif ride.state is RideState.REQUESTED:
             give_up_late(uow, ride, answer.rule)
-    cut_off.put_off(uow, cut_off_rides)
+    unreachable_rides.put_off(uow, cut_off_rides)
     return tuple(found)
 
 

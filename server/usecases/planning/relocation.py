@@ -19,7 +19,7 @@ from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import whole_calendar
 from server.usecases.roads.resting import rest_visit
-from server.usecases.roads.section_desk import SectionDesk
+from server.usecases.roads.section_reservations import SectionReservations
 
 _SATURDAY = 5
 
@@ -85,7 +85,7 @@ def proposed(uow: UnitOfWork, demand: Demand) -> Relocation | None:
     if not idle:
         return None
     at = [numbers[plans[vehicle.vehicle_id].resting_place_id] for vehicle in idle]
-    free = [numbers[place_id] for place_id in _free_places(uow, SectionDesk(uow))]
+    free = [numbers[place_id] for place_id in _free_places(uow, SectionReservations(uow))]
     ways_s = np.array([uow.roads().times_from_rest(place) for place in places])
     move = best_move(at, free, ways_s, rates, uow.rules.relocation_gain_s_min)
     if move is None:
@@ -99,7 +99,7 @@ def relocate(uow: UnitOfWork, move: Relocation) -> bool:
     vehicle, plan = uow.vehicles.get(move.vehicle_id), uow.plans.get(move.vehicle_id)
     if vehicle is None or plan is None or plan.version != move.plan_version:
         return False
-    desk = SectionDesk(uow)
+    desk = SectionReservations(uow)
     if not _is_idle(uow, vehicle, plan) or move.place_id not in _free_places(uow, desk):
         return False
     place = uow.network().resting_places[move.place_id]
@@ -158,7 +158,7 @@ def _is_idle(uow: UnitOfWork, vehicle: Vehicle, plan: Plan) -> bool:
     return not is_measured(ratio) or ratio >= uow.rules.battery_accept_ratio
 
 
-def _free_places(uow: UnitOfWork, desk: SectionDesk) -> list[str]:
+def _free_places(uow: UnitOfWork, desk: SectionReservations) -> list[str]:
     """Reserved for nobody, and nobody stands there."""
     network = uow.network()
     reserved = {plan.resting_place_id for plan in uow.plans.all()}

@@ -151,7 +151,7 @@ def _stops_ahead(
         begun = uow.now if number == 0 else _left_at(visits[number - 1])
         free_s = (visit.not_before - begun).total_seconds() - visit.dwell_s - early_s
         _, way_s = _rest_after(uow, snapshot, plan, visits, number)
-        if way_s * uow.pace_at(begun) <= free_s:
+        if way_s * uow.travel_time_factor_at(begun) <= free_s:
             return number
     return most
 

@@ -19,12 +19,12 @@ from server.domain.rules import FleetRules
 from server.domain.service.timetable import Departure
 from server.travel.fleet_roads import FleetRoads
 from server.usecases.orders.order_payload import EPOCH
-from server.usecases.planning.battery_room import Charge, within_battery
-from server.usecases.planning.on_duty import with_shifts
+from server.usecases.planning.battery_limits import ChargeLimits, within_battery
+from server.usecases.planning.shift_limits import with_shifts
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.roads.ground import ARRIVED_M, Footing, footing
 from server.usecases.roads.resting import can_rest
-from server.usecases.roads.section_desk import SectionDesk
+from server.usecases.roads.road_positions import ARRIVED_M, RoadPosition, footing
+from server.usecases.roads.section_reservations import SectionReservations
 
 ON_THE_WAY = (RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
 
@@ -37,9 +37,9 @@ class Snapshot:
     problem: Problem
     plans: dict[str, Plan]
     rides: dict[str, Ride]
-    footings: dict[str, Footing]
+    footings: dict[str, RoadPosition]
     chained: dict[str, tuple[Departure, int]]
-    desk: SectionDesk
+    desk: SectionReservations
     charging: frozenset[str]
 
 
@@ -47,7 +47,7 @@ class Snapshot:
 class _Drive:
     """Where a vehicle is, how far ahead it could still stop for a new visit, and the visit it drives to."""
 
-    here: Footing
+    here: RoadPosition
     stopping_m: float
     heading_for: str
 
@@ -56,20 +56,20 @@ def take_snapshot(
     uow: UnitOfWork, wanted: Sequence[Ride] = (), departures: Sequence[Departure] = ()
 ) -> Snapshot:
     """Everything under way, and the rides and departures that want a vehicle, in the order given."""
-    desk = SectionDesk(uow)
+    desk = SectionReservations(uow)
     plans = {plan.vehicle_id: plan for plan in uow.plans.all()}
     rides = {ride.ride_id: ride for ride in (*uow.rides.in_states(ON_THE_WAY), *wanted)}
     riders: dict[str, dict[str, Ride]] = defaultdict(dict)
     for ride in rides.values():
         riders[ride.vehicle_id or ""][ride.ride_id] = ride
     vehicles: list[VehicleState] = []
-    footings: dict[str, Footing] = {}
-    charges: list[Charge] = []
+    footings: dict[str, RoadPosition] = {}
+    charges: list[ChargeLimits] = []
     for vehicle in uow.vehicles.all():
         status = _status(uow, vehicle)
         if status is None:
             continue
-        charges.append(Charge(status.battery_ratio, vehicle.charging))
+        charges.append(ChargeLimits(status.battery_ratio, vehicle.charging))
         plan = plans.setdefault(vehicle.vehicle_id, Plan(uow.campus_id, vehicle.vehicle_id, 0))
         occupancy = desk.occupancy(vehicle.vehicle_id)
         drives = _drive(uow, vehicle.vehicle_id, occupancy, status)
@@ -183,7 +183,7 @@ def _is_needed(visit: PlannedVisit, mine: dict[str, Ride]) -> bool:
 def _forgotten(uow: UnitOfWork, visits: Sequence[PlannedVisit], mine: dict[str, Ride]) -> list[Call]:
     """Calls for riders aboard whom no visit lets out any more."""
     let_out = {ride_id for visit in visits for ride_id in visit.alight}
-    places, dwell_s, pace = uow.roads().stop_numbers, uow.rules.dwell_s, uow.pace_at(uow.now)
+    places, dwell_s, pace = uow.roads().stop_numbers, uow.rules.dwell_s, uow.travel_time_factor_at(uow.now)
     return [
         Call(places[ride.to_stop], (), (ride_id,), dwell_s, pace=pace)
         for ride_id, ride in mine.items()
@@ -214,7 +214,7 @@ def _to_stops_s(
     return row
 
 
-def _is_there(visit: PlannedVisit, here: Footing) -> bool:
+def _is_there(visit: PlannedVisit, here: RoadPosition) -> bool:
     """It stands at the visit, or has come to it within the noise of its position."""
     beyond_m = here.s_m - visit.s_m if here.lane_id == visit.lane_id else -1.0
     return visit.state == "under_way" or 0.0 <= beyond_m <= ARRIVED_M
@@ -231,13 +231,13 @@ def _call(uow: UnitOfWork, visit: PlannedVisit, mine: dict[str, Ride]) -> Call:
         arrive_by_s=seconds(visit.latest) if timed and visit.latest else np.inf,
         fixed=timed or not (visit.board or visit.alight),
         call_id=visit.visit_id,
-        pace=uow.pace_at(max(uow.now, visit.not_before or uow.now)),
+        pace=uow.travel_time_factor_at(max(uow.now, visit.not_before or uow.now)),
     )
 
 
 def request_of(uow: UnitOfWork, ride: Ride) -> Request:
     begins = ride.earliest if ride.promise is None else ride.promise.pickup_from
-    pace = uow.pace_at(max(uow.now, begins))
+    pace = uow.travel_time_factor_at(max(uow.now, begins))
     known = uow.roads().kept(
         f"request {ride.ride_id}", (ride, uow.rules), lambda: _request(uow.roads(), uow.rules, ride, pace)
     )
@@ -297,7 +297,7 @@ def _chains(
             call_id = f"{departure.departure_id}#{number}"
             chained[call_id] = departure, number
             place, leave_s = roads.stop_numbers[call.stop_id], seconds(call.leave_at)
-            pace = uow.pace_at(call.leave_at)
+            pace = uow.travel_time_factor_at(call.leave_at)
             if calls:
                 left_s = max(calls[-1].leave_from_s, arrive_s + dwell_s)
                 arrive_s = left_s + pace * float(drive[calls[-1].place, place])

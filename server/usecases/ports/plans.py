@@ -5,8 +5,8 @@ from typing import Protocol
 
 from server.domain.orders.orders import IssuedOrder
 from server.domain.orders.sections import Occupancy
-from server.domain.planning.pace import DrivenLeg, Paces
 from server.domain.planning.plans import Plan
+from server.domain.planning.travel_time_factors import DrivenLeg, TravelTimeFactors
 
 
 class PlanRepository(Protocol):
@@ -47,7 +47,7 @@ class SectionRepository(Protocol):
         ...
 
 
-class PaceRepository(Protocol):
+class TravelTimeFactorRepository(Protocol):
     def begin_leg(self, vehicle_id: str, from_stop: str, left_at: datetime) -> None: ...
 
     def end_leg(self, vehicle_id: str) -> tuple[str, datetime] | None:
@@ -62,6 +62,6 @@ class PaceRepository(Protocol):
 
     def forget_before(self, moment: datetime) -> int: ...
 
-    def present(self) -> Paces | None: ...
+    def present(self) -> TravelTimeFactors | None: ...
 
-    def save(self, paces: Paces) -> None: ...
+    def save(self, paces: TravelTimeFactors) -> None: ...

@@ -13,7 +13,12 @@ from server.domain.rules import FleetRules
 from server.travel.fleet_roads import FleetRoads
 from server.usecases.ports.clock_and_ids import Ids, PasswordHasher
 from server.usecases.ports.maps import ClosureRepository, MapRepository
-from server.usecases.ports.plans import OrderRepository, PaceRepository, PlanRepository, SectionRepository
+from server.usecases.ports.plans import (
+    OrderRepository,
+    PlanRepository,
+    SectionRepository,
+    TravelTimeFactorRepository,
+)
 from server.usecases.ports.records import (
     IdentityRepository,
     IncidentRepository,
@@ -45,7 +50,7 @@ class UnitOfWork(Protocol):
     decisions: DecisionRepository
     service: ServiceRepository
     closures: ClosureRepository
-    paces: PaceRepository
+    travel_time_factors: TravelTimeFactorRepository
     series: SeriesRepository
     incidents: IncidentRepository
     events: EventRepository
@@ -76,7 +81,7 @@ class UnitOfWork(Protocol):
         """The time of day on the campus, in hours after local midnight. Raises CampusUnknown."""
         ...
 
-    def pace_at(self, moment: datetime) -> float:
+    def travel_time_factor_at(self, moment: datetime) -> float:
         """What driving takes at this time of day, over the map's times; 1 before anything is learnt.
         Raises CampusUnknown."""
         ...

@@ -19,7 +19,7 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 
 
 @dataclass(frozen=True, slots=True)
-class OpenedSession:
+class CreatedSession:
     """token is known to nobody else: it goes into the operator's cookie."""
 
     token: str
@@ -28,7 +28,7 @@ class OpenedSession:
 
 
 @dataclass(frozen=True, slots=True)
-class MadeToken:
+class CreatedToken:
     """secret is shown once."""
 
     secret: str
@@ -64,7 +64,7 @@ def set_password(uow: UnitOfWork, name: str, password: str) -> Operator:
     return operator
 
 
-def login(uow: UnitOfWork, name: str, password: str) -> OpenedSession:
+def login(uow: UnitOfWork, name: str, password: str) -> CreatedSession:
     """Raises WrongCredentials, after the same work whether the name is known or not."""
     operator = uow.identity.operator_by_name(name)
     if operator is None:
@@ -83,7 +83,7 @@ def login(uow: UnitOfWork, name: str, password: str) -> OpenedSession:
     )
     uow.identity.add_operator_session(session)
     _note(uow, "operator.logged_in", operator.operator_id, name)
-    return OpenedSession(token, session, operator)
+    return CreatedSession(token, session, operator)
 
 
 def logout(uow: UnitOfWork, token: str) -> None:
@@ -130,7 +130,7 @@ def create_enrolment_code(
 
 def create_developer_token(
     uow: UnitOfWork, name: str, scopes: Iterable[Scope], valid_s: float, by: str
-) -> MadeToken:
+) -> CreatedToken:
     """A secret with which a program may read, or also drive."""
     secret = uow.ids.token()
     token = DeveloperToken(
@@ -145,7 +145,7 @@ def create_developer_token(
     )
     uow.identity.save_developer_token(token)
     _note(uow, "token.made", token.token_id, by)
-    return MadeToken(secret, token)
+    return CreatedToken(secret, token)
 
 
 def developer_of(uow: UnitOfWork, secret: str, scope: Scope) -> DeveloperToken:

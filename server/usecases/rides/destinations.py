@@ -11,9 +11,9 @@ from datetime import timedelta
 import numpy as np
 
 from contract.geometry import Array
-from server.dispatch.board.board import Board
 from server.dispatch.problem import Call, Problem, VehicleRoute, VehicleState
 from server.dispatch.refusal import CLOSED
+from server.dispatch.schedule.board import Schedule
 from server.domain.errors import (
     DestinationRefused,
     NoRestingPlaceFree,
@@ -32,7 +32,7 @@ from server.domain.rides.rides import (
     unassigned,
 )
 from server.usecases.planning.assign import assign_ride
-from server.usecases.planning.carry_out import commit
+from server.usecases.planning.issue_orders import commit
 from server.usecases.planning.snapshot import (
     Snapshot,
     moment,
@@ -156,7 +156,7 @@ def _inserted_anew(uow: UnitOfWork, wish: Ride) -> Ride:
 
 def _ride_s_max(uow: UnitOfWork, ride: Ride) -> float:
     direct_s = uow.roads().direct_s(ride.from_stop, ride.to_stop)
-    return uow.rules.ride_s_max(direct_s * uow.pace_at(max(uow.now, ride.earliest)))
+    return uow.rules.ride_s_max(direct_s * uow.travel_time_factor_at(max(uow.now, ride.earliest)))
 
 
 # ---------------------------------------------------------------- on the vehicle that has it
@@ -188,8 +188,8 @@ def _dropping(
     longest_s = math.inf if wish.state is RideState.ABOARD else _ride_s_max(uow, wish)
     patient = replace(request, dropoff=place, arrive_by_s=math.inf, ride_s_max=longest_s)
     requests = snapshot.problem.requests | {wish.ride_id: patient}
-    before = Board(replace(snapshot.problem, vehicles=(vehicle,), open_requests=()))
-    found: Board | None = None
+    before = Schedule(replace(snapshot.problem, vehicles=(vehicle,), open_requests=()))
+    found: Schedule | None = None
     for calls in _routes(_without(vehicle, wish.ride_id), vehicle.locked, wish, place, indices, uow):
         problem = replace(
             snapshot.problem, vehicles=(replace(vehicle, calls=calls),), requests=requests, open_requests=()
@@ -205,7 +205,7 @@ def _routes(
 ) -> Iterator[tuple[Call, ...]]:
     """The calls with the party let out at one there is already, and at a new one before each index."""
     boards = next((n for n, call in enumerate(calls) if wish.ride_id in call.board), -1)
-    out = Call(place, (), (wish.ride_id,), uow.rules.dwell_s, pace=uow.pace_at(uow.now))
+    out = Call(place, (), (wish.ride_id,), uow.rules.dwell_s, pace=uow.travel_time_factor_at(uow.now))
     for index in indices:
         if index < max(locked, boards + 1) or index > len(calls):
             continue
@@ -219,10 +219,10 @@ def _routes(
         yield (*calls[:index], out, *calls[index:])
 
 
-def _times_of(problem: Problem, before: Board, wish: Ride) -> Board | None:
+def _times_of(problem: Problem, before: Schedule, wish: Ride) -> Schedule | None:
     """The route as it stands, timed; None when it breaks a promise, or makes somebody else's later that is
     late already."""
-    board = Board(problem)
+    board = Schedule(problem)
     if board.impossible or board.overdue - before.overdue:
         return None
     late = [name for name in board.overdue if name in before.rows and name != wish.ride_id]

@@ -20,7 +20,7 @@ from server.domain.rides.rides import (
     ended,
     stranded,
 )
-from server.travel.walks import on_foot_s
+from server.travel.walking import on_foot_s
 from server.usecases.planning import plans
 from server.usecases.planning.routes import visits_of
 from server.usecases.ports import topics

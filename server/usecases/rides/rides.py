@@ -36,8 +36,8 @@ from server.domain.rides.rides import (
     ended,
 )
 from server.domain.service.service import ServiceCalendar
-from server.usecases.planning import cut_off, plans
-from server.usecases.planning.assign import Assigned, assign_rides
+from server.usecases.planning import plans, unreachable_rides
+from server.usecases.planning.assign import AssignmentResult, assign_rides
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import calendar_of
@@ -47,7 +47,7 @@ from server.usecases.rides import destinations
 
 
 @dataclass(frozen=True, slots=True)
-class Booked:
+class BookingResult:
     """The answer to a booking; alternatives for a refused ride."""
 
     ride: Ride
@@ -68,7 +68,7 @@ def book(uow: UnitOfWork, request: BookRide) -> Ride:
     return answer.ride
 
 
-def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[Booked | DomainError]:
+def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[BookingResult | DomainError]:
     """`book` for several at once, in this order, on one look at the fleet: a ride or an error for each."""
     answers: list[Ride | DomainError] = []
     calendar = calendar_of(uow)
@@ -83,7 +83,7 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[Booked | Dom
             answers.append(ride)
         except DomainError as error:
             answers.append(error)
-    decided: dict[str, Booked] = {}
+    decided: dict[str, BookingResult] = {}
     walking = frozenset(ride_id for ride_id, (_, request) in asked.items() if request.may_walk)
     assigned = _assigned(uow, [ride for ride, _ in asked.values()], walking)
     for (ride, request), answer in zip(asked.values(), assigned, strict=True):
@@ -93,31 +93,31 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[Booked | Dom
             uow.rides.save(booked)
         wish = f"{request.from_stop} to {request.to_stop}, party of {request.party} {booked.reason}".rstrip()
         _tell(uow, booked, "ride.refused" if answer.rule else "ride.booked", request.source, wish)
-        decided[ride.ride_id] = Booked(booked, answer.alternatives)
+        decided[ride.ride_id] = BookingResult(booked, answer.alternatives)
     return [
         answer
         if isinstance(answer, DomainError)
-        else decided.get(answer.ride_id) or Booked(answer, alternatives_for(uow, answer))
+        else decided.get(answer.ride_id) or BookingResult(answer, alternatives_for(uow, answer))
         for answer in answers
     ]
 
 
-def _assigned(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[Assigned]:
-    def now(uow: UnitOfWork, rides: Sequence[Ride]) -> list[Assigned]:
+def _assigned(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[AssignmentResult]:
+    def now(uow: UnitOfWork, rides: Sequence[Ride]) -> list[AssignmentResult]:
         return _assigned_now(uow, rides, walking)
 
     if rides and uow.has_closures():
-        return cut_off.booked_around(uow, rides, now)
+        return unreachable_rides.booked_around(uow, rides, now)
     return now(uow, rides)
 
 
-def _assigned_now(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[Assigned]:
+def _assigned_now(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[AssignmentResult]:
     try:
         return assign_rides(uow, rides, "booking", walking=walking)
     except NoRestingPlaceFree:
         if len(rides) > 1:
             raise
-        return [Assigned(rides[0], "no_vehicle_free")]
+        return [AssignmentResult(rides[0], "no_vehicle_free")]
 
 
 def alternatives_for(uow: UnitOfWork, ride: Ride) -> tuple[Alternative, ...]:
@@ -252,7 +252,7 @@ def _closing(uow: UnitOfWork, request: BookRide, calendar: ServiceCalendar) -> d
         raise BookingTooFarAhead(f"rides can be booked {days:.0f} days ahead at most")
     calendar.require_open(earliest)
     closes = calendar.closes_after(earliest)
-    direct_s = uow.pace_at(earliest) * uow.roads().direct_s(request.from_stop, request.to_stop)
+    direct_s = uow.travel_time_factor_at(earliest) * uow.roads().direct_s(request.from_stop, request.to_stop)
     if closes is not None and earliest + timedelta(seconds=direct_s) > closes:
         raise NoService(closing_words(calendar, closes))
     return closes

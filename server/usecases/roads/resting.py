@@ -8,8 +8,8 @@ from server.domain.errors import NoRestingPlaceFree
 from server.domain.planning.plans import Plan, PlannedVisit, RestReason
 from server.travel.fleet_roads import FleetRoads
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.roads.ground import ARRIVED_M, Footing
-from server.usecases.roads.section_desk import SectionDesk
+from server.usecases.roads.road_positions import ARRIVED_M, RoadPosition
+from server.usecases.roads.section_reservations import SectionReservations
 
 
 def resting_place_for(
@@ -17,7 +17,7 @@ def resting_place_for(
     plan: Plan,
     last: Place,
     onward: PlannedVisit | None,
-    desk: SectionDesk,
+    desk: SectionReservations,
     *,
     charges: bool = False,
 ) -> tuple[RestingPlace, float]:
@@ -50,7 +50,7 @@ def resting_place_for(
     return best[1], best[0][2]
 
 
-def can_rest(uow: UnitOfWork, plan: Plan, here: Footing) -> bool:
+def can_rest(uow: UnitOfWork, plan: Plan, here: RoadPosition) -> bool:
     """Some resting place that is reserved for nobody else can be reached from where the vehicle is."""
     reserved = {other.resting_place_id for other in uow.plans.all() if other.vehicle_id != plan.vehicle_id}
     return any(

@@ -10,7 +10,7 @@ from campusloop.scenes.stalls import widest_gap_m
 from contract.geometry import curvatures
 from simulator.traffic.recordings import RecordingError
 from simulator.traffic.replayed import ReplayedTraffic
-from simulator.traffic.social import SocialCrowd
+from simulator.traffic.social_crowd import SocialCrowd
 from vehicle_agent.config import Profile
 
 MAPS = tuple(sorted((Path(__file__).resolve().parents[3] / "maps").glob("*/map.json")))

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from contract.wire.messages import BootLog, CommandDone
+from contract.wire.messages import CommandDone, EventLogState
 from contract.wire.sequence import EventLog, LoggedEvent, SequenceGap, is_new
 
 
@@ -55,7 +55,7 @@ def test_the_hello_says_where_each_boot_begins() -> None:
     log = EventLog("new", [LoggedEvent("old", 4, 1, event(4)), LoggedEvent("old", 5, 2, event(5))])
     log.append(3, event(0))
     log.acknowledge("new", 1)
-    assert log.logs() == (BootLog("old", 4, 6), BootLog("new", 1, 1))
+    assert log.logs() == (EventLogState("old", 4, 6), EventLogState("new", 1, 1))
 
 
 def test_acknowledging_a_boot_that_is_forgotten_changes_nothing() -> None:

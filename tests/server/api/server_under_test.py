@@ -12,7 +12,7 @@ from campusloop.virtual.conductor import Conductor
 from contract.roads.load import encode_map, load_map
 from contract.roads.model import RoadMap
 from server.adapters import SeededIds
-from server.api.runs.offload import Inline as InlineOffload
+from server.api.runs.offload import InlineOffload
 from server.app import Ports, create_app, services_of_app
 from server.bus.in_process import InProcessBus
 from server.domain.rules import FleetRules
@@ -20,7 +20,7 @@ from server.settings import Settings
 from server.store.engine import open_engine
 from server.store.roads.map_library import MapLibrary
 from server.store.tables import metadata
-from server.store.transactions import Inline
+from server.store.transactions import InlineTransactions
 from server.store.unit_of_work import Context
 from server.usecases.fleet import campus
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -71,7 +71,7 @@ class ServerUnderTest:
         engine = open_engine("sqlite://")
         metadata.create_all(engine)
         context = Context(CAMPUS, self.clock, SeededIds(2), rules, PlainHasher(), MapLibrary(rules))
-        self.transactions = Inline(engine, context, self.bus)
+        self.transactions = InlineTransactions(engine, context, self.bus)
         ports = Ports(CAMPUS, self.clock, SeededIds(1), self.transactions, self.bus, InlineOffload())
         self.app = create_app(self.settings, ports)
         self.services = services_of_app(self.app)

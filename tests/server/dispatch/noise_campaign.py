@@ -15,10 +15,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from server.dispatch.answer import Terms, answer_all
-from server.dispatch.board.board import Board
-from server.dispatch.improve import Cooling, improve
+from server.dispatch.answer import PromiseRules, answer_all
+from server.dispatch.improve import CoolingSchedule, improve
 from server.dispatch.problem import Call, Problem, Request, VehicleRoute, VehicleState
+from server.dispatch.schedule.board import Schedule
 from server.dispatch.solve import forever
 from server.domain.rules import FleetRules
 
@@ -91,7 +91,7 @@ class _Day:
         xy = rng.uniform(0.0, 1500.0, (_STOPS, 2))
         speed_mps = rules.speed_cap_mps / rules.travel_time_factor
         self._times = 1.3 * np.linalg.norm(xy[:, None] - xy[None, :], axis=2) / speed_mps
-        self._terms = Terms(
+        self._terms = PromiseRules(
             rules.pickup_early_s,
             rules.pickup_slack_s,
             rules.arrival_slack_s,
@@ -205,7 +205,7 @@ class _Day:
         party, last_s = int(self._rng.integers(1, 4)), from_s + self._rules.wait_s_max
         wish = Request(name, pickup, dropoff, party, 0, from_s, last_s, np.inf, longest_s)
         problem = self._problem((wish,))
-        board = Board(problem)
+        board = Schedule(problem)
         board.add(wish)
         (answer,) = answer_all(board, [name], self._terms)
         if answer.windows is None:
@@ -219,14 +219,14 @@ class _Day:
     def _look(self) -> None:
         """Times are looked at anew, promises told, and waiting riders moved where that costs less."""
         self._looks += 1
-        board = Board(self._problem())
+        board = Schedule(self._problem())
         if self._looks % _IMPROVE_EVERY == 0:
-            improve(board, Cooling(2, 20), self._looks, 2, forever)
+            improve(board, CoolingSchedule(2, 20), self._looks, 2, forever)
             self._follow(board.routes())
         for name, rider in self._riders.items():
             self._tell(rider, board, name)
 
-    def _tell(self, rider: _Rider, board: Board, name: str) -> None:
+    def _tell(self, rider: _Rider, board: Schedule, name: str) -> None:
         room_s, request = self._rules.promise_lapse_s, rider.request
         arrival_s = board.arrival_s(name)
         begins_s = rider.picked_s

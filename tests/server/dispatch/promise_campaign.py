@@ -9,15 +9,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from server.dispatch.answer import Terms, answer_all
-from server.dispatch.board.board import Board, Made
-from server.dispatch.board.chains import insert_chain
+from server.dispatch.answer import PromiseRules, answer_all
 from server.dispatch.engine.plan import ABSENT
-from server.dispatch.improve import Cooling, improve
+from server.dispatch.improve import CoolingSchedule, improve
 from server.dispatch.problem import Call, Chain, Problem, Request, VehicleState
+from server.dispatch.schedule.board import CompletedCall, Schedule
+from server.dispatch.schedule.chains import insert_chain
 from server.dispatch.solve import forever
 
-_TERMS = Terms(60.0, 300.0, 300.0, 0.5, 3600.0)
+_TERMS = PromiseRules(60.0, 300.0, 300.0, 0.5, 3600.0)
 _STOPS = 12
 _DWELL_S = 15.0
 # A board for so many events; then another day begins.
@@ -61,7 +61,7 @@ class _Day:
         chains = tuple(self._chain(k) for k in range(int(rng.integers(0, 3))))
         problem = Problem(fleet, {}, self._times, open_chains=chains, dwell_s=_DWELL_S)
         patience = float(rng.choice([0.0, 0.5, 1.0]))
-        self._board = Board(problem, spare=_DAY_EVENTS, patience=patience)
+        self._board = Schedule(problem, spare=_DAY_EVENTS, patience=patience)
         campaign.departures += sum(insert_chain(self._board, chain) for chain in chains)
         self._now_s = 0.0
         self._promises: dict[str, tuple[float, float, float]] = {}
@@ -116,7 +116,7 @@ class _Day:
             self._campaign.cancelled += 1
 
     def _improve(self, number: int) -> None:
-        self._campaign.improved += improve(self._board, Cooling(2, 20), number, 2, forever)
+        self._campaign.improved += improve(self._board, CoolingSchedule(2, 20), number, 2, forever)
         lost = [
             name for name in self._promises if self._board.plan.vehicle_of[self._board.rows[name]] == ABSENT
         ]
@@ -132,7 +132,7 @@ class _Day:
         for made in self._board.advance(self._now_s):
             self._check(made)
 
-    def _check(self, made: Made) -> None:
+    def _check(self, made: CompletedCall) -> None:
         name, late_s = made.request_id, _TOLERANCE_S
         opens_s, closes_s, by_s = self._promises[name]
         self._inside[made.vehicle_id] += (-1 if made.alights else 1) * self._party[name]

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from server.dispatch.answer import Terms, answer_all
-from server.dispatch.board.board import Board
-from server.dispatch.board.part import Part, part_of
+from server.dispatch.answer import PromiseRules, answer_all
 from server.dispatch.engine.draw import seeded
 from server.dispatch.engine.insertion import best_place, insert
 from server.dispatch.engine.plan import Plan, copy_plan, empty_plan, refresh, scratch_for, total_cost
@@ -13,22 +11,24 @@ from server.dispatch.engine.search.optimise import Optimiser, Settings
 from server.dispatch.engine.search.partition import Partitioning, repartition
 from server.dispatch.engine.search.pool import empty_pool, remember
 from server.dispatch.engine.task import EPSILON_S, Task, drive_s, stand_s
-from server.dispatch.improve import Cooling, improve
+from server.dispatch.improve import CoolingSchedule, improve
 from server.dispatch.problem import Call, Problem, Request, VehicleState
+from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.part import Subproblem, part_of
 from server.dispatch.solve import forever
 
-_TERMS = Terms(60.0, 300.0, 300.0, 0.5, 3600.0)
+_TERMS = PromiseRules(60.0, 300.0, 300.0, 0.5, 3600.0)
 _NOBODY = np.zeros(0, np.int64)
 _LINE = 100.0 * np.abs(np.arange(8)[:, None] - np.arange(8)[None, :])
 
 
-def _under_way(seed: int) -> Board:
+def _under_way(seed: int) -> Schedule:
     """Three vehicles some minutes after the first of two dozen bookings."""
     rng = np.random.default_rng(seed)
     xy = rng.uniform(0.0, 900.0, (12, 2))
     times = np.linalg.norm(xy[:, None] - xy[None, :], axis=2) / 3.0
     fleet = tuple(VehicleState(f"v{k}", times[int(rng.integers(12))], 0.0, 6, 1) for k in range(3))
-    board = Board(Problem(fleet, {}, times, dwell_s=15.0), spare=24)
+    board = Schedule(Problem(fleet, {}, times, dwell_s=15.0), spare=24)
     for k in range(24):
         pickup, dropoff = (int(place) for place in rng.permutation(12)[:2])
         from_s = 60.0 * k + 600.0 * float(rng.uniform())
@@ -43,7 +43,7 @@ def _under_way(seed: int) -> Board:
     return board
 
 
-def _searched(part: Part, seed: int) -> Optimiser:
+def _searched(part: Subproblem, seed: int) -> Optimiser:
     """Still hot, so that the routes met can be put together better than they are."""
     settings = Settings(attempts=8, cycle=100, hot=1.0, columns=2000, visits=100_000)
     search = Optimiser(part.task, seed, settings, start=part.plan)
@@ -108,7 +108,7 @@ def test_the_same_seed_puts_the_same_plan_together() -> None:
     found = []
     for _ in range(2):
         board = _under_way(2)
-        improve(board, Cooling(4, 50), 7, 4, forever)
+        improve(board, CoolingSchedule(4, 50), 7, 4, forever)
         found.append(board.routes())
     assert found[0] == found[1]
 
@@ -122,7 +122,7 @@ def _with_one_aboard() -> tuple[Task, Plan, Plan]:
         VehicleState("v", _LINE[6], 0.0, 4, 1, calls=calls, aboard=("far",)),
         VehicleState("w", _LINE[2], 0.0, 4, 1),
     )
-    board = Board(Problem(fleet, {"far": far, "near": near}, _LINE, dwell_s=10.0))
+    board = Schedule(Problem(fleet, {"far": far, "near": near}, _LINE, dwell_s=10.0))
     part = part_of(board, np.arange(2), _NOBODY)
     task, room = part.task, part.plan.route.shape[1]
     scratch = scratch_for(task, room)

@@ -4,7 +4,7 @@ import pytest
 
 from server.dispatch.problem import Problem, Request
 from server.dispatch.solve import Budget, solve
-from tests.server.dispatch.board.test_schedule import TIMES, a_request, a_vehicle
+from tests.server.dispatch.schedule.test_schedule import TIMES, a_request, a_vehicle
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ from campusloop.virtual.pipes import Pipe
 from contract.geometry import Pose2
 from contract.wire.codec import decode_from_server, encode
 from contract.wire.messages import (
-    BootLog,
     Challenge,
+    EventLogState,
     EventReport,
     EventsAcknowledged,
     Goodbye,
@@ -60,7 +60,7 @@ class SpokenVehicle:
         server.elapse(0.2)
         return self
 
-    def hello(self, logs: tuple[BootLog, ...] = (), protocol: int = 1) -> "SpokenVehicle":
+    def hello(self, logs: tuple[EventLogState, ...] = (), protocol: int = 1) -> "SpokenVehicle":
         self.say(
             a_hello(
                 self.last(Challenge).nonce,

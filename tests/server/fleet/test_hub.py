@@ -4,17 +4,17 @@ import pytest
 
 from contract.geometry import Pose2
 from contract.roads.network import RoadNetwork
-from contract.wire.closing import closing
+from contract.wire.close_reasons import close_reason
 from contract.wire.codec import MAX_MESSAGE_BYTES, encode
 from contract.wire.messages import (
-    BootLog,
     ClockProbe,
     ClockSample,
     Command,
     CommandDone,
+    EventLogState,
+    FleetVehicle,
     Goodbye,
     Grants,
-    Mate,
     ModeChanged,
     Order,
     OrderAccepted,
@@ -63,7 +63,7 @@ def test_a_vehicle_with_its_key_is_welcomed_and_has_the_servers_clock(server: Se
 def test_a_vehicle_that_never_enrolled_is_told_to(server: ServerUnderTest) -> None:
     stranger = SpokenVehicle(server, "shuttle-9").dial().hello()
     assert stranger.goodbye == "key_unknown"
-    assert stranger.closed == f"{closing('key_unknown').number} key_unknown"
+    assert stranger.closed == f"{close_reason('key_unknown').number} key_unknown"
     assert "nrol" in stranger.last(Goodbye).detail
 
 
@@ -108,8 +108,8 @@ def test_a_bad_frame_ends_the_session_and_loses_no_event(
     vehicle.event(0, ModeChanged("held", "one"))
     vehicle.say(frame)
     assert vehicle.goodbye == code
-    again = SpokenVehicle(server).dial().hello(logs=(BootLog("boot-1", 0, 2),))
-    assert again.last(Welcome).acknowledged == (BootLog("boot-1", 1, 1),)
+    again = SpokenVehicle(server).dial().hello(logs=(EventLogState("boot-1", 0, 2),))
+    assert again.last(Welcome).acknowledged == (EventLogState("boot-1", 1, 1),)
     again.event(1, ModeChanged("held", "two"))
     assert events_stored(server) == 2
 
@@ -150,7 +150,7 @@ def test_events_are_stored_once_in_order_and_a_gap_is_asked_for(server: ServerUn
 
 
 def test_an_earlier_boots_events_keep_their_boot(server: ServerUnderTest) -> None:
-    logs = (BootLog("boot-0", 0, 1), BootLog("boot-1", 0, 0))
+    logs = (EventLogState("boot-0", 0, 1), EventLogState("boot-1", 0, 0))
     vehicle = SpokenVehicle(server).dial().hello(logs=logs)
     vehicle.event(0, ModeChanged("held", "before"), boot_id="boot-0")
     assert vehicle.acknowledged == [("boot-0", 1)]
@@ -207,7 +207,7 @@ def test_the_order_waits_for_the_events_that_the_hello_announced(server: ServerU
     server.post("/rides", {"from_stop": "NN20", "to_stop": "C6"})
     first.pipe.cut()
     server.elapse(1.0)
-    back = SpokenVehicle(server).dial().hello(logs=(BootLog("boot-1", 1, 3),))
+    back = SpokenVehicle(server).dial().hello(logs=(EventLogState("boot-1", 1, 3),))
     back.event(1, ModeChanged("autonomous", "x"))
     assert back.all(Order) == []
     back.event(2, ModeChanged("autonomous", "y"))
@@ -265,9 +265,9 @@ def test_shuttles_hear_of_each_other_while_they_are_near(server: ServerUnderTest
     one.status(0.0, 0.0, 0.0)
     two.status(50.0, 0.0, 0.5)
     server.elapse(0.5)
-    mate = one.last(Mate)
+    mate = one.last(FleetVehicle)
     assert (mate.vehicle_id, mate.pose_map, mate.epoch) == ("shuttle-2", Pose2(50.0, 0.0, 0.5), one.epoch)
-    assert not [message for message in two.heard if isinstance(message, Mate)]
+    assert not [message for message in two.heard if isinstance(message, FleetVehicle)]
     two.status(90.0, 0.0, 0.5)
     server.elapse(0.5)
-    assert one.last(Mate) is mate
+    assert one.last(FleetVehicle) is mate

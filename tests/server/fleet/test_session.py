@@ -4,15 +4,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contract.geometry import Pose2
-from contract.wire.closing import ClosingCode
+from contract.wire.close_reasons import CloseCode
 from contract.wire.codec import MAX_MESSAGE_BYTES, encode
 from contract.wire.messages import (
     PROTOCOL_VERSION,
-    BootLog,
     Challenge,
     ClockProbe,
     ClockSample,
     Command,
+    EventLogState,
     EventReport,
     EventsAcknowledged,
     Message,
@@ -47,7 +47,7 @@ def an_open_session() -> VehicleSession:
     return session
 
 
-def closed_with(actions: tuple[Action, ...]) -> ClosingCode:
+def closed_with(actions: tuple[Action, ...]) -> CloseCode:
     assert len(actions) == 1
     assert isinstance(actions[0], Close)
     return actions[0].code
@@ -61,11 +61,11 @@ def test_a_session_begins_with_a_challenge_that_names_the_protocol_versions() ->
 
 def test_a_signed_hello_opens_the_session() -> None:
     session = VehicleSession("nonce-1")
-    hello = a_hello("nonce-1", logs=(BootLog("boot-0", 3),))
+    hello = a_hello("nonce-1", logs=(EventLogState("boot-0", 3),))
     assert session.received(encode(hello), 0) == (FindKey("shuttle-1"),)
     assert session.key_found(KEY.public) == (OpenSession(hello),)
-    welcome = session.welcomed(7, (BootLog("boot-0", 3),), 11)
-    assert welcome == (Send(Welcome(7, PROTOCOL_VERSION, 11, (BootLog("boot-0", 3),))),)
+    welcome = session.welcomed(7, (EventLogState("boot-0", 3),), 11)
+    assert welcome == (Send(Welcome(7, PROTOCOL_VERSION, 11, (EventLogState("boot-0", 3),))),)
 
 
 def test_a_stolen_hello_is_refused_because_it_answers_another_nonce() -> None:

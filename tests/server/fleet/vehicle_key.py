@@ -4,7 +4,7 @@ import base64
 
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
-from contract.wire.messages import PROTOCOL_VERSION, BootLog, Hello, signed_hello
+from contract.wire.messages import PROTOCOL_VERSION, EventLogState, Hello, signed_hello
 
 
 class VehicleKeyPair:
@@ -29,7 +29,7 @@ def a_hello(
     key: VehicleKeyPair | None = None,
     protocol: int = PROTOCOL_VERSION,
     map_version: str = "m1",
-    logs: tuple[BootLog, ...] = (),
+    logs: tuple[EventLogState, ...] = (),
 ) -> Hello:
     key = key or VehicleKeyPair(vehicle_id)
     return Hello(
@@ -42,5 +42,5 @@ def a_hello(
         stack="gem",
         map_version=map_version,
         vehicle_ns=1_000,
-        logs=logs,
+        event_logs=logs,
     )

@@ -7,7 +7,7 @@ import pytest
 from contract.geometry import Pose2
 from contract.roads.load import load_map
 from contract.roads.network import RoadNetwork
-from contract.wire.messages import AreaSeen, Order, Picture, Status, Visit
+from contract.wire.messages import AreaReport, DrivingView, Order, Status, Visit
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.orders.orders import IssuedOrder, OrderState
 from server.domain.record.runs import Run
@@ -94,11 +94,11 @@ def test_no_way_is_made_up_for_an_order_that_nobody_knows(
     assert shown.next_stop == ""
 
 
-def test_a_recorded_picture_is_shown_with_what_cameras_had_told_by_then(
+def test_a_recorded_driving_view_is_shown_with_what_cameras_had_told_by_then(
     network: RoadNetwork, lanes: tuple[str, str]
 ) -> None:
-    told = (AreaSeen("zebra", 1, 3, 0.25), AreaSeen("junction", 2))
-    status = a_status(network, lanes, picture=Picture("yielding", (0.0, 0.0, 5.0, 0.0), (), told))
+    told = (AreaReport("zebra", 1, 3, 0.25), AreaReport("junction", 2))
+    status = a_status(network, lanes, driving=DrivingView("yielding", (0.0, 0.0, 5.0, 0.0), (), told))
     scene = the_scene(network, lanes, status)
-    assert scene.vehicles[0].picture == status.picture
+    assert scene.vehicles[0].driving == status.driving
     assert scene.areas == (AreaScene("zebra", 3, 750),)

@@ -12,11 +12,11 @@ from server.bus.in_process import InProcessBus
 from server.domain.errors import LeaseLost, NoVehicleFree
 from server.domain.record.incidents import IncidentKind
 from server.domain.rides.rides import RideState
-from server.loops.departures import DepartureClerk
+from server.loops.departures import DepartureScheduler
 from server.loops.dispatcher import LEASE, LEASE_S, Dispatcher
-from server.loops.pulse import Pulse
-from server.loops.retention import Retention
-from server.loops.silence import SilenceWatch
+from server.loops.periodic_task import PeriodicTask
+from server.loops.retention import RetentionLoop
+from server.loops.silence import SilenceMonitor
 from server.loops.solver import InlineSolver, ProcessSolver
 from server.usecases.fleet import vehicles
 from server.usecases.planning import plans
@@ -44,7 +44,7 @@ def test_a_beat_comes_every_period_and_at_once_when_the_bus_says_so() -> None:
     async def beat() -> None:
         beats.append(loop.time())
 
-    task = loop.create_task(Pulse("test", beat, 1.0, bus, ("campus/x/>",)).run())
+    task = loop.create_task(PeriodicTask("test", beat, 1.0, bus, ("campus/x/>",)).run())
     for now_ns in range(0, 2_500_000_000, 100_000_000):
         loop.run_until_idle(now_ns)
         if now_ns == 300_000_000:
@@ -63,7 +63,7 @@ def test_a_refused_beat_is_logged_and_a_defect_ends_the_task() -> None:
     async def beat() -> None:
         raise answers.pop(0)
 
-    task = loop.create_task(Pulse("test", beat, 1.0).run())
+    task = loop.create_task(PeriodicTask("test", beat, 1.0).run())
     with capture_logs() as logs:
         loop.run_until_idle(0)
         assert not task.done()
@@ -141,11 +141,11 @@ def test_what_a_child_process_found_is_found_again_inline(fleet: FakeFleet) -> N
 def test_silence_departures_and_retention_do_their_work_in_a_beat(fleet: FakeFleet) -> None:
     campus = fleet.campus
     campus.clock.advance(60.0)
-    campus.wait_for(SilenceWatch(campus.transactions).beat())
+    campus.wait_for(SilenceMonitor(campus.transactions).beat())
     open_now = campus.read(lambda uow: uow.views.incidents())
     assert {incident.kind for incident in open_now} == {IncidentKind.VEHICLE_SILENT}
-    campus.wait_for(DepartureClerk(campus.transactions, "me").beat())
-    campus.wait_for(DepartureClerk(campus.transactions, "somebody else").beat())
+    campus.wait_for(DepartureScheduler(campus.transactions, "me").beat())
+    campus.wait_for(DepartureScheduler(campus.transactions, "somebody else").beat())
     assert len(campus.read(lambda uow: uow.views.departures())) > 0
-    campus.wait_for(Retention(campus.transactions).beat())
+    campus.wait_for(RetentionLoop(campus.transactions).beat())
     assert campus.read(lambda uow: vehicles.vehicle_of(uow, "shuttle-1")).placed

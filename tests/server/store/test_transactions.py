@@ -11,7 +11,7 @@ from sqlalchemy.exc import DBAPIError
 
 from contract.roads.load import encode_map
 from server.adapters import SeededIds
-from server.api.interventions.rehearsal import rehearsed
+from server.api.interventions.dry_run import rehearsed
 from server.bus.in_process import InProcessBus, LocalSubscription
 from server.domain.errors import PlanChanged, VehicleUnknown
 from server.domain.planning.plans import Plan
@@ -20,7 +20,7 @@ from server.domain.rides.effects import Effects, Intervention
 from server.domain.rides.rides import BookRide, RideState
 from server.domain.rules import FleetRules
 from server.store.roads.map_library import MapLibrary
-from server.store.transactions import GroupCommit, Inline, Pooled
+from server.store.transactions import GroupCommit, InlineTransactions, PooledTransactions
 from server.store.unit_of_work import Context
 from server.usecases.fleet import campus
 from server.usecases.fleet.interventions import intervene
@@ -31,7 +31,7 @@ from tests.server.usecases.campus_under_test import CampusUnderTest, HandClock, 
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.shipped_maps import shipped_map
 
-Live = GroupCommit | Pooled
+Live = GroupCommit | PooledTransactions
 
 
 class NamedIds(SeededIds):
@@ -48,7 +48,7 @@ async def live(engine: Engine, seed: int = 7) -> AsyncIterator[tuple[Live, Local
     context = Context("snow-lion", HandClock(), NamedIds(seed), rules, PlainHasher(), MapLibrary(rules))
     bus = InProcessBus()
     heard = await bus.subscribe("campus/>")
-    kind = GroupCommit if engine.dialect.name == "sqlite" else Pooled
+    kind = GroupCommit if engine.dialect.name == "sqlite" else PooledTransactions
     transactions = kind(engine, context, bus)
     yield transactions, heard
     await transactions.close()
@@ -201,7 +201,7 @@ def test_inline_transactions_roll_back_as_well() -> None:
     with pytest.raises(VehicleUnknown):
         campus_.do(lambda uow: (opened("lost")(uow), commands.send_command(uow, "ghost", "hold", "x")))
     assert campus_.read(count_open) == 0
-    assert isinstance(campus_.transactions, Inline)
+    assert isinstance(campus_.transactions, InlineTransactions)
     content = encode_map(shipped_map("snow-lion"))
     assert campus_.do(lambda uow: campus.load_map(uow, content, "test")).active
     campus_.close()

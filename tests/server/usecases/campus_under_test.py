@@ -13,7 +13,7 @@ from server.adapters import SeededIds
 from server.bus.in_process import InProcessBus
 from server.domain.rules import FleetRules
 from server.store.roads.map_library import MapLibrary
-from server.store.transactions import Inline
+from server.store.transactions import InlineTransactions
 from server.store.unit_of_work import Context
 from server.usecases.fleet import campus
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -84,7 +84,7 @@ class CampusUnderTest:
             road_map.campus_id, self.clock, self.ids, self.rules, PlainHasher(), MapLibrary(self.rules)
         )
         self._loop = asyncio.new_event_loop()
-        self.transactions = Inline(self.engine, self.context, self.bus)
+        self.transactions = InlineTransactions(self.engine, self.context, self.bus)
         self.do(lambda uow: campus.load_map(uow, encode_map(road_map), "test", activate=True))
 
     def do(self, work: Callable[[UnitOfWork], T]) -> T:

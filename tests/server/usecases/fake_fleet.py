@@ -13,7 +13,7 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.rides import lost_vehicles, rides
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_shuttle import STEP_S, FakeShuttle
-from vehicle_agent.mission.order_line import Place
+from vehicle_agent.mission.order_line import LanePoint
 
 
 class FakeFleet:
@@ -25,7 +25,7 @@ class FakeFleet:
         for number, rest in enumerate(road_map.resting_places[:count]):
             vehicle_id = f"shuttle-{number + 1}"
             campus.enrol(vehicle_id)
-            place = Place(rest.lane_id, rest.s_m)
+            place = LanePoint(rest.lane_id, rest.s_m)
             self.shuttles.append(FakeShuttle(campus, vehicle_id, self.network, place))
 
     def start(self) -> "FakeFleet":

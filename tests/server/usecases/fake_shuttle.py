@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from contract.geometry import Pose2
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import (
-    BootLog,
-    Holding,
+    EventLogState,
     ModeChanged,
     Order,
+    OrderProgress,
     OrderRejected,
     RiderAlighted,
     RiderBoarded,
@@ -36,11 +36,11 @@ from server.usecases.orders.order_payload import utc_ns
 from server.usecases.ports import topics
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from vehicle_agent.mission.memory import MissionMemory
-from vehicle_agent.mission.order_line import OrderLine, Place, order_line
-from vehicle_agent.mission.sections import Body, Footing, footings, leave_to_drive, released
+from vehicle_agent.mission.order_line import LanePoint, OrderLine, order_line
+from vehicle_agent.mission.sections import OccupiedSection, VehicleExtent, footings, leave_to_drive, released
 
 STEP_S = 2.0
-BODY = Body()
+BODY = VehicleExtent()
 MARGIN_M = 0.3
 ARRIVED_M = 0.3
 
@@ -55,7 +55,7 @@ class FakeShuttle:
     campus: CampusUnderTest
     vehicle_id: str
     network: RoadNetwork
-    place: Place
+    place: LanePoint
     speed_mps: float = 3.0
     boot_id: str = "boot-1"
     seats: int = 6
@@ -69,7 +69,7 @@ class FakeShuttle:
     states: dict[str, VisitState] = field(default_factory=dict)
     grants: tuple[SectionGrant, ...] = ()
     gone: tuple[SectionGrant, ...] = ()
-    footing: tuple[Footing, ...] = ()
+    footing: tuple[OccupiedSection, ...] = ()
     aboard: dict[str, RiderTask] = field(default_factory=dict)
     no_shows: set[str] = field(default_factory=set)
     dwelt_s: float = 0.0
@@ -88,18 +88,18 @@ class FakeShuttle:
 
     def connect(self) -> None:
         """Say hello with what it holds, then report where it is."""
-        holding = None
+        progress = None
         if self.order is not None:
-            progress = tuple(VisitProgress(v, s) for v, s in self.states.items())
-            holding = Holding(self.order.order_id, self.order.revision, progress)
+            visits = tuple(VisitProgress(v, s) for v, s in self.states.items())
+            progress = OrderProgress(self.order.order_id, self.order.revision, visits)
         hello = HelloFacts(
             self.vehicle_id,
             self.boot_id,
             "test",
             "fake",
             self.network.map_version,
-            (BootLog(self.boot_id, self.sequence, len(self.told)),),
-            holding,
+            (EventLogState(self.boot_id, self.sequence, len(self.told)),),
+            progress,
             self.seats,
             self.wheelchair_places,
         )

@@ -13,16 +13,16 @@ from simulator.control import (
     RideAssigned,
     RiderComes,
     RiderLeft,
-    ScoreTold,
+    RiderTapped,
+    ScoreReport,
     SeatPressed,
     StopButton,
     Subscribe,
-    Tapped,
     decode_from_simulation,
     encode,
 )
 from simulator.live.bus import LiveBus, LiveBusError, channel_of
-from simulator.live.control_desk import CarriedPhones, ControlDesk, ControlError
+from simulator.live.control_server import CarriedPhones, ControlError, ControlServer
 from simulator.live.live import LiveSimulation, scan_ring_path
 from simulator.live.ports import VEHICLES_MAX, ports_of
 from simulator.traffic.population import TrafficParams
@@ -30,8 +30,8 @@ from simulator.world import SimWorld, WorldOptions
 from tests.simulator.street import street
 from vehicle_agent.can.pacmod.codec import pacmod
 from vehicle_agent.config import Profile
-from vehicle_agent.device_feed import DatagramPort, DeviceSensors, DeviceWords, ScanReady, ScanRing
-from vehicle_agent.signals import Actuation, DoorState, GnssFix, Says
+from vehicle_agent.device_feed import DatagramPort, DeviceOutputs, DeviceSensors, ScanReady, ScanRing
+from vehicle_agent.signals import Actuation, DoorState, GnssFix, HmiOutput
 
 BASE_PORT = 48_310
 HOST = "127.0.0.1"
@@ -76,7 +76,7 @@ class Desk:
     def __init__(self) -> None:
         self.phones = CarriedPhones()
         self.world = a_world(self.phones, WorldOptions(traffic=TrafficParams(), lidar=False))
-        self.desk = ControlDesk(BASE_PORT, self.world, self.phones)
+        self.desk = ControlServer(BASE_PORT, self.world, self.phones)
         self.listener = Listener(BASE_PORT)
 
     def close(self) -> None:
@@ -111,13 +111,13 @@ def test_a_rider_booked_from_outside_rides_and_is_reported(desk: Desk) -> None:
     here, there = Pose2(20.0, 0.0, 0.0), Pose2(22.0, 0.0, 0.0)
     desk.listener.say(Subscribe(), RiderComes("r1", "", 1, "tap", here, there), RideAssigned("r1", "s1"))
     desk.desk.step(0, tell_scores=False)
-    desk.world.show("s1", Says("", "", "", "", True), 0)
+    desk.world.show("s1", HmiOutput("", "", "", "", True), 0)
     heard: list[object] = []
     for k in range(800):
         desk.world.sensor_items("s1", k * 20_000_000)
         desk.desk.step(k * 20_000_000, tell_scores=False)
         heard.extend(desk.listener.hear())
-    assert heard == [Tapped("r1", "board"), Tapped("r1", "alight"), RiderLeft("r1")]
+    assert heard == [RiderTapped("r1", "board"), RiderTapped("r1", "alight"), RiderLeft("r1")]
 
 
 def test_scores_go_to_subscribers_only(desk: Desk) -> None:
@@ -126,12 +126,12 @@ def test_scores_go_to_subscribers_only(desk: Desk) -> None:
     desk.listener.say(Subscribe())
     desk.desk.step(0, tell_scores=True)
     told = desk.listener.hear()
-    assert [type(message) for message in told] == [ScoreTold]
+    assert [type(message) for message in told] == [ScoreReport]
 
 
 def test_a_second_simulation_on_the_same_port_is_refused(desk: Desk) -> None:
     with pytest.raises(ControlError, match="--base-port"):
-        ControlDesk(BASE_PORT, desk.world, desk.phones)
+        ControlServer(BASE_PORT, desk.world, desk.phones)
 
 
 def test_every_vehicle_has_channels_and_ports_of_its_own() -> None:
@@ -157,7 +157,7 @@ def test_a_vehicle_drives_over_real_sockets(tmp_path: Path) -> None:
     state = can.initial()
     values: list[object] = []
     whole_scans = 0
-    scans.send(ports.words_port, DeviceWords(Says("", "", "", "", True)))
+    scans.send(ports.words_port, DeviceOutputs(HmiOutput("", "", "", "", True)))
     for _ in range(150):
         now_ns = time.monotonic_ns()
         motion, state = can.decode(state, tuple(bus.take()), now_ns)

@@ -6,26 +6,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simulator.traffic.scripted import Gathering, Part, ScriptedTraffic
+from simulator.traffic.scripted import Gathering, ScriptedRole, ScriptedTraffic
 from vehicle_agent.signals import PEDESTRIAN, VEHICLE
 
 DT_S = 0.02
 WAY = np.array([[0.0, -4.0], [5.0, -4.0]])
-SOMEBODY = Part(PEDESTRIAN, (0.0, 4.0, 0.0), (0.5, 0.5), WAY, 1.0)
+SOMEBODY = ScriptedRole(PEDESTRIAN, (0.0, 4.0, 0.0), (0.5, 0.5), WAY, 1.0)
 
 
 def vehicles(x_m: float) -> np.ndarray:
     return np.array([[x_m, 4.0, 0.0, 0.85, 3.5, 0.815, 0.0]])
 
 
-def played(part: Part, seconds: float, x_m: float = -100.0) -> ScriptedTraffic:
+def played(part: ScriptedRole, seconds: float, x_m: float = -100.0) -> ScriptedTraffic:
     traffic = ScriptedTraffic((part,))
     for _ in range(round(seconds / DT_S)):
         traffic.step(vehicles(x_m), np.zeros(1), np.zeros((1, 1, 2)), DT_S)
     return traffic
 
 
-def changed(**changes: object) -> Part:
+def changed(**changes: object) -> ScriptedRole:
     return replace(SOMEBODY, **changes)  # type: ignore[arg-type]
 
 
@@ -52,7 +52,7 @@ def test_who_does_not_stay_is_gone_at_the_end() -> None:
 
 
 def test_a_vehicle_speeds_up_and_slows_down_within_its_acceleration() -> None:
-    car = Part(VEHICLE, (0.0, 0.0, 0.0), (4.5, 1.8), np.array([[60.0, 0.0]]), 6.0, accel_mps2=1.0)
+    car = ScriptedRole(VEHICLE, (0.0, 0.0, 0.0), (4.5, 1.8), np.array([[60.0, 0.0]]), 6.0, accel_mps2=1.0)
     traffic, speeds = ScriptedTraffic((car,)), []
     for _ in range(round(25 / DT_S)):
         traffic.step(vehicles(-100.0), np.zeros(1), np.zeros((1, 1, 2)), DT_S)

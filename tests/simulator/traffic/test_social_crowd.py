@@ -6,7 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from simulator.traffic.corridor import SAMPLES, SPACING_M
-from simulator.traffic.social import CrowdParams, SocialCrowd
+from simulator.traffic.social_crowd import CrowdParams, SocialCrowd
 from simulator.traffic.social_force import DONE, GOAL_X, GOAL_Y, LINGER, MARGIN, PACE, REACT, WALK, X, Y
 
 DT_S = 0.02

@@ -12,21 +12,21 @@ from hypothesis import strategies as st
 from contract.geometry import Pose2
 from contract.wire.messages import Blocked, FaultRaised, ModeChanged
 from vehicle_agent.config import Profile
-from vehicle_agent.guard.guard import Watch
+from vehicle_agent.guard.guard import GuardState
 from vehicle_agent.signals import (
     GATE_BRAKING,
     NO_TRACKS,
     PEDESTRIAN,
     Actuation,
     Ages,
+    ControlCommand,
     Ego,
     Fault,
-    Guarded,
+    GuardStatus,
     Path,
     Task,
     Tracks,
     VehicleMotion,
-    Wish,
     World,
 )
 from vehicle_agent.stacks.rooms import guard
@@ -34,7 +34,7 @@ from vehicle_agent.stacks.rooms import guard
 GUARD = guard(Profile())
 TICK_NS = 20_000_000
 FRESH = Ages(0, 0, 0, 0)
-CRUISE = Wish(0.0, 0.3, 0.0, 0.1)
+CRUISE = ControlCommand(0.0, 0.3, 0.0, 0.1)
 
 
 class Bench:
@@ -47,13 +47,13 @@ class Bench:
 
     def step(
         self,
-        wish: Wish = CRUISE,
+        wish: ControlCommand = CRUISE,
         ages: Ages = FRESH,
         points: tuple[tuple[float, float], ...] = (),
         blind: bool = False,
         tracks: Tracks = NO_TRACKS,
         **changes: Any,
-    ) -> tuple[Actuation, Guarded]:
+    ) -> tuple[Actuation, GuardStatus]:
         self.now_ns += changes.pop("tick_ns", TICK_NS)
         ego = Ego(self.now_ns, Pose2(0, 0, 0), 2.0, 0.0, 0.0, 0.0, 0.02, self.now_ns, True)
         motion = VehicleMotion(self.now_ns, 2.0, 0.0, 0.0, 0.0, True, False, True, 0.9)
@@ -88,7 +88,7 @@ CAUSES: dict[str, dict[str, Any]] = {
     "percept_missing": {"ages": Ages(0, 0, -1, 0)},
     "path_stale": {"ages": Ages(0, 0, 0, 210_000_000)},
     "lidar_blind": {"blind": True},
-    "command_not_finite": {"wish": Wish(math.nan, 0.3, 0.0, 0.0)},
+    "command_not_finite": {"wish": ControlCommand(math.nan, 0.3, 0.0, 0.0)},
     "pose_jump": {"ego_faults": (Fault("pose_jump", "stop", 5),)},
     "emergency_stop_pressed": {"motion_faults": (Fault("emergency_stop_pressed", "stop", 5),)},
     "tick_lost": {"tick_ns": 600_000_000},
@@ -130,7 +130,7 @@ def test_a_fault_is_told_once_and_once_more_when_it_is_over() -> None:
 
 def test_two_faults_never_cancel() -> None:
     bench = driving()
-    act, verdict = bench.step(blind=True, path_emergency=True, wish=Wish(0.0, 1.0, 0.1, 0.0))
+    act, verdict = bench.step(blind=True, path_emergency=True, wish=ControlCommand(0.0, 1.0, 0.1, 0.0))
     assert (act.throttle_ratio, act.brake_ratio) == (0.0, 1.0)
     assert verdict.mode == "minimal_risk"
 
@@ -204,7 +204,7 @@ def test_every_command_is_within_limits(ticks: list[tuple[float, float, float, b
     bench, steer = Bench(), 0.0
     for wished, throttle, brake, enabled, emergency in ticks:
         act, _ = bench.step(
-            Wish(wished, throttle, brake, 0.0), motion_enabled=enabled, path_emergency=emergency
+            ControlCommand(wished, throttle, brake, 0.0), motion_enabled=enabled, path_emergency=emergency
         )
         assert 0.0 <= act.throttle_ratio <= GUARD.limits.throttle_ratio_max
         assert 0.0 <= act.brake_ratio <= 1.0
@@ -287,7 +287,7 @@ def test_with_its_doors_open_it_stands() -> None:
 def test_a_standing_vehicle_does_not_roll() -> None:
     bench = driving()
     still = {"ego_speed_mps": 0.02, "motion_speed_mps": 0.02}
-    assert bench.step(wish=Wish(0.0, 0.0, 0.0, 0.0), **still)[0].brake_ratio == GUARD.hold_ratio
+    assert bench.step(wish=ControlCommand(0.0, 0.0, 0.0, 0.0), **still)[0].brake_ratio == GUARD.hold_ratio
     back = {"ego_speed_mps": -0.3, "motion_speed_mps": -0.3}
     assert bench.step(**back)[0].brake_ratio == GUARD.stop_ratio
 
@@ -323,7 +323,7 @@ def test_somebody_who_steps_before_a_bumper_that_creeps_stops_it() -> None:
 def test_the_watch_is_the_same_after_it_was_written_out_and_read_again() -> None:
     bench = driving()
     bench.step(blind=True, tracks=someone(6.0, 0.0))
-    again = msgspec.msgpack.decode(msgspec.msgpack.encode(bench.state), type=Watch)
+    again = msgspec.msgpack.decode(msgspec.msgpack.encode(bench.state), type=GuardState)
     assert again == bench.state
 
 
@@ -339,4 +339,4 @@ def someone(x_m: float, y_m: float) -> Tracks:
 
 
 def test_the_watch_of_a_new_guard_is_held() -> None:
-    assert Watch().mode == "held"
+    assert GuardState().mode == "held"

@@ -14,7 +14,7 @@ from vehicle_agent.signals import (
     PEDESTRIAN,
     VEHICLE,
     Ego,
-    OtherVehicle,
+    FleetVehicle,
     Tracks,
     VehicleMotion,
     World,
@@ -47,7 +47,7 @@ def brake(
     steer: float = 0.0,
     actual: float | None = None,
     points: tuple[tuple[float, float], ...] = (),
-    others: tuple[OtherVehicle, ...] = (),
+    others: tuple[FleetVehicle, ...] = (),
     braking: bool = False,
     pose: Pose2 | None = None,
 ) -> float:
@@ -134,9 +134,9 @@ def test_a_cyclist_head_on_is_braked_for_from_farther() -> None:
 
 def test_fleet_mates_that_lidar_returns_were_taken_for_count_too() -> None:
     behind = Pose2(FRONT + BODY.rear_overhang_m + 1.0, 0.0, 0.0)
-    assert brake(others=(OtherVehicle(NOW_NS, "mate", behind, 0.0),), speed=3.0) > 0.0
+    assert brake(others=(FleetVehicle(NOW_NS, "mate", behind, 0.0),), speed=3.0) > 0.0
     beside = Pose2(2.0, BODY.width_m + 0.8, math.pi)
-    assert brake(others=(OtherVehicle(NOW_NS, "mate", beside, 3.0),), speed=3.0) == 0.0
+    assert brake(others=(FleetVehicle(NOW_NS, "mate", beside, 3.0),), speed=3.0) == 0.0
 
 
 def test_the_tail_swings_out_over_what_is_beside_it() -> None:

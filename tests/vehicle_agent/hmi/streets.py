@@ -7,7 +7,7 @@ import numpy as np
 
 from contract.geometry import arc_lengths
 from contract.roads.routing import ReferenceLine
-from vehicle_agent.signals import PEDESTRIAN, Guarded, Path, Task, Tracks, World
+from vehicle_agent.signals import PEDESTRIAN, GuardStatus, Path, Task, Tracks, World
 
 TICK_NS = 20_000_000
 
@@ -50,5 +50,5 @@ def path(**changes: Any) -> Path:
     return msgspec.structs.replace(PATH, **changes)
 
 
-def verdict(mode: str = "autonomous") -> Guarded:
-    return Guarded(mode, "", ())  # type: ignore[arg-type]
+def verdict(mode: str = "autonomous") -> GuardStatus:
+    return GuardStatus(mode, "", ())  # type: ignore[arg-type]

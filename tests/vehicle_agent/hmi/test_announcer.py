@@ -6,9 +6,9 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from vehicle_agent.hmi import words
+from vehicle_agent.hmi import texts
 from vehicle_agent.hmi.announcer import Announcer
-from vehicle_agent.signals import Guarded, Path, Says, Task, World
+from vehicle_agent.signals import GuardStatus, HmiOutput, Path, Task, World
 
 TICK_NS = 20_000_000
 TASK = Task(
@@ -47,13 +47,13 @@ class Street:
 
     def run(
         self, seconds: float, mode: str = "autonomous", limited_by: str = "waypoints", **task: Any
-    ) -> Says:
+    ) -> HmiOutput:
         path = msgspec.structs.replace(PATH, limited_by=limited_by, stop_m=task.pop("stop_m", 90.0))
         if limited_by == "obstacle":
             path = msgspec.structs.replace(path, speed_mps=0.0)
         for _ in range(round(seconds * 50)):
             self.now_ns += TICK_NS
-            verdict = Guarded(mode, "", ())  # type: ignore[arg-type]
+            verdict = GuardStatus(mode, "", ())  # type: ignore[arg-type]
             says, self.state = self.room.step(
                 self.state, msgspec.structs.replace(TASK, **task), path, WORLD, verdict, self.now_ns
             )
@@ -73,39 +73,39 @@ def test_a_stop_is_announced_when_it_is_near() -> None:
     street = Street()
     street.run(10)
     assert street.run(5, stop_m=10.0).screen == "STOPPING AT LIBRARY"
-    assert street.spoken[-1] == words.say_stopping_at("图书馆", "Library")
+    assert street.spoken[-1] == texts.say_stopping_at("图书馆", "Library")
 
 
 def test_the_vehicle_lets_people_go_first_and_asks_them_after_ten_seconds() -> None:
     street = Street()
     street.run(5)
-    assert street.run(9.5, limited_by="obstacle").screen == words.AFTER_YOU[0]
-    assert words.SAY_STEP_ASIDE not in street.spoken
-    assert street.run(20, limited_by="obstacle").screen == words.STEP_ASIDE[0]
-    assert street.spoken.count(words.SAY_STEP_ASIDE) == 1
+    assert street.run(9.5, limited_by="obstacle").screen == texts.AFTER_YOU[0]
+    assert texts.SAY_STEP_ASIDE not in street.spoken
+    assert street.run(20, limited_by="obstacle").screen == texts.STEP_ASIDE[0]
+    assert street.spoken.count(texts.SAY_STEP_ASIDE) == 1
 
 
 def test_the_screen_does_not_flicker() -> None:
-    street, texts = Street(), []
+    street, shown = Street(), []
     for k in range(100):
-        texts.append(street.run(0.02, limited_by="passing" if k % 2 else "waypoints").screen)
-    changes = sum(a != b for a, b in itertools.pairwise(texts))
+        shown.append(street.run(0.02, limited_by="passing" if k % 2 else "waypoints").screen)
+    changes = sum(a != b for a, b in itertools.pairwise(shown))
     assert changes <= 2
 
 
 def test_doors_are_announced_when_they_open_and_when_they_close() -> None:
     street = Street()
-    assert street.run(6, mode="autonomous", doors_open=True).screen == words.DOORS_OPEN[0]
+    assert street.run(6, mode="autonomous", doors_open=True).screen == texts.DOORS_OPEN[0]
     assert street.run(6, doors_open=False).doors_open is False
-    doors = [said for said in street.spoken if said in (words.SAY_DOORS_OPEN, words.SAY_DOORS_CLOSING)]
-    assert doors == [words.SAY_DOORS_OPEN, words.SAY_DOORS_CLOSING]
+    doors = [said for said in street.spoken if said in (texts.SAY_DOORS_OPEN, texts.SAY_DOORS_CLOSING)]
+    assert doors == [texts.SAY_DOORS_OPEN, texts.SAY_DOORS_CLOSING]
 
 
 def test_a_safety_stop_outranks_everything() -> None:
     street = Street()
     says = street.run(5, mode="minimal_risk", limited_by="obstacle")
-    assert says.screen == words.SAFETY_STOP[0]
-    assert street.spoken == [words.SAY_SAFETY_STOP]
+    assert says.screen == texts.SAFETY_STOP[0]
+    assert street.spoken == [texts.SAY_SAFETY_STOP]
 
 
 def test_the_operators_words_are_spoken_once() -> None:
@@ -118,7 +118,7 @@ def test_a_seat_button_that_is_refused_is_answered_once_for_each_press() -> None
     street = Street()
     street.run(10, refused_ns=5)
     street.run(10, refused_ns=9_000_000_000)
-    assert street.spoken.count(words.SAY_REFUSED) == 2
+    assert street.spoken.count(texts.SAY_REFUSED) == 2
 
 
 def test_sentences_do_not_run_into_each_other() -> None:
@@ -133,5 +133,5 @@ def test_sentences_do_not_run_into_each_other() -> None:
 
 
 def test_manual_driving_and_a_hold_are_shown() -> None:
-    assert Street().run(2, mode="manual").screen == words.MANUAL[0]
-    assert Street().run(2, mode="held").screen == words.HELD[0]
+    assert Street().run(2, mode="manual").screen == texts.MANUAL[0]
+    assert Street().run(2, mode="held").screen == texts.HELD[0]

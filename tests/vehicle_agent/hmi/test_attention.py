@@ -5,7 +5,7 @@ import math
 import pytest
 
 from tests.vehicle_agent.hmi.streets import PATH, TASK, TICK_NS, path, verdict, world
-from vehicle_agent.hmi import words
+from vehicle_agent.hmi import texts
 from vehicle_agent.hmi.announcer import Announcer
 
 Person = tuple[float, float, float, float, float]
@@ -22,7 +22,7 @@ def heard(person: Person, seconds: float, missing: frozenset[int] = frozenset())
         people = [] if scan in missing else [person]
         around = world(scan * 5 * TICK_NS, people)
         says, state = room.step(state, TASK, PATH, around, verdict(), now_ns)
-        if says.announce == words.SAY_STEP_ASIDE[0]:
+        if says.announce == texts.SAY_STEP_ASIDE[0]:
             spoken.append((k * 0.02, says.screen))
     return spoken
 
@@ -41,7 +41,7 @@ def test_an_inattentive_person_in_the_way_is_asked_once(person: Person) -> None:
     assert len(spoken) == 1
     at_s, screen = spoken[0]
     assert 3.0 <= at_s <= 6.5
-    assert screen == words.STEP_ASIDE[0]
+    assert screen == texts.STEP_ASIDE[0]
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_the_sentence_is_kept_for_who_the_planner_waits_for_when_farther_beside(
                 verdict(),
                 k * TICK_NS,
             )
-            count += says.announce == words.SAY_STEP_ASIDE[0]
+            count += says.announce == texts.SAY_STEP_ASIDE[0]
         assert count == asked
 
 
@@ -92,5 +92,5 @@ def test_a_held_vehicle_asks_nobody() -> None:
     for k in range(1, 600):
         around = world(k // 5 * 5 * TICK_NS, [(18.0, 0.0, 0.0, 0.0, 0.0)])
         says, state = room.step(state, TASK, PATH, around, verdict("held"), k * TICK_NS)
-        assert says.announce != words.SAY_STEP_ASIDE[0]
-        assert says.screen != words.STEP_ASIDE[0]
+        assert says.announce != texts.SAY_STEP_ASIDE[0]
+        assert says.screen != texts.STEP_ASIDE[0]

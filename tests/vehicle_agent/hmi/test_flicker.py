@@ -10,17 +10,17 @@ from hypothesis import strategies as st
 
 from contract.runlog.arrays import dec_hook, enc_hook
 from tests.vehicle_agent.hmi.streets import TICK_NS, path, task, verdict, world
-from vehicle_agent.hmi import words
-from vehicle_agent.hmi.announcer import Announcer, Talk
-from vehicle_agent.signals import Says
+from vehicle_agent.hmi import texts
+from vehicle_agent.hmi.announcer import Announcer, HmiState
+from vehicle_agent.signals import HmiOutput
 
 # What may replace a text before it has been read, by rank.
 RANKS = {
-    words.STEP_ASIDE[0]: 1,
-    words.DOORS_OPEN[0]: 2,
-    words.DOORS_CLOSING[0]: 2,
-    words.SAFETY_STOP[0]: 3,
-    words.MANUAL[0]: 4,
+    texts.STEP_ASIDE[0]: 1,
+    texts.DOORS_OPEN[0]: 2,
+    texts.DOORS_CLOSING[0]: 2,
+    texts.SAFETY_STOP[0]: 3,
+    texts.MANUAL[0]: 4,
 }
 BACK_TURNED = (18.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -44,7 +44,7 @@ situations = st.fixed_dictionaries(
 Situations = list[dict[str, Any]]
 
 
-def played(found: Situations, resume_at: int = -1) -> list[Says]:
+def played(found: Situations, resume_at: int = -1) -> list[HmiOutput]:
     """What was said in each tick; at tick `resume_at` the state goes through bytes and back."""
     room = Announcer()
     state, said, k = room.initial(), [], 0
@@ -63,7 +63,7 @@ def played(found: Situations, resume_at: int = -1) -> list[Says]:
             k += 1
             if k == resume_at:
                 data = msgspec.msgpack.encode(state, enc_hook=enc_hook)
-                state = msgspec.msgpack.decode(data, type=Talk, dec_hook=dec_hook)
+                state = msgspec.msgpack.decode(data, type=HmiState, dec_hook=dec_hook)
             around = world(k // 5 * 5 * TICK_NS, list(one["people"]))
             says, state = room.step(state, now_task, now_path, around, verdict(one["mode"]), k * TICK_NS)
             said.append(says)
@@ -75,8 +75,8 @@ def played(found: Situations, resume_at: int = -1) -> list[Says]:
 def test_no_text_is_shorter_than_its_minimum_unless_a_warning_replaces_it(found: Situations) -> None:
     said = played(found)
     for side in ("front", "rear"):
-        texts = [(s.screen, s.screen) if side == "front" else (s.rear, s.screen) for s in said]
-        groups = [list(group) for _, group in itertools.groupby(texts, key=lambda t: t[0])]
+        shown = [(s.screen, s.screen) if side == "front" else (s.rear, s.screen) for s in said]
+        groups = [list(group) for _, group in itertools.groupby(shown, key=lambda t: t[0])]
         runs, fronts = [len(group) for group in groups], [group[0][1] for group in groups]
         for ticks, front, following in zip(runs, fronts, fronts[1:], strict=False):
             read = ticks * TICK_NS >= Announcer().show_ns
@@ -91,17 +91,17 @@ def test_no_sentence_is_said_twice_for_one_occasion(found: Situations) -> None:
     count = Counter(text for _, text in at)
     doors = [one["doors_open"] for one in found]
     opened = sum(now and not before for before, now in itertools.pairwise([False, *doors]))
-    assert count[words.SAY_DOORS_OPEN[0]] <= opened
-    assert count[words.SAY_DOORS_CLOSING[0]] <= opened
-    assert count[words.SAY_SAFETY_STOP[0]] <= 1
-    assert count[words.SAY_HELD[0]] <= 1
+    assert count[texts.SAY_DOORS_OPEN[0]] <= opened
+    assert count[texts.SAY_DOORS_CLOSING[0]] <= opened
+    assert count[texts.SAY_SAFETY_STOP[0]] <= 1
+    assert count[texts.SAY_HELD[0]] <= 1
     visits = [visit for visit, _ in itertools.groupby(one["visit_id"] for one in found)]
     for visit in ("v1", "v2"):
-        assert count[words.say_next_stop("", f"Stop {visit}")[0]] <= visits.count(visit)
-        assert count[words.say_stopping_at("", f"Stop {visit}")[0]] <= visits.count(visit)
+        assert count[texts.say_next_stop("", f"Stop {visit}")[0]] <= visits.count(visit)
+        assert count[texts.say_stopping_at("", f"Stop {visit}")[0]] <= visits.count(visit)
     room = Announcer()
-    assert count[words.SAY_STEP_ASIDE[0]] <= 1 + len(said) * TICK_NS // room.aside_again_ns
-    outside = count[words.SAY_AFTER_YOU[0]] + count[words.SAY_PASSING[0]]
+    assert count[texts.SAY_STEP_ASIDE[0]] <= 1 + len(said) * TICK_NS // room.aside_again_ns
+    outside = count[texts.SAY_AFTER_YOU[0]] + count[texts.SAY_PASSING[0]]
     assert outside <= 1 + len(said) * TICK_NS // room.talk_ns
     assert all(b - a >= room.gap_ns // TICK_NS for (a, _), (b, _) in itertools.pairwise(at))
 

@@ -14,8 +14,8 @@ from contract.wire.messages import (
     EventsAcknowledged,
     Goodbye,
     Hello,
-    Holding,
     Message,
+    OrderProgress,
     Presence,
     Status,
     Welcome,
@@ -31,9 +31,9 @@ ME = Identity("shuttle-1", "boot-1", "0.1", "gem", "map-1", 6, 1)
 
 
 def a_session(log: EventLog | None = None) -> VehicleSession:
-    holding = Holding("order-1", 3, ())
+    progress = OrderProgress("order-1", 3, ())
     return VehicleSession(
-        ME, lambda text: base64.b64encode(text).decode(), log or EventLog("boot-1"), holding
+        ME, lambda text: base64.b64encode(text).decode(), log or EventLog("boot-1"), progress
     )
 
 
@@ -62,7 +62,7 @@ def test_the_hello_signs_the_servers_nonce_and_says_what_the_vehicle_holds() -> 
     (hello,) = sent(session)
     assert isinstance(hello, Hello)
     assert base64.b64decode(hello.signature) == signed_hello("nonce-9", "shuttle-1", "boot-1", 1)
-    assert hello.holding == Holding("order-1", 3, ())
+    assert hello.progress == OrderProgress("order-1", 3, ())
     assert (hello.vehicle_ns, hello.seats, hello.wheelchair_places) == (7, 6, 1)
 
 

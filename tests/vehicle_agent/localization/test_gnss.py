@@ -9,7 +9,7 @@ import pytest
 from contract.geometry import Pose2
 from contract.roads.model import Origin
 from contract.roads.projection import project, unproject
-from vehicle_agent.localization.gnss import Estimate, GnssLocalization
+from vehicle_agent.localization.gnss import GnssLocalization, LocalizationState
 from vehicle_agent.signals import Ego, GnssFix, ImuSample, VehicleMotion
 
 ORIGIN = Origin(31.3, 121.4)
@@ -28,7 +28,7 @@ def a_fix(stamp_ns: int, pose: Pose2, std_m: float = 0.02) -> GnssFix:
 
 def driven_east(
     ticks: int, *, fixes: int, noise_m: float = 0.0, late_ns: int = 0
-) -> tuple[Ego, Estimate, float]:
+) -> tuple[Ego, LocalizationState, float]:
     """East at 2 m/s; fixes in the first `fixes` ticks only. Returns where it truly is, too."""
     rng = np.random.default_rng(1)
     state, x_m = ROOM.initial(), 0.0

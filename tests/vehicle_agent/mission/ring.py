@@ -27,7 +27,16 @@ from contract.wire.messages import (
 from vehicle_agent.mission.memory import MissionMemory
 from vehicle_agent.mission.mission import Mission
 from vehicle_agent.mission.state import MissionState
-from vehicle_agent.signals import DoorState, Ego, LinkState, Pressed, ServerWord, Task, VehicleMotion, World
+from vehicle_agent.signals import (
+    CabinEvent,
+    DoorState,
+    Ego,
+    LinkState,
+    MissionMessage,
+    Task,
+    VehicleMotion,
+    World,
+)
 
 STEP_NS = 100_000_000
 OFFSET_NS = 1_000_000_000_000
@@ -142,10 +151,10 @@ class RingShuttle:
         self.grants_follow = True
         self.task: Task | None = None
 
-    def step(self, *said: ServerWord | Pressed) -> Task:
+    def step(self, *said: MissionMessage | CabinEvent) -> Task:
         self.now_ns += STEP_NS
-        words = tuple(s for s in said if isinstance(s, ServerWord))
-        pressed = tuple(s for s in said if not isinstance(s, ServerWord))
+        words = tuple(s for s in said if isinstance(s, MissionMessage))
+        pressed = tuple(s for s in said if not isinstance(s, MissionMessage))
         if self.door_sensor:
             pressed = (DoorState(self.now_ns, self.doors_open), *pressed)
         ego = Ego(self.now_ns, self.pose, self.speed_mps, 0, 0, 0, 0.02, self.now_ns, self.valid)

@@ -6,7 +6,7 @@ import pytest
 from contract.geometry import Pose2
 from contract.wire.messages import Command, CommandDone, OrderAccepted, OrderRejected, Visit, VisitChanged
 from tests.vehicle_agent.mission.ring import NETWORK, OFFSET_NS, RingShuttle, a_visit, an_order, rest
-from vehicle_agent.mission.memory import holding
+from vehicle_agent.mission.memory import order_progress
 from vehicle_agent.mission.mission import persistent
 
 STOP = ("south", 40.0)
@@ -168,7 +168,7 @@ def test_after_a_crash_the_order_is_still_there_and_the_vehicle_held() -> None:
     again.run(3)
     assert again.task is not None
     assert again.task.mode == "hold"
-    known = holding(again.state.memory)
+    known = order_progress(again.state.memory)
     assert known is not None
     assert (known.order_id, known.revision) == ("o", 1)
     again.step(Command(1, "c", "resume"))

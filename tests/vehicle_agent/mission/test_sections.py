@@ -4,12 +4,12 @@ import pytest
 
 from contract.wire.messages import Grants, SectionGrant, SectionReleased
 from tests.vehicle_agent.mission.ring import NETWORK, RingShuttle, a_visit, all_sections, an_order, rest
-from vehicle_agent.mission.sections import Body, leave_to_drive
+from vehicle_agent.mission.sections import VehicleExtent, leave_to_drive
 
 STOP = ("north", 30.0)
 VISITS = (a_visit("a", *STOP), rest(STOP))
 SPANS = (("a", 0.0, 20.0), ("b", 20.0, 40.0), ("c", 40.0, 60.0), ("a", 60.0, 80.0))
-BODY = Body(3.5, 0.85)
+BODY = VehicleExtent(3.5, 0.85)
 
 
 def grants(*names: str) -> tuple[SectionGrant, ...]:

@@ -14,6 +14,6 @@ def test_a_report_that_came_after_the_ticks_stamp_is_new_and_not_missing() -> No
     _, outputs = tick(initial_state(car), Inputs(1_000), car)
     flow = outputs.flow
     newer = msgspec.structs.replace(flow.motion, stamp_ns=1_300)
-    assert ages(1_000, flow.motion, flow.ego, flow.seen, flow.path).motion_ns == -1
-    assert ages(1_000, newer, flow.ego, flow.seen, flow.path).motion_ns == 0
-    assert ages(2_000, newer, flow.ego, flow.seen, flow.path).motion_ns == 700
+    assert ages(1_000, flow.motion, flow.ego, flow.detections, flow.path).motion_ns == -1
+    assert ages(1_000, newer, flow.ego, flow.detections, flow.path).motion_ns == 0
+    assert ages(2_000, newer, flow.ego, flow.detections, flow.path).motion_ns == 700

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from contract.geometry import Pose2
-from vehicle_agent.perception.cells import HeightMapPerception, Sighting
-from vehicle_agent.signals import Ego, ObstaclePercept, Seen
+from vehicle_agent.perception.cells import CellsState, HeightMapPerception
+from vehicle_agent.signals import Detections, Ego, ObstaclePercept
 
 ROOM = HeightMapPerception(3.2, 2.28, math.radians(-15.0), 3.5, 0.85, 0.815)
 TICK_NS = 20_000_000
@@ -20,7 +20,9 @@ def a_percept(stamp_ns: int, *cells: tuple[float, float], used: int = 100) -> Ob
     return ObstaclePercept(stamp_ns, np.array(cells).reshape(-1, 2), np.ones(len(cells)), used)
 
 
-def told(state: Sighting, now_ns: int, percept: ObstaclePercept, x_m: float = 0.0) -> tuple[Seen, Sighting]:
+def told(
+    state: CellsState, now_ns: int, percept: ObstaclePercept, x_m: float = 0.0
+) -> tuple[Detections, CellsState]:
     return ROOM.step(state, (percept,), an_ego(now_ns, x_m))
 
 

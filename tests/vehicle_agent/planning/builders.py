@@ -6,7 +6,7 @@ from contract.geometry import Pose2, arc_lengths, curvatures
 from contract.roads.routing import ReferenceLine
 from vehicle_agent.config import Profile
 from vehicle_agent.planning.waypoint.waypoint_planning import WaypointPlanning
-from vehicle_agent.signals import Ego, OtherVehicle, Task, TaskMode, World
+from vehicle_agent.signals import Ego, FleetVehicle, Task, TaskMode, World
 from vehicle_agent.stacks.rooms import waypoint_planning
 
 ROOM: WaypointPlanning = waypoint_planning(Profile())
@@ -31,7 +31,7 @@ def an_ego(now_ns: int, x_m: float = 20.0, speed_mps: float = 3.0, std_m: float 
     return Ego(now_ns, Pose2(x_m, 0.0, 0.0), speed_mps, 0.0, 0.0, 0.0, std_m, now_ns, True)
 
 
-def a_world(*points: tuple[float, float], seen_ns: int = 1, others: tuple[OtherVehicle, ...] = ()) -> World:
+def a_world(*points: tuple[float, float], seen_ns: int = 1, others: tuple[FleetVehicle, ...] = ()) -> World:
     return World(seen_ns, seen_ns, np.array(points, dtype=np.float64).reshape(-1, 2), others, (), False)
 
 

@@ -18,7 +18,7 @@ from tests.vehicle_agent.driven_shuttle import DrivenShuttle, rider
 from tests.vehicle_agent.mission.ring import ring
 from vehicle_agent.config import Driving, Profile
 from vehicle_agent.runtime.recording.snapshot import decode_state, encode_state
-from vehicle_agent.signals import OtherVehicle
+from vehicle_agent.signals import FleetVehicle
 from vehicle_agent.stacks import warm
 
 _encoder = msgspec.msgpack.Encoder(enc_hook=enc_hook)
@@ -140,7 +140,7 @@ def test_the_shuttle_stops_behind_a_fleet_mate_with_a_gap_between_the_bumpers() 
     shuttle = a_shuttle()
     x_m, y_m, yaw_rad = shuttle.network.pose("south", 30.0)
     for _ in range(25 * 50):
-        shuttle.say(OtherVehicle(shuttle.now_ns, "mate", Pose2(x_m, y_m, yaw_rad), 0.0))
+        shuttle.say(FleetVehicle(shuttle.now_ns, "mate", Pose2(x_m, y_m, yaw_rad), 0.0))
         shuttle.step()
     gap_m = x_m - 0.85 - (shuttle.world.truth("s1").pose_map.x_m + 3.5)
     assert shuttle.world.truth("s1").speed_mps < 0.1

@@ -24,7 +24,7 @@ from vehicle_agent.config import Profile, load_profile
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.planning.cost_map.crossings import CrossingRule
 from vehicle_agent.runtime.recording.snapshot import decode_state, encode_state
-from vehicle_agent.signals import OtherVehicle, PedestrianPresence
+from vehicle_agent.signals import FleetVehicle, PedestrianPresence
 from vehicle_agent.stacks import warm
 from vehicle_agent.stacks.nus import planning
 
@@ -139,7 +139,7 @@ def test_a_state_saved_mid_way_and_restored_gives_identical_outputs() -> None:
 def test_the_cart_stops_behind_a_fleet_mate() -> None:
     shuttle = a_cart()
     for _ in range(30 * 50):
-        shuttle.say(OtherVehicle(shuttle.now_ns, "mate", Pose2(30.0, 0.0, 0.0), 0.0))
+        shuttle.say(FleetVehicle(shuttle.now_ns, "mate", Pose2(30.0, 0.0, 0.0), 0.0))
         shuttle.step()
     gap_m = 30.0 - the_cart().body.rear_overhang_m - bumper_m(shuttle)
     assert speed_mps(shuttle) < 0.1

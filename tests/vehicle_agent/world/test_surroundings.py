@@ -3,7 +3,7 @@
 import numpy as np
 
 from contract.geometry import Pose2
-from vehicle_agent.signals import Ego, OtherVehicle, PedestrianPresence, Seen
+from vehicle_agent.signals import Detections, Ego, FleetVehicle, PedestrianPresence
 from vehicle_agent.world.surroundings import Surroundings
 
 ROOM = Surroundings(3.5, 0.85, 0.815)
@@ -11,18 +11,18 @@ S = 1_000_000_000
 EGO = Ego(S, Pose2(0, 0, 0), 0.0, 0.0, 0.0, 0.0, 0.02, S, True)
 
 
-def seen(*points: tuple[float, float], stamp_ns: int = S) -> Seen:
-    return Seen(stamp_ns, np.array(points).reshape(-1, 2), False)
+def seen(*points: tuple[float, float], stamp_ns: int = S) -> Detections:
+    return Detections(stamp_ns, np.array(points).reshape(-1, 2), False)
 
 
 def test_a_fleet_mates_own_returns_are_not_obstacles() -> None:
-    mate = OtherVehicle(S, "b", Pose2(20.0, 0.0, 0.0), 0.0)
+    mate = FleetVehicle(S, "b", Pose2(20.0, 0.0, 0.0), 0.0)
     world, _ = ROOM.step(ROOM.initial(), EGO, seen((19.2, 0.5), (23.4, -0.8), (20.0, 3.0)), (mate,), S)
     assert np.allclose(world.points_map, [[20.0, 3.0]])
 
 
 def test_a_moving_mate_is_carried_along_its_heading() -> None:
-    mate = OtherVehicle(S, "b", Pose2(20.0, 0.0, 0.0), 2.0)
+    mate = FleetVehicle(S, "b", Pose2(20.0, 0.0, 0.0), 2.0)
     _, state = ROOM.step(ROOM.initial(), EGO, seen(), (mate,), S)
     world, _ = ROOM.step(state, EGO, seen((25.2, 0.0), stamp_ns=2 * S), (), 2 * S)
     assert world.others[0].pose_map.x_m == 22.0
@@ -30,7 +30,7 @@ def test_a_moving_mate_is_carried_along_its_heading() -> None:
 
 
 def test_a_mate_that_falls_silent_is_dropped() -> None:
-    mate = OtherVehicle(S, "b", Pose2(20.0, 0.0, 0.0), 0.0)
+    mate = FleetVehicle(S, "b", Pose2(20.0, 0.0, 0.0), 0.0)
     _, state = ROOM.step(ROOM.initial(), EGO, seen(), (mate,), S)
     world, _ = ROOM.step(state, EGO, seen((20.0, 0.0), stamp_ns=3 * S), (), 3 * S)
     assert world.others == ()

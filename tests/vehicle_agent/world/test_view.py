@@ -6,11 +6,11 @@ import pytest
 from contract.geometry import Pose2
 from tests.vehicle_agent.world.builders import some_tracks
 from vehicle_agent.signals import PEDESTRIAN, VEHICLE, View
-from vehicle_agent.world.view import Sight, points_on_walls
+from vehicle_agent.world.view import VisibilityParams, points_on_walls
 
 NOTHING = np.empty((0, 2))
 NO_WALLS = np.empty((0, 4))
-SIGHT = Sight(0.0)
+SIGHT = VisibilityParams(0.0)
 
 
 def range_towards(view: View, bearing_rad: float) -> float:

@@ -2,7 +2,7 @@
 
 import msgspec
 
-from vehicle_agent.can.braking import Commanded, CommandSetError, Values, unpacked_set
+from vehicle_agent.can.braking import CommandedActuation, CommandSetError, Values, unpacked_set
 from vehicle_agent.can.dbc import MessageLayout, layouts
 from vehicle_agent.can.pacmod.commands import COMMANDS, COUNTER_STEPS, FRAME_GAP_NS
 from vehicle_agent.can.steering_column import front_from_wheel
@@ -20,7 +20,7 @@ class PacmodBraking(msgspec.Struct, frozen=True):
     def command_ids(self) -> frozenset[int]:
         return frozenset(layouts()[name].arbitration_id for name in COMMANDS)
 
-    def commanded(self, frames: tuple[CanFrame, ...]) -> Commanded:
+    def commanded(self, frames: tuple[CanFrame, ...]) -> CommandedActuation:
         """The six commands in order, with matching counters and complements and one enable bit, pedals
         within 0..1 and never both pressed."""
         values = unpacked_set(frames, COMMANDS, layouts(), MessageLayout.unpack)
@@ -30,7 +30,7 @@ class PacmodBraking(msgspec.Struct, frozen=True):
             raise CommandSetError("accelerator and brake pressed together")
         if max(throttle_ratio, brake_ratio) > 1.0:
             raise CommandSetError("a pedal beyond its end")
-        return Commanded(
+        return CommandedActuation(
             _counter(values),
             _enable(values),
             front_from_wheel(self.steering, values["steering_command"]["wheel_angle"]),

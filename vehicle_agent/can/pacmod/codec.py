@@ -3,7 +3,7 @@
 import msgspec
 
 from vehicle_agent.can.handshake import advance
-from vehicle_agent.can.module_watch import CodecState, ModuleWord, watched
+from vehicle_agent.can.module_state import CodecState, ModuleStatus, watched
 from vehicle_agent.can.pacmod.commands import COUNTER_STEPS, CommandEncoder
 from vehicle_agent.can.pacmod.reports import Reports, heard
 from vehicle_agent.can.steering_column import front_from_wheel, wheel_rate_radps
@@ -68,8 +68,8 @@ def pacmod(profile: Profile) -> Pacmod:
     return Pacmod(profile.steering, profile.body, profile.limits)
 
 
-def _word(reports: Reports) -> ModuleWord:
-    return ModuleWord(
+def _word(reports: Reports) -> ModuleStatus:
+    return ModuleStatus(
         enabled=bool(reports.enabled),
         enabled_ns=reports.global_ns,
         overridden=bool(reports.override_active),

@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 
 from vehicle_agent.can.dbc import FrameError, MessageLayout, SignalLayout, layouts
-from vehicle_agent.can.leaps import is_doubted
+from vehicle_agent.can.speed_plausibility import is_doubted
 from vehicle_agent.signals import CanFrame
 
 # report message -> our field <- its signal

@@ -2,7 +2,7 @@
 
 import msgspec
 
-from vehicle_agent.can.braking import Commanded, CommandSetError, unpacked_set
+from vehicle_agent.can.braking import CommandedActuation, CommandSetError, unpacked_set
 from vehicle_agent.can.dbc import SERVO, layouts
 from vehicle_agent.can.servo.commands import (
     SERVO_COMMANDS,
@@ -30,14 +30,14 @@ class ServoBraking(msgspec.Struct, frozen=True):
     def command_ids(self) -> frozenset[int]:
         return frozenset(layouts(SERVO)[name].arbitration_id for name in SERVO_COMMANDS)
 
-    def commanded(self, frames: tuple[CanFrame, ...]) -> Commanded:
+    def commanded(self, frames: tuple[CanFrame, ...]) -> CommandedActuation:
         values = unpacked_set(frames, SERVO_COMMANDS, layouts(SERVO), unpack_checked)
         counters = {int(value["counter"]) for value in values.values()}
         if len(counters) != 1:
             raise CommandSetError("the frames' counters differ")
         if values["throttle_command"]["duty"] > 0.0 and values["brake_command"]["travel"] > 0.0:
             raise CommandSetError("throttle and brake pressed together")
-        return Commanded(
+        return CommandedActuation(
             counters.pop(),
             bool(values["drive_command"]["arm"]),
             front_from_wheel(self.steering, values["steering_command"]["shaft_angle"]),

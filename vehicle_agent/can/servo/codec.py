@@ -7,7 +7,7 @@ wheel. Steering and brake are inferred from the motors' encoders.
 import msgspec
 
 from vehicle_agent.can.handshake import advance
-from vehicle_agent.can.module_watch import CodecState, ModuleWord, watched
+from vehicle_agent.can.module_state import CodecState, ModuleStatus, watched
 from vehicle_agent.can.servo.commands import (
     SERVO_COUNTER_STEPS,
     ServoEncoder,
@@ -85,8 +85,8 @@ def servo_cart(profile: Profile) -> ServoCart:
     return ServoCart(profile.steering, profile.by_wire, profile.body, profile.limits)
 
 
-def _word(reports: ServoReports) -> ModuleWord:
-    return ModuleWord(
+def _word(reports: ServoReports) -> ModuleStatus:
+    return ModuleStatus(
         enabled=bool(reports.armed),
         enabled_ns=reports.drive_ns,
         overridden=bool(reports.overridden),

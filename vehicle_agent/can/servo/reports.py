@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from vehicle_agent.can.dbc import SERVO, FrameError, MessageLayout, layouts
-from vehicle_agent.can.leaps import is_doubted
+from vehicle_agent.can.speed_plausibility import is_doubted
 from vehicle_agent.signals import CanFrame
 
 # report message -> our field <- its signal

@@ -24,7 +24,7 @@ EPS = 3e-4
 RHO = 0.1
 
 
-class Bounds(msgspec.Struct, frozen=True):
+class InputBounds(msgspec.Struct, frozen=True):
     """rate: of the input, either way; command_min and command_max: of the sum."""
 
     rate: float
@@ -32,7 +32,7 @@ class Bounds(msgspec.Struct, frozen=True):
     command_max: float
 
 
-class Solved(msgspec.Struct, frozen=True):
+class QpSolution(msgspec.Struct, frozen=True):
     """inputs (N,) within the bounds; prices (2 N,) OSQP's multipliers; feasible: OSQP did not give up."""
 
     inputs: Array
@@ -41,7 +41,7 @@ class Solved(msgspec.Struct, frozen=True):
     iterations: int
 
 
-def within(inputs: Array, command: float, bounds: Bounds, dt_s: float) -> bool:
+def within(inputs: Array, command: float, bounds: InputBounds, dt_s: float) -> bool:
     """Do inputs (N,) from `command` on keep the bounds as they are?"""
     commands = command + dt_s * np.cumsum(inputs)
     return bool(
@@ -52,8 +52,8 @@ def within(inputs: Array, command: float, bounds: Bounds, dt_s: float) -> bool:
 
 
 def solved(
-    H: Array, g: Array, command: float, bounds: Bounds, dt_s: float, inputs: Array, prices: Array
-) -> Solved:
+    H: Array, g: Array, command: float, bounds: InputBounds, dt_s: float, inputs: Array, prices: Array
+) -> QpSolution:
     """Minimise 1/2 u' H u + g' u within bounds, started from a guess: inputs (N,) and prices (2 N,).
 
     command must lie within its bounds. The answer depends on the arguments alone: the workspace works without
@@ -78,7 +78,7 @@ def solved(
     good = bool(answer.info.status_val in SOLVED and np.isfinite(answer.x).all())
     wanted = answer.x * bounds.rate if good else inputs
     kept = np.ascontiguousarray(answer.y) if good else np.zeros(2 * n)
-    return Solved(kept_within(wanted, command, bounds, dt_s), kept, good, int(answer.info.iter))
+    return QpSolution(kept_within(wanted, command, bounds, dt_s), kept, good, int(answer.info.iter))
 
 
 def prepare(steps: int) -> None:
@@ -86,7 +86,7 @@ def prepare(steps: int) -> None:
     _workspace(steps)
 
 
-def kept_within(inputs: Array, command: float, bounds: Bounds, dt_s: float) -> Array:
+def kept_within(inputs: Array, command: float, bounds: InputBounds, dt_s: float) -> Array:
     """The inputs (N,) with whatever is beyond a bound taken off, first to last."""
     out = np.clip(inputs, -bounds.rate, bounds.rate)
     for k in range(len(out)):

@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 
 from contract.geometry import Array
-from vehicle_agent.control.mpc.axis import Answer, Guess, best_inputs
-from vehicle_agent.control.mpc.bounded import Bounds
+from vehicle_agent.control.mpc.axis import AxisSolution, WarmStart, best_inputs
+from vehicle_agent.control.mpc.bounded import InputBounds
 from vehicle_agent.control.mpc.lateral_model import (
     INPUT,
     SIZE,
@@ -67,8 +67,8 @@ class LateralMpc(msgspec.Struct, frozen=True):
         compliance: float,
         speeds_mps: Array,
         curvatures_1pm: Array,
-        guess: Guess,
-    ) -> Answer:
+        guess: WarmStart,
+    ) -> AxisSolution:
         """Rates (N,) of the tangent of the wheels' angle, from the rear axle's errors when the first takes
         effect.
 
@@ -94,7 +94,7 @@ class LateralMpc(msgspec.Struct, frozen=True):
         w = self.weights
         weights = np.array((w.offset, w.course, w.yaw_rate)) * self.dt_s
         A, B, d, Q = horizon(speeds_mps, curvatures_1pm, compliance, self.chassis.row(), weights, self.dt_s)
-        bounds = Bounds(
+        bounds = InputBounds(
             self.steer_rate_radps_max,
             math.tan(bias_rad - self.steer_rad_max),
             math.tan(bias_rad + self.steer_rad_max),

@@ -6,8 +6,8 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Array
-from vehicle_agent.control.mpc.axis import Answer, Guess, best_inputs
-from vehicle_agent.control.mpc.bounded import Bounds
+from vehicle_agent.control.mpc.axis import AxisSolution, WarmStart, best_inputs
+from vehicle_agent.control.mpc.bounded import InputBounds
 from vehicle_agent.control.mpc.lateral_model import exponential
 from vehicle_agent.control.mpc.problem import end_cost
 
@@ -42,8 +42,8 @@ class LongitudinalMpc(msgspec.Struct, frozen=True):
         accel_mps2: float,
         command_mps2: float,
         wanted_mps2: Array,
-        guess: Guess,
-    ) -> Answer:
+        guess: WarmStart,
+    ) -> AxisSolution:
         """Jerks (N,) from the errors at the time the first of them takes effect.
 
         behind_m, missing_mps  e_lon and its rate; wanted_mps2 (N,) a_ref, mean of each step
@@ -52,7 +52,7 @@ class LongitudinalMpc(msgspec.Struct, frozen=True):
         A, B, D, Q, P = _steps(self)
         x0 = np.array((behind_m, missing_mps, accel_mps2, command_mps2))
         d = wanted_mps2[:, None] * D
-        bounds = Bounds(self.jerk_mps3_max, -self.decel_mps2_max, self.accel_mps2_max)
+        bounds = InputBounds(self.jerk_mps3_max, -self.decel_mps2_max, self.accel_mps2_max)
         rise = np.diff(np.append(wanted_mps2, wanted_mps2[-1])) / self.dt_s
         w = np.clip(rise, -self.jerk_mps3_max, self.jerk_mps3_max)
         R = self.weights.jerk * self.dt_s

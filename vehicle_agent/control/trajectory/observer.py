@@ -21,8 +21,8 @@ from vehicle_agent.control.mpc.lateral_model import Chassis, dynamic_share
 from vehicle_agent.control.trajectory.pose_filter import (
     COMPLIANCE,
     STEER_BIAS,
-    Belief,
     PoseFilter,
+    PoseFilterState,
     fixed,
     placed,
     predicted,
@@ -32,13 +32,13 @@ from vehicle_agent.control.trajectory.pose_filter import (
 from vehicle_agent.signals import Ego, VehicleMotion
 
 
-class Observed(msgspec.Struct, frozen=True):
+class ObserverState(msgspec.Struct, frozen=True):
     """moving (8,) see `actuators`: pose, actuators and speed now; rest_mps2: what acts beside the pedals.
 
     foreign_ns  when somebody else's brake was last reported
     """
 
-    belief: Belief
+    belief: PoseFilterState
     moving: Array
     rest_mps2: float = 0.0
     report_ns: int = 0
@@ -78,12 +78,12 @@ class Observer(msgspec.Struct, frozen=True):
     foreign_s: float = 0.5
     dt_s: float = 0.02
 
-    def initial(self) -> Observed:
-        return Observed(unknown(), np.zeros(MOVING_SIZE))
+    def initial(self) -> ObserverState:
+        return ObserverState(unknown(), np.zeros(MOVING_SIZE))
 
     def step(
-        self, state: Observed, ego: Ego, motion: VehicleMotion, commands: Array, standing: bool
-    ) -> Observed:
+        self, state: ObserverState, ego: Ego, motion: VehicleMotion, commands: Array, standing: bool
+    ) -> ObserverState:
         """One tick. commands (m, 3) of the ticks before this one; standing: the brake holds the vehicle.
 
         Values that are not finite are not taken; the belief then goes on by itself, and `blind_s` grows.
@@ -94,14 +94,14 @@ class Observer(msgspec.Struct, frozen=True):
         report_ns = max(state.report_ns, motion.stamp_ns)
         belief = self._placed(state.belief, ego, moving)
         moving[: MYAW + 1] = belief.mean[:3]
-        return Observed(belief, moving, rest_mps2, report_ns, foreign_ns)
+        return ObserverState(belief, moving, rest_mps2, report_ns, foreign_ns)
 
     def is_braked_by_others(self, motion: VehicleMotion, commands: Array) -> bool:
         """The reported brake is more than what was commanded lately, (m, 3), explains."""
         ours = max(float(commands[:, 2].max()), 0.0)
         return motion.enabled and motion.brake_ratio > ours + self.foreign_brake_ratio
 
-    def turning(self, state: Observed) -> Array:
+    def turning(self, state: ObserverState) -> Array:
         """(4,) what `actuators.carried` must know of a turn."""
         share = state.compliance * dynamic_share(state.speed_mps)
         chassis = self.chassis
@@ -120,7 +120,7 @@ class Observer(msgspec.Struct, frozen=True):
         return rest_mps2 + float(pedal_accel_mps2(moving[MTHROTTLE], moving[MBRAKE], moving[MSPEED], row))
 
     def _driven(
-        self, state: Observed, motion: VehicleMotion, commands: Array, standing: bool, loaded: bool
+        self, state: ObserverState, motion: VehicleMotion, commands: Array, standing: bool, loaded: bool
     ) -> tuple[Array, float]:
         """(moving, rest_mps2); loaded: the load may be learned from it."""
         moving, rest_mps2 = state.moving.copy(), state.rest_mps2
@@ -155,7 +155,7 @@ class Observer(msgspec.Struct, frozen=True):
             moving[MSPEED] = abs(motion.speed_mps) if math.isfinite(motion.speed_mps) else 0.0
         return moving, min(max(rest_mps2, -self.rest_mps2_max), self.rest_mps2_max)
 
-    def _placed(self, belief: Belief, ego: Ego, moving: Array) -> Belief:
+    def _placed(self, belief: PoseFilterState, ego: Ego, moving: Array) -> PoseFilterState:
         pose, n = ego.pose_map, self.filter.row()
         std_m = max(ego.position_std_m, self.filter.position_m_min)
         heading_std_rad = max(self.filter.heading_rad_per_m * ego.position_std_m, self.filter.heading_rad_min)
@@ -175,11 +175,13 @@ class Observer(msgspec.Struct, frozen=True):
                 mean, covariance, speed_mps, yaw_rate_radps, float(moving[MWHEELS]),
                 chassis.wheelbase_m, share * chassis.understeer_s2pm, n,
             )  # fmt: skip
-        blind = Belief(mean, covariance, ego.stamp_ns, belief.fix_ns, belief.strays, belief.blind_s + dt_s)
+        blind = PoseFilterState(
+            mean, covariance, ego.stamp_ns, belief.fix_ns, belief.strays, belief.blind_s + dt_s
+        )
         if not usable or ego.fix_stamp_ns <= belief.fix_ns:
             return blind
         if fixed(mean, covariance, pose.x_m, pose.y_m, pose.yaw_rad, std_m, heading_std_rad, n):
-            return Belief(mean, covariance, ego.stamp_ns, ego.fix_stamp_ns)
+            return PoseFilterState(mean, covariance, ego.stamp_ns, ego.fix_stamp_ns)
         if belief.strays + 1 < self.filter.strays_max:
             return msgspec.structs.replace(blind, strays=belief.strays + 1, fix_ns=ego.fix_stamp_ns)
         return placed(blind, pose, std_m, heading_std_rad, ego.stamp_ns)

@@ -53,7 +53,7 @@ class PoseFilter(msgspec.Struct, frozen=True):
         return np.array(msgspec.structs.astuple(self)[:16], dtype=np.float64)
 
 
-class Belief(msgspec.Struct, frozen=True):
+class PoseFilterState(msgspec.Struct, frozen=True):
     """mean (6,), covariance (6, 6); strays: poses in a row that were not believed; blind_s: since the last
     one that was. stamp_ns 0: no pose has come yet."""
 
@@ -65,19 +65,23 @@ class Belief(msgspec.Struct, frozen=True):
     blind_s: float = 0.0
 
 
-def unknown() -> Belief:
+def unknown() -> PoseFilterState:
     """Before the first pose: nothing hidden is known, and nominal tyres are assumed."""
-    return Belief(np.array((0.0, 0.0, 0.0, 0.0, 0.0, 1.0)), np.diag((0.0, 0.0, 0.0, 1e-6, 4e-4, 0.09)))
+    return PoseFilterState(
+        np.array((0.0, 0.0, 0.0, 0.0, 0.0, 1.0)), np.diag((0.0, 0.0, 0.0, 1e-6, 4e-4, 0.09))
+    )
 
 
-def placed(belief: Belief, pose_map: Pose2, std_m: float, heading_std_rad: float, stamp_ns: int) -> Belief:
+def placed(
+    belief: PoseFilterState, pose_map: Pose2, std_m: float, heading_std_rad: float, stamp_ns: int
+) -> PoseFilterState:
     """Start anew at a pose; what was learnt of the vehicle stays learnt."""
     mean, covariance = belief.mean.copy(), belief.covariance.copy()
     mean[:3] = pose_map.x_m, pose_map.y_m, pose_map.yaw_rad
     covariance[:3, :] = covariance[:, :3] = 0.0
     for i, std in enumerate((std_m, std_m, heading_std_rad)):
         covariance[i, i] = std * std
-    return Belief(mean, covariance, stamp_ns, stamp_ns)
+    return PoseFilterState(mean, covariance, stamp_ns, stamp_ns)
 
 
 @njit(cache=True)

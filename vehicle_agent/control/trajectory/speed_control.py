@@ -6,25 +6,25 @@ from numba import njit
 
 from contract.geometry import Array
 from vehicle_agent.control.actuators import MS, MSPEED, carried
-from vehicle_agent.control.mpc.axis import Guess, no_guess
+from vehicle_agent.control.mpc.axis import WarmStart, no_guess
 from vehicle_agent.control.mpc.longitudinal import LongitudinalMpc
-from vehicle_agent.control.trajectory.observer import Observed, Observer
-from vehicle_agent.control.trajectory.pedals import Foot, Pedalling
+from vehicle_agent.control.trajectory.observer import Observer, ObserverState
+from vehicle_agent.control.trajectory.pedals import PedalController, PedalState
 from vehicle_agent.control.trajectory.timed_path import asked, next_stop_m
 
 
-class Speeding(msgspec.Struct, frozen=True):
+class SpeedControlState(msgspec.Struct, frozen=True):
     """What is remembered: the pedals, the acceleration commanded, and what the next solve starts from."""
 
-    foot: Foot
+    foot: PedalState
     accel_mps2: float
-    guess: Guess
+    guess: WarmStart
 
 
-class SpeedAnswer(msgspec.Struct, frozen=True):
+class SpeedControlResult(msgspec.Struct, frozen=True):
     """speeds_mps (N + 1,) expected from lead_s after now on; behind_m as it was before it was limited."""
 
-    state: Speeding
+    state: SpeedControlState
     speeds_mps: Array
     lead_s: float
     behind_m: float
@@ -44,7 +44,7 @@ class SpeedControl(msgspec.Struct, frozen=True):
     """
 
     mpc: LongitudinalMpc = LongitudinalMpc()
-    pedalling: Pedalling = Pedalling()
+    pedalling: PedalController = PedalController()
     behind_m: float = 0.06
     behind_s: float = 0.08
     ahead_m_max: float = 0.6
@@ -57,13 +57,13 @@ class SpeedControl(msgspec.Struct, frozen=True):
     decel_mps2_comfort: float = 0.8
     dt_s: float = 0.02
 
-    def initial(self) -> Speeding:
-        return Speeding(Foot(), 0.0, no_guess(self.mpc.steps))
+    def initial(self) -> SpeedControlState:
+        return SpeedControlState(PedalState(), 0.0, no_guess(self.mpc.steps))
 
     def step(
-        self, state: Speeding, seen: Observed, observer: Observer, commands: Array,
+        self, state: SpeedControlState, seen: ObserverState, observer: Observer, commands: Array,
         rows: Array, s: Array, own_s_m: float, t_s: float, emergency: bool,
-    ) -> SpeedAnswer:  # fmt: skip
+    ) -> SpeedControlResult:  # fmt: skip
         """One tick along rows (k, 8) with lengths s (k,), the vehicle at own_s_m, t_s after the rows'
         stamp."""
         drivetrain = observer.drivetrain
@@ -78,14 +78,14 @@ class SpeedControl(msgspec.Struct, frozen=True):
         behind_m = float(places_m[0] - moving[MS])
         missing_mps = float(speeds_mps[0] - moving[MSPEED])
         if emergency:
-            foot = Foot(0.0, 1.0, True, False)
-            after = Speeding(foot, -self.mpc.decel_mps2_max, no_guess(N))
-            return SpeedAnswer(
+            foot = PedalState(0.0, 1.0, True, False)
+            after = SpeedControlState(foot, -self.mpc.decel_mps2_max, no_guess(N))
+            return SpeedControlResult(
                 after, np.full(N + 1, moving[MSPEED]), lead_s, behind_m, missing_mps, False, True, 0
             )
         if self._stands(state.foot, seen.speed_mps, speeds_mps):
-            after = Speeding(self.pedalling.held(state.foot), 0.0, no_guess(N))
-            return SpeedAnswer(after, np.zeros(N + 1), lead_s, behind_m, missing_mps, False, True, 0)
+            after = SpeedControlState(self.pedalling.held(state.foot), 0.0, no_guess(N))
+            return SpeedControlResult(after, np.zeros(N + 1), lead_s, behind_m, missing_mps, False, True, 0)
         late_m = self.behind_m + self.behind_s * max(float(speeds_mps[0]), float(moving[MSPEED]))
         limited_m = min(max(behind_m, -self.ahead_m_max), late_m)
         accel_mps2 = observer.accel_mps2(moving, seen.rest_mps2)
@@ -105,8 +105,8 @@ class SpeedControl(msgspec.Struct, frozen=True):
         expected = rolled(
             answer.inputs, float(moving[MSPEED]), accel_mps2, command, self.mpc.accel_lag_s, dt_s
         )
-        return SpeedAnswer(
-            Speeding(foot, command, answer.guess), expected, lead_s, behind_m, missing_mps,
+        return SpeedControlResult(
+            SpeedControlState(foot, command, answer.guess), expected, lead_s, behind_m, missing_mps,
             answer.bounded, answer.feasible, answer.iterations,
         )  # fmt: skip
 
@@ -122,7 +122,7 @@ class SpeedControl(msgspec.Struct, frozen=True):
         wanted = min(command, -min(needed, self.decel_mps2_comfort))
         return min(max(wanted, before - reach), before + reach)
 
-    def _stands(self, foot: Foot, speed_mps: float, speeds_mps: Array) -> bool:
+    def _stands(self, foot: PedalState, speed_mps: float, speeds_mps: Array) -> bool:
         if float(speeds_mps[: max(2, round(self.start_s / self.mpc.dt_s))].max()) > self.start_mps:
             return False
         return foot.holding or speed_mps < self.stand_mps

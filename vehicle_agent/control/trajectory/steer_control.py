@@ -7,21 +7,21 @@ import numpy as np
 
 from contract.geometry import Array, wrap_angle
 from vehicle_agent.control.actuators import MS, MSPEED, MWHEELS, MX, MY, MYAW, carried
-from vehicle_agent.control.mpc.axis import Guess, no_guess
+from vehicle_agent.control.mpc.axis import WarmStart, no_guess
 from vehicle_agent.control.mpc.lateral import LateralMpc
-from vehicle_agent.control.trajectory.observer import Observed, Observer
+from vehicle_agent.control.trajectory.observer import Observer, ObserverState
 from vehicle_agent.control.trajectory.timed_path import at_length, bends, nearest
 
 
-class Steering(msgspec.Struct, frozen=True):
+class SteerControlState(msgspec.Struct, frozen=True):
     command_rad: float
-    guess: Guess
+    guess: WarmStart
 
 
-class SteerAnswer(msgspec.Struct, frozen=True):
+class SteerControlResult(msgspec.Struct, frozen=True):
     """offset_m, heading_rad: of the rear axle, when the command takes effect."""
 
-    state: Steering
+    state: SteerControlState
     offset_m: float
     heading_rad: float
     bounded: bool
@@ -41,13 +41,13 @@ class SteerControl(msgspec.Struct, frozen=True):
     still_mps: float = 0.02
     dt_s: float = 0.02
 
-    def initial(self) -> Steering:
-        return Steering(0.0, no_guess(self.mpc.steps))
+    def initial(self) -> SteerControlState:
+        return SteerControlState(0.0, no_guess(self.mpc.steps))
 
     def step(
-        self, state: Steering, seen: Observed, observer: Observer, commands: Array, rows: Array, s: Array,
-        own_s_m: float, speeds_mps: Array, speeds_lead_s: float,
-    ) -> SteerAnswer:  # fmt: skip
+        self, state: SteerControlState, seen: ObserverState, observer: Observer,
+        commands: Array, rows: Array, s: Array, own_s_m: float, speeds_mps: Array, speeds_lead_s: float,
+    ) -> SteerControlResult:  # fmt: skip
         """One tick; speeds_mps (N + 1,) expected from speeds_lead_s after now on."""
         moving = seen.moving.copy()
         moving[MS] = own_s_m
@@ -58,7 +58,7 @@ class SteerControl(msgspec.Struct, frozen=True):
         heading_rad = float(wrap_angle(moving[MYAW] - yaw_rad))
         speed_mps = float(moving[MSPEED])
         if speed_mps < self.still_mps and float(speeds_mps[: self.mpc.steps // 4].max()) < self.still_mps:
-            return SteerAnswer(state, offset_m, heading_rad, False, True, 0)
+            return SteerControlResult(state, offset_m, heading_rad, False, True, 0)
         wheels_rad = float(moving[MWHEELS])
         bias_rad, wheelbase_m, understeer, slip = turning.tolist()
         turn_radps = speed_mps * math.tan(wheels_rad + bias_rad) / (wheelbase_m + understeer * speed_mps**2)
@@ -79,16 +79,16 @@ class SteerControl(msgspec.Struct, frozen=True):
             bends(rows, s, s_m, ahead_mps, self.mpc.dt_s),
             state.guess,
         )
-        return SteerAnswer(
-            Steering(
+        return SteerControlResult(
+            SteerControlState(
                 self.mpc.turned_rad(state.command_rad, bias_rad, float(answer.inputs[0]), self.dt_s),
                 answer.guess,
             ),
             offset_m, heading_rad, answer.bounded, answer.feasible, answer.iterations,
         )  # fmt: skip
 
-    def eased(self, state: Steering) -> Steering:
+    def eased(self, state: SteerControlState) -> SteerControlState:
         """Nothing to follow: gently straight."""
         reach = self.ease_radps * self.dt_s
         eased_rad = state.command_rad - min(max(state.command_rad, -reach), reach)
-        return Steering(eased_rad, no_guess(self.mpc.steps))
+        return SteerControlState(eased_rad, no_guess(self.mpc.steps))

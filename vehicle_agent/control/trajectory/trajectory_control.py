@@ -12,10 +12,9 @@ import numpy as np
 from contract.geometry import Array, wrap_angle
 from vehicle_agent.control.actuators import MSPEED, MX, MY, MYAW
 from vehicle_agent.control.mpc.bounded import prepare
-from vehicle_agent.control.trajectory.made_path import timed
-from vehicle_agent.control.trajectory.observer import Observed, Observer
-from vehicle_agent.control.trajectory.speed_control import SpeedAnswer, SpeedControl, Speeding
-from vehicle_agent.control.trajectory.steer_control import SteerAnswer, SteerControl, Steering
+from vehicle_agent.control.trajectory.observer import Observer, ObserverState
+from vehicle_agent.control.trajectory.speed_control import SpeedControl, SpeedControlResult, SpeedControlState
+from vehicle_agent.control.trajectory.steer_control import SteerControl, SteerControlResult, SteerControlState
 from vehicle_agent.control.trajectory.timed_path import (
     at_length,
     at_time,
@@ -24,27 +23,28 @@ from vehicle_agent.control.trajectory.timed_path import (
     lengths,
     nearest,
 )
-from vehicle_agent.signals import Ego, Path, VehicleMotion, Wish
+from vehicle_agent.control.trajectory.timed_waypoints import timed
+from vehicle_agent.signals import ControlCommand, Ego, Path, VehicleMotion
 
 NO_FAULT, NOTHING, BLIND, ASTRAY, MALFORMED = range(5)
 
 
-class Driver(msgspec.Struct, frozen=True):
+class TrajectoryControlState(msgspec.Struct, frozen=True):
     """What control remembers; commands (m, 3) steering, throttle and brake of the last ticks, oldest first.
 
     solves, infeasible  counted since boot; bounded: those of them that met a bound
     """
 
-    observed: Observed
+    observed: ObserverState
     commands: Array
-    speeding: Speeding
-    steering: Steering
+    speeding: SpeedControlState
+    steering: SteerControlState
     solves: int = 0
     bounded: int = 0
     infeasible: int = 0
 
 
-class Asked(msgspec.Struct, frozen=True):
+class TrajectoryReference(msgspec.Struct, frozen=True):
     """rows (k, 8), lengths s (k,), the vehicle's place along them and its time since their stamp; fault:
     why they are not the planner's."""
 
@@ -55,7 +55,7 @@ class Asked(msgspec.Struct, frozen=True):
     fault: int
 
 
-class SnowLionControl(msgspec.Struct, frozen=True):
+class TrajectoryControl(msgspec.Struct, frozen=True):
     """astray_m, astray_rad  farther off the trajectory there is nothing to follow
     blind_s_max          without a pose that can be believed for this long the vehicle stops
     """
@@ -70,17 +70,19 @@ class SnowLionControl(msgspec.Struct, frozen=True):
     blind_s_max: float = 0.5
     dt_s: float = 0.02
 
-    def initial(self) -> Driver:
+    def initial(self) -> TrajectoryControlState:
         # Tables and workspaces: no tick may wait for them.
         self.steer.mpc.prepare()
         prepare(self.steer.mpc.steps)
         prepare(self.speed.mpc.steps)
         memory = self.observer.drivetrain.memory(self.dt_s)
-        return Driver(
+        return TrajectoryControlState(
             self.observer.initial(), np.zeros((memory, 3)), self.speed.initial(), self.steer.initial()
         )
 
-    def step(self, state: Driver, ego: Ego, path: Path, motion: VehicleMotion) -> tuple[Wish, Driver]:
+    def step(
+        self, state: TrajectoryControlState, ego: Ego, path: Path, motion: VehicleMotion
+    ) -> tuple[ControlCommand, TrajectoryControlState]:
         """Follow path.trajectory, or what can be made of path.points_map; comfortably to a stop where
         neither can be. Commands are finite and within the limits whatever comes in."""
         if not motion.enabled:
@@ -102,15 +104,15 @@ class SnowLionControl(msgspec.Struct, frozen=True):
                 speed.speeds_mps, speed.lead_s,
             )  # fmt: skip
         else:
-            steer = SteerAnswer(self.steer.eased(state.steering), 0.0, 0.0, False, True, 0)
+            steer = SteerControlResult(self.steer.eased(state.steering), 0.0, 0.0, False, True, 0)
         return self._wish(state, seen, asked, speed, steer)
 
-    def _kept(self, state: Driver, motion: VehicleMotion) -> bool:
+    def _kept(self, state: TrajectoryControlState, motion: VehicleMotion) -> bool:
         """Somebody else's brake keeps the vehicle standing, for minutes perhaps. What were commanded
         against it meanwhile would make the vehicle leap once it is let go."""
         return motion.speed_mps == 0.0 and self.observer.is_braked_by_others(motion, state.commands)
 
-    def _hands_off(self, state: Driver, motion: VehicleMotion) -> Driver:
+    def _hands_off(self, state: TrajectoryControlState, motion: VehicleMotion) -> TrajectoryControlState:
         """By-wire is not ours: go on from what the vehicle does by itself."""
         limit = self.steer.mpc.steer_rad_max
         steer_rad = min(max(motion.steer_rad, -limit), limit) if math.isfinite(motion.steer_rad) else 0.0
@@ -120,10 +122,10 @@ class SnowLionControl(msgspec.Struct, frozen=True):
             state,
             commands=commands,
             speeding=self.speed.initial(),
-            steering=Steering(steer_rad, self.steer.initial().guess),
+            steering=SteerControlState(steer_rad, self.steer.initial().guess),
         )
 
-    def _asked(self, ego: Ego, path: Path, seen: Observed) -> Asked:
+    def _asked(self, ego: Ego, path: Path, seen: ObserverState) -> TrajectoryReference:
         moving = seen.moving
         fault = NO_FAULT
         rows, stamp_ns = np.zeros((0, 8)), ego.stamp_ns
@@ -143,19 +145,19 @@ class SnowLionControl(msgspec.Struct, frozen=True):
             own_s_m, offset_m = nearest(rows, s, moving[MX], moving[MY], near_m, self.steer.search_m)
             if self._followable(rows, s, seen, own_s_m, offset_m):
                 if seen.belief.fix_ns and seen.belief.blind_s <= self.blind_s_max:
-                    return Asked(rows, s, own_s_m, t_s, NO_FAULT)
+                    return TrajectoryReference(rows, s, own_s_m, t_s, NO_FAULT)
                 # Dead reckoning is good for a stop: the wheels go on as planned.
-                return Asked(rows, s, own_s_m, t_s, BLIND)
+                return TrajectoryReference(rows, s, own_s_m, t_s, BLIND)
             fault = ASTRAY
         return self._stop(seen, fault)
 
-    def _stop(self, seen: Observed, fault: int) -> Asked:
+    def _stop(self, seen: ObserverState, fault: int) -> TrajectoryReference:
         """Straight on from here, comfortably to a stop."""
         x_m, y_m, yaw_rad, speed_mps = seen.moving[[MX, MY, MYAW, MSPEED]].tolist()
         rows = braking(x_m, y_m, yaw_rad, speed_mps, self.decel_mps2_comfort)
-        return Asked(rows, lengths(rows), 0.0, 0.0, fault)
+        return TrajectoryReference(rows, lengths(rows), 0.0, 0.0, fault)
 
-    def _made(self, path: Path, seen: Observed) -> Array:
+    def _made(self, path: Path, seen: ObserverState) -> Array:
         """Rows out of waypoints; (0, 8) when there are none to be had."""
         points = np.ascontiguousarray(path.points_map, dtype=np.float64)
         speeds = np.ascontiguousarray(path.speeds_mps, dtype=np.float64)
@@ -174,7 +176,9 @@ class SnowLionControl(msgspec.Struct, frozen=True):
         )  # fmt: skip
         return made
 
-    def _followable(self, rows: Array, s: Array, seen: Observed, own_s_m: float, offset_m: float) -> bool:
+    def _followable(
+        self, rows: Array, s: Array, seen: ObserverState, own_s_m: float, offset_m: float
+    ) -> bool:
         beyond_m = max(float(s[0]) - own_s_m, own_s_m - float(s[-1]), 0.0)
         yaw_rad, _ = at_length(rows, s, own_s_m)
         turned_rad = float(wrap_angle(seen.moving[MYAW] - yaw_rad))
@@ -182,11 +186,16 @@ class SnowLionControl(msgspec.Struct, frozen=True):
         return near and abs(turned_rad) < self.astray_rad
 
     def _wish(
-        self, state: Driver, seen: Observed, asked: Asked, speed: SpeedAnswer, steer: SteerAnswer
-    ) -> tuple[Wish, Driver]:
+        self,
+        state: TrajectoryControlState,
+        seen: ObserverState,
+        asked: TrajectoryReference,
+        speed: SpeedControlResult,
+        steer: SteerControlResult,
+    ) -> tuple[ControlCommand, TrajectoryControlState]:
         foot = speed.state.foot
         given = (steer.state.command_rad, foot.throttle_ratio, foot.brake_ratio)
-        wish = Wish(
+        wish = ControlCommand(
             steer_rad=given[0],
             throttle_ratio=given[1],
             brake_ratio=given[2],
@@ -203,7 +212,7 @@ class SnowLionControl(msgspec.Struct, frozen=True):
                 ("solver_iterations", float(speed.iterations + steer.iterations)),
             ),
         )
-        after = Driver(
+        after = TrajectoryControlState(
             seen,
             np.vstack((state.commands[1:], given)),
             speed.state,

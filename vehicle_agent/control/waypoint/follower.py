@@ -9,7 +9,7 @@ from numba import njit
 from contract.geometry import Array, Pose2, wrap_angle
 
 
-class Aim(msgspec.Struct, frozen=True):
+class FollowerState(msgspec.Struct, frozen=True):
     """What the follower remembers: the integral of its heading error, in rad s."""
 
     integral_rads: float = 0.0
@@ -34,11 +34,11 @@ class WaypointFollower(msgspec.Struct, frozen=True):
     dt_s: float = 0.02
 
     def step(
-        self, state: Aim, pose_map: Pose2, speed_mps: float, points_map: Array
-    ) -> tuple[float, float, Aim]:
+        self, state: FollowerState, pose_map: Pose2, speed_mps: float, points_map: Array
+    ) -> tuple[float, float, FollowerState]:
         """(turn rate in rad/s, heading error in rad, state). points_map (n, 2): waypoints still ahead."""
         if len(points_map) == 0:
-            return 0.0, 0.0, Aim()
+            return 0.0, 0.0, FollowerState()
         target = aimed_at(points_map, pose_map.x_m, pose_map.y_m, self.switch_m)
         x_m, y_m = points_map[target]
         bearing_rad = math.atan2(y_m - pose_map.y_m, x_m - pose_map.x_m)
@@ -48,7 +48,11 @@ class WaypointFollower(msgspec.Struct, frozen=True):
             gain_1ps *= speed_mps / self.gain_speed_mps
         integral = state.integral_rads + error_rad * self.dt_s * (1.0 if speed_mps > 0.3 else 0.0)
         integral = min(max(integral, -self.integral_rads_max), self.integral_rads_max)
-        return gain_1ps * error_rad + self.heading_integral_1ps2 * integral, error_rad, Aim(integral)
+        return (
+            gain_1ps * error_rad + self.heading_integral_1ps2 * integral,
+            error_rad,
+            FollowerState(integral),
+        )
 
 
 @njit(cache=True)

@@ -6,7 +6,7 @@ import msgspec
 from numba import njit
 
 from contract.geometry import Array, Pose2, wrap_angle
-from vehicle_agent.control.waypoint.follower import Aim
+from vehicle_agent.control.waypoint.follower import FollowerState
 
 
 class PurePursuit(msgspec.Struct, frozen=True):
@@ -19,8 +19,8 @@ class PurePursuit(msgspec.Struct, frozen=True):
     look_ahead_m: float = 3.0
 
     def step(
-        self, state: Aim, pose_map: Pose2, speed_mps: float, points_map: Array
-    ) -> tuple[float, float, Aim]:
+        self, state: FollowerState, pose_map: Pose2, speed_mps: float, points_map: Array
+    ) -> tuple[float, float, FollowerState]:
         """(turn rate in rad/s, bearing of the point in rad, state). points_map (n, 2): path still ahead."""
         if len(points_map) == 0:
             return 0.0, 0.0, state

@@ -7,7 +7,7 @@ import msgspec
 from vehicle_agent.brake_map import BrakeMap
 
 
-class Pedals(msgspec.Struct, frozen=True):
+class TwistState(msgspec.Struct, frozen=True):
     """What the loop remembers: the limited command, the filtered IMU, the integral and the last throttle."""
 
     accel_command_mps2: float = 0.0
@@ -48,32 +48,34 @@ class TwistController(msgspec.Struct, frozen=True):
     dt_s: float = 0.02
 
     def step(
-        self, state: Pedals, wanted_mps: float, slope_mps2: float, speed_mps: float, accel_mps2: float
-    ) -> Pedals:
+        self, state: TwistState, wanted_mps: float, slope_mps2: float, speed_mps: float, accel_mps2: float
+    ) -> TwistState:
         """The pedals for the speed `wanted_mps`, itself changing by `slope_mps2`."""
         if wanted_mps <= 0.0 and speed_mps < self.hold_below_mps:
-            return Pedals(0.0, 0.0, 0.0, 0.0, _towards(state.brake_ratio, self.hold_ratio, 2.0 * self.dt_s))
+            return TwistState(
+                0.0, 0.0, 0.0, 0.0, _towards(state.brake_ratio, self.hold_ratio, 2.0 * self.dt_s)
+            )
         asked = slope_mps2 + self.speed_gain_1ps * (wanted_mps - speed_mps)
         limited = min(max(asked, -self.decel_mps2_max), self.accel_mps2_max)
         command = _towards(state.accel_command_mps2, limited, self.jerk_mps3_max * self.dt_s)
         if command < -self.coast_mps2:
             brake = self.brakes.brake_ratio(-command - self.coast_mps2)
-            return Pedals(command, 0.0, 0.0, 0.0, brake)
+            return TwistState(command, 0.0, 0.0, 0.0, brake)
         filtered = _low_pass(state.accel_filtered_mps2, accel_mps2, self.accel_filter_s, self.dt_s)
         return self._throttled(state, command, filtered)
 
-    def full_stop(self) -> Pedals:
+    def full_stop(self) -> TwistState:
         """Brake as hard as the vehicle can."""
-        return Pedals(-self.decel_mps2_max, 0.0, 0.0, 0.0, 1.0)
+        return TwistState(-self.decel_mps2_max, 0.0, 0.0, 0.0, 1.0)
 
-    def _throttled(self, state: Pedals, command: float, filtered: float) -> Pedals:
+    def _throttled(self, state: TwistState, command: float, filtered: float) -> TwistState:
         error = command - filtered
         integral = state.integral_ratio + self.throttle_integral * error * self.dt_s
         integral = min(max(integral, 0.0), self.throttle_ratio_max)
         wanted = self.throttle_feed * (command + self.coast_mps2) + self.throttle_per_mps2 * error + integral
         wanted = min(max(wanted, 0.0), self.throttle_ratio_max)
         throttle = _low_pass(state.throttle_ratio, wanted, self.throttle_filter_s, self.dt_s)
-        return Pedals(command, filtered, integral, throttle, 0.0)
+        return TwistState(command, filtered, integral, throttle, 0.0)
 
 
 def _low_pass(value: float, target: float, tau_s: float, dt_s: float) -> float:

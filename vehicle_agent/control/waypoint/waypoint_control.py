@@ -3,23 +3,23 @@
 import msgspec
 import numpy as np
 
-from vehicle_agent.control.waypoint.follower import Aim, WaypointFollower, led_pose
+from vehicle_agent.control.waypoint.follower import FollowerState, WaypointFollower, led_pose
 from vehicle_agent.control.waypoint.pure_pursuit import PurePursuit
 from vehicle_agent.control.waypoint.steering import BicycleSteering
 from vehicle_agent.control.waypoint.steering_trim import SteeringTrim
-from vehicle_agent.control.waypoint.twist import Pedals, TwistController
-from vehicle_agent.signals import Ego, Path, VehicleMotion, Wish
+from vehicle_agent.control.waypoint.twist import TwistController, TwistState
+from vehicle_agent.signals import ControlCommand, Ego, Path, VehicleMotion
 
 
-class Hands(msgspec.Struct, frozen=True):
+class WaypointControlState(msgspec.Struct, frozen=True):
     """What control remembers; steers_rad (k,) are the last commands, oldest first, not yet carried out.
 
     trim_rad: the wheels stand so far to the left of what was commanded
     """
 
     steers_rad: np.ndarray
-    aim: Aim = Aim()
-    pedals: Pedals = Pedals()
+    aim: FollowerState = FollowerState()
+    pedals: TwistState = TwistState()
     trim_rad: float = 0.0
 
 
@@ -38,15 +38,19 @@ class WaypointControl(msgspec.Struct, frozen=True):
     released_brake_ratio: float = 0.2
     dt_s: float = 0.02
 
-    def initial(self) -> Hands:
-        return Hands(np.zeros(max(1, round(self.steer_delay_s / self.dt_s))))
+    def initial(self) -> WaypointControlState:
+        return WaypointControlState(np.zeros(max(1, round(self.steer_delay_s / self.dt_s))))
 
-    def step(self, state: Hands, ego: Ego, path: Path, motion: VehicleMotion) -> tuple[Wish, Hands]:
+    def step(
+        self, state: WaypointControlState, ego: Ego, path: Path, motion: VehicleMotion
+    ) -> tuple[ControlCommand, WaypointControlState]:
         """Follow the path's waypoints at its speed. Without by-wire the memory starts from what is."""
         if not motion.enabled:
-            state = Hands(np.full_like(state.steers_rad, motion.steer_rad), trim_rad=state.trim_rad)
+            state = WaypointControlState(
+                np.full_like(state.steers_rad, motion.steer_rad), trim_rad=state.trim_rad
+            )
         elif path.speed_mps > 0.0 and self._is_held(ego, motion):
-            state = Hands(state.steers_rad, state.aim, trim_rad=state.trim_rad)
+            state = WaypointControlState(state.steers_rad, state.aim, trim_rad=state.trim_rad)
         trim_rad = 0.0 if self.trim is None else self.trim.step(state.trim_rad, ego, motion)
         if path.emergency:
             pedals = self.twist.full_stop()
@@ -64,7 +68,7 @@ class WaypointControl(msgspec.Struct, frozen=True):
         steer_rad = self.steering.steer_rad(turn_radps, speed_mps, before_rad, trim_rad)
         if len(path.points_map) == 0:
             steer_rad = before_rad
-        wish = Wish(
+        wish = ControlCommand(
             steer_rad=steer_rad,
             throttle_ratio=pedals.throttle_ratio,
             brake_ratio=pedals.brake_ratio,
@@ -77,7 +81,7 @@ class WaypointControl(msgspec.Struct, frozen=True):
                 ("throttle_integral", pedals.integral_ratio),
             ),
         )
-        return wish, Hands(np.append(state.steers_rad[1:], steer_rad), aim, pedals, trim_rad)
+        return wish, WaypointControlState(np.append(state.steers_rad[1:], steer_rad), aim, pedals, trim_rad)
 
     def _is_held(self, ego: Ego, motion: VehicleMotion) -> bool:
         """The brake keeps the vehicle standing: the guard's perhaps, for minutes. Throttle that were wound

@@ -33,7 +33,7 @@ class CrossingRules(msgspec.Struct, frozen=True):
     told_mps: float = 1.5
 
 
-class Yielding(msgspec.Struct, frozen=True):
+class YieldDecision(msgspec.Struct, frozen=True):
     """end_s_m: where the rear axle stops for an area, inf for nowhere; to: the ids it lets go first;
     stopping_for: see `PlanMemory`; slow (from_s_m, to_s_m, speed_mps) where it goes slower."""
 
@@ -43,7 +43,7 @@ class Yielding(msgspec.Struct, frozen=True):
     slow: tuple[tuple[float, float, float], ...]
 
 
-def yielding(job: PlanJob, s_m: float, rules: CrossingRules) -> Yielding:
+def yielding(job: PlanJob, s_m: float, rules: CrossingRules) -> YieldDecision:
     """s_m: of the start state on the line."""
     watched = {area.area_id: area for area in job.watched}
     end_s_m, to, stopping, slow = np.inf, set[int](), [], []
@@ -65,7 +65,7 @@ def yielding(job: PlanJob, s_m: float, rules: CrossingRules) -> Yielding:
             end_s_m = min(end_s_m, max(stop_s_m, s_m))
             to.update(ids)
             stopping.append(area.area_id)
-    return Yielding(float(end_s_m), tuple(sorted(to)), tuple(stopping), tuple(slow))
+    return YieldDecision(float(end_s_m), tuple(sorted(to)), tuple(stopping), tuple(slow))
 
 
 def _conflicts(

@@ -10,10 +10,10 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Array, project
-from vehicle_agent.planning.behaviour.crossing_traffic import CrossingRules, Yielding, yielding
+from vehicle_agent.planning.behaviour.crossing_traffic import CrossingRules, YieldDecision, yielding
 from vehicle_agent.planning.behaviour.occlusion import hidden_beside, occlusion_speeds
-from vehicle_agent.planning.behaviour.offsets import Chosen, OffsetRules, choose, rate
-from vehicle_agent.planning.behaviour.scenarios import MANNERS, Manner
+from vehicle_agent.planning.behaviour.offsets import OffsetChoice, OffsetRules, choose, rate
+from vehicle_agent.planning.behaviour.scenarios import MANNERS, ScenarioRules
 from vehicle_agent.signals import PEDESTRIAN, Corridor, PlanJob
 
 _CELL_RADIUS_M = 0.12
@@ -71,8 +71,8 @@ class Decision(msgspec.Struct, frozen=True):
     cut_s_m: float
     discs: np.ndarray
     inflation_m: np.ndarray
-    chosen: Chosen
-    yielding: Yielding
+    chosen: OffsetChoice
+    yielding: YieldDecision
 
 
 def decide(job: PlanJob, rules: BehaviourRules) -> Decision:
@@ -185,7 +185,7 @@ def _outline_discs(pose: Array, size: Array) -> Array:
 def _rated(
     job: PlanJob,
     rules: BehaviourRules,
-    manner: Manner,
+    manner: ScenarioRules,
     candidates: Array,
     discs: Array,
     lower: Array,
@@ -225,7 +225,7 @@ def _rated(
     )
 
 
-def _moving(job: PlanJob, rules: BehaviourRules, manner: Manner) -> Array:
+def _moving(job: PlanJob, rules: BehaviourRules, manner: ScenarioRules) -> Array:
     """(a, 8) those who move, as `rate` takes them, carried to the job's start."""
     tracks = job.tracks
     velocities = tracks.velocities_map_mps
@@ -244,7 +244,7 @@ def _speeds(
     rules: BehaviourRules,
     reference: Array,
     discs: Array,
-    yields: Yielding,
+    yields: YieldDecision,
     first: int,
 ) -> tuple[Array, tuple[str, ...]]:
     """(n,) the lowest limit by station, and what each is for."""
@@ -294,7 +294,7 @@ def _speeds(
     return speeds, tuple(layers[i][0] for i in lowest)
 
 
-def _inflation(job: PlanJob, rules: BehaviourRules, manner: Manner) -> Array:
+def _inflation(job: PlanJob, rules: BehaviourRules, manner: ScenarioRules) -> Array:
     """(a, k) w_o of the scenario, and more the less is known of where somebody will be."""
     growth = rules.inflation_growth * (job.predictions.sigmas_m - job.predictions.sigmas_m[:, :1])
     inflation: Array = np.minimum(manner.inflation_m + growth, rules.inflation_m_max)

@@ -65,7 +65,7 @@ class OffsetRules(msgspec.Struct, frozen=True):
         )
 
 
-class Chosen(msgspec.Struct, frozen=True):
+class OffsetChoice(msgspec.Struct, frozen=True):
     """better_* see `PlanMemory`; free_m: way until something that stands is met, or inf."""
 
     offset_m: float
@@ -76,7 +76,7 @@ class Chosen(msgspec.Struct, frozen=True):
 
 def choose(
     rules: OffsetRules, candidates_m: Array, ratings: Array, before_m: float, better_m: float, count: int
-) -> Chosen:
+) -> OffsetChoice:
     """The candidate to follow; ratings (c, 5) from `rate`, inf cost where the road has no room.
 
     before_m: what was chosen last; better_m, count: what has been better for how many plans in a row.
@@ -84,21 +84,21 @@ def choose(
     """
     costs = ratings[:, COST]
     if not np.isfinite(costs).any():
-        return Chosen(before_m, before_m, 0, 0.0)
+        return OffsetChoice(before_m, before_m, 0, 0.0)
     best = int(np.argmin(costs))
     kept = int(np.argmin(np.abs(candidates_m - before_m)))
     best_m = float(candidates_m[best])
     if not np.isfinite(costs[kept]):
-        return Chosen(best_m, best_m, 0, _free(ratings, best))
+        return OffsetChoice(best_m, best_m, 0, _free(ratings, best))
     step_m = abs(best_m - float(candidates_m[kept]))
     if best == kept or costs[best] > costs[kept] - rules.better_by:
-        return Chosen(float(candidates_m[kept]), before_m, 0, _free(ratings, kept))
+        return OffsetChoice(float(candidates_m[kept]), before_m, 0, _free(ratings, kept))
     if step_m <= rules.threshold_m:
-        return Chosen(best_m, best_m, 0, _free(ratings, best))
+        return OffsetChoice(best_m, best_m, 0, _free(ratings, best))
     count = count + 1 if best_m == better_m else 1
     if count > rules.patience:
-        return Chosen(best_m, best_m, 0, _free(ratings, best))
-    return Chosen(float(candidates_m[kept]), best_m, count, _free(ratings, kept))
+        return OffsetChoice(best_m, best_m, 0, _free(ratings, best))
+    return OffsetChoice(float(candidates_m[kept]), best_m, count, _free(ratings, kept))
 
 
 def _free(ratings: Array, i: int) -> float:

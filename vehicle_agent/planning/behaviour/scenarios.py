@@ -5,7 +5,7 @@ import msgspec
 from contract.roads.model import SCENARIOS
 
 
-class Manner(msgspec.Struct, frozen=True):
+class ScenarioRules(msgspec.Struct, frozen=True):
     """How to drive where one scenario tag holds.
 
     offsets_m       lateral offsets of the reference route to choose from, left positive, 0 among them
@@ -18,11 +18,11 @@ class Manner(msgspec.Struct, frozen=True):
     speed_mps_max: float
 
 
-COMMON_ROAD = Manner((-1.2, -0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9, 1.2), 0.12, 12.0)
+COMMON_ROAD = ScenarioRules((-1.2, -0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9, 1.2), 0.12, 12.0)
 # A parked car may pull out at any moment: slower, wider, and no weaving.
-PARKING_LOT = Manner((-0.6, -0.3, 0.0, 0.3, 0.6), 0.25, 2.8)
+PARKING_LOT = ScenarioRules((-0.6, -0.3, 0.0, 0.3, 0.6), 0.25, 2.8)
 # In a junction others rely on the lane: keep to it.
-UNPROTECTED_INTERSECTION = Manner((-0.3, 0.0, 0.3), 0.18, 3.4)
+UNPROTECTED_INTERSECTION = ScenarioRules((-0.3, 0.0, 0.3), 0.18, 3.4)
 
-MANNERS: tuple[Manner, ...] = (COMMON_ROAD, PARKING_LOT, UNPROTECTED_INTERSECTION)
+MANNERS: tuple[ScenarioRules, ...] = (COMMON_ROAD, PARKING_LOT, UNPROTECTED_INTERSECTION)
 assert len(MANNERS) == len(SCENARIOS)

@@ -14,14 +14,14 @@ from vehicle_agent.planning.cost_map.cost_map import (
     CostRules,
     obstacle_cells,
 )
-from vehicle_agent.planning.cost_map.crossings import CrossingRule, Passing
+from vehicle_agent.planning.cost_map.crossings import CrossingRule, CrossingState
 from vehicle_agent.planning.cost_map.safe_speeds import SafeSpeeds
 from vehicle_agent.planning.waypoint.approach import Approach
 from vehicle_agent.planning.waypoint.following import (
     NOTHING,
-    Following,
-    Patience,
-    PoorSight,
+    ResumeRule,
+    UncertainPositionRule,
+    WaypointState,
     moved_on,
     no_path,
     path_along,
@@ -35,7 +35,7 @@ from vehicle_agent.planning.waypoint.waypoints import WaypointRules, waypoints_f
 from vehicle_agent.signals import Ego, Path, PedestrianPresence, PlanAnswer, PlanJob, Task, World
 
 
-class Looked(msgspec.Struct, frozen=True):
+class PathCheck(msgspec.Struct, frozen=True):
     """The last look ahead: at which scan and odometer, how far the bumper could go, and the mean cost."""
 
     seen_ns: int = -1
@@ -44,7 +44,7 @@ class Looked(msgspec.Struct, frozen=True):
     mean_cost: float = 0.0
 
 
-class NusPlan(Following, frozen=True, kw_only=True):
+class CostMapPlanningState(WaypointState, frozen=True, kw_only=True):
     """What planning remembers.
 
     areas     the passes through observation areas along the line; passing: how the next one stands
@@ -52,11 +52,11 @@ class NusPlan(Following, frozen=True, kw_only=True):
 
     costs: CostMap
     areas: tuple[AreaAhead, ...] = ()
-    passing: Passing = Passing()
-    looked: Looked = Looked()
+    passing: CrossingState = CrossingState()
+    looked: PathCheck = PathCheck()
 
 
-class NusPlanning(msgspec.Struct, frozen=True):
+class CostMapPlanning(msgspec.Struct, frozen=True):
     """Parameters. The cart's body in m from the rear axle; `eye_m`: the lidar ahead of it.
 
     sweep_m       how far the swept body is looked along for obstacles
@@ -78,8 +78,8 @@ class NusPlanning(msgspec.Struct, frozen=True):
     speeds: SafeSpeeds = SafeSpeeds()
     crossings: CrossingRule = CrossingRule()
     approach: Approach = Approach()
-    patience: Patience = Patience(resume_m=4.0)
-    poor_sight: PoorSight = PoorSight()
+    patience: ResumeRule = ResumeRule(resume_m=4.0)
+    poor_sight: UncertainPositionRule = UncertainPositionRule()
     sweep_m: float = 10.0
     clearance_m: float = 0.3
     side_clearance_m: float = 0.15
@@ -89,15 +89,20 @@ class NusPlanning(msgspec.Struct, frozen=True):
     look_every: int = 5
     ahead_m: float = 20.0
 
-    def initial(self) -> NusPlan:
-        return NusPlan(costs=self.cost_rules.empty())
+    def initial(self) -> CostMapPlanningState:
+        return CostMapPlanningState(costs=self.cost_rules.empty())
 
-    def jobs(self, state: NusPlan) -> tuple[PlanJob, ...]:
+    def jobs(self, state: CostMapPlanningState) -> tuple[PlanJob, ...]:
         return ()
 
     def step(
-        self, state: NusPlan, ego: Ego, world: World, task: Task, plans: tuple[PlanAnswer, ...] = ()
-    ) -> tuple[Path, NusPlan]:
+        self,
+        state: CostMapPlanningState,
+        ego: Ego,
+        world: World,
+        task: Task,
+        plans: tuple[PlanAnswer, ...] = (),
+    ) -> tuple[Path, CostMapPlanningState]:
         """The waypoints ahead and the speed to obey now. Without a line: stand still. Nobody plans for it."""
         state = moved_on(state, ego)
         if task.line is None:
@@ -108,15 +113,17 @@ class NusPlanning(msgspec.Struct, frozen=True):
                 line_id=task.line_id,
                 waypoints=waypoints_from_line(task.line, self.waypoints),
                 areas=areas_ahead(self.network, task.line),
-                passing=Passing(),
-                looked=Looked(),
+                passing=CrossingState(),
+                looked=PathCheck(),
             )
         is_new = world.seen_stamp_ns not in (0, state.looked.seen_ns)
         if is_new or state.ticks % self.look_every == 0:
             state = self._look(state, ego, world, task, is_new)
         return self._path(state, ego, world, task), state
 
-    def _look(self, state: NusPlan, ego: Ego, world: World, task: Task, is_new: bool) -> NusPlan:
+    def _look(
+        self, state: CostMapPlanningState, ego: Ego, world: World, task: Task, is_new: bool
+    ) -> CostMapPlanningState:
         """Bring the map up to date with the scan, and look along the swept body."""
         pose, costs = ego.pose_map, state.costs
         if is_new:
@@ -134,7 +141,9 @@ class NusPlanning(msgspec.Struct, frozen=True):
             state, costs=costs, looked=looked, yielding=yielding, clear=clear, passing=passing
         )
 
-    def _looked(self, state: NusPlan, costs: CostMap, ego: Ego, world: World, task: Task) -> Looked:
+    def _looked(
+        self, state: CostMapPlanningState, costs: CostMap, ego: Ego, world: World, task: Task
+    ) -> PathCheck:
         waypoints, pose = state.waypoints, ego.pose_map
         poses, travelled = poses_on_line(
             waypoints.points_map, waypoints.s_m, task.s_m, task.d_m, self.sweep_m, 0.5
@@ -158,12 +167,12 @@ class NusPlanning(msgspec.Struct, frozen=True):
         mean_cost = 0.0
         if costs.known:
             mean_cost = self.speeds.mean_cost(costs, fine, self.body_front_m, self.half_width_m)
-        return Looked(world.seen_stamp_ns, state.odometer_m, float(free_m), mean_cost)
+        return PathCheck(world.seen_stamp_ns, state.odometer_m, float(free_m), mean_cost)
 
     def _obstacle_mps(self, free_m: float) -> float:
         return math.sqrt(2.0 * self.approach.decel_mps2 * max(free_m - self.standoff_m, 0.0))
 
-    def _next_area(self, state: NusPlan, task: Task) -> tuple[int, AreaAhead] | None:
+    def _next_area(self, state: CostMapPlanningState, task: Task) -> tuple[int, AreaAhead] | None:
         """The first pass whose ground the cart's tail has not left yet."""
         tail_s_m = task.s_m - self.body_back_m
         for number, area in enumerate(state.areas):
@@ -174,10 +183,12 @@ class NusPlanning(msgspec.Struct, frozen=True):
     def _stop_m(self, area: AreaAhead, task: Task) -> float:
         return area.stop_s_m - self.body_front_m - task.s_m
 
-    def _passing(self, state: NusPlan, costs: CostMap, ego: Ego, world: World, task: Task) -> Passing:
+    def _passing(
+        self, state: CostMapPlanningState, costs: CostMap, ego: Ego, world: World, task: Task
+    ) -> CrossingState:
         found = self._next_area(state, task)
         if found is None or found[1].kind != "crossing" or self.crossings.stops == "never":
-            return Passing()
+            return CrossingState()
         number, area = found
         outline = self._outline(area.area_id)
         told, stop_m = _told(world, area.area_id), self._stop_m(area, task)
@@ -187,14 +198,14 @@ class NusPlanning(msgspec.Struct, frozen=True):
         areas = self.network.road_map.observation_areas
         return next(outline_array(area) for area in areas if area.area_id == area_id)
 
-    def _path(self, state: NusPlan, ego: Ego, world: World, task: Task) -> Path:
+    def _path(self, state: CostMapPlanningState, ego: Ego, world: World, task: Task) -> Path:
         since_m = state.odometer_m - state.looked.odometer_m
         free_m = max(0.0, state.looked.free_m - since_m)
         command = lowest(self._commands(state, ego, world, task, free_m))
         return path_along(state.waypoints, ego, task, command, free_m, self.ahead_m)
 
     def _commands(
-        self, state: NusPlan, ego: Ego, world: World, task: Task, free_m: float
+        self, state: CostMapPlanningState, ego: Ego, world: World, task: Task, free_m: float
     ) -> list[SpeedCommand]:
         decel_mps2 = self.approach.decel_mps2
         limit_mps = float(np.interp(task.s_m, state.waypoints.s_m, state.waypoints.speeds_mps))
@@ -214,7 +225,9 @@ class NusPlanning(msgspec.Struct, frozen=True):
         commands += self._for_others(state, ego, world, task)
         return commands + self.poor_sight.commands(ego, world, decel_mps2)
 
-    def _for_others(self, state: NusPlan, ego: Ego, world: World, task: Task) -> list[SpeedCommand]:
+    def _for_others(
+        self, state: CostMapPlanningState, ego: Ego, world: World, task: Task
+    ) -> list[SpeedCommand]:
         """For the fleet mate ahead, and for people that a camera tells of."""
         points, s = state.waypoints.points_map, state.waypoints.s_m
         first = max(0, int(np.searchsorted(s, task.s_m)) - 1)
@@ -223,7 +236,7 @@ class NusPlanning(msgspec.Struct, frozen=True):
         crossing = None
         if found is not None:
             area, stop_m = found[1], self._stop_m(found[1], task)
-            passing = state.passing if area.kind == "crossing" else Passing(spared=True)
+            passing = state.passing if area.kind == "crossing" else CrossingState(spared=True)
             crossing = self.crossings.command(
                 passing, _told(world, area.area_id), stop_m, ego.speed_mps, self.approach
             )

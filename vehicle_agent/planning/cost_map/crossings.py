@@ -16,7 +16,7 @@ from vehicle_agent.planning.waypoint.selector import SpeedCommand
 from vehicle_agent.signals import PedestrianPresence
 
 
-class Passing(msgspec.Struct, frozen=True):
+class CrossingState(msgspec.Struct, frozen=True):
     """What is remembered of the crossing ahead.
 
     number   of the pass along the line
@@ -51,7 +51,7 @@ class CrossingRule(msgspec.Struct, frozen=True):
 
     def looked(
         self,
-        state: Passing,
+        state: CrossingState,
         number: int,
         area: AreaAhead,
         outline: Array,
@@ -59,10 +59,10 @@ class CrossingRule(msgspec.Struct, frozen=True):
         told: PedestrianPresence | None,
         stop_m: float,
         speed_mps: float,
-    ) -> Passing:
+    ) -> CrossingState:
         """After one look. stop_m: bumper to stop line; beyond it nothing is decided any more."""
         if state.number != number:
-            state = Passing(number)
+            state = CrossingState(number)
         if stop_m < -0.3:
             return msgspec.structs.replace(state, spared=True)
         known, taken = seen_in(costs.cells, costs.column, costs.row, outline)
@@ -71,11 +71,11 @@ class CrossingRule(msgspec.Struct, frozen=True):
         has_stopped = speed_mps < self.standing_mps and stop_m < self.near_m
         is_told = self.stops == "untold" and told is not None and stop_m < self.spare_m
         may_go = clear >= self.clear_looks and (has_stopped or state.spared or is_told)
-        return Passing(number, clear, may_go)
+        return CrossingState(number, clear, may_go)
 
     def command(
         self,
-        state: Passing,
+        state: CrossingState,
         told: PedestrianPresence | None,
         stop_m: float,
         speed_mps: float,

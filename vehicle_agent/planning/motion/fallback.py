@@ -18,17 +18,17 @@ from vehicle_agent.planning.motion.speed.profiles import (
     stop_profiles,
     until_rest,
 )
-from vehicle_agent.planning.motion.speed.speed_step import Speed, plan_speed
+from vehicle_agent.planning.motion.speed.speed_step import SpeedSolution, plan_speed
 
 _CONTACT = frozenset({"agent", "static", "footprint"})
 
 
-class Draft(msgspec.Struct, frozen=True):
+class MotionCandidate(msgspec.Struct, frozen=True):
     """A path with its speed, rows, and what is wrong with them; `instead`: what was with the plan before."""
 
     path: SolvedPath
     samples: PathSamples
-    speed: Speed
+    speed: SpeedSolution
     rows: np.ndarray
     quality: Quality
     wrong: tuple[str, ...]
@@ -50,14 +50,14 @@ def stops(
     road: Road,
     path: SolvedPath,
     samples: PathSamples,
-    speed: Speed,
-) -> tuple[Draft, ...]:
+    speed: SpeedSolution,
+) -> tuple[MotionCandidate, ...]:
     """Stops on this path, the best first: the mildest without a violation, else the least bad hardest."""
-    drafts: list[Draft] = []
+    drafts: list[MotionCandidate] = []
     for quality, profile in stop_profiles(request.start, params.limits, params.row_s, params.horizon_s):
         rows = rows_on_path(until_rest(profile), samples, road.line, path)
         kind: Quality = "stop" if quality == "stop" else "emergency"
-        draft = Draft(path, samples, speed, rows, kind, judge(rows, request, params, kind))
+        draft = MotionCandidate(path, samples, speed, rows, kind, judge(rows, request, params, kind))
         if not draft.wrong:
             return (draft,)
         drafts.append(draft)
@@ -72,8 +72,8 @@ def safest(
     s0_m: float,
     start: Array,
     moving: MovingDiscs,
-    draft: Draft,
-) -> Draft:
+    draft: MotionCandidate,
+) -> MotionCandidate:
     """The plan is not right: a stop on its path, or on the path before, whichever is less wrong."""
     choices = [*stops(request, params, road, draft.path, draft.samples, draft.speed)[:1], draft]
     if request.warm is not None and badness(choices[0].wrong) > (0, 0):

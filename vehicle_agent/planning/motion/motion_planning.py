@@ -12,7 +12,7 @@ import numpy as np
 from contract.geometry import Pose2
 from contract.roads.areas import AreaAhead, areas_ahead
 from contract.roads.network import RoadNetwork
-from vehicle_agent.planning.motion import timed
+from vehicle_agent.planning.motion import trajectory_lookup
 from vehicle_agent.planning.motion.cadence import Cadence
 from vehicle_agent.planning.motion.corridor import NO_CORRIDOR, corridor_of, window
 from vehicle_agent.planning.motion.request import StartState
@@ -37,7 +37,7 @@ _NOWHERE = np.empty((0, 2))
 _NO_SPEEDS = np.empty(0)
 
 
-class Driving(msgspec.Struct, frozen=True):
+class MotionPlanningState(msgspec.Struct, frozen=True):
     """What planning remembers.
 
     corridor   the whole line; areas: its passes through observation areas
@@ -95,23 +95,23 @@ class MotionPlanning:
         self._behind_m = behind_m
         self._ahead_m = ahead_m
 
-    def initial(self) -> Driving:
-        return Driving()
+    def initial(self) -> MotionPlanningState:
+        return MotionPlanningState()
 
-    def jobs(self, state: Driving) -> tuple[PlanJob, ...]:
+    def jobs(self, state: MotionPlanningState) -> tuple[PlanJob, ...]:
         return () if state.job is None else (state.job,)
 
     def step(
-        self, state: Driving, ego: Ego, world: World, task: Task, plans: tuple[PlanAnswer, ...]
-    ) -> tuple[Path, Driving]:
+        self, state: MotionPlanningState, ego: Ego, world: World, task: Task, plans: tuple[PlanAnswer, ...]
+    ) -> tuple[Path, MotionPlanningState]:
         """The trajectory to follow now. Without a line, or with nothing to drive to: stand still."""
         state = msgspec.structs.replace(state, ticks=state.ticks + 1, job=None)
         if task.line is None:
-            return _standing(ego, "no order", 0.0), Driving(ticks=state.ticks, jobs=state.jobs)
+            return _standing(ego, "no order", 0.0), MotionPlanningState(ticks=state.ticks, jobs=state.jobs)
         if task.line_id != state.line_id:
             corridor = corridor_of(task.line, self._network)
             areas = areas_ahead(self._network, task.line)
-            kept = Driving(task.line_id, corridor, areas, ticks=state.ticks, jobs=state.jobs)
+            kept = MotionPlanningState(task.line_id, corridor, areas, ticks=state.ticks, jobs=state.jobs)
             # What is being driven stays good until there is a plan for the new line.
             state = msgspec.structs.replace(kept, stopping=_moving_stop(state, ego, self._stop_mps2))
         state = self._taken(state, plans)
@@ -119,7 +119,7 @@ class MotionPlanning:
         state = self._asked(state, ego, world, task, limit_mps, reason)
         return self._path(state, ego, task, reason if limit_mps <= 0.0 else "")
 
-    def _taken(self, state: Driving, plans: tuple[PlanAnswer, ...]) -> Driving:
+    def _taken(self, state: MotionPlanningState, plans: tuple[PlanAnswer, ...]) -> MotionPlanningState:
         """The newest plan for this line replaces the one before."""
         newest = state.answer
         for plan in plans:
@@ -140,8 +140,8 @@ class MotionPlanning:
         return self._speed_mps_max, "speed limit"
 
     def _asked(
-        self, state: Driving, ego: Ego, world: World, task: Task, limit_mps: float, reason: str
-    ) -> Driving:
+        self, state: MotionPlanningState, ego: Ego, world: World, task: Task, limit_mps: float, reason: str
+    ) -> MotionPlanningState:
         """With a job when there is reason to plan."""
         every = self._cadence.every_ticks
         if state.ticks % every or not ego.valid or not len(state.corridor.s_m):
@@ -157,7 +157,7 @@ class MotionPlanning:
             msgspec.structs.replace(state, meeting=meeting), near, ego, world, task, limit_mps, reason
         )
 
-    def _has_changed(self, state: Driving, ego: Ego, task: Task, limit_mps: float) -> bool:
+    def _has_changed(self, state: MotionPlanningState, ego: Ego, task: Task, limit_mps: float) -> bool:
         answer = state.answer
         if answer is None or state.stopping is not None:
             return True
@@ -166,7 +166,7 @@ class MotionPlanning:
         driven = Trajectory(answer.stamp_ns, answer.trajectory)
         if self._cadence.is_running_out(driven, ego.stamp_ns):
             return True
-        here = timed.row_at(driven, ego.stamp_ns)
+        here = trajectory_lookup.row_at(driven, ego.stamp_ns)
         if self._cadence.is_astray(here, ego):
             return True
         ended = ego.stamp_ns - answer.stamp_ns > answer.trajectory[-1, 0] * 1e9
@@ -174,14 +174,14 @@ class MotionPlanning:
 
     def _with_job(
         self,
-        state: Driving,
+        state: MotionPlanningState,
         near: Corridor,
         ego: Ego,
         world: World,
         task: Task,
         limit_mps: float,
         reason: str,
-    ) -> Driving:
+    ) -> MotionPlanningState:
         begin_ns = ego.stamp_ns + self._lead_ns
         start = self._expected(state, ego, begin_ns)
         low, high = near.points_map.min(axis=0) - 8.0, near.points_map.max(axis=0) + 8.0
@@ -221,23 +221,30 @@ class MotionPlanning:
             job=job,
         )
 
-    def _expected(self, state: Driving, ego: Ego, begin_ns: int) -> StartState:
+    def _expected(self, state: MotionPlanningState, ego: Ego, begin_ns: int) -> StartState:
         """The state at which the next trajectory begins: on the one being driven while that is followed
         closely, else where the vehicle itself is going to be."""
         driven = _driven(state)
         if driven is not None:
-            here = timed.row_at(driven, ego.stamp_ns)
+            here = trajectory_lookup.row_at(driven, ego.stamp_ns)
             if not self._cadence.is_astray(here, ego):
-                row = timed.row_at(driven, begin_ns)
-                pose = Pose2(float(row[timed.X]), float(row[timed.Y]), float(row[timed.YAW]))
-                speed_mps, accel_mps2 = float(row[timed.SPEED]), float(row[timed.ACCEL])
-                later = timed.row_at(driven, begin_ns + _HELD_NS)
-                held = (float(later[timed.ACCEL]) - accel_mps2) / (_HELD_NS * 1e-9)
+                row = trajectory_lookup.row_at(driven, begin_ns)
+                pose = Pose2(
+                    float(row[trajectory_lookup.X]),
+                    float(row[trajectory_lookup.Y]),
+                    float(row[trajectory_lookup.YAW]),
+                )
+                speed_mps, accel_mps2 = (
+                    float(row[trajectory_lookup.SPEED]),
+                    float(row[trajectory_lookup.ACCEL]),
+                )
+                later = trajectory_lookup.row_at(driven, begin_ns + _HELD_NS)
+                held = (float(later[trajectory_lookup.ACCEL]) - accel_mps2) / (_HELD_NS * 1e-9)
                 return StartState(
                     pose,
                     speed_mps,
                     accel_mps2,
-                    float(row[timed.CURVATURE]),
+                    float(row[trajectory_lookup.CURVATURE]),
                     held if speed_mps > _MOVES_MPS else None,
                 )
         dt_s = (begin_ns - ego.stamp_ns) * 1e-9
@@ -250,12 +257,14 @@ class MotionPlanning:
         speed_mps = max(0.0, ego.speed_mps)
         return StartState(pose, speed_mps, ego.accel_mps2, math.tan(ego.steer_rad) / self._wheelbase_m)
 
-    def _path(self, state: Driving, ego: Ego, task: Task, halt: str) -> tuple[Path, Driving]:
+    def _path(
+        self, state: MotionPlanningState, ego: Ego, task: Task, halt: str
+    ) -> tuple[Path, MotionPlanningState]:
         stop_m = task.stop_s_m - task.s_m
         driven = _driven(state)
         silent = state.waiting_ns > 0 and ego.stamp_ns - state.waiting_ns > self._answer_ns_max
         if driven is not None and state.stopping is None and (halt or silent):
-            stopping = timed.stopping(driven, ego.stamp_ns, self._stop_mps2)
+            stopping = trajectory_lookup.stopping(driven, ego.stamp_ns, self._stop_mps2)
             state = msgspec.structs.replace(state, stopping=stopping)
             driven = stopping
         if driven is None or (task.mode in ("idle", "dwell") and ego.speed_mps < 0.05):
@@ -265,43 +274,43 @@ class MotionPlanning:
         limited_by = halt or "no plan"
         if not halt and answer is not None and state.stopping is None:
             limited_by = answer.limited_by
-        row = timed.row_at(driven, ego.stamp_ns)
+        row = trajectory_lookup.row_at(driven, ego.stamp_ns)
         ahead = _ahead(driven, ego.stamp_ns)
         yields_to = () if answer is None else tuple(int(number) for number in answer.yields_to)
         path = Path(
             stamp_ns=ego.stamp_ns,
-            points_map=ahead[:, timed.X : timed.Y + 1].copy(),
-            speeds_mps=ahead[:, timed.SPEED].copy(),
-            speed_mps=float(row[timed.SPEED]),
+            points_map=ahead[:, trajectory_lookup.X : trajectory_lookup.Y + 1].copy(),
+            speeds_mps=ahead[:, trajectory_lookup.SPEED].copy(),
+            speed_mps=float(row[trajectory_lookup.SPEED]),
             limited_by=limited_by,
             obstacle_m=self._obstacle_m(state, task),
             stop_m=stop_m,
             emergency=False,
-            accel_mps2=float(row[timed.ACCEL]),
+            accel_mps2=float(row[trajectory_lookup.ACCEL]),
             trajectory=driven,
             yields_to=yields_to,
         )
         return path, state
 
-    def _obstacle_m(self, state: Driving, task: Task) -> float | None:
+    def _obstacle_m(self, state: MotionPlanningState, task: Task) -> float | None:
         """Free way of the bumper to what the line is blocked by."""
         if state.answer is None or math.isinf(state.answer.cut_s_m):
             return None
         return max(0.0, state.answer.cut_s_m - task.s_m - self._front_m)
 
 
-def _driven(state: Driving) -> Trajectory | None:
+def _driven(state: MotionPlanningState) -> Trajectory | None:
     if state.stopping is not None:
         return state.stopping
     return None if state.answer is None else Trajectory(state.answer.stamp_ns, state.answer.trajectory)
 
 
-def _moving_stop(state: Driving, ego: Ego, decel_mps2: float) -> Trajectory | None:
+def _moving_stop(state: MotionPlanningState, ego: Ego, decel_mps2: float) -> Trajectory | None:
     """What was driven, as a stop; None when nothing was, or the vehicle stands."""
     driven = _driven(state)
     if driven is None or ego.speed_mps < 0.05:
         return None
-    return timed.stopping(driven, ego.stamp_ns, decel_mps2)
+    return trajectory_lookup.stopping(driven, ego.stamp_ns, decel_mps2)
 
 
 def _standing(ego: Ego, reason: str, stop_m: float) -> Path:
@@ -311,6 +320,6 @@ def _standing(ego: Ego, reason: str, stop_m: float) -> Path:
 def _ahead(trajectory: Trajectory, now_ns: int) -> np.ndarray:
     """Its rows of the next seconds."""
     since_s = (now_ns - trajectory.stamp_ns) * 1e-9
-    times = trajectory.rows[:, timed.T]
+    times = trajectory.rows[:, trajectory_lookup.T]
     kept = (times >= since_s) & (times <= since_s + _AHEAD_ROWS_S)
     return trajectory.rows[kept] if kept.any() else trajectory.rows[-1:]

@@ -10,7 +10,7 @@ import numpy as np
 
 from contract.geometry import Array
 from vehicle_agent.planning.motion.agents import MovingDiscs, moving_discs
-from vehicle_agent.planning.motion.fallback import Draft, badness, judge, on_arc, safest, stops
+from vehicle_agent.planning.motion.fallback import MotionCandidate, badness, judge, on_arc, safest, stops
 from vehicle_agent.planning.motion.path.factors import (
     CURVATURE_MARGIN,
     LATERAL,
@@ -79,7 +79,7 @@ def _refined(
     s0_m: float,
     start: Array,
     moving: MovingDiscs,
-) -> tuple[Draft, int]:
+) -> tuple[MotionCandidate, int]:
     """(best draft, iterations): the path is bent to what the last speed profile showed, and tried again."""
     limits = params.limits
     weights = params.path.vector()
@@ -90,7 +90,7 @@ def _refined(
         request.start.speed_mps**2 + 2.0 * limits.accel_mps2_max * np.maximum(road.s_m - s0_m, 0.0)
     )
     wish = np.minimum(np.minimum(road.speed_mps, limits.speed_mps_max), reach)
-    best: Draft | None = None
+    best: MotionCandidate | None = None
     used = 0
     warm = request.warm
     while used < params.iterations_max:
@@ -137,16 +137,16 @@ def _standing(moving: MovingDiscs, moved_m: float) -> Array:
 
 def _draft(
     request: MotionRequest, params: MotionParams, road: Road, path: SolvedPath, moving: MovingDiscs
-) -> Draft:
+) -> MotionCandidate:
     samples = sample_path(road.line, path, params.sample_m)
     speed = plan_speed(request, params, road, samples, moving, request.static_discs)
     if speed.plan is None or speed.inside:
         return stops(request, params, road, path, samples, speed)[0]
     rows = rows_on_path(until_rest(profile_from_plan(speed.plan, params.row_s)), samples, road.line, path)
-    return Draft(path, samples, speed, rows, "planned", judge(rows, request, params, "planned"))
+    return MotionCandidate(path, samples, speed, rows, "planned", judge(rows, request, params, "planned"))
 
 
-def _why_stopped(draft: Draft) -> str:
+def _why_stopped(draft: MotionCandidate) -> str:
     """A stop in a word or two: for whom, or what was wrong with the plan that it replaces."""
     if draft.speed.inside:
         return "footprint"
@@ -155,7 +155,7 @@ def _why_stopped(draft: Draft) -> str:
     return " ".join((draft.quality, *draft.instead))
 
 
-def _answer(draft: Draft, request: MotionRequest, used: int, moving: MovingDiscs) -> Motion:
+def _answer(draft: MotionCandidate, request: MotionRequest, used: int, moving: MovingDiscs) -> Motion:
     speed, path = draft.speed, draft.path
     limited = speed.limited_by
     if draft.quality != "planned":

@@ -13,7 +13,7 @@ from vehicle_agent.signals import STOP_TAKEN, Ego, Path, Task, World
 NOTHING = Waypoints(np.empty((0, 2)), np.empty(0), np.empty(0))
 
 
-class Following(msgspec.Struct, frozen=True):
+class WaypointState(msgspec.Struct, frozen=True):
     """What is remembered of the way.
 
     yielding  standing, or coming to a stand, for something in the path
@@ -29,7 +29,7 @@ class Following(msgspec.Struct, frozen=True):
     clear: int = 0
 
 
-class Patience(msgspec.Struct, frozen=True):
+class ResumeRule(msgspec.Struct, frozen=True):
     """Nobody is crept at: below yield_mps the vehicle stands, until the path has been free for resume_m in
     clear_looks looks in a row."""
 
@@ -37,7 +37,7 @@ class Patience(msgspec.Struct, frozen=True):
     resume_m: float = 8.0
     clear_looks: int = 8
 
-    def waits(self, state: Following, free_m: float, allowed_mps: float) -> tuple[bool, int]:
+    def waits(self, state: WaypointState, free_m: float, allowed_mps: float) -> tuple[bool, int]:
         """(yielding, clear) after a look that found free_m, and allowed_mps by it."""
         if not state.yielding:
             return allowed_mps < self.yield_mps, 0
@@ -45,7 +45,7 @@ class Patience(msgspec.Struct, frozen=True):
         return clear < self.clear_looks, clear
 
 
-class PoorSight(msgspec.Struct, frozen=True):
+class UncertainPositionRule(msgspec.Struct, frozen=True):
     """Above poor_std_m of position deviation the vehicle goes at most poor_mps (Snow Lion, 0.5 m/s)."""
 
     poor_std_m: float = 0.3
@@ -63,7 +63,7 @@ class PoorSight(msgspec.Struct, frozen=True):
         return commands
 
 
-State = TypeVar("State", bound=Following)
+State = TypeVar("State", bound=WaypointState)
 
 
 def moved_on(state: State, ego: Ego) -> State:

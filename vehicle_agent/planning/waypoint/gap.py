@@ -5,7 +5,7 @@ import numpy as np
 
 from contract.geometry import Array, project, transform_points
 from vehicle_agent.planning.waypoint.selector import SpeedCommand
-from vehicle_agent.signals import LeadVehicle, OtherVehicle
+from vehicle_agent.signals import FleetVehicle, LeadVehicle
 
 
 class GapRule(msgspec.Struct, frozen=True):
@@ -23,7 +23,7 @@ class GapRule(msgspec.Struct, frozen=True):
     beside_m: float = 1.2
 
     def lead(
-        self, points: Array, s: Array, s_m: float, first: int, others: tuple[OtherVehicle, ...]
+        self, points: Array, s: Array, s_m: float, first: int, others: tuple[FleetVehicle, ...]
     ) -> LeadVehicle | None:
         """The nearest fleet mate ahead. points (n, 2) and s (n,) of the line; `first` the segment of s_m."""
         found: LeadVehicle | None = None
@@ -40,7 +40,7 @@ class GapRule(msgspec.Struct, frozen=True):
         return found
 
     def _tail_m(
-        self, points: Array, s: Array, s_m: float, segments: tuple[int, int], other: OtherVehicle
+        self, points: Array, s: Array, s_m: float, segments: tuple[int, int], other: FleetVehicle
     ) -> float | None:
         """Where along the line the mate's outline begins; None when it is beside the line, behind or beyond.
 

@@ -8,9 +8,9 @@ import numpy as np
 from vehicle_agent.planning.waypoint.approach import Approach
 from vehicle_agent.planning.waypoint.following import (
     NOTHING,
-    Following,
-    Patience,
-    PoorSight,
+    ResumeRule,
+    UncertainPositionRule,
+    WaypointState,
     moved_on,
     no_path,
     path_along,
@@ -24,7 +24,7 @@ from vehicle_agent.planning.waypoint.waypoints import WaypointRules, Waypoints, 
 from vehicle_agent.signals import Ego, Path, PlanAnswer, PlanJob, Task, World
 
 
-class Looked(msgspec.Struct, frozen=True):
+class PathCheck(msgspec.Struct, frozen=True):
     """The last look along the path: at which scan and place, and how far the bumper could go.
 
     beside_m  distance to the nearest thing just beside the path
@@ -36,10 +36,10 @@ class Looked(msgspec.Struct, frozen=True):
     beside_m: float = math.inf
 
 
-class Plan(Following, frozen=True):
+class WaypointPlanningState(WaypointState, frozen=True):
     """What planning remembers."""
 
-    looked: Looked = Looked()
+    looked: PathCheck = PathCheck()
 
 
 class WaypointPlanning(msgspec.Struct, frozen=True):
@@ -53,21 +53,26 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
     obstacle: ObstacleRule
     gap: GapRule
     approach: Approach = Approach()
-    patience: Patience = Patience()
-    poor_sight: PoorSight = PoorSight()
+    patience: ResumeRule = ResumeRule()
+    poor_sight: UncertainPositionRule = UncertainPositionRule()
     look_every: int = 5
     delay_s: float = 0.25
     ahead_m: float = 30.0
 
-    def initial(self) -> Plan:
-        return Plan()
+    def initial(self) -> WaypointPlanningState:
+        return WaypointPlanningState()
 
-    def jobs(self, state: Plan) -> tuple[PlanJob, ...]:
+    def jobs(self, state: WaypointPlanningState) -> tuple[PlanJob, ...]:
         return ()
 
     def step(
-        self, state: Plan, ego: Ego, world: World, task: Task, plans: tuple[PlanAnswer, ...] = ()
-    ) -> tuple[Path, Plan]:
+        self,
+        state: WaypointPlanningState,
+        ego: Ego,
+        world: World,
+        task: Task,
+        plans: tuple[PlanAnswer, ...] = (),
+    ) -> tuple[Path, WaypointPlanningState]:
         """The waypoints ahead and the speed to obey now. Without a line: stand still. Nobody plans for it."""
         state = moved_on(state, ego)
         if task.line is None:
@@ -77,12 +82,14 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
                 state,
                 line_id=task.line_id,
                 waypoints=waypoints_from_line(task.line, self.waypoints),
-                looked=Looked(),
+                looked=PathCheck(),
             )
         state = self._look(state, ego, world, task)
         return self._path(state, ego, world, task), state
 
-    def _look(self, state: Plan, ego: Ego, world: World, task: Task) -> Plan:
+    def _look(
+        self, state: WaypointPlanningState, ego: Ego, world: World, task: Task
+    ) -> WaypointPlanningState:
         """Sweep the path again when there is a new scan, or when the last look is some ticks old."""
         if world.seen_stamp_ns == state.looked.seen_ns and state.ticks % self.look_every:
             return state
@@ -91,7 +98,7 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
         yielding, clear = self.patience.waits(state, looked.free_m, allowed_mps)
         return msgspec.structs.replace(state, looked=looked, yielding=yielding, clear=clear)
 
-    def _looked(self, state: Plan, ego: Ego, world: World, task: Task) -> Looked:
+    def _looked(self, state: WaypointPlanningState, ego: Ego, world: World, task: Task) -> PathCheck:
         rule, points = self.obstacle, world.points_map
         check_m = rule.check_m(max(self.waypoints.speed_mps_max, ego.speed_mps))
         beside_m = math.inf
@@ -108,15 +115,17 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
             )
             beside_m = rule.free_m(points, line, rule.passing_clearance_m)
         free_m = free_m if free_m <= check_m else math.inf
-        return Looked(world.seen_stamp_ns, state.odometer_m, free_m, beside_m)
+        return PathCheck(world.seen_stamp_ns, state.odometer_m, free_m, beside_m)
 
-    def _path(self, state: Plan, ego: Ego, world: World, task: Task) -> Path:
+    def _path(self, state: WaypointPlanningState, ego: Ego, world: World, task: Task) -> Path:
         since_m = state.odometer_m - state.looked.odometer_m
         free_m = max(0.0, state.looked.free_m - since_m)
         command = lowest(self._commands(state, ego, world, task, free_m))
         return path_along(state.waypoints, ego, task, command, free_m, self.ahead_m)
 
-    def _commands(self, state: Plan, ego: Ego, world: World, task: Task, free_m: float) -> list[SpeedCommand]:
+    def _commands(
+        self, state: WaypointPlanningState, ego: Ego, world: World, task: Task, free_m: float
+    ) -> list[SpeedCommand]:
         decel_mps2 = self.approach.decel_mps2
         commands = [
             cruise(state.waypoints, task.s_m, ego.speed_mps, self.delay_s),

@@ -13,12 +13,12 @@ from typing import Protocol
 import msgspec
 import structlog
 
-from vehicle_agent.device_feed import DatagramPort, DeviceWords
-from vehicle_agent.hmi import words
+from vehicle_agent.device_feed import DatagramPort, DeviceOutputs
+from vehicle_agent.hmi import texts
 from vehicle_agent.runtime.devices.audio import AudioError, AudioSettings, Loudspeaker
 from vehicle_agent.runtime.devices.led_ddp import DDP_PORT, DdpMatrix
 from vehicle_agent.runtime.devices.led_text import FontError, Panel, TextPanel
-from vehicle_agent.signals import Says
+from vehicle_agent.signals import HmiOutput
 
 log = structlog.get_logger()
 
@@ -51,7 +51,7 @@ class SpeakingSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Outlet(Protocol):
     """Shows or speaks what a vehicle says. Neither call ever waits for a device."""
 
-    def take(self, says: Says, now_s: float) -> None:
+    def take(self, says: HmiOutput, now_s: float) -> None:
         """New words, or the same again."""
         ...
 
@@ -69,17 +69,17 @@ class Screen:
         """Raises FontError."""
         self._rear = rear
         self._languages = settings.panel.languages
-        self._text = TextPanel(settings.panel, tuple(words.every_text(name) for name in self._languages))
+        self._text = TextPanel(settings.panel, tuple(texts.every_text(name) for name in self._languages))
         self._matrix = DdpMatrix(settings.host, settings.port)
         self._lines: tuple[str, ...] = tuple("" for _ in self._languages)
         self._since_s = 0.0
         self._sent_s: float | None = None
 
-    def take(self, says: Says, now_s: float) -> None:
-        texts = (
+    def take(self, says: HmiOutput, now_s: float) -> None:
+        by_language = (
             {"en": says.rear, "zh": says.rear_zh} if self._rear else {"en": says.screen, "zh": says.screen_zh}
         )
-        lines = tuple(texts[name] for name in self._languages)
+        lines = tuple(by_language[name] for name in self._languages)
         if lines != self._lines:
             self._lines, self._since_s, self._sent_s = lines, now_s, None
             self.step(now_s)
@@ -101,7 +101,7 @@ class Voice:
         """Raises AudioError."""
         self._loudspeaker = Loudspeaker(settings)
 
-    def take(self, says: Says, now_s: float) -> None:
+    def take(self, says: HmiOutput, now_s: float) -> None:
         if says.announce or says.announce_zh:
             self._loudspeaker.say(says.announce, says.announce_zh)
         self._loudspeaker.look()
@@ -162,9 +162,9 @@ class SpeakingProcess:
     def run_step(self, now_s: float) -> None:
         """Hand out what has come, then move what moves."""
         for datagram in self._port.take():
-            if isinstance(datagram, DeviceWords):
+            if isinstance(datagram, DeviceOutputs):
                 for outlet in self._outlets:
-                    outlet.take(datagram.says, now_s)
+                    outlet.take(datagram.hmi, now_s)
         for outlet in self._outlets:
             outlet.step(now_s)
 

@@ -12,10 +12,10 @@ import msgspec
 
 from contract.roads.load import encode_map
 from contract.runlog.records import RunHeader
-from vehicle_agent.device_feed import DatagramPort, DeviceSensors, DeviceWords
+from vehicle_agent.device_feed import DatagramPort, DeviceOutputs, DeviceSensors
 from vehicle_agent.link.outbox import read_memory
 from vehicle_agent.link.session import Identity
-from vehicle_agent.mission.memory import MissionMemory, holding
+from vehicle_agent.mission.memory import MissionMemory, order_progress
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.devices.speaking import SpeakingProcess
@@ -28,7 +28,7 @@ from vehicle_agent.runtime.processes.supervisor import Job
 from vehicle_agent.runtime.processes.tick_process import TickProcess, utc_offset_now_ns
 from vehicle_agent.runtime.processes.worker_process import ScannedVehicle, serve_percepts
 from vehicle_agent.runtime.recording.recorder import Recorder
-from vehicle_agent.signals import Says
+from vehicle_agent.signals import HmiOutput
 from vehicle_agent.stacks.choice import PLANNING_STACKS, build_car, build_planner
 from vehicle_agent.stacks.rooms import height_map
 from vehicle_agent.stacks.warm import warm_tick
@@ -138,9 +138,9 @@ def run_tick(place: AgentPlace) -> None:
     speaking = files.speaking()
     ports = (vehicle.words_port,) if speaking is None else (vehicle.words_port, speaking.port)
 
-    def show(says: Says) -> None:
+    def show(says: HmiOutput) -> None:
         for port in ports:
-            speaker.send(port, DeviceWords(says))
+            speaker.send(port, DeviceOutputs(says))
 
     devices = DeviceSensors(vehicle.values_port)
     if vehicle.cameras:
@@ -169,7 +169,7 @@ def _linked(place: AgentPlace) -> LinkedVehicle:
         identity=identity,
         profile=msgspec.msgpack.encode(profile),
         road_map=encode_map(road_map),
-        holding=holding(mission_memory(files)),
+        progress=order_progress(mission_memory(files)),
     )
 
 

@@ -10,7 +10,7 @@ import time
 
 import msgspec
 
-from contract.wire.messages import PresenceSeen
+from contract.wire.messages import PresenceReport
 from vehicle_agent.device_feed import DeviceFeedError, DeviceSensors
 from vehicle_agent.signals import InboxBody, PedestrianPresence
 
@@ -18,7 +18,7 @@ DATAGRAM_BYTES_MAX = 2_000
 # Of one poll: a flood must not keep the tick from its work.
 WORDS_MAX = 50
 
-_decoder = msgspec.json.Decoder(PresenceSeen)
+_decoder = msgspec.json.Decoder(PresenceReport)
 
 
 class CameraLink:

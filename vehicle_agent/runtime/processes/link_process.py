@@ -13,9 +13,9 @@ from pathlib import Path
 import httpx
 import structlog
 
-from contract.wire.messages import Holding
+from contract.wire.messages import OrderProgress
+from vehicle_agent.link.bridge import LinkBridge, TickUpdate
 from vehicle_agent.link.client import LinkClient
-from vehicle_agent.link.desk import Desk, TickNews
 from vehicle_agent.link.keys import signature_text
 from vehicle_agent.link.session import Identity
 from vehicle_agent.link.upload import SegmentUploader
@@ -28,22 +28,25 @@ from vehicle_agent.runtime.processes.mailbox import (
 )
 from vehicle_agent.runtime.recording.recorder import RunLogEntry, SegmentBegin
 from vehicle_agent.runtime.recording.runlog_files import RunLogFiles, finished_segment
-from vehicle_agent.signals import LinkWord
+from vehicle_agent.signals import LinkMessage
 
 log = structlog.get_logger()
 
 
 @dataclass(frozen=True, slots=True)
 class LinkedVehicle:
-    """What the link must know of one vehicle. mail: the folder of its mailboxes; holding: what it follows, by
-    its memory on disk."""
+    """What the link must know of one vehicle.
+
+    mail      the folder of its mailboxes
+    progress  of the order that it follows, by its memory on disk
+    """
 
     folder: Path
     mail: Path
     identity: Identity
     profile: bytes
     road_map: bytes
-    holding: Holding | None
+    progress: OrderProgress | None
 
 
 class VehicleLink:
@@ -55,8 +58,8 @@ class VehicleLink:
         key = files.key()
         self._identity = vehicle.identity
         self._tls = _tls_context(config.server_url, config.server_certificate)
-        self._desk = Desk(
-            files.outbox, vehicle.identity, lambda text: signature_text(key, text), vehicle.holding
+        self._desk = LinkBridge(
+            files.outbox, vehicle.identity, lambda text: signature_text(key, text), vehicle.progress
         )
         self._runs = files.runs
         self._log_files = RunLogFiles(files.runs, vehicle.profile, vehicle.road_map)
@@ -126,7 +129,7 @@ class VehicleLink:
                 for segment in self._log_files.take_finished():
                     self._uploader.add(Path(segment.path), segment.sha256)
 
-    async def _take_news(self, news: TickNews) -> None:
+    async def _take_news(self, news: TickUpdate) -> None:
         lines = self._desk.number(news)
         if lines or news.memory is not None:
             await asyncio.to_thread(self._desk.write, news, lines)
@@ -136,7 +139,7 @@ class VehicleLink:
     def _write_log(self, entries: list[RunLogEntry]) -> None:
         self._log_files.write(entries)
 
-    def _deliver(self, word: LinkWord) -> None:
+    def _deliver(self, word: LinkMessage) -> None:
         delivery = Delivery(time.monotonic_ns(), "link", word)
         if not self._mailbox.post(self._tick, Deliveries((delivery,))):
             log.warning("link.word_lost", vehicle_id=self._identity.vehicle_id, word=type(word).__name__)

@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 
 from contract.runlog.arrays import dec_hook, enc_hook
-from vehicle_agent.link.desk import TickNews
+from vehicle_agent.link.bridge import TickUpdate
 from vehicle_agent.runtime.recording.recorder import RunLogEntry
 from vehicle_agent.signals import CanFrame, InboxBody, PlanJob
 
@@ -39,7 +39,7 @@ class Commands(msgspec.Struct, frozen=True, tag="commands"):
 class TickReport(msgspec.Struct, frozen=True, tag="tick_report"):
     """To the link: what to tell, and what to write down."""
 
-    news: TickNews | None
+    news: TickUpdate | None
     entries: tuple[RunLogEntry, ...]
 
 

@@ -11,9 +11,9 @@ from typing import Protocol
 import msgspec
 import structlog
 
-from vehicle_agent.link.desk import TickNews
-from vehicle_agent.mission.memory import MissionMemory, holding
-from vehicle_agent.onboard.picture import pictured_report
+from vehicle_agent.link.bridge import TickUpdate
+from vehicle_agent.mission.memory import MissionMemory, order_progress
+from vehicle_agent.onboard.driving_view import report_with_driving_view
 from vehicle_agent.onboard.rates import LATE_TICK_FAULT_NS, REPORT_EVERY_TICKS
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.inbox import Inbox
@@ -26,14 +26,14 @@ from vehicle_agent.runtime.processes.mailbox import (
 )
 from vehicle_agent.runtime.processes.pacing import Pacer
 from vehicle_agent.runtime.processes.priority import TICK_PRIORITY, ask_for_real_time
-from vehicle_agent.signals import InboxBody, Outputs, Says
+from vehicle_agent.signals import HmiOutput, InboxBody, Outputs
 
 log = structlog.get_logger()
 
 # Screen, speaker and doors are told at every change, and again in case they were away.
 SHOW_EVERY_NS = 1_000_000_000
 
-Show = Callable[[Says], None]
+Show = Callable[[HmiOutput], None]
 
 
 class Sensors(Protocol):
@@ -44,14 +44,14 @@ class Sensors(Protocol):
         ...
 
 
-class TickNewsWriter:
+class TickUpdateWriter:
     """Picks out of each tick's outputs what the link has to hear: news, not repetition."""
 
     def __init__(self) -> None:
         self._ticks = 0
         self._memory: MissionMemory | None = None
 
-    def news(self, outputs: Outputs, memory: MissionMemory, stamp_ns: int) -> TickNews | None:
+    def news(self, outputs: Outputs, memory: MissionMemory, stamp_ns: int) -> TickUpdate | None:
         """None in a tick that has nothing to tell. Reports go at 5 Hz and with every event."""
         due = self._ticks % REPORT_EVERY_TICKS == 0
         self._ticks += 1
@@ -59,13 +59,13 @@ class TickNewsWriter:
         self._memory = memory
         if not (due or changed or outputs.events or outputs.answers):
             return None
-        return TickNews(
+        return TickUpdate(
             stamp_ns=stamp_ns,
-            report=pictured_report(outputs) if due or outputs.events else None,
+            report=report_with_driving_view(outputs) if due or outputs.events else None,
             events=outputs.events,
             answers=outputs.answers,
             memory=msgspec.msgpack.encode(memory) if changed else None,
-            holding=holding(memory) if changed else None,
+            progress=order_progress(memory) if changed else None,
         )
 
 
@@ -80,8 +80,8 @@ class TickProcess:
         self._sensors = sensors
         self._show = show
         self._inbox = Inbox()
-        self._news = TickNewsWriter()
-        self._shown: Says | None = None
+        self._news = TickUpdateWriter()
+        self._shown: HmiOutput | None = None
         self._shown_ns = 0
         self._stopping = False
 
@@ -119,9 +119,9 @@ class TickProcess:
         self._mailbox.post(self._mail / "gate", Commands(outputs.frames))
         if outputs.jobs:
             self._mailbox.post(self._mail / "planner", Work(outputs.jobs))
-        if outputs.says != self._shown or now_ns - self._shown_ns >= SHOW_EVERY_NS:
-            self._shown, self._shown_ns = outputs.says, now_ns
-            self._show(outputs.says)
+        if outputs.hmi != self._shown or now_ns - self._shown_ns >= SHOW_EVERY_NS:
+            self._shown, self._shown_ns = outputs.hmi, now_ns
+            self._show(outputs.hmi)
         memory = self._computer.state.mission.memory
         news = self._news.news(outputs, memory, now_ns)
         if news is not None or self._computer.entries:

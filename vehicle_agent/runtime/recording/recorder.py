@@ -29,12 +29,12 @@ from contract.runlog.records import (
 )
 from contract.wire.codec import encode
 from vehicle_agent.config import Body
-from vehicle_agent.onboard.picture import pictured_report
+from vehicle_agent.onboard.driving_view import report_with_driving_view
 from vehicle_agent.onboard.rates import PLAN_EVERY_TICKS, REPORT_EVERY_TICKS
 from vehicle_agent.onboard.state import OnboardState
 from vehicle_agent.runtime.recording.snapshot import encode_state
 from vehicle_agent.runtime.recording.viewer_scene import ViewerScene
-from vehicle_agent.signals import Flow, GnssFix, InboxItem, Outputs, Seen
+from vehicle_agent.signals import Detections, Flow, GnssFix, InboxItem, Outputs
 
 SEGMENT_TICKS = 5 * 60 * 50
 SIGNALS = (*Flow.__struct_fields__, "frames", "events", "answers")
@@ -100,7 +100,7 @@ class Recorder:
         self._records = msgspec.msgpack.Encoder()
         self._ticks = 0
         self._segment = -1
-        self._seen: Seen | None = None
+        self._seen: Detections | None = None
 
     def record(
         self,
@@ -142,7 +142,7 @@ class Recorder:
         flow, utc_ns = outputs.flow, stamp_ns + utc_offset_ns
         entries = [LogEntry(EVENT_TOPIC, stamp_ns, msgspec.json.encode(event)) for event in outputs.events]
         if self._ticks % REPORT_EVERY_TICKS == 0 or outputs.events:
-            entries.append(LogEntry(REPORT_TOPIC, stamp_ns, encode(pictured_report(outputs))))
+            entries.append(LogEntry(REPORT_TOPIC, stamp_ns, encode(report_with_driving_view(outputs))))
         if self._ticks % REPORT_EVERY_TICKS == 0:
             entries.append(LogEntry(SCENE_TOPIC, stamp_ns, self._scene.scene(flow, utc_ns)))
         if self._ticks % PLAN_EVERY_TICKS == 0:
@@ -152,10 +152,10 @@ class Recorder:
             entries.append(LogEntry(POSE_TOPIC, stamp_ns, foxglove.pose_in_frame(utc_ns, pose_map)))
             fixes = [item.body for item in items if isinstance(item.body, GnssFix)]
             entries += [LogEntry(LOCATION_TOPIC, stamp_ns, _location(utc_ns, fix)) for fix in fixes[-1:]]
-        if flow.seen is not self._seen:
-            self._seen = flow.seen
+        if flow.detections is not self._seen:
+            self._seen = flow.detections
             entries.append(
-                LogEntry(OBSTACLE_TOPIC, stamp_ns, foxglove.point_cloud(utc_ns, flow.seen.points_map))
+                LogEntry(OBSTACLE_TOPIC, stamp_ns, foxglove.point_cloud(utc_ns, flow.detections.points_map))
             )
         return entries
 

@@ -18,7 +18,7 @@ from contract.runlog.foxglove import (
     text,
 )
 from vehicle_agent.config import Body
-from vehicle_agent.onboard.picture import MOVES_MPS
+from vehicle_agent.onboard.driving_view import MOVES_MPS
 from vehicle_agent.signals import PEDESTRIAN, TRACK_KINDS, Flow, Path, World
 
 _OWN, _MATE = rgba(0.15, 0.45, 0.95, 0.85), rgba(0.55, 0.55, 0.6, 0.7)
@@ -61,7 +61,7 @@ class ViewerScene:
         )
 
     def _vehicles(self, flow: Flow, utc_ns: int) -> list[Entity]:
-        says = f"{flow.verdict.mode} {flow.ego.speed_mps * 3.6:.0f} km/h {flow.path.limited_by}"
+        says = f"{flow.guard_status.mode} {flow.ego.speed_mps * 3.6:.0f} km/h {flow.path.limited_by}"
         own = self._box(utc_ns, self._vehicle_id, flow.ego.pose_map, says)
         return [
             own,

@@ -14,7 +14,7 @@ from server.dispatch.engine.compiled import kernel
 from server.dispatch.engine.draw import bits, seeded, uniform
 from server.dispatch.engine.nearness import near_requests
 from server.dispatch.engine.plan import ABSENT, Plan, Scratch, copy_plan, empty_plan, refresh, scratch_for
-from server.dispatch.engine.search.recreate import Offers, no_offers, put_back
+from server.dispatch.engine.search.recreate import InsertionOffers, no_offers, put_back
 from server.dispatch.engine.search.ruin import Undo, ruin_strings, undo_for
 from server.dispatch.engine.search.search import begin_attempt, take_back
 from server.dispatch.engine.task import Task, typical_drive_s
@@ -36,7 +36,7 @@ class FleetSettings:
     regretful: float = 0.1
 
 
-class Squeezing(NamedTuple):
+class RouteElimination(NamedTuple):
     """How one call of `squeeze` goes: `FleetSettings` with the temperature in cost."""
 
     attempts: int
@@ -61,7 +61,7 @@ class FleetSearch:
         self._settings = how
         self.slices = 0
         self._room, self._rng = room, seeded(seed)
-        self._how = Squeezing(
+        self._how = RouteElimination(
             how.attempts,
             how.heat * typical_drive_s(task),
             how.mean_out,
@@ -160,11 +160,11 @@ def squeeze(
     plan: Plan,
     scratch: Scratch,
     undo: Undo,
-    offers: Offers,
+    offers: InsertionOffers,
     near: AnyArray,
     missed: AnyArray,
     rng: AnyArray,
-    how: Squeezing,
+    how: RouteElimination,
 ) -> int:
     """Attempts until everybody is served; returns how many there were.
 

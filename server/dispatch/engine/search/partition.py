@@ -15,7 +15,7 @@ import numpy as np
 
 from server.dispatch.arrays import AnyArray
 from server.dispatch.engine.plan import ABSENT, Plan, Scratch, copy_plan, empty_plan, refresh, total_cost
-from server.dispatch.engine.search.pool import NO_COLUMN, Pool, remember
+from server.dispatch.engine.search.pool import NO_COLUMN, RoutePool, remember
 from server.dispatch.engine.task import Task
 
 _FETCHED_AT_ONCE = 400
@@ -88,7 +88,7 @@ class _Rules:
 class _Columns:
     """The pool as sparse columns: requests first, then one row for each kind of vehicle."""
 
-    def __init__(self, task: Task, pool: Pool, rules: _Rules) -> None:
+    def __init__(self, task: Task, pool: RoutePool, rules: _Rules) -> None:
         n = int(pool.counts[0])
         self.count = n
         used = int(pool.counts[1])
@@ -114,7 +114,7 @@ class _Columns:
 
 
 def repartition(
-    task: Task, plan: Plan, pool: Pool, scratch: Scratch, how: Partitioning
+    task: Task, plan: Plan, pool: RoutePool, scratch: Scratch, how: Partitioning
 ) -> tuple[bool, Master]:
     """Make `plan` the cheapest that the pool's routes can form, if that is cheaper than it is.
 
@@ -219,7 +219,7 @@ def _chosen(
     return [int(column) for column in useful[values[requests:] > 0.5]]
 
 
-def _mixed(task: Task, plan: Plan, pool: Pool, scratch: Scratch, chosen: list[int]) -> Plan | None:
+def _mixed(task: Task, plan: Plan, pool: RoutePool, scratch: Scratch, chosen: list[int]) -> Plan | None:
     """The plan in which each chosen route has a vehicle of its kind; vehicles left over have no visits.
 
     None where a rule breaks: with paced roads a detour may be quicker, and an idle vehicle late for its end.

@@ -18,7 +18,7 @@ _WITHOUT_VISITS = 2
 _MARKS_SEED = 0x5E7
 
 
-class Pool(NamedTuple):
+class RoutePool(NamedTuple):
     """Columns of a set partitioning.
 
     marks, kind_marks   (R,), (V,) uint64
@@ -40,11 +40,11 @@ class Pool(NamedTuple):
     counts: AnyArray
 
 
-def empty_pool(task: Task, columns: int, visits: int) -> Pool:
+def empty_pool(task: Task, columns: int, visits: int) -> RoutePool:
     """Room for so many columns with so many visits in all; further ones are not kept."""
     state = seeded(_MARKS_SEED)
     size = 1 << (2 * columns - 1).bit_length()
-    return Pool(
+    return RoutePool(
         marks=np.array([bits(state) for _ in range(task.requests)], dtype=np.uint64),
         kind_marks=np.array([bits(state) for _ in range(task.vehicles)], dtype=np.uint64),
         table=np.full(size, NO_COLUMN, np.int32),
@@ -59,7 +59,7 @@ def empty_pool(task: Task, columns: int, visits: int) -> Pool:
 
 
 @kernel
-def remember(task: Task, pool: Pool, plan: Plan, v: int) -> int:
+def remember(task: Task, pool: RoutePool, plan: Plan, v: int) -> int:
     """Keep a vehicle's route if it is new, or cheaper than the one with the same requests.
 
     Returns its column; NO_COLUMN for a vehicle without a visit, or where there is no room.

@@ -22,7 +22,7 @@ _OFFERS = 1 << 16
 _MARKS_SEED = 0x0FFE
 
 
-class Offers(NamedTuple):
+class InsertionOffers(NamedTuple):
     """What was found of serving a request with a vehicle, for all routes that were met lately: attempts meet
     the same ones again and again. Arrays (H,), H a power of two; an entry gives way to the next at its place.
 
@@ -39,9 +39,9 @@ class Offers(NamedTuple):
     at: AnyArray
 
 
-def no_offers(task: Task) -> Offers:
+def no_offers(task: Task) -> InsertionOffers:
     state = seeded(_MARKS_SEED)
-    return Offers(
+    return InsertionOffers(
         marks=np.array([bits(state) for _ in range(task.requests)], dtype=np.uint64),
         key=np.zeros(_OFFERS, np.uint64),
         cost=np.zeros(_OFFERS),
@@ -52,7 +52,14 @@ def no_offers(task: Task) -> Offers:
 
 @inlined
 def offer(
-    task: Task, plan: Plan, scratch: Scratch, offers: Offers, r: int, v: int, below: float, rng: AnyArray
+    task: Task,
+    plan: Plan,
+    scratch: Scratch,
+    offers: InsertionOffers,
+    r: int,
+    v: int,
+    below: float,
+    rng: AnyArray,
 ) -> tuple[float, int, int]:
     """(extra cost, i, j) of serving r with vehicle v, see `best_place`; cost is inf where it is not less than
     `below`."""
@@ -73,7 +80,7 @@ def put_back(
     plan: Plan,
     scratch: Scratch,
     undo: Undo,
-    offers: Offers,
+    offers: InsertionOffers,
     blink: float,
     regretful: float,
     rng: AnyArray,
@@ -91,7 +98,7 @@ def put_back(
 
 @kernel
 def _in_order(
-    task: Task, plan: Plan, scratch: Scratch, undo: Undo, offers: Offers, blink: float, rng: AnyArray
+    task: Task, plan: Plan, scratch: Scratch, undo: Undo, offers: InsertionOffers, blink: float, rng: AnyArray
 ) -> None:
     n, vehicles = undo.counts[1], len(plan.length)
     _set_order(task, undo, rng)
@@ -112,7 +119,7 @@ def _in_order(
 
 @kernel
 def _by_regret(
-    task: Task, plan: Plan, scratch: Scratch, undo: Undo, offers: Offers, noise: float, rng: AnyArray
+    task: Task, plan: Plan, scratch: Scratch, undo: Undo, offers: InsertionOffers, noise: float, rng: AnyArray
 ) -> None:
     """Next comes who would lose most if its best vehicle were gone (Potvin and Rousseau 1993)."""
     n, vehicles = undo.counts[1], len(plan.length)

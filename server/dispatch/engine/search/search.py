@@ -8,8 +8,8 @@ from server.dispatch.arrays import AnyArray
 from server.dispatch.engine.compiled import kernel
 from server.dispatch.engine.draw import uniform
 from server.dispatch.engine.plan import ABSENT, Plan, Scratch, copy_plan, copy_route, total_cost
-from server.dispatch.engine.search.pool import Pool, remember
-from server.dispatch.engine.search.recreate import Offers, put_back
+from server.dispatch.engine.search.pool import RoutePool, remember
+from server.dispatch.engine.search.recreate import InsertionOffers, put_back
 from server.dispatch.engine.search.ruin import Undo, ruin_strings
 from server.dispatch.engine.task import Task
 
@@ -42,8 +42,8 @@ def anneal(
     best: Plan,
     scratch: Scratch,
     undo: Undo,
-    offers: Offers,
-    pool: Pool,
+    offers: InsertionOffers,
+    pool: RoutePool,
     near: AnyArray,
     rng: AnyArray,
     how: Annealing,

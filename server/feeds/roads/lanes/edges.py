@@ -9,7 +9,7 @@ import numpy as np
 
 from contract.geometry import Array
 from server.feeds.roads.osm.drivable import Driving
-from server.feeds.roads.osm.runs import Position, Run
+from server.feeds.roads.osm.way_segments import Position, WaySegment
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class _Chain:
     names: tuple[tuple[str, str, float], ...]
 
 
-def edges_of(runs: Sequence[Run], positions: dict[int, Position]) -> list[Edge]:
+def edges_of(runs: Sequence[WaySegment], positions: dict[int, Position]) -> list[Edge]:
     """The edges, in a fixed order."""
     chains = _joined(_chains(runs, positions))
     chains.sort(key=lambda chain: (chain.way_ids[0], chain.keys))
@@ -68,7 +68,7 @@ def edges_of(runs: Sequence[Run], positions: dict[int, Position]) -> list[Edge]:
     return edges
 
 
-def _chains(runs: Sequence[Run], positions: dict[int, Position]) -> list[_Chain]:
+def _chains(runs: Sequence[WaySegment], positions: dict[int, Position]) -> list[_Chain]:
     """Runs cut at every key that another run touches or that they touch twice, along the driving."""
     touches: dict[int, int] = {}
     for run in runs:

@@ -9,7 +9,7 @@ import numpy as np
 
 from contract.geometry import Array
 from server.feeds.roads.lanes.edges import Edge
-from server.feeds.roads.osm.runs import Position
+from server.feeds.roads.osm.way_segments import Position
 
 # An edge shorter than this leaves no straight between the turns at its two ends.
 SHORT_EDGE_M = 16.0

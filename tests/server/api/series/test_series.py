@@ -2,7 +2,7 @@
 
 import pytest
 
-from server.loops.series import SeriesClerk
+from server.loops.series import SeriesScheduler
 from tests.server.api.rides.test_rides import book, campus
 from tests.server.api.server_under_test import ServerUnderTest
 
@@ -18,7 +18,7 @@ WISH = {
 
 
 def beat(server: ServerUnderTest) -> None:
-    server.run(SeriesClerk(server.transactions, "clerk").beat())
+    server.run(SeriesScheduler(server.transactions, "clerk").beat())
 
 
 def test_each_day_is_shown_with_its_ride(campus: ServerUnderTest) -> None:

@@ -62,7 +62,7 @@ class Camera:
         self.said.append(dict(message))
 
     def say(self, **word: Any) -> None:
-        self.send(json.dumps({"type": "presence_seen", **word}))
+        self.send(json.dumps({"type": "presence_report", **word}))
 
     def send(self, text: str) -> None:
         self._frames.put_nowait({"type": "websocket.receive", "text": text})
@@ -170,10 +170,10 @@ def test_a_revoked_token_ends_at_its_next_word(watched: ServerUnderTest) -> None
 @pytest.mark.parametrize(
     ("frame", "code"),
     [
-        ('{"type":"presence_seen","area_id":"nowhere","count":1}', "area_unknown"),
-        ('{"type":"presence_seen","area_id":"zebra","count":-1}', "malformed"),
-        ('{"type":"presence_seen","area_id":"zebra","count":1,"age_s":1e9}', "malformed"),
-        ('{"type":"presence_seen","area_id":"zebra","count":1,"age_s":NaN}', "malformed"),
+        ('{"type":"presence_report","area_id":"nowhere","count":1}', "area_unknown"),
+        ('{"type":"presence_report","area_id":"zebra","count":-1}', "malformed"),
+        ('{"type":"presence_report","area_id":"zebra","count":1,"age_s":1e9}', "malformed"),
+        ('{"type":"presence_report","area_id":"zebra","count":1,"age_s":NaN}', "malformed"),
         ('{"type":"hello"}', "malformed"),
         ("not json", "malformed"),
         ("[" * 1500, "malformed"),
@@ -195,7 +195,7 @@ def test_a_camera_that_floods_is_heard_ten_times_a_second_at_most(watched: Serve
     vehicle = a_vehicle(watched, "shuttle-1", 10.0)
     camera = Camera(watched, token(watched, "infrastructure"))
     for count in range(100):
-        text = json.dumps({"type": "presence_seen", "area_id": "zebra", "count": count})
+        text = json.dumps({"type": "presence_report", "area_id": "zebra", "count": count})
         camera._frames.put_nowait({"type": "websocket.receive", "text": text})
     watched.elapse(1.0)
     assert sum(isinstance(message, Presence) for message in vehicle.heard) == 1

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contract.wire.messages import CommandDone, ModeChanged
-from server.api.interventions.rehearsal import rehearsed
+from server.api.interventions.dry_run import rehearsed
 from server.dispatch.solve import Budget, solve
 from server.domain.errors import (
     DomainError,

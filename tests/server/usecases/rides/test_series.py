@@ -23,7 +23,7 @@ from server.domain.rides.series import (
 )
 from server.domain.rides.series import OccurrenceState as State
 from server.domain.service.service import Hours, ServiceException, ServicePattern
-from server.loops.series import SeriesClerk
+from server.loops.series import SeriesScheduler
 from server.usecases.fleet import service
 from server.usecases.rides import rides, series
 from tests.server.usecases.campus_under_test import CampusUnderTest
@@ -41,7 +41,7 @@ def book(campus: CampusUnderTest, **changes: object) -> Series:
 
 
 def beat(campus: CampusUnderTest) -> None:
-    campus.wait_for(SeriesClerk(campus.transactions, "clerk").beat())
+    campus.wait_for(SeriesScheduler(campus.transactions, "clerk").beat())
 
 
 def days(campus: CampusUnderTest, made: Series) -> dict[date, Occurrence]:

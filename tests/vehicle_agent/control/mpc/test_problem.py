@@ -7,7 +7,7 @@ from scipy.optimize import LinearConstraint, minimize
 
 from contract.geometry import Array
 from vehicle_agent.control.mpc.axis import best_inputs, no_guess
-from vehicle_agent.control.mpc.bounded import Bounds, solved, within
+from vehicle_agent.control.mpc.bounded import InputBounds, solved, within
 from vehicle_agent.control.mpc.lateral_model import Chassis, exponential, rates_matrix
 from vehicle_agent.control.mpc.problem import condensed, end_cost, free_inputs
 
@@ -49,7 +49,7 @@ def test_free_inputs_are_where_the_condensed_gradient_vanishes(seed: int) -> Non
 @pytest.mark.parametrize("seed", range(5))
 def test_bounded_inputs_agree_with_an_independent_solver(seed: int) -> None:
     problem = a_problem(seed)
-    bounds = Bounds(0.4, problem[-1][2] - 0.3, problem[-1][2] + 0.2)
+    bounds = InputBounds(0.4, problem[-1][2] - 0.3, problem[-1][2] + 0.2)
     answer = best_inputs(*problem, bounds, DT, no_guess(N))
     assert answer.bounded
     assert answer.feasible
@@ -67,7 +67,7 @@ def test_bounded_inputs_agree_with_an_independent_solver(seed: int) -> None:
     assert within(
         answer.inputs,
         problem[-1][2],
-        Bounds(0.4 + 1e-9, bounds.command_min - 1e-9, bounds.command_max + 1e-9),
+        InputBounds(0.4 + 1e-9, bounds.command_min - 1e-9, bounds.command_max + 1e-9),
         DT,
     )
     gap = 0.5 * answer.inputs @ H @ answer.inputs + g @ answer.inputs - oracle.fun
@@ -78,12 +78,14 @@ def test_bounded_inputs_agree_with_an_independent_solver(seed: int) -> None:
 def test_what_the_solver_did_before_changes_nothing() -> None:
     first, second = a_problem(1), a_problem(2)
     H, g = condensed(*first)
-    bounds = Bounds(0.4, -2.0, 2.0)
+    bounds = InputBounds(0.4, -2.0, 2.0)
     args = (H, g, float(first[-1][2]), bounds, DT, np.zeros(N), np.zeros(2 * N))
     before = solved(*args)
     for rate in (0.01, 3.0):
         H2, g2 = condensed(*second)
-        solved(H2, 100.0 * g2, float(second[-1][2]), Bounds(rate, -2.0, 2.0), DT, np.ones(N), np.ones(2 * N))
+        solved(
+            H2, 100.0 * g2, float(second[-1][2]), InputBounds(rate, -2.0, 2.0), DT, np.ones(N), np.ones(2 * N)
+        )
     after = solved(*args)
     assert np.array_equal(before.inputs, after.inputs)
     assert np.array_equal(before.prices, after.prices)

@@ -22,8 +22,8 @@ from contract.geometry import Array, arc_lengths
 from simulator.sensors.gnss import GnssNoise
 from simulator.vehicle.plant import PlantParams
 from vehicle_agent.config import load_profile
-from vehicle_agent.control.trajectory.trajectory_control import Driver, SnowLionControl
-from vehicle_agent.signals import Ego, Path, VehicleMotion, Wish
+from vehicle_agent.control.trajectory.trajectory_control import TrajectoryControl, TrajectoryControlState
+from vehicle_agent.signals import ControlCommand, Ego, Path, VehicleMotion
 from vehicle_agent.stacks.snow_lion_control import control
 
 PROFILE = load_profile(
@@ -40,15 +40,15 @@ Change = Callable[[int, Ego, Path], tuple[Ego, Path]]
 class Tampered:
     """Control that is told something else than what is, by tick number."""
 
-    hands: SnowLionControl
+    hands: TrajectoryControl
     change: Change
 
-    def initial(self) -> tuple[int, Driver]:
+    def initial(self) -> tuple[int, TrajectoryControlState]:
         return 0, self.hands.initial()
 
     def step(
-        self, state: tuple[int, Driver], ego: Ego, path: Path, motion: VehicleMotion
-    ) -> tuple[Wish, tuple[int, Driver]]:
+        self, state: tuple[int, TrajectoryControlState], ego: Ego, path: Path, motion: VehicleMotion
+    ) -> tuple[ControlCommand, tuple[int, TrajectoryControlState]]:
         ego, path = self.change(state[0], ego, path)
         wish, driver = self.hands.step(state[1], ego, path, motion)
         return wish, (state[0] + 1, driver)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vehicle_agent.control.actuators import Drivetrain, pedal_accel_mps2
-from vehicle_agent.control.trajectory.pedals import Foot, Pedalling
+from vehicle_agent.control.trajectory.pedals import PedalController, PedalState
 
 ROW = Drivetrain().row()
 
@@ -12,16 +12,16 @@ ROW = Drivetrain().row()
 @pytest.mark.parametrize("accel", np.linspace(-2.5, 0.8, 34))
 @pytest.mark.parametrize("speed", [0.0, 1.0, 3.0, 4.2])
 def test_the_pedals_give_the_acceleration_they_were_asked_for(accel: float, speed: float) -> None:
-    foot = Foot(holding=False)
+    foot = PedalState(holding=False)
     for _ in range(3):
-        foot = Pedalling().step(foot, accel, speed)
+        foot = PedalController().step(foot, accel, speed)
     given = pedal_accel_mps2(foot.throttle_ratio, foot.brake_ratio, speed, ROW)
     # Between the pedals nothing is pressed: there the vehicle coasts.
     assert given == pytest.approx(accel, abs=0.061 if abs(accel + 0.15) < 0.061 else 1e-3)
 
 
 def test_the_foot_is_on_one_pedal_only_and_stays_there_for_a_whim() -> None:
-    pedalling, foot = Pedalling(), Foot(holding=False)
+    pedalling, foot = PedalController(), PedalState(holding=False)
     sides = []
     for whim in (0.03, -0.03, 0.03, -0.03):
         foot = pedalling.step(foot, -0.15 + whim, 2.0)
@@ -31,7 +31,7 @@ def test_the_foot_is_on_one_pedal_only_and_stays_there_for_a_whim() -> None:
 
 
 def test_holding_comes_gently_and_stays() -> None:
-    pedalling, foot = Pedalling(), Foot(holding=False)
+    pedalling, foot = PedalController(), PedalState(holding=False)
     brakes = []
     for _ in range(100):
         foot = pedalling.held(foot)

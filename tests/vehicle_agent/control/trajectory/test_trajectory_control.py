@@ -22,7 +22,7 @@ from tests.vehicle_agent.control.trajectory.shuttle_drive import (
     straight,
     within_limits,
 )
-from vehicle_agent.control.trajectory.trajectory_control import Driver
+from vehicle_agent.control.trajectory.trajectory_control import TrajectoryControlState
 from vehicle_agent.signals import Ego, Path, Trajectory, VehicleMotion
 
 ROOT = File(__file__).resolve().parents[4]
@@ -155,7 +155,9 @@ def the_way_on(tick: int) -> tuple[Ego, Path, VehicleMotion]:
     return ego, path, motion
 
 
-def wished(state: Driver, first: int, last: int) -> tuple[list[bytes], Driver]:
+def wished(
+    state: TrajectoryControlState, first: int, last: int
+) -> tuple[list[bytes], TrajectoryControlState]:
     encoder = msgspec.msgpack.Encoder(enc_hook=enc_hook)
     told = []
     for tick in range(first, last):
@@ -181,14 +183,16 @@ def test_what_is_remembered_survives_another_process_bit_for_bit(tmp_path: File)
     assert there.stdout == b"".join(expected).hex()
 
 
-def remembered(file: str) -> Driver:
-    return msgspec.msgpack.decode(File(file).read_bytes(), type=Driver, dec_hook=dec_hook)
+def remembered(file: str) -> TrajectoryControlState:
+    return msgspec.msgpack.decode(File(file).read_bytes(), type=TrajectoryControlState, dec_hook=dec_hook)
 
 
 def test_a_vehicle_that_others_held_for_a_minute_starts_like_any_other() -> None:
     rows = rows_on(straight(30.0))
 
-    def leaving(brake_ratio: float, ticks: int, state: Driver) -> tuple[list[float], Driver]:
+    def leaving(
+        brake_ratio: float, ticks: int, state: TrajectoryControlState
+    ) -> tuple[list[float], TrajectoryControlState]:
         told = []
         for tick in range(ticks):
             now_ns = (tick + 1) * 20_000_000

@@ -6,15 +6,17 @@ import numpy as np
 
 from contract.geometry import Pose2
 from vehicle_agent.config import load_profile
-from vehicle_agent.control.waypoint.waypoint_control import Hands
-from vehicle_agent.signals import Ego, Path, VehicleMotion, Wish
+from vehicle_agent.control.waypoint.waypoint_control import WaypointControlState
+from vehicle_agent.signals import ControlCommand, Ego, Path, VehicleMotion
 from vehicle_agent.stacks.rooms import waypoint_control
 
 PROFILE = File(__file__).resolve().parents[4] / "vehicle_agent" / "profiles" / "campus-shuttle.toml"
 HANDS = waypoint_control(load_profile(PROFILE))
 
 
-def standing(brake_ratio: float, ticks: int, hands: Hands) -> tuple[list[Wish], Hands]:
+def standing(
+    brake_ratio: float, ticks: int, hands: WaypointControlState
+) -> tuple[list[ControlCommand], WaypointControlState]:
     """A free road at 3 m/s ahead of a vehicle that does not move."""
     points = np.column_stack((np.arange(1.0, 40.0), np.zeros(39)))
     path = Path(1, points, np.full(39, 3.0), 3.0, "cap", None, 40.0, False, 0.0)

@@ -7,7 +7,7 @@ import pytest
 
 from contract.geometry import Pose2
 from vehicle_agent.control.waypoint.follower import (
-    Aim,
+    FollowerState,
     WaypointFollower,
     aimed_at,
     led_pose,
@@ -28,7 +28,7 @@ def test_the_last_waypoint_stays_the_target_when_all_are_near() -> None:
 
 def test_the_turn_rate_is_the_gain_times_the_heading_error() -> None:
     follower = WaypointFollower(heading_gain_1ps=2.0, gain_speed_mps=0.0)
-    turn, error, _ = follower.step(Aim(), Pose2(0.0, 0.0, 0.1), 3.0, LINE)
+    turn, error, _ = follower.step(FollowerState(), Pose2(0.0, 0.0, 0.1), 3.0, LINE)
     assert error == pytest.approx(-0.1)
     assert turn == pytest.approx(-0.2)
 
@@ -39,20 +39,24 @@ def test_on_a_circle_the_gain_holds_the_circle_at_any_speed() -> None:
     circle = np.column_stack((radius * np.sin(angles), radius * (1.0 - np.cos(angles))))
     follower = WaypointFollower(heading_gain_1ps=2.0 * 3.0 / 3.0, switch_m=2.5)
     for speed in (0.5, 1.5, 3.0):
-        turn, _, _ = follower.step(Aim(), Pose2(0.0, 0.0, 0.0), speed, circle)
+        turn, _, _ = follower.step(FollowerState(), Pose2(0.0, 0.0, 0.0), speed, circle)
         assert turn == pytest.approx(speed / radius, rel=0.02)
 
 
 def test_the_integral_works_against_a_constant_error_and_is_bounded() -> None:
     follower = WaypointFollower(heading_integral_1ps2=0.5)
-    state = Aim()
+    state = FollowerState()
     for _ in range(10_000):
         _, _, state = follower.step(state, Pose2(0.0, 0.0, -0.2), 2.0, LINE)
     assert state.integral_rads == follower.integral_rads_max
 
 
 def test_without_waypoints_there_is_no_turn() -> None:
-    assert WaypointFollower().step(Aim(0.1), Pose2(0, 0, 0), 1.0, np.empty((0, 2))) == (0.0, 0.0, Aim())
+    assert WaypointFollower().step(FollowerState(0.1), Pose2(0, 0, 0), 1.0, np.empty((0, 2))) == (
+        0.0,
+        0.0,
+        FollowerState(),
+    )
 
 
 def test_the_led_pose_is_where_pending_commands_bring_the_vehicle() -> None:

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from contract.geometry import Pose2
-from vehicle_agent.control.waypoint.follower import Aim
+from vehicle_agent.control.waypoint.follower import FollowerState
 from vehicle_agent.control.waypoint.pure_pursuit import PurePursuit, point_ahead
 
 PURSUIT = PurePursuit()
 
 
 def turn_radps(pose: Pose2, points: np.ndarray, speed_mps: float = 2.0) -> float:
-    turn, _, _ = PURSUIT.step(Aim(), pose, speed_mps, points)
+    turn, _, _ = PURSUIT.step(FollowerState(), pose, speed_mps, points)
     return turn
 
 

@@ -6,7 +6,7 @@ import pytest
 from contract.roads.areas import AreaAhead
 from tests.vehicle_agent.planning.behaviour.jobs import FRONT_M, a_job
 from tests.vehicle_agent.world.builders import some_tracks
-from vehicle_agent.planning.behaviour.crossing_traffic import CrossingRules, Yielding, yielding
+from vehicle_agent.planning.behaviour.crossing_traffic import CrossingRules, YieldDecision, yielding
 from vehicle_agent.signals import PEDESTRIAN, VEHICLE, PlanMemory, WatchedArea
 
 RULES = CrossingRules(FRONT_M)
@@ -19,7 +19,7 @@ def at_the_junction(
     s_m: float = 20.0,
     speed_mps: float = 3.0,
     stopping: bool = False,
-) -> Yielding:
+) -> YieldDecision:
     tracks = some_tracks(*cars)
     watched = (WatchedArea("j", tuple(range(len(cars)))),)
     memory = PlanMemory(stopping_for=("j",) if stopping else ())

@@ -14,7 +14,7 @@ from vehicle_agent.planning.behaviour.occlusion import (
     occlusion_speeds,
 )
 from vehicle_agent.signals import VEHICLE, Tracks
-from vehicle_agent.world.view import Sight
+from vehicle_agent.world.view import VisibilityParams
 
 FRONT_M, SENSOR_M, HALF_M = 3.5, 3.2, 0.815
 RUN_MPS, REACT_S, DECEL_MPS2, CREEP_MPS, CAP_MPS = 2.2, 0.6, 5.0, 1.0, 4.2
@@ -37,7 +37,7 @@ def parked(x_m: float, gap_m: float) -> Tracks:
 
 def limits_at(rear_x_m: float, car: Tracks) -> Array:
     pose = Pose2(rear_x_m, 0.0, 0.0)
-    view = Sight(SENSOR_M).view(pose, np.empty((0, 2)), car, np.empty((0, 4)))
+    view = VisibilityParams(SENSOR_M).view(pose, np.empty((0, 2)), car, np.empty((0, 4)))
     first = math.ceil((rear_x_m + FRONT_M) / 0.5)
     sensor = np.array([view.pose_map.x_m, view.pose_map.y_m, 0.0])
     hidden = hidden_beside(

@@ -12,7 +12,7 @@ from contract.roads.network import RoadNetwork
 from contract.roads.routing import ReferenceLine, find_route, route_line
 from contract.runlog.arrays import dec_hook, enc_hook
 from tests.vehicle_agent.world.builders import some_tracks
-from vehicle_agent.planning.motion.motion_planning import Driving, MotionPlanning
+from vehicle_agent.planning.motion.motion_planning import MotionPlanning, MotionPlanningState
 from vehicle_agent.signals import (
     PEDESTRIAN,
     Ego,
@@ -73,7 +73,7 @@ class Driver:
 
     def __init__(self, *, silent: bool = False) -> None:
         self.silent = silent
-        self.state: Driving = ROOM.initial()
+        self.state: MotionPlanningState = ROOM.initial()
         self.now_ns, self.x_m, self.speed_mps = TICK_NS, 20.0, 3.0
         self.jobs: list[PlanJob] = []
         self._due: list[tuple[int, PlanAnswer]] = []
@@ -193,7 +193,7 @@ def test_the_state_survives_a_crash_of_the_process() -> None:
     driver = Driver()
     driver.run(1.5, some_tracks((PEDESTRIAN, 40.0, 3.0, 0.0, -1.0)))
     data = msgspec.msgpack.encode(driver.state, enc_hook=enc_hook)
-    again = msgspec.msgpack.decode(data, type=Driving, dec_hook=dec_hook)
+    again = msgspec.msgpack.decode(data, type=MotionPlanningState, dec_hook=dec_hook)
     ego, world = an_ego(driver.now_ns + TICK_NS, driver.x_m), a_world(driver.now_ns + TICK_NS)
     paths = [ROOM.step(state, ego, world, a_task(driver.x_m), ())[0] for state in (driver.state, again)]
     encoded = [msgspec.msgpack.encode(path, enc_hook=enc_hook) for path in paths]

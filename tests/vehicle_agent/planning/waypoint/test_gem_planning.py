@@ -4,11 +4,13 @@ import msgspec
 import numpy as np
 
 from tests.vehicle_agent.planning.builders import ROOM, TICK_NS, a_task, a_world, an_ego
-from vehicle_agent.planning.waypoint.waypoint_planning import Plan
+from vehicle_agent.planning.waypoint.waypoint_planning import WaypointPlanningState
 from vehicle_agent.signals import Path, Task, World
 
 
-def planned(state: Plan, tick: int, world: World, task: Task, speed_mps: float = 3.0) -> tuple[Path, Plan]:
+def planned(
+    state: WaypointPlanningState, tick: int, world: World, task: Task, speed_mps: float = 3.0
+) -> tuple[Path, WaypointPlanningState]:
     return ROOM.step(state, an_ego(tick * TICK_NS, speed_mps=speed_mps), world, task)
 
 

@@ -14,7 +14,7 @@ from vehicle_agent.planning.waypoint.approach import Approach
 from vehicle_agent.planning.waypoint.obstacle import sweep_arc, sweep_line
 from vehicle_agent.planning.waypoint.selector import SpeedCommand, lowest
 from vehicle_agent.planning.waypoint.waypoints import WaypointRules, curve_speed_mps, waypoints_from_line
-from vehicle_agent.signals import OtherVehicle
+from vehicle_agent.signals import FleetVehicle
 from vehicle_agent.stacks.rooms import waypoint_planning
 
 RULE = ROOM.obstacle
@@ -98,7 +98,7 @@ def test_a_stop_that_comes_late_is_braked_for_harder_but_within_bounds() -> None
 
 
 def test_the_gap_is_between_bumpers_and_leaves_five_metres() -> None:
-    mate = OtherVehicle(1, "b", Pose2(20.0 + 3.5 + 9.0 + 0.85, 0.2, 0.0), 0.0)
+    mate = FleetVehicle(1, "b", Pose2(20.0 + 3.5 + 9.0 + 0.85, 0.2, 0.0), 0.0)
     lead = ROOM.gap.lead(LINE.points, LINE.s, 20.0, 19, (mate,))
     assert lead is not None
     assert lead.gap_m == pytest.approx(9.0)
@@ -109,11 +109,11 @@ def test_the_gap_is_between_bumpers_and_leaves_five_metres() -> None:
 
 @pytest.mark.parametrize("pose", [Pose2(10.0, 0.0, 0.0), Pose2(40.0, 3.0, 0.0), Pose2(90.0, 0.0, 0.0)])
 def test_a_mate_behind_beside_or_far_ahead_is_no_lead(pose: Pose2) -> None:
-    assert ROOM.gap.lead(LINE.points, LINE.s, 20.0, 19, (OtherVehicle(1, "b", pose, 0.0),)) is None
+    assert ROOM.gap.lead(LINE.points, LINE.s, 20.0, 19, (FleetVehicle(1, "b", pose, 0.0),)) is None
 
 
 def test_a_mate_that_stands_across_the_line_is_a_lead_though_its_rear_axle_is_beside_it() -> None:
-    mate = OtherVehicle(1, "b", Pose2(35.0, -3.0, 0.5 * math.pi), 0.0)
+    mate = FleetVehicle(1, "b", Pose2(35.0, -3.0, 0.5 * math.pi), 0.0)
     lead = ROOM.gap.lead(LINE.points, LINE.s, 20.0, 19, (mate,))
     assert lead is not None
     assert 10.0 < lead.gap_m < 11.5

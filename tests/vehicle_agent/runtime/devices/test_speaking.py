@@ -10,8 +10,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from vehicle_agent.device_feed import DatagramPort, DeviceWords
-from vehicle_agent.hmi import words
+from vehicle_agent.device_feed import DatagramPort, DeviceOutputs
+from vehicle_agent.hmi import texts
 from vehicle_agent.runtime.devices import led_text
 from vehicle_agent.runtime.devices.audio import AudioError, AudioSettings, Loudspeaker
 from vehicle_agent.runtime.devices.led_ddp import HEADER, PAYLOAD_BYTES_MAX, DdpMatrix
@@ -29,7 +29,7 @@ from vehicle_agent.runtime.devices.speaking import (
     outlets,
 )
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
-from vehicle_agent.signals import Says
+from vehicle_agent.signals import HmiOutput
 
 PLOTS = find_spec("matplotlib")
 assert PLOTS is not None
@@ -76,8 +76,8 @@ class FakeMatrix:
         self._socket.close()
 
 
-def says(screen: str, announce: str = "", rear: str = "") -> Says:
-    return Says(screen, screen, announce, "", False, rear, rear)
+def says(screen: str, announce: str = "", rear: str = "") -> HmiOutput:
+    return HmiOutput(screen, screen, announce, "", False, rear, rear)
 
 
 def test_a_frame_arrives_as_it_was_lit_whatever_its_size() -> None:
@@ -114,19 +114,19 @@ def test_a_long_text_comes_round_again() -> None:
 
 def test_different_words_look_different() -> None:
     text = TextPanel(msgspec.structs.replace(PANEL, width_px=600))
-    shown = [words.MANUAL, words.AFTER_YOU, words.STEP_ASIDE, words.SLOWING, words.PASSING, words.DOORS_OPEN]
+    shown = [texts.MANUAL, texts.AFTER_YOU, texts.STEP_ASIDE, texts.SLOWING, texts.PASSING, texts.DOORS_OPEN]
     assert len({text.frame((english,), 0.0).tobytes() for english, _ in shown}) == len(shown)
 
 
 def test_a_font_without_chinese_is_refused_for_chinese() -> None:
     panel = msgspec.structs.replace(PANEL, languages=("zh",))
     with pytest.raises(FontError, match=r"DejaVuSans\.ttf lacks .*fonts-noto-cjk"):
-        TextPanel(panel, (words.every_text("zh"),))
-    TextPanel(PANEL, (words.every_text("en"),))
+        TextPanel(panel, (texts.every_text("zh"),))
+    TextPanel(PANEL, (texts.every_text("en"),))
 
 
 def test_both_languages_share_a_panel() -> None:
-    text = TextPanel(Panel(128, 32, ("zh", "en")), (words.every_text("zh"), words.every_text("en")))
+    text = TextPanel(Panel(128, 32, ("zh", "en")), (texts.every_text("zh"), texts.every_text("en")))
     both = text.frame(("请您先行", "AFTER YOU"), 0.0)
     assert both[:16].any()
     assert both[16:].any()
@@ -135,7 +135,7 @@ def test_both_languages_share_a_panel() -> None:
 
 def a_wide_panel(language: str, height_px: int) -> TextPanel:
     panel = Panel(1200, height_px, (language,))
-    return TextPanel(panel, (words.every_text(language),))
+    return TextPanel(panel, (texts.every_text(language),))
 
 
 @pytest.mark.parametrize("height_px", [16, 32])
@@ -144,13 +144,13 @@ def test_every_text_is_written_out_at_the_height_of_a_matrix(at: int, language: 
     """Every mark has pixels, none is the font's box for the missing, and none is cut off."""
     text = a_wide_panel(language, height_px)
     box = lit(text, "\U0010fffd")
-    for shown in words.screen_texts("图书馆", "Main Library"):
+    for shown in texts.screen_texts("图书馆", "Main Library"):
         assert len(shown[at].strip()) > 1
         marks = [lit(text, mark) for mark in sorted(set(shown[at])) if not mark.isspace()]
         assert all(mark.any() for mark in marks), shown
         assert not any(mark.shape == box.shape and (mark == box).all() for mark in marks), shown
         written = lit(text, shown[at])
-        high = TextPanel(Panel(1200, 3 * height_px, (language,)), (words.every_text(language),))
+        high = TextPanel(Panel(1200, 3 * height_px, (language,)), (texts.every_text(language),))
         high._fonts = text._fonts
         assert written.sum() == lit(high, shown[at]).sum(), f"{shown[at]} is cut off"
         assert written.any(axis=1).sum() >= 0.6 * height_px
@@ -170,7 +170,7 @@ def test_a_stop_with_high_letters_is_written_smaller_and_not_cut() -> None:
 
 
 def test_everything_said_has_words_in_both_languages() -> None:
-    for english, chinese in words.sentences("图书馆", "Main Library"):
+    for english, chinese in texts.sentences("图书馆", "Main Library"):
         assert english.isascii()
         assert english.endswith(".")
         assert chinese.endswith("。")
@@ -205,10 +205,10 @@ def test_front_and_rear_show_their_own_text_and_repeat_it() -> None:
         rear=ScreenSettings("127.0.0.1", rear.port, PANEL),
     )
     process, tick = SpeakingProcess(settings), DatagramPort()
-    tick.send(process.port, DeviceWords(says("GO", rear="STOP")))
+    tick.send(process.port, DeviceOutputs(says("GO", rear="STOP")))
     time.sleep(0.05)
     process.run_step(10.0)
-    text = TextPanel(PANEL, (words.every_text("en"),))
+    text = TextPanel(PANEL, (texts.every_text("en"),))
     assert (front.frame() == text.frame(("GO",), 0.0)).all()
     assert (rear.frame() == text.frame(("STOP",), 0.0)).all()
     process.run_step(10.5)

@@ -6,7 +6,7 @@ import time
 import pytest
 
 from contract.wire.codec import encode
-from contract.wire.messages import PresenceSeen
+from contract.wire.messages import PresenceReport
 from vehicle_agent.device_feed import DeviceFeedError
 from vehicle_agent.runtime.processes.camera_link import WORDS_MAX, CameraLink
 from vehicle_agent.signals import InboxBody, PedestrianPresence
@@ -23,7 +23,7 @@ def heard(link: CameraLink, *datagrams: bytes) -> list[tuple[str, InboxBody]]:
 
 def test_a_word_is_stamped_with_when_it_was_seen() -> None:
     link = CameraLink(f"{HOST}:0")
-    ((source, word),) = heard(link, encode(PresenceSeen("zebra", 2, 0.5)))
+    ((source, word),) = heard(link, encode(PresenceReport("zebra", 2, 0.5)))
     assert source == "camera"
     assert isinstance(word, PedestrianPresence)
     assert (word.area_id, word.count) == ("zebra", 2)
@@ -33,7 +33,7 @@ def test_a_word_is_stamped_with_when_it_was_seen() -> None:
 
 def test_what_is_no_word_is_counted_and_passed_by() -> None:
     link = CameraLink(f"{HOST}:0")
-    found = heard(link, b"\xff\x00", b"[" * 1900, b"{}", encode(PresenceSeen("zebra", 0)))
+    found = heard(link, b"\xff\x00", b"[" * 1900, b"{}", encode(PresenceReport("zebra", 0)))
     assert len(found) == 1
     assert link.malformed == 3
     link.close()
@@ -41,7 +41,7 @@ def test_what_is_no_word_is_counted_and_passed_by() -> None:
 
 def test_a_flood_is_taken_in_portions() -> None:
     link = CameraLink(f"{HOST}:0")
-    assert len(heard(link, *[encode(PresenceSeen("zebra", 1))] * (WORDS_MAX + 10))) == WORDS_MAX
+    assert len(heard(link, *[encode(PresenceReport("zebra", 1))] * (WORDS_MAX + 10))) == WORDS_MAX
     link.close()
 
 

@@ -25,7 +25,7 @@ _PROGRAMS = 3
 _FAR_M = 1e3
 
 
-class Speed(msgspec.Struct, frozen=True):
+class SpeedSolution(msgspec.Struct, frozen=True):
     """A speed plan and what shaped it.
 
     plan         None when the program failed
@@ -53,7 +53,7 @@ def plan_speed(
     samples: PathSamples,
     moving: MovingDiscs,
     obstacles: Array,
-) -> Speed:
+) -> SpeedSolution:
     """The speed for this very path; nothing of an earlier path's speed is kept."""
     limits, box = params.limits, params.vehicle.box
     stop_m, cut_s_m, touching = _stop(params, road, samples, obstacles)
@@ -124,7 +124,7 @@ def plan_speed(
         if (plan.v_mps[1:] - now).max() < 0.03:
             break
     inside = touching or bool(occupancy.inside.any())
-    return Speed(
+    return SpeedSolution(
         plan,
         place,
         occupancy,

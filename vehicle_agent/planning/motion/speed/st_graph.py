@@ -12,7 +12,7 @@ from vehicle_agent.planning.motion.speed.occupancy import Occupancy
 _BEYOND_M = 1e4
 
 
-class Graph(msgspec.Struct, frozen=True):
+class StGraph(msgspec.Struct, frozen=True):
     """The s-t graph at knots of dt_s: who is where, merged over the slots around each knot.
 
     low_m, high_m, soft_low_m, soft_high_m (K, a); of relevant agents only, `who` (a,) their rows
@@ -26,7 +26,7 @@ class Graph(msgspec.Struct, frozen=True):
     who: np.ndarray
 
 
-class Corridor(msgspec.Struct, frozen=True):
+class StCorridor(msgspec.Struct, frozen=True):
     """What the speed program shall keep, (K,) by knot; yields_to, passes rows of Agents.
 
     stands         (K,) the way stands while somebody walks by or into it: no motion then
@@ -44,7 +44,7 @@ class Corridor(msgspec.Struct, frozen=True):
 
 def graph(
     occupancy: Occupancy, pass_rule: IntArray, slots_per_knot: int, early: IntArray, dt_s: float, gap_m: float
-) -> Graph:
+) -> StGraph:
     """Occupancy at the knots: each takes what is taken half a knot before it, and half a knot and `early`
     (a,) slots after it: who walks faster than expected comes sooner.
 
@@ -71,7 +71,7 @@ def graph(
     taken = low <= high
     soft_low = np.where(taken, np.minimum(low - gap_m, soft_low), soft_low)
     soft_high = np.where(taken, np.maximum(high + 0.5 * gap_m, soft_high), soft_high)
-    return Graph(dt_s, low, high, soft_low, soft_high, who)
+    return StGraph(dt_s, low, high, soft_low, soft_high, who)
 
 
 @njit(cache=True)
@@ -94,7 +94,7 @@ def merged(
     return out[0], out[1], out[2], out[3]
 
 
-def corridor(graph: Graph, way_u_m: Array) -> Corridor:
+def corridor(graph: StGraph, way_u_m: Array) -> StCorridor:
     """Which side of everybody the way u (K,) keeps, and the room that leaves.
 
     A soft stretch that the way itself enters is given up: the search has found that waiting costs more.
@@ -105,7 +105,9 @@ def corridor(graph: Graph, way_u_m: Array) -> Corridor:
     knots = len(high)
     step = high[-1] - high[max(knots - 6, 0)]
     end_speed = max(step / (5.0 * graph.dt_s), 0.0) if np.isfinite(step) else 0.0
-    return Corridor(low, high, soft, stands, graph.who[side == 1], graph.who[side == 2], min(end_speed, 5.0))
+    return StCorridor(
+        low, high, soft, stands, graph.who[side == 1], graph.who[side == 2], min(end_speed, 5.0)
+    )
 
 
 @njit(cache=True)

@@ -12,13 +12,13 @@ from numba import njit
 
 from contract.geometry import Array
 from vehicle_agent.planning.motion.request import DrivingLimits
-from vehicle_agent.planning.motion.speed.st_graph import Graph
+from vehicle_agent.planning.motion.speed.st_graph import StGraph
 
 _CELL_M, _CELL_MPS = 0.4, 0.25
 _STILL_MPS = 0.05
 
 
-class Searched(msgspec.Struct, frozen=True):
+class StSearchResult(msgspec.Struct, frozen=True):
     """u_m, v_mps (K,) at the knots; nodes used; whether a way to the end was found."""
 
     u_m: np.ndarray
@@ -28,7 +28,7 @@ class Searched(msgspec.Struct, frozen=True):
 
 
 def search(
-    graph: Graph,
+    graph: StGraph,
     place_u_m: Array,
     place_limit_mps: Array,
     clearance_limit_mps: Array,
@@ -36,7 +36,7 @@ def search(
     a0_mps2: float,
     limits: DrivingLimits,
     nodes_max: int,
-) -> Searched:
+) -> StSearchResult:
     """The best way through the graph from u = 0 with v0, a0.
 
     place_u_m, place_limit_mps (n,); clearance_limit_mps (K, n). Standing is allowed anywhere:
@@ -64,7 +64,7 @@ def search(
         limits.decel_mps2_max,
         nodes_max,
     )
-    return Searched(u, v, nodes, found)
+    return StSearchResult(u, v, nodes, found)
 
 
 @njit(cache=True)

@@ -19,7 +19,7 @@ from vehicle_agent.planning.motion.speed.speed_qp import (
     solve_speed,
     started,
 )
-from vehicle_agent.planning.motion.speed.st_graph import Graph, corridor
+from vehicle_agent.planning.motion.speed.st_graph import StGraph, corridor
 from vehicle_agent.planning.motion.speed.st_search import search
 
 LIMITS = DrivingLimits()
@@ -124,13 +124,13 @@ def test_a_free_road_is_used_up_to_the_limit() -> None:
     assert plan.v_mps[round(5.2 / 0.2)] > 4.0
 
 
-def a_graph(low_m: float, high_m: float, from_k: int, to_k: int) -> Graph:
+def a_graph(low_m: float, high_m: float, from_k: int, to_k: int) -> StGraph:
     low, high = np.full((41, 1), np.inf), np.full((41, 1), -np.inf)
     low[from_k:to_k], high[from_k:to_k] = low_m, high_m
-    return Graph(0.2, low, high, low.copy(), high.copy(), np.zeros(1, np.int64))
+    return StGraph(0.2, low, high, low.copy(), high.copy(), np.zeros(1, np.int64))
 
 
-def ways(graph: Graph, v0: float, limit_mps: float = 4.17) -> tuple[str, np.ndarray]:
+def ways(graph: StGraph, v0: float, limit_mps: float = 4.17) -> tuple[str, np.ndarray]:
     u = np.arange(0.0, 48.0, 0.25)
     free = np.full((41, len(u)), 100.0)
     way = search(graph, u, np.full(len(u), limit_mps), free, v0, 0.0, LIMITS, 60_000)

@@ -1,0 +1,185 @@
+"""One vehicle's gate and tick as real processes, with a simulation in real time and nobody else.
+
+No server and no link: whoever makes it posts orders to the tick as the link would, and listens on its bus.
+"""
+
+import shutil
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import can
+import msgspec
+import numpy as np
+
+from campusloop.live.simulation import simulate_vehicles
+from campusloop.scenes.path_map import LANE_ID, path_map
+from campusloop.virtual.granted_order import go_words, granted_order, rest_at
+from contract.roads.load import decode_map, encode_map
+from contract.roads.model import RestingPlace, RoadMap
+from contract.roads.network import RoadNetwork
+from simulator.live.live import scan_ring_path
+from simulator.live.ports import ports_of
+from vehicle_agent.can.braking import CommandSetError
+from vehicle_agent.can.by_wire import braking_of, codec_of
+from vehicle_agent.config import Profile
+from vehicle_agent.runtime.devices.can_bus import open_bus
+from vehicle_agent.runtime.processes.agent import AgentPlace, run_gate, run_tick
+from vehicle_agent.runtime.processes.agent_files import AgentFolder, VehicleFile
+from vehicle_agent.runtime.processes.mailbox import Deliveries, Delivery, Mailbox
+from vehicle_agent.runtime.processes.priority import TICK_PRIORITY, ask_for_real_time
+from vehicle_agent.runtime.processes.supervisor import Job, Supervisor
+from vehicle_agent.signals import CanFrame, VehicleMotion
+
+VEHICLE_ID = "shuttle-1"
+TICK_JOB, GATE_JOB = "tick", "gate"
+_SET_FRAMES_MAX = 8
+_START_S_M = 15.0
+
+
+@dataclass(frozen=True, slots=True)
+class OnBus:
+    """What a listener has heard at stamp_ns: a report, or the brake of a set of commands."""
+
+    stamp_ns: int
+    motion: VehicleMotion | None
+    brake_ratio: float = 0.0
+
+
+class ProcessFaultRig:
+    """`start`, `go`, `listen` again and again, `stop`. processes: to look whom to signal."""
+
+    def __init__(self, profile: Profile, road_map: RoadMap, folder: Path, base_port: int) -> None:
+        """folder: for everything that lies on disk; logs are `folder/NAME.log`."""
+        self._profile, self._map, self._folder, self._base_port = profile, road_map, folder, base_port
+        self._mail = Path(tempfile.mkdtemp(prefix="campusloop-"))
+        self._ports = ports_of(0, base_port)
+        self._codec, self._by_wire = codec_of(profile), braking_of(profile)
+        self._reports: Any = self._codec.initial()
+        self._set: list[CanFrame] = []
+        self._said = 0
+        self.processes = Supervisor(self._jobs())
+        self._mailbox = Mailbox(self._mail / "vehicle" / "link")
+        self._bus = open_bus(self._ports.can_channel)
+
+    def start(self) -> None:
+        self.processes.start()
+
+    def stop(self) -> None:
+        """Nothing is left running."""
+        self.processes.stop()
+        self._bus.shutdown()
+        self._mailbox.close()
+        shutil.rmtree(self._mail, ignore_errors=True)
+
+    def go(self) -> None:
+        """The order to the road's end, and an operator's resume."""
+        network, now_ns = RoadNetwork(self._map), time.monotonic_ns()
+        self._said += 1
+        visits = rest_at((LANE_ID,), network.lines[LANE_ID].length_m - 1.0)
+        sections = [section.section_id for section in network.sections_of(LANE_ID)]
+        order = granted_order("bare", self._map.map_version, visits, sections, self._said)
+        words = go_words(order, now_ns)
+        mail = Deliveries(tuple(Delivery(now_ns, "link", word) for word in words))
+        self._mailbox.post(self._mail / "vehicle" / "tick", mail)
+
+    def listen(self, seconds: float, until: Callable[[OnBus], bool] = lambda _heard: False) -> list[OnBus]:
+        """Everything on the bus for so long, or until something is heard; who ended is started again."""
+        heard: list[OnBus] = []
+        end_s = time.monotonic() + seconds
+        while (left_s := end_s - time.monotonic()) > 0.0:
+            self.processes.look()
+            self._mailbox.take()
+            message = self._bus.recv(timeout=min(left_s, 0.05))
+            if message is None:
+                continue
+            found = self._understood(message)
+            if found is not None:
+                heard.append(found)
+                if until(found):
+                    break
+        return heard
+
+    def _understood(self, message: can.Message) -> OnBus | None:
+        """A whole set of commands, or a report; stamped when the system took it from the wire."""
+        stamp_ns = time.monotonic_ns() - max(0, round((time.time() - message.timestamp) * 1e9))
+        frame = CanFrame(stamp_ns, message.arbitration_id, bytes(message.data))
+        if message.arbitration_id not in self._by_wire.command_ids():
+            motion, self._reports = self._codec.decode(self._reports, (frame,), stamp_ns)
+            return OnBus(stamp_ns, motion)
+        self._set = [*self._set[1 - _SET_FRAMES_MAX :], frame]
+        for first in range(len(self._set)):
+            try:
+                asked = self._by_wire.commanded(tuple(self._set[first:]))
+            except CommandSetError:
+                # Not a whole set yet, or what went before it.
+                continue
+            first_ns, self._set = self._set[first].stamp_ns, []
+            return OnBus(first_ns, None, asked.brake_ratio)
+        return None
+
+    def _jobs(self) -> list[Job]:
+        folder = self._folder
+        folder.mkdir(parents=True, exist_ok=True)
+        map_path, profile_path = folder / "map.json", folder / "profile.toml"
+        map_path.write_bytes(encode_map(self._map))
+        profile_path.write_text(_toml(self._profile))
+        ports = self._ports
+        vehicle = VehicleFile(
+            vehicle_id=VEHICLE_ID,
+            server_url="http://127.0.0.1",
+            can_channel=ports.can_channel,
+            values_port=ports.values_port,
+            scans_port=ports.scans_port,
+            words_port=ports.words_port,
+            scan_ring=str(scan_ring_path(folder, VEHICLE_ID)),
+        )
+        AgentFolder(folder / "vehicle").prepare(vehicle, map_path, profile_path)
+        place = AgentPlace((folder / "vehicle").resolve(), self._mail / "vehicle")
+        world = (map_path, profile_path, self._base_port, folder)
+        return [
+            Job("simulator", _hardware, world, log_file=folder / "simulator.log"),
+            Job(GATE_JOB, run_gate, (place,), log_file=folder / "gate.log"),
+            Job(TICK_JOB, run_tick, (place,), log_file=folder / "tick.log"),
+        ]
+
+
+def straight_road(length_m: float, speed_mps: float) -> RoadMap:
+    """One lane to the east, with a resting place at its beginning."""
+    points = np.column_stack((np.arange(0.0, length_m, 1.0), np.zeros(round(length_m))))
+    road_map = path_map("straight", points, width_m=4.0, speed_limit_mps=speed_mps)
+    start = RestingPlace("start", LANE_ID, _START_S_M)
+    # Written out and read again: the version is of what the map says now.
+    return decode_map(
+        encode_map(msgspec.structs.replace(road_map, resting_places=(start, *road_map.resting_places)))
+    )
+
+
+def _hardware(map_path: Path, profile_path: Path, base_port: int, folder: Path) -> None:
+    """The simulation stands for a module that has a processor of its own."""
+    ask_for_real_time("simulator", TICK_PRIORITY)
+    simulate_vehicles(
+        map_path,
+        (VEHICLE_ID,),
+        profile_path,
+        base_port=base_port,
+        folder=folder,
+        people=False,
+        lidar=False,
+    )
+
+
+def _toml(profile: Profile) -> str:
+    """The profile as `load_profile` reads it."""
+    fields = msgspec.to_builtins(profile)
+    lines = [
+        f"{key} = {msgspec.json.encode(v).decode()}" for key, v in fields.items() if not isinstance(v, dict)
+    ]
+    for section, values in fields.items():
+        if isinstance(values, dict):
+            lines.append(f"[{section}]")
+            lines += [f"{key} = {msgspec.json.encode(value).decode()}" for key, value in values.items()]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,59 @@
+"""Bookings that come in while others are being decided are decided together, on one look at the fleet."""
+
+import asyncio
+
+from server.domain.rides.rides import BookRide
+from server.usecases.ports.unit_of_work import Transactions
+from server.usecases.rides import rides
+
+TOGETHER_MAX = 32
+
+
+class BookingBatcher:
+    """Answers in the order of coming. Whoever comes first waits for nobody."""
+
+    def __init__(self, transactions: Transactions) -> None:
+        self._transactions = transactions
+        self._waiting: list[tuple[BookRide, asyncio.Future[rides.BookingResult]]] = []
+        self._worker: asyncio.Task[None] | None = None
+
+    async def book(self, wish: BookRide) -> rides.BookingResult:
+        """See `rides.book` for what it raises."""
+        answer: asyncio.Future[rides.BookingResult] = asyncio.get_running_loop().create_future()
+        self._waiting.append((wish, answer))
+        if self._worker is None:
+            self._worker = asyncio.get_running_loop().create_task(self._work(), name="booking-desk")
+        return await answer
+
+    async def _work(self) -> None:
+        try:
+            while self._waiting:
+                together = self._waiting[:TOGETHER_MAX]
+                del self._waiting[: len(together)]
+                await self._decide(together)
+        finally:
+            self._worker = None
+
+    async def _decide(self, together: list[tuple[BookRide, asyncio.Future[rides.BookingResult]]]) -> None:
+        """All in one transaction; where that fails, each on its own, so that one harms no other."""
+        wishes = [wish for wish, _ in together]
+        work = self._transactions.run(lambda uow: rides.book_all(uow, wishes))
+        (booked,) = await asyncio.gather(work, return_exceptions=True)
+        if isinstance(booked, list):
+            for (_, answer), result in zip(together, booked, strict=True):
+                _settle(answer, result)
+        elif len(together) == 1:
+            _settle(together[0][1], booked)
+        else:
+            for one in together:
+                await self._decide([one])
+
+
+def _settle(answer: asyncio.Future[rides.BookingResult], result: rides.BookingResult | BaseException) -> None:
+    """Who has gone away meanwhile has still booked."""
+    if answer.done():
+        return
+    if isinstance(result, BaseException):
+        answer.set_exception(result)
+    else:
+        answer.set_result(result)

@@ -1,0 +1,48 @@
+"""What one session has sent already, so that changes go out at once and repeats only when unanswered."""
+
+from contract.wire.messages import Grants, Order, SectionGrant, ServerMessage
+from server.usecases.orders.outbox import Outbox
+
+REPEAT_AFTER_NS = 3_000_000_000
+
+
+class SentMessages:
+    """Chooses from an outbox what to send now. Repeats are harmless to the vehicle, silence is not."""
+
+    def __init__(self) -> None:
+        self._sent_ns: dict[str, int] = {}
+        self._grants: tuple[str, tuple[SectionGrant, ...]] = ("", ())
+        self.unanswered = False
+
+    def choose(self, outbox: Outbox, now_ns: int) -> list[ServerMessage]:
+        """Orders before grants; `unanswered` then tells whether something is to be asked for again."""
+        messages: list[ServerMessage] = []
+        still: dict[str, int] = {}
+        for key, message in _keyed(outbox):
+            sent_ns = self._sent_ns.get(key)
+            if sent_ns is None or now_ns - sent_ns >= REPEAT_AFTER_NS:
+                messages.append(message)
+                sent_ns = now_ns
+                self._note_grants(message)
+            still[key] = sent_ns
+        if outbox.grants is not None and self._are_news(outbox.grants):
+            messages.append(outbox.grants)
+            self._note_grants(outbox.grants)
+        self._sent_ns, self.unanswered = still, bool(still)
+        return messages
+
+    def _are_news(self, grants: Grants) -> bool:
+        return self._grants != (grants.order_id, grants.sections)
+
+    def _note_grants(self, message: ServerMessage) -> None:
+        if isinstance(message, Order | Grants):
+            self._grants = (message.order_id, message.sections)
+
+
+def _keyed(outbox: Outbox) -> list[tuple[str, ServerMessage]]:
+    keyed: list[tuple[str, ServerMessage]] = []
+    if outbox.order is not None:
+        keyed.append((f"order {outbox.order.order_id} {outbox.order.revision}", outbox.order))
+    keyed += [(f"command {command.command_id}", command) for command in outbox.commands]
+    keyed += [(f"tap {tap.tap_id}", tap) for tap in outbox.taps]
+    return keyed

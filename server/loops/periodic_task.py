@@ -1,0 +1,66 @@
+"""What every standing task shares: something to do now and then, or sooner when the bus says so."""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+
+import structlog
+
+from server.domain.errors import DomainError
+from server.usecases.ports.bus import Bus, Subscription
+
+log = structlog.get_logger("loops")
+
+
+class PeriodicTask:
+    """Calls `beat` every period_s, and soon after a message on one of the topics.
+
+    A rule of the house that says no to one beat is logged; the next beat comes all the same. Anything else
+    is a defect and ends the task.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        beat: Callable[[], Awaitable[None]],
+        period_s: float,
+        bus: Bus | None = None,
+        topics: tuple[str, ...] = (),
+    ) -> None:
+        self._name = name
+        self._beat = beat
+        self._period_s = period_s
+        self._bus = bus
+        self._topics = topics
+        self._woken = asyncio.Event()
+
+    async def run(self) -> None:
+        listeners = []
+        if self._bus is not None:
+            for topic in self._topics:
+                subscription = await self._bus.subscribe(topic)
+                listeners.append(asyncio.ensure_future(self._listen(subscription)))
+        try:
+            while True:
+                await self._once()
+                await self._rest()
+        finally:
+            for listener in listeners:
+                listener.cancel()
+
+    async def _once(self) -> None:
+        self._woken.clear()
+        try:
+            await self._beat()
+        except DomainError as error:
+            log.warning("loop.refused", loop=self._name, code=error.code, detail=error.detail)
+
+    async def _rest(self) -> None:
+        try:
+            async with asyncio.timeout(self._period_s):
+                await self._woken.wait()
+        except TimeoutError:
+            return
+
+    async def _listen(self, subscription: Subscription) -> None:
+        async for _topic, _payload in subscription:
+            self._woken.set()

@@ -1,0 +1,61 @@
+"""The map in force, its closures and paces, in memory: they change seldom, every transaction asks."""
+
+from sqlalchemy import Connection
+
+from server.domain.planning.travel_time_factors import TravelTimeFactors
+from server.domain.roads.closures import Closure
+from server.domain.roads.maps import ActiveMap
+from server.store.cache.memory import RowCache
+from server.store.planning.travel_time_factors import TravelTimeFactorRows
+from server.store.roads.closures import Closures
+from server.store.roads.maps import Maps
+
+_ACTIVE_MAP, _CLOSURES = "active map", "closures"
+
+
+class CachedMaps(Maps):
+    def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
+        super().__init__(connection, campus_id, locks=False)
+        self._memory = memory
+
+    def active(self) -> ActiveMap:
+        known = self._memory.table(_ACTIVE_MAP, lambda: {"": Maps.active(self)})
+        active: ActiveMap = known[""]
+        return active
+
+    def activate(self, map_version: str) -> None:
+        super().activate(map_version)
+        self._memory.unload(_ACTIVE_MAP)
+
+
+class CachedClosures(Closures):
+    def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
+        super().__init__(connection, campus_id, locks=False)
+        self._memory = memory
+
+    def standing(self) -> tuple[Closure, ...]:
+        known = self._memory.table(_CLOSURES, lambda: {"": Closures.standing(self)})
+        standing: tuple[Closure, ...] = known[""]
+        return standing
+
+    def add(self, closure: Closure) -> None:
+        super().add(closure)
+        self._changed()
+
+    def save(self, closure: Closure) -> None:
+        super().save(closure)
+        self._changed()
+
+    def _changed(self) -> None:
+        self._memory.unload(_CLOSURES)
+        self._memory.unload(_ACTIVE_MAP)
+
+
+class CachedTravelTimeFactors(TravelTimeFactorRows):
+    def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
+        super().__init__(connection, campus_id, locks=False)
+        self._memory = memory
+
+    def save(self, paces: TravelTimeFactors) -> None:
+        super().save(paces)
+        self._memory.unload(_ACTIVE_MAP)

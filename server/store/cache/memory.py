@@ -1,0 +1,85 @@
+"""Objects made of rows, kept from one transaction to the next by the only writer of a database.
+
+Reading the fleet anew for every booking takes longer than deciding it. Whatever the writer changes it
+changes here too; a transaction that fails takes its changes back; a commit by any other connection makes
+everything be read anew.
+"""
+
+from collections.abc import Callable, Hashable
+from typing import Any, Final
+
+from sqlalchemy import Connection
+
+_ABSENT: Final = object()
+Rows = dict[Any, Any]
+
+
+class RowCache:
+    """Tables of objects that never change themselves. Belongs to one thread and one connection."""
+
+    def __init__(self) -> None:
+        self._tables: dict[str, Rows] = {}
+        self._undo: list[Callable[[], None]] = []
+        self._data_version = -1
+
+    def begin(self, connection: Connection) -> None:
+        """A transaction has begun: forget everything if somebody else has written (SQLite)."""
+        version = int(connection.exec_driver_sql("PRAGMA data_version").scalar_one())
+        if version != self._data_version:
+            self.forget()
+        self._data_version = version
+        self._undo.clear()
+
+    def forget(self) -> None:
+        self._tables.clear()
+        self._undo.clear()
+
+    def mark(self) -> int:
+        """What to give to `take_back` if what follows fails."""
+        return len(self._undo)
+
+    def take_back(self, mark: int) -> None:
+        while len(self._undo) > mark:
+            self._undo.pop()()
+
+    def table(self, name: str, load: Callable[[], Rows] | None = None) -> Rows:
+        """To be read only. load: what fills it when it is not known yet."""
+        found = self._tables.get(name)
+        if found is None:
+            found = self._tables[name] = load() if load else {}
+            self._undo.append(lambda: self._drop(name))
+        return found
+
+    def put(self, name: str, key: Hashable, value: Any) -> None:
+        """Only what has been loaded is kept up: what has not will be read as it is then."""
+        rows = self._tables.get(name)
+        if rows is not None:
+            self._keep_old(rows, key)
+            rows[key] = value
+
+    def remove(self, name: str, key: Hashable) -> None:
+        rows = self._tables.get(name)
+        if rows is not None and key in rows:
+            self._keep_old(rows, key)
+            del rows[key]
+
+    def unload(self, name: str) -> None:
+        """Read this table anew when it is needed again."""
+        rows = self._tables.pop(name, None)
+        if rows is not None:
+            # What is loaded from now on in this transaction is dropped before this is put back.
+            self._undo.append(lambda: self._tables.__setitem__(name, rows))
+
+    def _keep_old(self, rows: Rows, key: Hashable) -> None:
+        old = rows.get(key, _ABSENT)
+        self._undo.append(lambda: _put_back(rows, key, old))
+
+    def _drop(self, name: str) -> None:
+        self._tables.pop(name, None)
+
+
+def _put_back(rows: Rows, key: Hashable, old: Any) -> None:
+    if old is _ABSENT:
+        rows.pop(key, None)
+    else:
+        rows[key] = old

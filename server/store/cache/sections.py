@@ -1,0 +1,32 @@
+"""Who holds which section, in memory."""
+
+from sqlalchemy import Connection
+
+from server.domain.orders.sections import Occupancy
+from server.store.cache.memory import RowCache, Rows
+from server.store.orders.sections import Sections
+
+_OCCUPANCIES = "occupancies"
+
+
+class CachedSections(Sections):
+    def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
+        super().__init__(connection, campus_id, locks=False)
+        self._memory = memory
+
+    def all(self) -> tuple[Occupancy, ...]:
+        known = self._known()
+        return tuple(known[vehicle_id] for vehicle_id in sorted(known))
+
+    def save(self, occupancy: Occupancy) -> None:
+        self._write(occupancy, self._known().get(occupancy.vehicle_id))
+        self._memory.put(_OCCUPANCIES, occupancy.vehicle_id, occupancy)
+
+    def remove(self, vehicle_id: str) -> None:
+        super().remove(vehicle_id)
+        self._memory.remove(_OCCUPANCIES, vehicle_id)
+
+    def _known(self) -> Rows:
+        return self._memory.table(
+            _OCCUPANCIES, lambda: {occupancy.vehicle_id: occupancy for occupancy in Sections.all(self)}
+        )

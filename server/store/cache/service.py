@@ -1,0 +1,48 @@
+"""Service patterns and exceptions, in memory: they change seldom, every booking asks."""
+
+from datetime import date
+
+from sqlalchemy import Connection
+
+from server.domain.service.service import ServiceException, ServicePattern
+from server.store.cache.memory import RowCache, Rows
+from server.store.record.service import Service
+
+_PATTERNS, _EXCEPTIONS = "service patterns", "service exceptions"
+
+
+class CachedService(Service):
+    def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
+        super().__init__(connection, campus_id, locks=False)
+        self._memory = memory
+
+    def patterns(self) -> tuple[ServicePattern, ...]:
+        known = self._memory.table(_PATTERNS, lambda: {p.service_id: p for p in Service.patterns(self)})
+        return tuple(known.values())
+
+    def pattern(self, service_id: str) -> ServicePattern | None:
+        return next((pattern for pattern in self.patterns() if pattern.service_id == service_id), None)
+
+    def save_pattern(self, pattern: ServicePattern) -> None:
+        super().save_pattern(pattern)
+        self._memory.unload(_PATTERNS)
+
+    def remove_pattern(self, service_id: str) -> None:
+        super().remove_pattern(service_id)
+        self._memory.unload(_PATTERNS)
+        self._memory.unload(_EXCEPTIONS)
+
+    def exceptions(self, since: date | None = None) -> tuple[ServiceException, ...]:
+        known = self._memory.table(_EXCEPTIONS, self._read_exceptions)
+        return tuple(e for e in known.values() if since is None or e.day >= since)
+
+    def save_exception(self, exception: ServiceException) -> None:
+        super().save_exception(exception)
+        self._memory.unload(_EXCEPTIONS)
+
+    def remove_exception(self, day: date, service_id: str) -> bool:
+        self._memory.unload(_EXCEPTIONS)
+        return super().remove_exception(day, service_id)
+
+    def _read_exceptions(self) -> Rows:
+        return {(e.day, e.service_id): e for e in super().exceptions()}

@@ -1,0 +1,73 @@
+"""Vehicles and where they are, in memory."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import datetime
+
+from sqlalchemy import Connection
+
+from contract.wire.messages import Status
+from server.domain.fleet.vehicles import StatusReport, Vehicle, Whereabouts
+from server.store import tables
+from server.store.cache.memory import RowCache, Rows
+from server.store.fleet.vehicles import Vehicles, vehicle_from_row
+
+_VEHICLES, _WHEREABOUTS = "vehicles", "whereabouts"
+
+
+class CachedVehicles(Vehicles):
+    def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
+        super().__init__(connection, campus_id, locks=False)
+        self._memory = memory
+
+    def get(self, vehicle_id: str) -> Vehicle | None:
+        return self._known().get(vehicle_id)
+
+    def all(self) -> tuple[Vehicle, ...]:
+        known = self._known()
+        return tuple(known[vehicle_id] for vehicle_id in sorted(known) if not known[vehicle_id].retired)
+
+    def add(self, vehicle: Vehicle) -> None:
+        super().add(vehicle)
+        self._memory.put(_VEHICLES, vehicle.vehicle_id, vehicle)
+
+    def save(self, vehicle: Vehicle) -> None:
+        super().save(vehicle)
+        self._memory.put(_VEHICLES, vehicle.vehicle_id, vehicle)
+
+    def whereabouts(self, vehicle_id: str) -> Whereabouts | None:
+        return self._where().get(vehicle_id)
+
+    def all_whereabouts(self) -> tuple[Whereabouts, ...]:
+        where = self._where()
+        return tuple(where[vehicle_id] for vehicle_id in sorted(where))
+
+    def heard(self, vehicle_id: str, at: datetime) -> None:
+        super().heard(vehicle_id, at)
+        before = self._where().get(vehicle_id)
+        status = None if before is None else before.status
+        self._memory.put(_WHEREABOUTS, vehicle_id, Whereabouts(vehicle_id, at, status))
+
+    def save_position(self, vehicle_id: str, status: Status) -> None:
+        super().save_position(vehicle_id, status)
+        before = self._where().get(vehicle_id)
+        if before is not None:
+            self._memory.put(_WHEREABOUTS, vehicle_id, replace(before, status=status))
+
+    def save_status(self, reports: Sequence[StatusReport]) -> None:
+        super().save_status(reports)
+        for report in reports:
+            where = Whereabouts(report.vehicle_id, report.received_at, report.status)
+            self._memory.put(_WHEREABOUTS, report.vehicle_id, where)
+
+    def _known(self) -> Rows:
+        return self._memory.table(_VEHICLES, self._read_vehicles)
+
+    def _read_vehicles(self) -> Rows:
+        rows = self._many(self._select(tables.vehicles))
+        return {row.vehicle_id: vehicle_from_row(row) for row in rows}
+
+    def _where(self) -> Rows:
+        return self._memory.table(
+            _WHEREABOUTS, lambda: {where.vehicle_id: where for where in Vehicles.all_whereabouts(self)}
+        )

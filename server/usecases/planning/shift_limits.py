@@ -1,0 +1,84 @@
+"""A vehicle's shifts as the dispatcher's problem has them: its beginning, its breaks and its end."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import datetime, timedelta
+from itertools import pairwise
+from math import isfinite
+from zoneinfo import ZoneInfo
+
+import numpy as np
+
+from server.dispatch.problem import Call, VehicleState
+from server.domain.fleet.shifts import Shifts, Span
+from server.usecases.ports.unit_of_work import UnitOfWork
+
+# As far ahead as anybody books, and a long weekend more.
+_NEXT_SHIFT = timedelta(days=11)
+
+
+def with_shifts(
+    uow: UnitOfWork,
+    shifts: Shifts,
+    state: VehicleState,
+    planned_s: Sequence[float],
+    until: datetime,
+) -> VehicleState:
+    """The vehicle with the limits of its shifts, those that begin by `until`, or by its last call.
+
+    Off duty it gets nothing new for before its next shift, but may be given rides of later shifts: a call
+    where it was last stands for each time off between two of them. Who is aboard, and what
+    it was to do before its shift ended, is finished first.
+
+    planned_s   when each of its calls is planned
+    """
+    zone = ZoneInfo(uow.network().road_map.timezone)
+    now_s = uow.now.timestamp()
+    latest = max(until, *(_moment(uow, at_s) for at_s in planned_s), uow.now)
+    spans = shifts.spans(zone, uow.now, latest) or shifts.spans(zone, uow.now, uow.now + _NEXT_SHIFT)[:1]
+    if not spans:
+        return replace(state, accepts=False)
+    begins_s = spans[0][0].timestamp()
+    if begins_s > now_s:
+        busy = bool(state.aboard) or state.locked > 0 or any(at_s < begins_s for at_s in planned_s)
+        if busy:
+            return replace(state, accepts=False)
+        state = replace(state, ready_s=max(state.ready_s, begins_s))
+    home_s = uow.roads().way_home_s() * uow.travel_time_factor_at(uow.now)
+    return replace(
+        state,
+        calls=_with_breaks(state, planned_s, spans, home_s),
+        on_duty_to_s=spans[-1][1].timestamp() - home_s,
+    )
+
+
+def _moment(uow: UnitOfWork, at_s: float) -> datetime:
+    """Not beyond what shifts are looked at for: a call behind a closed road is planned for never."""
+    return min(uow.now + timedelta(seconds=max(0.0, at_s - uow.now.timestamp())), uow.now + _NEXT_SHIFT)
+
+
+def _with_breaks(
+    state: VehicleState, planned_s: Sequence[float], spans: Sequence[Span], home_s: float
+) -> tuple[Call, ...]:
+    """The calls with a break wherever a shift ends and another one follows; home_s: the way to rest."""
+    made = list(zip(planned_s, state.calls, strict=True))
+    nearest = int(np.argmin(state.to_places_s))
+    for number, (before, after) in enumerate(pairwise(spans)):
+        begins_s = after[0].timestamp()
+        at = next((n for n, (at_s, _) in enumerate(made) if at_s >= begins_s), len(made))
+        place, drive_s = nearest, float(state.to_places_s[nearest])
+        if at:
+            place, drive_s = made[at - 1][1].place, 0.0
+        # It begins when the shift ends, not when the vehicle comes there, and lasts until the next one.
+        over_s, again_s = before[1].timestamp() - home_s, begins_s + (drive_s if isfinite(drive_s) else 0.0)
+        off = Call(
+            place,
+            dwell_s=again_s - over_s,
+            leave_from_s=again_s,
+            arrive_by_s=over_s,
+            fixed=True,
+            call_id=f"off-duty-{number}",
+            off_duty=True,
+        )
+        made.insert(at, (begins_s, off))
+    return tuple(call for _, call in made)

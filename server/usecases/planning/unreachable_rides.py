@@ -1,0 +1,197 @@
+"""Rides that a closed road cuts off: for when the road opens again, or told that nobody can come."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from datetime import datetime, timedelta
+
+from server.dispatch.answer import Answer, PromiseRules, answer_all
+from server.dispatch.problem import Problem, Request, VehicleState
+from server.dispatch.refusal import CLOSED
+from server.dispatch.schedule.board import Schedule
+from server.domain.rides.rides import (
+    Promise,
+    Ride,
+    RideState,
+    promised_anew,
+    unassigned,
+)
+from server.domain.roads.closures import Closure, ClosureState, ends_of
+from server.travel.closed_roads import sections_closed_within
+from server.travel.fleet_roads import FleetRoads
+from server.usecases.planning import promises
+from server.usecases.planning.assign import AssignmentResult
+from server.usecases.planning.snapshot import moment, request_of, seconds
+from server.usecases.ports import topics
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.failed_rides import fail_ride
+
+Assign = Callable[[UnitOfWork, Sequence[Ride]], list[AssignmentResult]]
+
+
+def booked_around(uow: UnitOfWork, rides: Sequence[Ride], assign: Assign) -> list[AssignmentResult]:
+    """New rides, with regard to closures of other times than now.
+
+    A ride for a time at which its stops will be cut off is refused. One for a time at which they will not be
+    any more gets its promise now, and its vehicle when the road is open.
+    """
+    standing = uow.closures.standing()
+    refused = {ride.ride_id for ride in rides if _is_cut_off_then(uow, ride, standing)}
+    asked = [ride for ride in rides if ride.ride_id not in refused]
+    answers = dict(zip([ride.ride_id for ride in asked], assign(uow, asked) if asked else [], strict=True))
+    for ride in asked:
+        if answers[ride.ride_id].rule == CLOSED:
+            promise = _after_reopening(uow, [ride], standing, ride.earliest).get(ride.ride_id)
+            if promise is not None:
+                kept = replace(ride, promise=promise)
+                uow.rides.save(kept)
+                uow.publish(topics.dispatch(uow.campus_id))
+                answers[ride.ride_id] = AssignmentResult(kept, "")
+    return [answers.get(ride.ride_id) or AssignmentResult(ride, CLOSED) for ride in rides]
+
+
+def put_off(uow: UnitOfWork, rides: Sequence[Ride]) -> tuple[str, ...]:
+    """Rides that no vehicle can fetch or bring there at their time; the vehicles that lost one of them.
+
+    Where a closure ends in time they keep their promise, or get a new one for the time after it. With no
+    such end they fail as soon as their time comes near.
+    """
+    if not rides:
+        return ()
+    standing = uow.closures.standing()
+    found = _after_reopening(uow, rides, standing)
+    changed = []
+    for ride in rides:
+        promise = found.get(ride.ride_id)
+        if promise is None:
+            ended_now = _give_up(uow, ride, standing)
+        else:
+            ended_now = promise != ride.promise and _tell_later(uow, ride, promise, standing)
+        if ended_now and ride.vehicle_id is not None:
+            changed.append(ride.vehicle_id)
+    return tuple(dict.fromkeys(changed))
+
+
+def will_be_cut_off(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
+    """Some closure will hold in the time for which the ride is promised, and cut its stops off."""
+    if ride.promise is None:
+        return False
+    begins = max(uow.now, ride.pickup_eta or ride.promise.pickup_from)
+    ends = max(begins, ride.arrival_eta or ride.promise.arrive_by)
+    roads = uow.roads()
+    closed = sections_closed_within(standing, roads.network, begins, ends)
+    return roads.closed_to(closed).is_cut_off(ride.from_stop, ride.to_stop)
+
+
+def _is_cut_off_then(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
+    """At the time that is asked for, which the fleet's roads as they are now need not tell."""
+    roads = uow.roads()
+    soonest = ride.earliest + timedelta(seconds=roads.direct_s(ride.from_stop, ride.to_stop))
+    closed = sections_closed_within(standing, roads.network, ride.earliest, soonest)
+    if closed == roads.closed:
+        return False
+    return roads.closed_to(closed).is_cut_off(ride.from_stop, ride.to_stop)
+
+
+# ---------------------------------------------------------------- when the road is open again
+
+
+def _after_reopening(
+    uow: UnitOfWork, rides: Sequence[Ride], standing: Sequence[Closure], latest: datetime | None = None
+) -> dict[str, Promise]:
+    """The promises that can be kept or made once closures have ended, the earliest end first.
+
+    latest  no end after this helps
+    """
+    found: dict[str, Promise] = {}
+    left = list(rides)
+    for opens in ends_of(standing):
+        if not left or (latest is not None and opens > latest):
+            break
+        closed = sections_closed_within(standing, uow.network(), opens, opens)
+        roads = uow.roads().closed_to(closed)
+        found |= _promised_at(uow, roads, opens, left)
+        left = [ride for ride in left if ride.ride_id not in found]
+    return found
+
+
+def _promised_at(
+    uow: UnitOfWork, roads: FleetRoads, opens: datetime, rides: Sequence[Ride]
+) -> dict[str, Promise]:
+    """What a fleet that waits at its resting places until the road opens can promise; nothing is reserved."""
+    problem = Problem(
+        vehicles=_rested(uow, roads, seconds(max(opens, uow.now))),
+        requests={},
+        times=roads.stop_times(frozenset()),
+        dwell_s=uow.rules.dwell_s,
+    )
+    board = Schedule(problem, spare=len(rides))
+    terms = replace(roads.terms(uow.rules), later_s_max=0.0)
+    found: dict[str, Promise] = {}
+    for ride in rides:
+        if ride.promise is not None and _taken(
+            board, request_of(uow, replace(ride, vehicle_id=None)), terms, promised=True
+        ):
+            found[ride.ride_id] = ride.promise
+            continue
+        free = replace(ride, promise=None, earliest=max(ride.earliest, opens), arrive_before=None)
+        answer = _taken(board, request_of(uow, free), terms, promised=False)
+        if answer is not None and answer.windows is not None:
+            found[ride.ride_id] = Promise(*(moment(at_s) for at_s in answer.windows))
+    return found
+
+
+def _taken(board: Schedule, request: Request, terms: PromiseRules, *, promised: bool) -> Answer | None:
+    """The answer with the request in some route; None where nobody can carry it, and it leaves the board."""
+    board.add(request)
+    keeps = {request.request_id} if promised else frozenset[str]()
+    answer = answer_all(board, [request.request_id], terms, keeps)[0]
+    return None if answer.best is None else answer
+
+
+def _rested(uow: UnitOfWork, roads: FleetRoads, ready_s: float) -> tuple[VehicleState, ...]:
+    """The shuttles that take rides, each at its own resting place."""
+    places = roads.network.resting_places
+    rests = {plan.vehicle_id: places.get(plan.resting_place_id) for plan in uow.plans.all()}
+    return tuple(
+        VehicleState(
+            vehicle.vehicle_id,
+            roads.times_from_rest(rest),
+            ready_s,
+            vehicle.seats,
+            vehicle.wheelchair_places,
+        )
+        for vehicle in uow.vehicles.all()
+        if vehicle.accepts_rides and (rest := rests.get(vehicle.vehicle_id)) is not None
+    )
+
+
+# ---------------------------------------------------------------- telling
+
+
+def _tell_later(uow: UnitOfWork, ride: Ride, promise: Promise, standing: Sequence[Closure]) -> bool:
+    free = ride if ride.state is RideState.REQUESTED else unassigned(ride)
+    later = promised_anew(free, promise)
+    uow.rides.save(later)
+    minutes = math.ceil((promise.pickup_to - (ride.promise or promise).pickup_to).total_seconds() / 60.0)
+    promises.tell(uow, later, f"will be picked up {minutes} minutes later than promised", words_of(standing))
+    return True
+
+
+def _give_up(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
+    """Whether the ride fails: not long before its time, and not while a shuttle that stands could come."""
+    soon = ride.promise is None or ride.promise.pickup_from <= uow.now + timedelta(
+        seconds=uow.rules.wait_s_max
+    )
+    stands = any(v.in_service and v.placed and not v.accepts_rides for v in uow.vehicles.all())
+    certain = will_be_cut_off(uow, ride, standing) or not stands
+    if not (soon and certain):
+        return False
+    fail_ride(uow, ride, CLOSED, f"no shuttle can come: {words_of(standing)}")
+    return True
+
+
+def words_of(standing: Sequence[Closure]) -> str:
+    """The closures that hold now, or will if there are none, by name."""
+    in_force = [closure for closure in standing if closure.state is ClosureState.IN_FORCE]
+    return ", ".join(closure.words for closure in in_force or standing)

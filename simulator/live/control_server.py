@@ -1,0 +1,123 @@
+"""The running simulation's ear and mouth: `simulator.control` messages in and out of a world."""
+
+import socket
+from typing import Literal
+
+import msgspec
+
+from simulator.control import (
+    FromSimulation,
+    RideAssigned,
+    RiderComes,
+    RiderLeft,
+    RiderTapped,
+    ScoreReport,
+    Subscribe,
+    ToSimulation,
+    decode_to_simulation,
+    encode,
+)
+from simulator.riders import Rider
+from simulator.scenario import intervene
+from simulator.world import SimWorld, WorldError
+
+HOST = "127.0.0.1"
+DATAGRAM_BYTES_MAX = 60_000
+Address = tuple[str, int]
+
+
+class ControlError(Exception):
+    """The control port cannot be opened; the message says what to do."""
+
+
+class CarriedPhones:
+    """All riders' phones: `RideAssigned` sets what they show, `RiderTapped` reports each tap."""
+
+    def __init__(self) -> None:
+        self.vehicles: dict[str, str] = {}
+        self.taps: list[RiderTapped] = []
+
+    def vehicle_of(self, ride_id: str) -> str:
+        return self.vehicles.get(ride_id, "")
+
+    def tap(self, ride_id: str, kind: Literal["board", "alight"]) -> None:
+        self.taps.append(RiderTapped(ride_id, kind))
+
+
+class ControlServer:
+    """Serves one world. refused: messages that were not ours or named unknown vehicles or rides."""
+
+    def __init__(self, port: int, world: SimWorld, phones: CarriedPhones) -> None:
+        self.refused = 0
+        self._world, self._phones = world, phones
+        self._listeners: dict[Address, None] = {}
+        self._riding: dict[str, None] = {}
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        try:
+            self._socket.bind((HOST, port))
+        except OSError as error:
+            self._socket.close()
+            raise ControlError(
+                f"port {port} is taken ({error}); end the other simulation or choose another --base-port"
+            ) from error
+
+    def step(self, now_ns: int, tell_scores: bool) -> None:
+        """Do what has been asked since the last call; tell the listeners what has happened."""
+        for data, address in self._received():
+            try:
+                message = decode_to_simulation(data)
+                self._obey(message, address, now_ns)
+            except (msgspec.DecodeError, KeyError, ValueError, WorldError):
+                self.refused += 1
+        self._tell(self._phones.taps)
+        self._phones.taps = []
+        left = [ride_id for ride_id in self._riding if self._world.riders.is_gone(ride_id)]
+        for ride_id in left:
+            del self._riding[ride_id]
+        self._tell([RiderLeft(ride_id) for ride_id in left])
+        if tell_scores and self._listeners:
+            self._tell([self._score(vehicle_id) for vehicle_id in self._world.vehicle_ids])
+
+    def close(self) -> None:
+        self._socket.close()
+
+    def _received(self) -> list[tuple[bytes, Address]]:
+        received: list[tuple[bytes, Address]] = []
+        while True:
+            try:
+                received.append(self._socket.recvfrom(DATAGRAM_BYTES_MAX))
+            except BlockingIOError:
+                return received
+
+    def _obey(self, message: ToSimulation, address: Address, now_ns: int) -> None:
+        world = self._world
+        match message:
+            case Subscribe():
+                self._listeners[address] = None
+            case RiderComes(ride_id, code, party, how, from_map, to_map):
+                world.riders.add(Rider(ride_id, code, party, how, from_map, to_map, now_ns))
+                self._riding[ride_id] = None
+            case RideAssigned(ride_id, vehicle_id):
+                self._phones.vehicles[ride_id] = vehicle_id
+            case _:
+                intervene(world, message, now_ns)
+
+    def _score(self, vehicle_id: str) -> ScoreReport:
+        score = self._world.score(vehicle_id)
+        return ScoreReport(
+            vehicle_id,
+            score.distance_m,
+            score.contacts,
+            score.encounters,
+            score.stopped_for_people_s,
+            score.hardest_braking_mps2,
+        )
+
+    def _tell(self, messages: list[RiderTapped] | list[RiderLeft] | list[ScoreReport]) -> None:
+        for message in messages:
+            self._send(message)
+
+    def _send(self, message: FromSimulation) -> None:
+        for address in self._listeners:
+            self._socket.sendto(encode(message), address)
