@@ -1,21 +1,21 @@
 import { useSignalEffect } from "@preact/signals";
-import type { Campus } from "../shared/api/campus";
-import { campus, campusProblem, loadCampus } from "../shared/api/campus";
+import type { Campus } from "../shared/campus/campus";
+import { campus, campusProblem, loadCampus } from "../shared/campus/campus";
 import { Loading, ProblemNote } from "../shared/ui/notes";
-import { AccessPage } from "./access_page";
-import { IncidentsPage } from "./incidents_page";
-import { incidents, rides } from "./lists";
-import { LivePage } from "./live_page";
+import { AccessPage } from "./access/access_page";
+import { IncidentsPage } from "./incidents/incidents_page";
+import { LivePage } from "./live/live_page";
 import { place } from "./navigation";
 import { fragmentOf } from "./place";
-import { ReplayPage } from "./replay_page";
-import { RidesPage } from "./rides_page";
-import { RunsPage } from "./runs_page";
-import { ServicePage } from "./service_page";
+import { RidesPage } from "./rides/rides_page";
+import { ReplayPage } from "./runs/replay_page";
+import { RunsPage } from "./runs/runs_page";
+import { ServicePage } from "./service/service_page";
 import { link, restoreSession, session, sessionProblem } from "./session";
 import { SignIn } from "./sign_in";
+import { incidents, rides } from "./store/lists";
+import { words } from "./texts/words";
 import { TopBar } from "./top_bar";
-import { words } from "./words";
 
 export function App() {
   useSignalEffect(() => {

@@ -3,9 +3,9 @@ import type { Problem } from "../shared/api/problem";
 import { LoopMark } from "../shared/ui/icons";
 import { LanguageSwitch } from "../shared/ui/language_switch";
 import { ProblemNote } from "../shared/ui/notes";
+import { TextField } from "./forms/text_field";
 import { signIn } from "./session";
-import { TextField } from "./text_field";
-import { words } from "./words";
+import { words } from "./texts/words";
 
 export function SignIn() {
   const name = useSignal("");

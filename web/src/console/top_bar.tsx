@@ -1,13 +1,13 @@
-import { campus } from "../shared/api/campus";
+import { campus } from "../shared/campus/campus";
 import { second } from "../shared/live/clock";
 import { LoopMark } from "../shared/ui/icons";
 import { LanguageSwitch } from "../shared/ui/language_switch";
-import { now_ms, seconds } from "./clocks";
 import { place } from "./navigation";
 import type { Page } from "./place";
 import { fragmentOf } from "./place";
 import { link, session, signOut } from "./session";
-import { words } from "./words";
+import { now_ms, seconds } from "./texts/clocks";
+import { words } from "./texts/words";
 
 const PAGES: readonly Page[] = ["live", "rides", "service", "incidents", "runs", "access"];
 

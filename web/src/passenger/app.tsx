@@ -1,19 +1,20 @@
 import { useSignalEffect } from "@preact/signals";
-import { campus, campusProblem, loadCampus } from "../shared/api/campus";
-import type { Campus } from "../shared/api/campus";
+import type { Campus } from "../shared/campus/campus";
+import { campus, campusProblem, loadCampus } from "../shared/campus/campus";
 import { LoopMark } from "../shared/ui/icons";
 import { LanguageSwitch } from "../shared/ui/language_switch";
 import { Loading, ProblemNote } from "../shared/ui/notes";
-import { BookingPanel } from "./booking_panel";
-import { CodePanel } from "./code_panel";
-import { follow, followed, forgetRide } from "./followed_ride";
-import { HelpButton, HelpReceived } from "./help_call";
+import { BookingPanel } from "./booking/booking_panel";
 import { address } from "./navigation";
-import { RidePanel } from "./ride_panel";
-import { SeriesPanel } from "./series_panel";
+import { CodePanel } from "./ride/code_panel";
+import { follow, followed } from "./ride/followed_ride";
+import { HelpButton, HelpReceived } from "./ride/help_call";
+import { RidePanel } from "./ride/ride_panel";
+import { SeriesPanel } from "./series/series_panel";
 import { Stage } from "./stage";
-import { TimetablePanel } from "./timetable_panel";
-import { words } from "./words";
+import { words } from "./texts/words";
+import { TimetablePanel } from "./timetable/timetable_panel";
+import { forgetRide } from "./token_storage";
 
 export function App() {
   useSignalEffect(() => {

@@ -1,13 +1,13 @@
 import { useComputed } from "@preact/signals";
-import type { Campus } from "../shared/api/campus";
+import type { Campus } from "../shared/campus/campus";
 import { CampusMap } from "../shared/map/campus_map";
 import type { Look } from "../shared/map/map_view";
 import { prefersStill } from "../shared/map/stillness";
 import type { Point } from "../shared/scene/scene";
 import { language } from "../shared/words/language";
-import { destination, pickup, tapStop } from "./booking_form";
-import { followed } from "./followed_ride";
-import { words } from "./words";
+import { destination, pickup, tapStop } from "./booking/booking_form";
+import { followed } from "./ride/followed_ride";
+import { words } from "./texts/words";
 
 /** The map: for choosing stops while booking, for watching the shuttle afterwards. */
 export function Stage({ campus }: { readonly campus: Campus }) {

@@ -1,7 +1,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
+import type { CampusShape } from "../campus/campus_shape";
 import type { Point } from "../scene/scene";
 import { AimIcon, FitIcon, MinusIcon, PlusIcon } from "../ui/icons";
-import type { CampusShape } from "./campus_shape";
 import type { Look, Picked } from "./map_view";
 import { MapView } from "./map_view";
 

@@ -1,19 +1,25 @@
+import type { CampusShape } from "../campus/campus_shape";
+import { stopName } from "../campus/campus_shape";
 import { conditionOf } from "../scene/condition";
 import { Motion } from "../scene/motion";
 import type { Point, Scene, VehicleScene } from "../scene/scene";
-import type { Bounds, Camera, Padding, Size } from "./camera";
-import { boundsOf, fitted, toScreen, zoomedAt } from "./camera";
-import type { CampusShape } from "./campus_shape";
-import { stopName } from "./campus_shape";
-import { Gestures } from "./gestures";
-import type { Label } from "./labels";
-import { drawLabels } from "./labels";
-import type { StopRole } from "./marks";
-import { bodyLength_px, drawStop, drawVehicle, stopReach_px, vehicleReach_px } from "./marks";
-import type { Palette } from "./palette";
-import { readPalette } from "./palette";
-import { Ground, drawLine, useMapMetres } from "./roads";
-import { routeAhead } from "./route_ahead";
+import type { Bounds, Camera, Padding, Size } from "./camera/camera";
+import { boundsOf, fitted, toScreen, zoomedAt } from "./camera/camera";
+import { Gestures } from "./camera/gestures";
+import type { Label } from "./drawing/labels";
+import { drawLabels } from "./drawing/labels";
+import type { StopRole } from "./drawing/marks";
+import {
+  bodyLength_px,
+  drawStop,
+  drawVehicle,
+  stopReach_px,
+  vehicleReach_px,
+} from "./drawing/marks";
+import type { Palette } from "./drawing/palette";
+import { readPalette } from "./drawing/palette";
+import { Ground, drawLine, useMapMetres } from "./drawing/roads";
+import { routeAhead } from "./drawing/route_ahead";
 
 /** Draws something of a page's own; the pen is in map metres. */
 export type Layer = (

@@ -1,5 +1,4 @@
 import { effect, signal } from "@preact/signals";
-
 import type { Language } from "./preference";
 import { preferredLanguage } from "./preference";
 

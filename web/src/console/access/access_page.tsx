@@ -1,0 +1,15 @@
+import { words } from "../texts/words";
+import { DeveloperTokens } from "./developer_tokens";
+import { Enrolment } from "./enrolment";
+
+export function AccessPage() {
+  return (
+    <section class="sheet narrow">
+      <header class="sheet-head">
+        <h1>{words.value.access}</h1>
+      </header>
+      <Enrolment />
+      <DeveloperTokens />
+    </section>
+  );
+}

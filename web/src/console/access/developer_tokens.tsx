@@ -1,0 +1,149 @@
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import type { Schemas } from "../../shared/api/client";
+import { answerOf, api } from "../../shared/api/client";
+import type { Problem } from "../../shared/api/problem";
+import { Question } from "../../shared/ui/dialog";
+import { Loading, Note, ProblemNote } from "../../shared/ui/notes";
+import { TextField } from "../forms/text_field";
+import { tokens } from "../store/lists";
+import { day, now_ms } from "../texts/clocks";
+import { words } from "../texts/words";
+
+export function DeveloperTokens() {
+  const say = words.value;
+  const shown = tokens.value.value;
+  useEffect(() => void tokens.refresh(), []);
+  return (
+    <section class="block card">
+      <h2>{say.tokens_title}</h2>
+      <p class="hint">{say.tokens_lead}</p>
+      <NewToken />
+      {tokens.problem.value !== null && <ProblemNote problem={tokens.problem.value} />}
+      {shown === null && tokens.problem.value === null && <Loading text={say.loading} />}
+      {shown?.length === 0 && <p class="empty">{say.no_tokens}</p>}
+      <ul class="rows">
+        {shown?.map((token) => (
+          <li key={token.token_id} class="token">
+            <TokenLine token={token} />
+          </li>
+        ))}
+      </ul>
+    </section>
+  );
+}
+
+function NewToken() {
+  const name = useSignal("");
+  const days = useSignal("30");
+  const may_drive = useSignal(false);
+  const secret = useSignal("");
+  const problem = useSignal<Problem | null>(null);
+  const say = words.value;
+  const submit = async (event: Event) => {
+    event.preventDefault();
+    const scopes: ("read" | "drive")[] = may_drive.value ? ["read", "drive"] : ["read"];
+    const body = { name: name.value, scopes, valid_days: Number(days.value) };
+    const answer = await answerOf(api.POST("/api/v1/developer-tokens", { body }));
+    secret.value = answer.ok ? answer.value.secret : "";
+    problem.value = answer.ok ? null : answer.problem;
+    if (answer.ok) name.value = "";
+    await tokens.refresh();
+  };
+  return (
+    <form class="grid-form" onSubmit={(event) => void submit(event)}>
+      <TextField
+        label={say.token_name}
+        value={name}
+        hint={say.id_hint}
+        input={{
+          required: true,
+          pattern: "[A-Za-z0-9][A-Za-z0-9._@:\\-]{0,63}",
+          autocomplete: "off",
+        }}
+      />
+      <TextField
+        label={say.valid_days}
+        value={days}
+        input={{ required: true, type: "number", min: 1, max: 366 }}
+      />
+      <div class="checks">
+        <label class="check">
+          <input type="checkbox" checked disabled />
+          {say.scope_read}
+        </label>
+        <label class="check">
+          <input
+            type="checkbox"
+            checked={may_drive.value}
+            onChange={(event) => {
+              may_drive.value = event.currentTarget.checked;
+            }}
+          />
+          {say.scope_drive}
+        </label>
+      </div>
+      <button class="button main">{say.make_token}</button>
+      {problem.value !== null && <ProblemNote problem={problem.value} />}
+      {secret.value !== "" && (
+        <Note tone="good">
+          <p>{say.token_once}</p>
+          <p class="secret">{secret.value}</p>
+        </Note>
+      )}
+    </form>
+  );
+}
+
+function TokenLine({ token }: { readonly token: Schemas["TokenView"] }) {
+  const asking = useSignal(false);
+  const problem = useSignal<Problem | null>(null);
+  const say = words.value;
+  const is_over = Date.parse(token.expires_at) <= now_ms();
+  const revoke = async () => {
+    asking.value = false;
+    const path = { params: { path: { token_id: token.token_id } } };
+    const answer = await answerOf(api.DELETE("/api/v1/developer-tokens/{token_id}", path));
+    problem.value = answer.ok ? null : answer.problem;
+    await tokens.refresh();
+  };
+  return (
+    <>
+      <span>
+        <strong>{token.name}</strong>
+        <small>
+          {token.scopes.join(", ")} · {say.expires(day(token.expires_at))} · {token.made_by}
+        </small>
+      </span>
+      {token.revoked_at !== null ? (
+        <span class="chip calm">{say.revoked}</span>
+      ) : is_over ? (
+        <span class="chip calm">{say.expired}</span>
+      ) : (
+        <button
+          type="button"
+          class="button small danger"
+          onClick={() => {
+            asking.value = true;
+          }}
+        >
+          {say.revoke}
+        </button>
+      )}
+      {problem.value !== null && <ProblemNote problem={problem.value} />}
+      {asking.value && (
+        <Question
+          danger
+          title={say.revoke_title(token.name)}
+          text={say.revoke_text}
+          yes={say.revoke}
+          no={say.cancel}
+          onNo={() => {
+            asking.value = false;
+          }}
+          onYes={() => void revoke()}
+        />
+      )}
+    </>
+  );
+}

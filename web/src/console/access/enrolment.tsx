@@ -1,0 +1,68 @@
+import { useSignal } from "@preact/signals";
+import type { Schemas } from "../../shared/api/client";
+import { answerOf, api } from "../../shared/api/client";
+import type { Problem } from "../../shared/api/problem";
+import { Note, ProblemNote } from "../../shared/ui/notes";
+import { TextField } from "../forms/text_field";
+import { words } from "../texts/words";
+
+const NAME_PATTERN = "[A-Za-z0-9][A-Za-z0-9._@:\\-]{0,63}";
+
+export function Enrolment() {
+  const vehicle_id = useSignal("");
+  const name = useSignal("");
+  const seats = useSignal("6");
+  const wheelchairs = useSignal("0");
+  const made = useSignal<Schemas["CodeView"] | null>(null);
+  const problem = useSignal<Problem | null>(null);
+  const say = words.value;
+  const submit = async (event: Event) => {
+    event.preventDefault();
+    const body = {
+      vehicle_id: vehicle_id.value,
+      name: name.value,
+      seats: Number(seats.value),
+      wheelchair_places: Number(wheelchairs.value),
+    };
+    const answer = await answerOf(api.POST("/api/v1/enrolments/codes", { body }));
+    made.value = answer.ok ? answer.value : null;
+    problem.value = answer.ok ? null : answer.problem;
+  };
+  return (
+    <section class="block card">
+      <h2>{say.enrol_title}</h2>
+      <form class="grid-form" onSubmit={(event) => void submit(event)}>
+        <TextField
+          label={say.vehicle_id}
+          value={vehicle_id}
+          hint={say.id_hint}
+          input={{ required: true, pattern: NAME_PATTERN, autocomplete: "off" }}
+        />
+        <TextField
+          label={say.vehicle_name}
+          value={name}
+          input={{ required: true, maxLength: 64, autocomplete: "off" }}
+        />
+        <TextField
+          label={say.seats}
+          value={seats}
+          input={{ required: true, type: "number", min: 1, max: 200 }}
+        />
+        <TextField
+          label={say.wheelchairs}
+          value={wheelchairs}
+          input={{ required: true, type: "number", min: 0, max: 50 }}
+        />
+        <button class="button main">{say.make_code}</button>
+      </form>
+      {problem.value !== null && <ProblemNote problem={problem.value} />}
+      {made.value !== null && (
+        <Note tone="good">
+          <strong>{say.code_for(made.value.vehicle_id)}</strong>
+          <p>{say.enrol_lead}</p>
+          <p class="secret">{made.value.code}</p>
+        </Note>
+      )}
+    </section>
+  );
+}

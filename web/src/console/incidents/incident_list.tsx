@@ -1,0 +1,93 @@
+import { useSignal } from "@preact/signals";
+import type { Schemas } from "../../shared/api/client";
+import { answerOf, api } from "../../shared/api/client";
+import type { Problem } from "../../shared/api/problem";
+import { ProblemNote } from "../../shared/ui/notes";
+import { goTo } from "../navigation";
+import { link } from "../session";
+import { incidents } from "../store/lists";
+import { near } from "../texts/clocks";
+import { words } from "../texts/words";
+
+type Incident = Schemas["IncidentView"];
+
+/** Calls for help are marked by place, size and words as well as by colour. */
+export function IncidentList({ shown }: { readonly shown: readonly Incident[] }) {
+  const say = words.value;
+  if (shown.length === 0) return <p class="empty">{say.no_incidents}</p>;
+  return (
+    <ul class="incidents">
+      {shown.map((incident) => (
+        <li key={incident.incident_id}>
+          <IncidentCard incident={incident} />
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+function IncidentCard({ incident }: { readonly incident: Incident }) {
+  const say = words.value;
+  const problem = useSignal<Problem | null>(null);
+  const is_open = incident.closed_at === null;
+  const is_new = is_open && incident.acknowledged_at === null;
+  const act = async (verb: "acknowledge" | "close") => {
+    const path = { params: { path: { incident_id: incident.incident_id } } };
+    const answer = await answerOf(
+      verb === "acknowledge"
+        ? api.POST("/api/v1/incidents/{incident_id}/acknowledge", path)
+        : api.POST("/api/v1/incidents/{incident_id}/close", path),
+    );
+    problem.value = answer.ok ? null : answer.problem;
+    await incidents.refresh();
+  };
+  const grave = incident.priority === 0 ? "help" : incident.priority < 30 ? "grave" : "";
+  return (
+    <article
+      class={`incident ${grave} ${is_new ? "new" : ""} ${is_open ? "" : "over"}`}
+      data-kind={incident.kind}
+    >
+      <header>
+        <h3>{say.kinds[incident.kind] ?? incident.kind}</h3>
+        <time>{near(incident.opened_at)}</time>
+      </header>
+      {incident.cause !== "" && <p>{incident.cause}</p>}
+      <p class="about">
+        {incident.vehicle_id !== null && (
+          <button
+            type="button"
+            class="plain-link"
+            onClick={() => goTo("live", incident.vehicle_id!)}
+          >
+            {incident.vehicle_id}
+          </button>
+        )}
+        {incident.ride_id !== null && (
+          <span>
+            {say.ride} {rideCode(incident.ride_id)}
+          </span>
+        )}
+        {incident.acknowledged_by !== "" && <span>{say.seen_by(incident.acknowledged_by)}</span>}
+        {!is_open && <span>{say.closed_by(incident.closed_by)}</span>}
+      </p>
+      {is_open && (
+        <div class="buttons">
+          {is_new && (
+            <button type="button" class="button small main" onClick={() => void act("acknowledge")}>
+              {say.acknowledge}
+            </button>
+          )}
+          <button type="button" class="button small" onClick={() => void act("close")}>
+            {say.close}
+          </button>
+        </div>
+      )}
+      {problem.value !== null && <ProblemNote problem={problem.value} />}
+    </article>
+  );
+}
+
+function rideCode(ride_id: string): string {
+  const rides = link.value?.scene.value?.rides ?? [];
+  return rides.find((ride) => ride.ride_id === ride_id)?.ride_code ?? ride_id;
+}

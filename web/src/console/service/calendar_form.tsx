@@ -1,0 +1,107 @@
+import { useSignal } from "@preact/signals";
+import type { Schemas } from "../../shared/api/client";
+import { answerOf, api } from "../../shared/api/client";
+import type { Problem } from "../../shared/api/problem";
+import { ProblemNote } from "../../shared/ui/notes";
+import { language } from "../../shared/words/language";
+import { weekdayName } from "../../shared/words/moments";
+import { hoursFrom, hoursText } from "../forms/hours_text";
+import { TextField } from "../forms/text_field";
+import { serviceChanged } from "../store/lists";
+import { words } from "../texts/words";
+
+export type Pattern = Schemas["PatternView"];
+
+const WEEK = [0, 1, 2, 3, 4, 5, 6];
+
+interface CalendarFormProps {
+  /** null for a new one. */
+  readonly pattern: Pattern | null;
+  readonly onDone: () => void;
+}
+
+export function CalendarForm({ pattern, onDone }: CalendarFormProps) {
+  const say = words.value;
+  const service_id = useSignal(pattern?.service_id ?? "");
+  const name = useSignal(pattern?.name ?? "");
+  const weekdays = useSignal<readonly number[]>(pattern?.weekdays ?? [0, 1, 2, 3, 4]);
+  const starts_on = useSignal(pattern?.starts_on ?? "");
+  const ends_on = useSignal(pattern?.ends_on ?? "");
+  const hours = useSignal(hoursText(pattern?.hours ?? []));
+  const problem = useSignal<Problem | null>(null);
+  const toggle = (day: number) => {
+    weekdays.value = weekdays.value.includes(day)
+      ? weekdays.value.filter((other) => other !== day)
+      : [...weekdays.value, day].sort();
+  };
+  const submit = async (event: Event) => {
+    event.preventDefault();
+    const answer = await answerOf(
+      api.PUT("/api/v1/service/patterns/{service_id}", {
+        params: { path: { service_id: service_id.value } },
+        body: {
+          name: name.value,
+          weekdays: [...weekdays.value],
+          starts_on: starts_on.value === "" ? null : starts_on.value,
+          ends_on: ends_on.value === "" ? null : ends_on.value,
+          hours: hoursFrom(hours.value),
+        },
+      }),
+    );
+    problem.value = answer.ok ? null : answer.problem;
+    if (answer.ok) onDone();
+    await serviceChanged();
+  };
+  return (
+    <form class="grid-form calendar-form" onSubmit={(event) => void submit(event)}>
+      {pattern === null && (
+        <TextField
+          label={say.service_id}
+          value={service_id}
+          hint={say.id_hint}
+          input={{
+            required: true,
+            pattern: "[A-Za-z0-9][A-Za-z0-9._@:\\-]{0,63}",
+            autocomplete: "off",
+          }}
+        />
+      )}
+      <TextField
+        label={say.calendar_name}
+        value={name}
+        input={{ required: true, maxLength: 200 }}
+      />
+      <fieldset class="days-of-week">
+        <legend>{say.weekdays}</legend>
+        {WEEK.map((day) => (
+          <label key={day} class="check">
+            <input
+              type="checkbox"
+              checked={weekdays.value.includes(day)}
+              onChange={() => toggle(day)}
+            />
+            {weekdayName(day, language.value, "short")}
+          </label>
+        ))}
+      </fieldset>
+      <TextField label={say.first_day} value={starts_on} input={{ type: "date" }} />
+      <TextField label={say.last_day} value={ends_on} input={{ type: "date" }} />
+      <TextField
+        label={say.hours}
+        value={hours}
+        hint={say.hours_hint}
+        input={{
+          pattern: "\\s*(\\d\\d:\\d\\d\\s*-\\s*\\d\\d:\\d\\d\\s*(,\\s*|$))*",
+          placeholder: "07:30-12:00, 13:30-22:00",
+        }}
+      />
+      <div class="buttons">
+        <button class="button main">{say.save}</button>
+        <button type="button" class="button" onClick={onDone}>
+          {say.cancel}
+        </button>
+      </div>
+      {problem.value !== null && <ProblemNote problem={problem.value} />}
+    </form>
+  );
+}

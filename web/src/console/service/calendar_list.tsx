@@ -1,0 +1,119 @@
+import { useSignal } from "@preact/signals";
+import type { Schemas } from "../../shared/api/client";
+import { answerOf, api } from "../../shared/api/client";
+import type { Problem } from "../../shared/api/problem";
+import { ProblemNote } from "../../shared/ui/notes";
+import { language } from "../../shared/words/language";
+import { weekdayName } from "../../shared/words/moments";
+import { serviceChanged } from "../store/lists";
+import { calendarDate } from "../texts/clocks";
+import { words } from "../texts/words";
+import type { Pattern } from "./calendar_form";
+import { CalendarForm } from "./calendar_form";
+
+const EVERY_DAY = 7;
+
+/** Each service with its days and hours. */
+export function CalendarList({ shown }: { readonly shown: Schemas["ServiceView"] }) {
+  const say = words.value;
+  const editing = useSignal<Pattern | "new" | null>(null);
+  const done = () => {
+    editing.value = null;
+  };
+  return (
+    <section class="block card">
+      <h2>{say.calendars}</h2>
+      <p class="hint">{say.calendars_lead}</p>
+      {shown.patterns.length === 0 && <p class="empty">{say.no_calendars}</p>}
+      <ul class="rows">
+        {shown.patterns.map((pattern) => (
+          <li key={pattern.service_id} data-service={pattern.service_id}>
+            <PatternLine
+              pattern={pattern}
+              onEdit={() => {
+                editing.value = pattern;
+              }}
+            />
+          </li>
+        ))}
+      </ul>
+      {editing.value === null ? (
+        <button
+          type="button"
+          class="button"
+          onClick={() => {
+            editing.value = "new";
+          }}
+        >
+          {say.new_calendar}
+        </button>
+      ) : (
+        <CalendarForm
+          key={editing.value === "new" ? "" : editing.value.service_id}
+          pattern={editing.value === "new" ? null : editing.value}
+          onDone={done}
+        />
+      )}
+    </section>
+  );
+}
+
+interface PatternLineProps {
+  readonly pattern: Pattern;
+  readonly onEdit: () => void;
+}
+
+function PatternLine({ pattern, onEdit }: PatternLineProps) {
+  const say = words.value;
+  const problem = useSignal<Problem | null>(null);
+  const remove = async () => {
+    const path = { service_id: pattern.service_id };
+    const answer = await answerOf(
+      api.DELETE("/api/v1/service/patterns/{service_id}", { params: { path } }),
+    );
+    problem.value = answer.ok ? null : answer.problem;
+    await serviceChanged();
+  };
+  return (
+    <div class="line">
+      <span>
+        <strong>{pattern.name}</strong> {daysOf(pattern)}
+        <small>
+          {[
+            rangeOf(pattern),
+            ...pattern.hours.map((hours) => `${hours.opens}–${hours.closes}`),
+            pattern.trips > 0 ? say.trips_of(pattern.trips) : "",
+          ]
+            .filter((part) => part !== "")
+            .join(" · ")}
+        </small>
+      </span>
+      <span class="buttons">
+        <button type="button" class="button small" onClick={onEdit}>
+          {say.edit}
+        </button>
+        {pattern.trips === 0 && (
+          <button type="button" class="button small" onClick={() => void remove()}>
+            {say.remove}
+          </button>
+        )}
+      </span>
+      {problem.value !== null && <ProblemNote problem={problem.value} />}
+    </div>
+  );
+}
+
+function daysOf(pattern: Pattern): string {
+  if (pattern.weekdays.length === EVERY_DAY) return words.value.every_day;
+  if (pattern.weekdays.length === 0) return words.value.no_day;
+  return pattern.weekdays.map((day) => weekdayName(day, language.value, "short")).join(" ");
+}
+
+function rangeOf(pattern: Pattern): string {
+  const say = words.value;
+  const { starts_on, ends_on } = pattern;
+  if (starts_on === null && ends_on === null) return "";
+  if (ends_on === null) return say.from_day(calendarDate(starts_on!));
+  if (starts_on === null) return say.until_day(calendarDate(ends_on));
+  return `${calendarDate(starts_on)} – ${calendarDate(ends_on)}`;
+}

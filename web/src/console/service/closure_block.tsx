@@ -1,0 +1,119 @@
+import { useSignal } from "@preact/signals";
+import { useId } from "preact/hooks";
+import type { Schemas } from "../../shared/api/client";
+import { answerOf, api } from "../../shared/api/client";
+import type { Problem } from "../../shared/api/problem";
+import { campus } from "../../shared/campus/campus";
+import { ProblemNote } from "../../shared/ui/notes";
+import { fromLocalInput } from "../../shared/words/moments";
+import { TextField } from "../forms/text_field";
+import { closures } from "../store/lists";
+import { day } from "../texts/clocks";
+import { words } from "../texts/words";
+
+type Closure = Schemas["ClosureView"];
+
+/** Roads that are closed or will be; an operator closes and lifts them here. */
+export function ClosureBlock() {
+  const say = words.value;
+  const shown = closures.value.value;
+  return (
+    <section class="block card">
+      <h2>{say.closures}</h2>
+      <p class="hint">{say.closures_lead}</p>
+      <NewClosure />
+      {closures.problem.value !== null && <ProblemNote problem={closures.problem.value} />}
+      {shown !== null && shown.length === 0 && <p class="empty">{say.no_closures}</p>}
+      <ul class="rows">
+        {(shown ?? []).map((closure) => (
+          <li key={closure.closure_id} data-closure={closure.closure_id}>
+            <ClosureLine closure={closure} />
+          </li>
+        ))}
+      </ul>
+    </section>
+  );
+}
+
+function NewClosure() {
+  const say = words.value;
+  const [lanes, reason] = [useSignal(""), useSignal("")];
+  const [from, until] = [useSignal(""), useSignal("")];
+  const problem = useSignal<Problem | null>(null);
+  const known = useId();
+  const submit = async (event: Event) => {
+    event.preventDefault();
+    const answer = await answerOf(
+      api.POST("/api/v1/closures", {
+        body: {
+          lane_ids: lanes.value.split(/[\s,]+/).filter(Boolean),
+          section_ids: [],
+          reason: reason.value,
+          starts_at: moment(from.value),
+          ends_at: moment(until.value),
+        },
+      }),
+    );
+    problem.value = answer.ok ? null : answer.problem;
+    if (answer.ok) for (const field of [lanes, reason, from, until]) field.value = "";
+    await closures.refresh();
+  };
+  return (
+    <form class="grid-form" onSubmit={(event) => void submit(event)}>
+      <TextField
+        label={say.closure_lanes}
+        value={lanes}
+        hint={say.closure_lanes_hint}
+        input={{ required: true, list: known }}
+      />
+      <datalist id={known}>
+        {(campus.value?.shape.lanes ?? []).map((lane) => (
+          <option key={lane.lane_id} value={lane.lane_id} />
+        ))}
+      </datalist>
+      <TextField label={say.closure_reason} value={reason} input={{ maxLength: 200 }} />
+      <TextField label={say.closure_from} value={from} input={{ type: "datetime-local" }} />
+      <TextField label={say.closure_until} value={until} input={{ type: "datetime-local" }} />
+      <button class="button main">{say.close_road}</button>
+      {problem.value !== null && <ProblemNote problem={problem.value} />}
+    </form>
+  );
+}
+
+/** What a field on the campus's clocks means; null for an empty one. */
+function moment(local: string): string | null {
+  return fromLocalInput(local, campus.value?.view.timezone ?? "UTC")?.toISOString() ?? null;
+}
+
+function ClosureLine({ closure }: { readonly closure: Closure }) {
+  const say = words.value;
+  const problem = useSignal<Problem | null>(null);
+  const lift = async () => {
+    const answer = await answerOf(
+      api.DELETE("/api/v1/closures/{closure_id}", {
+        params: { path: { closure_id: closure.closure_id } },
+      }),
+    );
+    problem.value = answer.ok ? null : answer.problem;
+    await closures.refresh();
+  };
+  return (
+    <div class="line">
+      <span>
+        <strong>{[...closure.lane_ids, ...closure.section_ids].join(" ")}</strong> {closure.reason}
+        <small>
+          <span class={`chip ${closure.state === "in_force" ? "warning" : "calm"}`}>
+            {say.closure_states[closure.state]}
+          </span>{" "}
+          {closure.state === "scheduled" && `${say.from_time(day(closure.starts_at))} `}
+          {closure.ends_at === null ? say.until_lifted : say.until_time(day(closure.ends_at))}{" "}
+          {closure.made_by}
+        </small>
+      </span>
+      <button type="button" class="button small" onClick={() => void lift()}>
+        {say.lift}
+      </button>
+      {problem.value !== null && <ProblemNote problem={problem.value} />}
+    </div>
+  );
+}

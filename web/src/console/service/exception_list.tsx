@@ -1,0 +1,134 @@
+import { useSignal } from "@preact/signals";
+import { useId } from "preact/hooks";
+import type { Schemas } from "../../shared/api/client";
+import { answerOf, api } from "../../shared/api/client";
+import type { Problem } from "../../shared/api/problem";
+import { ProblemNote } from "../../shared/ui/notes";
+import { TextField } from "../forms/text_field";
+import { serviceChanged } from "../store/lists";
+import { calendarDate } from "../texts/clocks";
+import { words } from "../texts/words";
+
+type Service = Schemas["ServiceView"];
+type Exception = Schemas["ExceptionView"];
+
+/** Holidays of the campus, and single days on which one service runs or does not. */
+export function ExceptionList({ shown }: { readonly shown: Service }) {
+  const say = words.value;
+  return (
+    <section class="block card">
+      <h2>{say.exceptions}</h2>
+      <p class="hint">{say.exceptions_lead}</p>
+      <NewException shown={shown} />
+      {shown.exceptions.length === 0 && <p class="empty">{say.no_exceptions}</p>}
+      <ul class="rows">
+        {shown.exceptions.map((exception) => (
+          <li key={`${exception.day} ${exception.service_id}`} data-exception={exception.day}>
+            <ExceptionLine exception={exception} />
+          </li>
+        ))}
+      </ul>
+    </section>
+  );
+}
+
+function NewException({ shown }: { readonly shown: Service }) {
+  const say = words.value;
+  const [day, note] = [useSignal(""), useSignal("")];
+  const service_id = useSignal("");
+  const runs = useSignal(false);
+  const problem = useSignal<Problem | null>(null);
+  const id = useId();
+  const submit = async (event: Event) => {
+    event.preventDefault();
+    const answer = await answerOf(
+      api.PUT("/api/v1/service/exceptions/{day}", {
+        params: { path: { day: day.value } },
+        body: {
+          service_id: service_id.value,
+          runs: service_id.value !== "" && runs.value,
+          note: note.value,
+        },
+      }),
+    );
+    problem.value = answer.ok ? null : answer.problem;
+    if (answer.ok) note.value = "";
+    await serviceChanged();
+  };
+  return (
+    <form class="grid-form" onSubmit={(event) => void submit(event)}>
+      <TextField label={say.day} value={day} input={{ type: "date", required: true }} />
+      <TextField label={say.exception_note} value={note} input={{ maxLength: 200 }} />
+      <div class="field">
+        <label for={id}>{say.exception_whose}</label>
+        <select
+          id={id}
+          class="input"
+          value={service_id.value}
+          onChange={(event) => {
+            service_id.value = event.currentTarget.value;
+          }}
+        >
+          <option value="">{say.whole_campus}</option>
+          {shown.patterns.map((pattern) => (
+            <option key={pattern.service_id} value={pattern.service_id}>
+              {pattern.name}
+            </option>
+          ))}
+        </select>
+      </div>
+      {service_id.value !== "" && (
+        <label class="check">
+          <input
+            type="checkbox"
+            checked={runs.value}
+            onChange={(event) => {
+              runs.value = event.currentTarget.checked;
+            }}
+          />
+          {say.runs_anyway}
+        </label>
+      )}
+      <button class="button main">{say.add_day}</button>
+      {problem.value !== null && <ProblemNote problem={problem.value} />}
+    </form>
+  );
+}
+
+function ExceptionLine({ exception }: { readonly exception: Exception }) {
+  const say = words.value;
+  const problem = useSignal<Problem | null>(null);
+  const remove = async () => {
+    const answer = await answerOf(
+      api.DELETE("/api/v1/service/exceptions/{day}", {
+        params: {
+          path: { day: exception.day },
+          query: { service_id: exception.service_id },
+        },
+      }),
+    );
+    problem.value = answer.ok ? null : answer.problem;
+    await serviceChanged();
+  };
+  return (
+    <div class="line">
+      <span>
+        <strong>{calendarDate(exception.day)}</strong> {exception.note}
+        <small>
+          <span class={`chip ${exception.runs ? "good" : "warning"}`}>
+            {exception.service_id === ""
+              ? say.holiday
+              : exception.runs
+                ? say.service_runs(exception.service_id)
+                : say.service_rests(exception.service_id)}
+          </span>{" "}
+          {exception.made_by}
+        </small>
+      </span>
+      <button type="button" class="button small" onClick={() => void remove()}>
+        {say.remove}
+      </button>
+      {problem.value !== null && <ProblemNote problem={problem.value} />}
+    </div>
+  );
+}

@@ -1,0 +1,40 @@
+import { useEffect } from "preact/hooks";
+import { Loading, Note, ProblemNote } from "../../shared/ui/notes";
+import { closures, service, seriesList, timetable } from "../store/lists";
+import { words } from "../texts/words";
+import { CalendarList } from "./calendar_list";
+import { ClosureBlock } from "./closure_block";
+import { ExceptionList } from "./exception_list";
+import { SeriesBlock } from "./series_block";
+import { TimetableBlock } from "./timetable_block";
+
+/** On which days and at which hours the campus runs, and what runs today. */
+export function ServicePage() {
+  const say = words.value;
+  const shown = service.value.value;
+  useEffect(() => {
+    void service.refresh();
+    void timetable.refresh();
+    void seriesList.refresh();
+    void closures.refresh();
+  }, []);
+  return (
+    <section class="sheet">
+      <header class="sheet-head">
+        <h1>{say.service}</h1>
+      </header>
+      {service.problem.value !== null && <ProblemNote problem={service.problem.value} />}
+      {shown === null && service.problem.value === null && <Loading text={say.loading} />}
+      {shown !== null && shown.rides_outside > 0 && (
+        <Note tone="warning">{say.rides_outside(shown.rides_outside)}</Note>
+      )}
+      <div class="service-grid">
+        {shown !== null && <ExceptionList shown={shown} />}
+        {shown !== null && <CalendarList shown={shown} />}
+        <ClosureBlock />
+        <TimetableBlock />
+        <SeriesBlock />
+      </div>
+    </section>
+  );
+}

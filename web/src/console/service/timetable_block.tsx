@@ -1,0 +1,81 @@
+import type { Schemas } from "../../shared/api/client";
+import { Note, ProblemNote } from "../../shared/ui/notes";
+import { timetable } from "../store/lists";
+import { calendarDate, clock } from "../texts/clocks";
+import { stopTitle } from "../texts/stop_title";
+import { words } from "../texts/words";
+
+/** Today's trips, as they stand; the last run is marked. */
+export function TimetableBlock() {
+  const say = words.value;
+  const shown = timetable.value.value;
+  return (
+    <section class="block card">
+      <h2>{say.timetable_today}</h2>
+      {timetable.problem.value !== null && <ProblemNote problem={timetable.problem.value} />}
+      {shown !== null && (
+        <p class="hint">
+          {calendarDate(shown.day)} · {hoursOf(shown)}
+        </p>
+      )}
+      {shown !== null && shown.holiday !== null && (
+        <Note tone="warning">
+          {say.holiday} {shown.holiday}
+        </Note>
+      )}
+      {shown?.trips.length === 0 && <p class="empty">{say.no_trips}</p>}
+      {shown !== null && shown.trips.length > 0 && (
+        <div class="scroller">
+          <table class="table">
+            <thead>
+              <tr>
+                {[say.timetable_trip, say.calls, say.state, say.vehicle].map((title) => (
+                  <th key={title} scope="col">
+                    {title}
+                  </th>
+                ))}
+              </tr>
+            </thead>
+            <tbody>
+              {shown.trips.map((trip) => (
+                <TripRow key={trip.trip_id} trip={trip} />
+              ))}
+            </tbody>
+          </table>
+        </div>
+      )}
+    </section>
+  );
+}
+
+function TripRow({ trip }: { readonly trip: Schemas["TripView"] }) {
+  const say = words.value;
+  const [first, last] = [trip.calls[0], trip.calls.at(-1)];
+  return (
+    <tr data-trip={trip.trip_id}>
+      <th scope="row" class="mono">
+        {trip.trip_id} {trip.is_last_run && <span class="chip calm">{say.last_run}</span>}
+      </th>
+      <td data-label={say.calls}>
+        {first !== undefined && `${clock(first.leave_at)} ${stopTitle(first.stop_id)}`} –{" "}
+        {last !== undefined && `${clock(last.leave_at)} ${stopTitle(last.stop_id)}`}
+      </td>
+      <td data-label={say.state}>
+        <span class={`chip ${trip.state === "missed" ? "danger" : "calm"}`}>
+          {say.trip_states[trip.state]}
+        </span>
+      </td>
+      <td data-label={say.vehicle}>{trip.vehicle_id}</td>
+    </tr>
+  );
+}
+
+function hoursOf(day: Schemas["TimetableDay"]): string {
+  if (day.hours.length === 0) return words.value.closed;
+  return day.hours.map(hoursInWords).join(", ");
+}
+
+function hoursInWords(span: Schemas["SpanView"]): string {
+  const [opens, closes] = [clock(span.opens_at), clock(span.closes_at)];
+  return opens === closes ? words.value.all_day : `${opens}–${closes}`;
+}

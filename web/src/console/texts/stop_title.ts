@@ -1,0 +1,7 @@
+import { campus } from "../../shared/campus/campus";
+import { nameOfStop } from "../../shared/campus/campus_shape";
+import { language } from "../../shared/words/language";
+
+export function stopTitle(stop_id: string): string {
+  return nameOfStop(campus.value?.shape.stops ?? [], stop_id, language.value);
+}

@@ -1,0 +1,108 @@
+import { useSignal } from "@preact/signals";
+import { useId } from "preact/hooks";
+import type { Problem } from "../../shared/api/problem";
+import { Dialog } from "../../shared/ui/dialog";
+import { HelpIcon } from "../../shared/ui/icons";
+import { Note, ProblemNote } from "../../shared/ui/notes";
+import { language } from "../../shared/words/language";
+import { clockTime } from "../../shared/words/moments";
+import { words } from "../texts/words";
+import type { FollowedRide } from "./followed_ride";
+
+/** One tap and a confirmation away for as long as the ride lasts; what was received stays in sight. */
+export function HelpButton({ ride }: { readonly ride: FollowedRide }) {
+  const open = useSignal(false);
+  return (
+    <>
+      <button
+        type="button"
+        class="button danger help"
+        onClick={() => {
+          open.value = true;
+        }}
+      >
+        <HelpIcon />
+        {words.value.help}
+      </button>
+      {open.value && (
+        <HelpDialog
+          ride={ride}
+          onClose={() => {
+            open.value = false;
+          }}
+        />
+      )}
+    </>
+  );
+}
+
+function HelpDialog({
+  ride,
+  onClose,
+}: {
+  readonly ride: FollowedRide;
+  readonly onClose: () => void;
+}) {
+  const text = useSignal("");
+  const busy = useSignal(false);
+  const problem = useSignal<Problem | null>(null);
+  const id = useId();
+  const say = words.value;
+  const call = async () => {
+    busy.value = true;
+    problem.value = await ride.callHelp(text.value);
+    busy.value = false;
+    if (problem.value === null) onClose();
+  };
+  return (
+    <Dialog title={say.help_title} onClose={onClose}>
+      <p>{say.help_text}</p>
+      <div class="field">
+        <label for={id}>{say.help_words}</label>
+        <textarea
+          id={id}
+          class="input"
+          maxLength={500}
+          value={text.value}
+          onInput={(event) => {
+            text.value = event.currentTarget.value;
+          }}
+        />
+      </div>
+      <p class="hint">{say.help_emergency}</p>
+      {problem.value !== null && <ProblemNote problem={problem.value} />}
+      <div class="dialog-buttons">
+        <button type="button" class="button" onClick={onClose}>
+          {say.help_no}
+        </button>
+        <button
+          type="button"
+          class="button main danger"
+          autofocus
+          disabled={busy.value}
+          onClick={() => void call()}
+        >
+          {busy.value
+            ? say.help_calling
+            : ride.help_at.value === null
+              ? say.help_yes
+              : say.help_again}
+        </button>
+      </div>
+    </Dialog>
+  );
+}
+
+export function HelpReceived({
+  ride,
+  timezone,
+}: {
+  readonly ride: FollowedRide;
+  readonly timezone: string;
+}) {
+  const at = ride.help_at.value;
+  if (at === null) return null;
+  return (
+    <Note tone="good">{words.value.help_received(clockTime(at, language.value, timezone))}</Note>
+  );
+}
