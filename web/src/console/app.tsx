@@ -14,12 +14,12 @@ import { ServicePage } from "./service/service_page";
 import { link, restoreSession, session, sessionProblem } from "./session";
 import { SignIn } from "./sign_in";
 import { incidents, rides } from "./store/lists";
-import { words } from "./texts/words";
+import { texts } from "./texts/texts";
 import { TopBar } from "./top_bar";
 
 export function App() {
   useSignalEffect(() => {
-    document.title = words.value.title;
+    document.title = texts.value.title;
   });
   if (session.value === null) return <SignIn />;
   if (session.value === undefined) return <Door />;
@@ -28,12 +28,12 @@ export function App() {
 
 function Door() {
   const problem = sessionProblem.value;
-  if (problem === null) return <Loading text={words.value.checking_session} />;
+  if (problem === null) return <Loading text={texts.value.checking_session} />;
   return (
     <main class="door">
       <ProblemNote problem={problem} />
       <button type="button" class="button main" onClick={() => void restoreSession()}>
-        {words.value.try_again}
+        {texts.value.try_again}
       </button>
     </main>
   );
@@ -110,12 +110,12 @@ function CurrentPage({ campus: shown }: { readonly campus: Campus }) {
 function HelpBanner() {
   const calls = link.value?.scene.value?.incidents.help_calls ?? 0;
   if (calls === 0) return null;
-  const say = words.value;
+  const t = texts.value;
   return (
     <div class="help-banner" role="alert">
-      <strong>{say.help_banner(calls)}</strong>
+      <strong>{t.help_banner(calls)}</strong>
       <a class="button small" href={fragmentOf("incidents")}>
-        {say.look}
+        {t.look}
       </a>
     </div>
   );
@@ -123,12 +123,12 @@ function HelpBanner() {
 
 function NoCampus() {
   const problem = campusProblem.value;
-  if (problem === null) return <Loading text={words.value.loading} />;
+  if (problem === null) return <Loading text={texts.value.loading} />;
   return (
     <div class="sheet narrow">
       <ProblemNote problem={problem} />
       <button type="button" class="button main" onClick={() => void loadCampus()}>
-        {words.value.try_again}
+        {texts.value.try_again}
       </button>
     </div>
   );

@@ -7,24 +7,24 @@ import type { Page } from "./place";
 import { fragmentOf } from "./place";
 import { link, session, signOut } from "./session";
 import { now_ms, seconds } from "./texts/clocks";
-import { words } from "./texts/words";
+import { texts } from "./texts/texts";
 
 const PAGES: readonly Page[] = ["live", "rides", "service", "incidents", "runs", "access"];
 
 export function TopBar() {
-  const say = words.value;
+  const t = texts.value;
   return (
     <header class="bar">
       <LoopMark />
-      <strong class="campus-name">{campus.value?.view.name ?? say.title}</strong>
-      <nav aria-label={say.nav}>
+      <strong class="campus-name">{campus.value?.view.name ?? t.title}</strong>
+      <nav aria-label={t.nav}>
         {PAGES.map((page) => (
           <a
             key={page}
             href={fragmentOf(page)}
             aria-current={place.value.page === page ? "page" : undefined}
           >
-            {say[page]}
+            {t[page]}
             {page === "incidents" && <OpenCount />}
           </a>
         ))}
@@ -34,7 +34,7 @@ export function TopBar() {
         <CampusClock />
         <LanguageSwitch />
         <button type="button" class="button small" onClick={() => void signOut()}>
-          {say.sign_out}
+          {t.sign_out}
           <span class="who"> {session.value?.name}</span>
         </button>
       </div>
@@ -50,22 +50,22 @@ function OpenCount() {
 
 function CampusClock() {
   return (
-    <time class="campus-clock" title={words.value.campus_time}>
+    <time class="campus-clock" title={texts.value.campus_time}>
       {second.value > 0 && seconds(now_ms())}
     </time>
   );
 }
 
 function LinkSign() {
-  const say = words.value;
+  const t = texts.value;
   const state = link.value?.state.value ?? "connecting";
   const heard_ms = link.value?.heard_ms.value ?? null;
   const ago_s = heard_ms === null ? 0 : Math.max(0, Math.round((second.value - heard_ms) / 1000));
   const text = {
-    open: say.link_open,
-    connecting: say.link_connecting,
-    lost: say.link_lost(ago_s),
-    refused: say.link_refused,
+    open: t.link_open,
+    connecting: t.link_connecting,
+    lost: t.link_lost(ago_s),
+    refused: t.link_refused,
   }[state];
   return (
     <span class={`link-sign ${state}`} role="status">

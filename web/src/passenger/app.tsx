@@ -12,13 +12,13 @@ import { HelpButton, HelpReceived } from "./ride/help_call";
 import { RidePanel } from "./ride/ride_panel";
 import { SeriesPanel } from "./series/series_panel";
 import { Stage } from "./stage";
-import { words } from "./texts/words";
+import { texts } from "./texts/texts";
 import { TimetablePanel } from "./timetable/timetable_panel";
 import { forgetRide } from "./token_storage";
 
 export function App() {
   useSignalEffect(() => {
-    document.title = words.value.title;
+    document.title = texts.value.title;
   });
   useSignalEffect(() => {
     follow(address.value.view === "ride" ? address.value.token : null);
@@ -37,11 +37,11 @@ export function App() {
   return (
     <>
       <a class="skip" href="#panel" onClick={skipToPanel}>
-        {words.value.skip_to_panel}
+        {texts.value.skip_to_panel}
       </a>
       <header class="top">
         <LoopMark />
-        <strong>{words.value.title}</strong>
+        <strong>{texts.value.title}</strong>
         <LanguageSwitch />
         {has_help && <HelpButton ride={ride} />}
       </header>
@@ -82,12 +82,12 @@ function Page({ campus }: { readonly campus: Campus }) {
 
 function Starting() {
   const problem = campusProblem.value;
-  if (problem === null) return <Loading text={words.value.loading_campus} />;
+  if (problem === null) return <Loading text={texts.value.loading_campus} />;
   return (
     <div class="starting">
       <ProblemNote problem={problem} />
       <button type="button" class="button main" onClick={() => void loadCampus()}>
-        {words.value.try_again}
+        {texts.value.try_again}
       </button>
     </div>
   );

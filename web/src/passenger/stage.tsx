@@ -4,10 +4,10 @@ import { CampusMap } from "../shared/map/campus_map";
 import type { Look } from "../shared/map/map_view";
 import { prefersStill } from "../shared/map/stillness";
 import type { Point } from "../shared/scene/scene";
-import { language } from "../shared/words/language";
+import { language } from "../shared/texts/language";
 import { destination, pickup, tapStop } from "./booking/booking_form";
 import { followed } from "./ride/followed_ride";
-import { words } from "./texts/words";
+import { texts } from "./texts/texts";
 
 /** The map: for choosing stops while booking, for watching the shuttle afterwards. */
 export function Stage({ campus }: { readonly campus: Campus }) {
@@ -47,11 +47,11 @@ export function Stage({ campus }: { readonly campus: Campus }) {
       focus={focus.value}
       focus_key={ticket?.ride_id ?? ""}
       attribution={campus.view.attribution}
-      words={{
-        map: words.value.map,
-        zoom_in: words.value.zoom_in,
-        zoom_out: words.value.zoom_out,
-        whole: words.value.whole_map,
+      texts={{
+        map: texts.value.map,
+        zoom_in: texts.value.zoom_in,
+        zoom_out: texts.value.zoom_out,
+        whole: texts.value.whole_map,
       }}
       onPick={(what) => {
         if (ride === null && what.kind === "stop") tapStop(what.id);

@@ -1,4 +1,4 @@
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import { DeveloperTokens } from "./developer_tokens";
 import { Enrolment } from "./enrolment";
 
@@ -6,7 +6,7 @@ export function AccessPage() {
   return (
     <section class="sheet narrow">
       <header class="sheet-head">
-        <h1>{words.value.access}</h1>
+        <h1>{texts.value.access}</h1>
       </header>
       <Enrolment />
       <DeveloperTokens />

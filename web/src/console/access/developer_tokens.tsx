@@ -8,20 +8,20 @@ import { Loading, Note, ProblemNote } from "../../shared/ui/notes";
 import { TextField } from "../forms/text_field";
 import { tokens } from "../store/lists";
 import { day, now_ms } from "../texts/clocks";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 
 export function DeveloperTokens() {
-  const say = words.value;
+  const t = texts.value;
   const shown = tokens.value.value;
   useEffect(() => void tokens.refresh(), []);
   return (
     <section class="block card">
-      <h2>{say.tokens_title}</h2>
-      <p class="hint">{say.tokens_lead}</p>
+      <h2>{t.tokens_title}</h2>
+      <p class="hint">{t.tokens_lead}</p>
       <NewToken />
       {tokens.problem.value !== null && <ProblemNote problem={tokens.problem.value} />}
-      {shown === null && tokens.problem.value === null && <Loading text={say.loading} />}
-      {shown?.length === 0 && <p class="empty">{say.no_tokens}</p>}
+      {shown === null && tokens.problem.value === null && <Loading text={t.loading} />}
+      {shown?.length === 0 && <p class="empty">{t.no_tokens}</p>}
       <ul class="rows">
         {shown?.map((token) => (
           <li key={token.token_id} class="token">
@@ -39,7 +39,7 @@ function NewToken() {
   const may_drive = useSignal(false);
   const secret = useSignal("");
   const problem = useSignal<Problem | null>(null);
-  const say = words.value;
+  const t = texts.value;
   const submit = async (event: Event) => {
     event.preventDefault();
     const scopes: ("read" | "drive")[] = may_drive.value ? ["read", "drive"] : ["read"];
@@ -53,9 +53,9 @@ function NewToken() {
   return (
     <form class="grid-form" onSubmit={(event) => void submit(event)}>
       <TextField
-        label={say.token_name}
+        label={t.token_name}
         value={name}
-        hint={say.id_hint}
+        hint={t.id_hint}
         input={{
           required: true,
           pattern: "[A-Za-z0-9][A-Za-z0-9._@:\\-]{0,63}",
@@ -63,14 +63,14 @@ function NewToken() {
         }}
       />
       <TextField
-        label={say.valid_days}
+        label={t.valid_days}
         value={days}
         input={{ required: true, type: "number", min: 1, max: 366 }}
       />
       <div class="checks">
         <label class="check">
           <input type="checkbox" checked disabled />
-          {say.scope_read}
+          {t.scope_read}
         </label>
         <label class="check">
           <input
@@ -80,14 +80,14 @@ function NewToken() {
               may_drive.value = event.currentTarget.checked;
             }}
           />
-          {say.scope_drive}
+          {t.scope_drive}
         </label>
       </div>
-      <button class="button main">{say.make_token}</button>
+      <button class="button main">{t.make_token}</button>
       {problem.value !== null && <ProblemNote problem={problem.value} />}
       {secret.value !== "" && (
         <Note tone="good">
-          <p>{say.token_once}</p>
+          <p>{t.token_once}</p>
           <p class="secret">{secret.value}</p>
         </Note>
       )}
@@ -98,7 +98,7 @@ function NewToken() {
 function TokenLine({ token }: { readonly token: Schemas["TokenView"] }) {
   const asking = useSignal(false);
   const problem = useSignal<Problem | null>(null);
-  const say = words.value;
+  const t = texts.value;
   const is_over = Date.parse(token.expires_at) <= now_ms();
   const revoke = async () => {
     asking.value = false;
@@ -112,13 +112,13 @@ function TokenLine({ token }: { readonly token: Schemas["TokenView"] }) {
       <span>
         <strong>{token.name}</strong>
         <small>
-          {token.scopes.join(", ")} · {say.expires(day(token.expires_at))} · {token.made_by}
+          {token.scopes.join(", ")} · {t.expires(day(token.expires_at))} · {token.made_by}
         </small>
       </span>
       {token.revoked_at !== null ? (
-        <span class="chip calm">{say.revoked}</span>
+        <span class="chip calm">{t.revoked}</span>
       ) : is_over ? (
-        <span class="chip calm">{say.expired}</span>
+        <span class="chip calm">{t.expired}</span>
       ) : (
         <button
           type="button"
@@ -127,17 +127,17 @@ function TokenLine({ token }: { readonly token: Schemas["TokenView"] }) {
             asking.value = true;
           }}
         >
-          {say.revoke}
+          {t.revoke}
         </button>
       )}
       {problem.value !== null && <ProblemNote problem={problem.value} />}
       {asking.value && (
         <Question
           danger
-          title={say.revoke_title(token.name)}
-          text={say.revoke_text}
-          yes={say.revoke}
-          no={say.cancel}
+          title={t.revoke_title(token.name)}
+          text={t.revoke_text}
+          yes={t.revoke}
+          no={t.cancel}
           onNo={() => {
             asking.value = false;
           }}

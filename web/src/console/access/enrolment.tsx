@@ -4,7 +4,7 @@ import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import { Note, ProblemNote } from "../../shared/ui/notes";
 import { TextField } from "../forms/text_field";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 
 const NAME_PATTERN = "[A-Za-z0-9][A-Za-z0-9._@:\\-]{0,63}";
 
@@ -15,7 +15,7 @@ export function Enrolment() {
   const wheelchairs = useSignal("0");
   const made = useSignal<Schemas["CodeView"] | null>(null);
   const problem = useSignal<Problem | null>(null);
-  const say = words.value;
+  const t = texts.value;
   const submit = async (event: Event) => {
     event.preventDefault();
     const body = {
@@ -30,36 +30,36 @@ export function Enrolment() {
   };
   return (
     <section class="block card">
-      <h2>{say.enrol_title}</h2>
+      <h2>{t.enrol_title}</h2>
       <form class="grid-form" onSubmit={(event) => void submit(event)}>
         <TextField
-          label={say.vehicle_id}
+          label={t.vehicle_id}
           value={vehicle_id}
-          hint={say.id_hint}
+          hint={t.id_hint}
           input={{ required: true, pattern: NAME_PATTERN, autocomplete: "off" }}
         />
         <TextField
-          label={say.vehicle_name}
+          label={t.vehicle_name}
           value={name}
           input={{ required: true, maxLength: 64, autocomplete: "off" }}
         />
         <TextField
-          label={say.seats}
+          label={t.seats}
           value={seats}
           input={{ required: true, type: "number", min: 1, max: 200 }}
         />
         <TextField
-          label={say.wheelchairs}
+          label={t.wheelchairs}
           value={wheelchairs}
           input={{ required: true, type: "number", min: 0, max: 50 }}
         />
-        <button class="button main">{say.make_code}</button>
+        <button class="button main">{t.make_code}</button>
       </form>
       {problem.value !== null && <ProblemNote problem={problem.value} />}
       {made.value !== null && (
         <Note tone="good">
-          <strong>{say.code_for(made.value.vehicle_id)}</strong>
-          <p>{say.enrol_lead}</p>
+          <strong>{t.code_for(made.value.vehicle_id)}</strong>
+          <p>{t.enrol_lead}</p>
           <p class="secret">{made.value.code}</p>
         </Note>
       )}

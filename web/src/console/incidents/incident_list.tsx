@@ -7,14 +7,14 @@ import { goTo } from "../navigation";
 import { link } from "../session";
 import { incidents } from "../store/lists";
 import { near } from "../texts/clocks";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 
 type Incident = Schemas["IncidentView"];
 
-/** Calls for help are marked by place, size and words as well as by colour. */
+/** Help calls differ from other incidents by position, size and text as well as by colour. */
 export function IncidentList({ shown }: { readonly shown: readonly Incident[] }) {
-  const say = words.value;
-  if (shown.length === 0) return <p class="empty">{say.no_incidents}</p>;
+  const t = texts.value;
+  if (shown.length === 0) return <p class="empty">{t.no_incidents}</p>;
   return (
     <ul class="incidents">
       {shown.map((incident) => (
@@ -27,7 +27,7 @@ export function IncidentList({ shown }: { readonly shown: readonly Incident[] })
 }
 
 function IncidentCard({ incident }: { readonly incident: Incident }) {
-  const say = words.value;
+  const t = texts.value;
   const problem = useSignal<Problem | null>(null);
   const is_open = incident.closed_at === null;
   const is_new = is_open && incident.acknowledged_at === null;
@@ -48,7 +48,7 @@ function IncidentCard({ incident }: { readonly incident: Incident }) {
       data-kind={incident.kind}
     >
       <header>
-        <h3>{say.kinds[incident.kind] ?? incident.kind}</h3>
+        <h3>{t.kinds[incident.kind] ?? incident.kind}</h3>
         <time>{near(incident.opened_at)}</time>
       </header>
       {incident.cause !== "" && <p>{incident.cause}</p>}
@@ -64,21 +64,21 @@ function IncidentCard({ incident }: { readonly incident: Incident }) {
         )}
         {incident.ride_id !== null && (
           <span>
-            {say.ride} {rideCode(incident.ride_id)}
+            {t.ride} {rideCode(incident.ride_id)}
           </span>
         )}
-        {incident.acknowledged_by !== "" && <span>{say.seen_by(incident.acknowledged_by)}</span>}
-        {!is_open && <span>{say.closed_by(incident.closed_by)}</span>}
+        {incident.acknowledged_by !== "" && <span>{t.seen_by(incident.acknowledged_by)}</span>}
+        {!is_open && <span>{t.closed_by(incident.closed_by)}</span>}
       </p>
       {is_open && (
         <div class="buttons">
           {is_new && (
             <button type="button" class="button small main" onClick={() => void act("acknowledge")}>
-              {say.acknowledge}
+              {t.acknowledge}
             </button>
           )}
           <button type="button" class="button small" onClick={() => void act("close")}>
-            {say.close}
+            {t.close}
           </button>
         </div>
       )}

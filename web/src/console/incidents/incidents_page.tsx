@@ -1,15 +1,15 @@
 import { Loading, ProblemNote } from "../../shared/ui/notes";
 import { incidents, withClosed } from "../store/lists";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import { IncidentList } from "./incident_list";
 
 export function IncidentsPage() {
-  const say = words.value;
+  const t = texts.value;
   const shown = incidents.value.value;
   return (
     <section class="sheet narrow">
       <header class="sheet-head">
-        <h1>{say.incidents}</h1>
+        <h1>{t.incidents}</h1>
         <label class="check">
           <input
             type="checkbox"
@@ -19,11 +19,11 @@ export function IncidentsPage() {
               void incidents.refresh();
             }}
           />
-          {say.with_closed}
+          {t.with_closed}
         </label>
       </header>
       {incidents.problem.value !== null && <ProblemNote problem={incidents.problem.value} />}
-      {shown === null ? <Loading text={say.loading} /> : <IncidentList shown={shown} />}
+      {shown === null ? <Loading text={t.loading} /> : <IncidentList shown={shown} />}
     </section>
   );
 }

@@ -1,7 +1,7 @@
 import type { Schemas } from "../../shared/api/client";
 import type { Scene } from "../../shared/scene/scene";
 import { stopTitle } from "../texts/stop_title";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import { shiftMinutes } from "./shift";
 
 type RideEffect = Schemas["RideEffectView"];
@@ -14,11 +14,11 @@ interface EffectsListProps {
 
 /** Whom an intervention concerns: who comes instead, how much later, and who is left with nobody. */
 export function EffectsList({ effects, scene }: EffectsListProps) {
-  const say = words.value;
+  const t = texts.value;
   const name = (vehicle_id: string | null) =>
     scene.vehicles.find((vehicle) => vehicle.vehicle_id === vehicle_id)?.name ?? vehicle_id ?? "";
   if (effects.rides.length === 0 && effects.departures.length === 0)
-    return <p class="hint">{say.concerns_nobody}</p>;
+    return <p class="hint">{t.concerns_nobody}</p>;
   return (
     <ul class="visits effects">
       {effects.rides.map((effect) => (
@@ -30,7 +30,7 @@ export function EffectsList({ effects, scene }: EffectsListProps) {
             </small>
           </span>
           <span>
-            {rideWords(effect, name).map((text) => (
+            {rideEffectTexts(effect, name).map((text) => (
               <span class={isBad(effect) ? "chip danger" : "chip"} key={text}>
                 {text}
               </span>
@@ -42,10 +42,10 @@ export function EffectsList({ effects, scene }: EffectsListProps) {
         <li key={effect.departure_id} data-effect={effect.departure_id}>
           <span>
             {effect.departure_id}
-            <small>{say.departure}</small>
+            <small>{t.departure}</small>
           </span>
           <span class={effect.vehicle_after === null ? "chip danger" : "chip"}>
-            {departureWords(effect, name)}
+            {departureEffectText(effect, name)}
           </span>
         </li>
       ))}
@@ -56,29 +56,32 @@ export function EffectsList({ effects, scene }: EffectsListProps) {
 const isBad = (effect: RideEffect) =>
   effect.breaks || effect.waits || effect.vehicle_after === null;
 
-function rideWords(effect: RideEffect, name: (vehicle_id: string | null) => string): string[] {
-  const say = words.value;
-  if (effect.vehicle_after === null) return [say.left_with_nobody];
+function rideEffectTexts(
+  effect: RideEffect,
+  name: (vehicle_id: string | null) => string,
+): string[] {
+  const t = texts.value;
+  if (effect.vehicle_after === null) return [t.left_with_nobody];
   const told: string[] = [];
   if (effect.vehicle_after !== effect.vehicle_before)
-    told.push(say.goes_with(name(effect.vehicle_after)));
-  if (effect.waits) told.push(say.waits_until_resumed);
+    told.push(t.goes_with(name(effect.vehicle_after)));
+  if (effect.waits) told.push(t.waits_until_resumed);
   if (effect.pickup_later_s !== null)
-    told.push(say.pickup_shift(shiftMinutes(effect.pickup_later_s)));
+    told.push(t.pickup_shift(shiftMinutes(effect.pickup_later_s)));
   if (effect.arrival_later_s !== null)
-    told.push(say.arrival_shift(shiftMinutes(effect.arrival_later_s)));
-  if (effect.breaks) told.push(say.promise_breaks);
+    told.push(t.arrival_shift(shiftMinutes(effect.arrival_later_s)));
+  if (effect.breaks) told.push(t.promise_breaks);
   return told;
 }
 
-function departureWords(
+function departureEffectText(
   effect: DepartureEffect,
   name: (vehicle_id: string | null) => string,
 ): string {
-  const say = words.value;
-  if (effect.vehicle_after === null) return say.left_with_nobody;
-  if (effect.waits) return say.waits_until_resumed;
+  const t = texts.value;
+  if (effect.vehicle_after === null) return t.left_with_nobody;
+  if (effect.waits) return t.waits_until_resumed;
   if (effect.vehicle_after !== effect.vehicle_before)
-    return say.goes_with(name(effect.vehicle_after));
-  return say.late(Math.max(1, shiftMinutes(effect.late_after_s)));
+    return t.goes_with(name(effect.vehicle_after));
+  return t.late(Math.max(1, shiftMinutes(effect.late_after_s)));
 }

@@ -7,7 +7,7 @@ import type { Scene, VehicleScene } from "../../shared/scene/scene";
 import { Dialog } from "../../shared/ui/dialog";
 import { Loading, ProblemNote } from "../../shared/ui/notes";
 import { Fetched } from "../store/fetched";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import { EffectsList } from "./effects_list";
 
 export type InterventionKind = Schemas["InterventionWish"]["kind"];
@@ -46,7 +46,7 @@ function carryOut(vehicle_id: string, wish: Wish): Promise<Answer<unknown>> {
 
 /** Hold, recall or reassign: whom it would delay by how much is shown before anything is done. */
 export function Intervention({ kind, vehicle, scene, onDone, onClose }: InterventionProps) {
-  const say = words.value;
+  const t = texts.value;
   const { vehicle_id, name } = vehicle;
   const wish = useSignal<Wish>({ kind, for_s: null, ride_id: "", to_vehicle_id: "" });
   const preview = useMemo(
@@ -69,9 +69,9 @@ export function Intervention({ kind, vehicle, scene, onDone, onClose }: Interven
     wish.value = { ...wish.value, ...part };
   };
   const titles: Record<InterventionKind, readonly [string, string, string]> = {
-    hold: [say.hold_title(name), say.hold_text, say.hold],
-    recall: [say.recall_title(name), say.recall_text, say.recall],
-    reassign: [say.reassign_title(name), say.reassign_text, say.reassign],
+    hold: [t.hold_title(name), t.hold_text, t.hold],
+    recall: [t.recall_title(name), t.recall_text, t.recall],
+    reassign: [t.reassign_title(name), t.reassign_text, t.reassign],
   };
   const [title, text, yes] = titles[kind];
   const effects = preview.value.value;
@@ -82,13 +82,13 @@ export function Intervention({ kind, vehicle, scene, onDone, onClose }: Interven
       {kind === "reassign" && (
         <WhichRides wish={wish.value} change={change} vehicle={vehicle} scene={scene} />
       )}
-      <h3>{say.preview}</h3>
+      <h3>{t.preview}</h3>
       {preview.problem.value !== null && <ProblemNote problem={preview.problem.value} />}
-      {effects === null && preview.problem.value === null && <Loading text={say.loading} />}
+      {effects === null && preview.problem.value === null && <Loading text={t.loading} />}
       {effects !== null && <EffectsList effects={effects} scene={scene} />}
       <div class="dialog-buttons">
         <button type="button" class="button" onClick={onClose}>
-          {say.cancel}
+          {t.cancel}
         </button>
         <button
           type="button"
@@ -111,14 +111,14 @@ interface ChoiceProps {
 }
 
 function HoldLength({ wish, change }: ChoiceProps) {
-  const say = words.value;
+  const t = texts.value;
   return (
     <Choice
-      label={say.hold_length}
+      label={t.hold_length}
       value={wish.for_s == null ? "" : String(wish.for_s)}
       options={[
-        ["", say.until_resumed],
-        ...HOLD_MINUTES.map((minutes) => [String(minutes * 60), say.minutes(minutes)] as const),
+        ["", t.until_resumed],
+        ...HOLD_MINUTES.map((minutes) => [String(minutes * 60), t.minutes(minutes)] as const),
       ]}
       onChange={(value) => change({ for_s: value === "" ? null : Number(value) })}
     />
@@ -131,7 +131,7 @@ function WhichRides({
   vehicle,
   scene,
 }: ChoiceProps & { readonly vehicle: VehicleScene; readonly scene: Scene }) {
-  const say = words.value;
+  const t = texts.value;
   const waiting = scene.rides.filter(
     (ride) => ride.vehicle_id === vehicle.vehicle_id && ride.state === "assigned",
   );
@@ -139,19 +139,19 @@ function WhichRides({
   return (
     <>
       <Choice
-        label={say.which_rides}
+        label={t.which_rides}
         value={wish.ride_id ?? ""}
         options={[
-          ["", say.all_waiting],
+          ["", t.all_waiting],
           ...waiting.map((ride) => [ride.ride_id, ride.ride_code] as const),
         ]}
         onChange={(ride_id) => change({ ride_id })}
       />
       <Choice
-        label={say.to_vehicle}
+        label={t.to_vehicle}
         value={wish.to_vehicle_id ?? ""}
         options={[
-          ["", say.any_other],
+          ["", t.any_other],
           ...others.map((other) => [other.vehicle_id, other.name] as const),
         ]}
         onChange={(to_vehicle_id) => change({ to_vehicle_id })}

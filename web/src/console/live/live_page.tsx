@@ -9,7 +9,7 @@ import { SceneMap } from "../map/scene_map";
 import { goTo, place } from "../navigation";
 import { link } from "../session";
 import { closures, incidents } from "../store/lists";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import { VehiclePanel } from "../vehicles/vehicle_panel";
 import { VehicleList } from "./vehicle_list";
 
@@ -48,8 +48,8 @@ function Side({ scene, chosen }: { readonly scene: Scene; readonly chosen: strin
   return (
     <>
       {open.length > 0 && (
-        <section class="block" aria-label={words.value.incidents}>
-          <h2>{words.value.incidents}</h2>
+        <section class="block" aria-label={texts.value.incidents}>
+          <h2>{texts.value.incidents}</h2>
           <IncidentList shown={open.slice(0, INCIDENTS_SHOWN)} />
         </section>
       )}
@@ -61,5 +61,5 @@ function Side({ scene, chosen }: { readonly scene: Scene; readonly chosen: strin
 function LinkState() {
   const refusal = link.value?.refusal.value ?? null;
   if (refusal !== null) return <Note tone="danger">{refusal.detail}</Note>;
-  return <Loading text={words.value.link_connecting} />;
+  return <Loading text={texts.value.link_connecting} />;
 }

@@ -1,20 +1,20 @@
 import type { Scene, VehicleScene } from "../../shared/scene/scene";
 import { goTo } from "../navigation";
 import { stopTitle } from "../texts/stop_title";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import { ConditionChip } from "../vehicles/condition_chip";
 
 export function VehicleList({ scene }: { readonly scene: Scene }) {
-  const say = words.value;
+  const t = texts.value;
   const vehicles = [...scene.vehicles].sort((a, b) => a.name.localeCompare(b.name));
   return (
-    <section class="block" aria-label={say.vehicles}>
-      <h2>{say.vehicles}</h2>
+    <section class="block" aria-label={t.vehicles}>
+      <h2>{t.vehicles}</h2>
       {vehicles.length === 0 && (
         <p class="empty">
-          {say.no_vehicles}{" "}
+          {t.no_vehicles}{" "}
           <button type="button" class="button small" onClick={() => goTo("access")}>
-            {say.enrol_first}
+            {t.enrol_first}
           </button>
         </p>
       )}
@@ -30,7 +30,7 @@ export function VehicleList({ scene }: { readonly scene: Scene }) {
 }
 
 function VehicleRow({ vehicle }: { readonly vehicle: VehicleScene }) {
-  const say = words.value;
+  const t = texts.value;
   return (
     <button type="button" class="row" onClick={() => goTo("live", vehicle.vehicle_id)}>
       <span class="row-head">
@@ -38,9 +38,9 @@ function VehicleRow({ vehicle }: { readonly vehicle: VehicleScene }) {
         <ConditionChip vehicle={vehicle} />
       </span>
       <span class="row-facts">
-        {!vehicle.in_service && <span>{say.out_of_service}</span>}
-        <span>{say.kmh((vehicle.speed_mps * 3.6).toFixed(0))}</span>
-        <span>{say.seats_taken(vehicle.people_aboard, vehicle.seats)}</span>
+        {!vehicle.in_service && <span>{t.out_of_service}</span>}
+        <span>{t.kmh((vehicle.speed_mps * 3.6).toFixed(0))}</span>
+        <span>{t.seats_taken(vehicle.people_aboard, vehicle.seats)}</span>
         <span>{(vehicle.battery_ratio * 100).toFixed(0)} %</span>
         {vehicle.next_stop !== "" && <span>→ {stopTitle(vehicle.next_stop)}</span>}
       </span>

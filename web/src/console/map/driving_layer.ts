@@ -20,7 +20,7 @@ type Track = NonNullable<VehicleScene["picture"]>["tracks"][number];
 
 /**
  * What operators look at beside the shuttles: observation areas with their state, planned paths, people and
- * where they are expected; `at_ms` is the scene's clock, by which words of cameras grow old.
+ * where they are expected; `at_ms` is the scene's clock, by which a camera's report becomes stale.
  */
 export function drivingLayer(scene: Scene, at_ms: number, chosen: string): Layer {
   const watched = watchedAreas(scene, at_ms);

@@ -7,8 +7,8 @@ import { CampusMap } from "../../shared/map/campus_map";
 import type { Look } from "../../shared/map/map_view";
 import { prefersStill } from "../../shared/map/stillness";
 import type { Point, Scene } from "../../shared/scene/scene";
-import { language } from "../../shared/words/language";
-import { words } from "../texts/words";
+import { language } from "../../shared/texts/language";
+import { texts } from "../texts/texts";
 import { drivingLayer } from "./driving_layer";
 
 type Closure = Schemas["ClosureView"];
@@ -60,12 +60,12 @@ export function SceneMap({
       focus_key={shape.map_version}
       followable={chosen !== ""}
       attribution={campus.view.attribution}
-      words={{
-        map: words.value.map,
-        zoom_in: words.value.zoom_in,
-        zoom_out: words.value.zoom_out,
-        whole: words.value.whole_map,
-        follow: words.value.follow,
+      texts={{
+        map: texts.value.map,
+        zoom_in: texts.value.zoom_in,
+        zoom_out: texts.value.zoom_out,
+        whole: texts.value.whole_map,
+        follow: texts.value.follow,
       }}
       onPick={(what) => {
         if (what.kind === "vehicle") onChoose(what.id);

@@ -10,13 +10,13 @@ import { goTo } from "../navigation";
 import { openRidesOnly, rides } from "../store/lists";
 import { near } from "../texts/clocks";
 import { stopTitle } from "../texts/stop_title";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import { lateMinutes } from "./promises";
 
 type Ride = Schemas["RideRecord"];
 
 export function RidesPage() {
-  const say = words.value;
+  const t = texts.value;
   const shown = rides.value.value;
   useEffect(() => void rides.refresh(), []);
   const filter = (open_only: boolean) => {
@@ -27,35 +27,27 @@ export function RidesPage() {
   return (
     <section class="sheet">
       <header class="sheet-head">
-        <h1>{say.rides}</h1>
+        <h1>{t.rides}</h1>
         <div class="switch">
           <button type="button" aria-pressed={openRidesOnly.value} onClick={() => filter(true)}>
-            {say.rides_open}
+            {t.rides_open}
           </button>
           <button type="button" aria-pressed={!openRidesOnly.value} onClick={() => filter(false)}>
-            {say.rides_all}
+            {t.rides_all}
           </button>
         </div>
       </header>
       {rides.problem.value !== null && <ProblemNote problem={rides.problem.value} />}
-      {shown === null && rides.problem.value === null && <Loading text={say.loading} />}
-      {shown?.length === 0 && <Note>{say.no_rides}</Note>}
+      {shown === null && rides.problem.value === null && <Loading text={t.loading} />}
+      {shown?.length === 0 && <Note>{t.no_rides}</Note>}
       {shown !== null && shown.length > 0 && <RidesTable shown={shown} />}
     </section>
   );
 }
 
 function RidesTable({ shown }: { readonly shown: readonly Ride[] }) {
-  const say = words.value;
-  const columns = [
-    say.ride_code,
-    say.state,
-    say.trip,
-    say.people,
-    say.vehicle,
-    say.pickup,
-    say.arrival,
-  ];
+  const t = texts.value;
+  const columns = [t.ride_code, t.state, t.trip, t.people, t.vehicle, t.pickup, t.arrival];
   return (
     <div class="scroller">
       <table class="table">
@@ -67,7 +59,7 @@ function RidesTable({ shown }: { readonly shown: readonly Ride[] }) {
               </th>
             ))}
             <th scope="col">
-              <span class="unseen">{say.cancel_ride}</span>
+              <span class="unseen">{t.cancel_ride}</span>
             </th>
           </tr>
         </thead>
@@ -82,35 +74,33 @@ function RidesTable({ shown }: { readonly shown: readonly Ride[] }) {
 }
 
 function RideRow({ ride }: { readonly ride: Ride }) {
-  const say = words.value;
+  const t = texts.value;
   const { promise } = ride;
   return (
     <tr data-ride={ride.ride_code}>
       <th scope="row" class="mono">
         {ride.ride_code}
       </th>
-      <td data-label={say.state}>
-        <span class={`chip ${toneOf(ride)}`}>{say.states[ride.state]}</span>
+      <td data-label={t.state}>
+        <span class={`chip ${toneOf(ride)}`}>{t.states[ride.state]}</span>
         {ride.reason !== "" && (
-          <small title={ride.reason_detail}>{say.reasons[ride.reason] ?? ride.reason}</small>
+          <small title={ride.reason_detail}>{t.reasons[ride.reason] ?? ride.reason}</small>
         )}
       </td>
-      <td data-label={say.trip}>
+      <td data-label={t.trip}>
         {stopTitle(ride.from_stop)} – {stopTitle(ride.to_stop)}
-        {ride.first_to_stop !== null && (
-          <small>{say.booked_to(stopTitle(ride.first_to_stop))}</small>
-        )}
-        {ride.let_out && !hasEnded(ride.state) && <small>{say.let_out_asked}</small>}
+        {ride.first_to_stop !== null && <small>{t.booked_to(stopTitle(ride.first_to_stop))}</small>}
+        {ride.let_out && !hasEnded(ride.state) && <small>{t.let_out_asked}</small>}
       </td>
-      <td data-label={say.people}>{ride.party}</td>
-      <td data-label={say.vehicle}>
+      <td data-label={t.people}>{ride.party}</td>
+      <td data-label={t.vehicle}>
         {ride.vehicle_id !== null && (
           <button type="button" class="plain-link" onClick={() => goTo("live", ride.vehicle_id!)}>
             {ride.vehicle_id}
           </button>
         )}
       </td>
-      <td data-label={say.pickup}>
+      <td data-label={t.pickup}>
         {promise !== null && (
           <Moments
             promised={`${near(promise.pickup_from)}–${near(promise.pickup_to)}`}
@@ -119,10 +109,10 @@ function RideRow({ ride }: { readonly ride: Ride }) {
           />
         )}
       </td>
-      <td data-label={say.arrival}>
+      <td data-label={t.arrival}>
         {promise !== null && (
           <Moments
-            promised={say.by(near(promise.arrive_by))}
+            promised={t.by(near(promise.arrive_by))}
             expected={ride.state === "completed" ? ride.ended_at : ride.arrival_eta}
             latest={promise.arrive_by}
           />
@@ -149,17 +139,17 @@ interface MomentsProps {
 
 /** The promise, and what is expected now, with the difference where it breaks the promise. */
 function Moments({ promised, expected, latest }: MomentsProps) {
-  const say = words.value;
+  const t = texts.value;
   const late = lateMinutes(expected, latest);
   return (
     <>
       <span>{promised}</span>
       {expected !== null && (
         <small>
-          {say.expected} {near(expected)}
+          {t.expected} {near(expected)}
         </small>
       )}
-      {late > 0 && <span class="chip danger">{say.late(late)}</span>}
+      {late > 0 && <span class="chip danger">{t.late(late)}</span>}
     </>
   );
 }
@@ -167,7 +157,7 @@ function Moments({ promised, expected, latest }: MomentsProps) {
 function CancelRide({ ride }: { readonly ride: Ride }) {
   const asking = useSignal(false);
   const problem = useSignal<Problem | null>(null);
-  const say = words.value;
+  const t = texts.value;
   const is_aboard = ride.state === "aboard";
   if (hasEnded(ride.state) || ride.let_out) return null;
   const cancel = async () => {
@@ -186,18 +176,16 @@ function CancelRide({ ride }: { readonly ride: Ride }) {
           asking.value = true;
         }}
       >
-        {is_aboard ? say.let_out : say.cancel_ride}
+        {is_aboard ? t.let_out : t.cancel_ride}
       </button>
       {problem.value !== null && <ProblemNote problem={problem.value} />}
       {asking.value && (
         <Question
           danger
-          title={
-            is_aboard ? say.let_out_title(ride.ride_code) : say.cancel_ride_title(ride.ride_code)
-          }
-          text={is_aboard ? say.let_out_text : say.cancel_ride_text}
-          yes={is_aboard ? say.let_out : say.cancel_ride_yes}
-          no={say.cancel}
+          title={is_aboard ? t.let_out_title(ride.ride_code) : t.cancel_ride_title(ride.ride_code)}
+          text={is_aboard ? t.let_out_text : t.cancel_ride_text}
+          yes={is_aboard ? t.let_out : t.cancel_ride_yes}
+          no={t.cancel}
           onNo={() => {
             asking.value = false;
           }}

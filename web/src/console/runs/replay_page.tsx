@@ -5,7 +5,7 @@ import { Loading, Note, ProblemNote } from "../../shared/ui/notes";
 import { SceneMap } from "../map/scene_map";
 import { goTo } from "../navigation";
 import { day, seconds } from "../texts/clocks";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import { ConditionChip } from "../vehicles/condition_chip";
 import { VehicleFacts } from "../vehicles/vehicle_panel";
 import { Player } from "./player";
@@ -21,7 +21,7 @@ interface ReplayPageProps {
 export function ReplayPage({ campus, vehicle_id, boot_id }: ReplayPageProps) {
   const player = useMemo(() => new Player(vehicle_id, boot_id), [vehicle_id, boot_id]);
   useEffect(() => () => player.leave(), [player]);
-  const say = words.value;
+  const t = texts.value;
   const scene = player.scene.value;
   const vehicle = scene?.vehicles[0];
   return (
@@ -42,7 +42,7 @@ export function ReplayPage({ campus, vehicle_id, boot_id }: ReplayPageProps) {
           <header class="block-head">
             <button type="button" class="button quiet small" onClick={() => goTo("runs")}>
               <BackIcon />
-              {say.back_to_runs}
+              {t.back_to_runs}
             </button>
           </header>
           <div class="row-head">
@@ -50,11 +50,11 @@ export function ReplayPage({ campus, vehicle_id, boot_id }: ReplayPageProps) {
             {vehicle !== undefined && <ConditionChip vehicle={vehicle} />}
           </div>
           <p class="hint">
-            {say.replay_banner}
+            {t.replay_banner}
             {scene !== null && ` · ${day(player.start_ms)}`}
           </p>
           <RunState player={player} />
-          {player.map_problem.value !== null && <Note>{say.run_map_gone}</Note>}
+          {player.map_problem.value !== null && <Note>{t.run_map_gone}</Note>}
           {scene !== null && vehicle !== undefined && (
             <VehicleFacts vehicle={vehicle} scene={scene} now_ms={scene.at_ms} />
           )}
@@ -65,15 +65,15 @@ export function ReplayPage({ campus, vehicle_id, boot_id }: ReplayPageProps) {
 }
 
 function RunState({ player }: { readonly player: Player }) {
-  const say = words.value;
+  const t = texts.value;
   const count = player.scenes.value.length;
   if (player.problem.value !== null) return <ProblemNote problem={player.problem.value} />;
-  if (player.loading.value) return <Loading text={say.loading_run(count)} />;
-  return count === 0 ? <Note>{say.empty_run}</Note> : null;
+  if (player.loading.value) return <Loading text={t.loading_run(count)} />;
+  return count === 0 ? <Note>{t.empty_run}</Note> : null;
 }
 
 function Timeline({ player }: { readonly player: Player }) {
-  const say = words.value;
+  const t = texts.value;
   const id = useId();
   const is_playing = player.playing.value;
   return (
@@ -81,7 +81,7 @@ function Timeline({ player }: { readonly player: Player }) {
       <button
         type="button"
         class="button main"
-        aria-label={is_playing ? say.pause : say.play}
+        aria-label={is_playing ? t.pause : t.play}
         onClick={() => player.toggle()}
       >
         {is_playing ? <PauseIcon /> : <PlayIcon />}
@@ -89,7 +89,7 @@ function Timeline({ player }: { readonly player: Player }) {
       <time>{seconds(player.at_ms.value)}</time>
       <input
         type="range"
-        aria-label={say.at_time}
+        aria-label={t.at_time}
         aria-valuetext={seconds(player.at_ms.value)}
         min={player.start_ms}
         max={player.end_ms}
@@ -99,7 +99,7 @@ function Timeline({ player }: { readonly player: Player }) {
       />
       <time>{seconds(player.end_ms)}</time>
       <label class="unseen" for={id}>
-        {say.play_speed}
+        {t.play_speed}
       </label>
       <select
         id={id}
@@ -111,7 +111,7 @@ function Timeline({ player }: { readonly player: Player }) {
       >
         {FACTORS.map((factor) => (
           <option key={factor} value={factor}>
-            {say.times(factor)}
+            {t.times(factor)}
           </option>
         ))}
       </select>

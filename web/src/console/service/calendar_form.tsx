@@ -2,13 +2,13 @@ import { useSignal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
+import { language } from "../../shared/texts/language";
+import { weekdayName } from "../../shared/texts/moments";
 import { ProblemNote } from "../../shared/ui/notes";
-import { language } from "../../shared/words/language";
-import { weekdayName } from "../../shared/words/moments";
 import { hoursFrom, hoursText } from "../forms/hours_text";
 import { TextField } from "../forms/text_field";
 import { serviceChanged } from "../store/lists";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 
 export type Pattern = Schemas["PatternView"];
 
@@ -21,7 +21,7 @@ interface CalendarFormProps {
 }
 
 export function CalendarForm({ pattern, onDone }: CalendarFormProps) {
-  const say = words.value;
+  const t = texts.value;
   const service_id = useSignal(pattern?.service_id ?? "");
   const name = useSignal(pattern?.name ?? "");
   const weekdays = useSignal<readonly number[]>(pattern?.weekdays ?? [0, 1, 2, 3, 4]);
@@ -56,9 +56,9 @@ export function CalendarForm({ pattern, onDone }: CalendarFormProps) {
     <form class="grid-form calendar-form" onSubmit={(event) => void submit(event)}>
       {pattern === null && (
         <TextField
-          label={say.service_id}
+          label={t.service_id}
           value={service_id}
-          hint={say.id_hint}
+          hint={t.id_hint}
           input={{
             required: true,
             pattern: "[A-Za-z0-9][A-Za-z0-9._@:\\-]{0,63}",
@@ -66,13 +66,9 @@ export function CalendarForm({ pattern, onDone }: CalendarFormProps) {
           }}
         />
       )}
-      <TextField
-        label={say.calendar_name}
-        value={name}
-        input={{ required: true, maxLength: 200 }}
-      />
+      <TextField label={t.calendar_name} value={name} input={{ required: true, maxLength: 200 }} />
       <fieldset class="days-of-week">
-        <legend>{say.weekdays}</legend>
+        <legend>{t.weekdays}</legend>
         {WEEK.map((day) => (
           <label key={day} class="check">
             <input
@@ -84,21 +80,21 @@ export function CalendarForm({ pattern, onDone }: CalendarFormProps) {
           </label>
         ))}
       </fieldset>
-      <TextField label={say.first_day} value={starts_on} input={{ type: "date" }} />
-      <TextField label={say.last_day} value={ends_on} input={{ type: "date" }} />
+      <TextField label={t.first_day} value={starts_on} input={{ type: "date" }} />
+      <TextField label={t.last_day} value={ends_on} input={{ type: "date" }} />
       <TextField
-        label={say.hours}
+        label={t.hours}
         value={hours}
-        hint={say.hours_hint}
+        hint={t.hours_hint}
         input={{
           pattern: "\\s*(\\d\\d:\\d\\d\\s*-\\s*\\d\\d:\\d\\d\\s*(,\\s*|$))*",
           placeholder: "07:30-12:00, 13:30-22:00",
         }}
       />
       <div class="buttons">
-        <button class="button main">{say.save}</button>
+        <button class="button main">{t.save}</button>
         <button type="button" class="button" onClick={onDone}>
-          {say.cancel}
+          {t.cancel}
         </button>
       </div>
       {problem.value !== null && <ProblemNote problem={problem.value} />}

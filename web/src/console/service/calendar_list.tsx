@@ -2,12 +2,12 @@ import { useSignal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
+import { language } from "../../shared/texts/language";
+import { weekdayName } from "../../shared/texts/moments";
 import { ProblemNote } from "../../shared/ui/notes";
-import { language } from "../../shared/words/language";
-import { weekdayName } from "../../shared/words/moments";
 import { serviceChanged } from "../store/lists";
 import { calendarDate } from "../texts/clocks";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import type { Pattern } from "./calendar_form";
 import { CalendarForm } from "./calendar_form";
 
@@ -15,16 +15,16 @@ const EVERY_DAY = 7;
 
 /** Each service with its days and hours. */
 export function CalendarList({ shown }: { readonly shown: Schemas["ServiceView"] }) {
-  const say = words.value;
+  const t = texts.value;
   const editing = useSignal<Pattern | "new" | null>(null);
   const done = () => {
     editing.value = null;
   };
   return (
     <section class="block card">
-      <h2>{say.calendars}</h2>
-      <p class="hint">{say.calendars_lead}</p>
-      {shown.patterns.length === 0 && <p class="empty">{say.no_calendars}</p>}
+      <h2>{t.calendars}</h2>
+      <p class="hint">{t.calendars_lead}</p>
+      {shown.patterns.length === 0 && <p class="empty">{t.no_calendars}</p>}
       <ul class="rows">
         {shown.patterns.map((pattern) => (
           <li key={pattern.service_id} data-service={pattern.service_id}>
@@ -45,7 +45,7 @@ export function CalendarList({ shown }: { readonly shown: Schemas["ServiceView"]
             editing.value = "new";
           }}
         >
-          {say.new_calendar}
+          {t.new_calendar}
         </button>
       ) : (
         <CalendarForm
@@ -64,7 +64,7 @@ interface PatternLineProps {
 }
 
 function PatternLine({ pattern, onEdit }: PatternLineProps) {
-  const say = words.value;
+  const t = texts.value;
   const problem = useSignal<Problem | null>(null);
   const remove = async () => {
     const path = { service_id: pattern.service_id };
@@ -82,7 +82,7 @@ function PatternLine({ pattern, onEdit }: PatternLineProps) {
           {[
             rangeOf(pattern),
             ...pattern.hours.map((hours) => `${hours.opens}–${hours.closes}`),
-            pattern.trips > 0 ? say.trips_of(pattern.trips) : "",
+            pattern.trips > 0 ? t.trips_of(pattern.trips) : "",
           ]
             .filter((part) => part !== "")
             .join(" · ")}
@@ -90,11 +90,11 @@ function PatternLine({ pattern, onEdit }: PatternLineProps) {
       </span>
       <span class="buttons">
         <button type="button" class="button small" onClick={onEdit}>
-          {say.edit}
+          {t.edit}
         </button>
         {pattern.trips === 0 && (
           <button type="button" class="button small" onClick={() => void remove()}>
-            {say.remove}
+            {t.remove}
           </button>
         )}
       </span>
@@ -104,16 +104,16 @@ function PatternLine({ pattern, onEdit }: PatternLineProps) {
 }
 
 function daysOf(pattern: Pattern): string {
-  if (pattern.weekdays.length === EVERY_DAY) return words.value.every_day;
-  if (pattern.weekdays.length === 0) return words.value.no_day;
+  if (pattern.weekdays.length === EVERY_DAY) return texts.value.every_day;
+  if (pattern.weekdays.length === 0) return texts.value.no_day;
   return pattern.weekdays.map((day) => weekdayName(day, language.value, "short")).join(" ");
 }
 
 function rangeOf(pattern: Pattern): string {
-  const say = words.value;
+  const t = texts.value;
   const { starts_on, ends_on } = pattern;
   if (starts_on === null && ends_on === null) return "";
-  if (ends_on === null) return say.from_day(calendarDate(starts_on!));
-  if (starts_on === null) return say.until_day(calendarDate(ends_on));
+  if (ends_on === null) return t.from_day(calendarDate(starts_on!));
+  if (starts_on === null) return t.until_day(calendarDate(ends_on));
   return `${calendarDate(starts_on)} – ${calendarDate(ends_on)}`;
 }

@@ -4,26 +4,26 @@ import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import { campus } from "../../shared/campus/campus";
+import { fromLocalInput } from "../../shared/texts/moments";
 import { ProblemNote } from "../../shared/ui/notes";
-import { fromLocalInput } from "../../shared/words/moments";
 import { TextField } from "../forms/text_field";
 import { closures } from "../store/lists";
 import { day } from "../texts/clocks";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 
 type Closure = Schemas["ClosureView"];
 
 /** Roads that are closed or will be; an operator closes and lifts them here. */
 export function ClosureBlock() {
-  const say = words.value;
+  const t = texts.value;
   const shown = closures.value.value;
   return (
     <section class="block card">
-      <h2>{say.closures}</h2>
-      <p class="hint">{say.closures_lead}</p>
+      <h2>{t.closures}</h2>
+      <p class="hint">{t.closures_lead}</p>
       <NewClosure />
       {closures.problem.value !== null && <ProblemNote problem={closures.problem.value} />}
-      {shown !== null && shown.length === 0 && <p class="empty">{say.no_closures}</p>}
+      {shown !== null && shown.length === 0 && <p class="empty">{t.no_closures}</p>}
       <ul class="rows">
         {(shown ?? []).map((closure) => (
           <li key={closure.closure_id} data-closure={closure.closure_id}>
@@ -36,7 +36,7 @@ export function ClosureBlock() {
 }
 
 function NewClosure() {
-  const say = words.value;
+  const t = texts.value;
   const [lanes, reason] = [useSignal(""), useSignal("")];
   const [from, until] = [useSignal(""), useSignal("")];
   const problem = useSignal<Problem | null>(null);
@@ -61,9 +61,9 @@ function NewClosure() {
   return (
     <form class="grid-form" onSubmit={(event) => void submit(event)}>
       <TextField
-        label={say.closure_lanes}
+        label={t.closure_lanes}
         value={lanes}
-        hint={say.closure_lanes_hint}
+        hint={t.closure_lanes_hint}
         input={{ required: true, list: known }}
       />
       <datalist id={known}>
@@ -71,10 +71,10 @@ function NewClosure() {
           <option key={lane.lane_id} value={lane.lane_id} />
         ))}
       </datalist>
-      <TextField label={say.closure_reason} value={reason} input={{ maxLength: 200 }} />
-      <TextField label={say.closure_from} value={from} input={{ type: "datetime-local" }} />
-      <TextField label={say.closure_until} value={until} input={{ type: "datetime-local" }} />
-      <button class="button main">{say.close_road}</button>
+      <TextField label={t.closure_reason} value={reason} input={{ maxLength: 200 }} />
+      <TextField label={t.closure_from} value={from} input={{ type: "datetime-local" }} />
+      <TextField label={t.closure_until} value={until} input={{ type: "datetime-local" }} />
+      <button class="button main">{t.close_road}</button>
       {problem.value !== null && <ProblemNote problem={problem.value} />}
     </form>
   );
@@ -86,7 +86,7 @@ function moment(local: string): string | null {
 }
 
 function ClosureLine({ closure }: { readonly closure: Closure }) {
-  const say = words.value;
+  const t = texts.value;
   const problem = useSignal<Problem | null>(null);
   const lift = async () => {
     const answer = await answerOf(
@@ -103,15 +103,15 @@ function ClosureLine({ closure }: { readonly closure: Closure }) {
         <strong>{[...closure.lane_ids, ...closure.section_ids].join(" ")}</strong> {closure.reason}
         <small>
           <span class={`chip ${closure.state === "in_force" ? "warning" : "calm"}`}>
-            {say.closure_states[closure.state]}
+            {t.closure_states[closure.state]}
           </span>{" "}
-          {closure.state === "scheduled" && `${say.from_time(day(closure.starts_at))} `}
-          {closure.ends_at === null ? say.until_lifted : say.until_time(day(closure.ends_at))}{" "}
+          {closure.state === "scheduled" && `${t.from_time(day(closure.starts_at))} `}
+          {closure.ends_at === null ? t.until_lifted : t.until_time(day(closure.ends_at))}{" "}
           {closure.made_by}
         </small>
       </span>
       <button type="button" class="button small" onClick={() => void lift()}>
-        {say.lift}
+        {t.lift}
       </button>
       {problem.value !== null && <ProblemNote problem={problem.value} />}
     </div>

@@ -7,20 +7,20 @@ import { ProblemNote } from "../../shared/ui/notes";
 import { TextField } from "../forms/text_field";
 import { serviceChanged } from "../store/lists";
 import { calendarDate } from "../texts/clocks";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 
 type Service = Schemas["ServiceView"];
 type Exception = Schemas["ExceptionView"];
 
 /** Holidays of the campus, and single days on which one service runs or does not. */
 export function ExceptionList({ shown }: { readonly shown: Service }) {
-  const say = words.value;
+  const t = texts.value;
   return (
     <section class="block card">
-      <h2>{say.exceptions}</h2>
-      <p class="hint">{say.exceptions_lead}</p>
+      <h2>{t.exceptions}</h2>
+      <p class="hint">{t.exceptions_lead}</p>
       <NewException shown={shown} />
-      {shown.exceptions.length === 0 && <p class="empty">{say.no_exceptions}</p>}
+      {shown.exceptions.length === 0 && <p class="empty">{t.no_exceptions}</p>}
       <ul class="rows">
         {shown.exceptions.map((exception) => (
           <li key={`${exception.day} ${exception.service_id}`} data-exception={exception.day}>
@@ -33,7 +33,7 @@ export function ExceptionList({ shown }: { readonly shown: Service }) {
 }
 
 function NewException({ shown }: { readonly shown: Service }) {
-  const say = words.value;
+  const t = texts.value;
   const [day, note] = [useSignal(""), useSignal("")];
   const service_id = useSignal("");
   const runs = useSignal(false);
@@ -57,10 +57,10 @@ function NewException({ shown }: { readonly shown: Service }) {
   };
   return (
     <form class="grid-form" onSubmit={(event) => void submit(event)}>
-      <TextField label={say.day} value={day} input={{ type: "date", required: true }} />
-      <TextField label={say.exception_note} value={note} input={{ maxLength: 200 }} />
+      <TextField label={t.day} value={day} input={{ type: "date", required: true }} />
+      <TextField label={t.exception_note} value={note} input={{ maxLength: 200 }} />
       <div class="field">
-        <label for={id}>{say.exception_whose}</label>
+        <label for={id}>{t.exception_whose}</label>
         <select
           id={id}
           class="input"
@@ -69,7 +69,7 @@ function NewException({ shown }: { readonly shown: Service }) {
             service_id.value = event.currentTarget.value;
           }}
         >
-          <option value="">{say.whole_campus}</option>
+          <option value="">{t.whole_campus}</option>
           {shown.patterns.map((pattern) => (
             <option key={pattern.service_id} value={pattern.service_id}>
               {pattern.name}
@@ -86,17 +86,17 @@ function NewException({ shown }: { readonly shown: Service }) {
               runs.value = event.currentTarget.checked;
             }}
           />
-          {say.runs_anyway}
+          {t.runs_anyway}
         </label>
       )}
-      <button class="button main">{say.add_day}</button>
+      <button class="button main">{t.add_day}</button>
       {problem.value !== null && <ProblemNote problem={problem.value} />}
     </form>
   );
 }
 
 function ExceptionLine({ exception }: { readonly exception: Exception }) {
-  const say = words.value;
+  const t = texts.value;
   const problem = useSignal<Problem | null>(null);
   const remove = async () => {
     const answer = await answerOf(
@@ -117,16 +117,16 @@ function ExceptionLine({ exception }: { readonly exception: Exception }) {
         <small>
           <span class={`chip ${exception.runs ? "good" : "warning"}`}>
             {exception.service_id === ""
-              ? say.holiday
+              ? t.holiday
               : exception.runs
-                ? say.service_runs(exception.service_id)
-                : say.service_rests(exception.service_id)}
+                ? t.service_runs(exception.service_id)
+                : t.service_rests(exception.service_id)}
           </span>{" "}
           {exception.made_by}
         </small>
       </span>
       <button type="button" class="button small" onClick={() => void remove()}>
-        {say.remove}
+        {t.remove}
       </button>
       {problem.value !== null && <ProblemNote problem={problem.value} />}
     </div>

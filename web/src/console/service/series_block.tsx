@@ -2,26 +2,26 @@ import { useSignal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
+import { language } from "../../shared/texts/language";
+import { weekdayName } from "../../shared/texts/moments";
 import { Question } from "../../shared/ui/dialog";
 import { ProblemNote } from "../../shared/ui/notes";
-import { language } from "../../shared/words/language";
-import { weekdayName } from "../../shared/words/moments";
 import { rides, seriesList } from "../store/lists";
 import { calendarDate } from "../texts/clocks";
 import { stopTitle } from "../texts/stop_title";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 
 type Series = Schemas["SeriesRecord"];
 
 /** Passengers' recurring bookings that still go on. */
 export function SeriesBlock() {
-  const say = words.value;
+  const t = texts.value;
   const shown = seriesList.value.value;
   return (
     <section class="block card">
-      <h2>{say.series}</h2>
+      <h2>{t.series}</h2>
       {seriesList.problem.value !== null && <ProblemNote problem={seriesList.problem.value} />}
-      {shown?.length === 0 && <p class="empty">{say.no_series}</p>}
+      {shown?.length === 0 && <p class="empty">{t.no_series}</p>}
       <ul class="rows">
         {shown?.map((series) => (
           <li key={series.series_id} data-series={series.series_id}>
@@ -34,7 +34,7 @@ export function SeriesBlock() {
 }
 
 function SeriesLine({ series }: { readonly series: Series }) {
-  const say = words.value;
+  const t = texts.value;
   const asking = useSignal(false);
   const problem = useSignal<Problem | null>(null);
   const cancel = async () => {
@@ -54,8 +54,8 @@ function SeriesLine({ series }: { readonly series: Series }) {
           {stopTitle(series.from_stop)} – {stopTitle(series.to_stop)}
         </strong>
         <small>
-          {days} {series.leave} · {say.until_day(calendarDate(series.ends_on))} ·{" "}
-          {say.people_count(series.party)}
+          {days} {series.leave} · {t.until_day(calendarDate(series.ends_on))} ·{" "}
+          {t.people_count(series.party)}
         </small>
       </span>
       <button
@@ -65,16 +65,16 @@ function SeriesLine({ series }: { readonly series: Series }) {
           asking.value = true;
         }}
       >
-        {say.cancel_ride}
+        {t.cancel_ride}
       </button>
       {problem.value !== null && <ProblemNote problem={problem.value} />}
       {asking.value && (
         <Question
           danger
-          title={say.cancel_series_title}
-          text={say.cancel_series_text}
-          yes={say.cancel_series_yes}
-          no={say.cancel}
+          title={t.cancel_series_title}
+          text={t.cancel_series_text}
+          yes={t.cancel_series_yes}
+          no={t.cancel}
           onNo={() => {
             asking.value = false;
           }}

@@ -1,7 +1,7 @@
 import { useEffect } from "preact/hooks";
 import { Loading, Note, ProblemNote } from "../../shared/ui/notes";
 import { closures, service, seriesList, timetable } from "../store/lists";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import { CalendarList } from "./calendar_list";
 import { ClosureBlock } from "./closure_block";
 import { ExceptionList } from "./exception_list";
@@ -10,7 +10,7 @@ import { TimetableBlock } from "./timetable_block";
 
 /** On which days and at which hours the campus runs, and what runs today. */
 export function ServicePage() {
-  const say = words.value;
+  const t = texts.value;
   const shown = service.value.value;
   useEffect(() => {
     void service.refresh();
@@ -21,12 +21,12 @@ export function ServicePage() {
   return (
     <section class="sheet">
       <header class="sheet-head">
-        <h1>{say.service}</h1>
+        <h1>{t.service}</h1>
       </header>
       {service.problem.value !== null && <ProblemNote problem={service.problem.value} />}
-      {shown === null && service.problem.value === null && <Loading text={say.loading} />}
+      {shown === null && service.problem.value === null && <Loading text={t.loading} />}
       {shown !== null && shown.rides_outside > 0 && (
-        <Note tone="warning">{say.rides_outside(shown.rides_outside)}</Note>
+        <Note tone="warning">{t.rides_outside(shown.rides_outside)}</Note>
       )}
       <div class="service-grid">
         {shown !== null && <ExceptionList shown={shown} />}

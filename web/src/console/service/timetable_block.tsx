@@ -3,15 +3,15 @@ import { Note, ProblemNote } from "../../shared/ui/notes";
 import { timetable } from "../store/lists";
 import { calendarDate, clock } from "../texts/clocks";
 import { stopTitle } from "../texts/stop_title";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 
 /** Today's trips, as they stand; the last run is marked. */
 export function TimetableBlock() {
-  const say = words.value;
+  const t = texts.value;
   const shown = timetable.value.value;
   return (
     <section class="block card">
-      <h2>{say.timetable_today}</h2>
+      <h2>{t.timetable_today}</h2>
       {timetable.problem.value !== null && <ProblemNote problem={timetable.problem.value} />}
       {shown !== null && (
         <p class="hint">
@@ -20,16 +20,16 @@ export function TimetableBlock() {
       )}
       {shown !== null && shown.holiday !== null && (
         <Note tone="warning">
-          {say.holiday} {shown.holiday}
+          {t.holiday} {shown.holiday}
         </Note>
       )}
-      {shown?.trips.length === 0 && <p class="empty">{say.no_trips}</p>}
+      {shown?.trips.length === 0 && <p class="empty">{t.no_trips}</p>}
       {shown !== null && shown.trips.length > 0 && (
         <div class="scroller">
           <table class="table">
             <thead>
               <tr>
-                {[say.timetable_trip, say.calls, say.state, say.vehicle].map((title) => (
+                {[t.timetable_trip, t.calls, t.state, t.vehicle].map((title) => (
                   <th key={title} scope="col">
                     {title}
                   </th>
@@ -49,33 +49,33 @@ export function TimetableBlock() {
 }
 
 function TripRow({ trip }: { readonly trip: Schemas["TripView"] }) {
-  const say = words.value;
+  const t = texts.value;
   const [first, last] = [trip.calls[0], trip.calls.at(-1)];
   return (
     <tr data-trip={trip.trip_id}>
       <th scope="row" class="mono">
-        {trip.trip_id} {trip.is_last_run && <span class="chip calm">{say.last_run}</span>}
+        {trip.trip_id} {trip.is_last_run && <span class="chip calm">{t.last_run}</span>}
       </th>
-      <td data-label={say.calls}>
+      <td data-label={t.calls}>
         {first !== undefined && `${clock(first.leave_at)} ${stopTitle(first.stop_id)}`} –{" "}
         {last !== undefined && `${clock(last.leave_at)} ${stopTitle(last.stop_id)}`}
       </td>
-      <td data-label={say.state}>
+      <td data-label={t.state}>
         <span class={`chip ${trip.state === "missed" ? "danger" : "calm"}`}>
-          {say.trip_states[trip.state]}
+          {t.trip_states[trip.state]}
         </span>
       </td>
-      <td data-label={say.vehicle}>{trip.vehicle_id}</td>
+      <td data-label={t.vehicle}>{trip.vehicle_id}</td>
     </tr>
   );
 }
 
 function hoursOf(day: Schemas["TimetableDay"]): string {
-  if (day.hours.length === 0) return words.value.closed;
-  return day.hours.map(hoursInWords).join(", ");
+  if (day.hours.length === 0) return texts.value.closed;
+  return day.hours.map(spanText).join(", ");
 }
 
-function hoursInWords(span: Schemas["SpanView"]): string {
+function spanText(span: Schemas["SpanView"]): string {
   const [opens, closes] = [clock(span.opens_at), clock(span.closes_at)];
-  return opens === closes ? words.value.all_day : `${opens}–${closes}`;
+  return opens === closes ? texts.value.all_day : `${opens}–${closes}`;
 }

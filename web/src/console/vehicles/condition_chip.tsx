@@ -1,9 +1,9 @@
 import { conditionOf, urgencyOf } from "../../shared/scene/condition";
 import type { VehicleScene } from "../../shared/scene/scene";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 
-/** State in a word; the colour only repeats it. */
+/** A shuttle's condition as text; the colour repeats it. */
 export function ConditionChip({ vehicle }: { readonly vehicle: VehicleScene }) {
   const condition = conditionOf(vehicle);
-  return <span class={`chip ${urgencyOf(condition)}`}>{words.value.conditions[condition]}</span>;
+  return <span class={`chip ${urgencyOf(condition)}`}>{texts.value.conditions[condition]}</span>;
 }

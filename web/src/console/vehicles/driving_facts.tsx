@@ -1,7 +1,7 @@
 import type { Scene, VehicleScene } from "../../shared/scene/scene";
 import type { Watched } from "../../shared/scene/watched";
 import { watchedAreas } from "../../shared/scene/watched";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 
 const SECTION = "section ";
 
@@ -12,23 +12,23 @@ export interface VehicleFactsProps {
   readonly now_ms: number;
 }
 
-/** What keeps the shuttle from going faster, in words; a reason without words of ours is shown as it is. */
+/** What limits the shuttle's speed, as text; an unknown reason is shown as it is. */
 export function limitOf(vehicle: VehicleScene): string {
-  const say = words.value;
+  const t = texts.value;
   const reason = vehicle.picture?.limited_by ?? "";
-  if (reason === "") return say.none;
-  if (reason.startsWith(SECTION)) return `${say.section_ahead} (${reason.slice(SECTION.length)})`;
-  return say.limits[reason] ?? reason;
+  if (reason === "") return t.none;
+  if (reason.startsWith(SECTION)) return `${t.section_ahead} (${reason.slice(SECTION.length)})`;
+  return t.limits[reason] ?? reason;
 }
 
-/** The areas that this shuttle watches, each with its camera's word and how old that is. */
+/** The areas that this shuttle watches, each with its camera's report and the report's age. */
 export function WatchedAreas({ vehicle, scene, now_ms }: VehicleFactsProps) {
   const mine = new Set(vehicle.picture?.areas.map((area) => area.area_id));
   const shown = watchedAreas(scene, now_ms).filter((area) => mine.has(area.area_id));
   if (shown.length === 0) return null;
   return (
     <div class="watched">
-      <h3>{words.value.watched}</h3>
+      <h3>{texts.value.watched}</h3>
       <ul>
         {shown.map((area) => (
           <li key={area.area_id} class={area.seen ? "seen" : area.state}>
@@ -41,10 +41,10 @@ export function WatchedAreas({ vehicle, scene, now_ms }: VehicleFactsProps) {
 }
 
 function lineOf(area: Watched): string {
-  const say = words.value;
-  const word =
+  const t = texts.value;
+  const report =
     area.told === null || area.age_ms === null
-      ? say.area_no_word
-      : say.area_line(say.area_states[area.state], area.told, (area.age_ms / 1000).toFixed(1));
-  return area.seen ? `${word} · ${say.area_seen}` : word;
+      ? t.area_no_camera
+      : t.area_line(t.area_states[area.state], area.told, (area.age_ms / 1000).toFixed(1));
+  return area.seen ? `${report} · ${t.area_seen}` : report;
 }

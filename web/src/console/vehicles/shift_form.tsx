@@ -3,11 +3,11 @@ import { useEffect } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
+import { language } from "../../shared/texts/language";
+import { weekdayName } from "../../shared/texts/moments";
 import { ProblemNote } from "../../shared/ui/notes";
-import { language } from "../../shared/words/language";
-import { weekdayName } from "../../shared/words/moments";
 import { hoursFrom, hoursText } from "../forms/hours_text";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 
 type Shifts = Schemas["ShiftsModel"];
 
@@ -15,7 +15,7 @@ const WEEK = [0, 1, 2, 3, 4, 5, 6];
 
 /** When a shuttle is on duty: one line of hours for each weekday; days that differ are kept as they are. */
 export function ShiftForm({ vehicle_id }: { readonly vehicle_id: string }) {
-  const say = words.value;
+  const t = texts.value;
   const known = useSignal<Shifts | null>(null);
   const lines = useSignal<readonly string[]>(WEEK.map(() => ""));
   const always = useSignal(true);
@@ -49,7 +49,7 @@ export function ShiftForm({ vehicle_id }: { readonly vehicle_id: string }) {
   };
   return (
     <details class="shifts">
-      <summary>{say.shifts}</summary>
+      <summary>{t.shifts}</summary>
       <form class="grid-form" onSubmit={(event) => void submit(event)}>
         <label class="check">
           <input
@@ -59,7 +59,7 @@ export function ShiftForm({ vehicle_id }: { readonly vehicle_id: string }) {
               always.value = event.currentTarget.checked;
             }}
           />
-          {say.always_on_duty}
+          {t.always_on_duty}
         </label>
         {!always.value &&
           WEEK.map((day) => (
@@ -68,7 +68,7 @@ export function ShiftForm({ vehicle_id }: { readonly vehicle_id: string }) {
               <input
                 class="input"
                 value={lines.value[day]}
-                placeholder={say.day_off}
+                placeholder={t.day_off}
                 onInput={(event) => {
                   const text = event.currentTarget.value;
                   lines.value = lines.value.map((line, other) => (other === day ? text : line));
@@ -76,9 +76,9 @@ export function ShiftForm({ vehicle_id }: { readonly vehicle_id: string }) {
               />
             </label>
           ))}
-        <p class="hint">{say.shifts_hint}</p>
-        <button class="button">{say.save}</button>
-        {saved.value && <p class="hint">{say.shifts_saved}</p>}
+        <p class="hint">{t.shifts_hint}</p>
+        <button class="button">{t.save}</button>
+        {saved.value && <p class="hint">{t.shifts_saved}</p>}
         {problem.value !== null && <ProblemNote problem={problem.value} />}
       </form>
     </details>

@@ -1,4 +1,4 @@
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 
 /** What people in and around the shuttle read and hear. */
 export function Signboard({
@@ -8,16 +8,16 @@ export function Signboard({
   readonly screen: string;
   readonly spoken: string;
 }) {
-  const say = words.value;
+  const t = texts.value;
   return (
     <div class="signboard">
       <p class="led">
-        <span class="unseen">{say.screen}: </span>
+        <span class="unseen">{t.screen}: </span>
         {screen || " "}
       </p>
       <p class="spoken">
-        <span>{say.spoken}</span>
-        {spoken === "" ? say.nothing_shown : `“${spoken}”`}
+        <span>{t.spoken}</span>
+        {spoken === "" ? t.nothing_shown : `“${spoken}”`}
       </p>
     </div>
   );

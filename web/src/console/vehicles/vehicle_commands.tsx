@@ -5,12 +5,12 @@ import type { Answer, Problem } from "../../shared/api/problem";
 import { campus } from "../../shared/campus/campus";
 import { stopName } from "../../shared/campus/campus_shape";
 import type { Scene, VehicleScene } from "../../shared/scene/scene";
+import { language } from "../../shared/texts/language";
 import { Question } from "../../shared/ui/dialog";
 import { ProblemNote } from "../../shared/ui/notes";
-import { language } from "../../shared/words/language";
 import type { InterventionKind } from "../interventions/intervention";
 import { Intervention } from "../interventions/intervention";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 
 type Command = "resume" | "stop-now" | "release" | "evacuate";
 
@@ -37,14 +37,14 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
   const problem = useSignal<Problem | null>(null);
   const said = useSignal("");
   const asking = useSignal<"stop-now" | "evacuate" | InterventionKind | null>(null);
-  const say = words.value;
+  const t = texts.value;
   const { vehicle_id, name } = vehicle;
   const finish = (answer: Answer<unknown>, text: string) => {
     problem.value = answer.ok ? null : answer.problem;
     said.value = answer.ok ? text : "";
   };
   const run = async (command: Command, title: string) =>
-    finish(await send(vehicle_id, command), say.commanded(title));
+    finish(await send(vehicle_id, command), t.commanded(title));
   const is_held = vehicle.held || vehicle.mode !== "autonomous";
   return (
     <div class="commands">
@@ -53,9 +53,9 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
           type="button"
           class={`button small ${is_held ? "main" : ""}`}
           disabled={!is_held}
-          onClick={() => void run("resume", say.resume)}
+          onClick={() => void run("resume", t.resume)}
         >
-          {say.resume}
+          {t.resume}
         </button>
         <button
           type="button"
@@ -65,7 +65,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
             asking.value = "hold";
           }}
         >
-          {say.hold}
+          {t.hold}
         </button>
         <button
           type="button"
@@ -74,7 +74,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
             asking.value = "stop-now";
           }}
         >
-          {say.stop_now}
+          {t.stop_now}
         </button>
         <button
           type="button"
@@ -83,7 +83,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
             asking.value = "reassign";
           }}
         >
-          {say.reassign}
+          {t.reassign}
         </button>
         {vehicle.people_aboard > 0 && (
           <button
@@ -93,7 +93,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
               asking.value = "evacuate";
             }}
           >
-            {say.evacuate}
+            {t.evacuate}
           </button>
         )}
         {vehicle.in_service ? (
@@ -104,20 +104,16 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
               asking.value = "recall";
             }}
           >
-            {say.recall}
+            {t.recall}
           </button>
         ) : (
-          <button
-            type="button"
-            class="button small"
-            onClick={() => void run("release", say.release)}
-          >
-            {say.release}
+          <button type="button" class="button small" onClick={() => void run("release", t.release)}>
+            {t.release}
           </button>
         )}
       </div>
-      <Announce vehicle_id={vehicle_id} onDone={(answer) => finish(answer, say.announced)} />
-      <SendToStop vehicle_id={vehicle_id} onDone={(answer) => finish(answer, say.sent)} />
+      <Announce vehicle_id={vehicle_id} onDone={(answer) => finish(answer, t.announced)} />
+      <SendToStop vehicle_id={vehicle_id} onDone={(answer) => finish(answer, t.sent)} />
       <p class="said" role="status">
         {said.value}
       </p>
@@ -125,32 +121,32 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
       {asking.value === "evacuate" && (
         <Question
           danger
-          title={say.evacuate_title(name)}
-          text={say.evacuate_text}
-          yes={say.evacuate}
-          no={say.cancel}
+          title={t.evacuate_title(name)}
+          text={t.evacuate_text}
+          yes={t.evacuate}
+          no={t.cancel}
           onNo={() => {
             asking.value = null;
           }}
           onYes={() => {
             asking.value = null;
-            void run("evacuate", say.evacuate);
+            void run("evacuate", t.evacuate);
           }}
         />
       )}
       {asking.value === "stop-now" && (
         <Question
           danger
-          title={say.stop_now_title(name)}
-          text={say.stop_now_text}
-          yes={say.stop_now}
-          no={say.cancel}
+          title={t.stop_now_title(name)}
+          text={t.stop_now_text}
+          yes={t.stop_now}
+          no={t.cancel}
           onNo={() => {
             asking.value = null;
           }}
           onYes={() => {
             asking.value = null;
-            void run("stop-now", say.stop_now);
+            void run("stop-now", t.stop_now);
           }}
         />
       )}
@@ -159,7 +155,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
           kind={asking.value}
           vehicle={vehicle}
           scene={scene}
-          onDone={(answer, title) => finish(answer, say.commanded(title))}
+          onDone={(answer, title) => finish(answer, t.commanded(title))}
           onClose={() => {
             asking.value = null;
           }}
@@ -169,15 +165,15 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
   );
 }
 
-interface WordProps {
+interface CommandFormProps {
   readonly vehicle_id: string;
   readonly onDone: (answer: Answer<unknown>) => void;
 }
 
-function Announce({ vehicle_id, onDone }: WordProps) {
+function Announce({ vehicle_id, onDone }: CommandFormProps) {
   const text = useSignal("");
   const id = useId();
-  const say = words.value;
+  const t = texts.value;
   const submit = async (event: Event) => {
     event.preventDefault();
     const answer = await answerOf(
@@ -192,12 +188,12 @@ function Announce({ vehicle_id, onDone }: WordProps) {
   return (
     <form class="line" onSubmit={(event) => void submit(event)}>
       <label class="unseen" for={id}>
-        {say.announce_text}
+        {t.announce_text}
       </label>
       <input
         id={id}
         class="input"
-        placeholder={say.announce_text}
+        placeholder={t.announce_text}
         maxLength={500}
         required
         value={text.value}
@@ -205,15 +201,15 @@ function Announce({ vehicle_id, onDone }: WordProps) {
           text.value = event.currentTarget.value;
         }}
       />
-      <button class="button">{say.announce}</button>
+      <button class="button">{t.announce}</button>
     </form>
   );
 }
 
-function SendToStop({ vehicle_id, onDone }: WordProps) {
+function SendToStop({ vehicle_id, onDone }: CommandFormProps) {
   const stop_id = useSignal("");
   const id = useId();
-  const say = words.value;
+  const t = texts.value;
   const submit = async (event: Event) => {
     event.preventDefault();
     const answer = await answerOf(
@@ -227,7 +223,7 @@ function SendToStop({ vehicle_id, onDone }: WordProps) {
   return (
     <form class="line" onSubmit={(event) => void submit(event)}>
       <label class="unseen" for={id}>
-        {say.send}
+        {t.send}
       </label>
       <select
         id={id}
@@ -238,14 +234,14 @@ function SendToStop({ vehicle_id, onDone }: WordProps) {
           stop_id.value = event.currentTarget.value;
         }}
       >
-        <option value="">{say.choose_stop}</option>
+        <option value="">{t.choose_stop}</option>
         {campus.value?.shape.stops.map((stop) => (
           <option key={stop.stop_id} value={stop.stop_id}>
             {stopName(stop, language.value)}
           </option>
         ))}
       </select>
-      <button class="button">{say.go}</button>
+      <button class="button">{t.go}</button>
     </form>
   );
 }

@@ -9,7 +9,7 @@ import { goTo } from "../navigation";
 import { Fetched } from "../store/fetched";
 import { clock } from "../texts/clocks";
 import { stopTitle } from "../texts/stop_title";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import { ConditionChip } from "./condition_chip";
 import type { VehicleFactsProps } from "./driving_facts";
 import { WatchedAreas, limitOf } from "./driving_facts";
@@ -19,26 +19,23 @@ import { VehicleCommands } from "./vehicle_commands";
 
 /** Everything that is known of one shuttle from a scene; live and replayed alike. */
 export function VehicleFacts({ vehicle, scene, now_ms }: VehicleFactsProps) {
-  const say = words.value;
+  const t = texts.value;
   const heard_s = Math.max(0, Math.round((now_ms - vehicle.heard_ms) / 1000));
   const aboard = vehicle.aboard.map(
     (ride_id) => scene.rides.find((ride) => ride.ride_id === ride_id)?.ride_code ?? ride_id,
   );
-  const next = vehicle.next_stop === "" ? say.to_rest : stopTitle(vehicle.next_stop);
+  const next = vehicle.next_stop === "" ? t.to_rest : stopTitle(vehicle.next_stop);
   const facts: readonly (readonly [string, string])[] = [
-    [say.speed, say.kmh((vehicle.speed_mps * 3.6).toFixed(1))],
-    [say.mode, say.modes[vehicle.mode] ?? vehicle.mode],
-    [say.battery, `${(vehicle.battery_ratio * 100).toFixed(0)} %`],
-    [say.heard, vehicle.heard_ms === 0 ? say.never : say.ago(heard_s)],
-    [say.doors, vehicle.doors_open ? say.doors_open : say.doors_closed],
-    [say.next_stop, next],
-    [say.aboard, [say.seats_taken(vehicle.people_aboard, vehicle.seats), ...aboard].join(" · ")],
-    [
-      say.obstacle,
-      vehicle.obstacle_m === null ? say.none : say.metres(vehicle.obstacle_m.toFixed(1)),
-    ],
-    [say.limited_by, limitOf(vehicle)],
-    [say.waits_for, vehicle.waiting_for || say.none],
+    [t.speed, t.kmh((vehicle.speed_mps * 3.6).toFixed(1))],
+    [t.mode, t.modes[vehicle.mode] ?? vehicle.mode],
+    [t.battery, `${(vehicle.battery_ratio * 100).toFixed(0)} %`],
+    [t.heard, vehicle.heard_ms === 0 ? t.never : t.ago(heard_s)],
+    [t.doors, vehicle.doors_open ? t.doors_open : t.doors_closed],
+    [t.next_stop, next],
+    [t.aboard, [t.seats_taken(vehicle.people_aboard, vehicle.seats), ...aboard].join(" · ")],
+    [t.obstacle, vehicle.obstacle_m === null ? t.none : t.metres(vehicle.obstacle_m.toFixed(1))],
+    [t.limited_by, limitOf(vehicle)],
+    [t.waits_for, vehicle.waiting_for || t.none],
   ];
   return (
     <>
@@ -51,15 +48,15 @@ export function VehicleFacts({ vehicle, scene, now_ms }: VehicleFactsProps) {
           </div>
         ))}
         <div class="long">
-          <dt>{say.order}</dt>
-          <dd>{vehicle.order_id || say.none}</dd>
+          <dt>{t.order}</dt>
+          <dd>{vehicle.order_id || t.none}</dd>
         </div>
       </dl>
       <WatchedAreas vehicle={vehicle} scene={scene} now_ms={now_ms} />
       {vehicle.faults.length > 0 && (
         <div class="note danger">
           <div>
-            <strong>{say.faults}</strong>
+            <strong>{t.faults}</strong>
             <p>{vehicle.faults.join(", ")}</p>
           </div>
         </div>
@@ -70,19 +67,19 @@ export function VehicleFacts({ vehicle, scene, now_ms }: VehicleFactsProps) {
 
 /** A shuttle as the operator has it in hand: facts, commands and the plan ahead. */
 export function VehiclePanel({ vehicle, scene, now_ms }: VehicleFactsProps) {
-  const say = words.value;
+  const t = texts.value;
   return (
     <section class="block vehicle" aria-label={vehicle.name}>
       <header class="block-head">
         <button type="button" class="button quiet small" onClick={() => goTo("live")}>
           <BackIcon />
-          {say.all_vehicles}
+          {t.all_vehicles}
         </button>
       </header>
       <div class="row-head">
         <h2>{vehicle.name}</h2>
         <ConditionChip vehicle={vehicle} />
-        {!vehicle.in_service && <span class="chip warning">{say.out_of_service}</span>}
+        {!vehicle.in_service && <span class="chip warning">{t.out_of_service}</span>}
       </div>
       <VehicleCommands vehicle={vehicle} scene={scene} />
       <VehicleFacts vehicle={vehicle} scene={scene} now_ms={now_ms} />
@@ -109,34 +106,34 @@ function VisitsAhead({ vehicle }: { readonly vehicle: VehicleScene }) {
       void detail.refresh();
   });
   useEffect(() => void detail.refresh(), [detail, vehicle.order_id, vehicle.visit_id]);
-  const say = words.value;
+  const t = texts.value;
   const visits = detail.value.value?.visits.filter((visit) => visit.state !== "done") ?? [];
   if (detail.problem.value !== null) return <ProblemNote problem={detail.problem.value} />;
   return (
     <div>
-      <h3>{say.visits}</h3>
+      <h3>{t.visits}</h3>
       {detail.value.value?.hold_ends != null && (
-        <p class="hint">{say.held_until(clock(detail.value.value.hold_ends))}</p>
+        <p class="hint">{t.held_until(clock(detail.value.value.hold_ends))}</p>
       )}
       {detail.value.value?.charged_at != null && (
-        <p class="hint">{say.charged_at(clock(detail.value.value.charged_at))}</p>
+        <p class="hint">{t.charged_at(clock(detail.value.value.charged_at))}</p>
       )}
-      {detail.value.value?.order_waits === true && <p class="hint">{say.order_waits}</p>}
-      {visits.length === 0 && <p class="hint">{say.no_visits}</p>}
+      {detail.value.value?.order_waits === true && <p class="hint">{t.order_waits}</p>}
+      {visits.length === 0 && <p class="hint">{t.no_visits}</p>}
       <ol class="visits">
         {visits.map((visit) => (
           <li key={visit.visit_id}>
             <span>
-              {visit.stop_id === "" ? say.visit_kinds[visit.kind] : stopTitle(visit.stop_id)}
+              {visit.stop_id === "" ? t.visit_kinds[visit.kind] : stopTitle(visit.stop_id)}
               <small>
-                {[say.visit_states[visit.state], say.rest_reasons[visit.why]]
+                {[t.visit_states[visit.state], t.rest_reasons[visit.why]]
                   .filter((text) => text)
                   .join(" · ")}
               </small>
             </span>
             <span class="people">
-              {visit.board.length > 0 && say.boards(visit.board.length)}{" "}
-              {visit.alight.length > 0 && say.alights(visit.alight.length)}
+              {visit.board.length > 0 && t.boards(visit.board.length)}{" "}
+              {visit.alight.length > 0 && t.alights(visit.alight.length)}
             </span>
             <time>{visit.eta === null ? "" : clock(visit.eta)}</time>
           </li>

@@ -2,13 +2,13 @@ import { useSignal } from "@preact/signals";
 import type { Problem } from "../../shared/api/problem";
 import type { Campus } from "../../shared/campus/campus";
 import { nameOfStop } from "../../shared/campus/campus_shape";
+import { language } from "../../shared/texts/language";
+import { clockTime, momentNear } from "../../shared/texts/moments";
 import { DestinationMark, PickupMark, SwapIcon } from "../../shared/ui/icons";
 import { Note, ProblemNote } from "../../shared/ui/notes";
 import { Stepper } from "../../shared/ui/stepper";
-import { language } from "../../shared/words/language";
-import { clockTime, momentNear } from "../../shared/words/moments";
 import { goTo } from "../navigation";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import { lastRideToken, lastSeriesToken, rememberRide, rememberSeries } from "../token_storage";
 import type { End } from "./booking_form";
 import {
@@ -35,7 +35,7 @@ export function BookingPanel({ campus }: { readonly campus: Campus }) {
     return (
       <StopPicker
         title={
-          picking.value === "pickup" ? words.value.choose_pickup : words.value.choose_destination
+          picking.value === "pickup" ? texts.value.choose_pickup : texts.value.choose_destination
         }
         stops={campus.shape.stops}
         pickup={pickup.value}
@@ -67,7 +67,7 @@ interface BookingFormProps {
 function BookingForm({ campus, onPick }: BookingFormProps) {
   const busy = useSignal(false);
   const problem = useSignal<Problem | null>(null);
-  const say = words.value;
+  const t = texts.value;
   const { timezone, seats_max } = campus.view;
   const is_ready =
     canBook.value && (repeating.value ? repeatIsUsable(timezone) : timeIsUsable(timezone));
@@ -80,27 +80,27 @@ function BookingForm({ campus, onPick }: BookingFormProps) {
   };
   return (
     <form class="booking" onSubmit={(event) => void submit(event)}>
-      <h1>{say.book_title}</h1>
+      <h1>{t.book_title}</h1>
       <RideUnderWay />
       <ServiceNote campus={campus} />
       <EndFields campus={campus} onPick={onPick} />
       <div class="two">
         <Stepper
-          label={say.people}
+          label={t.people}
           value={party.value}
           min={1}
           max={seats_max}
-          fewer={say.fewer}
-          more={say.more}
+          fewer={t.fewer}
+          more={t.more}
           onChange={setParty}
         />
         <Stepper
-          label={say.wheelchairs}
+          label={t.wheelchairs}
           value={wheelchairs.value}
           min={0}
           max={party.value}
-          fewer={say.fewer}
-          more={say.more}
+          fewer={t.fewer}
+          more={t.more}
           onChange={(count) => {
             wheelchairs.value = count;
           }}
@@ -116,19 +116,19 @@ function BookingForm({ campus, onPick }: BookingFormProps) {
               mayWalk.value = event.currentTarget.checked;
             }}
           />
-          {say.may_walk}
+          {t.may_walk}
         </label>
       )}
       {problem.value !== null && <ProblemNote problem={problem.value} />}
       <div class="book-bar">
         <button class="button main large wide" disabled={!is_ready || busy.value}>
           {busy.value
-            ? say.booking
+            ? t.booking
             : !canBook.value
-              ? say.both_stops_first
+              ? t.both_stops_first
               : repeating.value
-                ? say.book_series
-                : say.book}
+                ? t.book_series
+                : t.book}
         </button>
       </div>
       <div class="more-ways">
@@ -137,7 +137,7 @@ function BookingForm({ campus, onPick }: BookingFormProps) {
           class="button quiet small"
           onClick={() => goTo({ view: "find", code: "" })}
         >
-          {say.have_code}
+          {t.have_code}
         </button>
         {campus.view.has_timetable && (
           <button
@@ -145,7 +145,7 @@ function BookingForm({ campus, onPick }: BookingFormProps) {
             class="button quiet small"
             onClick={() => goTo({ view: "timetable" })}
           >
-            {say.timetable}
+            {t.timetable}
           </button>
         )}
         <SeriesUnderWay />
@@ -172,25 +172,25 @@ async function submitSeries(): Promise<Problem | null> {
 }
 
 function EndFields({ campus, onPick }: BookingFormProps) {
-  const say = words.value;
+  const t = texts.value;
   const name = (stop_id: string) => nameOfStop(campus.shape.stops, stop_id, language.value);
   return (
     <div class="ends card">
       <button type="button" class="end" onClick={() => onPick("pickup")}>
         <PickupMark />
         <span>
-          <small>{say.from}</small>
-          {pickup.value === "" ? <em>{say.choose_pickup}</em> : name(pickup.value)}
+          <small>{t.from}</small>
+          {pickup.value === "" ? <em>{t.choose_pickup}</em> : name(pickup.value)}
         </span>
       </button>
       <button type="button" class="end" onClick={() => onPick("destination")}>
         <DestinationMark />
         <span>
-          <small>{say.to}</small>
-          {destination.value === "" ? <em>{say.choose_destination}</em> : name(destination.value)}
+          <small>{t.to}</small>
+          {destination.value === "" ? <em>{t.choose_destination}</em> : name(destination.value)}
         </span>
       </button>
-      <button type="button" class="swap" aria-label={say.swap} title={say.swap} onClick={swapEnds}>
+      <button type="button" class="swap" aria-label={t.swap} title={t.swap} onClick={swapEnds}>
         <SwapIcon />
       </button>
     </div>
@@ -202,9 +202,9 @@ function RideUnderWay() {
   if (token === null) return null;
   return (
     <Note>
-      <p>{words.value.current_ride}</p>
+      <p>{texts.value.current_ride}</p>
       <button type="button" class="button small" onClick={() => goTo({ view: "ride", token })}>
-        {words.value.show_ride}
+        {texts.value.show_ride}
       </button>
     </Note>
   );
@@ -219,7 +219,7 @@ function SeriesUnderWay() {
       class="button quiet small"
       onClick={() => goTo({ view: "series", token })}
     >
-      {words.value.my_series}
+      {texts.value.my_series}
     </button>
   );
 }
@@ -229,21 +229,21 @@ function ServiceNote({ campus }: { readonly campus: Campus }) {
   if (open_now && closes_at !== null && Date.parse(closes_at) - Date.parse(now) < SOON_MS)
     return (
       <Note tone="warning">
-        {words.value.closes_soon(clockTime(closes_at, language.value, timezone))}
+        {texts.value.closes_soon(clockTime(closes_at, language.value, timezone))}
       </Note>
     );
   if (open_now) return null;
   if (holiday !== null && opens_next !== null)
     return (
       <Note tone="warning">
-        {words.value.closed_holiday(holiday, momentNear(opens_next, now, language.value, timezone))}
+        {texts.value.closed_holiday(holiday, momentNear(opens_next, now, language.value, timezone))}
       </Note>
     );
   return (
     <Note tone="warning">
       {opens_next === null
-        ? words.value.closed
-        : words.value.closed_until(momentNear(opens_next, now, language.value, timezone))}
+        ? texts.value.closed
+        : texts.value.closed_until(momentNear(opens_next, now, language.value, timezone))}
     </Note>
   );
 }

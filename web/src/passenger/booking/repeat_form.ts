@@ -2,7 +2,7 @@ import { signal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Answer } from "../../shared/api/problem";
-import { toLocalInput } from "../../shared/words/moments";
+import { toLocalInput } from "../../shared/texts/moments";
 import { destination, party, pickup, randomKey, wheelchairs } from "./booking_form";
 
 /** On which days a ride shall be repeated: 0 is Monday, as everywhere. */

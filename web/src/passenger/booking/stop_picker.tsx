@@ -2,9 +2,9 @@ import { signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Stop } from "../../shared/campus/campus_shape";
 import { stopName, stopsMatching } from "../../shared/campus/campus_shape";
+import { language } from "../../shared/texts/language";
 import { BackIcon, DestinationMark, PickupMark, SearchIcon } from "../../shared/ui/icons";
-import { language } from "../../shared/words/language";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 
 const query = signal("");
 
@@ -26,13 +26,13 @@ export function StopPicker(props: StopPickerProps) {
     search.current?.focus();
   }, []);
   const found = stopsMatching(stops, query.value);
-  const say = words.value;
+  const t = texts.value;
   return (
     <section class="picker" onKeyDown={(event) => event.key === "Escape" && onBack()}>
       <header class="picker-head">
         <button type="button" class="button quiet small" onClick={onBack}>
           <BackIcon />
-          {say.back}
+          {t.back}
         </button>
         <h2>{title}</h2>
       </header>
@@ -52,8 +52,8 @@ export function StopPicker(props: StopPickerProps) {
           type="search"
           enterKeyHint="search"
           autocomplete="off"
-          aria-label={say.search_stop}
-          placeholder={say.search_stop}
+          aria-label={t.search_stop}
+          placeholder={t.search_stop}
           value={query.value}
           onInput={(event) => {
             query.value = event.currentTarget.value;
@@ -62,7 +62,7 @@ export function StopPicker(props: StopPickerProps) {
       </form>
       {found.length === 0 && (
         <p class="empty" role="status">
-          {say.no_stop_found}
+          {t.no_stop_found}
         </p>
       )}
       <ul class="stops">

@@ -1,8 +1,8 @@
 import { useEffect, useId, useRef } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
-import { language } from "../../shared/words/language";
-import { fromLocalInput, toLocalInput, weekdayName } from "../../shared/words/moments";
-import { words } from "../texts/words";
+import { language } from "../../shared/texts/language";
+import { fromLocalInput, toLocalInput, weekdayName } from "../../shared/texts/moments";
+import { texts } from "../texts/texts";
 import { earliest } from "./booking_form";
 import {
   DAYS_MAX,
@@ -32,7 +32,7 @@ export function timeIsUsable(timezone: string): boolean {
 
 /** "Now", a time on the campus's clocks, or certain weekdays at one time. */
 export function WhenField({ view }: ViewProps) {
-  const say = words.value;
+  const t = texts.value;
   const is_later = !repeating.value && earliest.value !== "";
   const choose = (moment: string) => {
     repeating.value = false;
@@ -40,14 +40,14 @@ export function WhenField({ view }: ViewProps) {
   };
   return (
     <fieldset class="when">
-      <legend>{say.when}</legend>
+      <legend>{t.when}</legend>
       <div class="switch">
         <button
           type="button"
           aria-pressed={!is_later && !repeating.value}
           onClick={() => choose("")}
         >
-          {say.now}
+          {t.now}
         </button>
         <button
           type="button"
@@ -56,14 +56,14 @@ export function WhenField({ view }: ViewProps) {
             choose(earliest.value || toLocalInput(Date.now() + FIRST_CHOICE_MS, view.timezone))
           }
         >
-          {say.later}
+          {t.later}
         </button>
         <button
           type="button"
           aria-pressed={repeating.value}
           onClick={() => startRepeating(view.timezone)}
         >
-          {say.repeat}
+          {t.repeat}
         </button>
       </div>
       {is_later && <LaterField view={view} />}
@@ -74,11 +74,11 @@ export function WhenField({ view }: ViewProps) {
 
 function LaterField({ view }: ViewProps) {
   const id = useId();
-  const say = words.value;
+  const t = texts.value;
   const input = (moment_ms: number) => toLocalInput(moment_ms, view.timezone);
   return (
     <div class="field">
-      <label for={id}>{say.earliest_pickup}</label>
+      <label for={id}>{t.earliest_pickup}</label>
       <input
         id={id}
         class="input"
@@ -94,7 +94,7 @@ function LaterField({ view }: ViewProps) {
       />
       {!timeIsUsable(view.timezone) && (
         <p class="wrong" role="alert">
-          {say.time_invalid}
+          {t.time_invalid}
         </p>
       )}
     </div>
@@ -104,12 +104,12 @@ function LaterField({ view }: ViewProps) {
 function RepeatFields({ view }: ViewProps) {
   const [time_id, day_id] = [useId(), useId()];
   const fields = useRef<HTMLDivElement>(null);
-  const say = words.value;
+  const t = texts.value;
   // On a phone they would come up behind the bar with the button.
   useEffect(() => fields.current?.scrollIntoView({ block: "center" }), []);
   return (
     <div class="repeat" ref={fields}>
-      <div class="weekdays" role="group" aria-label={say.weekdays}>
+      <div class="weekdays" role="group" aria-label={t.weekdays}>
         {WEEK.map((day) => (
           <button
             key={day}
@@ -124,12 +124,12 @@ function RepeatFields({ view }: ViewProps) {
       </div>
       {weekdays.value.length === 0 && (
         <p class="wrong" role="alert">
-          {say.weekdays_none}
+          {t.weekdays_none}
         </p>
       )}
       <div class="two even">
         <div class="field">
-          <label for={time_id}>{say.repeat_leave}</label>
+          <label for={time_id}>{t.repeat_leave}</label>
           <input
             id={time_id}
             class="input"
@@ -143,7 +143,7 @@ function RepeatFields({ view }: ViewProps) {
           />
         </div>
         <div class="field">
-          <label for={day_id}>{say.repeat_until}</label>
+          <label for={day_id}>{t.repeat_until}</label>
           <input
             id={day_id}
             class="input"
@@ -159,7 +159,7 @@ function RepeatFields({ view }: ViewProps) {
           />
         </div>
       </div>
-      <p class="hint">{say.repeat_hint}</p>
+      <p class="hint">{t.repeat_hint}</p>
     </div>
   );
 }

@@ -1,11 +1,11 @@
 import { batch } from "@preact/signals";
 import type { Campus } from "../../shared/campus/campus";
 import { nameOfStop } from "../../shared/campus/campus_shape";
-import { language } from "../../shared/words/language";
-import { momentNear, toLocalInput } from "../../shared/words/moments";
+import { language } from "../../shared/texts/language";
+import { momentNear, toLocalInput } from "../../shared/texts/moments";
 import { destination, earliest, party, pickup, wheelchairs } from "../booking/booking_form";
 import { goTo } from "../navigation";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import type { Ticket } from "./followed_ride";
 
 type Alternative = Ticket["alternatives"][number];
@@ -21,7 +21,7 @@ export function Alternatives({
   if (ticket.alternatives.length === 0) return null;
   return (
     <section class="alternatives">
-      <h2>{words.value.instead}</h2>
+      <h2>{texts.value.instead}</h2>
       <ul>
         {ticket.alternatives.map((one, number) => (
           <li key={number}>
@@ -36,15 +36,15 @@ export function Alternatives({
 }
 
 function told(one: Alternative, campus: Campus): string {
-  const say = words.value;
+  const t = texts.value;
   const at = one.pickup_at
     .map((time) => momentNear(Date.parse(time), Date.now(), language.value, campus.view.timezone))
-    .join(say.and);
+    .join(t.and);
   const name = (stop_id: string) => nameOfStop(campus.shape.stops, stop_id, language.value);
-  if (one.kind === "later") return say.instead_later(at);
+  if (one.kind === "later") return t.instead_later(at);
   if (one.kind === "split_party")
-    return say.instead_split(String(one.parties[0]), String(one.parties[1]), at);
-  return say.instead_stops(name(one.from_stop), name(one.to_stop), at, Math.ceil(one.walk_s / 60));
+    return t.instead_split(String(one.parties[0]), String(one.parties[1]), at);
+  return t.instead_stops(name(one.from_stop), name(one.to_stop), at, Math.ceil(one.walk_s / 60));
 }
 
 /** The first ride of a split party; the second is booked the same way after it. */

@@ -5,11 +5,11 @@ import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import type { Campus } from "../../shared/campus/campus";
 import { nameOfStop } from "../../shared/campus/campus_shape";
+import { language } from "../../shared/texts/language";
 import { BackIcon } from "../../shared/ui/icons";
 import { Note, ProblemNote } from "../../shared/ui/notes";
-import { language } from "../../shared/words/language";
 import { goTo } from "../navigation";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import { storyOf } from "./ride_story";
 import { TicketCard } from "./ticket_card";
 
@@ -24,16 +24,16 @@ interface CodePanelProps {
 export function CodePanel({ code, campus }: CodePanelProps) {
   const typed = useSignal(code);
   const id = useId();
-  const say = words.value;
+  const t = texts.value;
   return (
     <section class="ride">
       <div>
         <button type="button" class="button quiet small" onClick={() => goTo({ view: "book" })}>
           <BackIcon />
-          {say.back}
+          {t.back}
         </button>
       </div>
-      <h1>{say.code_title}</h1>
+      <h1>{t.code_title}</h1>
       <form
         class="field"
         onSubmit={(event) => {
@@ -41,7 +41,7 @@ export function CodePanel({ code, campus }: CodePanelProps) {
           goTo({ view: "find", code: typed.value.trim() });
         }}
       >
-        <label for={id}>{say.code_label}</label>
+        <label for={id}>{t.code_label}</label>
         <div class="code-line">
           <input
             id={id}
@@ -59,10 +59,10 @@ export function CodePanel({ code, campus }: CodePanelProps) {
               typed.value = event.currentTarget.value;
             }}
           />
-          <button class="button main">{say.find}</button>
+          <button class="button main">{t.find}</button>
         </div>
         <p class="hint" id={`${id}-hint`}>
-          {say.code_hint}
+          {t.code_hint}
         </p>
       </form>
       {code !== "" && <FoundRide key={code} code={code} campus={campus} />}
@@ -90,13 +90,13 @@ function FoundRide({ code, campus }: CodePanelProps) {
       clearInterval(timer);
     };
   }, [code]);
-  const say = words.value;
+  const t = texts.value;
   if (problem.value !== null) return <ProblemNote problem={problem.value} />;
-  if (ride.value === null) return <p role="status">{say.finding}</p>;
+  if (ride.value === null) return <p role="status">{t.finding}</p>;
   const story = storyOf(ride.value, null, null);
   const name = (stop_id: string) => nameOfStop(campus.shape.stops, stop_id, language.value);
-  const vehicle = ride.value.vehicle_id ?? say.shuttle;
-  const headline = say[story.chapter];
+  const vehicle = ride.value.vehicle_id ?? t.shuttle;
+  const headline = t[story.chapter];
   return (
     <>
       <h2>{typeof headline === "string" ? headline : headline(vehicle)}</h2>
@@ -108,7 +108,7 @@ function FoundRide({ code, campus }: CodePanelProps) {
         view={campus.view}
         ended={story.ended}
       />
-      <Note>{say.code_only}</Note>
+      <Note>{t.code_only}</Note>
     </>
   );
 }

@@ -1,12 +1,12 @@
 import { useSignal } from "@preact/signals";
 import { useId } from "preact/hooks";
 import type { Problem } from "../../shared/api/problem";
+import { language } from "../../shared/texts/language";
+import { clockTime } from "../../shared/texts/moments";
 import { Dialog } from "../../shared/ui/dialog";
 import { HelpIcon } from "../../shared/ui/icons";
 import { Note, ProblemNote } from "../../shared/ui/notes";
-import { language } from "../../shared/words/language";
-import { clockTime } from "../../shared/words/moments";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import type { FollowedRide } from "./followed_ride";
 
 /** One tap and a confirmation away for as long as the ride lasts; what was received stays in sight. */
@@ -22,7 +22,7 @@ export function HelpButton({ ride }: { readonly ride: FollowedRide }) {
         }}
       >
         <HelpIcon />
-        {words.value.help}
+        {texts.value.help}
       </button>
       {open.value && (
         <HelpDialog
@@ -47,7 +47,7 @@ function HelpDialog({
   const busy = useSignal(false);
   const problem = useSignal<Problem | null>(null);
   const id = useId();
-  const say = words.value;
+  const t = texts.value;
   const call = async () => {
     busy.value = true;
     problem.value = await ride.callHelp(text.value);
@@ -55,10 +55,10 @@ function HelpDialog({
     if (problem.value === null) onClose();
   };
   return (
-    <Dialog title={say.help_title} onClose={onClose}>
-      <p>{say.help_text}</p>
+    <Dialog title={t.help_title} onClose={onClose}>
+      <p>{t.help_text}</p>
       <div class="field">
-        <label for={id}>{say.help_words}</label>
+        <label for={id}>{t.help_description}</label>
         <textarea
           id={id}
           class="input"
@@ -69,11 +69,11 @@ function HelpDialog({
           }}
         />
       </div>
-      <p class="hint">{say.help_emergency}</p>
+      <p class="hint">{t.help_emergency}</p>
       {problem.value !== null && <ProblemNote problem={problem.value} />}
       <div class="dialog-buttons">
         <button type="button" class="button" onClick={onClose}>
-          {say.help_no}
+          {t.help_no}
         </button>
         <button
           type="button"
@@ -82,11 +82,7 @@ function HelpDialog({
           disabled={busy.value}
           onClick={() => void call()}
         >
-          {busy.value
-            ? say.help_calling
-            : ride.help_at.value === null
-              ? say.help_yes
-              : say.help_again}
+          {busy.value ? t.help_calling : ride.help_at.value === null ? t.help_yes : t.help_again}
         </button>
       </div>
     </Dialog>
@@ -103,6 +99,6 @@ export function HelpReceived({
   const at = ride.help_at.value;
   if (at === null) return null;
   return (
-    <Note tone="good">{words.value.help_received(clockTime(at, language.value, timezone))}</Note>
+    <Note tone="good">{texts.value.help_received(clockTime(at, language.value, timezone))}</Note>
   );
 }

@@ -2,7 +2,7 @@ import { useSignal } from "@preact/signals";
 import type { Problem } from "../../shared/api/problem";
 import { Question } from "../../shared/ui/dialog";
 import { Note, ProblemNote } from "../../shared/ui/notes";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import { forgetRide } from "../token_storage";
 import type { FollowedRide } from "./followed_ride";
 import type { Story } from "./ride_story";
@@ -16,7 +16,7 @@ interface RideActionsProps {
 export function RideActions({ ride, story, onRedirect }: RideActionsProps) {
   const problem = useSignal<Problem | null>(null);
   const asking = useSignal(false);
-  const say = words.value;
+  const t = texts.value;
   const run = (work: Promise<Problem | null>) =>
     void work.then((failed) => {
       problem.value = failed;
@@ -25,8 +25,8 @@ export function RideActions({ ride, story, onRedirect }: RideActionsProps) {
     <div class="actions">
       {story.can_cancel && story.chapter !== "looking" && (
         <TapButton
-          label={say.on_board}
-          hint={say.tap_wait_here}
+          label={t.on_board}
+          hint={t.tap_wait_here}
           enabled={story.can_tap_aboard}
           ride={ride}
           onTap={() => run(ride.tapAboard())}
@@ -34,8 +34,8 @@ export function RideActions({ ride, story, onRedirect }: RideActionsProps) {
       )}
       {(story.chapter === "riding" || story.chapter === "arrived") && (
         <TapButton
-          label={say.off_board}
-          hint={say.tap_wait_there}
+          label={t.off_board}
+          hint={t.tap_wait_there}
           enabled={story.can_tap_off}
           ride={ride}
           onTap={() => run(ride.tapOff())}
@@ -45,7 +45,7 @@ export function RideActions({ ride, story, onRedirect }: RideActionsProps) {
       <div class="minor">
         {story.can_redirect && (
           <button type="button" class="button" onClick={onRedirect}>
-            {say.change_destination}
+            {t.change_destination}
           </button>
         )}
         {(story.can_cancel || story.can_get_off) && (
@@ -56,7 +56,7 @@ export function RideActions({ ride, story, onRedirect }: RideActionsProps) {
               asking.value = true;
             }}
           >
-            {story.can_get_off ? say.get_off : say.cancel}
+            {story.can_get_off ? t.get_off : t.cancel}
           </button>
         )}
         <CopyLink />
@@ -64,10 +64,10 @@ export function RideActions({ ride, story, onRedirect }: RideActionsProps) {
       {asking.value && (
         <Question
           danger
-          title={story.can_get_off ? say.get_off_title : say.cancel_title}
-          text={story.can_get_off ? say.get_off_text : say.cancel_text}
-          yes={story.can_get_off ? say.get_off : say.cancel_yes}
-          no={say.cancel_no}
+          title={story.can_get_off ? t.get_off_title : t.cancel_title}
+          text={story.can_get_off ? t.get_off_text : t.cancel_text}
+          yes={story.can_get_off ? t.get_off : t.cancel_yes}
+          no={t.cancel_no}
           onNo={() => {
             asking.value = false;
           }}
@@ -91,7 +91,7 @@ interface TapButtonProps {
 }
 
 function TapButton({ label, hint, enabled, ride, onTap }: TapButtonProps) {
-  const say = words.value;
+  const t = texts.value;
   const tap = ride.tap.value;
   return (
     <div class="tap">
@@ -101,11 +101,11 @@ function TapButton({ label, hint, enabled, ride, onTap }: TapButtonProps) {
         disabled={!enabled || tap === "asked"}
         onClick={onTap}
       >
-        {tap === "asked" ? say.tap_asked : label}
+        {tap === "asked" ? t.tap_asked : label}
       </button>
       {!enabled && <p class="hint">{hint}</p>}
-      {tap === "refused" && <Note tone="warning">{say.tap_refused}</Note>}
-      {tap === "unanswered" && <Note tone="warning">{say.tap_unanswered}</Note>}
+      {tap === "refused" && <Note tone="warning">{t.tap_refused}</Note>}
+      {tap === "unanswered" && <Note tone="warning">{t.tap_unanswered}</Note>}
     </div>
   );
 }
@@ -122,10 +122,10 @@ function CopyLink() {
     <button
       type="button"
       class="button"
-      title={words.value.link_is_secret}
+      title={texts.value.link_is_secret}
       onClick={() => void copy()}
     >
-      {copied.value ? words.value.link_copied : words.value.copy_link}
+      {copied.value ? texts.value.link_copied : texts.value.copy_link}
     </button>
   );
 }

@@ -4,13 +4,13 @@ import type { Campus } from "../../shared/campus/campus";
 import { nameOfStop } from "../../shared/campus/campus_shape";
 import { second } from "../../shared/live/clock";
 import { conditionOf } from "../../shared/scene/condition";
+import { language } from "../../shared/texts/language";
+import { momentNear } from "../../shared/texts/moments";
 import { Loading, Note, ProblemNote } from "../../shared/ui/notes";
-import { language } from "../../shared/words/language";
-import { momentNear } from "../../shared/words/moments";
 import { clearEnds } from "../booking/booking_form";
 import { StopPicker } from "../booking/stop_picker";
 import { goTo } from "../navigation";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import { Alternatives } from "./alternatives";
 import type { FollowedRide, Ticket } from "./followed_ride";
 import { RideActions } from "./ride_actions";
@@ -26,7 +26,7 @@ interface RidePanelProps {
 export function RidePanel({ ride, campus }: RidePanelProps) {
   const [ticket, story] = [ride.ticket.value, ride.story.value];
   const redirecting = useSignal(false);
-  const say = words.value;
+  const t = texts.value;
   if (ride.problem.value !== null)
     return (
       <section class="ride">
@@ -34,7 +34,7 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
         <BookAnother />
       </section>
     );
-  if (ticket === null || story === null) return <Loading text={say.looking_up_ride} />;
+  if (ticket === null || story === null) return <Loading text={t.looking_up_ride} />;
   if (redirecting.value && story.can_redirect)
     return (
       <Redirect
@@ -90,7 +90,7 @@ interface RedirectProps extends RidePanelProps {
 function Redirect({ ride, ticket, campus, onDone }: RedirectProps) {
   const problem = useSignal<Problem | null>(null);
   const busy = useSignal(false);
-  const say = words.value;
+  const t = texts.value;
   const choose = async (to_stop: string) => {
     if (busy.value) return;
     busy.value = true;
@@ -105,7 +105,7 @@ function Redirect({ ride, ticket, campus, onDone }: RedirectProps) {
     <>
       {problem.value !== null && <ProblemNote problem={problem.value} />}
       <StopPicker
-        title={busy.value ? say.changing_destination : say.choose_destination}
+        title={busy.value ? t.changing_destination : t.choose_destination}
         stops={choices}
         pickup={ticket.from_stop}
         destination={ticket.to_stop}
@@ -117,12 +117,12 @@ function Redirect({ ride, ticket, campus, onDone }: RedirectProps) {
 }
 
 function vehicleName(ride: FollowedRide, ticket: Ticket): string {
-  return ride.vehicle.value?.name ?? ticket.vehicle_id ?? words.value.shuttle;
+  return ride.vehicle.value?.name ?? ticket.vehicle_id ?? texts.value.shuttle;
 }
 
 /** The headline with its time, which changes every minute. */
 function titleOf(ride: FollowedRide, ticket: Ticket, story: Story, timezone: string): string {
-  const say = words.value;
+  const t = texts.value;
   const { chapter, eta_ms } = story;
   if (eta_ms === null || (chapter !== "coming" && chapter !== "riding"))
     return plainTitle(story, ride, ticket);
@@ -131,22 +131,22 @@ function titleOf(ride: FollowedRide, ticket: Ticket, story: Story, timezone: str
   const name = vehicleName(ride, ticket);
   if (minutes >= 60) {
     const time = momentNear(eta_ms, now_ms, language.value, timezone);
-    return chapter === "coming" ? say.coming_at(name, time) : say.riding_at(time);
+    return chapter === "coming" ? t.coming_at(name, time) : t.riding_at(time);
   }
-  const soon = minutes === 0 ? say.under_a_minute : say.in_minutes(minutes);
-  return chapter === "coming" ? say.coming_in(name, soon) : say.riding_in(soon);
+  const soon = minutes === 0 ? t.under_a_minute : t.in_minutes(minutes);
+  return chapter === "coming" ? t.coming_in(name, soon) : t.riding_in(soon);
 }
 
 /** The headline without times: what a screen reader is told, once for each change. */
 function plainTitle(story: Story, ride: FollowedRide, ticket: Ticket): string {
-  const say = words.value;
+  const t = texts.value;
   switch (story.chapter) {
     case "coming":
-      return say.coming(vehicleName(ride, ticket));
+      return t.coming(vehicleName(ride, ticket));
     case "here":
-      return say.here(vehicleName(ride, ticket));
+      return t.here(vehicleName(ride, ticket));
     default:
-      return say[story.chapter];
+      return t[story.chapter];
   }
 }
 
@@ -159,18 +159,18 @@ function Details({
   readonly ticket: Ticket;
   readonly story: Story;
 }) {
-  const say = words.value;
+  const t = texts.value;
   const text = detailOf(ticket, story);
   const delay = delayOf(ride, story);
   return (
     <>
       {text !== "" && <p class="lead">{text}</p>}
-      {ticket.let_out && !story.ended && <Note tone="good">{say.let_out}</Note>}
+      {ticket.let_out && !story.ended && <Note tone="good">{t.let_out}</Note>}
       {ticket.stranded_by !== null && !story.ended && story.chapter !== "riding" && (
-        <Note tone="warning">{say.stranded}</Note>
+        <Note tone="warning">{t.stranded}</Note>
       )}
       {ticket.promise_broken && (
-        <Note tone="warning">{ticket.first_promise == null ? say.late : say.promised_anew}</Note>
+        <Note tone="warning">{ticket.first_promise == null ? t.late : t.promised_anew}</Note>
       )}
       {delay !== "" && <Note tone="warning">{delay}</Note>}
     </>
@@ -178,24 +178,24 @@ function Details({
 }
 
 function detailOf(ticket: Ticket, story: Story): string {
-  const say = words.value;
+  const t = texts.value;
   switch (story.chapter) {
     case "looking":
-      return say.looking_more;
+      return t.looking_more;
     case "here":
-      return say.here_more;
+      return t.here_more;
     case "arrived":
-      return say.arrived_more;
+      return t.arrived_more;
     case "done":
-      return ticket.left_early ? say.done_early : say.done_more;
+      return ticket.left_early ? t.done_early : t.done_more;
     case "refused":
-      return say.reasons[ticket.reason] ?? ticket.reason_detail;
+      return t.reasons[ticket.reason] ?? ticket.reason_detail;
     case "cancelled":
-      return ticket.reason === "cancelled_by_operator" ? say.cancelled_operator : "";
+      return ticket.reason === "cancelled_by_operator" ? t.cancelled_operator : "";
     case "missed":
-      return say.missed_more;
+      return t.missed_more;
     case "failed":
-      return say.failed_more;
+      return t.failed_more;
     default:
       return "";
   }
@@ -205,19 +205,19 @@ function detailOf(ticket: Ticket, story: Story): string {
 function delayOf(ride: FollowedRide, story: Story): string {
   const vehicle = ride.vehicle.value;
   if (vehicle === null || (story.chapter !== "coming" && story.chapter !== "riding")) return "";
-  const say = words.value;
+  const t = texts.value;
   switch (conditionOf(vehicle)) {
     case "offline":
-      return say.out_of_reach;
+      return t.out_of_reach;
     case "held":
     case "manual":
     case "fault":
     case "minimal_risk":
-      return say.held;
+      return t.held;
     case "blocked":
-      return say.waits_for_person;
+      return t.waits_for_person;
     case "waiting":
-      return say.waits_for_road;
+      return t.waits_for_road;
     default:
       return "";
   }
@@ -227,13 +227,13 @@ function LinkNote({ ride, story }: { readonly ride: FollowedRide; readonly story
   const state = ride.link.state.value;
   const heard_ms = ride.link.heard_ms.value;
   if (state === "open" || story.ended) return null;
-  const say = words.value;
-  if (state === "refused") return <Note>{say.link_refused}</Note>;
-  if (state === "connecting" || heard_ms === null) return <Note>{say.connecting}</Note>;
+  const t = texts.value;
+  if (state === "refused") return <Note>{t.link_refused}</Note>;
+  if (state === "connecting" || heard_ms === null) return <Note>{t.connecting}</Note>;
   const ago_s = Math.max(0, Math.round((second.value - heard_ms) / 1000));
   return (
     <div class="note warning" data-stale>
-      {say.last_seen(ago_s)}
+      {t.last_seen(ago_s)}
     </div>
   );
 }
@@ -249,7 +249,7 @@ function BookAnother({ keep = false }: { readonly keep?: boolean }) {
         goTo({ view: "book" });
       }}
     >
-      {keep ? words.value.change_booking : words.value.book_another}
+      {keep ? texts.value.change_booking : texts.value.book_another}
     </button>
   );
 }

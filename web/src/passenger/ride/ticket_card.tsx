@@ -1,8 +1,8 @@
 import type { Schemas } from "../../shared/api/client";
+import { language } from "../../shared/texts/language";
+import { momentNear } from "../../shared/texts/moments";
 import { DestinationMark, PickupMark } from "../../shared/ui/icons";
-import { language } from "../../shared/words/language";
-import { momentNear } from "../../shared/words/moments";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 
 interface TicketCardProps {
   readonly ticket: Schemas["RideView"] & { readonly boarding_code?: string };
@@ -15,7 +15,7 @@ interface TicketCardProps {
 
 /** What one would print: from, to, when, which shuttle, and the codes to show. */
 export function TicketCard({ ticket, vehicle, from, to, view, ended }: TicketCardProps) {
-  const say = words.value;
+  const t = texts.value;
   const { promise } = ticket;
   const time = (moment: string) =>
     momentNear(moment, ticket.requested_at, language.value, view.timezone);
@@ -25,44 +25,44 @@ export function TicketCard({ ticket, vehicle, from, to, view, ended }: TicketCar
         <div>
           <dt>
             <PickupMark />
-            <span class="unseen">{say.from}</span>
+            <span class="unseen">{t.from}</span>
           </dt>
           <dd>
             {from}
             {promise !== null && (
-              <small>{say.pickup_window(time(promise.pickup_from), time(promise.pickup_to))}</small>
+              <small>{t.pickup_window(time(promise.pickup_from), time(promise.pickup_to))}</small>
             )}
           </dd>
         </div>
         <div>
           <dt>
             <DestinationMark />
-            <span class="unseen">{say.to}</span>
+            <span class="unseen">{t.to}</span>
           </dt>
           <dd>
             {to}
-            {promise !== null && <small>{say.arrive_by(time(promise.arrive_by))}</small>}
+            {promise !== null && <small>{t.arrive_by(time(promise.arrive_by))}</small>}
           </dd>
         </div>
       </dl>
       <dl class="codes">
         {ticket.boarding_code !== undefined && (
           <div class="boarding">
-            <dt>{say.boarding_code}</dt>
+            <dt>{t.boarding_code}</dt>
             <dd data-boarding-code>{ticket.boarding_code}</dd>
           </div>
         )}
         <div>
-          <dt>{say.ride_code}</dt>
+          <dt>{t.ride_code}</dt>
           <dd data-ride-code>{ticket.ride_code}</dd>
         </div>
       </dl>
-      {ticket.boarding_code !== undefined && !ended && <p class="hint">{say.boarding_code_hint}</p>}
+      {ticket.boarding_code !== undefined && !ended && <p class="hint">{t.boarding_code_hint}</p>}
       <p class="stub">
         <span>{vehicle}</span>
         <span>
-          {say.party(ticket.party)}
-          {ticket.wheelchairs > 0 && `, ${say.party_wheelchairs(ticket.wheelchairs)}`}
+          {t.party(ticket.party)}
+          {ticket.wheelchairs > 0 && `, ${t.party_wheelchairs(ticket.wheelchairs)}`}
         </span>
       </p>
     </article>

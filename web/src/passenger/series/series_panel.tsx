@@ -5,13 +5,13 @@ import { answerOf, api } from "../../shared/api/client";
 import type { Answer, Problem } from "../../shared/api/problem";
 import type { Campus } from "../../shared/campus/campus";
 import { nameOfStop } from "../../shared/campus/campus_shape";
+import { language } from "../../shared/texts/language";
+import { calendarDay, clockTime, weekdayName } from "../../shared/texts/moments";
 import { Question } from "../../shared/ui/dialog";
 import { DestinationMark, PickupMark } from "../../shared/ui/icons";
 import { Loading, Note, ProblemNote } from "../../shared/ui/notes";
-import { language } from "../../shared/words/language";
-import { calendarDay, clockTime, weekdayName } from "../../shared/words/moments";
 import { goTo } from "../navigation";
-import { words } from "../texts/words";
+import { texts } from "../texts/texts";
 import { forgetSeries } from "../token_storage";
 
 type Ticket = Schemas["SeriesTicket"];
@@ -50,12 +50,12 @@ export function SeriesPanel({ token, campus }: SeriesPanelProps) {
     <section class="ride">
       {problem.value !== null && <ProblemNote problem={problem.value} />}
       {shown === null ? (
-        problem.value === null && <Loading text={words.value.series_loading} />
+        problem.value === null && <Loading text={texts.value.series_loading} />
       ) : (
         <Shown ticket={shown} campus={campus} onAnswer={take} />
       )}
       <button type="button" class="button" onClick={() => goTo({ view: "book" })}>
-        {words.value.book_another}
+        {texts.value.book_another}
       </button>
     </section>
   );
@@ -68,7 +68,7 @@ interface ShownProps {
 }
 
 function Shown({ ticket, campus, onAnswer }: ShownProps) {
-  const say = words.value;
+  const t = texts.value;
   const all = useSignal(false);
   const today = calendarDay(new Date(campus.view.now).getTime(), ticket.timezone);
   const coming = ticket.days.filter((day) => day.day >= today);
@@ -76,40 +76,40 @@ function Shown({ ticket, campus, onAnswer }: ShownProps) {
   const name = (stop_id: string) => nameOfStop(campus.shape.stops, stop_id, language.value);
   return (
     <>
-      <h1>{say.series_title}</h1>
-      {ticket.state !== "active" && <Note>{say.series_states[ticket.state]}</Note>}
+      <h1>{t.series_title}</h1>
+      {ticket.state !== "active" && <Note>{t.series_states[ticket.state]}</Note>}
       <article class={`ticket card ${ticket.state === "active" ? "" : "ended"}`}>
         <dl class="trip">
           <div>
             <dt>
               <PickupMark />
-              <span class="unseen">{say.from}</span>
+              <span class="unseen">{t.from}</span>
             </dt>
             <dd>
               {name(ticket.from_stop)}
               <small>
-                {weekdaysInWords(ticket.weekdays)} · {ticket.leave}
+                {weekdaysText(ticket.weekdays)} · {ticket.leave}
               </small>
             </dd>
           </div>
           <div>
             <dt>
               <DestinationMark />
-              <span class="unseen">{say.to}</span>
+              <span class="unseen">{t.to}</span>
             </dt>
             <dd>
               {name(ticket.to_stop)}
-              <small>{say.series_until(dayInWords(ticket.ends_on))}</small>
+              <small>{t.series_until(dateText(ticket.ends_on))}</small>
             </dd>
           </div>
         </dl>
         <p class="stub">
-          <span>{say.party(ticket.party)}</span>
-          {ticket.wheelchairs > 0 && <span>{say.party_wheelchairs(ticket.wheelchairs)}</span>}
+          <span>{t.party(ticket.party)}</span>
+          {ticket.wheelchairs > 0 && <span>{t.party_wheelchairs(ticket.wheelchairs)}</span>}
         </p>
       </article>
-      <h2>{say.series_days}</h2>
-      {coming.length === 0 && <p class="empty">{say.series_no_days}</p>}
+      <h2>{t.series_days}</h2>
+      {coming.length === 0 && <p class="empty">{t.series_no_days}</p>}
       <ul class="days">
         {listed.map((day) => (
           <li key={day.day} data-day={day.day} data-state={day.state}>
@@ -125,7 +125,7 @@ function Shown({ ticket, campus, onAnswer }: ShownProps) {
             all.value = true;
           }}
         >
-          {say.series_all_days(coming.length)}
+          {t.series_all_days(coming.length)}
         </button>
       )}
       {ticket.state === "active" && <CancelAll ticket={ticket} onAnswer={onAnswer} />}
@@ -134,7 +134,7 @@ function Shown({ ticket, campus, onAnswer }: ShownProps) {
 }
 
 function DayLine({ ticket, day, onAnswer }: Omit<ShownProps, "campus"> & { readonly day: Day }) {
-  const say = words.value;
+  const t = texts.value;
   const { ride } = day;
   const cancel = async () => {
     const path = { token: ticket.token, day: day.day };
@@ -151,8 +151,8 @@ function DayLine({ ticket, day, onAnswer }: Omit<ShownProps, "campus"> & { reado
   return (
     <>
       <div>
-        <strong>{dayInWords(day.day)}</strong>
-        <span class={`day-state ${day.state}`}>{stateInWords(ticket, day)}</span>
+        <strong>{dateText(day.day)}</strong>
+        <span class={`day-state ${day.state}`}>{dayStateText(ticket, day)}</span>
       </div>
       <div class="day-buttons">
         {ride !== null && isWaiting(ride.state) && (
@@ -161,12 +161,12 @@ function DayLine({ ticket, day, onAnswer }: Omit<ShownProps, "campus"> & { reado
             class="button small"
             onClick={() => goTo({ view: "ride", token: ride.token })}
           >
-            {say.show_ride}
+            {t.show_ride}
           </button>
         )}
         {may_cancel && (
           <button type="button" class="button small" onClick={() => void cancel()}>
-            {say.series_cancel_day}
+            {t.series_cancel_day}
           </button>
         )}
       </div>
@@ -174,34 +174,34 @@ function DayLine({ ticket, day, onAnswer }: Omit<ShownProps, "campus"> & { reado
   );
 }
 
-function stateInWords(ticket: Ticket, day: Day): string {
-  const say = words.value;
+function dayStateText(ticket: Ticket, day: Day): string {
+  const t = texts.value;
   const { ride } = day;
-  const reason = say.reasons[day.reason] ?? day.reason_detail;
+  const reason = t.reasons[day.reason] ?? day.reason_detail;
   switch (day.state) {
     case "booked":
-      if (ride === null || ride.promise === null) return say.series_booked;
-      if (!isWaiting(ride.state)) return say.series_ride_states[ride.state] ?? say.series_booked;
-      return say.pickup_window(
+      if (ride === null || ride.promise === null) return t.series_booked;
+      if (!isWaiting(ride.state)) return t.series_ride_states[ride.state] ?? t.series_booked;
+      return t.pickup_window(
         time(ride.promise.pickup_from, ticket),
         time(ride.promise.pickup_to, ticket),
       );
     case "planned":
-      return say.series_planned;
+      return t.series_planned;
     case "trying":
-      return say.series_trying(reason);
+      return t.series_trying(reason);
     case "refused":
-      return say.series_refused(reason);
+      return t.series_refused(reason);
     case "skipped":
-      return say.series_skipped(day.reason_detail);
+      return t.series_skipped(day.reason_detail);
     case "cancelled":
-      return say.series_day_cancelled;
+      return t.series_day_cancelled;
   }
 }
 
 function CancelAll({ ticket, onAnswer }: Omit<ShownProps, "campus">) {
   const asking = useSignal(false);
-  const say = words.value;
+  const t = texts.value;
   const cancel = async () => {
     asking.value = false;
     const path = { token: ticket.token };
@@ -216,15 +216,15 @@ function CancelAll({ ticket, onAnswer }: Omit<ShownProps, "campus">) {
           asking.value = true;
         }}
       >
-        {say.series_cancel}
+        {t.series_cancel}
       </button>
       {asking.value && (
         <Question
           danger
-          title={say.series_cancel_title}
-          text={say.series_cancel_text}
-          yes={say.series_cancel}
-          no={say.cancel_no}
+          title={t.series_cancel_title}
+          text={t.series_cancel_text}
+          yes={t.series_cancel}
+          no={t.cancel_no}
           onNo={() => {
             asking.value = false;
           }}
@@ -244,7 +244,7 @@ function time(moment: string, ticket: Ticket): string {
 }
 
 /** A date has no hour: noon in UTC lies on the same day wherever it is written out as UTC. */
-function dayInWords(day: string): string {
+function dateText(day: string): string {
   return new Intl.DateTimeFormat(language.value === "en" ? "en-GB" : language.value, {
     weekday: "short",
     day: "numeric",
@@ -253,6 +253,6 @@ function dayInWords(day: string): string {
   }).format(new Date(`${day}T12:00:00Z`));
 }
 
-function weekdaysInWords(weekdays: readonly number[]): string {
+function weekdaysText(weekdays: readonly number[]): string {
   return weekdays.map((day) => weekdayName(day, language.value, "short")).join(" ");
 }

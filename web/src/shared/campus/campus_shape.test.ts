@@ -26,7 +26,7 @@ test("a stop is named in the reader's language, else in the one there is", () =>
   expect(nameOfStop(stops, "gone", "en")).toBe("gone");
 });
 
-test("stops are found by any word of either language", () => {
+test("stops are found by terms of either language", () => {
   const found = (query: string) => stopsMatching(stops, query).map((stop) => stop.stop_id);
   expect(found("library main")).toEqual(["stop-1"]);
   expect(found("体育")).toEqual(["stop-2"]);

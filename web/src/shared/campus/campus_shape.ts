@@ -53,11 +53,11 @@ export function nameOfStop(stops: readonly Stop[], stop_id: string, language: st
   return stop === undefined ? stop_id : stopName(stop, language);
 }
 
-/** Stops whose name in either language, or id, contains every word of the query. */
+/** Stops whose name in either language, or id, contains every term of the query. */
 export function stopsMatching(stops: readonly Stop[], query: string): readonly Stop[] {
-  const words = query.toLocaleLowerCase().split(/\s+/).filter(Boolean);
+  const terms = query.toLocaleLowerCase().split(/\s+/).filter(Boolean);
   return stops.filter((stop) => {
     const text = `${stop.name} ${stop.name_en} ${stop.stop_id}`.toLocaleLowerCase();
-    return words.every((word) => text.includes(word));
+    return terms.every((term) => text.includes(term));
   });
 }

@@ -1,6 +1,6 @@
 import { signal } from "@preact/signals";
 
-/** Ticks once a second, for words like "12 s ago"; read it where such words are shown. */
+/** Changes once a second; texts such as "12 s ago" read it to stay current. */
 export const second = signal(performance.now());
 
 window.setInterval(() => {

@@ -4,7 +4,7 @@ import { nextScene } from "../scene/reducer";
 import type { Scene, SceneMessage } from "../scene/scene";
 import { retryDelay_ms } from "./backoff";
 
-/** The server's last word before it closes: trying again changes nothing. */
+/** The server's last message before it closes the socket; another attempt would be refused too. */
 export interface Refusal {
   readonly type: "refused";
   readonly code: string;

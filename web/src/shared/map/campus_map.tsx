@@ -5,7 +5,7 @@ import { AimIcon, FitIcon, MinusIcon, PlusIcon } from "../ui/icons";
 import type { Look, Picked } from "./map_view";
 import { MapView } from "./map_view";
 
-export interface MapWords {
+export interface MapTexts {
   readonly map: string;
   readonly zoom_in: string;
   readonly zoom_out: string;
@@ -16,7 +16,7 @@ export interface MapWords {
 interface CampusMapProps {
   readonly shape: CampusShape;
   readonly look: Look;
-  readonly words: MapWords;
+  readonly texts: MapTexts;
   /** What the camera shows when it is free; a new `focus_key` frees it and looks there at once. */
   readonly focus: readonly Point[];
   readonly focus_key: string;
@@ -66,35 +66,35 @@ export function CampusMap(props: CampusMapProps) {
     setFollows(false);
     view.current?.fit(props.focus);
   };
-  const { words } = props;
+  const { texts } = props;
   return (
     <div class="map">
-      <canvas ref={canvas} tabIndex={0} role="application" aria-label={words.map} />
+      <canvas ref={canvas} tabIndex={0} role="application" aria-label={texts.map} />
       <div class="map-buttons">
         <button
           type="button"
-          aria-label={words.zoom_in}
-          title={words.zoom_in}
+          aria-label={texts.zoom_in}
+          title={texts.zoom_in}
           onClick={() => view.current?.zoom(ZOOM_STEP)}
         >
           <PlusIcon />
         </button>
         <button
           type="button"
-          aria-label={words.zoom_out}
-          title={words.zoom_out}
+          aria-label={texts.zoom_out}
+          title={texts.zoom_out}
           onClick={() => view.current?.zoom(1 / ZOOM_STEP)}
         >
           <MinusIcon />
         </button>
-        <button type="button" aria-label={words.whole} title={words.whole} onClick={refit}>
+        <button type="button" aria-label={texts.whole} title={texts.whole} onClick={refit}>
           <FitIcon />
         </button>
-        {props.followable === true && words.follow !== undefined && (
+        {props.followable === true && texts.follow !== undefined && (
           <button
             type="button"
-            aria-label={words.follow}
-            title={words.follow}
+            aria-label={texts.follow}
+            title={texts.follow}
             aria-pressed={follows}
             onClick={() => setFollows(!follows)}
           >

@@ -1,6 +1,6 @@
 import type { VehicleScene } from "./scene";
 
-/** What a shuttle is doing, in the one word that decides its colour, its sign and its wording. */
+/** The one state of a shuttle that decides its colour, its sign and its text. */
 export type Condition =
   | "offline"
   | "fault"
@@ -14,7 +14,7 @@ export type Condition =
   | "charging"
   | "standing";
 
-/** How much attention a condition asks for; colour always comes with the sign and the word. */
+/** How much attention a condition asks for. Its colour never stands alone: a sign or a text says the same. */
 export type Urgency = "danger" | "warning" | "good" | "calm";
 
 const MOVING_MPS = 0.15;

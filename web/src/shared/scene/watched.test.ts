@@ -12,13 +12,13 @@ test.each([
   [3, 9_500, "occupied"],
   [0, 7_000, "unknown"],
   [3, 7_000, "unknown"],
-] as const)("a word of %i people at %i ms makes it %s at 10 s", (count, heard_ms, state) => {
+] as const)("a report of %i people at %i ms makes it %s at 10 s", (count, heard_ms, state) => {
   expect(watchedAreas(aSceneWith(count, heard_ms), 10_000)).toEqual([
     { area_id: "a", state, told: count, age_ms: 10_000 - heard_ms, seen: false },
   ]);
 });
 
-test("an area that only shuttles watch has no word, and is seen when one of them sees somebody", () => {
+test("an area without a camera has no report, and is seen when a shuttle sees a person there", () => {
   const told = { told: -1, told_age_s: 0 };
   const scene = aScene({
     vehicles: [

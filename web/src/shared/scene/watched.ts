@@ -1,7 +1,7 @@
 import type { AreaScene, Scene } from "./scene";
 
-/** A camera's word that is older than this says nothing about now. */
-export const WORD_STALE_MS = 2_500;
+/** A camera's report that is older than this says nothing about now. */
+export const PRESENCE_STALE_MS = 2_500;
 
 export type AreaState = "clear" | "occupied" | "unknown";
 
@@ -30,13 +30,13 @@ export function watchedAreas(scene: Scene, now_ms: number): Watched[] {
 
 function watched(
   area_id: string,
-  word: AreaScene | undefined,
+  report: AreaScene | undefined,
   seen: boolean | undefined,
   now_ms: number,
 ): Watched {
-  if (word === undefined)
+  if (report === undefined)
     return { area_id, state: "unknown", told: null, age_ms: null, seen: seen ?? false };
-  const age_ms = Math.max(0, now_ms - word.heard_ms);
-  const state = age_ms > WORD_STALE_MS ? "unknown" : word.count > 0 ? "occupied" : "clear";
-  return { area_id, state, told: word.count, age_ms, seen: seen ?? false };
+  const age_ms = Math.max(0, now_ms - report.heard_ms);
+  const state = age_ms > PRESENCE_STALE_MS ? "unknown" : report.count > 0 ? "occupied" : "clear";
+  return { area_id, state, told: report.count, age_ms, seen: seen ?? false };
 }

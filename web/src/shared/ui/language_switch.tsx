@@ -1,4 +1,4 @@
-import { chooseLanguage, language } from "../words/language";
+import { chooseLanguage, language } from "../texts/language";
 
 /** Each language is named in itself, so that whoever needs it can read it. */
 export function LanguageSwitch() {

@@ -1,7 +1,7 @@
 import type { ComponentChildren } from "preact";
 import type { Problem } from "../api/problem";
-import { language } from "../words/language";
-import { problemWords } from "../words/problem_words";
+import { language } from "../texts/language";
+import { problemText } from "../texts/problem_texts";
 import { CheckIcon, InfoIcon, WarningIcon } from "./icons";
 
 type Tone = "plain" | "good" | "warning" | "danger";
@@ -21,13 +21,13 @@ export function Note({ tone = "plain", children }: NoteProps) {
   );
 }
 
-/** Says why the server refused: in the reader's words, and where there are none in the server's own. */
+/** Why the server refused a request: our text in the reader's language, or else the server's detail and code. */
 export function ProblemNote({ problem }: { readonly problem: Problem }) {
-  const words = problemWords(problem.code, language.value);
+  const text = problemText(problem.code, language.value);
   return (
     <Note tone="danger">
-      <p>{words ?? problem.detail}</p>
-      {words === null && <p class="do">{problem.code}</p>}
+      <p>{text ?? problem.detail}</p>
+      {text === null && <p class="do">{problem.code}</p>}
     </Note>
   );
 }

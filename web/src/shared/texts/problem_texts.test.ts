@@ -1,8 +1,8 @@
 import { readFileSync } from "node:fs";
 import { expect, test } from "vitest";
-import { problemCodes } from "./problem_words";
+import { problemCodes } from "./problem_texts";
 
-test("every refusal of the API that a page can meet has words in both languages", () => {
+test("every problem code that a page can receive has a text in both languages", () => {
   const document = readFileSync(new URL("../../../openapi.json", import.meta.url), "utf8");
   const codes = new Set([...document.matchAll(/"code": "([a-z_]+)"/g)].map((match) => match[1]!));
   // Told to vehicles, uploads and scripts, which do not read our pages.

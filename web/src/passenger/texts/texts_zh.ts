@@ -1,6 +1,6 @@
-import type { PassengerWords } from "./words_en";
+import type { PassengerTexts } from "./texts_en";
 
-export const zh: PassengerWords = {
+export const zh: PassengerTexts = {
   title: "校园班车",
   skip_to_panel: "跳过地图",
   loading_campus: "正在加载校园地图…",
@@ -166,7 +166,7 @@ export const zh: PassengerWords = {
   help: "求助",
   help_title: "呼叫调度员？",
   help_text: "您的求助会连同车辆位置一起置于调度员列表最上方。",
-  help_words: "发生了什么？（选填）",
+  help_description: "发生了什么？（选填）",
   help_yes: "发出求助",
   help_no: "暂不",
   help_calling: "正在呼叫…",

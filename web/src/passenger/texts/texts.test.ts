@@ -1,17 +1,17 @@
 import { expect, test } from "vitest";
-import { entriesOf } from "../../shared/words/entries";
-import { en } from "./words_en";
-import { zh } from "./words_zh";
+import { textEntries } from "../../shared/texts/text_entries";
+import { en } from "./texts_en";
+import { zh } from "./texts_zh";
 
-const [english, chinese] = [entriesOf(en), entriesOf(zh)];
+const [english, chinese] = [textEntries(en), textEntries(zh)];
 
-test("every word is there in both languages", () => {
+test("every text exists in both languages", () => {
   const keys = (entries: [string, string][]) => entries.map(([key]) => key).sort();
   expect(keys(chinese)).toEqual(keys(english));
   for (const [, text] of [...english, ...chinese]) expect(text.trim()).not.toBe("");
 });
 
-test("no English is left among the Chinese", () => {
+test("no Chinese text is the English one", () => {
   const texts = new Map(english);
   expect(chinese.filter(([key, text]) => texts.get(key) === text)).toEqual([]);
 });

@@ -101,7 +101,7 @@ export const en = {
   area_states: { clear: "clear", occupied: "occupied", unknown: "unknown" },
   area_line: (state: string, people: number, age: string) =>
     `${state}: camera saw ${people} ${people === 1 ? "person" : "people"} ${age} s ago`,
-  area_no_word: "no camera",
+  area_no_camera: "no camera",
   area_seen: "the shuttle sees somebody coming",
   run_map_gone: "The run's own map is not here; this is the campus as it is now.",
   waits_for: "Waits for section",
@@ -391,4 +391,4 @@ export const en = {
   id_hint: "Letters, digits and . _ @ : -",
 };
 
-export type ConsoleWords = typeof en;
+export type ConsoleTexts = typeof en;

@@ -126,8 +126,8 @@ const PROBLEMS: Record<Language, Readonly<Record<string, string>>> = {
   },
 };
 
-/** null for a code that has no words here: show the server's own detail then. */
-export function problemWords(code: string, language: Language): string | null {
+/** The text for a problem's code; null for an unknown code, whose detail by the server is shown instead. */
+export function problemText(code: string, language: Language): string | null {
   return PROBLEMS[language][code] ?? null;
 }
 

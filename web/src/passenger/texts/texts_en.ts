@@ -167,7 +167,7 @@ export const en = {
   help: "Help",
   help_title: "Call the operators?",
   help_text: "Your call goes to the top of their list, with your shuttle and its position.",
-  help_words: "What has happened? (optional)",
+  help_description: "What has happened? (optional)",
   help_yes: "Call for help",
   help_no: "Not now",
   help_calling: "Calling…",
@@ -197,4 +197,4 @@ export const en = {
   } as Readonly<Record<string, string>>,
 };
 
-export type PassengerWords = typeof en;
+export type PassengerTexts = typeof en;

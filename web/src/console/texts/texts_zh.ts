@@ -1,6 +1,6 @@
-import type { ConsoleWords } from "./words_en";
+import type { ConsoleTexts } from "./texts_en";
 
-export const zh: ConsoleWords = {
+export const zh: ConsoleTexts = {
   title: "Campusloop 调度台",
   loading: "正在加载…",
   try_again: "重试",
@@ -98,7 +98,7 @@ export const zh: ConsoleWords = {
   watched: "观察区域",
   area_states: { clear: "无人", occupied: "有人", unknown: "未知" },
   area_line: (state, people, age) => `${state}：摄像头 ${age} 秒前看到 ${people} 人`,
-  area_no_word: "没有摄像头",
+  area_no_camera: "没有摄像头",
   area_seen: "车辆发现有人靠近",
   run_map_gone: "没有该次运行的地图，显示的是当前校园地图。",
   waits_for: "等待路段",
