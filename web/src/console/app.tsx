@@ -1,12 +1,12 @@
 import { useSignalEffect } from "@preact/signals";
 import type { Campus } from "../shared/campus/campus";
 import { campus, campusProblem, loadCampus } from "../shared/campus/campus";
-import { Loading, ProblemNote } from "../shared/ui/notes";
+import { Loading, ProblemNote } from "../shared/ui/alerts";
 import { AccessPage } from "./access/access_page";
+import { fragmentOf } from "./address";
 import { IncidentsPage } from "./incidents/incidents_page";
 import { LivePage } from "./live/live_page";
 import { place } from "./navigation";
-import { fragmentOf } from "./place";
 import { RidesPage } from "./rides/rides_page";
 import { ReplayPage } from "./runs/replay_page";
 import { RunsPage } from "./runs/runs_page";

@@ -1,6 +1,6 @@
 import { signal } from "@preact/signals";
-import type { Page, Place } from "./place";
-import { fragmentOf, placeFrom } from "./place";
+import type { Page, Place } from "./address";
+import { fragmentOf, placeFrom } from "./address";
 
 export const place = signal<Place>(placeFrom(location.hash));
 

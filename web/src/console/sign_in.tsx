@@ -1,8 +1,8 @@
 import { useSignal } from "@preact/signals";
 import type { Problem } from "../shared/api/problem";
+import { ProblemNote } from "../shared/ui/alerts";
 import { LoopMark } from "../shared/ui/icons";
 import { LanguageSwitch } from "../shared/ui/language_switch";
-import { ProblemNote } from "../shared/ui/notes";
 import { TextField } from "./forms/text_field";
 import { signIn } from "./session";
 import { texts } from "./texts/texts";

@@ -2,12 +2,12 @@ import { campus } from "../shared/campus/campus";
 import { second } from "../shared/live/clock";
 import { LoopMark } from "../shared/ui/icons";
 import { LanguageSwitch } from "../shared/ui/language_switch";
+import type { Page } from "./address";
+import { fragmentOf } from "./address";
 import { place } from "./navigation";
-import type { Page } from "./place";
-import { fragmentOf } from "./place";
 import { link, session, signOut } from "./session";
-import { now_ms, seconds } from "./texts/clocks";
 import { texts } from "./texts/texts";
+import { now_ms, seconds } from "./texts/times";
 
 const PAGES: readonly Page[] = ["live", "rides", "service", "incidents", "runs", "access"];
 

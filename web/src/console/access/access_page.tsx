@@ -1,6 +1,6 @@
 import { texts } from "../texts/texts";
 import { DeveloperTokens } from "./developer_tokens";
-import { Enrolment } from "./enrolment";
+import { Enrolment } from "./enrolment_form";
 
 export function AccessPage() {
   return (

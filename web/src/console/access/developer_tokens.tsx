@@ -3,12 +3,12 @@ import { useEffect } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
+import { Loading, Note, ProblemNote } from "../../shared/ui/alerts";
 import { Question } from "../../shared/ui/dialog";
-import { Loading, Note, ProblemNote } from "../../shared/ui/notes";
 import { TextField } from "../forms/text_field";
 import { tokens } from "../store/lists";
-import { day, now_ms } from "../texts/clocks";
 import { texts } from "../texts/texts";
+import { day, now_ms } from "../texts/times";
 
 export function DeveloperTokens() {
   const t = texts.value;

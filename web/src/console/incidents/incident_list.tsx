@@ -2,12 +2,12 @@ import { useSignal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
-import { ProblemNote } from "../../shared/ui/notes";
+import { ProblemNote } from "../../shared/ui/alerts";
 import { goTo } from "../navigation";
 import { link } from "../session";
 import { incidents } from "../store/lists";
-import { near } from "../texts/clocks";
 import { texts } from "../texts/texts";
+import { near } from "../texts/times";
 
 type Incident = Schemas["IncidentView"];
 

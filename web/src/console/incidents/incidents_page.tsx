@@ -1,4 +1,4 @@
-import { Loading, ProblemNote } from "../../shared/ui/notes";
+import { Loading, ProblemNote } from "../../shared/ui/alerts";
 import { incidents, withClosed } from "../store/lists";
 import { texts } from "../texts/texts";
 import { IncidentList } from "./incident_list";

@@ -3,7 +3,7 @@ import { useEffect } from "preact/hooks";
 import type { Campus } from "../../shared/campus/campus";
 import { second } from "../../shared/live/clock";
 import type { Scene } from "../../shared/scene/scene";
-import { Loading, Note } from "../../shared/ui/notes";
+import { Loading, Note } from "../../shared/ui/alerts";
 import { IncidentList } from "../incidents/incident_list";
 import { SceneMap } from "../map/scene_map";
 import { goTo, place } from "../navigation";

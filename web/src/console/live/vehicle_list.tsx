@@ -1,6 +1,6 @@
 import type { Scene, VehicleScene } from "../../shared/scene/scene";
 import { goTo } from "../navigation";
-import { stopTitle } from "../texts/stop_title";
+import { stopTitle } from "../texts/stop_names";
 import { texts } from "../texts/texts";
 import { ConditionChip } from "../vehicles/condition_chip";
 

@@ -1,12 +1,12 @@
-import type { CampusShape } from "../../shared/campus/campus_shape";
-import { pairs } from "../../shared/campus/campus_shape";
+import type { CampusShape } from "../../shared/campus/campus_geometry";
+import { pairs } from "../../shared/campus/campus_geometry";
 import type { Camera } from "../../shared/map/camera/camera";
+import { drawLine } from "../../shared/map/drawing/base_map";
 import type { Palette } from "../../shared/map/drawing/palette";
-import { drawLine } from "../../shared/map/drawing/roads";
 import type { Layer } from "../../shared/map/map_view";
+import type { Watched } from "../../shared/scene/observation_areas";
+import { watchedAreas } from "../../shared/scene/observation_areas";
 import type { Scene, VehicleScene } from "../../shared/scene/scene";
-import type { Watched } from "../../shared/scene/watched";
-import { watchedAreas } from "../../shared/scene/watched";
 
 /** From here on single people can be told apart. */
 const PEOPLE_FROM_PX_PER_M = 1.5;

@@ -1,11 +1,11 @@
 import { useMemo } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
 import type { Campus } from "../../shared/campus/campus";
-import type { CampusShape } from "../../shared/campus/campus_shape";
-import { pairs } from "../../shared/campus/campus_shape";
+import type { CampusShape } from "../../shared/campus/campus_geometry";
+import { pairs } from "../../shared/campus/campus_geometry";
 import { CampusMap } from "../../shared/map/campus_map";
 import type { Look } from "../../shared/map/map_view";
-import { prefersStill } from "../../shared/map/stillness";
+import { prefersStill } from "../../shared/map/reduced_motion";
 import type { Point, Scene } from "../../shared/scene/scene";
 import { language } from "../../shared/texts/language";
 import { texts } from "../texts/texts";

@@ -4,13 +4,13 @@ import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import { hasEnded } from "../../shared/scene/scene";
+import { Loading, Note, ProblemNote } from "../../shared/ui/alerts";
 import { Question } from "../../shared/ui/dialog";
-import { Loading, Note, ProblemNote } from "../../shared/ui/notes";
 import { goTo } from "../navigation";
 import { openRidesOnly, rides } from "../store/lists";
-import { near } from "../texts/clocks";
-import { stopTitle } from "../texts/stop_title";
+import { stopTitle } from "../texts/stop_names";
 import { texts } from "../texts/texts";
+import { near } from "../texts/times";
 import { lateMinutes } from "./promises";
 
 type Ride = Schemas["RideRecord"];

@@ -1,14 +1,14 @@
 import { useEffect, useId, useMemo } from "preact/hooks";
 import type { Campus } from "../../shared/campus/campus";
+import { Loading, Note, ProblemNote } from "../../shared/ui/alerts";
 import { BackIcon, PauseIcon, PlayIcon } from "../../shared/ui/icons";
-import { Loading, Note, ProblemNote } from "../../shared/ui/notes";
 import { SceneMap } from "../map/scene_map";
 import { goTo } from "../navigation";
-import { day, seconds } from "../texts/clocks";
 import { texts } from "../texts/texts";
+import { day, seconds } from "../texts/times";
 import { ConditionChip } from "../vehicles/condition_chip";
 import { VehicleFacts } from "../vehicles/vehicle_panel";
-import { Player } from "./player";
+import { Player } from "./run_player";
 
 const FACTORS = [1, 2, 5, 10, 30];
 

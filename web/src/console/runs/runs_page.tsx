@@ -1,10 +1,10 @@
 import { useEffect } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
-import { Loading, Note, ProblemNote } from "../../shared/ui/notes";
-import { fragmentOf } from "../place";
+import { Loading, Note, ProblemNote } from "../../shared/ui/alerts";
+import { fragmentOf } from "../address";
 import { runs } from "../store/lists";
-import { day } from "../texts/clocks";
 import { texts } from "../texts/texts";
+import { day } from "../texts/times";
 
 export function RunsPage() {
   const t = texts.value;

@@ -3,11 +3,11 @@ import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import { language } from "../../shared/texts/language";
-import { weekdayName } from "../../shared/texts/moments";
-import { ProblemNote } from "../../shared/ui/notes";
+import { weekdayName } from "../../shared/texts/times";
+import { ProblemNote } from "../../shared/ui/alerts";
 import { serviceChanged } from "../store/lists";
-import { calendarDate } from "../texts/clocks";
 import { texts } from "../texts/texts";
+import { calendarDate } from "../texts/times";
 import type { Pattern } from "./calendar_form";
 import { CalendarForm } from "./calendar_form";
 

@@ -3,11 +3,11 @@ import { useId } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
-import { ProblemNote } from "../../shared/ui/notes";
+import { ProblemNote } from "../../shared/ui/alerts";
 import { TextField } from "../forms/text_field";
 import { serviceChanged } from "../store/lists";
-import { calendarDate } from "../texts/clocks";
 import { texts } from "../texts/texts";
+import { calendarDate } from "../texts/times";
 
 type Service = Schemas["ServiceView"];
 type Exception = Schemas["ExceptionView"];

@@ -1,12 +1,12 @@
 import { useEffect } from "preact/hooks";
-import { Loading, Note, ProblemNote } from "../../shared/ui/notes";
-import { closures, service, seriesList, timetable } from "../store/lists";
+import { Loading, Note, ProblemNote } from "../../shared/ui/alerts";
+import { closures, seriesList, service, timetable } from "../store/lists";
 import { texts } from "../texts/texts";
 import { CalendarList } from "./calendar_list";
-import { ClosureBlock } from "./closure_block";
+import { ClosureBlock } from "./closure_list";
 import { ExceptionList } from "./exception_list";
-import { SeriesBlock } from "./series_block";
-import { TimetableBlock } from "./timetable_block";
+import { SeriesBlock } from "./series_list";
+import { TimetableBlock } from "./trip_list";
 
 /** On which days and at which hours the campus runs, and what runs today. */
 export function ServicePage() {

@@ -1,6 +1,6 @@
 import { signal } from "@preact/signals";
 import { answerOf, api } from "../../shared/api/client";
-import { Fetched } from "./fetched";
+import { Fetched } from "./resource";
 
 export const withClosed = signal(false);
 export const openRidesOnly = signal(true);

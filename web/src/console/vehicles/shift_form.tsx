@@ -4,8 +4,8 @@ import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import { language } from "../../shared/texts/language";
-import { weekdayName } from "../../shared/texts/moments";
-import { ProblemNote } from "../../shared/ui/notes";
+import { weekdayName } from "../../shared/texts/times";
+import { ProblemNote } from "../../shared/ui/alerts";
 import { hoursFrom, hoursText } from "../forms/hours_text";
 import { texts } from "../texts/texts";
 

@@ -3,13 +3,13 @@ import { useId } from "preact/hooks";
 import { answerOf, api } from "../../shared/api/client";
 import type { Answer, Problem } from "../../shared/api/problem";
 import { campus } from "../../shared/campus/campus";
-import { stopName } from "../../shared/campus/campus_shape";
+import { stopName } from "../../shared/campus/campus_geometry";
 import type { Scene, VehicleScene } from "../../shared/scene/scene";
 import { language } from "../../shared/texts/language";
+import { ProblemNote } from "../../shared/ui/alerts";
 import { Question } from "../../shared/ui/dialog";
-import { ProblemNote } from "../../shared/ui/notes";
-import type { InterventionKind } from "../interventions/intervention";
-import { Intervention } from "../interventions/intervention";
+import type { InterventionKind } from "../interventions/intervention_dialog";
+import { Intervention } from "../interventions/intervention_dialog";
 import { texts } from "../texts/texts";
 
 type Command = "resume" | "stop-now" | "release" | "evacuate";

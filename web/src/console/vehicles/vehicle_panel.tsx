@@ -3,18 +3,18 @@ import { useEffect, useMemo } from "preact/hooks";
 import { answerOf, api } from "../../shared/api/client";
 import { second } from "../../shared/live/clock";
 import type { VehicleScene } from "../../shared/scene/scene";
+import { ProblemNote } from "../../shared/ui/alerts";
 import { BackIcon } from "../../shared/ui/icons";
-import { ProblemNote } from "../../shared/ui/notes";
 import { goTo } from "../navigation";
-import { Fetched } from "../store/fetched";
-import { clock } from "../texts/clocks";
-import { stopTitle } from "../texts/stop_title";
+import { Fetched } from "../store/resource";
+import { stopTitle } from "../texts/stop_names";
 import { texts } from "../texts/texts";
+import { clock } from "../texts/times";
 import { ConditionChip } from "./condition_chip";
-import type { VehicleFactsProps } from "./driving_facts";
-import { WatchedAreas, limitOf } from "./driving_facts";
+import { Signboard } from "./hmi_output";
+import type { VehicleFactsProps } from "./observation_area_list";
+import { WatchedAreas, limitOf } from "./observation_area_list";
 import { ShiftForm } from "./shift_form";
-import { Signboard } from "./signboard";
 import { VehicleCommands } from "./vehicle_commands";
 
 /** Everything that is known of one shuttle from a scene; live and replayed alike. */

@@ -1,16 +1,17 @@
 import { useSignal } from "@preact/signals";
 import type { Problem } from "../../shared/api/problem";
 import type { Campus } from "../../shared/campus/campus";
-import { nameOfStop } from "../../shared/campus/campus_shape";
+import { nameOfStop } from "../../shared/campus/campus_geometry";
 import { language } from "../../shared/texts/language";
-import { clockTime, momentNear } from "../../shared/texts/moments";
+import { clockTime, momentNear } from "../../shared/texts/times";
+import { Note, ProblemNote } from "../../shared/ui/alerts";
 import { DestinationMark, PickupMark, SwapIcon } from "../../shared/ui/icons";
-import { Note, ProblemNote } from "../../shared/ui/notes";
 import { Stepper } from "../../shared/ui/stepper";
 import { goTo } from "../navigation";
 import { texts } from "../texts/texts";
 import { lastRideToken, lastSeriesToken, rememberRide, rememberSeries } from "../token_storage";
-import type { End } from "./booking_form";
+import { WhenField, timeIsUsable } from "./pickup_time_field";
+import type { End } from "./ride_request";
 import {
   book,
   canBook,
@@ -22,10 +23,9 @@ import {
   setParty,
   swapEnds,
   wheelchairs,
-} from "./booking_form";
-import { bookSeries, repeatIsUsable, repeating } from "./repeat_form";
+} from "./ride_request";
+import { bookSeries, repeatIsUsable, repeating } from "./series_request";
 import { StopPicker } from "./stop_picker";
-import { WhenField, timeIsUsable } from "./when_field";
 
 const SOON_MS = 60 * 60_000;
 

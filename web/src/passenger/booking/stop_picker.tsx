@@ -1,7 +1,7 @@
 import { signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import type { Stop } from "../../shared/campus/campus_shape";
-import { stopName, stopsMatching } from "../../shared/campus/campus_shape";
+import type { Stop } from "../../shared/campus/campus_geometry";
+import { stopName, stopsMatching } from "../../shared/campus/campus_geometry";
 import { language } from "../../shared/texts/language";
 import { BackIcon, DestinationMark, PickupMark, SearchIcon } from "../../shared/ui/icons";
 import { texts } from "../texts/texts";

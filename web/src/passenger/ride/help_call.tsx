@@ -2,12 +2,12 @@ import { useSignal } from "@preact/signals";
 import { useId } from "preact/hooks";
 import type { Problem } from "../../shared/api/problem";
 import { language } from "../../shared/texts/language";
-import { clockTime } from "../../shared/texts/moments";
+import { clockTime } from "../../shared/texts/times";
+import { Note, ProblemNote } from "../../shared/ui/alerts";
 import { Dialog } from "../../shared/ui/dialog";
 import { HelpIcon } from "../../shared/ui/icons";
-import { Note, ProblemNote } from "../../shared/ui/notes";
 import { texts } from "../texts/texts";
-import type { FollowedRide } from "./followed_ride";
+import type { FollowedRide } from "./ride_tracker";
 
 /** One tap and a confirmation away for as long as the ride lasts; what was received stays in sight. */
 export function HelpButton({ ride }: { readonly ride: FollowedRide }) {

@@ -1,11 +1,11 @@
 import { useSignal } from "@preact/signals";
 import type { Problem } from "../../shared/api/problem";
+import { Note, ProblemNote } from "../../shared/ui/alerts";
 import { Question } from "../../shared/ui/dialog";
-import { Note, ProblemNote } from "../../shared/ui/notes";
 import { texts } from "../texts/texts";
 import { forgetRide } from "../token_storage";
-import type { FollowedRide } from "./followed_ride";
-import type { Story } from "./ride_story";
+import type { Story } from "./ride_progress";
+import type { FollowedRide } from "./ride_tracker";
 
 interface RideActionsProps {
   readonly ride: FollowedRide;

@@ -1,21 +1,21 @@
 import { useSignal } from "@preact/signals";
 import type { Problem } from "../../shared/api/problem";
 import type { Campus } from "../../shared/campus/campus";
-import { nameOfStop } from "../../shared/campus/campus_shape";
+import { nameOfStop } from "../../shared/campus/campus_geometry";
 import { second } from "../../shared/live/clock";
 import { conditionOf } from "../../shared/scene/condition";
 import { language } from "../../shared/texts/language";
-import { momentNear } from "../../shared/texts/moments";
-import { Loading, Note, ProblemNote } from "../../shared/ui/notes";
-import { clearEnds } from "../booking/booking_form";
+import { momentNear } from "../../shared/texts/times";
+import { Loading, Note, ProblemNote } from "../../shared/ui/alerts";
+import { clearEnds } from "../booking/ride_request";
 import { StopPicker } from "../booking/stop_picker";
 import { goTo } from "../navigation";
 import { texts } from "../texts/texts";
-import { Alternatives } from "./alternatives";
-import type { FollowedRide, Ticket } from "./followed_ride";
+import { Alternatives } from "./alternative_list";
 import { RideActions } from "./ride_actions";
-import type { Story } from "./ride_story";
-import { minutesUntil } from "./ride_story";
+import type { Story } from "./ride_progress";
+import { minutesUntil } from "./ride_progress";
+import type { FollowedRide, Ticket } from "./ride_tracker";
 import { TicketCard } from "./ticket_card";
 
 interface RidePanelProps {

@@ -1,6 +1,6 @@
 import type { Schemas } from "../../shared/api/client";
 import { language } from "../../shared/texts/language";
-import { momentNear } from "../../shared/texts/moments";
+import { momentNear } from "../../shared/texts/times";
 import { DestinationMark, PickupMark } from "../../shared/ui/icons";
 import { texts } from "../texts/texts";
 

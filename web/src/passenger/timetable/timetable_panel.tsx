@@ -4,11 +4,11 @@ import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import type { Campus } from "../../shared/campus/campus";
-import { nameOfStop } from "../../shared/campus/campus_shape";
+import { nameOfStop } from "../../shared/campus/campus_geometry";
 import { language } from "../../shared/texts/language";
-import { clockTime } from "../../shared/texts/moments";
+import { clockTime } from "../../shared/texts/times";
+import { Loading, Note, ProblemNote } from "../../shared/ui/alerts";
 import { BackIcon } from "../../shared/ui/icons";
-import { Loading, Note, ProblemNote } from "../../shared/ui/notes";
 import { goTo } from "../navigation";
 import { texts } from "../texts/texts";
 

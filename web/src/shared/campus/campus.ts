@@ -2,8 +2,8 @@ import { signal } from "@preact/signals";
 import type { Schemas } from "../api/client";
 import { answerOf, api } from "../api/client";
 import type { Problem } from "../api/problem";
-import type { CampusShape } from "./campus_shape";
-import { campusShape } from "./campus_shape";
+import type { CampusShape } from "./campus_geometry";
+import { campusShape } from "./campus_geometry";
 
 export interface Campus {
   readonly view: Schemas["CampusView"];

@@ -1,5 +1,5 @@
 import { useEffect, useRef, useState } from "preact/hooks";
-import type { CampusShape } from "../campus/campus_shape";
+import type { CampusShape } from "../campus/campus_geometry";
 import type { Point } from "../scene/scene";
 import { AimIcon, FitIcon, MinusIcon, PlusIcon } from "../ui/icons";
 import type { Look, Picked } from "./map_view";

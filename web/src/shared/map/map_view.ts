@@ -1,24 +1,24 @@
-import type { CampusShape } from "../campus/campus_shape";
-import { stopName } from "../campus/campus_shape";
+import type { CampusShape } from "../campus/campus_geometry";
+import { stopName } from "../campus/campus_geometry";
 import { conditionOf } from "../scene/condition";
-import { Motion } from "../scene/motion";
+import { Motion } from "../scene/pose_interpolation";
 import type { Point, Scene, VehicleScene } from "../scene/scene";
 import type { Bounds, Camera, Padding, Size } from "./camera/camera";
 import { boundsOf, fitted, toScreen, zoomedAt } from "./camera/camera";
 import { Gestures } from "./camera/gestures";
+import { Ground, drawLine, useMapMetres } from "./drawing/base_map";
 import type { Label } from "./drawing/labels";
 import { drawLabels } from "./drawing/labels";
-import type { StopRole } from "./drawing/marks";
+import type { StopRole } from "./drawing/markers";
 import {
   bodyLength_px,
   drawStop,
   drawVehicle,
   stopReach_px,
   vehicleReach_px,
-} from "./drawing/marks";
+} from "./drawing/markers";
 import type { Palette } from "./drawing/palette";
 import { readPalette } from "./drawing/palette";
-import { Ground, drawLine, useMapMetres } from "./drawing/roads";
 import { routeAhead } from "./drawing/route_ahead";
 
 /** Draws something of a page's own; the pen is in map metres. */

@@ -1,5 +1,5 @@
 import type { Urgency } from "../../scene/condition";
-import type { AreaState } from "../../scene/watched";
+import type { AreaState } from "../../scene/observation_areas";
 
 /** The map's colours, taken from the page's custom properties, so that dark mode is decided in one place. */
 export interface Palette {

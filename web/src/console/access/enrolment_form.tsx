@@ -2,7 +2,7 @@ import { useSignal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
-import { Note, ProblemNote } from "../../shared/ui/notes";
+import { Note, ProblemNote } from "../../shared/ui/alerts";
 import { TextField } from "../forms/text_field";
 import { texts } from "../texts/texts";
 

@@ -1,5 +1,5 @@
 import { campus } from "../../shared/campus/campus";
-import { nameOfStop } from "../../shared/campus/campus_shape";
+import { nameOfStop } from "../../shared/campus/campus_geometry";
 import { language } from "../../shared/texts/language";
 
 export function stopTitle(stop_id: string): string {

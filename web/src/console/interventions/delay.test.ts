@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { shiftMinutes } from "./shift";
+import { shiftMinutes } from "./delay";
 
 test.each([
   [0, 0],

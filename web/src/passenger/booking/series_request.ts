@@ -2,8 +2,8 @@ import { signal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Answer } from "../../shared/api/problem";
-import { toLocalInput } from "../../shared/texts/moments";
-import { destination, party, pickup, randomKey, wheelchairs } from "./booking_form";
+import { toLocalInput } from "../../shared/texts/times";
+import { destination, party, pickup, randomKey, wheelchairs } from "./ride_request";
 
 /** On which days a ride shall be repeated: 0 is Monday, as everywhere. */
 export const repeating = signal(false);

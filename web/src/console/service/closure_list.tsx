@@ -4,12 +4,12 @@ import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import { campus } from "../../shared/campus/campus";
-import { fromLocalInput } from "../../shared/texts/moments";
-import { ProblemNote } from "../../shared/ui/notes";
+import { fromLocalInput } from "../../shared/texts/times";
+import { ProblemNote } from "../../shared/ui/alerts";
 import { TextField } from "../forms/text_field";
 import { closures } from "../store/lists";
-import { day } from "../texts/clocks";
 import { texts } from "../texts/texts";
+import { day } from "../texts/times";
 
 type Closure = Schemas["ClosureView"];
 

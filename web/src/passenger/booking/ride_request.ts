@@ -2,7 +2,7 @@ import { batch, computed, signal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Answer } from "../../shared/api/problem";
-import { fromLocalInput } from "../../shared/texts/moments";
+import { fromLocalInput } from "../../shared/texts/times";
 
 export type End = "pickup" | "destination";
 

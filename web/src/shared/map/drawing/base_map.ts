@@ -1,4 +1,4 @@
-import type { CampusShape } from "../../campus/campus_shape";
+import type { CampusShape } from "../../campus/campus_geometry";
 import type { Point } from "../../scene/scene";
 import type { Camera, Size } from "../camera/camera";
 import type { Palette } from "./palette";

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import { aScene } from "../../shared/scene/scene_builders";
-import { playedTo, sceneAt } from "./recording";
+import { playedTo, sceneAt } from "./playback";
 
 const scenes = [100, 300, 700].map((at_ms) => aScene({ at_ms }));
 

@@ -1,10 +1,10 @@
 import { computed, signal } from "@preact/signals";
 import { answerOf, api } from "../../shared/api/client";
 import type { Answer, Problem } from "../../shared/api/problem";
-import type { CampusShape } from "../../shared/campus/campus_shape";
-import { campusShape } from "../../shared/campus/campus_shape";
+import type { CampusShape } from "../../shared/campus/campus_geometry";
+import { campusShape } from "../../shared/campus/campus_geometry";
 import type { Scene } from "../../shared/scene/scene";
-import { playedTo, sceneAt } from "./recording";
+import { playedTo, sceneAt } from "./playback";
 
 const CHUNK = 3000;
 const STEP_MS = 200;

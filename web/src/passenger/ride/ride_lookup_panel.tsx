@@ -4,13 +4,13 @@ import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import type { Campus } from "../../shared/campus/campus";
-import { nameOfStop } from "../../shared/campus/campus_shape";
+import { nameOfStop } from "../../shared/campus/campus_geometry";
 import { language } from "../../shared/texts/language";
+import { Note, ProblemNote } from "../../shared/ui/alerts";
 import { BackIcon } from "../../shared/ui/icons";
-import { Note, ProblemNote } from "../../shared/ui/notes";
 import { goTo } from "../navigation";
 import { texts } from "../texts/texts";
-import { storyOf } from "./ride_story";
+import { storyOf } from "./ride_progress";
 import { TicketCard } from "./ticket_card";
 
 const ASK_EVERY_MS = 10_000;

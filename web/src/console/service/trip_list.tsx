@@ -1,9 +1,9 @@
 import type { Schemas } from "../../shared/api/client";
-import { Note, ProblemNote } from "../../shared/ui/notes";
+import { Note, ProblemNote } from "../../shared/ui/alerts";
 import { timetable } from "../store/lists";
-import { calendarDate, clock } from "../texts/clocks";
-import { stopTitle } from "../texts/stop_title";
+import { stopTitle } from "../texts/stop_names";
 import { texts } from "../texts/texts";
+import { calendarDate, clock } from "../texts/times";
 
 /** Today's trips, as they stand; the last run is marked. */
 export function TimetableBlock() {

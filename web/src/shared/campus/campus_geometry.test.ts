@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
-import type { Stop } from "./campus_shape";
-import { nameOfStop, pairs, stopName, stopsMatching } from "./campus_shape";
+import type { Stop } from "./campus_geometry";
+import { nameOfStop, pairs, stopName, stopsMatching } from "./campus_geometry";
 
 function aStop(stop_id: string, name: string, name_en: string): Stop {
   return { stop_id, name, name_en, lane_id: "l", s_m: 0, x_m: 0, y_m: 0, placed_by: "tag" };

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { clockSeconds, clockTime, fromLocalInput, momentNear, toLocalInput } from "./moments";
+import { clockSeconds, clockTime, fromLocalInput, momentNear, toLocalInput } from "./times";
 
 const moment = Date.UTC(2026, 8, 1, 16, 5, 9);
 

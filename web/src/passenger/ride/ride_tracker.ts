@@ -3,7 +3,7 @@ import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Answer, Problem } from "../../shared/api/problem";
 import { LiveLink } from "../../shared/live/live_link";
-import { storyOf } from "./ride_story";
+import { storyOf } from "./ride_progress";
 
 export type Ticket = Schemas["RideTicket"];
 export type TapState = "none" | "asked" | "refused" | "unanswered";

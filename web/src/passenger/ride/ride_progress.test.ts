@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import type { Schemas } from "../../shared/api/client";
 import { aRide, aVehicle } from "../../shared/scene/scene_builders";
-import { minutesUntil, storyOf } from "./ride_story";
+import { minutesUntil, storyOf } from "./ride_progress";
 
 const ticket: Schemas["RideView"] = {
   ride_id: "ride-1",

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { Motion, wrapAngle } from "./motion";
+import { Motion, wrapAngle } from "./pose_interpolation";
 import { aScene, aVehicle } from "./scene_builders";
 
 function sceneWith(x_m: number, yaw_rad = 0) {

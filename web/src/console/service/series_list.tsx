@@ -3,13 +3,13 @@ import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import { language } from "../../shared/texts/language";
-import { weekdayName } from "../../shared/texts/moments";
+import { weekdayName } from "../../shared/texts/times";
+import { ProblemNote } from "../../shared/ui/alerts";
 import { Question } from "../../shared/ui/dialog";
-import { ProblemNote } from "../../shared/ui/notes";
 import { rides, seriesList } from "../store/lists";
-import { calendarDate } from "../texts/clocks";
-import { stopTitle } from "../texts/stop_title";
+import { stopTitle } from "../texts/stop_names";
 import { texts } from "../texts/texts";
+import { calendarDate } from "../texts/times";
 
 type Series = Schemas["SeriesRecord"];
 

@@ -4,11 +4,11 @@ import type { Schemas } from "../../shared/api/client";
 import { answerOf, api } from "../../shared/api/client";
 import type { Answer } from "../../shared/api/problem";
 import type { Scene, VehicleScene } from "../../shared/scene/scene";
+import { Loading, ProblemNote } from "../../shared/ui/alerts";
 import { Dialog } from "../../shared/ui/dialog";
-import { Loading, ProblemNote } from "../../shared/ui/notes";
-import { Fetched } from "../store/fetched";
+import { Fetched } from "../store/resource";
 import { texts } from "../texts/texts";
-import { EffectsList } from "./effects_list";
+import { EffectsList } from "./effect_list";
 
 export type InterventionKind = Schemas["InterventionWish"]["kind"];
 type Wish = Schemas["InterventionWish"];

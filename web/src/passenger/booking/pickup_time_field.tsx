@@ -1,9 +1,9 @@
 import { useEffect, useId, useRef } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
 import { language } from "../../shared/texts/language";
-import { fromLocalInput, toLocalInput, weekdayName } from "../../shared/texts/moments";
+import { fromLocalInput, toLocalInput, weekdayName } from "../../shared/texts/times";
 import { texts } from "../texts/texts";
-import { earliest } from "./booking_form";
+import { earliest } from "./ride_request";
 import {
   DAYS_MAX,
   dayAfter,
@@ -13,7 +13,7 @@ import {
   startRepeating,
   toggleWeekday,
   weekdays,
-} from "./repeat_form";
+} from "./series_request";
 
 const FIRST_CHOICE_MS = 15 * 60_000;
 const PAST_MS_MAX = 60_000;

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { fragmentOf, placeFrom } from "./place";
+import { fragmentOf, placeFrom } from "./address";
 
 test("a place and its fragment are each other's inverse", () => {
   expect(placeFrom(fragmentOf("runs", "shuttle-1", "boot/7 a"))).toEqual({

@@ -1,6 +1,6 @@
+import type { Watched } from "../../shared/scene/observation_areas";
+import { watchedAreas } from "../../shared/scene/observation_areas";
 import type { Scene, VehicleScene } from "../../shared/scene/scene";
-import type { Watched } from "../../shared/scene/watched";
-import { watchedAreas } from "../../shared/scene/watched";
 import { texts } from "../texts/texts";
 
 const SECTION = "section ";

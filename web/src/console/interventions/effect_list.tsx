@@ -1,8 +1,8 @@
 import type { Schemas } from "../../shared/api/client";
 import type { Scene } from "../../shared/scene/scene";
-import { stopTitle } from "../texts/stop_title";
+import { stopTitle } from "../texts/stop_names";
 import { texts } from "../texts/texts";
-import { shiftMinutes } from "./shift";
+import { shiftMinutes } from "./delay";
 
 type RideEffect = Schemas["RideEffectView"];
 type DepartureEffect = Schemas["DepartureEffectView"];

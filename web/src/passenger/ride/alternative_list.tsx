@@ -1,12 +1,12 @@
 import { batch } from "@preact/signals";
 import type { Campus } from "../../shared/campus/campus";
-import { nameOfStop } from "../../shared/campus/campus_shape";
+import { nameOfStop } from "../../shared/campus/campus_geometry";
 import { language } from "../../shared/texts/language";
-import { momentNear, toLocalInput } from "../../shared/texts/moments";
-import { destination, earliest, party, pickup, wheelchairs } from "../booking/booking_form";
+import { momentNear, toLocalInput } from "../../shared/texts/times";
+import { destination, earliest, party, pickup, wheelchairs } from "../booking/ride_request";
 import { goTo } from "../navigation";
 import { texts } from "../texts/texts";
-import type { Ticket } from "./followed_ride";
+import type { Ticket } from "./ride_tracker";
 
 type Alternative = Ticket["alternatives"][number];
 

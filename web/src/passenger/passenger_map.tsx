@@ -2,11 +2,11 @@ import { useComputed } from "@preact/signals";
 import type { Campus } from "../shared/campus/campus";
 import { CampusMap } from "../shared/map/campus_map";
 import type { Look } from "../shared/map/map_view";
-import { prefersStill } from "../shared/map/stillness";
+import { prefersStill } from "../shared/map/reduced_motion";
 import type { Point } from "../shared/scene/scene";
 import { language } from "../shared/texts/language";
-import { destination, pickup, tapStop } from "./booking/booking_form";
-import { followed } from "./ride/followed_ride";
+import { destination, pickup, tapStop } from "./booking/ride_request";
+import { followed } from "./ride/ride_tracker";
 import { texts } from "./texts/texts";
 
 /** The map: for choosing stops while booking, for watching the shuttle afterwards. */

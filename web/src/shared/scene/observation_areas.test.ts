@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
+import { watchedAreas } from "./observation_areas";
 import type { VehicleScene } from "./scene";
 import { aPicture, aScene, aVehicle } from "./scene_builders";
-import { watchedAreas } from "./watched";
 
 function aSceneWith(count: number, heard_ms: number, vehicles: VehicleScene[] = []) {
   return aScene({ at_ms: 10_000, vehicles, areas: [{ area_id: "a", count, heard_ms }] });

@@ -1,6 +1,6 @@
 import { campus } from "../../shared/campus/campus";
 import { language } from "../../shared/texts/language";
-import { clockSeconds, clockTime, dayAndTime, momentNear } from "../../shared/texts/moments";
+import { clockSeconds, clockTime, dayAndTime, momentNear } from "../../shared/texts/times";
 import { link } from "../session";
 
 function timezone(): string {
