@@ -1,13 +1,13 @@
 import { expect, test } from "vitest";
-import { fragmentOf, placeFrom } from "./address";
+import { addressFrom, fragmentOf } from "./address";
 
-test("a place and its fragment are each other's inverse", () => {
-  expect(placeFrom(fragmentOf("runs", "shuttle-1", "boot/7 a"))).toEqual({
+test("an address and its fragment are each other's inverse", () => {
+  expect(addressFrom(fragmentOf("runs", "shuttle-1", "boot/7 a"))).toEqual({
     page: "runs",
-    parts: ["shuttle-1", "boot/7 a"],
+    ids: ["shuttle-1", "boot/7 a"],
   });
 });
 
 test.each(["", "#", "#/", "#/nowhere"])("'%s' is the live page", (fragment) => {
-  expect(placeFrom(fragment).page).toBe("live");
+  expect(addressFrom(fragment).page).toBe("live");
 });

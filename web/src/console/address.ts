@@ -1,19 +1,19 @@
 export type Page = "live" | "rides" | "service" | "incidents" | "runs" | "access";
 
-export interface Place {
+export interface Address {
   readonly page: Page;
-  /** What is looked at within the page: a vehicle, or a vehicle and a boot. */
-  readonly parts: readonly string[];
+  /** What the page shows: a vehicle, or a vehicle and a boot. */
+  readonly ids: readonly string[];
 }
 
-const PAGES: readonly Page[] = ["live", "rides", "service", "incidents", "runs", "access"];
+export const PAGES: readonly Page[] = ["live", "rides", "service", "incidents", "runs", "access"];
 
-export function placeFrom(fragment: string): Place {
-  const [name, ...parts] = fragment.replace(/^#\/?/, "").split("/").map(decodeURIComponent);
+export function addressFrom(fragment: string): Address {
+  const [name, ...ids] = fragment.replace(/^#\/?/, "").split("/").map(decodeURIComponent);
   const page = PAGES.find((candidate) => candidate === name);
-  return page === undefined ? { page: "live", parts: [] } : { page, parts };
+  return page === undefined ? { page: "live", ids: [] } : { page, ids };
 }
 
-export function fragmentOf(page: Page, ...parts: string[]): string {
-  return `#/${[page, ...parts].map(encodeURIComponent).join("/")}`;
+export function fragmentOf(page: Page, ...ids: string[]): string {
+  return `#/${[page, ...ids].map(encodeURIComponent).join("/")}`;
 }

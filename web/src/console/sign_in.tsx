@@ -1,7 +1,7 @@
 import { useSignal } from "@preact/signals";
 import type { Problem } from "../shared/api/problem";
-import { ProblemNote } from "../shared/ui/alerts";
-import { LoopMark } from "../shared/ui/icons";
+import { ProblemAlert } from "../shared/ui/alerts";
+import { Logo } from "../shared/ui/icons";
 import { LanguageSwitch } from "../shared/ui/language_switch";
 import { TextField } from "./forms/text_field";
 import { signIn } from "./session";
@@ -20,10 +20,10 @@ export function SignIn() {
     busy.value = false;
   };
   return (
-    <main class="door">
+    <main class="sign-in">
       <form class="card" onSubmit={(event) => void submit(event)}>
         <header>
-          <LoopMark />
+          <Logo />
           <LanguageSwitch />
         </header>
         <h1>{t.title}</h1>
@@ -38,7 +38,7 @@ export function SignIn() {
           value={password}
           input={{ required: true, type: "password", autocomplete: "current-password" }}
         />
-        {problem.value !== null && <ProblemNote problem={problem.value} />}
+        {problem.value !== null && <ProblemAlert problem={problem.value} />}
         <button class="button main large wide" disabled={busy.value}>
           {busy.value ? t.signing_in : t.sign_in}
         </button>

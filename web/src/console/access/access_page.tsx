@@ -1,6 +1,6 @@
 import { texts } from "../texts/texts";
-import { DeveloperTokens } from "./developer_tokens";
-import { Enrolment } from "./enrolment_form";
+import { DeveloperTokenList } from "./developer_tokens";
+import { EnrolmentForm } from "./enrolment_form";
 
 export function AccessPage() {
   return (
@@ -8,8 +8,8 @@ export function AccessPage() {
       <header class="sheet-head">
         <h1>{texts.value.access}</h1>
       </header>
-      <Enrolment />
-      <DeveloperTokens />
+      <EnrolmentForm />
+      <DeveloperTokenList />
     </section>
   );
 }

@@ -1,31 +1,33 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
-import { answerOf, api } from "../../shared/api/client";
+import { api, resultOf } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
-import { Loading, Note, ProblemNote } from "../../shared/ui/alerts";
-import { Question } from "../../shared/ui/dialog";
+import { Alert, Loading, ProblemAlert } from "../../shared/ui/alerts";
+import { ConfirmDialog } from "../../shared/ui/dialog";
 import { TextField } from "../forms/text_field";
-import { tokens } from "../store/lists";
+import { developerTokens } from "../store/developer_tokens";
 import { texts } from "../texts/texts";
-import { day, now_ms } from "../texts/times";
+import { formatDateTime, now_ms } from "../texts/times";
 
-export function DeveloperTokens() {
+export function DeveloperTokenList() {
   const t = texts.value;
-  const shown = tokens.value.value;
-  useEffect(() => void tokens.refresh(), []);
+  const shown = developerTokens.value.value;
+  useEffect(() => void developerTokens.refresh(), []);
   return (
     <section class="block card">
       <h2>{t.tokens_title}</h2>
       <p class="hint">{t.tokens_lead}</p>
-      <NewToken />
-      {tokens.problem.value !== null && <ProblemNote problem={tokens.problem.value} />}
-      {shown === null && tokens.problem.value === null && <Loading text={t.loading} />}
+      <TokenForm />
+      {developerTokens.problem.value !== null && (
+        <ProblemAlert problem={developerTokens.problem.value} />
+      )}
+      {shown === null && developerTokens.problem.value === null && <Loading text={t.loading} />}
       {shown?.length === 0 && <p class="empty">{t.no_tokens}</p>}
       <ul class="rows">
         {shown?.map((token) => (
           <li key={token.token_id} class="token">
-            <TokenLine token={token} />
+            <TokenRow token={token} />
           </li>
         ))}
       </ul>
@@ -33,7 +35,7 @@ export function DeveloperTokens() {
   );
 }
 
-function NewToken() {
+function TokenForm() {
   const name = useSignal("");
   const days = useSignal("30");
   const may_drive = useSignal(false);
@@ -44,11 +46,11 @@ function NewToken() {
     event.preventDefault();
     const scopes: ("read" | "drive")[] = may_drive.value ? ["read", "drive"] : ["read"];
     const body = { name: name.value, scopes, valid_days: Number(days.value) };
-    const answer = await answerOf(api.POST("/api/v1/developer-tokens", { body }));
-    secret.value = answer.ok ? answer.value.secret : "";
-    problem.value = answer.ok ? null : answer.problem;
-    if (answer.ok) name.value = "";
-    await tokens.refresh();
+    const result = await resultOf(api.POST("/api/v1/developer-tokens", { body }));
+    secret.value = result.ok ? result.value.secret : "";
+    problem.value = result.ok ? null : result.problem;
+    if (result.ok) name.value = "";
+    await developerTokens.refresh();
   };
   return (
     <form class="grid-form" onSubmit={(event) => void submit(event)}>
@@ -84,62 +86,63 @@ function NewToken() {
         </label>
       </div>
       <button class="button main">{t.make_token}</button>
-      {problem.value !== null && <ProblemNote problem={problem.value} />}
+      {problem.value !== null && <ProblemAlert problem={problem.value} />}
       {secret.value !== "" && (
-        <Note tone="good">
+        <Alert tone="good">
           <p>{t.token_once}</p>
           <p class="secret">{secret.value}</p>
-        </Note>
+        </Alert>
       )}
     </form>
   );
 }
 
-function TokenLine({ token }: { readonly token: Schemas["TokenView"] }) {
-  const asking = useSignal(false);
+function TokenRow({ token }: { readonly token: Schemas["TokenView"] }) {
+  const confirming = useSignal(false);
   const problem = useSignal<Problem | null>(null);
   const t = texts.value;
-  const is_over = Date.parse(token.expires_at) <= now_ms();
+  const is_expired = Date.parse(token.expires_at) <= now_ms();
   const revoke = async () => {
-    asking.value = false;
+    confirming.value = false;
     const path = { params: { path: { token_id: token.token_id } } };
-    const answer = await answerOf(api.DELETE("/api/v1/developer-tokens/{token_id}", path));
-    problem.value = answer.ok ? null : answer.problem;
-    await tokens.refresh();
+    const result = await resultOf(api.DELETE("/api/v1/developer-tokens/{token_id}", path));
+    problem.value = result.ok ? null : result.problem;
+    await developerTokens.refresh();
   };
   return (
     <>
       <span>
         <strong>{token.name}</strong>
         <small>
-          {token.scopes.join(", ")} · {t.expires(day(token.expires_at))} · {token.made_by}
+          {token.scopes.join(", ")} · {t.expires(formatDateTime(token.expires_at))} ·{" "}
+          {token.made_by}
         </small>
       </span>
       {token.revoked_at !== null ? (
         <span class="chip calm">{t.revoked}</span>
-      ) : is_over ? (
+      ) : is_expired ? (
         <span class="chip calm">{t.expired}</span>
       ) : (
         <button
           type="button"
           class="button small danger"
           onClick={() => {
-            asking.value = true;
+            confirming.value = true;
           }}
         >
           {t.revoke}
         </button>
       )}
-      {problem.value !== null && <ProblemNote problem={problem.value} />}
-      {asking.value && (
-        <Question
+      {problem.value !== null && <ProblemAlert problem={problem.value} />}
+      {confirming.value && (
+        <ConfirmDialog
           danger
           title={t.revoke_title(token.name)}
           text={t.revoke_text}
           yes={t.revoke}
           no={t.cancel}
           onNo={() => {
-            asking.value = false;
+            confirming.value = false;
           }}
           onYes={() => void revoke()}
         />

@@ -1,19 +1,19 @@
 import { useSignal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
-import { answerOf, api } from "../../shared/api/client";
+import { api, resultOf } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
-import { Note, ProblemNote } from "../../shared/ui/alerts";
+import { Alert, ProblemAlert } from "../../shared/ui/alerts";
 import { TextField } from "../forms/text_field";
 import { texts } from "../texts/texts";
 
 const NAME_PATTERN = "[A-Za-z0-9][A-Za-z0-9._@:\\-]{0,63}";
 
-export function Enrolment() {
+export function EnrolmentForm() {
   const vehicle_id = useSignal("");
   const name = useSignal("");
   const seats = useSignal("6");
   const wheelchairs = useSignal("0");
-  const made = useSignal<Schemas["CodeView"] | null>(null);
+  const code = useSignal<Schemas["CodeView"] | null>(null);
   const problem = useSignal<Problem | null>(null);
   const t = texts.value;
   const submit = async (event: Event) => {
@@ -24,9 +24,9 @@ export function Enrolment() {
       seats: Number(seats.value),
       wheelchair_places: Number(wheelchairs.value),
     };
-    const answer = await answerOf(api.POST("/api/v1/enrolments/codes", { body }));
-    made.value = answer.ok ? answer.value : null;
-    problem.value = answer.ok ? null : answer.problem;
+    const result = await resultOf(api.POST("/api/v1/enrolments/codes", { body }));
+    code.value = result.ok ? result.value : null;
+    problem.value = result.ok ? null : result.problem;
   };
   return (
     <section class="block card">
@@ -55,13 +55,13 @@ export function Enrolment() {
         />
         <button class="button main">{t.make_code}</button>
       </form>
-      {problem.value !== null && <ProblemNote problem={problem.value} />}
-      {made.value !== null && (
-        <Note tone="good">
-          <strong>{t.code_for(made.value.vehicle_id)}</strong>
+      {problem.value !== null && <ProblemAlert problem={problem.value} />}
+      {code.value !== null && (
+        <Alert tone="good">
+          <strong>{t.code_for(code.value.vehicle_id)}</strong>
           <p>{t.enrol_lead}</p>
-          <p class="secret">{made.value.code}</p>
-        </Note>
+          <p class="secret">{code.value.code}</p>
+        </Alert>
       )}
     </section>
   );

@@ -4,12 +4,12 @@ interface Hours {
 }
 
 /** "07:30-12:00, 13:30-22:00" */
-export function hoursText(hours: readonly Hours[]): string {
+export function formatHours(hours: readonly Hours[]): string {
   return hours.map(({ opens, closes }) => `${opens}-${closes}`).join(", ");
 }
 
-/** The pairs of times in such a text; whatever else stands there is left to the server to refuse. */
-export function hoursFrom(text: string): { opens: string; closes: string }[] {
+/** The pairs of times in such a text. It checks nothing: the server refuses invalid times. */
+export function parseHours(text: string): { opens: string; closes: string }[] {
   return text
     .split(",")
     .map((part) => part.trim())

@@ -1,13 +1,13 @@
 import { useSignal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
-import { answerOf, api } from "../../shared/api/client";
+import { api, resultOf } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
-import { ProblemNote } from "../../shared/ui/alerts";
+import { ProblemAlert } from "../../shared/ui/alerts";
 import { goTo } from "../navigation";
 import { link } from "../session";
-import { incidents } from "../store/lists";
+import { incidents } from "../store/incidents";
 import { texts } from "../texts/texts";
-import { near } from "../texts/times";
+import { formatTimeOrDateTime } from "../texts/times";
 
 type Incident = Schemas["IncidentView"];
 
@@ -33,26 +33,26 @@ function IncidentCard({ incident }: { readonly incident: Incident }) {
   const is_new = is_open && incident.acknowledged_at === null;
   const act = async (verb: "acknowledge" | "close") => {
     const path = { params: { path: { incident_id: incident.incident_id } } };
-    const answer = await answerOf(
+    const result = await resultOf(
       verb === "acknowledge"
         ? api.POST("/api/v1/incidents/{incident_id}/acknowledge", path)
         : api.POST("/api/v1/incidents/{incident_id}/close", path),
     );
-    problem.value = answer.ok ? null : answer.problem;
+    problem.value = result.ok ? null : result.problem;
     await incidents.refresh();
   };
-  const grave = incident.priority === 0 ? "help" : incident.priority < 30 ? "grave" : "";
+  const severity = incident.priority === 0 ? "help" : incident.priority < 30 ? "severe" : "";
   return (
     <article
-      class={`incident ${grave} ${is_new ? "new" : ""} ${is_open ? "" : "over"}`}
+      class={`incident ${severity} ${is_new ? "new" : ""} ${is_open ? "" : "over"}`}
       data-kind={incident.kind}
     >
       <header>
         <h3>{t.kinds[incident.kind] ?? incident.kind}</h3>
-        <time>{near(incident.opened_at)}</time>
+        <time>{formatTimeOrDateTime(incident.opened_at)}</time>
       </header>
       {incident.cause !== "" && <p>{incident.cause}</p>}
-      <p class="about">
+      <p class="incident-facts">
         {incident.vehicle_id !== null && (
           <button
             type="button"
@@ -82,7 +82,7 @@ function IncidentCard({ incident }: { readonly incident: Incident }) {
           </button>
         </div>
       )}
-      {problem.value !== null && <ProblemNote problem={problem.value} />}
+      {problem.value !== null && <ProblemAlert problem={problem.value} />}
     </article>
   );
 }

@@ -1,5 +1,5 @@
-import { Loading, ProblemNote } from "../../shared/ui/alerts";
-import { incidents, withClosed } from "../store/lists";
+import { Loading, ProblemAlert } from "../../shared/ui/alerts";
+import { incidents, includeClosed } from "../store/incidents";
 import { texts } from "../texts/texts";
 import { IncidentList } from "./incident_list";
 
@@ -13,16 +13,16 @@ export function IncidentsPage() {
         <label class="check">
           <input
             type="checkbox"
-            checked={withClosed.value}
+            checked={includeClosed.value}
             onChange={(event) => {
-              withClosed.value = event.currentTarget.checked;
+              includeClosed.value = event.currentTarget.checked;
               void incidents.refresh();
             }}
           />
           {t.with_closed}
         </label>
       </header>
-      {incidents.problem.value !== null && <ProblemNote problem={incidents.problem.value} />}
+      {incidents.problem.value !== null && <ProblemAlert problem={incidents.problem.value} />}
       {shown === null ? <Loading text={t.loading} /> : <IncidentList shown={shown} />}
     </section>
   );

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { shiftMinutes } from "./delay";
+import { delayMinutes } from "./delay";
 
 test.each([
   [0, 0],
@@ -10,5 +10,5 @@ test.each([
   [190, 3],
   [-600, -10],
 ])("%i seconds later are %i minutes", (later_s, minutes) => {
-  expect(shiftMinutes(later_s)).toBe(minutes);
+  expect(delayMinutes(later_s)).toBe(minutes);
 });

@@ -1,24 +1,24 @@
 import type { Schemas } from "../../shared/api/client";
 import type { Scene } from "../../shared/scene/scene";
-import { stopTitle } from "../texts/stop_names";
+import { stopName } from "../texts/stop_names";
 import { texts } from "../texts/texts";
-import { shiftMinutes } from "./delay";
+import { delayMinutes } from "./delay";
 
 type RideEffect = Schemas["RideEffectView"];
 type DepartureEffect = Schemas["DepartureEffectView"];
 
-interface EffectsListProps {
+interface EffectListProps {
   readonly effects: Schemas["EffectsView"];
   readonly scene: Scene;
 }
 
-/** Whom an intervention concerns: who comes instead, how much later, and who is left with nobody. */
-export function EffectsList({ effects, scene }: EffectsListProps) {
+/** The rides and departures that an intervention changes: their new shuttle, their delay, or no shuttle at all. */
+export function EffectList({ effects, scene }: EffectListProps) {
   const t = texts.value;
   const name = (vehicle_id: string | null) =>
     scene.vehicles.find((vehicle) => vehicle.vehicle_id === vehicle_id)?.name ?? vehicle_id ?? "";
   if (effects.rides.length === 0 && effects.departures.length === 0)
-    return <p class="hint">{t.concerns_nobody}</p>;
+    return <p class="hint">{t.no_effects}</p>;
   return (
     <ul class="visits effects">
       {effects.rides.map((effect) => (
@@ -26,12 +26,12 @@ export function EffectsList({ effects, scene }: EffectsListProps) {
           <span>
             {effect.ride_code}
             <small>
-              {stopTitle(effect.from_stop)} – {stopTitle(effect.to_stop)}
+              {stopName(effect.from_stop)} – {stopName(effect.to_stop)}
             </small>
           </span>
           <span>
             {rideEffectTexts(effect, name).map((text) => (
-              <span class={isBad(effect) ? "chip danger" : "chip"} key={text}>
+              <span class={isHarmful(effect) ? "chip danger" : "chip"} key={text}>
                 {text}
               </span>
             ))}
@@ -53,7 +53,7 @@ export function EffectsList({ effects, scene }: EffectsListProps) {
   );
 }
 
-const isBad = (effect: RideEffect) =>
+const isHarmful = (effect: RideEffect) =>
   effect.breaks || effect.waits || effect.vehicle_after === null;
 
 function rideEffectTexts(
@@ -61,17 +61,17 @@ function rideEffectTexts(
   name: (vehicle_id: string | null) => string,
 ): string[] {
   const t = texts.value;
-  if (effect.vehicle_after === null) return [t.left_with_nobody];
-  const told: string[] = [];
+  if (effect.vehicle_after === null) return [t.no_vehicle];
+  const effect_texts: string[] = [];
   if (effect.vehicle_after !== effect.vehicle_before)
-    told.push(t.goes_with(name(effect.vehicle_after)));
-  if (effect.waits) told.push(t.waits_until_resumed);
+    effect_texts.push(t.moves_to(name(effect.vehicle_after)));
+  if (effect.waits) effect_texts.push(t.waits_until_resumed);
   if (effect.pickup_later_s !== null)
-    told.push(t.pickup_shift(shiftMinutes(effect.pickup_later_s)));
+    effect_texts.push(t.pickup_shift(delayMinutes(effect.pickup_later_s)));
   if (effect.arrival_later_s !== null)
-    told.push(t.arrival_shift(shiftMinutes(effect.arrival_later_s)));
-  if (effect.breaks) told.push(t.promise_breaks);
-  return told;
+    effect_texts.push(t.arrival_shift(delayMinutes(effect.arrival_later_s)));
+  if (effect.breaks) effect_texts.push(t.promise_breaks);
+  return effect_texts;
 }
 
 function departureEffectText(
@@ -79,9 +79,8 @@ function departureEffectText(
   name: (vehicle_id: string | null) => string,
 ): string {
   const t = texts.value;
-  if (effect.vehicle_after === null) return t.left_with_nobody;
+  if (effect.vehicle_after === null) return t.no_vehicle;
   if (effect.waits) return t.waits_until_resumed;
-  if (effect.vehicle_after !== effect.vehicle_before)
-    return t.goes_with(name(effect.vehicle_after));
-  return t.late(Math.max(1, shiftMinutes(effect.late_after_s)));
+  if (effect.vehicle_after !== effect.vehicle_before) return t.moves_to(name(effect.vehicle_after));
+  return t.late(Math.max(1, delayMinutes(effect.late_after_s)));
 }

@@ -1,91 +1,111 @@
 import { useSignal } from "@preact/signals";
-import { useEffect, useId, useMemo } from "preact/hooks";
+import { useEffect, useMemo } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
-import { answerOf, api } from "../../shared/api/client";
-import type { Answer } from "../../shared/api/problem";
+import { api, resultOf } from "../../shared/api/client";
+import type { Result } from "../../shared/api/problem";
 import type { Scene, VehicleScene } from "../../shared/scene/scene";
-import { Loading, ProblemNote } from "../../shared/ui/alerts";
+import { Loading, ProblemAlert } from "../../shared/ui/alerts";
 import { Dialog } from "../../shared/ui/dialog";
-import { Fetched } from "../store/resource";
+import { SelectField } from "../forms/select_field";
+import { Resource } from "../store/resource";
 import { texts } from "../texts/texts";
-import { EffectsList } from "./effect_list";
+import { EffectList } from "./effect_list";
 
 export type InterventionKind = Schemas["InterventionWish"]["kind"];
-type Wish = Schemas["InterventionWish"];
+type InterventionRequest = Schemas["InterventionWish"];
 
 const HOLD_MINUTES = [2, 5, 10, 30, 60];
 
-interface InterventionProps {
+interface InterventionDialogProps {
   readonly kind: InterventionKind;
   readonly vehicle: VehicleScene;
   readonly scene: Scene;
-  readonly onDone: (answer: Answer<unknown>, title: string) => void;
+  readonly onDone: (result: Result<unknown>, title: string) => void;
   readonly onClose: () => void;
 }
 
-function carryOut(vehicle_id: string, wish: Wish): Promise<Answer<unknown>> {
+function sendIntervention(
+  vehicle_id: string,
+  request: InterventionRequest,
+): Promise<Result<unknown>> {
   const path = { vehicle_id };
-  switch (wish.kind) {
+  switch (request.kind) {
     case "hold":
-      return answerOf(
+      return resultOf(
         api.POST("/api/v1/vehicles/{vehicle_id}/hold", {
-          params: { path, query: wish.for_s == null ? {} : { for_s: wish.for_s } },
+          params: { path, query: request.for_s == null ? {} : { for_s: request.for_s } },
         }),
       );
     case "recall":
-      return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/recall", { params: { path } }));
+      return resultOf(api.POST("/api/v1/vehicles/{vehicle_id}/recall", { params: { path } }));
     case "reassign":
-      return answerOf(
+      return resultOf(
         api.POST("/api/v1/vehicles/{vehicle_id}/reassign", {
           params: { path },
-          body: { ride_id: wish.ride_id ?? "", to_vehicle_id: wish.to_vehicle_id ?? "" },
+          body: { ride_id: request.ride_id ?? "", to_vehicle_id: request.to_vehicle_id ?? "" },
         }),
       );
   }
 }
 
-/** Hold, recall or reassign: whom it would delay by how much is shown before anything is done. */
-export function Intervention({ kind, vehicle, scene, onDone, onClose }: InterventionProps) {
+/** Hold, recall or reassign: shows the delays that it would cause before the operator confirms it. */
+export function InterventionDialog({
+  kind,
+  vehicle,
+  scene,
+  onDone,
+  onClose,
+}: InterventionDialogProps) {
   const t = texts.value;
   const { vehicle_id, name } = vehicle;
-  const wish = useSignal<Wish>({ kind, for_s: null, ride_id: "", to_vehicle_id: "" });
+  const request = useSignal<InterventionRequest>({
+    kind,
+    for_s: null,
+    ride_id: "",
+    to_vehicle_id: "",
+  });
   const preview = useMemo(
     () =>
-      new Fetched(() =>
-        answerOf(
+      new Resource(() =>
+        resultOf(
           api.POST("/api/v1/vehicles/{vehicle_id}/previews", {
             params: { path: { vehicle_id } },
-            body: wish.peek(),
+            body: request.peek(),
           }),
         ),
       ),
-    [vehicle_id, wish],
+    [vehicle_id, request],
   );
   useEffect(() => {
-    preview.forget();
+    preview.clear();
     void preview.refresh();
-  }, [preview, wish.value]);
-  const change = (part: Partial<Wish>) => {
-    wish.value = { ...wish.value, ...part };
+  }, [preview, request.value]);
+  const change = (changes: Partial<InterventionRequest>) => {
+    request.value = { ...request.value, ...changes };
   };
   const titles: Record<InterventionKind, readonly [string, string, string]> = {
     hold: [t.hold_title(name), t.hold_text, t.hold],
     recall: [t.recall_title(name), t.recall_text, t.recall],
     reassign: [t.reassign_title(name), t.reassign_text, t.reassign],
   };
-  const [title, text, yes] = titles[kind];
+  const [title, text, confirm_text] = titles[kind];
   const effects = preview.value.value;
   return (
     <Dialog title={title} onClose={onClose}>
       <p>{text}</p>
-      {kind === "hold" && <HoldLength wish={wish.value} change={change} />}
+      {kind === "hold" && <HoldDurationField request={request.value} change={change} />}
       {kind === "reassign" && (
-        <WhichRides wish={wish.value} change={change} vehicle={vehicle} scene={scene} />
+        <ReassignmentFields
+          request={request.value}
+          change={change}
+          vehicle={vehicle}
+          scene={scene}
+        />
       )}
       <h3>{t.preview}</h3>
-      {preview.problem.value !== null && <ProblemNote problem={preview.problem.value} />}
+      {preview.problem.value !== null && <ProblemAlert problem={preview.problem.value} />}
       {effects === null && preview.problem.value === null && <Loading text={t.loading} />}
-      {effects !== null && <EffectsList effects={effects} scene={scene} />}
+      {effects !== null && <EffectList effects={effects} scene={scene} />}
       <div class="dialog-buttons">
         <button type="button" class="button" onClick={onClose}>
           {t.cancel}
@@ -95,27 +115,29 @@ export function Intervention({ kind, vehicle, scene, onDone, onClose }: Interven
           class="button main danger"
           onClick={() => {
             onClose();
-            void carryOut(vehicle_id, wish.value).then((answer) => onDone(answer, yes));
+            void sendIntervention(vehicle_id, request.value).then((result) =>
+              onDone(result, confirm_text),
+            );
           }}
         >
-          {yes}
+          {confirm_text}
         </button>
       </div>
     </Dialog>
   );
 }
 
-interface ChoiceProps {
-  readonly wish: Wish;
-  readonly change: (part: Partial<Wish>) => void;
+interface InterventionFieldProps {
+  readonly request: InterventionRequest;
+  readonly change: (changes: Partial<InterventionRequest>) => void;
 }
 
-function HoldLength({ wish, change }: ChoiceProps) {
+function HoldDurationField({ request, change }: InterventionFieldProps) {
   const t = texts.value;
   return (
-    <Choice
-      label={t.hold_length}
-      value={wish.for_s == null ? "" : String(wish.for_s)}
+    <SelectField
+      label={t.hold_duration}
+      value={request.for_s == null ? "" : String(request.for_s)}
       options={[
         ["", t.until_resumed],
         ...HOLD_MINUTES.map((minutes) => [String(minutes * 60), t.minutes(minutes)] as const),
@@ -125,12 +147,12 @@ function HoldLength({ wish, change }: ChoiceProps) {
   );
 }
 
-function WhichRides({
-  wish,
+function ReassignmentFields({
+  request,
   change,
   vehicle,
   scene,
-}: ChoiceProps & { readonly vehicle: VehicleScene; readonly scene: Scene }) {
+}: InterventionFieldProps & { readonly vehicle: VehicleScene; readonly scene: Scene }) {
   const t = texts.value;
   const waiting = scene.rides.filter(
     (ride) => ride.vehicle_id === vehicle.vehicle_id && ride.state === "assigned",
@@ -138,18 +160,18 @@ function WhichRides({
   const others = scene.vehicles.filter((other) => other.vehicle_id !== vehicle.vehicle_id);
   return (
     <>
-      <Choice
+      <SelectField
         label={t.which_rides}
-        value={wish.ride_id ?? ""}
+        value={request.ride_id ?? ""}
         options={[
           ["", t.all_waiting],
           ...waiting.map((ride) => [ride.ride_id, ride.ride_code] as const),
         ]}
         onChange={(ride_id) => change({ ride_id })}
       />
-      <Choice
+      <SelectField
         label={t.to_vehicle}
-        value={wish.to_vehicle_id ?? ""}
+        value={request.to_vehicle_id ?? ""}
         options={[
           ["", t.any_other],
           ...others.map((other) => [other.vehicle_id, other.name] as const),
@@ -157,33 +179,5 @@ function WhichRides({
         onChange={(to_vehicle_id) => change({ to_vehicle_id })}
       />
     </>
-  );
-}
-
-interface SelectProps {
-  readonly label: string;
-  readonly value: string;
-  readonly options: readonly (readonly [string, string])[];
-  readonly onChange: (value: string) => void;
-}
-
-function Choice({ label, value, options, onChange }: SelectProps) {
-  const id = useId();
-  return (
-    <div class="field">
-      <label for={id}>{label}</label>
-      <select
-        id={id}
-        class="input"
-        value={value}
-        onChange={(event) => onChange(event.currentTarget.value)}
-      >
-        {options.map(([key, text]) => (
-          <option key={key} value={key}>
-            {text}
-          </option>
-        ))}
-      </select>
-    </div>
   );
 }

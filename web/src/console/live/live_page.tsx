@@ -1,14 +1,15 @@
 import { useComputed } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { Campus } from "../../shared/campus/campus";
-import { second } from "../../shared/live/clock";
+import { monotonic_ms } from "../../shared/live/clock";
 import type { Scene } from "../../shared/scene/scene";
-import { Loading, Note } from "../../shared/ui/alerts";
+import { Alert, Loading } from "../../shared/ui/alerts";
 import { IncidentList } from "../incidents/incident_list";
 import { SceneMap } from "../map/scene_map";
-import { goTo, place } from "../navigation";
+import { address, goTo } from "../navigation";
 import { link } from "../session";
-import { closures, incidents } from "../store/lists";
+import { closures } from "../store/closures";
+import { incidents } from "../store/incidents";
 import { texts } from "../texts/texts";
 import { VehiclePanel } from "../vehicles/vehicle_panel";
 import { VehicleList } from "./vehicle_list";
@@ -17,7 +18,7 @@ const INCIDENTS_SHOWN = 4;
 
 export function LivePage({ campus }: { readonly campus: Campus }) {
   const scene = useComputed(() => link.value?.scene.value ?? null);
-  const chosen = place.value.parts[0] ?? "";
+  const selected_id = address.value.ids[0] ?? "";
   useEffect(() => {
     void closures.refresh();
   }, []);
@@ -26,24 +27,33 @@ export function LivePage({ campus }: { readonly campus: Campus }) {
       <SceneMap
         campus={campus}
         scene={scene.value}
-        chosen={chosen}
-        still={false}
-        at_ms={second.value > 0 ? (link.value?.now_ms() ?? undefined) : undefined}
+        selected_vehicle={selected_id}
+        interpolate
+        at_ms={monotonic_ms.value > 0 ? (link.value?.now_ms() ?? undefined) : undefined}
         closures={closures.value.value ?? []}
-        onChoose={(vehicle_id) => goTo("live", vehicle_id)}
+        onSelect={(vehicle_id) => goTo("live", vehicle_id)}
       />
       <aside class="side">
-        {scene.value === null ? <LinkState /> : <Side scene={scene.value} chosen={chosen} />}
+        {scene.value === null ? (
+          <MissingScene />
+        ) : (
+          <SidePanel scene={scene.value} selected_id={selected_id} />
+        )}
       </aside>
     </div>
   );
 }
 
-function Side({ scene, chosen }: { readonly scene: Scene; readonly chosen: string }) {
-  const vehicle = scene.vehicles.find((candidate) => candidate.vehicle_id === chosen);
-  const now_ms = second.value > 0 ? (link.value?.now_ms() ?? scene.at_ms) : scene.at_ms;
+interface SidePanelProps {
+  readonly scene: Scene;
+  readonly selected_id: string;
+}
+
+function SidePanel({ scene, selected_id }: SidePanelProps) {
+  const vehicle = scene.vehicles.find((candidate) => candidate.vehicle_id === selected_id);
+  const now_ms = monotonic_ms.value > 0 ? (link.value?.now_ms() ?? scene.at_ms) : scene.at_ms;
   if (vehicle !== undefined)
-    return <VehiclePanel key={chosen} vehicle={vehicle} scene={scene} now_ms={now_ms} />;
+    return <VehiclePanel key={selected_id} vehicle={vehicle} scene={scene} now_ms={now_ms} />;
   const open = (incidents.value.value ?? []).filter((incident) => incident.closed_at === null);
   return (
     <>
@@ -58,8 +68,8 @@ function Side({ scene, chosen }: { readonly scene: Scene; readonly chosen: strin
   );
 }
 
-function LinkState() {
+function MissingScene() {
   const refusal = link.value?.refusal.value ?? null;
-  if (refusal !== null) return <Note tone="danger">{refusal.detail}</Note>;
+  if (refusal !== null) return <Alert tone="danger">{refusal.detail}</Alert>;
   return <Loading text={texts.value.link_connecting} />;
 }

@@ -1,6 +1,6 @@
 import type { Scene, VehicleScene } from "../../shared/scene/scene";
 import { goTo } from "../navigation";
-import { stopTitle } from "../texts/stop_names";
+import { stopName } from "../texts/stop_names";
 import { texts } from "../texts/texts";
 import { ConditionChip } from "../vehicles/condition_chip";
 
@@ -42,7 +42,7 @@ function VehicleRow({ vehicle }: { readonly vehicle: VehicleScene }) {
         <span>{t.kmh((vehicle.speed_mps * 3.6).toFixed(0))}</span>
         <span>{t.seats_taken(vehicle.people_aboard, vehicle.seats)}</span>
         <span>{(vehicle.battery_ratio * 100).toFixed(0)} %</span>
-        {vehicle.next_stop !== "" && <span>→ {stopTitle(vehicle.next_stop)}</span>}
+        {vehicle.next_stop !== "" && <span>→ {stopName(vehicle.next_stop)}</span>}
       </span>
     </button>
   );

@@ -1,11 +1,11 @@
 import { useMemo } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
 import type { Campus } from "../../shared/campus/campus";
-import type { CampusShape } from "../../shared/campus/campus_geometry";
-import { pairs } from "../../shared/campus/campus_geometry";
+import type { CampusGeometry } from "../../shared/campus/campus_geometry";
+import { pointsOf } from "../../shared/campus/campus_geometry";
 import { CampusMap } from "../../shared/map/campus_map";
-import type { Look } from "../../shared/map/map_view";
-import { prefersStill } from "../../shared/map/reduced_motion";
+import type { MapContent } from "../../shared/map/map_content";
+import { prefersReducedMotion } from "../../shared/map/reduced_motion";
 import type { Point, Scene } from "../../shared/scene/scene";
 import { language } from "../../shared/texts/language";
 import { texts } from "../texts/texts";
@@ -16,59 +16,62 @@ type Closure = Schemas["ClosureView"];
 interface SceneMapProps {
   readonly campus: Campus;
   readonly scene: Scene | null;
-  readonly chosen: string;
-  readonly still: boolean;
+  readonly selected_vehicle: string;
+  /** false: the scene is a jump in time, across which poses are not interpolated. */
+  readonly interpolate: boolean;
   readonly closures?: readonly Closure[];
-  /** The scene's clock now; without it, the scene's own moment. */
+  /** The scene's clock now; by default the scene's own time. */
   readonly at_ms?: number | undefined;
-  readonly shape?: CampusShape;
-  readonly onChoose: (vehicle_id: string) => void;
+  readonly geometry?: CampusGeometry;
+  readonly onSelect: (vehicle_id: string) => void;
 }
 
-/** A scene on the campus map; it does not know whether the scene is live or replayed. */
+/** A scene on the campus map, live or replayed. */
 export function SceneMap({
   campus,
   scene,
-  chosen,
-  still,
+  selected_vehicle,
+  interpolate,
   closures = [],
   at_ms,
-  shape = campus.shape,
-  onChoose,
+  geometry = campus.geometry,
+  onSelect,
 }: SceneMapProps) {
-  const look: Look = {
+  const content: MapContent = {
     scene,
     pickup: "",
     destination: "",
-    chosen_vehicle: chosen,
-    closed: closures
+    selected_vehicle,
+    closed_roads: closures
       .filter((closure) => closure.state === "in_force")
-      .flatMap((closure) => closure.lines.map(pairs)),
+      .flatMap((closure) => closure.lines.map(pointsOf)),
     language: language.value,
-    still: still || prefersStill.value,
-    ...(scene === null ? {} : { layer: drivingLayer(scene, at_ms ?? scene.at_ms, chosen) }),
+    interpolate: interpolate && !prefersReducedMotion.value,
+    ...(scene === null
+      ? {}
+      : { layer: drivingLayer(scene, at_ms ?? scene.at_ms, selected_vehicle) }),
   };
   const focus = useMemo<readonly Point[]>(
-    () => shape.lanes.flatMap((lane) => [lane.points[0]!, lane.points.at(-1)!]),
-    [shape],
+    () => geometry.lanes.flatMap((lane) => [lane.points[0]!, lane.points.at(-1)!]),
+    [geometry],
   );
   return (
     <CampusMap
-      shape={shape}
-      look={look}
+      geometry={geometry}
+      content={content}
       focus={focus}
-      focus_key={shape.map_version}
-      followable={chosen !== ""}
+      focus_key={geometry.map_version}
+      followable={selected_vehicle !== ""}
       attribution={campus.view.attribution}
       texts={{
         map: texts.value.map,
         zoom_in: texts.value.zoom_in,
         zoom_out: texts.value.zoom_out,
-        whole: texts.value.whole_map,
+        show_all: texts.value.whole_map,
         follow: texts.value.follow,
       }}
-      onPick={(what) => {
-        if (what.kind === "vehicle") onChoose(what.id);
+      onSelect={(selection) => {
+        if (selection.kind === "vehicle") onSelect(selection.id);
       }}
     />
   );

@@ -1,4 +1,4 @@
-/** By how many whole minutes `expected` breaks a promise that ends at `latest`; 0 when it is kept. */
+/** By how many whole minutes `expected` is later than the promised `latest`; 0 if the promise is kept. */
 export function lateMinutes(expected: string | null, latest: string): number {
   if (expected === null) return 0;
   const late_ms = Date.parse(expected) - Date.parse(latest);

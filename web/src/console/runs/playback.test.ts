@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import { aScene } from "../../shared/scene/scene_builders";
-import { playedTo, sceneAt } from "./playback";
+import { advancePlayback, sceneAt } from "./playback";
 
 const scenes = [100, 300, 700].map((at_ms) => aScene({ at_ms }));
 
@@ -19,7 +19,7 @@ test("a run without scenes shows nothing", () => {
   expect(sceneAt([], 5)).toBeNull();
 });
 
-test("playing goes at its factor and stops at the end", () => {
-  expect(playedTo(100, 16, 5, 700)).toEqual({ at_ms: 180, ended: false });
-  expect(playedTo(690, 16, 5, 700)).toEqual({ at_ms: 700, ended: true });
+test("playback advances by its speed factor and stops at the end", () => {
+  expect(advancePlayback(100, 16, 5, 700)).toEqual({ at_ms: 180, ended: false });
+  expect(advancePlayback(690, 16, 5, 700)).toEqual({ at_ms: 700, ended: true });
 });

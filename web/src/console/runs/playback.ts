@@ -1,6 +1,6 @@
 import type { Scene } from "../../shared/scene/scene";
 
-/** The newest scene at or before a moment; the first one for a moment before all of them. */
+/** The newest scene at or before a time; the first scene for a time before all of them. */
 export function sceneAt(scenes: readonly Scene[], at_ms: number): Scene | null {
   let [low, high] = [0, scenes.length];
   while (low < high) {
@@ -11,13 +11,13 @@ export function sceneAt(scenes: readonly Scene[], at_ms: number): Scene | null {
   return scenes[Math.max(low - 1, 0)] ?? null;
 }
 
-/** Where playing has got to after some time on the screen; it stops at the end. */
-export function playedTo(
+/** The time of the replay after `elapsed_ms` on the screen; it stops at the end. */
+export function advancePlayback(
   at_ms: number,
   elapsed_ms: number,
-  factor: number,
+  speed_factor: number,
   end_ms: number,
 ): { readonly at_ms: number; readonly ended: boolean } {
-  const next_ms = at_ms + elapsed_ms * factor;
+  const next_ms = at_ms + elapsed_ms * speed_factor;
   return next_ms >= end_ms ? { at_ms: end_ms, ended: true } : { at_ms: next_ms, ended: false };
 }

@@ -1,16 +1,16 @@
 import { useEffect, useId, useMemo } from "preact/hooks";
 import type { Campus } from "../../shared/campus/campus";
-import { Loading, Note, ProblemNote } from "../../shared/ui/alerts";
+import { Alert, Loading, ProblemAlert } from "../../shared/ui/alerts";
 import { BackIcon, PauseIcon, PlayIcon } from "../../shared/ui/icons";
 import { SceneMap } from "../map/scene_map";
 import { goTo } from "../navigation";
 import { texts } from "../texts/texts";
-import { day, seconds } from "../texts/times";
+import { formatDateTime, formatTimeWithSeconds } from "../texts/times";
 import { ConditionChip } from "../vehicles/condition_chip";
-import { VehicleFacts } from "../vehicles/vehicle_panel";
-import { Player } from "./run_player";
+import { VehicleStatus } from "../vehicles/vehicle_status";
+import { RunPlayer } from "./run_player";
 
-const FACTORS = [1, 2, 5, 10, 30];
+const SPEED_FACTORS = [1, 2, 5, 10, 30];
 
 interface ReplayPageProps {
   readonly campus: Campus;
@@ -19,8 +19,8 @@ interface ReplayPageProps {
 }
 
 export function ReplayPage({ campus, vehicle_id, boot_id }: ReplayPageProps) {
-  const player = useMemo(() => new Player(vehicle_id, boot_id), [vehicle_id, boot_id]);
-  useEffect(() => () => player.leave(), [player]);
+  const player = useMemo(() => new RunPlayer(vehicle_id, boot_id), [vehicle_id, boot_id]);
+  useEffect(() => () => player.close(), [player]);
   const t = texts.value;
   const scene = player.scene.value;
   const vehicle = scene?.vehicles[0];
@@ -29,11 +29,11 @@ export function ReplayPage({ campus, vehicle_id, boot_id }: ReplayPageProps) {
       <div class="replay-stage">
         <SceneMap
           campus={campus}
-          {...(player.shape.value === null ? {} : { shape: player.shape.value })}
+          {...(player.geometry.value === null ? {} : { geometry: player.geometry.value })}
           scene={scene}
-          chosen={vehicle_id}
-          still={player.jumped.value}
-          onChoose={() => undefined}
+          selected_vehicle={vehicle_id}
+          interpolate={!player.is_seek.value}
+          onSelect={() => undefined}
         />
         {scene !== null && <Timeline player={player} />}
       </div>
@@ -51,12 +51,12 @@ export function ReplayPage({ campus, vehicle_id, boot_id }: ReplayPageProps) {
           </div>
           <p class="hint">
             {t.replay_banner}
-            {scene !== null && ` · ${day(player.start_ms)}`}
+            {scene !== null && ` · ${formatDateTime(player.start_ms)}`}
           </p>
-          <RunState player={player} />
-          {player.map_problem.value !== null && <Note>{t.run_map_gone}</Note>}
+          <RunLoadState player={player} />
+          {player.map_problem.value !== null && <Alert>{t.run_map_missing}</Alert>}
           {scene !== null && vehicle !== undefined && (
-            <VehicleFacts vehicle={vehicle} scene={scene} now_ms={scene.at_ms} />
+            <VehicleStatus vehicle={vehicle} scene={scene} now_ms={scene.at_ms} />
           )}
         </section>
       </aside>
@@ -64,15 +64,15 @@ export function ReplayPage({ campus, vehicle_id, boot_id }: ReplayPageProps) {
   );
 }
 
-function RunState({ player }: { readonly player: Player }) {
+function RunLoadState({ player }: { readonly player: RunPlayer }) {
   const t = texts.value;
   const count = player.scenes.value.length;
-  if (player.problem.value !== null) return <ProblemNote problem={player.problem.value} />;
+  if (player.problem.value !== null) return <ProblemAlert problem={player.problem.value} />;
   if (player.loading.value) return <Loading text={t.loading_run(count)} />;
-  return count === 0 ? <Note>{t.empty_run}</Note> : null;
+  return count === 0 ? <Alert>{t.empty_run}</Alert> : null;
 }
 
-function Timeline({ player }: { readonly player: Player }) {
+function Timeline({ player }: { readonly player: RunPlayer }) {
   const t = texts.value;
   const id = useId();
   const is_playing = player.playing.value;
@@ -86,32 +86,32 @@ function Timeline({ player }: { readonly player: Player }) {
       >
         {is_playing ? <PauseIcon /> : <PlayIcon />}
       </button>
-      <time>{seconds(player.at_ms.value)}</time>
+      <time>{formatTimeWithSeconds(player.at_ms.value)}</time>
       <input
         type="range"
         aria-label={t.at_time}
-        aria-valuetext={seconds(player.at_ms.value)}
+        aria-valuetext={formatTimeWithSeconds(player.at_ms.value)}
         min={player.start_ms}
         max={player.end_ms}
         step={200}
         value={player.at_ms.value}
         onInput={(event) => player.seek(event.currentTarget.valueAsNumber)}
       />
-      <time>{seconds(player.end_ms)}</time>
-      <label class="unseen" for={id}>
+      <time>{formatTimeWithSeconds(player.end_ms)}</time>
+      <label class="visually-hidden" for={id}>
         {t.play_speed}
       </label>
       <select
         id={id}
         class="input"
-        value={player.factor.value}
+        value={player.speed_factor.value}
         onChange={(event) => {
-          player.factor.value = Number(event.currentTarget.value);
+          player.speed_factor.value = Number(event.currentTarget.value);
         }}
       >
-        {FACTORS.map((factor) => (
+        {SPEED_FACTORS.map((factor) => (
           <option key={factor} value={factor}>
-            {t.times(factor)}
+            {t.speed_factor(factor)}
           </option>
         ))}
       </select>

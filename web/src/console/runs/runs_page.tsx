@@ -1,10 +1,10 @@
 import { useEffect } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
-import { Loading, Note, ProblemNote } from "../../shared/ui/alerts";
+import { Alert, Loading, ProblemAlert } from "../../shared/ui/alerts";
 import { fragmentOf } from "../address";
-import { runs } from "../store/lists";
+import { runs } from "../store/runs";
 import { texts } from "../texts/texts";
-import { day } from "../texts/times";
+import { formatDateTime } from "../texts/times";
 
 export function RunsPage() {
   const t = texts.value;
@@ -15,9 +15,9 @@ export function RunsPage() {
       <header class="sheet-head">
         <h1>{t.runs}</h1>
       </header>
-      {runs.problem.value !== null && <ProblemNote problem={runs.problem.value} />}
+      {runs.problem.value !== null && <ProblemAlert problem={runs.problem.value} />}
       {shown === null && runs.problem.value === null && <Loading text={t.loading} />}
-      {shown?.length === 0 && <Note>{t.no_runs}</Note>}
+      {shown?.length === 0 && <Alert>{t.no_runs}</Alert>}
       {shown !== null && shown.length > 0 && (
         <div class="scroller">
           <table class="table">
@@ -29,7 +29,7 @@ export function RunsPage() {
                   </th>
                 ))}
                 <th scope="col">
-                  <span class="unseen">{t.replay}</span>
+                  <span class="visually-hidden">{t.replay}</span>
                 </th>
               </tr>
             </thead>
@@ -51,8 +51,10 @@ function RunRow({ run }: { readonly run: Schemas["RunView"] }) {
   return (
     <tr>
       <th scope="row">{run.vehicle_id}</th>
-      <td data-label={t.started}>{day(run.started_at)}</td>
-      <td data-label={t.length}>{run.segments.length === 0 ? "–" : lengthOf(run.duration_s)}</td>
+      <td data-label={t.started}>{formatDateTime(run.started_at)}</td>
+      <td data-label={t.length}>
+        {run.segments.length === 0 ? "–" : durationText(run.duration_s)}
+      </td>
       <td data-label={t.stack}>{run.stack}</td>
       <td data-label={t.size}>
         {run.segments.length === 0 ? t.not_uploaded : t.megabytes((bytes / 1e6).toFixed(1))}
@@ -68,7 +70,7 @@ function RunRow({ run }: { readonly run: Schemas["RunView"] }) {
   );
 }
 
-function lengthOf(duration_s: number): string {
+function durationText(duration_s: number): string {
   const t = texts.value;
   return duration_s < 120
     ? t.seconds(Math.round(duration_s))

@@ -1,13 +1,13 @@
 import { useSignal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
-import { answerOf, api } from "../../shared/api/client";
+import { api, resultOf } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import { language } from "../../shared/texts/language";
 import { weekdayName } from "../../shared/texts/times";
-import { ProblemNote } from "../../shared/ui/alerts";
-import { hoursFrom, hoursText } from "../forms/hours_text";
+import { ProblemAlert } from "../../shared/ui/alerts";
+import { formatHours, parseHours } from "../forms/hours_text";
 import { TextField } from "../forms/text_field";
-import { serviceChanged } from "../store/lists";
+import { refreshService } from "../store/service";
 import { texts } from "../texts/texts";
 
 export type Pattern = Schemas["PatternView"];
@@ -15,7 +15,7 @@ export type Pattern = Schemas["PatternView"];
 const WEEK = [0, 1, 2, 3, 4, 5, 6];
 
 interface CalendarFormProps {
-  /** null for a new one. */
+  /** null for a new calendar. */
   readonly pattern: Pattern | null;
   readonly onDone: () => void;
 }
@@ -27,7 +27,7 @@ export function CalendarForm({ pattern, onDone }: CalendarFormProps) {
   const weekdays = useSignal<readonly number[]>(pattern?.weekdays ?? [0, 1, 2, 3, 4]);
   const starts_on = useSignal(pattern?.starts_on ?? "");
   const ends_on = useSignal(pattern?.ends_on ?? "");
-  const hours = useSignal(hoursText(pattern?.hours ?? []));
+  const hours = useSignal(formatHours(pattern?.hours ?? []));
   const problem = useSignal<Problem | null>(null);
   const toggle = (day: number) => {
     weekdays.value = weekdays.value.includes(day)
@@ -36,7 +36,7 @@ export function CalendarForm({ pattern, onDone }: CalendarFormProps) {
   };
   const submit = async (event: Event) => {
     event.preventDefault();
-    const answer = await answerOf(
+    const result = await resultOf(
       api.PUT("/api/v1/service/patterns/{service_id}", {
         params: { path: { service_id: service_id.value } },
         body: {
@@ -44,13 +44,13 @@ export function CalendarForm({ pattern, onDone }: CalendarFormProps) {
           weekdays: [...weekdays.value],
           starts_on: starts_on.value === "" ? null : starts_on.value,
           ends_on: ends_on.value === "" ? null : ends_on.value,
-          hours: hoursFrom(hours.value),
+          hours: parseHours(hours.value),
         },
       }),
     );
-    problem.value = answer.ok ? null : answer.problem;
-    if (answer.ok) onDone();
-    await serviceChanged();
+    problem.value = result.ok ? null : result.problem;
+    if (result.ok) onDone();
+    await refreshService();
   };
   return (
     <form class="grid-form calendar-form" onSubmit={(event) => void submit(event)}>
@@ -97,7 +97,7 @@ export function CalendarForm({ pattern, onDone }: CalendarFormProps) {
           {t.cancel}
         </button>
       </div>
-      {problem.value !== null && <ProblemNote problem={problem.value} />}
+      {problem.value !== null && <ProblemAlert problem={problem.value} />}
     </form>
   );
 }

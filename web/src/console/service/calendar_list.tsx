@@ -1,13 +1,13 @@
 import { useSignal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
-import { answerOf, api } from "../../shared/api/client";
+import { api, resultOf } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import { language } from "../../shared/texts/language";
 import { weekdayName } from "../../shared/texts/times";
-import { ProblemNote } from "../../shared/ui/alerts";
-import { serviceChanged } from "../store/lists";
+import { ProblemAlert } from "../../shared/ui/alerts";
+import { refreshService } from "../store/service";
 import { texts } from "../texts/texts";
-import { calendarDate } from "../texts/times";
+import { formatDate } from "../texts/times";
 import type { Pattern } from "./calendar_form";
 import { CalendarForm } from "./calendar_form";
 
@@ -28,7 +28,7 @@ export function CalendarList({ shown }: { readonly shown: Schemas["ServiceView"]
       <ul class="rows">
         {shown.patterns.map((pattern) => (
           <li key={pattern.service_id} data-service={pattern.service_id}>
-            <PatternLine
+            <PatternRow
               pattern={pattern}
               onEdit={() => {
                 editing.value = pattern;
@@ -58,29 +58,29 @@ export function CalendarList({ shown }: { readonly shown: Schemas["ServiceView"]
   );
 }
 
-interface PatternLineProps {
+interface PatternRowProps {
   readonly pattern: Pattern;
   readonly onEdit: () => void;
 }
 
-function PatternLine({ pattern, onEdit }: PatternLineProps) {
+function PatternRow({ pattern, onEdit }: PatternRowProps) {
   const t = texts.value;
   const problem = useSignal<Problem | null>(null);
   const remove = async () => {
     const path = { service_id: pattern.service_id };
-    const answer = await answerOf(
+    const result = await resultOf(
       api.DELETE("/api/v1/service/patterns/{service_id}", { params: { path } }),
     );
-    problem.value = answer.ok ? null : answer.problem;
-    await serviceChanged();
+    problem.value = result.ok ? null : result.problem;
+    await refreshService();
   };
   return (
     <div class="line">
       <span>
-        <strong>{pattern.name}</strong> {daysOf(pattern)}
+        <strong>{pattern.name}</strong> {daysText(pattern)}
         <small>
           {[
-            rangeOf(pattern),
+            dateRangeText(pattern),
             ...pattern.hours.map((hours) => `${hours.opens}–${hours.closes}`),
             pattern.trips > 0 ? t.trips_of(pattern.trips) : "",
           ]
@@ -98,22 +98,22 @@ function PatternLine({ pattern, onEdit }: PatternLineProps) {
           </button>
         )}
       </span>
-      {problem.value !== null && <ProblemNote problem={problem.value} />}
+      {problem.value !== null && <ProblemAlert problem={problem.value} />}
     </div>
   );
 }
 
-function daysOf(pattern: Pattern): string {
+function daysText(pattern: Pattern): string {
   if (pattern.weekdays.length === EVERY_DAY) return texts.value.every_day;
   if (pattern.weekdays.length === 0) return texts.value.no_day;
   return pattern.weekdays.map((day) => weekdayName(day, language.value, "short")).join(" ");
 }
 
-function rangeOf(pattern: Pattern): string {
+function dateRangeText(pattern: Pattern): string {
   const t = texts.value;
   const { starts_on, ends_on } = pattern;
   if (starts_on === null && ends_on === null) return "";
-  if (ends_on === null) return t.from_day(calendarDate(starts_on!));
-  if (starts_on === null) return t.until_day(calendarDate(ends_on));
-  return `${calendarDate(starts_on)} – ${calendarDate(ends_on)}`;
+  if (ends_on === null) return t.from_day(formatDate(starts_on!));
+  if (starts_on === null) return t.until_day(formatDate(ends_on));
+  return `${formatDate(starts_on)} – ${formatDate(ends_on)}`;
 }

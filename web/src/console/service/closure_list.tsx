@@ -1,33 +1,33 @@
 import { useSignal } from "@preact/signals";
 import { useId } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
-import { answerOf, api } from "../../shared/api/client";
+import { api, resultOf } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import { campus } from "../../shared/campus/campus";
 import { fromLocalInput } from "../../shared/texts/times";
-import { ProblemNote } from "../../shared/ui/alerts";
+import { ProblemAlert } from "../../shared/ui/alerts";
 import { TextField } from "../forms/text_field";
-import { closures } from "../store/lists";
+import { closures } from "../store/closures";
 import { texts } from "../texts/texts";
-import { day } from "../texts/times";
+import { formatDateTime } from "../texts/times";
 
 type Closure = Schemas["ClosureView"];
 
-/** Roads that are closed or will be; an operator closes and lifts them here. */
-export function ClosureBlock() {
+/** Road closures in force and ahead; the operator enters and lifts them here. */
+export function ClosureList() {
   const t = texts.value;
   const shown = closures.value.value;
   return (
     <section class="block card">
       <h2>{t.closures}</h2>
       <p class="hint">{t.closures_lead}</p>
-      <NewClosure />
-      {closures.problem.value !== null && <ProblemNote problem={closures.problem.value} />}
+      <ClosureForm />
+      {closures.problem.value !== null && <ProblemAlert problem={closures.problem.value} />}
       {shown !== null && shown.length === 0 && <p class="empty">{t.no_closures}</p>}
       <ul class="rows">
         {(shown ?? []).map((closure) => (
           <li key={closure.closure_id} data-closure={closure.closure_id}>
-            <ClosureLine closure={closure} />
+            <ClosureRow closure={closure} />
           </li>
         ))}
       </ul>
@@ -35,7 +35,7 @@ export function ClosureBlock() {
   );
 }
 
-function NewClosure() {
+function ClosureForm() {
   const t = texts.value;
   const [lanes, reason] = [useSignal(""), useSignal("")];
   const [from, until] = [useSignal(""), useSignal("")];
@@ -43,19 +43,19 @@ function NewClosure() {
   const known = useId();
   const submit = async (event: Event) => {
     event.preventDefault();
-    const answer = await answerOf(
+    const result = await resultOf(
       api.POST("/api/v1/closures", {
         body: {
           lane_ids: lanes.value.split(/[\s,]+/).filter(Boolean),
           section_ids: [],
           reason: reason.value,
-          starts_at: moment(from.value),
-          ends_at: moment(until.value),
+          starts_at: isoTime(from.value),
+          ends_at: isoTime(until.value),
         },
       }),
     );
-    problem.value = answer.ok ? null : answer.problem;
-    if (answer.ok) for (const field of [lanes, reason, from, until]) field.value = "";
+    problem.value = result.ok ? null : result.problem;
+    if (result.ok) for (const field of [lanes, reason, from, until]) field.value = "";
     await closures.refresh();
   };
   return (
@@ -67,7 +67,7 @@ function NewClosure() {
         input={{ required: true, list: known }}
       />
       <datalist id={known}>
-        {(campus.value?.shape.lanes ?? []).map((lane) => (
+        {(campus.value?.geometry.lanes ?? []).map((lane) => (
           <option key={lane.lane_id} value={lane.lane_id} />
         ))}
       </datalist>
@@ -75,26 +75,26 @@ function NewClosure() {
       <TextField label={t.closure_from} value={from} input={{ type: "datetime-local" }} />
       <TextField label={t.closure_until} value={until} input={{ type: "datetime-local" }} />
       <button class="button main">{t.close_road}</button>
-      {problem.value !== null && <ProblemNote problem={problem.value} />}
+      {problem.value !== null && <ProblemAlert problem={problem.value} />}
     </form>
   );
 }
 
-/** What a field on the campus's clocks means; null for an empty one. */
-function moment(local: string): string | null {
+/** The time of a field in the campus's timezone; null for an empty field. */
+function isoTime(local: string): string | null {
   return fromLocalInput(local, campus.value?.view.timezone ?? "UTC")?.toISOString() ?? null;
 }
 
-function ClosureLine({ closure }: { readonly closure: Closure }) {
+function ClosureRow({ closure }: { readonly closure: Closure }) {
   const t = texts.value;
   const problem = useSignal<Problem | null>(null);
   const lift = async () => {
-    const answer = await answerOf(
+    const result = await resultOf(
       api.DELETE("/api/v1/closures/{closure_id}", {
         params: { path: { closure_id: closure.closure_id } },
       }),
     );
-    problem.value = answer.ok ? null : answer.problem;
+    problem.value = result.ok ? null : result.problem;
     await closures.refresh();
   };
   return (
@@ -105,15 +105,17 @@ function ClosureLine({ closure }: { readonly closure: Closure }) {
           <span class={`chip ${closure.state === "in_force" ? "warning" : "calm"}`}>
             {t.closure_states[closure.state]}
           </span>{" "}
-          {closure.state === "scheduled" && `${t.from_time(day(closure.starts_at))} `}
-          {closure.ends_at === null ? t.until_lifted : t.until_time(day(closure.ends_at))}{" "}
+          {closure.state === "scheduled" && `${t.from_time(formatDateTime(closure.starts_at))} `}
+          {closure.ends_at === null
+            ? t.until_lifted
+            : t.until_time(formatDateTime(closure.ends_at))}{" "}
           {closure.made_by}
         </small>
       </span>
       <button type="button" class="button small" onClick={() => void lift()}>
         {t.lift}
       </button>
-      {problem.value !== null && <ProblemNote problem={problem.value} />}
+      {problem.value !== null && <ProblemAlert problem={problem.value} />}
     </div>
   );
 }

@@ -1,30 +1,30 @@
 import { useSignal } from "@preact/signals";
 import { useId } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
-import { answerOf, api } from "../../shared/api/client";
+import { api, resultOf } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
-import { ProblemNote } from "../../shared/ui/alerts";
+import { ProblemAlert } from "../../shared/ui/alerts";
 import { TextField } from "../forms/text_field";
-import { serviceChanged } from "../store/lists";
+import { refreshService } from "../store/service";
 import { texts } from "../texts/texts";
-import { calendarDate } from "../texts/times";
+import { formatDate } from "../texts/times";
 
 type Service = Schemas["ServiceView"];
 type Exception = Schemas["ExceptionView"];
 
-/** Holidays of the campus, and single days on which one service runs or does not. */
+/** Holidays of the campus, and exceptions of one service for single days. */
 export function ExceptionList({ shown }: { readonly shown: Service }) {
   const t = texts.value;
   return (
     <section class="block card">
       <h2>{t.exceptions}</h2>
       <p class="hint">{t.exceptions_lead}</p>
-      <NewException shown={shown} />
+      <ExceptionForm shown={shown} />
       {shown.exceptions.length === 0 && <p class="empty">{t.no_exceptions}</p>}
       <ul class="rows">
         {shown.exceptions.map((exception) => (
           <li key={`${exception.day} ${exception.service_id}`} data-exception={exception.day}>
-            <ExceptionLine exception={exception} />
+            <ExceptionRow exception={exception} />
           </li>
         ))}
       </ul>
@@ -32,7 +32,7 @@ export function ExceptionList({ shown }: { readonly shown: Service }) {
   );
 }
 
-function NewException({ shown }: { readonly shown: Service }) {
+function ExceptionForm({ shown }: { readonly shown: Service }) {
   const t = texts.value;
   const [day, note] = [useSignal(""), useSignal("")];
   const service_id = useSignal("");
@@ -41,7 +41,7 @@ function NewException({ shown }: { readonly shown: Service }) {
   const id = useId();
   const submit = async (event: Event) => {
     event.preventDefault();
-    const answer = await answerOf(
+    const result = await resultOf(
       api.PUT("/api/v1/service/exceptions/{day}", {
         params: { path: { day: day.value } },
         body: {
@@ -51,16 +51,16 @@ function NewException({ shown }: { readonly shown: Service }) {
         },
       }),
     );
-    problem.value = answer.ok ? null : answer.problem;
-    if (answer.ok) note.value = "";
-    await serviceChanged();
+    problem.value = result.ok ? null : result.problem;
+    if (result.ok) note.value = "";
+    await refreshService();
   };
   return (
     <form class="grid-form" onSubmit={(event) => void submit(event)}>
       <TextField label={t.day} value={day} input={{ type: "date", required: true }} />
       <TextField label={t.exception_note} value={note} input={{ maxLength: 200 }} />
       <div class="field">
-        <label for={id}>{t.exception_whose}</label>
+        <label for={id}>{t.exception_scope}</label>
         <select
           id={id}
           class="input"
@@ -90,16 +90,16 @@ function NewException({ shown }: { readonly shown: Service }) {
         </label>
       )}
       <button class="button main">{t.add_day}</button>
-      {problem.value !== null && <ProblemNote problem={problem.value} />}
+      {problem.value !== null && <ProblemAlert problem={problem.value} />}
     </form>
   );
 }
 
-function ExceptionLine({ exception }: { readonly exception: Exception }) {
+function ExceptionRow({ exception }: { readonly exception: Exception }) {
   const t = texts.value;
   const problem = useSignal<Problem | null>(null);
   const remove = async () => {
-    const answer = await answerOf(
+    const result = await resultOf(
       api.DELETE("/api/v1/service/exceptions/{day}", {
         params: {
           path: { day: exception.day },
@@ -107,13 +107,13 @@ function ExceptionLine({ exception }: { readonly exception: Exception }) {
         },
       }),
     );
-    problem.value = answer.ok ? null : answer.problem;
-    await serviceChanged();
+    problem.value = result.ok ? null : result.problem;
+    await refreshService();
   };
   return (
     <div class="line">
       <span>
-        <strong>{calendarDate(exception.day)}</strong> {exception.note}
+        <strong>{formatDate(exception.day)}</strong> {exception.note}
         <small>
           <span class={`chip ${exception.runs ? "good" : "warning"}`}>
             {exception.service_id === ""
@@ -128,7 +128,7 @@ function ExceptionLine({ exception }: { readonly exception: Exception }) {
       <button type="button" class="button small" onClick={() => void remove()}>
         {t.remove}
       </button>
-      {problem.value !== null && <ProblemNote problem={problem.value} />}
+      {problem.value !== null && <ProblemAlert problem={problem.value} />}
     </div>
   );
 }

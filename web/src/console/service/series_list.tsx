@@ -1,31 +1,32 @@
 import { useSignal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
-import { answerOf, api } from "../../shared/api/client";
+import { api, resultOf } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import { language } from "../../shared/texts/language";
 import { weekdayName } from "../../shared/texts/times";
-import { ProblemNote } from "../../shared/ui/alerts";
-import { Question } from "../../shared/ui/dialog";
-import { rides, seriesList } from "../store/lists";
-import { stopTitle } from "../texts/stop_names";
+import { ProblemAlert } from "../../shared/ui/alerts";
+import { ConfirmDialog } from "../../shared/ui/dialog";
+import { rides } from "../store/rides";
+import { activeSeries } from "../store/series";
+import { stopName } from "../texts/stop_names";
 import { texts } from "../texts/texts";
-import { calendarDate } from "../texts/times";
+import { formatDate } from "../texts/times";
 
 type Series = Schemas["SeriesRecord"];
 
-/** Passengers' recurring bookings that still go on. */
-export function SeriesBlock() {
+/** Passengers' active recurring bookings. */
+export function SeriesList() {
   const t = texts.value;
-  const shown = seriesList.value.value;
+  const shown = activeSeries.value.value;
   return (
     <section class="block card">
       <h2>{t.series}</h2>
-      {seriesList.problem.value !== null && <ProblemNote problem={seriesList.problem.value} />}
+      {activeSeries.problem.value !== null && <ProblemAlert problem={activeSeries.problem.value} />}
       {shown?.length === 0 && <p class="empty">{t.no_series}</p>}
       <ul class="rows">
         {shown?.map((series) => (
           <li key={series.series_id} data-series={series.series_id}>
-            <SeriesLine series={series} />
+            <SeriesRow series={series} />
           </li>
         ))}
       </ul>
@@ -33,28 +34,28 @@ export function SeriesBlock() {
   );
 }
 
-function SeriesLine({ series }: { readonly series: Series }) {
+function SeriesRow({ series }: { readonly series: Series }) {
   const t = texts.value;
-  const asking = useSignal(false);
+  const confirming = useSignal(false);
   const problem = useSignal<Problem | null>(null);
   const cancel = async () => {
-    asking.value = false;
+    confirming.value = false;
     const path = { series_id: series.series_id };
-    const answer = await answerOf(
+    const result = await resultOf(
       api.POST("/api/v1/series/id/{series_id}/cancel", { params: { path } }),
     );
-    problem.value = answer.ok ? null : answer.problem;
-    await Promise.all([seriesList.refresh(), rides.refresh()]);
+    problem.value = result.ok ? null : result.problem;
+    await Promise.all([activeSeries.refresh(), rides.refresh()]);
   };
   const days = series.weekdays.map((day) => weekdayName(day, language.value, "short")).join(" ");
   return (
     <div class="line">
       <span>
         <strong>
-          {stopTitle(series.from_stop)} – {stopTitle(series.to_stop)}
+          {stopName(series.from_stop)} – {stopName(series.to_stop)}
         </strong>
         <small>
-          {days} {series.leave} · {t.until_day(calendarDate(series.ends_on))} ·{" "}
+          {days} {series.leave} · {t.until_day(formatDate(series.ends_on))} ·{" "}
           {t.people_count(series.party)}
         </small>
       </span>
@@ -62,21 +63,21 @@ function SeriesLine({ series }: { readonly series: Series }) {
         type="button"
         class="button small"
         onClick={() => {
-          asking.value = true;
+          confirming.value = true;
         }}
       >
         {t.cancel_ride}
       </button>
-      {problem.value !== null && <ProblemNote problem={problem.value} />}
-      {asking.value && (
-        <Question
+      {problem.value !== null && <ProblemAlert problem={problem.value} />}
+      {confirming.value && (
+        <ConfirmDialog
           danger
           title={t.cancel_series_title}
           text={t.cancel_series_text}
           yes={t.cancel_series_yes}
           no={t.cancel}
           onNo={() => {
-            asking.value = false;
+            confirming.value = false;
           }}
           onYes={() => void cancel()}
         />

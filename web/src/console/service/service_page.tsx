@@ -1,21 +1,23 @@
 import { useEffect } from "preact/hooks";
-import { Loading, Note, ProblemNote } from "../../shared/ui/alerts";
-import { closures, seriesList, service, timetable } from "../store/lists";
+import { Alert, Loading, ProblemAlert } from "../../shared/ui/alerts";
+import { closures } from "../store/closures";
+import { activeSeries } from "../store/series";
+import { service, timetable } from "../store/service";
 import { texts } from "../texts/texts";
 import { CalendarList } from "./calendar_list";
-import { ClosureBlock } from "./closure_list";
+import { ClosureList } from "./closure_list";
 import { ExceptionList } from "./exception_list";
-import { SeriesBlock } from "./series_list";
-import { TimetableBlock } from "./trip_list";
+import { SeriesList } from "./series_list";
+import { TripList } from "./trip_list";
 
-/** On which days and at which hours the campus runs, and what runs today. */
+/** The days and hours of service, closures, today's trips and recurring bookings. */
 export function ServicePage() {
   const t = texts.value;
   const shown = service.value.value;
   useEffect(() => {
     void service.refresh();
     void timetable.refresh();
-    void seriesList.refresh();
+    void activeSeries.refresh();
     void closures.refresh();
   }, []);
   return (
@@ -23,17 +25,17 @@ export function ServicePage() {
       <header class="sheet-head">
         <h1>{t.service}</h1>
       </header>
-      {service.problem.value !== null && <ProblemNote problem={service.problem.value} />}
+      {service.problem.value !== null && <ProblemAlert problem={service.problem.value} />}
       {shown === null && service.problem.value === null && <Loading text={t.loading} />}
       {shown !== null && shown.rides_outside > 0 && (
-        <Note tone="warning">{t.rides_outside(shown.rides_outside)}</Note>
+        <Alert tone="warning">{t.rides_outside(shown.rides_outside)}</Alert>
       )}
       <div class="service-grid">
         {shown !== null && <ExceptionList shown={shown} />}
         {shown !== null && <CalendarList shown={shown} />}
-        <ClosureBlock />
-        <TimetableBlock />
-        <SeriesBlock />
+        <ClosureList />
+        <TripList />
+        <SeriesList />
       </div>
     </section>
   );

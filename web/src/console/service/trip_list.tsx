@@ -1,27 +1,27 @@
 import type { Schemas } from "../../shared/api/client";
-import { Note, ProblemNote } from "../../shared/ui/alerts";
-import { timetable } from "../store/lists";
-import { stopTitle } from "../texts/stop_names";
+import { Alert, ProblemAlert } from "../../shared/ui/alerts";
+import { timetable } from "../store/service";
+import { stopName } from "../texts/stop_names";
 import { texts } from "../texts/texts";
-import { calendarDate, clock } from "../texts/times";
+import { formatDate, formatTime } from "../texts/times";
 
-/** Today's trips, as they stand; the last run is marked. */
-export function TimetableBlock() {
+/** Today's trips with their states; the last run is marked. */
+export function TripList() {
   const t = texts.value;
   const shown = timetable.value.value;
   return (
     <section class="block card">
       <h2>{t.timetable_today}</h2>
-      {timetable.problem.value !== null && <ProblemNote problem={timetable.problem.value} />}
+      {timetable.problem.value !== null && <ProblemAlert problem={timetable.problem.value} />}
       {shown !== null && (
         <p class="hint">
-          {calendarDate(shown.day)} · {hoursOf(shown)}
+          {formatDate(shown.day)} · {hoursText(shown)}
         </p>
       )}
       {shown !== null && shown.holiday !== null && (
-        <Note tone="warning">
+        <Alert tone="warning">
           {t.holiday} {shown.holiday}
-        </Note>
+        </Alert>
       )}
       {shown?.trips.length === 0 && <p class="empty">{t.no_trips}</p>}
       {shown !== null && shown.trips.length > 0 && (
@@ -57,8 +57,8 @@ function TripRow({ trip }: { readonly trip: Schemas["TripView"] }) {
         {trip.trip_id} {trip.is_last_run && <span class="chip calm">{t.last_run}</span>}
       </th>
       <td data-label={t.calls}>
-        {first !== undefined && `${clock(first.leave_at)} ${stopTitle(first.stop_id)}`} –{" "}
-        {last !== undefined && `${clock(last.leave_at)} ${stopTitle(last.stop_id)}`}
+        {first !== undefined && `${formatTime(first.leave_at)} ${stopName(first.stop_id)}`} –{" "}
+        {last !== undefined && `${formatTime(last.leave_at)} ${stopName(last.stop_id)}`}
       </td>
       <td data-label={t.state}>
         <span class={`chip ${trip.state === "missed" ? "danger" : "calm"}`}>
@@ -70,12 +70,12 @@ function TripRow({ trip }: { readonly trip: Schemas["TripView"] }) {
   );
 }
 
-function hoursOf(day: Schemas["TimetableDay"]): string {
+function hoursText(day: Schemas["TimetableDay"]): string {
   if (day.hours.length === 0) return texts.value.closed;
   return day.hours.map(spanText).join(", ");
 }
 
 function spanText(span: Schemas["SpanView"]): string {
-  const [opens, closes] = [clock(span.opens_at), clock(span.closes_at)];
+  const [opens, closes] = [formatTime(span.opens_at), formatTime(span.closes_at)];
   return opens === closes ? texts.value.all_day : `${opens}–${closes}`;
 }

@@ -1,44 +1,44 @@
 import type { Signal } from "@preact/signals";
 import { signal } from "@preact/signals";
-import type { Answer, Problem } from "../../shared/api/problem";
+import type { Problem, Result } from "../../shared/api/problem";
 
-/** A list from the API with its states: not here yet, here, could not be had. Stale values stay visible. */
-export class Fetched<T> {
+/** A value from the API: not loaded yet, loaded, or failed. After a failure the last value stays. */
+export class Resource<T> {
   readonly value: Signal<T | null> = signal(null);
   readonly problem: Signal<Problem | null> = signal(null);
-  private latest = 0;
+  private last_request = 0;
   private running: Promise<void> | null = null;
-  private again = false;
+  private refresh_again = false;
 
-  constructor(private readonly ask: () => Promise<Answer<T>>) {}
+  constructor(private readonly request: () => Promise<Result<T>>) {}
 
-  /** Asks now, or once more after the answer under way, however often it was called meanwhile. */
+  /** Loads the value. Calls during a load cause a single further load after it. */
   refresh(): Promise<void> {
     if (this.running !== null) {
-      this.again = true;
+      this.refresh_again = true;
       return this.running;
     }
     this.running = this.fetch().finally(() => {
       this.running = null;
-      if (this.again) {
-        this.again = false;
+      if (this.refresh_again) {
+        this.refresh_again = false;
         void this.refresh();
       }
     });
     return this.running;
   }
 
-  forget(): void {
-    this.latest += 1;
+  clear(): void {
+    this.last_request += 1;
     this.value.value = null;
     this.problem.value = null;
   }
 
   private async fetch(): Promise<void> {
-    const asked = (this.latest += 1);
-    const answer = await this.ask();
-    if (asked !== this.latest) return;
-    if (answer.ok) this.value.value = answer.value;
-    this.problem.value = answer.ok ? null : answer.problem;
+    const request_number = (this.last_request += 1);
+    const result = await this.request();
+    if (request_number !== this.last_request) return;
+    if (result.ok) this.value.value = result.value;
+    this.problem.value = result.ok ? null : result.problem;
   }
 }

@@ -1,7 +1,8 @@
 import { campus } from "../../shared/campus/campus";
-import { nameOfStop } from "../../shared/campus/campus_geometry";
+import { stopNameById } from "../../shared/campus/campus_geometry";
 import { language } from "../../shared/texts/language";
 
-export function stopTitle(stop_id: string): string {
-  return nameOfStop(campus.value?.shape.stops ?? [], stop_id, language.value);
+/** The stop's name in the user's language. */
+export function stopName(stop_id: string): string {
+  return stopNameById(campus.value?.geometry.stops ?? [], stop_id, language.value);
 }

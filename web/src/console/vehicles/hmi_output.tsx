@@ -1,7 +1,7 @@
 import { texts } from "../texts/texts";
 
-/** What people in and around the shuttle read and hear. */
-export function Signboard({
+/** What the shuttle shows on its LED screen and speaks. */
+export function HmiOutput({
   screen,
   spoken,
 }: {
@@ -10,9 +10,9 @@ export function Signboard({
 }) {
   const t = texts.value;
   return (
-    <div class="signboard">
+    <div class="hmi-output">
       <p class="led">
-        <span class="unseen">{t.screen}: </span>
+        <span class="visually-hidden">{t.screen}: </span>
         {screen || " "}
       </p>
       <p class="spoken">

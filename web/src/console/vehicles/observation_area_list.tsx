@@ -1,38 +1,26 @@
-import type { Watched } from "../../shared/scene/observation_areas";
-import { watchedAreas } from "../../shared/scene/observation_areas";
+import type { AreaObservation } from "../../shared/scene/observation_areas";
+import { areaObservations } from "../../shared/scene/observation_areas";
 import type { Scene, VehicleScene } from "../../shared/scene/scene";
 import { texts } from "../texts/texts";
 
-const SECTION = "section ";
-
-export interface VehicleFactsProps {
+interface ObservationAreaListProps {
   readonly vehicle: VehicleScene;
   readonly scene: Scene;
-  /** The server's clock at the scene, which in a replay is long ago. */
   readonly now_ms: number;
 }
 
-/** What limits the shuttle's speed, as text; an unknown reason is shown as it is. */
-export function limitOf(vehicle: VehicleScene): string {
-  const t = texts.value;
-  const reason = vehicle.picture?.limited_by ?? "";
-  if (reason === "") return t.none;
-  if (reason.startsWith(SECTION)) return `${t.section_ahead} (${reason.slice(SECTION.length)})`;
-  return t.limits[reason] ?? reason;
-}
-
 /** The areas that this shuttle watches, each with its camera's report and the report's age. */
-export function WatchedAreas({ vehicle, scene, now_ms }: VehicleFactsProps) {
-  const mine = new Set(vehicle.picture?.areas.map((area) => area.area_id));
-  const shown = watchedAreas(scene, now_ms).filter((area) => mine.has(area.area_id));
+export function ObservationAreaList({ vehicle, scene, now_ms }: ObservationAreaListProps) {
+  const own_area_ids = new Set(vehicle.picture?.areas.map((area) => area.area_id));
+  const shown = areaObservations(scene, now_ms).filter((area) => own_area_ids.has(area.area_id));
   if (shown.length === 0) return null;
   return (
-    <div class="watched">
-      <h3>{texts.value.watched}</h3>
+    <div class="observation-areas">
+      <h3>{texts.value.observation_areas}</h3>
       <ul>
         {shown.map((area) => (
-          <li key={area.area_id} class={area.seen ? "seen" : area.state}>
-            <strong>{area.area_id}</strong> {lineOf(area)}
+          <li key={area.area_id} class={area.seen_by_vehicle ? "seen" : area.state}>
+            <strong>{area.area_id}</strong> {areaText(area)}
           </li>
         ))}
       </ul>
@@ -40,11 +28,15 @@ export function WatchedAreas({ vehicle, scene, now_ms }: VehicleFactsProps) {
   );
 }
 
-function lineOf(area: Watched): string {
+function areaText(area: AreaObservation): string {
   const t = texts.value;
   const report =
-    area.told === null || area.age_ms === null
+    area.camera_count === null || area.camera_age_ms === null
       ? t.area_no_camera
-      : t.area_line(t.area_states[area.state], area.told, (area.age_ms / 1000).toFixed(1));
-  return area.seen ? `${report} · ${t.area_seen}` : report;
+      : t.area_line(
+          t.area_states[area.state],
+          area.camera_count,
+          (area.camera_age_ms / 1000).toFixed(1),
+        );
+  return area.seen_by_vehicle ? `${report} · ${t.area_seen_by_vehicle}` : report;
 }

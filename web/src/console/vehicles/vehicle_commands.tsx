@@ -1,30 +1,28 @@
 import { useSignal } from "@preact/signals";
-import { useId } from "preact/hooks";
-import { answerOf, api } from "../../shared/api/client";
-import type { Answer, Problem } from "../../shared/api/problem";
-import { campus } from "../../shared/campus/campus";
-import { stopName } from "../../shared/campus/campus_geometry";
+import { api, resultOf } from "../../shared/api/client";
+import type { Problem, Result } from "../../shared/api/problem";
 import type { Scene, VehicleScene } from "../../shared/scene/scene";
-import { language } from "../../shared/texts/language";
-import { ProblemNote } from "../../shared/ui/alerts";
-import { Question } from "../../shared/ui/dialog";
+import { ProblemAlert } from "../../shared/ui/alerts";
+import { ConfirmDialog } from "../../shared/ui/dialog";
 import type { InterventionKind } from "../interventions/intervention_dialog";
-import { Intervention } from "../interventions/intervention_dialog";
+import { InterventionDialog } from "../interventions/intervention_dialog";
 import { texts } from "../texts/texts";
+import { AnnouncementForm } from "./announcement_form";
+import { SendToStopForm } from "./send_to_stop_form";
 
 type Command = "resume" | "stop-now" | "release" | "evacuate";
 
-function send(vehicle_id: string, command: Command): Promise<Answer<unknown>> {
+function send(vehicle_id: string, command: Command): Promise<Result<unknown>> {
   const path = { params: { path: { vehicle_id } } };
   switch (command) {
     case "resume":
-      return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/resume", path));
+      return resultOf(api.POST("/api/v1/vehicles/{vehicle_id}/resume", path));
     case "stop-now":
-      return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/stop-now", path));
+      return resultOf(api.POST("/api/v1/vehicles/{vehicle_id}/stop-now", path));
     case "release":
-      return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/release", path));
+      return resultOf(api.POST("/api/v1/vehicles/{vehicle_id}/release", path));
     case "evacuate":
-      return answerOf(api.POST("/api/v1/vehicles/{vehicle_id}/evacuations", path));
+      return resultOf(api.POST("/api/v1/vehicles/{vehicle_id}/evacuations", path));
   }
 }
 
@@ -35,16 +33,20 @@ interface VehicleCommandsProps {
 
 export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
   const problem = useSignal<Problem | null>(null);
-  const said = useSignal("");
-  const asking = useSignal<"stop-now" | "evacuate" | InterventionKind | null>(null);
+  const outcome = useSignal("");
+  const open_dialog = useSignal<"stop-now" | "evacuate" | InterventionKind | null>(null);
+  const dialog = open_dialog.value;
   const t = texts.value;
   const { vehicle_id, name } = vehicle;
-  const finish = (answer: Answer<unknown>, text: string) => {
-    problem.value = answer.ok ? null : answer.problem;
-    said.value = answer.ok ? text : "";
+  const finish = (result: Result<unknown>, text: string) => {
+    problem.value = result.ok ? null : result.problem;
+    outcome.value = result.ok ? text : "";
   };
   const run = async (command: Command, title: string) =>
     finish(await send(vehicle_id, command), t.commanded(title));
+  const closeDialog = () => {
+    open_dialog.value = null;
+  };
   const is_held = vehicle.held || vehicle.mode !== "autonomous";
   return (
     <div class="commands">
@@ -62,7 +64,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
           class="button small"
           disabled={vehicle.held}
           onClick={() => {
-            asking.value = "hold";
+            open_dialog.value = "hold";
           }}
         >
           {t.hold}
@@ -71,7 +73,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
           type="button"
           class="button small danger"
           onClick={() => {
-            asking.value = "stop-now";
+            open_dialog.value = "stop-now";
           }}
         >
           {t.stop_now}
@@ -80,7 +82,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
           type="button"
           class="button small"
           onClick={() => {
-            asking.value = "reassign";
+            open_dialog.value = "reassign";
           }}
         >
           {t.reassign}
@@ -90,7 +92,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
             type="button"
             class="button small danger"
             onClick={() => {
-              asking.value = "evacuate";
+              open_dialog.value = "evacuate";
             }}
           >
             {t.evacuate}
@@ -101,7 +103,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
             type="button"
             class="button small"
             onClick={() => {
-              asking.value = "recall";
+              open_dialog.value = "recall";
             }}
           >
             {t.recall}
@@ -112,136 +114,49 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
           </button>
         )}
       </div>
-      <Announce vehicle_id={vehicle_id} onDone={(answer) => finish(answer, t.announced)} />
-      <SendToStop vehicle_id={vehicle_id} onDone={(answer) => finish(answer, t.sent)} />
-      <p class="said" role="status">
-        {said.value}
+      <AnnouncementForm vehicle_id={vehicle_id} onDone={(result) => finish(result, t.announced)} />
+      <SendToStopForm vehicle_id={vehicle_id} onDone={(result) => finish(result, t.sent)} />
+      <p class="command-outcome" role="status">
+        {outcome.value}
       </p>
-      {problem.value !== null && <ProblemNote problem={problem.value} />}
-      {asking.value === "evacuate" && (
-        <Question
+      {problem.value !== null && <ProblemAlert problem={problem.value} />}
+      {dialog === "evacuate" && (
+        <ConfirmDialog
           danger
           title={t.evacuate_title(name)}
           text={t.evacuate_text}
           yes={t.evacuate}
           no={t.cancel}
-          onNo={() => {
-            asking.value = null;
-          }}
+          onNo={closeDialog}
           onYes={() => {
-            asking.value = null;
+            closeDialog();
             void run("evacuate", t.evacuate);
           }}
         />
       )}
-      {asking.value === "stop-now" && (
-        <Question
+      {dialog === "stop-now" && (
+        <ConfirmDialog
           danger
           title={t.stop_now_title(name)}
           text={t.stop_now_text}
           yes={t.stop_now}
           no={t.cancel}
-          onNo={() => {
-            asking.value = null;
-          }}
+          onNo={closeDialog}
           onYes={() => {
-            asking.value = null;
+            closeDialog();
             void run("stop-now", t.stop_now);
           }}
         />
       )}
-      {asking.value !== null && asking.value !== "stop-now" && asking.value !== "evacuate" && (
-        <Intervention
-          kind={asking.value}
+      {dialog !== null && dialog !== "stop-now" && dialog !== "evacuate" && (
+        <InterventionDialog
+          kind={dialog}
           vehicle={vehicle}
           scene={scene}
-          onDone={(answer, title) => finish(answer, t.commanded(title))}
-          onClose={() => {
-            asking.value = null;
-          }}
+          onDone={(result, title) => finish(result, t.commanded(title))}
+          onClose={closeDialog}
         />
       )}
     </div>
-  );
-}
-
-interface CommandFormProps {
-  readonly vehicle_id: string;
-  readonly onDone: (answer: Answer<unknown>) => void;
-}
-
-function Announce({ vehicle_id, onDone }: CommandFormProps) {
-  const text = useSignal("");
-  const id = useId();
-  const t = texts.value;
-  const submit = async (event: Event) => {
-    event.preventDefault();
-    const answer = await answerOf(
-      api.POST("/api/v1/vehicles/{vehicle_id}/announce", {
-        params: { path: { vehicle_id } },
-        body: { text: text.value },
-      }),
-    );
-    if (answer.ok) text.value = "";
-    onDone(answer);
-  };
-  return (
-    <form class="line" onSubmit={(event) => void submit(event)}>
-      <label class="unseen" for={id}>
-        {t.announce_text}
-      </label>
-      <input
-        id={id}
-        class="input"
-        placeholder={t.announce_text}
-        maxLength={500}
-        required
-        value={text.value}
-        onInput={(event) => {
-          text.value = event.currentTarget.value;
-        }}
-      />
-      <button class="button">{t.announce}</button>
-    </form>
-  );
-}
-
-function SendToStop({ vehicle_id, onDone }: CommandFormProps) {
-  const stop_id = useSignal("");
-  const id = useId();
-  const t = texts.value;
-  const submit = async (event: Event) => {
-    event.preventDefault();
-    const answer = await answerOf(
-      api.POST("/api/v1/vehicles/{vehicle_id}/send", {
-        params: { path: { vehicle_id }, query: { stop_id: stop_id.value } },
-      }),
-    );
-    if (answer.ok) stop_id.value = "";
-    onDone(answer);
-  };
-  return (
-    <form class="line" onSubmit={(event) => void submit(event)}>
-      <label class="unseen" for={id}>
-        {t.send}
-      </label>
-      <select
-        id={id}
-        class="input"
-        required
-        value={stop_id.value}
-        onChange={(event) => {
-          stop_id.value = event.currentTarget.value;
-        }}
-      >
-        <option value="">{t.choose_stop}</option>
-        {campus.value?.shape.stops.map((stop) => (
-          <option key={stop.stop_id} value={stop.stop_id}>
-            {stopName(stop, language.value)}
-          </option>
-        ))}
-      </select>
-      <button class="button">{t.go}</button>
-    </form>
   );
 }

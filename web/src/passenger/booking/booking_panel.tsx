@@ -1,19 +1,19 @@
 import { useSignal } from "@preact/signals";
 import type { Problem } from "../../shared/api/problem";
 import type { Campus } from "../../shared/campus/campus";
-import { nameOfStop } from "../../shared/campus/campus_geometry";
+import { stopNameById } from "../../shared/campus/campus_geometry";
 import { language } from "../../shared/texts/language";
-import { clockTime, momentNear } from "../../shared/texts/times";
-import { Note, ProblemNote } from "../../shared/ui/alerts";
-import { DestinationMark, PickupMark, SwapIcon } from "../../shared/ui/icons";
+import { ProblemAlert } from "../../shared/ui/alerts";
+import { DestinationIcon, PickupIcon, SwapIcon } from "../../shared/ui/icons";
 import { Stepper } from "../../shared/ui/stepper";
 import { goTo } from "../navigation";
 import { texts } from "../texts/texts";
-import { lastRideToken, lastSeriesToken, rememberRide, rememberSeries } from "../token_storage";
-import { WhenField, timeIsUsable } from "./pickup_time_field";
-import type { End } from "./ride_request";
+import { storeRideToken, storeSeriesToken } from "../token_storage";
+import { CurrentRideAlert, CurrentSeriesButton } from "./current_bookings";
+import { PickupTimeField, isPickupTimeValid } from "./pickup_time_field";
+import type { RideEnd } from "./ride_request";
 import {
-  book,
+  bookRide,
   canBook,
   chooseStop,
   destination,
@@ -24,28 +24,29 @@ import {
   swapEnds,
   wheelchairs,
 } from "./ride_request";
-import { bookSeries, repeatIsUsable, repeating } from "./series_request";
+import { bookSeries, isRecurring, isSeriesRequestValid } from "./series_request";
+import { ServiceAlert } from "./service_alert";
 import { StopPicker } from "./stop_picker";
 
-const SOON_MS = 60 * 60_000;
-
 export function BookingPanel({ campus }: { readonly campus: Campus }) {
-  const picking = useSignal<End | null>(null);
-  if (picking.value !== null)
+  const open_picker = useSignal<RideEnd | null>(null);
+  if (open_picker.value !== null)
     return (
       <StopPicker
         title={
-          picking.value === "pickup" ? texts.value.choose_pickup : texts.value.choose_destination
+          open_picker.value === "pickup"
+            ? texts.value.choose_pickup
+            : texts.value.choose_destination
         }
-        stops={campus.shape.stops}
+        stops={campus.geometry.stops}
         pickup={pickup.value}
         destination={destination.value}
         onChoose={(stop_id) => {
-          chooseStop(picking.value ?? "pickup", stop_id);
-          picking.value = null;
+          chooseStop(open_picker.value ?? "pickup", stop_id);
+          open_picker.value = null;
         }}
         onBack={() => {
-          picking.value = null;
+          open_picker.value = null;
         }}
       />
     );
@@ -53,7 +54,7 @@ export function BookingPanel({ campus }: { readonly campus: Campus }) {
     <BookingForm
       campus={campus}
       onPick={(end) => {
-        picking.value = end;
+        open_picker.value = end;
       }}
     />
   );
@@ -61,7 +62,7 @@ export function BookingPanel({ campus }: { readonly campus: Campus }) {
 
 interface BookingFormProps {
   readonly campus: Campus;
-  readonly onPick: (end: End) => void;
+  readonly onPick: (end: RideEnd) => void;
 }
 
 function BookingForm({ campus, onPick }: BookingFormProps) {
@@ -70,21 +71,22 @@ function BookingForm({ campus, onPick }: BookingFormProps) {
   const t = texts.value;
   const { timezone, seats_max } = campus.view;
   const is_ready =
-    canBook.value && (repeating.value ? repeatIsUsable(timezone) : timeIsUsable(timezone));
+    canBook.value &&
+    (isRecurring.value ? isSeriesRequestValid(timezone) : isPickupTimeValid(timezone));
   const submit = async (event: Event) => {
     event.preventDefault();
     busy.value = true;
     problem.value = null;
-    problem.value = await (repeating.value ? submitSeries() : submitRide(timezone));
+    problem.value = await (isRecurring.value ? submitSeries() : submitRide(timezone));
     busy.value = false;
   };
   return (
     <form class="booking" onSubmit={(event) => void submit(event)}>
       <h1>{t.book_title}</h1>
-      <RideUnderWay />
-      <ServiceNote campus={campus} />
-      <EndFields campus={campus} onPick={onPick} />
-      <div class="two">
+      <CurrentRideAlert />
+      <ServiceAlert campus={campus} />
+      <StopFields campus={campus} onPick={onPick} />
+      <div class="field-pair">
         <Stepper
           label={t.people}
           value={party.value}
@@ -106,9 +108,9 @@ function BookingForm({ campus, onPick }: BookingFormProps) {
           }}
         />
       </div>
-      <WhenField view={campus.view} />
-      {!repeating.value && (
-        <label class="walk">
+      <PickupTimeField view={campus.view} />
+      {!isRecurring.value && (
+        <label class="walk-option">
           <input
             type="checkbox"
             checked={mayWalk.value}
@@ -119,19 +121,19 @@ function BookingForm({ campus, onPick }: BookingFormProps) {
           {t.may_walk}
         </label>
       )}
-      {problem.value !== null && <ProblemNote problem={problem.value} />}
+      {problem.value !== null && <ProblemAlert problem={problem.value} />}
       <div class="book-bar">
         <button class="button main large wide" disabled={!is_ready || busy.value}>
           {busy.value
             ? t.booking
             : !canBook.value
               ? t.both_stops_first
-              : repeating.value
+              : isRecurring.value
                 ? t.book_series
                 : t.book}
         </button>
       </div>
-      <div class="more-ways">
+      <div class="more-links">
         <button
           type="button"
           class="button quiet small"
@@ -148,43 +150,43 @@ function BookingForm({ campus, onPick }: BookingFormProps) {
             {t.timetable}
           </button>
         )}
-        <SeriesUnderWay />
+        <CurrentSeriesButton />
       </div>
     </form>
   );
 }
 
 async function submitRide(timezone: string): Promise<Problem | null> {
-  const answer = await book(timezone);
-  if (!answer.ok) return answer.problem;
-  if (answer.value.state !== "refused") rememberRide(answer.value.token);
-  goTo({ view: "ride", token: answer.value.token });
+  const result = await bookRide(timezone);
+  if (!result.ok) return result.problem;
+  if (result.value.state !== "refused") storeRideToken(result.value.token);
+  goTo({ view: "ride", token: result.value.token });
   return null;
 }
 
 async function submitSeries(): Promise<Problem | null> {
-  const answer = await bookSeries();
-  if (!answer.ok) return answer.problem;
-  rememberSeries(answer.value.token);
-  repeating.value = false;
-  goTo({ view: "series", token: answer.value.token });
+  const result = await bookSeries();
+  if (!result.ok) return result.problem;
+  storeSeriesToken(result.value.token);
+  isRecurring.value = false;
+  goTo({ view: "series", token: result.value.token });
   return null;
 }
 
-function EndFields({ campus, onPick }: BookingFormProps) {
+function StopFields({ campus, onPick }: BookingFormProps) {
   const t = texts.value;
-  const name = (stop_id: string) => nameOfStop(campus.shape.stops, stop_id, language.value);
+  const name = (stop_id: string) => stopNameById(campus.geometry.stops, stop_id, language.value);
   return (
-    <div class="ends card">
-      <button type="button" class="end" onClick={() => onPick("pickup")}>
-        <PickupMark />
+    <div class="stop-fields card">
+      <button type="button" class="stop-field" onClick={() => onPick("pickup")}>
+        <PickupIcon />
         <span>
           <small>{t.from}</small>
           {pickup.value === "" ? <em>{t.choose_pickup}</em> : name(pickup.value)}
         </span>
       </button>
-      <button type="button" class="end" onClick={() => onPick("destination")}>
-        <DestinationMark />
+      <button type="button" class="stop-field" onClick={() => onPick("destination")}>
+        <DestinationIcon />
         <span>
           <small>{t.to}</small>
           {destination.value === "" ? <em>{t.choose_destination}</em> : name(destination.value)}
@@ -194,56 +196,5 @@ function EndFields({ campus, onPick }: BookingFormProps) {
         <SwapIcon />
       </button>
     </div>
-  );
-}
-
-function RideUnderWay() {
-  const token = lastRideToken();
-  if (token === null) return null;
-  return (
-    <Note>
-      <p>{texts.value.current_ride}</p>
-      <button type="button" class="button small" onClick={() => goTo({ view: "ride", token })}>
-        {texts.value.show_ride}
-      </button>
-    </Note>
-  );
-}
-
-function SeriesUnderWay() {
-  const token = lastSeriesToken();
-  if (token === null) return null;
-  return (
-    <button
-      type="button"
-      class="button quiet small"
-      onClick={() => goTo({ view: "series", token })}
-    >
-      {texts.value.my_series}
-    </button>
-  );
-}
-
-function ServiceNote({ campus }: { readonly campus: Campus }) {
-  const { open_now, opens_next, closes_at, holiday, now, timezone } = campus.view;
-  if (open_now && closes_at !== null && Date.parse(closes_at) - Date.parse(now) < SOON_MS)
-    return (
-      <Note tone="warning">
-        {texts.value.closes_soon(clockTime(closes_at, language.value, timezone))}
-      </Note>
-    );
-  if (open_now) return null;
-  if (holiday !== null && opens_next !== null)
-    return (
-      <Note tone="warning">
-        {texts.value.closed_holiday(holiday, momentNear(opens_next, now, language.value, timezone))}
-      </Note>
-    );
-  return (
-    <Note tone="warning">
-      {opens_next === null
-        ? texts.value.closed
-        : texts.value.closed_until(momentNear(opens_next, now, language.value, timezone))}
-    </Note>
   );
 }

@@ -6,45 +6,45 @@ import { texts } from "../texts/texts";
 import { earliest } from "./ride_request";
 import {
   DAYS_MAX,
-  dayAfter,
+  dateInDays,
   ends_on,
-  leave,
-  repeating,
-  startRepeating,
+  isRecurring,
+  leave_time,
+  makeRecurring,
   toggleWeekday,
   weekdays,
 } from "./series_request";
 
-const FIRST_CHOICE_MS = 15 * 60_000;
+const DEFAULT_DELAY_MS = 15 * 60_000;
 const PAST_MS_MAX = 60_000;
 const WEEK = [0, 1, 2, 3, 4, 5, 6];
 
-interface ViewProps {
+interface CampusViewProps {
   readonly view: Schemas["CampusView"];
 }
 
-/** Now, or a time that is not over. */
-export function timeIsUsable(timezone: string): boolean {
+/** Whether the pickup time is "now" or lies ahead. */
+export function isPickupTimeValid(timezone: string): boolean {
   if (earliest.value === "") return true;
-  const chosen = fromLocalInput(earliest.value, timezone);
-  return chosen !== null && chosen.getTime() > Date.now() - PAST_MS_MAX;
+  const time = fromLocalInput(earliest.value, timezone);
+  return time !== null && time.getTime() > Date.now() - PAST_MS_MAX;
 }
 
-/** "Now", a time on the campus's clocks, or certain weekdays at one time. */
-export function WhenField({ view }: ViewProps) {
+/** The pickup time: now, a later time in the campus's timezone, or a time on certain weekdays. */
+export function PickupTimeField({ view }: CampusViewProps) {
   const t = texts.value;
-  const is_later = !repeating.value && earliest.value !== "";
-  const choose = (moment: string) => {
-    repeating.value = false;
-    earliest.value = moment;
+  const is_later = !isRecurring.value && earliest.value !== "";
+  const choose = (time: string) => {
+    isRecurring.value = false;
+    earliest.value = time;
   };
   return (
-    <fieldset class="when">
+    <fieldset class="pickup-time">
       <legend>{t.when}</legend>
       <div class="switch">
         <button
           type="button"
-          aria-pressed={!is_later && !repeating.value}
+          aria-pressed={!is_later && !isRecurring.value}
           onClick={() => choose("")}
         >
           {t.now}
@@ -53,29 +53,29 @@ export function WhenField({ view }: ViewProps) {
           type="button"
           aria-pressed={is_later}
           onClick={() =>
-            choose(earliest.value || toLocalInput(Date.now() + FIRST_CHOICE_MS, view.timezone))
+            choose(earliest.value || toLocalInput(Date.now() + DEFAULT_DELAY_MS, view.timezone))
           }
         >
           {t.later}
         </button>
         <button
           type="button"
-          aria-pressed={repeating.value}
-          onClick={() => startRepeating(view.timezone)}
+          aria-pressed={isRecurring.value}
+          onClick={() => makeRecurring(view.timezone)}
         >
           {t.repeat}
         </button>
       </div>
-      {is_later && <LaterField view={view} />}
-      {repeating.value && <RepeatFields view={view} />}
+      {is_later && <LaterTimeField view={view} />}
+      {isRecurring.value && <RecurrenceFields view={view} />}
     </fieldset>
   );
 }
 
-function LaterField({ view }: ViewProps) {
+function LaterTimeField({ view }: CampusViewProps) {
   const id = useId();
   const t = texts.value;
-  const input = (moment_ms: number) => toLocalInput(moment_ms, view.timezone);
+  const input = (time_ms: number) => toLocalInput(time_ms, view.timezone);
   return (
     <div class="field">
       <label for={id}>{t.earliest_pickup}</label>
@@ -88,12 +88,12 @@ function LaterField({ view }: ViewProps) {
         max={input(Date.now() + view.booking_ahead_s_max * 1000)}
         value={earliest.value}
         onChange={(event) => {
-          const chosen = event.currentTarget.value;
-          if (chosen !== "") earliest.value = chosen;
+          const time = event.currentTarget.value;
+          if (time !== "") earliest.value = time;
         }}
       />
-      {!timeIsUsable(view.timezone) && (
-        <p class="wrong" role="alert">
+      {!isPickupTimeValid(view.timezone) && (
+        <p class="field-error" role="alert">
           {t.time_invalid}
         </p>
       )}
@@ -101,14 +101,14 @@ function LaterField({ view }: ViewProps) {
   );
 }
 
-function RepeatFields({ view }: ViewProps) {
+function RecurrenceFields({ view }: CampusViewProps) {
   const [time_id, day_id] = [useId(), useId()];
   const fields = useRef<HTMLDivElement>(null);
   const t = texts.value;
-  // On a phone they would come up behind the bar with the button.
+  // On a phone the fields would appear behind the bar with the button.
   useEffect(() => fields.current?.scrollIntoView({ block: "center" }), []);
   return (
-    <div class="repeat" ref={fields}>
+    <div class="recurrence" ref={fields}>
       <div class="weekdays" role="group" aria-label={t.weekdays}>
         {WEEK.map((day) => (
           <button
@@ -123,11 +123,11 @@ function RepeatFields({ view }: ViewProps) {
         ))}
       </div>
       {weekdays.value.length === 0 && (
-        <p class="wrong" role="alert">
+        <p class="field-error" role="alert">
           {t.weekdays_none}
         </p>
       )}
-      <div class="two even">
+      <div class="field-pair even">
         <div class="field">
           <label for={time_id}>{t.repeat_leave}</label>
           <input
@@ -135,10 +135,10 @@ function RepeatFields({ view }: ViewProps) {
             class="input"
             type="time"
             required
-            value={leave.value}
+            value={leave_time.value}
             onChange={(event) => {
-              const chosen = event.currentTarget.value.slice(0, 5);
-              if (chosen !== "") leave.value = chosen;
+              const time = event.currentTarget.value.slice(0, 5);
+              if (time !== "") leave_time.value = time;
             }}
           />
         </div>
@@ -149,12 +149,12 @@ function RepeatFields({ view }: ViewProps) {
             class="input"
             type="date"
             required
-            min={dayAfter(0, view.timezone)}
-            max={dayAfter(DAYS_MAX, view.timezone)}
+            min={dateInDays(0, view.timezone)}
+            max={dateInDays(DAYS_MAX, view.timezone)}
             value={ends_on.value}
             onChange={(event) => {
-              const chosen = event.currentTarget.value;
-              if (chosen !== "") ends_on.value = chosen;
+              const date = event.currentTarget.value;
+              if (date !== "") ends_on.value = date;
             }}
           />
         </div>

@@ -1,37 +1,37 @@
 import { batch, computed, signal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
-import { answerOf, api } from "../../shared/api/client";
-import type { Answer } from "../../shared/api/problem";
+import { api, resultOf } from "../../shared/api/client";
+import type { Result } from "../../shared/api/problem";
 import { fromLocalInput } from "../../shared/texts/times";
 
-export type End = "pickup" | "destination";
+export type RideEnd = "pickup" | "destination";
 
-/** What the passenger has filled in so far. */
+/** The booking form as the passenger has filled it in so far. */
 export const pickup = signal("");
 export const destination = signal("");
 export const party = signal(1);
 export const wheelchairs = signal(0);
-/** Other stops within walking distance will do. */
+/** The passenger also accepts other stops within walking distance. */
 export const mayWalk = signal(false);
-/** Campus local time as the input holds it; "" means now. */
+/** Earliest pickup in the campus's local time, as the input holds it; "" means now. */
 export const earliest = signal("");
-/** Which end the next tap on the map or the list chooses. */
-export const choosing = computed<End>(() => (pickup.value === "" ? "pickup" : "destination"));
+/** The end of the ride that the next tap on a stop sets. */
+export const nextEnd = computed<RideEnd>(() => (pickup.value === "" ? "pickup" : "destination"));
 export const canBook = computed(() => pickup.value !== "" && destination.value !== "");
 
-export function chooseStop(end: End, stop_id: string): void {
+export function chooseStop(end: RideEnd, stop_id: string): void {
   batch(() => {
-    const [mine, other] = end === "pickup" ? [pickup, destination] : [destination, pickup];
+    const [own, other] = end === "pickup" ? [pickup, destination] : [destination, pickup];
     if (other.value === stop_id) other.value = "";
-    mine.value = stop_id;
+    own.value = stop_id;
   });
 }
 
-/** A tap on a chosen stop takes it back. */
+/** Sets an end of the ride; a tap on a stop that is already an end clears it. */
 export function tapStop(stop_id: string): void {
   if (pickup.value === stop_id) pickup.value = "";
   else if (destination.value === stop_id) destination.value = "";
-  else chooseStop(choosing.value, stop_id);
+  else chooseStop(nextEnd.value, stop_id);
 }
 
 export function swapEnds(): void {
@@ -55,13 +55,13 @@ export function clearEnds(): void {
   });
 }
 
-let attempt: { readonly wish: string; readonly key: string } | null = null;
+let attempt: { readonly request: string; readonly key: string } | null = null;
 
 /**
- * Books what is filled in. A repeat of the same wish after a lost answer carries the same key, so that it can
- * never end in two rides.
+ * Books the ride. If a response was lost and the same request is sent again, it carries the same key, so that
+ * the server books only one ride.
  */
-export async function book(timezone: string): Promise<Answer<Schemas["RideTicket"]>> {
+export async function bookRide(timezone: string): Promise<Result<Schemas["RideTicket"]>> {
   const time = earliest.value === "" ? null : fromLocalInput(earliest.value, timezone);
   const body = {
     from_stop: pickup.value,
@@ -71,20 +71,20 @@ export async function book(timezone: string): Promise<Answer<Schemas["RideTicket
     earliest: time?.toISOString() ?? null,
     may_walk: mayWalk.value,
   };
-  const wish = JSON.stringify(body);
-  if (attempt?.wish !== wish) attempt = { wish, key: randomKey() };
-  const answer = await answerOf(
+  const request = JSON.stringify(body);
+  if (attempt?.request !== request) attempt = { request, key: idempotencyKey() };
+  const result = await resultOf(
     api.POST("/api/v1/rides", {
       body,
       params: { header: { "idempotency-key": attempt.key } },
     }),
   );
-  if (answer.ok) attempt = null;
-  return answer;
+  if (result.ok) attempt = null;
+  return result;
 }
 
-/** crypto.randomUUID exists on secure origins only; a LAN address without TLS is none. */
-export function randomKey(): string {
+/** A random key. crypto.randomUUID is missing on origins that are not secure, such as a LAN address without TLS. */
+export function idempotencyKey(): string {
   const bytes = crypto.getRandomValues(new Uint8Array(16));
   return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
 }

@@ -1,9 +1,9 @@
 import { signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Stop } from "../../shared/campus/campus_geometry";
-import { stopName, stopsMatching } from "../../shared/campus/campus_geometry";
+import { searchStops, stopName } from "../../shared/campus/campus_geometry";
 import { language } from "../../shared/texts/language";
-import { BackIcon, DestinationMark, PickupMark, SearchIcon } from "../../shared/ui/icons";
+import { BackIcon, DestinationIcon, PickupIcon, SearchIcon } from "../../shared/ui/icons";
 import { texts } from "../texts/texts";
 
 const query = signal("");
@@ -11,7 +11,7 @@ const query = signal("");
 interface StopPickerProps {
   readonly title: string;
   readonly stops: readonly Stop[];
-  /** Stops that carry the marks of a pickup and a destination; "" for none. */
+  /** The stops that are marked as pickup and destination; "" for none. */
   readonly pickup: string;
   readonly destination: string;
   readonly onChoose: (stop_id: string) => void;
@@ -25,7 +25,7 @@ export function StopPicker(props: StopPickerProps) {
     query.value = "";
     search.current?.focus();
   }, []);
-  const found = stopsMatching(stops, query.value);
+  const found = searchStops(stops, query.value);
   const t = texts.value;
   return (
     <section class="picker" onKeyDown={(event) => event.key === "Escape" && onBack()}>
@@ -83,15 +83,15 @@ function StopChoice({
   onChoose,
 }: StopPickerProps & { readonly stop: Stop }) {
   const name = stopName(stop, language.value);
-  const other = [stop.name, stop.name_en].find((text) => text !== "" && text !== name);
+  const second_name = [stop.name, stop.name_en].find((text) => text !== "" && text !== name);
   return (
     <button type="button" class="stop-choice" onClick={() => onChoose(stop.stop_id)}>
       <span>
         {name}
-        {other !== undefined && <small>{other}</small>}
+        {second_name !== undefined && <small>{second_name}</small>}
       </span>
-      {stop.stop_id === pickup && <PickupMark />}
-      {stop.stop_id === destination && <DestinationMark />}
+      {stop.stop_id === pickup && <PickupIcon />}
+      {stop.stop_id === destination && <DestinationIcon />}
     </button>
   );
 }

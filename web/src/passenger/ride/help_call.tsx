@@ -2,15 +2,15 @@ import { useSignal } from "@preact/signals";
 import { useId } from "preact/hooks";
 import type { Problem } from "../../shared/api/problem";
 import { language } from "../../shared/texts/language";
-import { clockTime } from "../../shared/texts/times";
-import { Note, ProblemNote } from "../../shared/ui/alerts";
+import { formatTime } from "../../shared/texts/times";
+import { Alert, ProblemAlert } from "../../shared/ui/alerts";
 import { Dialog } from "../../shared/ui/dialog";
 import { HelpIcon } from "../../shared/ui/icons";
 import { texts } from "../texts/texts";
-import type { FollowedRide } from "./ride_tracker";
+import type { RideTracker } from "./ride_tracker";
 
-/** One tap and a confirmation away for as long as the ride lasts; what was received stays in sight. */
-export function HelpButton({ ride }: { readonly ride: FollowedRide }) {
+/** Calls the operators after one confirmation. */
+export function HelpButton({ ride }: { readonly ride: RideTracker }) {
   const open = useSignal(false);
   return (
     <>
@@ -40,7 +40,7 @@ function HelpDialog({
   ride,
   onClose,
 }: {
-  readonly ride: FollowedRide;
+  readonly ride: RideTracker;
   readonly onClose: () => void;
 }) {
   const text = useSignal("");
@@ -70,7 +70,7 @@ function HelpDialog({
         />
       </div>
       <p class="hint">{t.help_emergency}</p>
-      {problem.value !== null && <ProblemNote problem={problem.value} />}
+      {problem.value !== null && <ProblemAlert problem={problem.value} />}
       <div class="dialog-buttons">
         <button type="button" class="button" onClick={onClose}>
           {t.help_no}
@@ -89,16 +89,16 @@ function HelpDialog({
   );
 }
 
-export function HelpReceived({
+export function HelpReceipt({
   ride,
   timezone,
 }: {
-  readonly ride: FollowedRide;
+  readonly ride: RideTracker;
   readonly timezone: string;
 }) {
   const at = ride.help_at.value;
   if (at === null) return null;
   return (
-    <Note tone="good">{texts.value.help_received(clockTime(at, language.value, timezone))}</Note>
+    <Alert tone="good">{texts.value.help_received(formatTime(at, language.value, timezone))}</Alert>
   );
 }

@@ -1,79 +1,79 @@
 import { useSignal } from "@preact/signals";
 import type { Problem } from "../../shared/api/problem";
-import { Note, ProblemNote } from "../../shared/ui/alerts";
-import { Question } from "../../shared/ui/dialog";
+import { Alert, ProblemAlert } from "../../shared/ui/alerts";
+import { ConfirmDialog } from "../../shared/ui/dialog";
 import { texts } from "../texts/texts";
-import { forgetRide } from "../token_storage";
-import type { Story } from "./ride_progress";
-import type { FollowedRide } from "./ride_tracker";
+import { removeRideToken } from "../token_storage";
+import type { RideProgress } from "./ride_progress";
+import type { RideTracker } from "./ride_tracker";
 
 interface RideActionsProps {
-  readonly ride: FollowedRide;
-  readonly story: Story;
-  readonly onRedirect: () => void;
+  readonly ride: RideTracker;
+  readonly progress: RideProgress;
+  readonly onChangeDestination: () => void;
 }
 
-export function RideActions({ ride, story, onRedirect }: RideActionsProps) {
+export function RideActions({ ride, progress, onChangeDestination }: RideActionsProps) {
   const problem = useSignal<Problem | null>(null);
-  const asking = useSignal(false);
+  const confirming = useSignal(false);
   const t = texts.value;
-  const run = (work: Promise<Problem | null>) =>
-    void work.then((failed) => {
-      problem.value = failed;
+  const run = (action: Promise<Problem | null>) =>
+    void action.then((outcome) => {
+      problem.value = outcome;
     });
   return (
     <div class="actions">
-      {story.can_cancel && story.chapter !== "looking" && (
+      {progress.can_cancel && progress.phase !== "searching" && (
         <TapButton
-          label={t.on_board}
-          hint={t.tap_wait_here}
-          enabled={story.can_tap_aboard}
+          label={t.tap_on_board}
+          hint={t.tap_hint_pickup}
+          enabled={progress.can_tap_aboard}
           ride={ride}
           onTap={() => run(ride.tapAboard())}
         />
       )}
-      {(story.chapter === "riding" || story.chapter === "arrived") && (
+      {(progress.phase === "aboard" || progress.phase === "at_destination") && (
         <TapButton
-          label={t.off_board}
-          hint={t.tap_wait_there}
-          enabled={story.can_tap_off}
+          label={t.tap_off}
+          hint={t.tap_hint_destination}
+          enabled={progress.can_tap_off}
           ride={ride}
           onTap={() => run(ride.tapOff())}
         />
       )}
-      {problem.value !== null && <ProblemNote problem={problem.value} />}
-      <div class="minor">
-        {story.can_redirect && (
-          <button type="button" class="button" onClick={onRedirect}>
+      {problem.value !== null && <ProblemAlert problem={problem.value} />}
+      <div class="secondary-actions">
+        {progress.can_change_destination && (
+          <button type="button" class="button" onClick={onChangeDestination}>
             {t.change_destination}
           </button>
         )}
-        {(story.can_cancel || story.can_get_off) && (
+        {(progress.can_cancel || progress.can_get_off) && (
           <button
             type="button"
             class="button danger"
             onClick={() => {
-              asking.value = true;
+              confirming.value = true;
             }}
           >
-            {story.can_get_off ? t.get_off : t.cancel}
+            {progress.can_get_off ? t.get_off : t.cancel}
           </button>
         )}
-        <CopyLink />
+        <CopyLinkButton />
       </div>
-      {asking.value && (
-        <Question
+      {confirming.value && (
+        <ConfirmDialog
           danger
-          title={story.can_get_off ? t.get_off_title : t.cancel_title}
-          text={story.can_get_off ? t.get_off_text : t.cancel_text}
-          yes={story.can_get_off ? t.get_off : t.cancel_yes}
+          title={progress.can_get_off ? t.get_off_title : t.cancel_title}
+          text={progress.can_get_off ? t.get_off_text : t.cancel_text}
+          yes={progress.can_get_off ? t.get_off : t.cancel_yes}
           no={t.cancel_no}
           onNo={() => {
-            asking.value = false;
+            confirming.value = false;
           }}
           onYes={() => {
-            asking.value = false;
-            if (!story.can_get_off) forgetRide(ride.token);
+            confirming.value = false;
+            if (!progress.can_get_off) removeRideToken(ride.token);
             run(ride.cancel());
           }}
         />
@@ -86,7 +86,7 @@ interface TapButtonProps {
   readonly label: string;
   readonly hint: string;
   readonly enabled: boolean;
-  readonly ride: FollowedRide;
+  readonly ride: RideTracker;
   readonly onTap: () => void;
 }
 
@@ -98,20 +98,20 @@ function TapButton({ label, hint, enabled, ride, onTap }: TapButtonProps) {
       <button
         type="button"
         class="button main large wide"
-        disabled={!enabled || tap === "asked"}
+        disabled={!enabled || tap === "pending"}
         onClick={onTap}
       >
-        {tap === "asked" ? t.tap_asked : label}
+        {tap === "pending" ? t.tap_pending : label}
       </button>
       {!enabled && <p class="hint">{hint}</p>}
-      {tap === "refused" && <Note tone="warning">{t.tap_refused}</Note>}
-      {tap === "unanswered" && <Note tone="warning">{t.tap_unanswered}</Note>}
+      {tap === "refused" && <Alert tone="warning">{t.tap_refused}</Alert>}
+      {tap === "timed_out" && <Alert tone="warning">{t.tap_timed_out}</Alert>}
     </div>
   );
 }
 
-/** Browsers give the clipboard to secure origins only; elsewhere the link is in the address bar. */
-function CopyLink() {
+/** Browsers offer the clipboard to secure origins only; elsewhere the address bar shows the link. */
+function CopyLinkButton() {
   const copied = useSignal(false);
   if (!window.isSecureContext) return null;
   const copy = async () => {

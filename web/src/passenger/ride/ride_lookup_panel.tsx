@@ -1,28 +1,29 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useId } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
-import { answerOf, api } from "../../shared/api/client";
+import { api, resultOf } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import type { Campus } from "../../shared/campus/campus";
-import { nameOfStop } from "../../shared/campus/campus_geometry";
+import { stopNameById } from "../../shared/campus/campus_geometry";
 import { language } from "../../shared/texts/language";
-import { Note, ProblemNote } from "../../shared/ui/alerts";
+import { Alert, ProblemAlert } from "../../shared/ui/alerts";
 import { BackIcon } from "../../shared/ui/icons";
 import { goTo } from "../navigation";
 import { texts } from "../texts/texts";
-import { storyOf } from "./ride_progress";
+import { rideProgress } from "./ride_progress";
+import { titleText } from "./ride_texts";
 import { TicketCard } from "./ticket_card";
 
-const ASK_EVERY_MS = 10_000;
+const REFRESH_MS = 10_000;
 
-interface CodePanelProps {
+interface RideLookupPanelProps {
   readonly code: string;
   readonly campus: Campus;
 }
 
-/** A ride looked up by the code that can be said aloud. */
-export function CodePanel({ code, campus }: CodePanelProps) {
-  const typed = useSignal(code);
+/** A ride looked up by the code that a passenger can say aloud. */
+export function RideLookupPanel({ code, campus }: RideLookupPanelProps) {
+  const typed_code = useSignal(code);
   const id = useId();
   const t = texts.value;
   return (
@@ -38,7 +39,7 @@ export function CodePanel({ code, campus }: CodePanelProps) {
         class="field"
         onSubmit={(event) => {
           event.preventDefault();
-          goTo({ view: "find", code: typed.value.trim() });
+          goTo({ view: "find", code: typed_code.value.trim() });
         }}
       >
         <label for={id}>{t.code_label}</label>
@@ -46,7 +47,7 @@ export function CodePanel({ code, campus }: CodePanelProps) {
           <input
             id={id}
             class="input code"
-            value={typed.value}
+            value={typed_code.value}
             required
             minLength={6}
             maxLength={16}
@@ -56,7 +57,7 @@ export function CodePanel({ code, campus }: CodePanelProps) {
             spellcheck={false}
             aria-describedby={`${id}-hint`}
             onInput={(event) => {
-              typed.value = event.currentTarget.value;
+              typed_code.value = event.currentTarget.value;
             }}
           />
           <button class="button main">{t.find}</button>
@@ -65,50 +66,49 @@ export function CodePanel({ code, campus }: CodePanelProps) {
           {t.code_hint}
         </p>
       </form>
-      {code !== "" && <FoundRide key={code} code={code} campus={campus} />}
+      {code !== "" && <RideLookupResult key={code} code={code} campus={campus} />}
     </section>
   );
 }
 
-function FoundRide({ code, campus }: CodePanelProps) {
+function RideLookupResult({ code, campus }: RideLookupPanelProps) {
   const ride = useSignal<Schemas["RideView"] | null>(null);
   const problem = useSignal<Problem | null>(null);
   useEffect(() => {
-    let left = false;
-    const ask = async () => {
-      const answer = await answerOf(
+    let closed = false;
+    const load = async () => {
+      const result = await resultOf(
         api.GET("/api/v1/rides/lookup", { params: { query: { code } } }),
       );
-      if (left) return;
-      if (answer.ok) ride.value = answer.value;
-      problem.value = answer.ok ? null : answer.problem;
+      if (closed) return;
+      if (result.ok) ride.value = result.value;
+      problem.value = result.ok ? null : result.problem;
     };
-    void ask();
-    const timer = window.setInterval(() => void ask(), ASK_EVERY_MS);
+    void load();
+    const timer = window.setInterval(() => void load(), REFRESH_MS);
     return () => {
-      left = true;
+      closed = true;
       clearInterval(timer);
     };
   }, [code]);
   const t = texts.value;
-  if (problem.value !== null) return <ProblemNote problem={problem.value} />;
+  if (problem.value !== null) return <ProblemAlert problem={problem.value} />;
   if (ride.value === null) return <p role="status">{t.finding}</p>;
-  const story = storyOf(ride.value, null, null);
-  const name = (stop_id: string) => nameOfStop(campus.shape.stops, stop_id, language.value);
+  const progress = rideProgress(ride.value, null, null);
+  const name = (stop_id: string) => stopNameById(campus.geometry.stops, stop_id, language.value);
   const vehicle = ride.value.vehicle_id ?? t.shuttle;
-  const headline = t[story.chapter];
   return (
     <>
-      <h2>{typeof headline === "string" ? headline : headline(vehicle)}</h2>
+      <h2>{titleText(progress.phase, vehicle)}</h2>
       <TicketCard
         ticket={ride.value}
         vehicle={vehicle}
         from={name(ride.value.from_stop)}
         to={name(ride.value.to_stop)}
         view={campus.view}
-        ended={story.ended}
+        ended={progress.ended}
       />
-      <Note>{t.code_only}</Note>
+      <Alert>{t.code_only}</Alert>
     </>
   );
 }

@@ -1,31 +1,22 @@
 import type { Schemas } from "../../shared/api/client";
-import type { RideScene, VehicleScene } from "../../shared/scene/scene";
-import { standsAt } from "../../shared/scene/scene";
+import type { EndState, RideScene, VehicleScene } from "../../shared/scene/scene";
+import { hasDoorsOpenAt, hasEnded } from "../../shared/scene/scene";
 
-/** Where a ride stands, as its passenger would tell it. */
-export type Chapter =
-  | "looking"
-  | "coming"
-  | "here"
-  | "riding"
-  | "arrived"
-  | "done"
-  | "refused"
-  | "cancelled"
-  | "missed"
-  | "failed";
+/** How far a ride has come, from the passenger's point of view. */
+export type RidePhase =
+  "searching" | "approaching" | "at_pickup" | "aboard" | "at_destination" | EndState;
 
-export interface Story {
-  readonly chapter: Chapter;
+export interface RideProgress {
+  readonly phase: RidePhase;
   readonly ended: boolean;
-  /** The moment that the passenger waits for: pickup, then arrival; null when nobody knows. */
+  /** When the shuttle picks the passenger up, or after that when it arrives; null when unknown. */
   readonly eta_ms: number | null;
   readonly can_tap_aboard: boolean;
   readonly can_tap_off: boolean;
   readonly can_cancel: boolean;
-  /** Aboard: to be let out before the destination. */
+  /** The passenger is aboard and can leave the shuttle before the destination. */
   readonly can_get_off: boolean;
-  readonly can_redirect: boolean;
+  readonly can_change_destination: boolean;
 }
 
 type Ride = Omit<Schemas["RideView"], "pickup_eta" | "arrival_eta" | "state"> & {
@@ -34,61 +25,61 @@ type Ride = Omit<Schemas["RideView"], "pickup_eta" | "arrival_eta" | "state"> & 
   readonly arrival_eta: string | null;
 };
 
-const ENDINGS: Readonly<Record<string, Chapter>> = {
-  completed: "done",
-  refused: "refused",
-  cancelled: "cancelled",
-  no_show: "missed",
-  failed: "failed",
-};
-
-/** live and vehicle are newer than the ticket and win where they are known. */
-export function storyOf(ticket: Ride, live: RideScene | null, vehicle: VehicleScene | null): Story {
+/** `live` and `vehicle` are newer than the ticket: where they are known, they win. */
+export function rideProgress(
+  ticket: Ride,
+  live: RideScene | null,
+  vehicle: VehicleScene | null,
+): RideProgress {
   const state = live?.state ?? ticket.state;
-  const chapter = chapterOf(state, ticket, vehicle);
-  const waiting = chapter === "coming" || chapter === "here";
+  const phase = ridePhase(state, ticket, vehicle);
+  const waiting = phase === "approaching" || phase === "at_pickup";
   return {
-    chapter,
-    ended: state in ENDINGS,
-    eta_ms: chapter === "coming" ? pickupEta(ticket, live) : arrivalEta(chapter, ticket, live),
-    can_tap_aboard: waiting && vehicle !== null && standsAt(vehicle, ticket.from_stop),
-    can_tap_off: chapter === "arrived",
-    can_cancel: waiting || chapter === "looking",
-    can_get_off: chapter === "riding" && !ticket.let_out,
-    can_redirect: waiting || chapter === "riding" || chapter === "arrived",
+    phase,
+    ended: hasEnded(state),
+    eta_ms: phase === "approaching" ? pickupEta(ticket, live) : arrivalEta(phase, ticket, live),
+    can_tap_aboard: waiting && vehicle !== null && hasDoorsOpenAt(vehicle, ticket.from_stop),
+    can_tap_off: phase === "at_destination",
+    can_cancel: waiting || phase === "searching",
+    can_get_off: phase === "aboard" && !ticket.let_out,
+    can_change_destination: waiting || phase === "aboard" || phase === "at_destination",
   };
 }
 
-function chapterOf(state: string, ride: Ride, vehicle: VehicleScene | null): Chapter {
-  const ending = ENDINGS[state];
-  if (ending !== undefined) return ending;
-  if (state === "aboard")
-    return vehicle !== null && standsAt(vehicle, ride.to_stop) ? "arrived" : "riding";
-  if (state === "boarding") return "here";
-  if (state === "assigned")
-    return vehicle !== null && standsAt(vehicle, ride.from_stop) ? "here" : "coming";
-  return "looking";
+function ridePhase(state: string, ride: Ride, vehicle: VehicleScene | null): RidePhase {
+  if (hasEnded(state)) return state;
+  const isAt = (stop_id: string) => vehicle !== null && hasDoorsOpenAt(vehicle, stop_id);
+  switch (state) {
+    case "aboard":
+      return isAt(ride.to_stop) ? "at_destination" : "aboard";
+    case "boarding":
+      return "at_pickup";
+    case "assigned":
+      return isAt(ride.from_stop) ? "at_pickup" : "approaching";
+    default:
+      return "searching";
+  }
 }
 
 function pickupEta(ticket: Ride, live: RideScene | null): number | null {
-  return known(live?.pickup_eta_ms) ?? parsed(ticket.pickup_eta);
+  return sceneTime(live?.pickup_eta_ms) ?? ticketTime(ticket.pickup_eta);
 }
 
-function arrivalEta(chapter: Chapter, ticket: Ride, live: RideScene | null): number | null {
-  if (chapter !== "riding" && chapter !== "here") return null;
-  return known(live?.arrival_eta_ms) ?? parsed(ticket.arrival_eta);
+function arrivalEta(phase: RidePhase, ticket: Ride, live: RideScene | null): number | null {
+  if (phase !== "aboard" && phase !== "at_pickup") return null;
+  return sceneTime(live?.arrival_eta_ms) ?? ticketTime(ticket.arrival_eta);
 }
 
-/** The scene writes 0 for a moment that nobody knows. */
-function known(moment_ms: number | undefined): number | null {
-  return moment_ms === undefined || moment_ms === 0 ? null : moment_ms;
+/** A scene writes 0 for an unknown time. */
+function sceneTime(time_ms: number | undefined): number | null {
+  return time_ms === undefined || time_ms === 0 ? null : time_ms;
 }
 
-function parsed(moment: string | null): number | null {
-  return moment === null ? null : Date.parse(moment);
+function ticketTime(time: string | null): number | null {
+  return time === null ? null : Date.parse(time);
 }
 
-/** Whole minutes from now until then, rounded down: whoever trusts it must not come late. */
+/** Whole minutes from now until then, rounded down: a passenger who relies on it must not come late. */
 export function minutesUntil(then_ms: number, now_ms: number): number {
   return Math.max(0, Math.floor((then_ms - now_ms) / 60_000));
 }

@@ -1,7 +1,7 @@
 import type { Schemas } from "../../shared/api/client";
 import { language } from "../../shared/texts/language";
-import { momentNear } from "../../shared/texts/times";
-import { DestinationMark, PickupMark } from "../../shared/ui/icons";
+import { formatTimeOrDateTime } from "../../shared/texts/times";
+import { DestinationIcon, PickupIcon } from "../../shared/ui/icons";
 import { texts } from "../texts/texts";
 
 interface TicketCardProps {
@@ -13,19 +13,19 @@ interface TicketCardProps {
   readonly ended: boolean;
 }
 
-/** What one would print: from, to, when, which shuttle, and the codes to show. */
+/** A ride's stops, times, shuttle and codes. */
 export function TicketCard({ ticket, vehicle, from, to, view, ended }: TicketCardProps) {
   const t = texts.value;
   const { promise } = ticket;
-  const time = (moment: string) =>
-    momentNear(moment, ticket.requested_at, language.value, view.timezone);
+  const time = (timestamp: string) =>
+    formatTimeOrDateTime(timestamp, ticket.requested_at, language.value, view.timezone);
   return (
     <article class={`ticket card ${ended ? "ended" : ""}`}>
       <dl class="trip">
         <div>
           <dt>
-            <PickupMark />
-            <span class="unseen">{t.from}</span>
+            <PickupIcon />
+            <span class="visually-hidden">{t.from}</span>
           </dt>
           <dd>
             {from}
@@ -36,8 +36,8 @@ export function TicketCard({ ticket, vehicle, from, to, view, ended }: TicketCar
         </div>
         <div>
           <dt>
-            <DestinationMark />
-            <span class="unseen">{t.to}</span>
+            <DestinationIcon />
+            <span class="visually-hidden">{t.to}</span>
           </dt>
           <dd>
             {to}

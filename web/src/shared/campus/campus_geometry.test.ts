@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { Stop } from "./campus_geometry";
-import { nameOfStop, pairs, stopName, stopsMatching } from "./campus_geometry";
+import { pointsOf, searchStops, stopName, stopNameById } from "./campus_geometry";
 
 function aStop(stop_id: string, name: string, name_en: string): Stop {
   return { stop_id, name, name_en, lane_id: "l", s_m: 0, x_m: 0, y_m: 0, placed_by: "tag" };
@@ -13,21 +13,21 @@ const stops = [
 ];
 
 test("flat coordinates become points", () => {
-  expect(pairs([1, 2, 3, 4])).toEqual([
+  expect(pointsOf([1, 2, 3, 4])).toEqual([
     [1, 2],
     [3, 4],
   ]);
 });
 
-test("a stop is named in the reader's language, else in the one there is", () => {
+test("a stop is named in the user's language, or else in the other one", () => {
   expect(stopName(stops[0]!, "en")).toBe("Main Library");
   expect(stopName(stops[0]!, "zh-CN")).toBe("图书馆");
   expect(stopName(stops[2]!, "en")).toBe("东门");
-  expect(nameOfStop(stops, "gone", "en")).toBe("gone");
+  expect(stopNameById(stops, "gone", "en")).toBe("gone");
 });
 
 test("stops are found by terms of either language", () => {
-  const found = (query: string) => stopsMatching(stops, query).map((stop) => stop.stop_id);
+  const found = (query: string) => searchStops(stops, query).map((stop) => stop.stop_id);
   expect(found("library main")).toEqual(["stop-1"]);
   expect(found("体育")).toEqual(["stop-2"]);
   expect(found("  ")).toEqual(["stop-1", "stop-2", "stop-3"]);

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { watchedAreas } from "./observation_areas";
+import { areaObservations } from "./observation_areas";
 import type { VehicleScene } from "./scene";
 import { aPicture, aScene, aVehicle } from "./scene_builders";
 
@@ -13,20 +13,32 @@ test.each([
   [0, 7_000, "unknown"],
   [3, 7_000, "unknown"],
 ] as const)("a report of %i people at %i ms makes it %s at 10 s", (count, heard_ms, state) => {
-  expect(watchedAreas(aSceneWith(count, heard_ms), 10_000)).toEqual([
-    { area_id: "a", state, told: count, age_ms: 10_000 - heard_ms, seen: false },
+  expect(areaObservations(aSceneWith(count, heard_ms), 10_000)).toEqual([
+    {
+      area_id: "a",
+      state,
+      camera_count: count,
+      camera_age_ms: 10_000 - heard_ms,
+      seen_by_vehicle: false,
+    },
   ]);
 });
 
 test("an area without a camera has no report, and is seen when a shuttle sees a person there", () => {
-  const told = { told: -1, told_age_s: 0 };
+  const no_report = { told: -1, told_age_s: 0 };
   const scene = aScene({
     vehicles: [
-      aVehicle({ picture: aPicture({ areas: [{ area_id: "b", coming: 0, ...told }] }) }),
-      aVehicle({ picture: aPicture({ areas: [{ area_id: "b", coming: 2, ...told }] }) }),
+      aVehicle({ picture: aPicture({ areas: [{ area_id: "b", coming: 0, ...no_report }] }) }),
+      aVehicle({ picture: aPicture({ areas: [{ area_id: "b", coming: 2, ...no_report }] }) }),
     ],
   });
-  expect(watchedAreas(scene, 0)).toEqual([
-    { area_id: "b", state: "unknown", told: null, age_ms: null, seen: true },
+  expect(areaObservations(scene, 0)).toEqual([
+    {
+      area_id: "b",
+      state: "unknown",
+      camera_count: null,
+      camera_age_ms: null,
+      seen_by_vehicle: true,
+    },
   ]);
 });

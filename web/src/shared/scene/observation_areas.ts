@@ -5,38 +5,40 @@ export const PRESENCE_STALE_MS = 2_500;
 
 export type AreaState = "clear" | "occupied" | "unknown";
 
-/** What is known of an observation area: by its camera, and by the shuttles that watch it themselves. */
-export interface Watched {
+/** What is known of an observation area: from its camera, and from the shuttles that watch it. */
+export interface AreaObservation {
   readonly area_id: string;
-  /** By the camera alone; unknown when it is silent or too old. */
+  /** From the camera alone; unknown without a report or with a stale one. */
   readonly state: AreaState;
-  /** How many people the camera last told of, and how long ago; null when it never did. */
-  readonly told: number | null;
-  readonly age_ms: number | null;
-  /** Some shuttle sees somebody in it or coming into it. */
-  readonly seen: boolean;
+  /** The number of people in the camera's last report, and the report's age; null without a report. */
+  readonly camera_count: number | null;
+  readonly camera_age_ms: number | null;
+  /** A shuttle sees a person in the area or on the way into it. */
+  readonly seen_by_vehicle: boolean;
 }
 
-/** Every area that a camera or a shuttle told of, by id. */
-export function watchedAreas(scene: Scene, now_ms: number): Watched[] {
+/** The observations of every area that a camera or a shuttle reports, sorted by id. */
+export function areaObservations(scene: Scene, now_ms: number): AreaObservation[] {
   const seen = new Map<string, boolean>();
   for (const vehicle of scene.vehicles)
     for (const area of vehicle.picture?.areas ?? [])
       seen.set(area.area_id, (seen.get(area.area_id) ?? false) || area.coming > 0);
-  const told = new Map(scene.areas.map((area) => [area.area_id, area]));
-  const ids = [...new Set([...seen.keys(), ...told.keys()])].sort();
-  return ids.map((area_id) => watched(area_id, told.get(area_id), seen.get(area_id), now_ms));
+  const reports = new Map(scene.areas.map((area) => [area.area_id, area]));
+  const area_ids = [...new Set([...seen.keys(), ...reports.keys()])].sort();
+  return area_ids.map((area_id) => ({
+    area_id,
+    ...cameraObservation(reports.get(area_id), now_ms),
+    seen_by_vehicle: seen.get(area_id) ?? false,
+  }));
 }
 
-function watched(
-  area_id: string,
+function cameraObservation(
   report: AreaScene | undefined,
-  seen: boolean | undefined,
   now_ms: number,
-): Watched {
-  if (report === undefined)
-    return { area_id, state: "unknown", told: null, age_ms: null, seen: seen ?? false };
-  const age_ms = Math.max(0, now_ms - report.heard_ms);
-  const state = age_ms > PRESENCE_STALE_MS ? "unknown" : report.count > 0 ? "occupied" : "clear";
-  return { area_id, state, told: report.count, age_ms, seen: seen ?? false };
+): Pick<AreaObservation, "state" | "camera_count" | "camera_age_ms"> {
+  if (report === undefined) return { state: "unknown", camera_count: null, camera_age_ms: null };
+  const camera_age_ms = Math.max(0, now_ms - report.heard_ms);
+  const occupancy = report.count > 0 ? "occupied" : "clear";
+  const state = camera_age_ms > PRESENCE_STALE_MS ? "unknown" : occupancy;
+  return { state, camera_count: report.count, camera_age_ms };
 }

@@ -6,41 +6,42 @@ export interface Pose {
   readonly yaw_rad: number;
 }
 
-interface Track {
+interface PoseSegment {
   readonly from: Pose;
   readonly to: Pose;
   readonly start_ms: number;
-  readonly span_ms: number;
+  readonly duration_ms: number;
 }
 
-const SPAN_MS_MIN = 50;
-const SPAN_MS_MAX = 1000;
-/** Farther than this between two reports is no drive but a new position. */
+const DURATION_MS_MIN = 50;
+const DURATION_MS_MAX = 1000;
+/** A larger distance between two reports is a new position, not a drive. */
 const JUMP_M = 15;
 
 /**
- * Draws shuttles between the reports of their position: each is shown gliding to its newest pose within the
- * time that lay between the last two. Times are the screen's own, any monotonic milliseconds.
+ * Poses of shuttles between their reports: each shuttle moves to its newest pose within the time that lay
+ * between its last two reports. Times are milliseconds of any monotonic clock.
  */
-export class Motion {
-  private tracks = new Map<string, Track>();
+export class PoseInterpolator {
+  private segments = new Map<string, PoseSegment>();
   private until_ms = 0;
 
-  /** still: jump at once (replay seeks, people who prefer less motion). */
-  accept(scene: Scene, now_ms: number, still: boolean): void {
-    const tracks = new Map<string, Track>();
+  /** interpolate: false lets every shuttle jump to its pose (replay seeks, reduced motion). */
+  update(scene: Scene, now_ms: number, interpolate: boolean): void {
+    const segments = new Map<string, PoseSegment>();
     for (const vehicle of scene.vehicles) {
       if (!vehicle.located) continue;
-      const track = next(this.tracks.get(vehicle.vehicle_id), vehicle, now_ms, still);
-      tracks.set(vehicle.vehicle_id, track);
-      this.until_ms = Math.max(this.until_ms, track.start_ms + track.span_ms);
+      const last = interpolate ? this.segments.get(vehicle.vehicle_id) : undefined;
+      const segment = nextSegment(last, vehicle, now_ms);
+      segments.set(vehicle.vehicle_id, segment);
+      this.until_ms = Math.max(this.until_ms, segment.start_ms + segment.duration_ms);
     }
-    this.tracks = tracks;
+    this.segments = segments;
   }
 
   pose(vehicle: VehicleScene, now_ms: number): Pose {
-    const track = this.tracks.get(vehicle.vehicle_id);
-    return track === undefined ? vehicle : poseOn(track, now_ms);
+    const segment = this.segments.get(vehicle.vehicle_id);
+    return segment === undefined ? vehicle : poseAt(segment, now_ms);
   }
 
   isMoving(now_ms: number): boolean {
@@ -48,35 +49,34 @@ export class Motion {
   }
 }
 
-function next(track: Track | undefined, vehicle: Pose, now_ms: number, still: boolean): Track {
+function nextSegment(last: PoseSegment | undefined, vehicle: Pose, now_ms: number): PoseSegment {
   const to = { x_m: vehicle.x_m, y_m: vehicle.y_m, yaw_rad: vehicle.yaw_rad };
-  if (track === undefined || still) return { from: to, to, start_ms: now_ms, span_ms: 0 };
-  if (samePose(track.to, to)) return track;
-  const from = poseOn(track, now_ms);
-  const far = Math.hypot(to.x_m - from.x_m, to.y_m - from.y_m) > JUMP_M;
-  if (far) return { from: to, to, start_ms: now_ms, span_ms: 0 };
-  const span_ms = Math.min(Math.max(now_ms - track.start_ms, SPAN_MS_MIN), SPAN_MS_MAX);
-  return { from, to, start_ms: now_ms, span_ms };
+  const jump = { from: to, to, start_ms: now_ms, duration_ms: 0 };
+  if (last === undefined) return jump;
+  if (isSamePose(last.to, to)) return last;
+  const from = poseAt(last, now_ms);
+  if (Math.hypot(to.x_m - from.x_m, to.y_m - from.y_m) > JUMP_M) return jump;
+  const duration_ms = Math.min(Math.max(now_ms - last.start_ms, DURATION_MS_MIN), DURATION_MS_MAX);
+  return { from, to, start_ms: now_ms, duration_ms };
 }
 
-function poseOn(track: Track, now_ms: number): Pose {
-  if (track.span_ms === 0) return track.to;
-  const share = Math.min(Math.max((now_ms - track.start_ms) / track.span_ms, 0), 1);
-  const { from, to } = track;
+function poseAt({ from, to, start_ms, duration_ms }: PoseSegment, now_ms: number): Pose {
+  if (duration_ms === 0) return to;
+  const ratio = Math.min(Math.max((now_ms - start_ms) / duration_ms, 0), 1);
   return {
-    x_m: from.x_m + share * (to.x_m - from.x_m),
-    y_m: from.y_m + share * (to.y_m - from.y_m),
-    yaw_rad: from.yaw_rad + share * wrapAngle(to.yaw_rad - from.yaw_rad),
+    x_m: from.x_m + ratio * (to.x_m - from.x_m),
+    y_m: from.y_m + ratio * (to.y_m - from.y_m),
+    yaw_rad: from.yaw_rad + ratio * wrapAngle(to.yaw_rad - from.yaw_rad),
   };
 }
 
-function samePose(a: Pose, b: Pose): boolean {
+function isSamePose(a: Pose, b: Pose): boolean {
   return a.x_m === b.x_m && a.y_m === b.y_m && a.yaw_rad === b.yaw_rad;
 }
 
-/** The same angle in (-pi, pi]. */
+/** An angle, wrapped into (-pi, pi]. */
 export function wrapAngle(angle_rad: number): number {
-  const turned = angle_rad % (2 * Math.PI);
-  if (turned > Math.PI) return turned - 2 * Math.PI;
-  return turned <= -Math.PI ? turned + 2 * Math.PI : turned;
+  const wrapped = angle_rad % (2 * Math.PI);
+  if (wrapped > Math.PI) return wrapped - 2 * Math.PI;
+  return wrapped <= -Math.PI ? wrapped + 2 * Math.PI : wrapped;
 }

@@ -1,6 +1,6 @@
 export type Language = "en" | "zh-CN";
 
-/** The language chosen before, else the browser's first one that we speak. */
+/** The stored language, or else the first one of the browser's that the pages have, or else English. */
 export function preferredLanguage(stored: string | null, browser: readonly string[]): Language {
   if (stored === "en" || stored === "zh-CN") return stored;
   for (const tag of browser) {

@@ -5,7 +5,7 @@ import { problemCodes } from "./problem_texts";
 test("every problem code that a page can receive has a text in both languages", () => {
   const document = readFileSync(new URL("../../../openapi.json", import.meta.url), "utf8");
   const codes = new Set([...document.matchAll(/"code": "([a-z_]+)"/g)].map((match) => match[1]!));
-  // Told to vehicles, uploads and scripts, which do not read our pages.
+  // Codes that only vehicles, uploads and scripts receive.
   const for_machines = [
     "key_invalid",
     "enrolment_code_unknown",

@@ -1,10 +1,10 @@
 import type { Language } from "./preference";
 
-/** What each refusal of the server means for the person at the screen, by its code. */
+/** What each problem of the API means for the user, by its code. */
 const PROBLEMS: Record<Language, Readonly<Record<string, string>>> = {
   en: {
     offline: "No connection to the server. Check your network and try again.",
-    not_json: "The server gave an answer that this page does not understand. Reload the page.",
+    not_json: "The server gave an result that this page does not understand. Reload the page.",
     server_fault: "The server failed. Try again; if it stays, tell the operators.",
     payload_invalid: "Something in the form does not fit. Check what you entered.",
     too_many_tries: "Too many tries in a short time. Wait a minute and try again.",

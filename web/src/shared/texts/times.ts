@@ -1,69 +1,89 @@
 import type { Language } from "./preference";
 
-type Moment = string | number;
+type Timestamp = string | number;
 
-/** "09:14", on the campus's clocks. */
-export function clockTime(moment: Moment, language: Language, timezone: string): string {
-  return format(moment, language, timezone, { hour: "2-digit", minute: "2-digit" });
+/** "09:14", in the campus's timezone. */
+export function formatTime(timestamp: Timestamp, language: Language, timezone: string): string {
+  return format(timestamp, language, timezone, { hour: "2-digit", minute: "2-digit" });
 }
 
 /** "09:14:31" */
-export function clockSeconds(moment: Moment, language: Language, timezone: string): string {
+export function formatTimeWithSeconds(
+  timestamp: Timestamp,
+  language: Language,
+  timezone: string,
+): string {
   const seconds = { hour: "2-digit", minute: "2-digit", second: "2-digit" } as const;
-  return format(moment, language, timezone, seconds);
+  return format(timestamp, language, timezone, seconds);
 }
 
 /** "Tue 1 Sept, 09:14" */
-export function dayAndTime(moment: Moment, language: Language, timezone: string): string {
+export function formatDateTime(timestamp: Timestamp, language: Language, timezone: string): string {
   const day = { weekday: "short", day: "numeric", month: "short" } as const;
-  return format(moment, language, timezone, { ...day, hour: "2-digit", minute: "2-digit" });
+  return format(timestamp, language, timezone, { ...day, hour: "2-digit", minute: "2-digit" });
 }
 
-/** The time alone today, with its day otherwise. */
-export function momentNear(
-  moment: Moment,
-  now: Moment,
+/** The time alone if it is on the same day as `now`, else with its date. */
+export function formatTimeOrDateTime(
+  timestamp: Timestamp,
+  now: Timestamp,
   language: Language,
   timezone: string,
 ): string {
   const day = { year: "numeric", month: "numeric", day: "numeric" } as const;
-  const same = format(moment, "en", timezone, day) === format(now, "en", timezone, day);
-  return same ? clockTime(moment, language, timezone) : dayAndTime(moment, language, timezone);
+  const is_same_day = format(timestamp, "en", timezone, day) === format(now, "en", timezone, day);
+  return is_same_day
+    ? formatTime(timestamp, language, timezone)
+    : formatDateTime(timestamp, language, timezone);
 }
 
 function format(
-  moment: Moment,
+  timestamp: Timestamp,
   language: Language,
   timezone: string,
   options: Intl.DateTimeFormatOptions,
 ): string {
-  const locale = language === "en" ? "en-GB" : language;
-  return new Intl.DateTimeFormat(locale, {
+  return new Intl.DateTimeFormat(localeOf(language), {
     ...options,
     timeZone: timezone,
     hourCycle: "h23",
-  }).format(new Date(moment));
+  }).format(new Date(timestamp));
+}
+
+/** "Thu 1 Oct" of "2026-10-01": a date without an hour, the same in every timezone. */
+export function formatDate(date: string, language: Language, year?: "numeric"): string {
+  return new Intl.DateTimeFormat(localeOf(language), {
+    weekday: "short",
+    day: "numeric",
+    month: "short",
+    year,
+    timeZone: "UTC",
+  }).format(new Date(`${date}T12:00:00Z`));
 }
 
 /** "Mon" for 0, "Sun" for 6. */
 export function weekdayName(day: number, language: Language, width: "short" | "long"): string {
-  const locale = language === "en" ? "en-GB" : language;
-  const in_that_week = Date.UTC(2024, 0, 1 + day, 12);
-  return new Intl.DateTimeFormat(locale, { weekday: width, timeZone: "UTC" }).format(in_that_week);
+  const noon_ms = Date.UTC(2024, 0, 1 + day, 12);
+  const options = { weekday: width, timeZone: "UTC" } as const;
+  return new Intl.DateTimeFormat(localeOf(language), options).format(noon_ms);
 }
 
-/** "2026-09-01": the campus's day at that moment. */
-export function calendarDay(moment_ms: number, timezone: string): string {
-  return toLocalInput(moment_ms, timezone).slice(0, 10);
+function localeOf(language: Language): string {
+  return language === "en" ? "en-GB" : language;
 }
 
-/** What <input type="datetime-local"> wants, on the campus's clocks. */
-export function toLocalInput(moment_ms: number, timezone: string): string {
-  const parts = partsOf(moment_ms, timezone);
+/** "2026-09-01": the campus's date at a time. */
+export function isoDate(timestamp_ms: number, timezone: string): string {
+  return toLocalInput(timestamp_ms, timezone).slice(0, 10);
+}
+
+/** A time in the campus's timezone, in the format of <input type="datetime-local">. */
+export function toLocalInput(timestamp_ms: number, timezone: string): string {
+  const parts = partsOf(timestamp_ms, timezone);
   return `${parts["year"]}-${parts["month"]}-${parts["day"]}T${parts["hour"]}:${parts["minute"]}`;
 }
 
-/** The moment that a campus clock shows; null for text that is no time. */
+/** The time that such a text means in the campus's timezone; null for a text that is no time. */
 export function fromLocalInput(text: string, timezone: string): Date | null {
   const match = /^(\d{4})-(\d\d)-(\d\d)T(\d\d):(\d\d)/.exec(text);
   if (match === null) return null;
@@ -76,12 +96,12 @@ export function fromLocalInput(text: string, timezone: string): Date | null {
   ];
   const wanted_ms = Date.UTC(year, month - 1, day, hour, minute);
   const guess_ms = wanted_ms - offset_ms(wanted_ms, timezone);
-  // Around a change of the clocks the first guess may have used the wrong side's offset.
+  // Near a change to or from summer time the guess may have the offset of the other side.
   return new Date(wanted_ms - offset_ms(guess_ms, timezone));
 }
 
-function offset_ms(moment_ms: number, timezone: string): number {
-  const parts = partsOf(moment_ms, timezone);
+function offset_ms(timestamp_ms: number, timezone: string): number {
+  const parts = partsOf(timestamp_ms, timezone);
   const number = (name: string) => Number(parts[name]);
   const shown_ms = Date.UTC(
     number("year"),
@@ -91,10 +111,10 @@ function offset_ms(moment_ms: number, timezone: string): number {
     number("minute"),
     number("second"),
   );
-  return shown_ms - Math.floor(moment_ms / 1000) * 1000;
+  return shown_ms - Math.floor(timestamp_ms / 1000) * 1000;
 }
 
-function partsOf(moment_ms: number, timezone: string): Record<string, string> {
+function partsOf(timestamp_ms: number, timezone: string): Record<string, string> {
   const format = new Intl.DateTimeFormat("en-GB", {
     timeZone: timezone,
     hourCycle: "h23",
@@ -105,5 +125,7 @@ function partsOf(moment_ms: number, timezone: string): Record<string, string> {
     minute: "2-digit",
     second: "2-digit",
   });
-  return Object.fromEntries(format.formatToParts(moment_ms).map((part) => [part.type, part.value]));
+  return Object.fromEntries(
+    format.formatToParts(timestamp_ms).map((part) => [part.type, part.value]),
+  );
 }

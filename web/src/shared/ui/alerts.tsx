@@ -6,29 +6,29 @@ import { CheckIcon, InfoIcon, WarningIcon } from "./icons";
 
 type Tone = "plain" | "good" | "warning" | "danger";
 
-interface NoteProps {
+interface AlertProps {
   readonly tone?: Tone;
   readonly children: ComponentChildren;
 }
 
-export function Note({ tone = "plain", children }: NoteProps) {
-  const sign = tone === "good" ? <CheckIcon /> : tone === "plain" ? <InfoIcon /> : <WarningIcon />;
+export function Alert({ tone = "plain", children }: AlertProps) {
+  const icon = tone === "good" ? <CheckIcon /> : tone === "plain" ? <InfoIcon /> : <WarningIcon />;
   return (
-    <div class={`note ${tone}`} role={tone === "danger" ? "alert" : "status"}>
-      {sign}
+    <div class={`alert ${tone}`} role={tone === "danger" ? "alert" : "status"}>
+      {icon}
       <div>{children}</div>
     </div>
   );
 }
 
 /** Why the server refused a request: our text in the reader's language, or else the server's detail and code. */
-export function ProblemNote({ problem }: { readonly problem: Problem }) {
+export function ProblemAlert({ problem }: { readonly problem: Problem }) {
   const text = problemText(problem.code, language.value);
   return (
-    <Note tone="danger">
+    <Alert tone="danger">
       <p>{text ?? problem.detail}</p>
-      {text === null && <p class="do">{problem.code}</p>}
-    </Note>
+      {text === null && <p class="problem-code">{problem.code}</p>}
+    </Alert>
   );
 }
 

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { Camera } from "./camera";
-import { boundsOf, fitted, panned, toMap, toScreen, zoomedAt } from "./camera";
+import { boundsOf, fitCamera, panCamera, toMap, toScreen, zoomCamera } from "./camera";
 
 const size = { width_px: 400, height_px: 300 };
 const camera: Camera = { x_m: 120, y_m: -40, px_per_m: 0.7 };
@@ -15,30 +15,30 @@ test("screen and map are each other's inverse, and north is up", () => {
 
 test("zooming keeps the point under the finger", () => {
   const before = toMap(camera, size, 30, 200);
-  const after = toMap(zoomedAt(camera, size, 30, 200, 1.9), size, 30, 200);
+  const after = toMap(zoomCamera(camera, size, 30, 200, 1.9), size, 30, 200);
   expect(after[0]).toBeCloseTo(before[0]);
   expect(after[1]).toBeCloseTo(before[1]);
 });
 
-test("zooming has an end in both directions", () => {
-  expect(zoomedAt(camera, size, 0, 0, 1e9).px_per_m).toBe(24);
-  expect(zoomedAt(camera, size, 0, 0, 1e-9).px_per_m).toBe(0.02);
+test("zoom is limited in both directions", () => {
+  expect(zoomCamera(camera, size, 0, 0, 1e9).px_per_m).toBe(24);
+  expect(zoomCamera(camera, size, 0, 0, 1e-9).px_per_m).toBe(0.02);
 });
 
 test("panning moves the map with the finger", () => {
-  const [x_px, y_px] = toScreen(panned(camera, 12, -7), size, 150, -10);
+  const [x_px, y_px] = toScreen(panCamera(camera, 12, -7), size, 150, -10);
   const [x0_px, y0_px] = toScreen(camera, size, 150, -10);
   expect([x_px - x0_px, y_px - y0_px]).toEqual([expect.closeTo(12), expect.closeTo(-7)]);
 });
 
-test("fitting shows all points inside the free edge, and touches it on two sides", () => {
+test("fitting shows all points inside the padding, and touches it on two sides", () => {
   const bounds = boundsOf([
     [0, 0],
     [1000, 200],
     [300, -100],
   ])!;
   const padding = { top: 10, right: 60, bottom: 20, left: 30 };
-  const seen = fitted(bounds, size, padding);
+  const seen = fitCamera(bounds, size, padding);
   const [left, bottom] = toScreen(seen, size, bounds.x_min_m, bounds.y_min_m);
   const [right, top] = toScreen(seen, size, bounds.x_max_m, bounds.y_max_m);
   expect(left).toBeCloseTo(30);
@@ -48,6 +48,6 @@ test("fitting shows all points inside the free edge, and touches it on two sides
   expect((top - 10 + (bottom - 280)) / 2).toBeCloseTo(0);
 });
 
-test("there is nothing to fit without points", () => {
+test("no points have no bounds", () => {
   expect(boundsOf([])).toBeNull();
 });

@@ -1,6 +1,6 @@
 import type { Point } from "../../scene/scene";
 
-/** How the campus lies on the screen: a map point at its centre and how many pixels a metre takes. */
+/** The map point at the centre of the screen, and the number of pixels per metre. */
 export interface Camera {
   readonly x_m: number;
   readonly y_m: number;
@@ -19,7 +19,7 @@ export interface Bounds {
   readonly y_max_m: number;
 }
 
-/** Space that something else covers or that should stay free, in pixels. */
+/** Space at the edges that stays free or that something covers, in pixels. */
 export interface Padding {
   readonly top: number;
   readonly right: number;
@@ -29,7 +29,7 @@ export interface Padding {
 
 const PX_PER_M_MIN = 0.02;
 const PX_PER_M_MAX = 24;
-/** Fitting two points that nearly coincide must not end in a view of a single paving stone. */
+/** Fitting two points that nearly coincide does not zoom in further than this. */
 const FIT_PX_PER_M_MAX = 5;
 
 /** Screen pixels (y down) of a map point. */
@@ -48,7 +48,7 @@ export function toMap(camera: Camera, size: Size, x_px: number, y_px: number): P
   ];
 }
 
-export function panned(camera: Camera, dx_px: number, dy_px: number): Camera {
+export function panCamera(camera: Camera, dx_px: number, dy_px: number): Camera {
   return {
     ...camera,
     x_m: camera.x_m - dx_px / camera.px_per_m,
@@ -56,8 +56,8 @@ export function panned(camera: Camera, dx_px: number, dy_px: number): Camera {
   };
 }
 
-/** Zoomed by a factor, the map point under (x_px, y_px) staying where it is. */
-export function zoomedAt(
+/** The camera zoomed by a factor; the map point under (x_px, y_px) keeps its place on the screen. */
+export function zoomCamera(
   camera: Camera,
   size: Size,
   x_px: number,
@@ -90,7 +90,7 @@ export function boundsOf(points: Iterable<Point>): Bounds | null {
 }
 
 /** The closest camera that shows all of the bounds inside the padding. */
-export function fitted(bounds: Bounds, size: Size, padding: Padding): Camera {
+export function fitCamera(bounds: Bounds, size: Size, padding: Padding): Camera {
   const free_width_px = Math.max(size.width_px - padding.left - padding.right, 40);
   const free_height_px = Math.max(size.height_px - padding.top - padding.bottom, 40);
   const px_per_m = Math.min(
@@ -98,11 +98,11 @@ export function fitted(bounds: Bounds, size: Size, padding: Padding): Camera {
     free_height_px / Math.max(bounds.y_max_m - bounds.y_min_m, 1),
     FIT_PX_PER_M_MAX,
   );
-  const off_x_px = (padding.left - padding.right) / 2;
-  const off_y_px = (padding.top - padding.bottom) / 2;
+  const offset_x_px = (padding.left - padding.right) / 2;
+  const offset_y_px = (padding.top - padding.bottom) / 2;
   return {
-    x_m: (bounds.x_min_m + bounds.x_max_m) / 2 - off_x_px / px_per_m,
-    y_m: (bounds.y_min_m + bounds.y_max_m) / 2 + off_y_px / px_per_m,
+    x_m: (bounds.x_min_m + bounds.x_max_m) / 2 - offset_x_px / px_per_m,
+    y_m: (bounds.y_min_m + bounds.y_max_m) / 2 + offset_y_px / px_per_m,
     px_per_m,
   };
 }

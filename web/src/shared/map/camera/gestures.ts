@@ -1,15 +1,15 @@
 import type { Camera, Size } from "./camera";
-import { panned, zoomedAt } from "./camera";
+import { panCamera, zoomCamera } from "./camera";
 
-export interface Viewfinder {
+export interface GestureTarget {
   camera(): Camera;
   size(): Size;
-  /** The person moved the map. */
-  moved(camera: Camera): void;
-  tapped(x_px: number, y_px: number, fingertip: boolean): void;
+  /** The user moved the camera. */
+  cameraMoved(camera: Camera): void;
+  tapped(x_px: number, y_px: number, is_touch: boolean): void;
 }
 
-interface Finger {
+interface PointerPosition {
   x: number;
   y: number;
 }
@@ -18,30 +18,30 @@ const TAP_PX = 8;
 const KEY_PAN_PX = 60;
 const KEY_ZOOM = 1.4;
 
-/** One finger or the mouse pans, two fingers pinch, the wheel and the keys + - and arrows do the same. */
+/** Pans with one finger, the mouse or arrow keys; zooms with two fingers, the wheel or the keys + and -. */
 export class Gestures {
-  private readonly fingers = new Map<number, Finger>();
+  private readonly pointers = new Map<number, PointerPosition>();
   private travelled_px = 0;
   private pinched = false;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
-    private readonly finder: Viewfinder,
-    leaving: AbortSignal,
+    private readonly target: GestureTarget,
+    closing: AbortSignal,
   ) {
-    const on = { signal: leaving };
+    const on = { signal: closing };
     canvas.addEventListener("pointerdown", this.down, on);
     canvas.addEventListener("pointermove", this.move, on);
     canvas.addEventListener("pointerup", this.up, on);
-    canvas.addEventListener("pointercancel", this.lost, on);
-    canvas.addEventListener("wheel", this.wheel, { signal: leaving, passive: false });
+    canvas.addEventListener("pointercancel", this.release, on);
+    canvas.addEventListener("wheel", this.wheel, { signal: closing, passive: false });
     canvas.addEventListener("keydown", this.key, on);
   }
 
   private readonly down = (event: PointerEvent): void => {
     this.canvas.setPointerCapture(event.pointerId);
-    this.fingers.set(event.pointerId, this.at(event));
-    if (this.fingers.size === 1) {
+    this.pointers.set(event.pointerId, this.at(event));
+    if (this.pointers.size === 1) {
       this.travelled_px = 0;
       this.pinched = false;
     } else {
@@ -50,27 +50,28 @@ export class Gestures {
   };
 
   private readonly move = (event: PointerEvent): void => {
-    const finger = this.fingers.get(event.pointerId);
-    if (finger === undefined) return;
+    const last = this.pointers.get(event.pointerId);
+    if (last === undefined) return;
     const now = this.at(event);
-    const [dx, dy] = [now.x - finger.x, now.y - finger.y];
-    const other = [...this.fingers].find(([id]) => id !== event.pointerId)?.[1];
-    this.fingers.set(event.pointerId, now);
+    const [dx, dy] = [now.x - last.x, now.y - last.y];
+    const other = [...this.pointers].find(([id]) => id !== event.pointerId)?.[1];
+    this.pointers.set(event.pointerId, now);
     this.travelled_px += Math.hypot(dx, dy);
-    if (other !== undefined) this.pinch(finger, now, other);
-    else if (this.travelled_px > TAP_PX) this.finder.moved(panned(this.finder.camera(), dx, dy));
+    if (other !== undefined) this.pinch(last, now, other);
+    else if (this.travelled_px > TAP_PX)
+      this.target.cameraMoved(panCamera(this.target.camera(), dx, dy));
   };
 
   private readonly up = (event: PointerEvent): void => {
-    const was_tap = this.fingers.size === 1 && !this.pinched && this.travelled_px <= TAP_PX;
-    this.lost(event);
+    const was_tap = this.pointers.size === 1 && !this.pinched && this.travelled_px <= TAP_PX;
+    this.release(event);
     if (!was_tap) return;
     const { x, y } = this.at(event);
-    this.finder.tapped(x, y, event.pointerType !== "mouse");
+    this.target.tapped(x, y, event.pointerType !== "mouse");
   };
 
-  private readonly lost = (event: PointerEvent): void => {
-    this.fingers.delete(event.pointerId);
+  private readonly release = (event: PointerEvent): void => {
+    this.pointers.delete(event.pointerId);
   };
 
   private readonly wheel = (event: WheelEvent): void => {
@@ -78,27 +79,27 @@ export class Gestures {
     const { x, y } = this.at(event);
     const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
     const factor = Math.exp(-event.deltaY * lines * 0.0016);
-    this.finder.moved(zoomedAt(this.finder.camera(), this.finder.size(), x, y, factor));
+    this.target.cameraMoved(zoomCamera(this.target.camera(), this.target.size(), x, y, factor));
   };
 
   private readonly key = (event: KeyboardEvent): void => {
-    const camera = this.finder.camera();
-    const moved = cameraAfterKey(event.key, camera, this.finder.size());
+    const camera = this.target.camera();
+    const moved = cameraAfterKey(event.key, camera, this.target.size());
     if (moved === null || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
-    this.finder.moved(moved);
+    this.target.cameraMoved(moved);
   };
 
-  private pinch(was: Finger, now: Finger, other: Finger): void {
-    const before = Math.hypot(was.x - other.x, was.y - other.y);
+  private pinch(last: PointerPosition, now: PointerPosition, other: PointerPosition): void {
+    const before = Math.hypot(last.x - other.x, last.y - other.y);
     const after = Math.hypot(now.x - other.x, now.y - other.y);
     if (before < 1) return;
     const [x, y] = [(now.x + other.x) / 2, (now.y + other.y) / 2];
-    const camera = panned(this.finder.camera(), (now.x - was.x) / 2, (now.y - was.y) / 2);
-    this.finder.moved(zoomedAt(camera, this.finder.size(), x, y, after / before));
+    const camera = panCamera(this.target.camera(), (now.x - last.x) / 2, (now.y - last.y) / 2);
+    this.target.cameraMoved(zoomCamera(camera, this.target.size(), x, y, after / before));
   }
 
-  private at(event: MouseEvent): Finger {
+  private at(event: MouseEvent): PointerPosition {
     const box = this.canvas.getBoundingClientRect();
     return { x: event.clientX - box.left, y: event.clientY - box.top };
   }
@@ -108,18 +109,18 @@ export function cameraAfterKey(key: string, camera: Camera, size: Size): Camera 
   const [x, y] = [size.width_px / 2, size.height_px / 2];
   switch (key) {
     case "ArrowLeft":
-      return panned(camera, KEY_PAN_PX, 0);
+      return panCamera(camera, KEY_PAN_PX, 0);
     case "ArrowRight":
-      return panned(camera, -KEY_PAN_PX, 0);
+      return panCamera(camera, -KEY_PAN_PX, 0);
     case "ArrowUp":
-      return panned(camera, 0, KEY_PAN_PX);
+      return panCamera(camera, 0, KEY_PAN_PX);
     case "ArrowDown":
-      return panned(camera, 0, -KEY_PAN_PX);
+      return panCamera(camera, 0, -KEY_PAN_PX);
     case "+":
     case "=":
-      return zoomedAt(camera, size, x, y, KEY_ZOOM);
+      return zoomCamera(camera, size, x, y, KEY_ZOOM);
     case "-":
-      return zoomedAt(camera, size, x, y, 1 / KEY_ZOOM);
+      return zoomCamera(camera, size, x, y, 1 / KEY_ZOOM);
     default:
       return null;
   }

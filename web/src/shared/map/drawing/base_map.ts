@@ -1,4 +1,4 @@
-import type { CampusShape } from "../../campus/campus_geometry";
+import type { CampusGeometry } from "../../campus/campus_geometry";
 import type { Point } from "../../scene/scene";
 import type { Camera, Size } from "../camera/camera";
 import type { Palette } from "./palette";
@@ -12,68 +12,68 @@ const ROAD_PX_MIN = 2.5;
 const EDGE_PX = 1.5;
 const BUILDINGS_FROM_PX_PER_M = 0.08;
 
-/** The campus ground as paths in map metres, made once for each map. */
-export class Ground {
+/** Roads and buildings as paths in map metres, built once for each map. */
+export class BaseMap {
   private readonly roads: readonly RoadGroup[];
   private readonly buildings = new Path2D();
 
-  constructor(shape: CampusShape) {
+  constructor(geometry: CampusGeometry) {
     const groups = new Map<number, Path2D>();
-    for (const lane of shape.lanes) {
+    for (const lane of geometry.lanes) {
       const path = groups.get(lane.width_m) ?? new Path2D();
-      trace(path, lane.points);
+      addPolyline(path, lane.points);
       groups.set(lane.width_m, path);
     }
     this.roads = [...groups].map(([width_m, path]) => ({ width_m, path }));
-    for (const outline of shape.buildings) {
-      trace(this.buildings, outline);
+    for (const outline of geometry.buildings) {
+      addPolyline(this.buildings, outline);
       this.buildings.closePath();
     }
   }
 
-  /** The context must be in map metres (see useMapMetres). */
-  draw(pen: CanvasRenderingContext2D, camera: Camera, palette: Palette): void {
+  /** The context must be in map metres (see setMapTransform). */
+  draw(context: CanvasRenderingContext2D, camera: Camera, palette: Palette): void {
     if (camera.px_per_m > BUILDINGS_FROM_PX_PER_M) {
-      pen.fillStyle = palette.building;
-      pen.fill(this.buildings);
+      context.fillStyle = palette.building;
+      context.fill(this.buildings);
     }
-    pen.lineCap = "round";
-    pen.lineJoin = "round";
+    context.lineCap = "round";
+    context.lineJoin = "round";
     for (const [colour, extra_px] of [
       [palette.road_edge, 2 * EDGE_PX],
       [palette.road, 0],
     ] as const) {
-      pen.strokeStyle = colour;
+      context.strokeStyle = colour;
       for (const road of this.roads) {
-        pen.lineWidth =
+        context.lineWidth =
           Math.max(road.width_m, ROAD_PX_MIN / camera.px_per_m) + extra_px / camera.px_per_m;
-        pen.stroke(road.path);
+        context.stroke(road.path);
       }
     }
   }
 }
 
 /** Makes the context draw in map metres, y north, until the caller restores it. */
-export function useMapMetres(
-  pen: CanvasRenderingContext2D,
+export function setMapTransform(
+  context: CanvasRenderingContext2D,
   camera: Camera,
   size: Size,
-  ratio: number,
+  pixel_ratio: number,
 ): void {
-  const scale = camera.px_per_m * ratio;
-  pen.setTransform(
+  const scale = camera.px_per_m * pixel_ratio;
+  context.setTransform(
     scale,
     0,
     0,
     -scale,
-    (size.width_px / 2) * ratio - camera.x_m * scale,
-    (size.height_px / 2) * ratio + camera.y_m * scale,
+    (size.width_px / 2) * pixel_ratio - camera.x_m * scale,
+    (size.height_px / 2) * pixel_ratio + camera.y_m * scale,
   );
 }
 
 /** A line of constant width on the screen; the context must be in map metres. */
 export function drawLine(
-  pen: CanvasRenderingContext2D,
+  context: CanvasRenderingContext2D,
   camera: Camera,
   points: readonly Point[],
   colour: string,
@@ -81,14 +81,14 @@ export function drawLine(
 ): void {
   if (points.length < 2) return;
   const path = new Path2D();
-  trace(path, points);
-  pen.strokeStyle = colour;
-  pen.lineWidth = width_px / camera.px_per_m;
-  pen.lineCap = "round";
-  pen.lineJoin = "round";
-  pen.stroke(path);
+  addPolyline(path, points);
+  context.strokeStyle = colour;
+  context.lineWidth = width_px / camera.px_per_m;
+  context.lineCap = "round";
+  context.lineJoin = "round";
+  context.stroke(path);
 }
 
-function trace(path: Path2D, points: readonly Point[]): void {
+function addPolyline(path: Path2D, points: readonly Point[]): void {
   points.forEach(([x, y], index) => (index === 0 ? path.moveTo(x, y) : path.lineTo(x, y)));
 }

@@ -3,10 +3,10 @@ import type { Palette } from "./palette";
 
 export interface Label {
   readonly text: string;
-  /** Where the labelled thing is on the screen, and how far its mark reaches from there. */
+  /** The centre of the labelled marker on the screen, and its radius. */
   readonly x_px: number;
   readonly y_px: number;
-  readonly reach_px: number;
+  readonly radius_px: number;
   readonly strong: boolean;
 }
 
@@ -21,40 +21,41 @@ const TEXT_PX = 12;
 const HEIGHT_PX = 16;
 
 /**
- * Writes labels in the order given, each beside, above or below its mark, and leaves out what would
- * cover an earlier one or reach over the edge: the most important come first.
+ * Writes the labels, the most important first, each beside, above or below its marker. A label that would cover
+ * an earlier one or cross the edge is left out.
  */
 export function drawLabels(
-  pen: CanvasRenderingContext2D,
+  context: CanvasRenderingContext2D,
   palette: Palette,
   labels: readonly Label[],
   size: Size,
 ): void {
-  const marks = labels.map((label) => around(label.x_px, label.y_px, label.reach_px));
-  const taken: Box[] = [...marks, ...furniture(size)];
-  pen.textBaseline = "middle";
-  pen.textAlign = "left";
-  pen.lineJoin = "round";
+  const markers = labels.map((label) => boxAround(label.x_px, label.y_px, label.radius_px));
+  const occupied: Box[] = [...markers, ...overlayBoxes(size)];
+  context.textBaseline = "middle";
+  context.textAlign = "left";
+  context.lineJoin = "round";
   for (const [index, label] of labels.entries()) {
-    pen.font = `${label.strong ? 600 : 400} ${TEXT_PX}px ${palette.font}`;
-    const own = marks[index];
-    const box = placesFor(label, pen.measureText(label.text).width).find(
-      (place) =>
-        inside(place, size) && !taken.some((other) => other !== own && overlap(place, other)),
+    context.font = `${label.strong ? 600 : 400} ${TEXT_PX}px ${palette.font}`;
+    const own = markers[index];
+    const box = candidateBoxes(label, context.measureText(label.text).width).find(
+      (candidate) =>
+        isInside(candidate, size) &&
+        !occupied.some((other) => other !== own && overlaps(candidate, other)),
     );
     if (box === undefined) continue;
-    taken.push(box);
+    occupied.push(box);
     const middle = (box.top + box.bottom) / 2;
-    pen.strokeStyle = palette.halo;
-    pen.lineWidth = 4;
-    pen.strokeText(label.text, box.left, middle);
-    pen.fillStyle = palette.ink;
-    pen.fillText(label.text, box.left, middle);
+    context.strokeStyle = palette.halo;
+    context.lineWidth = 4;
+    context.strokeText(label.text, box.left, middle);
+    context.fillStyle = palette.ink;
+    context.fillText(label.text, box.left, middle);
   }
 }
 
-export function placesFor(label: Label, width_px: number): Box[] {
-  const gap = label.reach_px + 3;
+function candidateBoxes(label: Label, width_px: number): Box[] {
+  const gap = label.radius_px + 3;
   const at = (left: number, top: number): Box => ({
     left,
     top,
@@ -68,15 +69,15 @@ export function placesFor(label: Label, width_px: number): Box[] {
     at(label.x_px - gap - width_px, middle),
     at(centred, label.y_px + gap),
     at(centred, label.y_px - gap - HEIGHT_PX),
-    at(label.x_px - label.reach_px, label.y_px + gap),
-    at(label.x_px - label.reach_px, label.y_px - gap - HEIGHT_PX),
-    at(label.x_px + label.reach_px - width_px, label.y_px + gap),
-    at(label.x_px + label.reach_px - width_px, label.y_px - gap - HEIGHT_PX),
+    at(label.x_px - label.radius_px, label.y_px + gap),
+    at(label.x_px - label.radius_px, label.y_px - gap - HEIGHT_PX),
+    at(label.x_px + label.radius_px - width_px, label.y_px + gap),
+    at(label.x_px + label.radius_px - width_px, label.y_px - gap - HEIGHT_PX),
   ];
 }
 
-/** The zoom buttons and the map's credit, which lie over the canvas. */
-function furniture(size: Size): Box[] {
+/** The boxes of the zoom buttons and of the attribution, which lie over the canvas. */
+function overlayBoxes(size: Size): Box[] {
   const { width_px, height_px } = size;
   return [
     { left: width_px - 62, top: 0, right: width_px, bottom: 206 },
@@ -84,16 +85,16 @@ function furniture(size: Size): Box[] {
   ];
 }
 
-function around(x: number, y: number, reach: number): Box {
-  return { left: x - reach, top: y - reach, right: x + reach, bottom: y + reach };
+function boxAround(x: number, y: number, radius: number): Box {
+  return { left: x - radius, top: y - radius, right: x + radius, bottom: y + radius };
 }
 
-function inside(box: Box, size: Size): boolean {
+function isInside(box: Box, size: Size): boolean {
   return (
     box.left >= 0 && box.top >= 0 && box.right <= size.width_px && box.bottom <= size.height_px
   );
 }
 
-function overlap(a: Box, b: Box): boolean {
+function overlaps(a: Box, b: Box): boolean {
   return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
 }

@@ -6,41 +6,41 @@ export type StopRole = "plain" | "pickup" | "destination";
 
 const BODY_LENGTH_M = 4.35;
 const BODY_WIDTH_M = 1.63;
-/** A shuttle stays findable however far out one looks. */
+/** A shuttle stays visible at every zoom. */
 const BODY_PX_MIN = 20;
 
-/** A dot; the pickup is a ring and the destination a square, so that colour is not needed to tell. */
+/** A stop is a dot, the pickup a ring and the destination a square: the shape tells them apart without colour. */
 export function drawStop(
-  pen: CanvasRenderingContext2D,
+  context: CanvasRenderingContext2D,
   palette: Palette,
   x: number,
   y: number,
   role: StopRole,
 ): void {
-  pen.lineWidth = 2;
-  pen.strokeStyle = palette.halo;
-  pen.beginPath();
+  context.lineWidth = 2;
+  context.strokeStyle = palette.halo;
+  context.beginPath();
   if (role === "destination") {
-    pen.fillStyle = palette.destination;
-    pen.roundRect(x - 8, y - 8, 16, 16, 3);
-    pen.fill();
-    pen.stroke();
+    context.fillStyle = palette.destination;
+    context.roundRect(x - 8, y - 8, 16, 16, 3);
+    context.fill();
+    context.stroke();
     return;
   }
-  pen.arc(x, y, role === "pickup" ? 9 : 5, 0, 2 * Math.PI);
-  pen.fillStyle = role === "pickup" ? palette.pickup : palette.stop;
-  pen.fill();
-  pen.stroke();
+  context.arc(x, y, role === "pickup" ? 9 : 5, 0, 2 * Math.PI);
+  context.fillStyle = role === "pickup" ? palette.pickup : palette.stop;
+  context.fill();
+  context.stroke();
   if (role === "pickup") {
-    pen.beginPath();
-    pen.arc(x, y, 3.5, 0, 2 * Math.PI);
-    pen.fillStyle = palette.halo;
-    pen.fill();
+    context.beginPath();
+    context.arc(x, y, 3.5, 0, 2 * Math.PI);
+    context.fillStyle = palette.halo;
+    context.fill();
   }
 }
 
-/** How far a stop's mark reaches from its centre. */
-export function stopReach_px(role: StopRole): number {
+/** The radius of a stop's marker. */
+export function stopRadius_px(role: StopRole): number {
   return role === "plain" ? 6 : 10;
 }
 
@@ -52,56 +52,56 @@ function ringRadius_px(length_px: number): number {
   return length_px * 0.72 + 4;
 }
 
-/** How far a shuttle's mark, with its ring when it is chosen, reaches from its centre. */
-export function vehicleReach_px(length_px: number, chosen: boolean): number {
-  return chosen ? ringRadius_px(length_px) + 2 : length_px * 0.55 + 4;
+/** The radius of a shuttle's marker, with the ring of a selected one. */
+export function vehicleRadius_px(length_px: number, selected: boolean): number {
+  return selected ? ringRadius_px(length_px) + 2 : length_px * 0.55 + 4;
 }
 
-/** A shuttle seen from above, its nose forward; heading_rad is counter-clockwise from the screen's right. */
+/** A shuttle seen from above; heading_rad is counter-clockwise from the screen's right. */
 export function drawVehicle(
-  pen: CanvasRenderingContext2D,
+  context: CanvasRenderingContext2D,
   palette: Palette,
-  mark: {
+  marker: {
     readonly x: number;
     readonly y: number;
     readonly heading_rad: number;
     readonly length: number;
     readonly condition: Condition;
-    readonly chosen: boolean;
+    readonly selected: boolean;
   },
 ): void {
-  const { length } = mark;
+  const { length } = marker;
   const width = Math.max((length * BODY_WIDTH_M) / BODY_LENGTH_M, 11);
-  pen.save();
-  pen.translate(mark.x, mark.y);
-  if (mark.chosen) ring(pen, palette, ringRadius_px(length));
-  pen.rotate(-mark.heading_rad);
-  pen.beginPath();
-  pen.roundRect(-length / 2, -width / 2, length * 0.78, width, width * 0.28);
-  pen.moveTo(length * 0.2, -width / 2);
-  pen.lineTo(length / 2 + 1, 0);
-  pen.lineTo(length * 0.2, width / 2);
-  pen.closePath();
-  pen.fillStyle = palette.vehicle[urgencyOf(mark.condition)];
-  pen.strokeStyle = palette.halo;
-  pen.lineJoin = "round";
-  pen.lineWidth = 3;
-  pen.stroke();
-  pen.fill();
-  pen.rotate(mark.heading_rad);
-  drawSign(pen, palette, mark.condition, length);
-  pen.restore();
+  context.save();
+  context.translate(marker.x, marker.y);
+  if (marker.selected) drawRing(context, palette, ringRadius_px(length));
+  context.rotate(-marker.heading_rad);
+  context.beginPath();
+  context.roundRect(-length / 2, -width / 2, length * 0.78, width, width * 0.28);
+  context.moveTo(length * 0.2, -width / 2);
+  context.lineTo(length / 2 + 1, 0);
+  context.lineTo(length * 0.2, width / 2);
+  context.closePath();
+  context.fillStyle = palette.vehicle[urgencyOf(marker.condition)];
+  context.strokeStyle = palette.halo;
+  context.lineJoin = "round";
+  context.lineWidth = 3;
+  context.stroke();
+  context.fill();
+  context.rotate(marker.heading_rad);
+  drawBadge(context, palette, marker.condition, length);
+  context.restore();
 }
 
-function ring(pen: CanvasRenderingContext2D, palette: Palette, radius: number): void {
-  pen.beginPath();
-  pen.arc(0, 0, radius, 0, 2 * Math.PI);
-  pen.strokeStyle = palette.ink;
-  pen.lineWidth = 2;
-  pen.stroke();
+function drawRing(context: CanvasRenderingContext2D, palette: Palette, radius: number): void {
+  context.beginPath();
+  context.arc(0, 0, radius, 0, 2 * Math.PI);
+  context.strokeStyle = palette.ink;
+  context.lineWidth = 2;
+  context.stroke();
 }
 
-const SIGNS: Partial<Record<Condition, string>> = {
+const BADGES: Partial<Record<Condition, string>> = {
   offline: "?",
   fault: "!",
   minimal_risk: "!",
@@ -111,26 +111,26 @@ const SIGNS: Partial<Record<Condition, string>> = {
   waiting: "…",
 };
 
-/** The badge that says without colour that something is not as usual. */
-function drawSign(
-  pen: CanvasRenderingContext2D,
+/** A badge shows an unusual condition without colour. */
+function drawBadge(
+  context: CanvasRenderingContext2D,
   palette: Palette,
   condition: Condition,
   length: number,
 ): void {
-  const sign = SIGNS[condition];
-  if (sign === undefined) return;
-  const off = length * 0.36 + 3;
-  pen.beginPath();
-  pen.arc(off, -off, 8, 0, 2 * Math.PI);
-  pen.fillStyle = palette.vehicle[urgencyOf(condition)];
-  pen.fill();
-  pen.lineWidth = 1.5;
-  pen.strokeStyle = palette.halo;
-  pen.stroke();
-  pen.fillStyle = palette.on_vehicle;
-  pen.font = `700 10px ${palette.font}`;
-  pen.textAlign = "center";
-  pen.textBaseline = "middle";
-  pen.fillText(sign, off, -off + 0.5);
+  const badge = BADGES[condition];
+  if (badge === undefined) return;
+  const offset = length * 0.36 + 3;
+  context.beginPath();
+  context.arc(offset, -offset, 8, 0, 2 * Math.PI);
+  context.fillStyle = palette.vehicle[urgencyOf(condition)];
+  context.fill();
+  context.lineWidth = 1.5;
+  context.strokeStyle = palette.halo;
+  context.stroke();
+  context.fillStyle = palette.on_vehicle;
+  context.font = `700 10px ${palette.font}`;
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  context.fillText(badge, offset, -offset + 0.5);
 }

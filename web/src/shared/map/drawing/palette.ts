@@ -1,14 +1,14 @@
 import type { Urgency } from "../../scene/condition";
 import type { AreaState } from "../../scene/observation_areas";
 
-/** The map's colours, taken from the page's custom properties, so that dark mode is decided in one place. */
+/** The map's colours. They come from the page's custom properties, so that CSS alone decides on dark mode. */
 export interface Palette {
   readonly ground: string;
   readonly building: string;
   readonly road: string;
   readonly road_edge: string;
   readonly route: string;
-  readonly closed: string;
+  readonly closed_road: string;
   readonly ink: string;
   readonly halo: string;
   readonly stop: string;
@@ -32,7 +32,7 @@ export function readPalette(element: Element): Palette {
     road: value("--map-road"),
     road_edge: value("--map-road-edge"),
     route: value("--map-route"),
-    closed: value("--danger"),
+    closed_road: value("--danger"),
     ink: value("--ink"),
     halo: value("--map-halo"),
     stop: value("--map-stop"),

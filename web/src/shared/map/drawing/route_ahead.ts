@@ -1,8 +1,8 @@
 import type { Point } from "../../scene/scene";
 
 /**
- * The part of a route that still lies ahead of (x_m, y_m): from the nearest point of the line to its end.
- * A route that passes a place twice is cut at its first pass only, so `from_index` may tell where to begin.
+ * The part of a route ahead of (x_m, y_m): from the nearest point of the line to its end. If a route passes a
+ * place twice, its first pass counts.
  */
 export function routeAhead(route: readonly Point[], x_m: number, y_m: number): readonly Point[] {
   let best_m2 = Infinity;
