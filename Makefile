@@ -29,7 +29,7 @@ setup: .venv/installed web/dist/built .venv/warmed
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e . -e sdk/python
 	@touch $@
 
-web/dist/built: web/package-lock.json $(shell find web/src web/public web/*.html web/*.ts web/openapi.json -type f 2>/dev/null)
+web/dist/built: $(shell find web/src web/public web/*.html web/*.ts web/*.json -type f 2>/dev/null)
 	@command -v npm >/dev/null || { echo "Campusloop's pages need Node.js with npm (20 or newer)"; exit 1; }
 	cd web && npm ci --no-audit --no-fund --loglevel=error && npm run --silent build
 	@touch $@

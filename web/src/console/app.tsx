@@ -1,39 +1,40 @@
 import { useSignalEffect } from "@preact/signals";
-import type { Campus } from "../shared/api/campus";
-import { campus, campusProblem, loadCampus } from "../shared/api/campus";
-import { Loading, ProblemNote } from "../shared/ui/notes";
-import { AccessPage } from "./access_page";
-import { IncidentsPage } from "./incidents_page";
-import { incidents, rides } from "./lists";
-import { LivePage } from "./live_page";
-import { place } from "./navigation";
-import { fragmentOf } from "./place";
-import { ReplayPage } from "./replay_page";
-import { RidesPage } from "./rides_page";
-import { RunsPage } from "./runs_page";
-import { ServicePage } from "./service_page";
+import type { Campus } from "../shared/campus/campus";
+import { campus, campusProblem, loadCampus } from "../shared/campus/campus";
+import { Loading, ProblemAlert } from "../shared/ui/alerts";
+import { AccessPage } from "./access/access_page";
+import { fragmentOf } from "./address";
+import { IncidentsPage } from "./incidents/incidents_page";
+import { LivePage } from "./live/live_page";
+import { address } from "./navigation";
+import { RidesPage } from "./rides/rides_page";
+import { ReplayPage } from "./runs/replay_page";
+import { RunsPage } from "./runs/runs_page";
+import { ServicePage } from "./service/service_page";
 import { link, restoreSession, session, sessionProblem } from "./session";
 import { SignIn } from "./sign_in";
+import { incidents } from "./store/incidents";
+import { rides } from "./store/rides";
+import { texts } from "./texts/texts";
 import { TopBar } from "./top_bar";
-import { words } from "./words";
 
 export function App() {
   useSignalEffect(() => {
-    document.title = words.value.title;
+    document.title = texts.value.title;
   });
   if (session.value === null) return <SignIn />;
-  if (session.value === undefined) return <Door />;
+  if (session.value === undefined) return <SessionCheck />;
   return <Console />;
 }
 
-function Door() {
+function SessionCheck() {
   const problem = sessionProblem.value;
-  if (problem === null) return <Loading text={words.value.checking_session} />;
+  if (problem === null) return <Loading text={texts.value.checking_session} />;
   return (
-    <main class="door">
-      <ProblemNote problem={problem} />
+    <main class="sign-in">
+      <ProblemAlert problem={problem} />
       <button type="button" class="button main" onClick={() => void restoreSession()}>
-        {words.value.try_again}
+        {texts.value.try_again}
       </button>
     </main>
   );
@@ -45,11 +46,11 @@ function Console() {
     if (serial !== undefined) refreshIncidents(serial);
   });
   useSignalEffect(() => {
-    const shown = link.value?.scene.value?.rides;
-    if (shown !== undefined) refreshRides(shown);
+    const scene_rides = link.value?.scene.value?.rides;
+    if (scene_rides !== undefined) refreshRides(scene_rides);
   });
   useSignalEffect(() => {
-    const drawn = campus.peek()?.shape.map_version;
+    const drawn = campus.peek()?.geometry.map_version;
     const needed = link.value?.scene.value?.map_version;
     if (drawn !== undefined && needed !== undefined && needed !== drawn) void loadCampus();
   });
@@ -57,30 +58,32 @@ function Console() {
     <div class="console">
       <TopBar />
       <HelpBanner />
-      <main>{campus.value === null ? <NoCampus /> : <CurrentPage campus={campus.value} />}</main>
+      <main>
+        {campus.value === null ? <CampusLoading /> : <CurrentPage campus={campus.value} />}
+      </main>
     </div>
   );
 }
 
-let known_serial = -1;
-let known_rides: unknown = null;
+let last_serial = -1;
+let last_rides: unknown = null;
 
-/** The scene tells only that incidents changed; the list itself is asked for. */
+/** The scene says only that incidents changed; the list itself comes from the API. */
 function refreshIncidents(serial: number): void {
-  if (serial === known_serial) return;
-  known_serial = serial;
+  if (serial === last_serial) return;
+  last_serial = serial;
   void incidents.refresh();
 }
 
-function refreshRides(shown: unknown): void {
-  if (shown === known_rides) return;
-  known_rides = shown;
-  if (place.peek().page === "rides") void rides.refresh();
+function refreshRides(scene_rides: unknown): void {
+  if (scene_rides === last_rides) return;
+  last_rides = scene_rides;
+  if (address.peek().page === "rides") void rides.refresh();
 }
 
 function CurrentPage({ campus: shown }: { readonly campus: Campus }) {
-  const { page, parts } = place.value;
-  const [vehicle_id, boot_id] = parts;
+  const { page, ids } = address.value;
+  const [vehicle_id, boot_id] = ids;
   switch (page) {
     case "rides":
       return <RidesPage />;
@@ -106,29 +109,29 @@ function CurrentPage({ campus: shown }: { readonly campus: Campus }) {
   }
 }
 
-/** Stays on every page until somebody has acknowledged each call. */
+/** Shown on every page until every help call is acknowledged. */
 function HelpBanner() {
   const calls = link.value?.scene.value?.incidents.help_calls ?? 0;
   if (calls === 0) return null;
-  const say = words.value;
+  const t = texts.value;
   return (
     <div class="help-banner" role="alert">
-      <strong>{say.help_banner(calls)}</strong>
+      <strong>{t.help_banner(calls)}</strong>
       <a class="button small" href={fragmentOf("incidents")}>
-        {say.look}
+        {t.show_incidents}
       </a>
     </div>
   );
 }
 
-function NoCampus() {
+function CampusLoading() {
   const problem = campusProblem.value;
-  if (problem === null) return <Loading text={words.value.loading} />;
+  if (problem === null) return <Loading text={texts.value.loading} />;
   return (
     <div class="sheet narrow">
-      <ProblemNote problem={problem} />
+      <ProblemAlert problem={problem} />
       <button type="button" class="button main" onClick={() => void loadCampus()}>
-        {words.value.try_again}
+        {texts.value.try_again}
       </button>
     </div>
   );

@@ -1,13 +1,13 @@
 import { signal } from "@preact/signals";
-import type { Page, Place } from "./place";
-import { fragmentOf, placeFrom } from "./place";
+import type { Address, Page } from "./address";
+import { addressFrom, fragmentOf } from "./address";
 
-export const place = signal<Place>(placeFrom(location.hash));
+export const address = signal<Address>(addressFrom(location.hash));
 
 window.addEventListener("hashchange", () => {
-  place.value = placeFrom(location.hash);
+  address.value = addressFrom(location.hash);
 });
 
-export function goTo(page: Page, ...parts: string[]): void {
-  location.hash = fragmentOf(page, ...parts);
+export function goTo(page: Page, ...ids: string[]): void {
+  location.hash = fragmentOf(page, ...ids);
 }

@@ -1,18 +1,18 @@
 import { useSignal } from "@preact/signals";
 import type { Problem } from "../shared/api/problem";
-import { LoopMark } from "../shared/ui/icons";
+import { ProblemAlert } from "../shared/ui/alerts";
+import { Logo } from "../shared/ui/icons";
 import { LanguageSwitch } from "../shared/ui/language_switch";
-import { ProblemNote } from "../shared/ui/notes";
+import { TextField } from "./forms/text_field";
 import { signIn } from "./session";
-import { TextField } from "./text_field";
-import { words } from "./words";
+import { texts } from "./texts/texts";
 
 export function SignIn() {
   const name = useSignal("");
   const password = useSignal("");
   const busy = useSignal(false);
   const problem = useSignal<Problem | null>(null);
-  const say = words.value;
+  const t = texts.value;
   const submit = async (event: Event) => {
     event.preventDefault();
     busy.value = true;
@@ -20,27 +20,27 @@ export function SignIn() {
     busy.value = false;
   };
   return (
-    <main class="door">
+    <main class="sign-in">
       <form class="card" onSubmit={(event) => void submit(event)}>
         <header>
-          <LoopMark />
+          <Logo />
           <LanguageSwitch />
         </header>
-        <h1>{say.title}</h1>
-        <p class="hint">{say.sign_in_lead}</p>
+        <h1>{t.title}</h1>
+        <p class="hint">{t.sign_in_lead}</p>
         <TextField
-          label={say.name}
+          label={t.name}
           value={name}
           input={{ required: true, autocomplete: "username", autocapitalize: "none" }}
         />
         <TextField
-          label={say.password}
+          label={t.password}
           value={password}
           input={{ required: true, type: "password", autocomplete: "current-password" }}
         />
-        {problem.value !== null && <ProblemNote problem={problem.value} />}
+        {problem.value !== null && <ProblemAlert problem={problem.value} />}
         <button class="button main large wide" disabled={busy.value}>
-          {busy.value ? say.signing_in : say.sign_in}
+          {busy.value ? t.signing_in : t.sign_in}
         </button>
       </form>
     </main>

@@ -1,74 +1,74 @@
-import { campus } from "../shared/api/campus";
-import { second } from "../shared/live/clock";
-import { LoopMark } from "../shared/ui/icons";
+import { campus } from "../shared/campus/campus";
+import { monotonic_ms } from "../shared/live/clock";
+import { Logo } from "../shared/ui/icons";
 import { LanguageSwitch } from "../shared/ui/language_switch";
-import { now_ms, seconds } from "./clocks";
-import { place } from "./navigation";
-import type { Page } from "./place";
-import { fragmentOf } from "./place";
+import { PAGES, fragmentOf } from "./address";
+import { address } from "./navigation";
 import { link, session, signOut } from "./session";
-import { words } from "./words";
-
-const PAGES: readonly Page[] = ["live", "rides", "service", "incidents", "runs", "access"];
+import { texts } from "./texts/texts";
+import { formatTimeWithSeconds, now_ms } from "./texts/times";
 
 export function TopBar() {
-  const say = words.value;
+  const t = texts.value;
   return (
     <header class="bar">
-      <LoopMark />
-      <strong class="campus-name">{campus.value?.view.name ?? say.title}</strong>
-      <nav aria-label={say.nav}>
+      <Logo />
+      <strong class="campus-name">{campus.value?.view.name ?? t.title}</strong>
+      <nav aria-label={t.nav}>
         {PAGES.map((page) => (
           <a
             key={page}
             href={fragmentOf(page)}
-            aria-current={place.value.page === page ? "page" : undefined}
+            aria-current={address.value.page === page ? "page" : undefined}
           >
-            {say[page]}
-            {page === "incidents" && <OpenCount />}
+            {t[page]}
+            {page === "incidents" && <OpenIncidentCount />}
           </a>
         ))}
       </nav>
       <div class="bar-end">
-        <LinkSign />
+        <ConnectionStatus />
         <CampusClock />
         <LanguageSwitch />
         <button type="button" class="button small" onClick={() => void signOut()}>
-          {say.sign_out}
-          <span class="who"> {session.value?.name}</span>
+          {t.sign_out}
+          <span class="operator-name"> {session.value?.name}</span>
         </button>
       </div>
     </header>
   );
 }
 
-function OpenCount() {
-  const waiting = link.value?.scene.value?.incidents;
-  if (waiting === undefined || waiting.open === 0) return null;
-  return <span class={`count ${waiting.unacknowledged > 0 ? "new" : ""}`}>{waiting.open}</span>;
+function OpenIncidentCount() {
+  const count = link.value?.scene.value?.incidents;
+  if (count === undefined || count.open === 0) return null;
+  return <span class={`count ${count.unacknowledged > 0 ? "new" : ""}`}>{count.open}</span>;
 }
 
 function CampusClock() {
   return (
-    <time class="campus-clock" title={words.value.campus_time}>
-      {second.value > 0 && seconds(now_ms())}
+    <time class="campus-clock" title={texts.value.campus_time}>
+      {monotonic_ms.value > 0 && formatTimeWithSeconds(now_ms())}
     </time>
   );
 }
 
-function LinkSign() {
-  const say = words.value;
+function ConnectionStatus() {
+  const t = texts.value;
   const state = link.value?.state.value ?? "connecting";
-  const heard_ms = link.value?.heard_ms.value ?? null;
-  const ago_s = heard_ms === null ? 0 : Math.max(0, Math.round((second.value - heard_ms) / 1000));
+  const last_message_ms = link.value?.last_message_ms.value ?? null;
+  const age_s =
+    last_message_ms === null
+      ? 0
+      : Math.max(0, Math.round((monotonic_ms.value - last_message_ms) / 1000));
   const text = {
-    open: say.link_open,
-    connecting: say.link_connecting,
-    lost: say.link_lost(ago_s),
-    refused: say.link_refused,
+    open: t.link_open,
+    connecting: t.link_connecting,
+    lost: t.link_lost(age_s),
+    refused: t.link_refused,
   }[state];
   return (
-    <span class={`link-sign ${state}`} role="status">
+    <span class={`connection ${state}`} role="status">
       {text}
     </span>
   );

@@ -1,4 +1,4 @@
-/** What the passenger page shows, kept in the URL's fragment, which no server or log ever sees. */
+/** What the passenger page shows. It is kept in the URL's fragment, which browsers do not send to servers. */
 export type Address =
   | { readonly view: "book" }
   | { readonly view: "ride"; readonly token: string }
@@ -10,7 +10,7 @@ export function addressFrom(fragment: string): Address {
   const [name, value = ""] = fragment.replace(/^#/, "").split("=", 2);
   if ((name === "ride" || name === "series") && /^[A-Za-z0-9_-]{16,128}$/.test(value))
     return { view: name, token: value };
-  if (name === "code") return { view: "find", code: decodedOr(value, "") };
+  if (name === "code") return { view: "find", code: decodeOr(value, "") };
   if (name === "timetable") return { view: "timetable" };
   return { view: "book" };
 }
@@ -29,11 +29,11 @@ export function fragmentOf(address: Address): string {
   }
 }
 
-function decodedOr(text: string, otherwise: string): string {
+function decodeOr(text: string, fallback: string): string {
   try {
     return decodeURIComponent(text);
   } catch (error) {
-    if (error instanceof URIError) return otherwise;
+    if (error instanceof URIError) return fallback;
     throw error;
   }
 }

@@ -1,76 +1,77 @@
 import { useSignalEffect } from "@preact/signals";
-import { campus, campusProblem, loadCampus } from "../shared/api/campus";
-import type { Campus } from "../shared/api/campus";
-import { LoopMark } from "../shared/ui/icons";
+import type { Campus } from "../shared/campus/campus";
+import { campus, campusProblem, loadCampus } from "../shared/campus/campus";
+import { Loading, ProblemAlert } from "../shared/ui/alerts";
+import { Logo } from "../shared/ui/icons";
 import { LanguageSwitch } from "../shared/ui/language_switch";
-import { Loading, ProblemNote } from "../shared/ui/notes";
-import { BookingPanel } from "./booking_panel";
-import { CodePanel } from "./code_panel";
-import { follow, followed, forgetRide } from "./followed_ride";
-import { HelpButton, HelpReceived } from "./help_call";
+import { BookingPanel } from "./booking/booking_panel";
 import { address } from "./navigation";
-import { RidePanel } from "./ride_panel";
-import { SeriesPanel } from "./series_panel";
-import { Stage } from "./stage";
-import { TimetablePanel } from "./timetable_panel";
-import { words } from "./words";
+import { PassengerMap } from "./passenger_map";
+import { HelpButton, HelpReceipt } from "./ride/help_call";
+import { RideLookupPanel } from "./ride/ride_lookup_panel";
+import { RidePanel } from "./ride/ride_panel";
+import { trackRide, trackedRide } from "./ride/ride_tracker";
+import { SeriesPanel } from "./series/series_panel";
+import { texts } from "./texts/texts";
+import { TimetablePanel } from "./timetable/timetable_panel";
+import { removeRideToken } from "./token_storage";
 
 export function App() {
   useSignalEffect(() => {
-    document.title = words.value.title;
+    document.title = texts.value.title;
   });
   useSignalEffect(() => {
-    follow(address.value.view === "ride" ? address.value.token : null);
+    trackRide(address.value.view === "ride" ? address.value.token : null);
   });
   useSignalEffect(() => {
-    const ride = followed.value;
-    if (ride?.story.value?.ended === true) forgetRide(ride.token);
+    const ride = trackedRide.value;
+    if (ride?.progress.value?.ended === true) removeRideToken(ride.token);
   });
   useSignalEffect(() => {
-    const drawn = campus.peek()?.shape.map_version;
-    const needed = followed.value?.link.scene.value?.map_version;
+    const drawn = campus.peek()?.geometry.map_version;
+    const needed = trackedRide.value?.link.scene.value?.map_version;
     if (drawn !== undefined && needed !== undefined && needed !== drawn) void loadCampus();
   });
-  const ride = followed.value;
-  const has_help = ride?.story.value?.ended === false;
+  const ride = trackedRide.value;
+  const has_help = ride?.progress.value?.ended === false;
   return (
     <>
       <a class="skip" href="#panel" onClick={skipToPanel}>
-        {words.value.skip_to_panel}
+        {texts.value.skip_to_panel}
       </a>
       <header class="top">
-        <LoopMark />
-        <strong>{words.value.title}</strong>
+        <Logo />
+        <strong>{texts.value.title}</strong>
         <LanguageSwitch />
         {has_help && <HelpButton ride={ride} />}
       </header>
-      <main>{campus.value === null ? <Starting /> : <Page campus={campus.value} />}</main>
+      <main>{campus.value === null ? <CampusLoading /> : <Page campus={campus.value} />}</main>
     </>
   );
 }
 
-/** The fragment says which page this is, so a plain anchor would leave it. */
+/** Moves the focus to the panel. A plain anchor would change the fragment, which holds the page's address. */
 function skipToPanel(event: Event): void {
   event.preventDefault();
   document.getElementById("panel")?.focus();
 }
 
 function Page({ campus }: { readonly campus: Campus }) {
-  const ride = followed.value;
-  const here = address.value;
+  const ride = trackedRide.value;
+  const shown = address.value;
   return (
-    <div class={`page view-${here.view}`}>
-      <Stage campus={campus} />
+    <div class={`page view-${shown.view}`}>
+      <PassengerMap campus={campus} />
       <div class="panel" id="panel" tabIndex={-1}>
-        {ride !== null && <HelpReceived ride={ride} timezone={campus.view.timezone} />}
+        {ride !== null && <HelpReceipt ride={ride} timezone={campus.view.timezone} />}
         {ride !== null ? (
           <RidePanel ride={ride} campus={campus} />
-        ) : here.view === "series" ? (
-          <SeriesPanel token={here.token} campus={campus} />
-        ) : here.view === "timetable" ? (
+        ) : shown.view === "series" ? (
+          <SeriesPanel token={shown.token} campus={campus} />
+        ) : shown.view === "timetable" ? (
           <TimetablePanel campus={campus} />
-        ) : here.view === "find" ? (
-          <CodePanel code={here.code} campus={campus} />
+        ) : shown.view === "find" ? (
+          <RideLookupPanel code={shown.code} campus={campus} />
         ) : (
           <BookingPanel campus={campus} />
         )}
@@ -79,14 +80,14 @@ function Page({ campus }: { readonly campus: Campus }) {
   );
 }
 
-function Starting() {
+function CampusLoading() {
   const problem = campusProblem.value;
-  if (problem === null) return <Loading text={words.value.loading_campus} />;
+  if (problem === null) return <Loading text={texts.value.loading_campus} />;
   return (
-    <div class="starting">
-      <ProblemNote problem={problem} />
+    <div class="startup">
+      <ProblemAlert problem={problem} />
       <button type="button" class="button main" onClick={() => void loadCampus()}>
-        {words.value.try_again}
+        {texts.value.try_again}
       </button>
     </div>
   );

@@ -1,5 +1,5 @@
 import { render } from "preact";
-import { loadCampus } from "../shared/api/campus";
+import { loadCampus } from "../shared/campus/campus";
 import "../shared/ui/theme.css";
 import "../shared/ui/controls.css";
 import "./passenger.css";

@@ -1,5 +1,5 @@
 import createClient from "openapi-fetch";
-import type { Answer } from "./problem";
+import type { Result } from "./problem";
 import { OFFLINE, problemFrom } from "./problem";
 import type { components, paths } from "./schema";
 
@@ -7,14 +7,14 @@ export type Schemas = components["schemas"];
 
 export const api = createClient<paths>();
 
-interface Reply<T> {
+interface ApiResponse<T> {
   readonly data?: T;
   readonly error?: unknown;
   readonly response: Response;
 }
 
-/** A call's value or its problem, so that no page has to catch anything. */
-export async function answerOf<T>(call: Promise<Reply<T>>): Promise<Answer<T>> {
+/** The value of a call or its problem, so that pages catch no exceptions. */
+export async function resultOf<T>(call: Promise<ApiResponse<T>>): Promise<Result<T>> {
   try {
     const { data, error, response } = await call;
     if (response.ok) return { ok: true, value: data as T };

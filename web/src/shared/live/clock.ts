@@ -1,8 +1,8 @@
 import { signal } from "@preact/signals";
 
-/** Ticks once a second, for words like "12 s ago"; read it where such words are shown. */
-export const second = signal(performance.now());
+/** The page's monotonic clock, updated once a second; texts such as "12 s ago" read it to stay current. */
+export const monotonic_ms = signal(performance.now());
 
 window.setInterval(() => {
-  second.value = performance.now();
+  monotonic_ms.value = performance.now();
 }, 1000);

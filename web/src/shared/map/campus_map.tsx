@@ -1,104 +1,108 @@
 import { useEffect, useRef, useState } from "preact/hooks";
+import type { CampusGeometry } from "../campus/campus_geometry";
 import type { Point } from "../scene/scene";
-import { AimIcon, FitIcon, MinusIcon, PlusIcon } from "../ui/icons";
-import type { CampusShape } from "./campus_shape";
-import type { Look, Picked } from "./map_view";
+import { FitIcon, FollowIcon, MinusIcon, PlusIcon } from "../ui/icons";
+import type { MapContent, MapSelection } from "./map_content";
 import { MapView } from "./map_view";
 
-export interface MapWords {
+export interface MapTexts {
   readonly map: string;
   readonly zoom_in: string;
   readonly zoom_out: string;
-  readonly whole: string;
+  readonly show_all: string;
   readonly follow?: string;
 }
 
 interface CampusMapProps {
-  readonly shape: CampusShape;
-  readonly look: Look;
-  readonly words: MapWords;
-  /** What the camera shows when it is free; a new `focus_key` frees it and looks there at once. */
+  readonly geometry: CampusGeometry;
+  readonly content: MapContent;
+  readonly texts: MapTexts;
+  /** What the camera shows until the user moves it; a new `focus_key` moves it there again. */
   readonly focus: readonly Point[];
   readonly focus_key: string;
   readonly attribution: string;
-  readonly onPick: (what: Picked) => void;
-  /** With a chosen shuttle: a button that keeps the camera with it. */
+  readonly onSelect: (selection: MapSelection) => void;
+  /** Shows a button that makes the camera follow the selected shuttle. */
   readonly followable?: boolean;
 }
 
 const ZOOM_STEP = 1.6;
 
-/** The campus on a canvas, with buttons for those who cannot or would rather not pinch. */
+/** The campus on a canvas. Its buttons do what gestures do, for users who cannot pinch. */
 export function CampusMap(props: CampusMapProps) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const view = useRef<MapView | null>(null);
   const latest = useRef(props);
-  const taken = useRef(false);
-  const [follows, setFollows] = useState(false);
+  const camera_moved = useRef(false);
+  const [is_following, setFollowing] = useState(false);
   latest.current = props;
 
   useEffect(() => {
-    const made = new MapView(canvas.current!, {
-      picked: (what) => latest.current.onPick(what),
-      taken: () => {
-        taken.current = true;
-        setFollows(false);
+    const created = new MapView(canvas.current!, {
+      selected: (selection) => latest.current.onSelect(selection),
+      cameraMoved: () => {
+        camera_moved.current = true;
+        setFollowing(false);
       },
     });
-    view.current = made;
-    return () => made.leave();
+    view.current = created;
+    return () => created.close();
   }, []);
 
-  useEffect(() => view.current?.showCampus(props.shape), [props.shape]);
+  useEffect(() => view.current?.setGeometry(props.geometry), [props.geometry]);
   useEffect(
-    () => view.current?.show({ ...props.look, follow: follows && props.followable === true }),
-    [props.look, follows, props.followable],
+    () =>
+      view.current?.setContent({
+        ...props.content,
+        follow: is_following && props.followable === true,
+      }),
+    [props.content, is_following, props.followable],
   );
   useEffect(() => {
-    taken.current = false;
+    camera_moved.current = false;
   }, [props.focus_key]);
   useEffect(() => {
-    if (!taken.current) view.current?.fit(props.focus);
+    if (!camera_moved.current) view.current?.fit(props.focus);
   }, [props.focus, props.focus_key]);
 
-  const refit = () => {
-    taken.current = false;
-    setFollows(false);
+  const showAll = () => {
+    camera_moved.current = false;
+    setFollowing(false);
     view.current?.fit(props.focus);
   };
-  const { words } = props;
+  const { texts } = props;
   return (
     <div class="map">
-      <canvas ref={canvas} tabIndex={0} role="application" aria-label={words.map} />
+      <canvas ref={canvas} tabIndex={0} role="application" aria-label={texts.map} />
       <div class="map-buttons">
         <button
           type="button"
-          aria-label={words.zoom_in}
-          title={words.zoom_in}
+          aria-label={texts.zoom_in}
+          title={texts.zoom_in}
           onClick={() => view.current?.zoom(ZOOM_STEP)}
         >
           <PlusIcon />
         </button>
         <button
           type="button"
-          aria-label={words.zoom_out}
-          title={words.zoom_out}
+          aria-label={texts.zoom_out}
+          title={texts.zoom_out}
           onClick={() => view.current?.zoom(1 / ZOOM_STEP)}
         >
           <MinusIcon />
         </button>
-        <button type="button" aria-label={words.whole} title={words.whole} onClick={refit}>
+        <button type="button" aria-label={texts.show_all} title={texts.show_all} onClick={showAll}>
           <FitIcon />
         </button>
-        {props.followable === true && words.follow !== undefined && (
+        {props.followable === true && texts.follow !== undefined && (
           <button
             type="button"
-            aria-label={words.follow}
-            title={words.follow}
-            aria-pressed={follows}
-            onClick={() => setFollows(!follows)}
+            aria-label={texts.follow}
+            title={texts.follow}
+            aria-pressed={is_following}
+            onClick={() => setFollowing(!is_following)}
           >
-            <AimIcon />
+            <FollowIcon />
           </button>
         )}
       </div>

@@ -1,205 +1,179 @@
+import type { CampusGeometry } from "../campus/campus_geometry";
+import { stopName } from "../campus/campus_geometry";
 import { conditionOf } from "../scene/condition";
-import { Motion } from "../scene/motion";
-import type { Point, Scene, VehicleScene } from "../scene/scene";
-import type { Bounds, Camera, Padding, Size } from "./camera";
-import { boundsOf, fitted, toScreen, zoomedAt } from "./camera";
-import type { CampusShape } from "./campus_shape";
-import { stopName } from "./campus_shape";
-import { Gestures } from "./gestures";
-import type { Label } from "./labels";
-import { drawLabels } from "./labels";
-import type { StopRole } from "./marks";
-import { bodyLength_px, drawStop, drawVehicle, stopReach_px, vehicleReach_px } from "./marks";
-import type { Palette } from "./palette";
-import { readPalette } from "./palette";
-import { Ground, drawLine, useMapMetres } from "./roads";
-import { routeAhead } from "./route_ahead";
+import { PoseInterpolator } from "../scene/pose_interpolation";
+import type { Point, VehicleScene } from "../scene/scene";
+import type { Bounds, Camera, Padding, Size } from "./camera/camera";
+import { boundsOf, fitCamera, toScreen, zoomCamera } from "./camera/camera";
+import { Gestures } from "./camera/gestures";
+import { BaseMap, drawLine, setMapTransform } from "./drawing/base_map";
+import type { Label } from "./drawing/labels";
+import { drawLabels } from "./drawing/labels";
+import type { StopRole } from "./drawing/markers";
+import {
+  bodyLength_px,
+  drawStop,
+  drawVehicle,
+  stopRadius_px,
+  vehicleRadius_px,
+} from "./drawing/markers";
+import type { Palette } from "./drawing/palette";
+import { readPalette } from "./drawing/palette";
+import { routeAhead } from "./drawing/route_ahead";
+import type { MapContent, MapEvents, MapSelection } from "./map_content";
 
-/** Draws something of a page's own; the pen is in map metres. */
-export type Layer = (
-  pen: CanvasRenderingContext2D,
-  camera: Camera,
-  palette: Palette,
-  shape: CampusShape,
-) => void;
-
-/** What the page wants the map to show besides the campus itself. */
-export interface Look {
-  readonly scene: Scene | null;
-  readonly pickup: string;
-  readonly destination: string;
-  readonly chosen_vehicle: string;
-  /** Closed road, as lines in the map frame. */
-  readonly closed?: readonly (readonly Point[])[];
-  readonly language: string;
-  /** Shuttles jump from report to report instead of gliding. */
-  readonly still: boolean;
-  /** Drawn over the routes, in map metres. */
-  readonly layer?: Layer;
-  /** The camera stays with the chosen shuttle until a person takes it. */
-  readonly follow?: boolean;
-}
-
-export type Picked =
-  { readonly kind: "stop" | "vehicle"; readonly id: string } | { readonly kind: "nothing" };
-
-export interface MapEvents {
-  picked(what: Picked): void;
-  /** The person has taken the camera: following and fitting should rest. */
-  taken(): void;
-}
-
-/** Room for marks and labels, and on the right for the buttons. */
-const FREE_EDGE: Padding = { top: 32, right: 88, bottom: 40, left: 36 };
-const CLOSED_PX = 6;
+/** Space for markers and labels, and on the right for the buttons. */
+const FIT_PADDING: Padding = { top: 32, right: 88, bottom: 40, left: 36 };
+const CLOSED_ROAD_PX = 6;
 const FOLLOW_PX_PER_M_MIN = 9;
-const FINGERTIP_PX = 24;
-const MOUSE_PX = 12;
+const TOUCH_RADIUS_PX = 24;
+const MOUSE_RADIUS_PX = 12;
 
-/** Draws a campus on a canvas. It owns the camera and draws only when something has changed or moves. */
+/** Draws a campus on a canvas. It owns the camera, and draws only when something changed or moves. */
 export class MapView {
-  private readonly pen: CanvasRenderingContext2D;
-  private readonly leaving = new AbortController();
-  private readonly watcher: ResizeObserver;
-  private readonly motion = new Motion();
-  private shape: CampusShape | null = null;
-  private ground: Ground | null = null;
-  private look: Look | null = null;
+  private readonly context: CanvasRenderingContext2D;
+  private readonly closing = new AbortController();
+  private readonly resize_observer: ResizeObserver;
+  private readonly poses = new PoseInterpolator();
+  private geometry: CampusGeometry | null = null;
+  private base_map: BaseMap | null = null;
+  private content: MapContent | null = null;
   private palette: Palette;
   private frame = 0;
   private size: Size = { width_px: 1, height_px: 1 };
   private camera: Camera = { x_m: 0, y_m: 0, px_per_m: 1 };
   private following = false;
-  private wanted: { bounds: Bounds; padding: Padding } | null = null;
+  private fit_target: { bounds: Bounds; padding: Padding } | null = null;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
     private readonly events: MapEvents,
   ) {
-    const pen = canvas.getContext("2d");
-    if (pen === null) throw new Error("this browser cannot draw on a canvas");
-    this.pen = pen;
+    const context = canvas.getContext("2d");
+    if (context === null) throw new Error("this browser cannot draw on a canvas");
+    this.context = context;
     this.palette = readPalette(canvas);
-    this.watcher = new ResizeObserver(() => this.resized());
-    this.watcher.observe(canvas);
+    this.resize_observer = new ResizeObserver(() => this.resized());
+    this.resize_observer.observe(canvas);
     const scheme = matchMedia("(prefers-color-scheme: dark)");
-    scheme.addEventListener("change", () => this.recoloured(), { signal: this.leaving.signal });
+    scheme.addEventListener("change", () => this.paletteChanged(), { signal: this.closing.signal });
     new Gestures(
       canvas,
       {
         camera: () => this.camera,
         size: () => this.size,
-        moved: (camera) => this.take(camera),
-        tapped: (x, y, fingertip) => this.events.picked(this.at(x, y, fingertip)),
+        cameraMoved: (camera) => this.moveCamera(camera),
+        tapped: (x, y, is_touch) => this.events.selected(this.selectionAt(x, y, is_touch)),
       },
-      this.leaving.signal,
+      this.closing.signal,
     );
   }
 
-  leave(): void {
-    this.leaving.abort();
-    this.watcher.disconnect();
+  close(): void {
+    this.closing.abort();
+    this.resize_observer.disconnect();
     cancelAnimationFrame(this.frame);
   }
 
-  showCampus(shape: CampusShape): void {
-    if (shape === this.shape) return;
-    this.shape = shape;
-    this.ground = new Ground(shape);
-    this.soon();
+  setGeometry(geometry: CampusGeometry): void {
+    if (geometry === this.geometry) return;
+    this.geometry = geometry;
+    this.base_map = new BaseMap(geometry);
+    this.requestFrame();
   }
 
-  show(look: Look): void {
-    if (look.scene !== null && look.scene !== this.look?.scene)
-      this.motion.accept(look.scene, performance.now(), look.still);
-    if (look.follow !== this.look?.follow) this.following = look.follow === true;
-    this.look = look;
-    this.soon();
+  setContent(content: MapContent): void {
+    if (content.scene !== null && content.scene !== this.content?.scene)
+      this.poses.update(content.scene, performance.now(), content.interpolate);
+    if (content.follow !== this.content?.follow) this.following = content.follow === true;
+    this.content = content;
+    this.requestFrame();
   }
 
-  /** Shows all of these points, now and after every change of size, until a person takes the camera. */
-  fit(points: Iterable<Point>, padding: Padding = FREE_EDGE): void {
+  /** Shows all of these points, now and after every change of size, until the user moves the camera. */
+  fit(points: Iterable<Point>, padding: Padding = FIT_PADDING): void {
     const bounds = boundsOf(points);
     if (bounds === null) return;
-    this.wanted = { bounds, padding };
-    this.camera = fitted(bounds, this.size, padding);
-    this.soon();
+    this.fit_target = { bounds, padding };
+    this.camera = fitCamera(bounds, this.size, padding);
+    this.requestFrame();
   }
 
   zoom(factor: number): void {
     const { width_px, height_px } = this.size;
-    if (this.following) {
-      this.camera = zoomedAt(this.camera, this.size, width_px / 2, height_px / 2, factor);
-      this.soon();
+    const camera = zoomCamera(this.camera, this.size, width_px / 2, height_px / 2, factor);
+    if (!this.following) {
+      this.moveCamera(camera);
       return;
     }
-    this.take(zoomedAt(this.camera, this.size, width_px / 2, height_px / 2, factor));
+    this.camera = camera;
+    this.requestFrame();
   }
 
-  private take(camera: Camera): void {
+  private moveCamera(camera: Camera): void {
     this.camera = camera;
-    this.wanted = null;
+    this.fit_target = null;
     this.following = false;
-    this.events.taken();
-    this.soon();
+    this.events.cameraMoved();
+    this.requestFrame();
   }
 
   private resized(): void {
     const box = this.canvas.getBoundingClientRect();
     if (box.width === 0 || box.height === 0) return;
     this.size = { width_px: box.width, height_px: box.height };
-    if (this.wanted !== null)
-      this.camera = fitted(this.wanted.bounds, this.size, this.wanted.padding);
+    if (this.fit_target !== null)
+      this.camera = fitCamera(this.fit_target.bounds, this.size, this.fit_target.padding);
     this.draw();
   }
 
-  private recoloured(): void {
+  private paletteChanged(): void {
     this.palette = readPalette(this.canvas);
-    this.soon();
+    this.requestFrame();
   }
 
-  private soon(): void {
+  private requestFrame(): void {
     if (this.frame === 0) this.frame = requestAnimationFrame(() => this.draw());
   }
 
   private draw(): void {
     cancelAnimationFrame(this.frame);
     this.frame = 0;
-    const { pen, palette, size } = this;
-    const ratio = this.fillPixels();
+    const { context, palette, size } = this;
+    const pixel_ratio = this.resizeCanvas();
     const now_ms = performance.now();
-    this.followChosen(now_ms);
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    pen.fillStyle = palette.ground;
-    pen.fillRect(0, 0, size.width_px, size.height_px);
-    pen.save();
-    useMapMetres(pen, this.camera, size, ratio);
-    this.ground?.draw(pen, this.camera, palette);
-    for (const line of this.look?.closed ?? [])
-      drawLine(pen, this.camera, line, palette.closed, CLOSED_PX);
+    this.followSelected(now_ms);
+    context.setTransform(pixel_ratio, 0, 0, pixel_ratio, 0, 0);
+    context.fillStyle = palette.ground;
+    context.fillRect(0, 0, size.width_px, size.height_px);
+    context.save();
+    setMapTransform(context, this.camera, size, pixel_ratio);
+    this.base_map?.draw(context, this.camera, palette);
+    for (const line of this.content?.closed_roads ?? [])
+      drawLine(context, this.camera, line, palette.closed_road, CLOSED_ROAD_PX);
     this.drawRoutes(now_ms);
-    if (this.shape !== null) this.look?.layer?.(pen, this.camera, palette, this.shape);
-    pen.restore();
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    if (this.geometry !== null) this.content?.layer?.(context, this.camera, palette, this.geometry);
+    context.restore();
+    context.setTransform(pixel_ratio, 0, 0, pixel_ratio, 0, 0);
     const labels = [...this.drawVehicles(now_ms), ...this.drawStops()];
-    drawLabels(pen, palette, labels, size);
-    if (this.motion.isMoving(now_ms)) this.soon();
+    drawLabels(context, palette, labels, size);
+    if (this.poses.isMoving(now_ms)) this.requestFrame();
   }
 
-  private followChosen(now_ms: number): void {
+  private followSelected(now_ms: number): void {
     if (!this.following) return;
-    const vehicle = this.located().find((one) => one.vehicle_id === this.look?.chosen_vehicle);
+    const vehicle = this.located().find((vehicle) => this.isSelected(vehicle));
     if (vehicle === undefined) return;
-    const { x_m, y_m } = this.motion.pose(vehicle, now_ms);
-    const { px_per_m } = this.camera;
-    // From the whole campus it comes near at once; whoever has zoomed since keeps that.
-    const nearer = this.wanted === null ? px_per_m : Math.max(px_per_m, FOLLOW_PX_PER_M_MIN);
-    this.wanted = null;
-    this.camera = { x_m, y_m, px_per_m: nearer };
+    const { x_m, y_m } = this.poses.pose(vehicle, now_ms);
+    let { px_per_m } = this.camera;
+    // A camera that shows the whole campus zooms in at once; a zoom that the user chose stays.
+    if (this.fit_target !== null) px_per_m = Math.max(px_per_m, FOLLOW_PX_PER_M_MIN);
+    this.fit_target = null;
+    this.camera = { x_m, y_m, px_per_m };
   }
 
-  /** Matches the canvas to the screen's pixels; returns how many of them make one CSS pixel. */
-  private fillPixels(): number {
+  /** Matches the canvas to the screen's pixels; returns the number of screen pixels per CSS pixel. */
+  private resizeCanvas(): number {
     const ratio = window.devicePixelRatio || 1;
     const [width, height] = [
       Math.round(this.size.width_px * ratio),
@@ -211,27 +185,26 @@ export class MapView {
   }
 
   private drawRoutes(now_ms: number): void {
-    const chosen = this.look?.chosen_vehicle ?? "";
     for (const vehicle of this.located()) {
-      const is_chosen = vehicle.vehicle_id === chosen;
-      const { x_m, y_m } = this.motion.pose(vehicle, now_ms);
+      const selected = this.isSelected(vehicle);
+      const { x_m, y_m } = this.poses.pose(vehicle, now_ms);
       const ahead = routeAhead(vehicle.route, x_m, y_m);
-      this.pen.globalAlpha = is_chosen ? 0.85 : 0.35;
-      drawLine(this.pen, this.camera, ahead, this.palette.route, is_chosen ? 5 : 3);
+      this.context.globalAlpha = selected ? 0.85 : 0.35;
+      drawLine(this.context, this.camera, ahead, this.palette.route, selected ? 5 : 3);
     }
-    this.pen.globalAlpha = 1;
+    this.context.globalAlpha = 1;
   }
 
   private drawStops(): Label[] {
     const labels: Label[] = [];
-    for (const stop of this.shape?.stops ?? []) {
+    for (const stop of this.geometry?.stops ?? []) {
       const role = this.roleOf(stop.stop_id);
       const [x_px, y_px] = toScreen(this.camera, this.size, stop.x_m, stop.y_m);
       if (!this.onScreen(x_px, y_px)) continue;
-      drawStop(this.pen, this.palette, x_px, y_px, role);
-      const text = stopName(stop, this.look?.language ?? "en");
+      drawStop(this.context, this.palette, x_px, y_px, role);
+      const text = stopName(stop, this.content?.language ?? "en");
       const strong = role !== "plain";
-      labels.push({ text, x_px, y_px, reach_px: stopReach_px(role), strong });
+      labels.push({ text, x_px, y_px, radius_px: stopRadius_px(role), strong });
     }
     return labels.sort((a, b) => Number(b.strong) - Number(a.strong));
   }
@@ -239,55 +212,59 @@ export class MapView {
   private drawVehicles(now_ms: number): Label[] {
     const length = bodyLength_px(this.camera.px_per_m);
     return this.located().map((vehicle) => {
-      const pose = this.motion.pose(vehicle, now_ms);
+      const pose = this.poses.pose(vehicle, now_ms);
       const [x, y] = toScreen(this.camera, this.size, pose.x_m, pose.y_m);
-      const chosen = vehicle.vehicle_id === this.look?.chosen_vehicle;
-      drawVehicle(this.pen, this.palette, {
+      const selected = this.isSelected(vehicle);
+      drawVehicle(this.context, this.palette, {
         x,
         y,
         heading_rad: pose.yaw_rad,
         length,
         condition: conditionOf(vehicle),
-        chosen,
+        selected,
       });
-      const reach_px = vehicleReach_px(length, chosen);
-      return { text: vehicle.name, x_px: x, y_px: y, reach_px, strong: true };
+      const radius_px = vehicleRadius_px(length, selected);
+      return { text: vehicle.name, x_px: x, y_px: y, radius_px, strong: true };
     });
   }
 
   private located(): readonly VehicleScene[] {
-    return (this.look?.scene?.vehicles ?? []).filter((vehicle) => vehicle.located);
+    return (this.content?.scene?.vehicles ?? []).filter((vehicle) => vehicle.located);
+  }
+
+  private isSelected(vehicle: VehicleScene): boolean {
+    return vehicle.vehicle_id === this.content?.selected_vehicle;
   }
 
   private roleOf(stop_id: string): StopRole {
-    if (stop_id === this.look?.pickup) return "pickup";
-    return stop_id === this.look?.destination ? "destination" : "plain";
+    if (stop_id === this.content?.pickup) return "pickup";
+    return stop_id === this.content?.destination ? "destination" : "plain";
   }
 
   private onScreen(x: number, y: number): boolean {
     return x > -20 && y > -20 && x < this.size.width_px + 20 && y < this.size.height_px + 20;
   }
 
-  /** The nearest thing within reach of a fingertip; shuttles before stops. */
-  private at(x_px: number, y_px: number, fingertip: boolean): Picked {
-    const reach = fingertip ? FINGERTIP_PX : MOUSE_PX;
-    const away = (x_m: number, y_m: number) => {
+  /** The nearest shuttle, or else the nearest stop, within the radius of a finger or a mouse. */
+  private selectionAt(x_px: number, y_px: number, is_touch: boolean): MapSelection {
+    const radius_px = is_touch ? TOUCH_RADIUS_PX : MOUSE_RADIUS_PX;
+    const distance_px = (x_m: number, y_m: number) => {
       const [x, y] = toScreen(this.camera, this.size, x_m, y_m);
       return Math.hypot(x - x_px, y - y_px);
     };
-    const vehicle = nearest(this.located(), (v) => away(v.x_m, v.y_m), reach);
+    const vehicle = nearest(this.located(), (v) => distance_px(v.x_m, v.y_m), radius_px);
     if (vehicle !== null) return { kind: "vehicle", id: vehicle.vehicle_id };
-    const stop = nearest(this.shape?.stops ?? [], (s) => away(s.x_m, s.y_m), reach);
+    const stop = nearest(this.geometry?.stops ?? [], (s) => distance_px(s.x_m, s.y_m), radius_px);
     return stop === null ? { kind: "nothing" } : { kind: "stop", id: stop.stop_id };
   }
 }
 
-function nearest<T>(items: readonly T[], away: (item: T) => number, within: number): T | null {
+function nearest<T>(items: readonly T[], distanceOf: (item: T) => number, max: number): T | null {
   let best: T | null = null;
-  let best_away = within;
+  let best_distance = max;
   for (const item of items) {
-    const distance = away(item);
-    if (distance <= best_away) [best, best_away] = [item, distance];
+    const distance = distanceOf(item);
+    if (distance <= best_distance) [best, best_distance] = [item, distance];
   }
   return best;
 }

@@ -1,6 +1,6 @@
 import type { VehicleScene } from "./scene";
 
-/** What a shuttle is doing, in the one word that decides its colour, its sign and its wording. */
+/** The one state of a shuttle that decides its colour, its badge and its text. */
 export type Condition =
   | "offline"
   | "fault"
@@ -14,13 +14,13 @@ export type Condition =
   | "charging"
   | "standing";
 
-/** How much attention a condition asks for; colour always comes with the sign and the word. */
+/** How much attention a condition asks for. Its colour never stands alone: a badge or a text says the same. */
 export type Urgency = "danger" | "warning" | "good" | "calm";
 
 const MOVING_MPS = 0.15;
-/** A shuttle keeps about a metre in front of what it stands for; beyond this nothing blocks it. */
+/** A shuttle stops about a metre ahead of an obstacle; an obstacle further away than this does not block it. */
 const BLOCKED_WITHIN_M = 6;
-/** From here on a battery takes hardly any more. */
+/** A battery above this hardly charges any more. */
 const FULL_RATIO = 0.99;
 
 export function conditionOf(vehicle: VehicleScene): Condition {

@@ -32,7 +32,7 @@ test("a delta without a scene before it changes nothing", () => {
   expect(nextScene(null, aDelta({}))).toBeNull();
 });
 
-test("changed items keep their place, new ones come last, gone ones leave", () => {
+test("changed items keep their order, new ones come last, removed ones disappear", () => {
   const scene = nextScene(
     two,
     aDelta({
@@ -47,7 +47,7 @@ test("changed items keep their place, new ones come last, gone ones leave", () =
   expect(scene.at_ms).toBe(5);
 });
 
-test("lists that did not change stay the same objects, so that nothing is drawn again", () => {
+test("unchanged lists stay the same objects, so that they are not drawn again", () => {
   const scene = nextScene(two, aDelta({}))!;
   expect(scene.vehicles).toBe(two.vehicles);
   expect(scene.rides).toBe(two.rides);

@@ -7,29 +7,34 @@ export function nextScene(scene: Scene | null, message: SceneMessage): Scene | n
   return {
     ...scene,
     at_ms: message.at_ms,
-    vehicles: merged(scene.vehicles, message.vehicles, message.vehicles_gone, (v) => v.vehicle_id),
-    rides: merged(scene.rides, message.rides, message.rides_gone, (ride) => ride.ride_id),
+    vehicles: mergeById(
+      scene.vehicles,
+      message.vehicles,
+      message.vehicles_gone,
+      (v) => v.vehicle_id,
+    ),
+    rides: mergeById(scene.rides, message.rides, message.rides_gone, (ride) => ride.ride_id),
     incidents: message.incidents ?? scene.incidents,
-    areas: merged(scene.areas, message.areas, [], (area) => area.area_id),
+    areas: mergeById(scene.areas, message.areas, [], (area) => area.area_id),
   };
 }
 
-/** Items keep their place, so that lists on screen do not jump; new ones come last. */
-function merged<T>(
-  now: T[],
+/** Items keep their order, so that lists on the screen do not jump; new items come last. */
+function mergeById<T>(
+  items: T[],
   changed: readonly T[],
-  gone: readonly string[],
+  removed_ids: readonly string[],
   idOf: (item: T) => string,
 ): T[] {
-  if (changed.length === 0 && gone.length === 0) return now;
-  const news = new Map(changed.map((item) => [idOf(item), item]));
-  const lost = new Set(gone);
-  const kept: T[] = [];
-  for (const item of now) {
+  if (changed.length === 0 && removed_ids.length === 0) return items;
+  const updates = new Map(changed.map((item) => [idOf(item), item]));
+  const removed = new Set(removed_ids);
+  const merged: T[] = [];
+  for (const item of items) {
     const id = idOf(item);
-    if (!lost.has(id)) kept.push(news.get(id) ?? item);
-    news.delete(id);
+    if (!removed.has(id)) merged.push(updates.get(id) ?? item);
+    updates.delete(id);
   }
-  for (const [id, item] of news) if (!lost.has(id)) kept.push(item);
-  return kept;
+  for (const [id, item] of updates) if (!removed.has(id)) merged.push(item);
+  return merged;
 }

@@ -1,12 +1,12 @@
 import type { components } from "../api/schema";
 
+type Schemas = components["schemas"];
+
 /**
- * What a screen shows of the campus at one moment, live or replayed: the server's own schema. Times are
+ * What a screen shows of the campus at one time, live or replayed: the server's own schema. Times are
  * milliseconds since the Unix epoch, positions metres in the map frame (x east, y north), yaw
  * counter-clockwise from east.
  */
-type Schemas = components["schemas"];
-
 export type Scene = Readonly<Schemas["Scene"]>;
 export type VehicleScene = Readonly<Schemas["VehicleScene"]>;
 export type RideScene = Readonly<Schemas["RideScene"]>;
@@ -18,7 +18,12 @@ export type RideState = Schemas["RideState"];
 
 export type Point = readonly [x_m: number, y_m: number];
 
-const ENDED: ReadonlySet<string> = new Set<RideState>([
+export type EndState = Extract<
+  RideState,
+  "completed" | "refused" | "cancelled" | "no_show" | "failed"
+>;
+
+const END_STATES: ReadonlySet<string> = new Set<EndState>([
   "completed",
   "refused",
   "cancelled",
@@ -26,11 +31,11 @@ const ENDED: ReadonlySet<string> = new Set<RideState>([
   "failed",
 ]);
 
-export function hasEnded(state: string): boolean {
-  return ENDED.has(state);
+export function hasEnded(state: string): state is EndState {
+  return END_STATES.has(state);
 }
 
-/** The shuttle stands at this stop with its doors open, so that it takes a tap. */
-export function standsAt(vehicle: VehicleScene, stop_id: string): boolean {
+/** Whether the shuttle stands at the stop with open doors; only then does it accept a tap. */
+export function hasDoorsOpenAt(vehicle: VehicleScene, stop_id: string): boolean {
   return vehicle.doors_open && vehicle.next_stop === stop_id;
 }

@@ -1,6 +1,6 @@
 import type { PictureScene, RideScene, Scene, VehicleScene } from "./scene";
 
-/** A shuttle driving along, for tests. */
+/** A shuttle that drives, for tests. */
 export function aVehicle(changes: Partial<VehicleScene> = {}): VehicleScene {
   return {
     vehicle_id: "shuttle-1",

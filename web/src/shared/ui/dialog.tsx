@@ -7,14 +7,14 @@ interface DialogProps {
   readonly children: ComponentChildren;
 }
 
-/** A modal question. The browser keeps the focus inside, gives it back afterwards and closes on Escape. */
+/** A modal dialog. The browser keeps the focus inside, returns it afterwards and closes the dialog on Escape. */
 export function Dialog({ title, onClose, children }: DialogProps) {
   const dialog = useRef<HTMLDialogElement>(null);
   const title_id = useId();
   useEffect(() => {
-    const opened = dialog.current;
-    opened?.showModal();
-    return () => opened?.close();
+    const element = dialog.current;
+    element?.showModal();
+    return () => element?.close();
   }, []);
   return (
     <dialog
@@ -33,7 +33,7 @@ export function Dialog({ title, onClose, children }: DialogProps) {
   );
 }
 
-interface QuestionProps {
+interface ConfirmDialogProps {
   readonly title: string;
   readonly text: string;
   readonly yes: string;
@@ -43,7 +43,15 @@ interface QuestionProps {
   readonly onNo: () => void;
 }
 
-export function Question({ title, text, yes, no, danger = false, onYes, onNo }: QuestionProps) {
+export function ConfirmDialog({
+  title,
+  text,
+  yes,
+  no,
+  danger = false,
+  onYes,
+  onNo,
+}: ConfirmDialogProps) {
   return (
     <Dialog title={title} onClose={onNo}>
       <p>{text}</p>

@@ -21,7 +21,7 @@ function icon(children: ComponentChildren) {
 export const PlusIcon = () => icon(<path d="M10 4v12M4 10h12" />);
 export const MinusIcon = () => icon(<path d="M4 10h12" />);
 export const FitIcon = () => icon(<path d="M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4" />);
-export const AimIcon = () =>
+export const FollowIcon = () =>
   icon(
     <>
       <circle cx="10" cy="10" r="5" />
@@ -62,21 +62,21 @@ export const SearchIcon = () =>
 export const PlayIcon = () => icon(<path d="M6 4l10 6-10 6z" fill="currentColor" />);
 export const PauseIcon = () => icon(<path d="M7 4v12M13 4v12" stroke-width="3" />);
 
-/** The pickup's ring and the destination's square, as on the map. */
-export const PickupMark = () => (
+/** The markers of pickup and destination, as on the map. */
+export const PickupIcon = () => (
   <svg width="20" height="20" viewBox="0 0 20 20" aria-hidden="true">
     <circle cx="10" cy="10" r="8" fill="var(--accent)" />
     <circle cx="10" cy="10" r="3.2" fill="var(--surface)" />
   </svg>
 );
-export const DestinationMark = () => (
+export const DestinationIcon = () => (
   <svg width="20" height="20" viewBox="0 0 20 20" aria-hidden="true">
     <rect x="3" y="3" width="14" height="14" rx="3" fill="var(--ink)" />
   </svg>
 );
 
-/** The house's sign: a loop from stop to stop. */
-export const LoopMark = () => (
+/** Campusloop's logo: a loop from stop to stop. */
+export const Logo = () => (
   <svg width="28" height="28" viewBox="0 0 64 64" aria-hidden="true">
     <rect width="64" height="64" rx="14" fill="#0b6b4f" />
     <path

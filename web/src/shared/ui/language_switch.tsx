@@ -1,6 +1,6 @@
-import { chooseLanguage, language } from "../words/language";
+import { chooseLanguage, language } from "../texts/language";
 
-/** Each language is named in itself, so that whoever needs it can read it. */
+/** Each language is named in that language, so that its speakers can read it. */
 export function LanguageSwitch() {
   return (
     <div class="switch" role="group" aria-label="Language / 语言">

@@ -1,0 +1,93 @@
+import { useSignal } from "@preact/signals";
+import type { Schemas } from "../../shared/api/client";
+import { api, resultOf } from "../../shared/api/client";
+import type { Problem } from "../../shared/api/problem";
+import { ProblemAlert } from "../../shared/ui/alerts";
+import { goTo } from "../navigation";
+import { link } from "../session";
+import { incidents } from "../store/incidents";
+import { texts } from "../texts/texts";
+import { formatTimeOrDateTime } from "../texts/times";
+
+type Incident = Schemas["IncidentView"];
+
+/** Help calls differ from other incidents by position, size and text as well as by colour. */
+export function IncidentList({ shown }: { readonly shown: readonly Incident[] }) {
+  const t = texts.value;
+  if (shown.length === 0) return <p class="empty">{t.no_incidents}</p>;
+  return (
+    <ul class="incidents">
+      {shown.map((incident) => (
+        <li key={incident.incident_id}>
+          <IncidentCard incident={incident} />
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+function IncidentCard({ incident }: { readonly incident: Incident }) {
+  const t = texts.value;
+  const problem = useSignal<Problem | null>(null);
+  const is_open = incident.closed_at === null;
+  const is_new = is_open && incident.acknowledged_at === null;
+  const act = async (verb: "acknowledge" | "close") => {
+    const path = { params: { path: { incident_id: incident.incident_id } } };
+    const result = await resultOf(
+      verb === "acknowledge"
+        ? api.POST("/api/v1/incidents/{incident_id}/acknowledge", path)
+        : api.POST("/api/v1/incidents/{incident_id}/close", path),
+    );
+    problem.value = result.ok ? null : result.problem;
+    await incidents.refresh();
+  };
+  const severity = incident.priority === 0 ? "help" : incident.priority < 30 ? "severe" : "";
+  return (
+    <article
+      class={`incident ${severity} ${is_new ? "new" : ""} ${is_open ? "" : "over"}`}
+      data-kind={incident.kind}
+    >
+      <header>
+        <h3>{t.kinds[incident.kind] ?? incident.kind}</h3>
+        <time>{formatTimeOrDateTime(incident.opened_at)}</time>
+      </header>
+      {incident.cause !== "" && <p>{incident.cause}</p>}
+      <p class="incident-facts">
+        {incident.vehicle_id !== null && (
+          <button
+            type="button"
+            class="plain-link"
+            onClick={() => goTo("live", incident.vehicle_id!)}
+          >
+            {incident.vehicle_id}
+          </button>
+        )}
+        {incident.ride_id !== null && (
+          <span>
+            {t.ride} {rideCode(incident.ride_id)}
+          </span>
+        )}
+        {incident.acknowledged_by !== "" && <span>{t.seen_by(incident.acknowledged_by)}</span>}
+        {!is_open && <span>{t.closed_by(incident.closed_by)}</span>}
+      </p>
+      {is_open && (
+        <div class="buttons">
+          {is_new && (
+            <button type="button" class="button small main" onClick={() => void act("acknowledge")}>
+              {t.acknowledge}
+            </button>
+          )}
+          <button type="button" class="button small" onClick={() => void act("close")}>
+            {t.close}
+          </button>
+        </div>
+      )}
+      {problem.value !== null && <ProblemAlert problem={problem.value} />}
+    </article>
+  );
+}
+
+function rideCode(ride_id: string): string {
+  const rides = link.value?.scene.value?.rides ?? [];
+  return rides.find((ride) => ride.ride_id === ride_id)?.ride_code ?? ride_id;
+}

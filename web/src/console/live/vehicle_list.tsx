@@ -1,0 +1,49 @@
+import type { Scene, VehicleScene } from "../../shared/scene/scene";
+import { goTo } from "../navigation";
+import { stopName } from "../texts/stop_names";
+import { texts } from "../texts/texts";
+import { ConditionChip } from "../vehicles/condition_chip";
+
+export function VehicleList({ scene }: { readonly scene: Scene }) {
+  const t = texts.value;
+  const vehicles = [...scene.vehicles].sort((a, b) => a.name.localeCompare(b.name));
+  return (
+    <section class="block" aria-label={t.vehicles}>
+      <h2>{t.vehicles}</h2>
+      {vehicles.length === 0 && (
+        <p class="empty">
+          {t.no_vehicles}{" "}
+          <button type="button" class="button small" onClick={() => goTo("access")}>
+            {t.enrol_first}
+          </button>
+        </p>
+      )}
+      <ul class="rows">
+        {vehicles.map((vehicle) => (
+          <li key={vehicle.vehicle_id}>
+            <VehicleRow vehicle={vehicle} />
+          </li>
+        ))}
+      </ul>
+    </section>
+  );
+}
+
+function VehicleRow({ vehicle }: { readonly vehicle: VehicleScene }) {
+  const t = texts.value;
+  return (
+    <button type="button" class="row" onClick={() => goTo("live", vehicle.vehicle_id)}>
+      <span class="row-head">
+        <strong>{vehicle.name}</strong>
+        <ConditionChip vehicle={vehicle} />
+      </span>
+      <span class="row-facts">
+        {!vehicle.in_service && <span>{t.out_of_service}</span>}
+        <span>{t.kmh((vehicle.speed_mps * 3.6).toFixed(0))}</span>
+        <span>{t.seats_taken(vehicle.people_aboard, vehicle.seats)}</span>
+        <span>{(vehicle.battery_ratio * 100).toFixed(0)} %</span>
+        {vehicle.next_stop !== "" && <span>→ {stopName(vehicle.next_stop)}</span>}
+      </span>
+    </button>
+  );
+}

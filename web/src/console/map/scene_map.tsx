@@ -1,0 +1,78 @@
+import { useMemo } from "preact/hooks";
+import type { Schemas } from "../../shared/api/client";
+import type { Campus } from "../../shared/campus/campus";
+import type { CampusGeometry } from "../../shared/campus/campus_geometry";
+import { pointsOf } from "../../shared/campus/campus_geometry";
+import { CampusMap } from "../../shared/map/campus_map";
+import type { MapContent } from "../../shared/map/map_content";
+import { prefersReducedMotion } from "../../shared/map/reduced_motion";
+import type { Point, Scene } from "../../shared/scene/scene";
+import { language } from "../../shared/texts/language";
+import { texts } from "../texts/texts";
+import { drivingLayer } from "./driving_layer";
+
+type Closure = Schemas["ClosureView"];
+
+interface SceneMapProps {
+  readonly campus: Campus;
+  readonly scene: Scene | null;
+  readonly selected_vehicle: string;
+  /** false: the scene is a jump in time, across which poses are not interpolated. */
+  readonly interpolate: boolean;
+  readonly closures?: readonly Closure[];
+  /** The scene's clock now; by default the scene's own time. */
+  readonly at_ms?: number | undefined;
+  readonly geometry?: CampusGeometry;
+  readonly onSelect: (vehicle_id: string) => void;
+}
+
+/** A scene on the campus map, live or replayed. */
+export function SceneMap({
+  campus,
+  scene,
+  selected_vehicle,
+  interpolate,
+  closures = [],
+  at_ms,
+  geometry = campus.geometry,
+  onSelect,
+}: SceneMapProps) {
+  const content: MapContent = {
+    scene,
+    pickup: "",
+    destination: "",
+    selected_vehicle,
+    closed_roads: closures
+      .filter((closure) => closure.state === "in_force")
+      .flatMap((closure) => closure.lines.map(pointsOf)),
+    language: language.value,
+    interpolate: interpolate && !prefersReducedMotion.value,
+    ...(scene === null
+      ? {}
+      : { layer: drivingLayer(scene, at_ms ?? scene.at_ms, selected_vehicle) }),
+  };
+  const focus = useMemo<readonly Point[]>(
+    () => geometry.lanes.flatMap((lane) => [lane.points[0]!, lane.points.at(-1)!]),
+    [geometry],
+  );
+  return (
+    <CampusMap
+      geometry={geometry}
+      content={content}
+      focus={focus}
+      focus_key={geometry.map_version}
+      followable={selected_vehicle !== ""}
+      attribution={campus.view.attribution}
+      texts={{
+        map: texts.value.map,
+        zoom_in: texts.value.zoom_in,
+        zoom_out: texts.value.zoom_out,
+        show_all: texts.value.whole_map,
+        follow: texts.value.follow,
+      }}
+      onSelect={(selection) => {
+        if (selection.kind === "vehicle") onSelect(selection.id);
+      }}
+    />
+  );
+}

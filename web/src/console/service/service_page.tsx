@@ -1,0 +1,42 @@
+import { useEffect } from "preact/hooks";
+import { Alert, Loading, ProblemAlert } from "../../shared/ui/alerts";
+import { closures } from "../store/closures";
+import { activeSeries } from "../store/series";
+import { service, timetable } from "../store/service";
+import { texts } from "../texts/texts";
+import { CalendarList } from "./calendar_list";
+import { ClosureList } from "./closure_list";
+import { ExceptionList } from "./exception_list";
+import { SeriesList } from "./series_list";
+import { TripList } from "./trip_list";
+
+/** The days and hours of service, closures, today's trips and recurring bookings. */
+export function ServicePage() {
+  const t = texts.value;
+  const shown = service.value.value;
+  useEffect(() => {
+    void service.refresh();
+    void timetable.refresh();
+    void activeSeries.refresh();
+    void closures.refresh();
+  }, []);
+  return (
+    <section class="sheet">
+      <header class="sheet-head">
+        <h1>{t.service}</h1>
+      </header>
+      {service.problem.value !== null && <ProblemAlert problem={service.problem.value} />}
+      {shown === null && service.problem.value === null && <Loading text={t.loading} />}
+      {shown !== null && shown.rides_outside > 0 && (
+        <Alert tone="warning">{t.rides_outside(shown.rides_outside)}</Alert>
+      )}
+      <div class="service-grid">
+        {shown !== null && <ExceptionList shown={shown} />}
+        {shown !== null && <CalendarList shown={shown} />}
+        <ClosureList />
+        <TripList />
+        <SeriesList />
+      </div>
+    </section>
+  );
+}

@@ -1,7 +1,0 @@
-import { campus } from "../shared/api/campus";
-import { nameOfStop } from "../shared/map/campus_shape";
-import { language } from "../shared/words/language";
-
-export function stopTitle(stop_id: string): string {
-  return nameOfStop(campus.value?.shape.stops ?? [], stop_id, language.value);
-}

@@ -1,0 +1,39 @@
+import type { Scene, VehicleScene } from "../../shared/scene/scene";
+import { BackIcon } from "../../shared/ui/icons";
+import { goTo } from "../navigation";
+import { texts } from "../texts/texts";
+import { ConditionChip } from "./condition_chip";
+import { ShiftForm } from "./shift_form";
+import { VehicleCommands } from "./vehicle_commands";
+import { VehicleStatus } from "./vehicle_status";
+import { VisitList } from "./visit_list";
+
+interface VehiclePanelProps {
+  readonly vehicle: VehicleScene;
+  readonly scene: Scene;
+  readonly now_ms: number;
+}
+
+/** A live shuttle: commands, status, visits ahead and shifts. */
+export function VehiclePanel({ vehicle, scene, now_ms }: VehiclePanelProps) {
+  const t = texts.value;
+  return (
+    <section class="block vehicle" aria-label={vehicle.name}>
+      <header class="block-head">
+        <button type="button" class="button quiet small" onClick={() => goTo("live")}>
+          <BackIcon />
+          {t.all_vehicles}
+        </button>
+      </header>
+      <div class="row-head">
+        <h2>{vehicle.name}</h2>
+        <ConditionChip vehicle={vehicle} />
+        {!vehicle.in_service && <span class="chip warning">{t.out_of_service}</span>}
+      </div>
+      <VehicleCommands vehicle={vehicle} scene={scene} />
+      <VehicleStatus vehicle={vehicle} scene={scene} now_ms={now_ms} />
+      <VisitList vehicle={vehicle} />
+      <ShiftForm vehicle_id={vehicle.vehicle_id} />
+    </section>
+  );
+}

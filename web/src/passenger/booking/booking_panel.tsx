@@ -1,0 +1,200 @@
+import { useSignal } from "@preact/signals";
+import type { Problem } from "../../shared/api/problem";
+import type { Campus } from "../../shared/campus/campus";
+import { stopNameById } from "../../shared/campus/campus_geometry";
+import { language } from "../../shared/texts/language";
+import { ProblemAlert } from "../../shared/ui/alerts";
+import { DestinationIcon, PickupIcon, SwapIcon } from "../../shared/ui/icons";
+import { Stepper } from "../../shared/ui/stepper";
+import { goTo } from "../navigation";
+import { texts } from "../texts/texts";
+import { storeRideToken, storeSeriesToken } from "../token_storage";
+import { CurrentRideAlert, CurrentSeriesButton } from "./current_bookings";
+import { PickupTimeField, isPickupTimeValid } from "./pickup_time_field";
+import type { RideEnd } from "./ride_request";
+import {
+  bookRide,
+  canBook,
+  chooseStop,
+  destination,
+  mayWalk,
+  party,
+  pickup,
+  setParty,
+  swapEnds,
+  wheelchairs,
+} from "./ride_request";
+import { bookSeries, isRecurring, isSeriesRequestValid } from "./series_request";
+import { ServiceAlert } from "./service_alert";
+import { StopPicker } from "./stop_picker";
+
+export function BookingPanel({ campus }: { readonly campus: Campus }) {
+  const open_picker = useSignal<RideEnd | null>(null);
+  if (open_picker.value !== null)
+    return (
+      <StopPicker
+        title={
+          open_picker.value === "pickup"
+            ? texts.value.choose_pickup
+            : texts.value.choose_destination
+        }
+        stops={campus.geometry.stops}
+        pickup={pickup.value}
+        destination={destination.value}
+        onChoose={(stop_id) => {
+          chooseStop(open_picker.value ?? "pickup", stop_id);
+          open_picker.value = null;
+        }}
+        onBack={() => {
+          open_picker.value = null;
+        }}
+      />
+    );
+  return (
+    <BookingForm
+      campus={campus}
+      onPick={(end) => {
+        open_picker.value = end;
+      }}
+    />
+  );
+}
+
+interface BookingFormProps {
+  readonly campus: Campus;
+  readonly onPick: (end: RideEnd) => void;
+}
+
+function BookingForm({ campus, onPick }: BookingFormProps) {
+  const busy = useSignal(false);
+  const problem = useSignal<Problem | null>(null);
+  const t = texts.value;
+  const { timezone, seats_max } = campus.view;
+  const is_ready =
+    canBook.value &&
+    (isRecurring.value ? isSeriesRequestValid(timezone) : isPickupTimeValid(timezone));
+  const submit = async (event: Event) => {
+    event.preventDefault();
+    busy.value = true;
+    problem.value = null;
+    problem.value = await (isRecurring.value ? submitSeries() : submitRide(timezone));
+    busy.value = false;
+  };
+  return (
+    <form class="booking" onSubmit={(event) => void submit(event)}>
+      <h1>{t.book_title}</h1>
+      <CurrentRideAlert />
+      <ServiceAlert campus={campus} />
+      <StopFields campus={campus} onPick={onPick} />
+      <div class="field-pair">
+        <Stepper
+          label={t.people}
+          value={party.value}
+          min={1}
+          max={seats_max}
+          fewer={t.fewer}
+          more={t.more}
+          onChange={setParty}
+        />
+        <Stepper
+          label={t.wheelchairs}
+          value={wheelchairs.value}
+          min={0}
+          max={party.value}
+          fewer={t.fewer}
+          more={t.more}
+          onChange={(count) => {
+            wheelchairs.value = count;
+          }}
+        />
+      </div>
+      <PickupTimeField view={campus.view} />
+      {!isRecurring.value && (
+        <label class="walk-option">
+          <input
+            type="checkbox"
+            checked={mayWalk.value}
+            onChange={(event) => {
+              mayWalk.value = event.currentTarget.checked;
+            }}
+          />
+          {t.may_walk}
+        </label>
+      )}
+      {problem.value !== null && <ProblemAlert problem={problem.value} />}
+      <div class="book-bar">
+        <button class="button main large wide" disabled={!is_ready || busy.value}>
+          {busy.value
+            ? t.booking
+            : !canBook.value
+              ? t.both_stops_first
+              : isRecurring.value
+                ? t.book_series
+                : t.book}
+        </button>
+      </div>
+      <div class="more-links">
+        <button
+          type="button"
+          class="button quiet small"
+          onClick={() => goTo({ view: "find", code: "" })}
+        >
+          {t.have_code}
+        </button>
+        {campus.view.has_timetable && (
+          <button
+            type="button"
+            class="button quiet small"
+            onClick={() => goTo({ view: "timetable" })}
+          >
+            {t.timetable}
+          </button>
+        )}
+        <CurrentSeriesButton />
+      </div>
+    </form>
+  );
+}
+
+async function submitRide(timezone: string): Promise<Problem | null> {
+  const result = await bookRide(timezone);
+  if (!result.ok) return result.problem;
+  if (result.value.state !== "refused") storeRideToken(result.value.token);
+  goTo({ view: "ride", token: result.value.token });
+  return null;
+}
+
+async function submitSeries(): Promise<Problem | null> {
+  const result = await bookSeries();
+  if (!result.ok) return result.problem;
+  storeSeriesToken(result.value.token);
+  isRecurring.value = false;
+  goTo({ view: "series", token: result.value.token });
+  return null;
+}
+
+function StopFields({ campus, onPick }: BookingFormProps) {
+  const t = texts.value;
+  const name = (stop_id: string) => stopNameById(campus.geometry.stops, stop_id, language.value);
+  return (
+    <div class="stop-fields card">
+      <button type="button" class="stop-field" onClick={() => onPick("pickup")}>
+        <PickupIcon />
+        <span>
+          <small>{t.from}</small>
+          {pickup.value === "" ? <em>{t.choose_pickup}</em> : name(pickup.value)}
+        </span>
+      </button>
+      <button type="button" class="stop-field" onClick={() => onPick("destination")}>
+        <DestinationIcon />
+        <span>
+          <small>{t.to}</small>
+          {destination.value === "" ? <em>{t.choose_destination}</em> : name(destination.value)}
+        </span>
+      </button>
+      <button type="button" class="swap" aria-label={t.swap} title={t.swap} onClick={swapEnds}>
+        <SwapIcon />
+      </button>
+    </div>
+  );
+}

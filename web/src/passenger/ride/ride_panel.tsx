@@ -1,0 +1,135 @@
+import { useSignal } from "@preact/signals";
+import type { Campus } from "../../shared/campus/campus";
+import { stopNameById } from "../../shared/campus/campus_geometry";
+import { monotonic_ms } from "../../shared/live/clock";
+import { language } from "../../shared/texts/language";
+import { Alert, Loading, ProblemAlert } from "../../shared/ui/alerts";
+import { clearEnds } from "../booking/ride_request";
+import { goTo } from "../navigation";
+import { texts } from "../texts/texts";
+import { AlternativeList } from "./alternative_list";
+import { DestinationChange } from "./destination_change";
+import { RideActions } from "./ride_actions";
+import type { RideProgress } from "./ride_progress";
+import { delayText, detailText, titleText, titleWithTime, vehicleName } from "./ride_texts";
+import type { RideTracker, Ticket } from "./ride_tracker";
+import { TicketCard } from "./ticket_card";
+
+interface RidePanelProps {
+  readonly ride: RideTracker;
+  readonly campus: Campus;
+}
+
+export function RidePanel({ ride, campus }: RidePanelProps) {
+  const [ticket, progress] = [ride.ticket.value, ride.progress.value];
+  const changing_destination = useSignal(false);
+  if (ride.problem.value !== null)
+    return (
+      <section class="ride">
+        <ProblemAlert problem={ride.problem.value} />
+        <BookAnotherButton />
+      </section>
+    );
+  if (ticket === null || progress === null) return <Loading text={texts.value.loading_ride} />;
+  if (changing_destination.value && progress.can_change_destination)
+    return (
+      <DestinationChange
+        ride={ride}
+        ticket={ticket}
+        campus={campus}
+        onDone={() => {
+          changing_destination.value = false;
+        }}
+      />
+    );
+  return (
+    <section class="ride">
+      <p class="visually-hidden" role="status">
+        {titleText(progress.phase, vehicleName(ride, ticket))}
+      </p>
+      <h1>{titleWithTime(ride, ticket, progress, campus.view.timezone)}</h1>
+      <RideDetails ride={ride} ticket={ticket} progress={progress} />
+      <ConnectionAlert ride={ride} progress={progress} />
+      {ticket.promise !== null && (
+        <TicketCard
+          ticket={ticket}
+          vehicle={vehicleName(ride, ticket)}
+          from={stopNameById(campus.geometry.stops, ticket.from_stop, language.value)}
+          to={stopNameById(campus.geometry.stops, ticket.to_stop, language.value)}
+          view={campus.view}
+          ended={progress.ended}
+        />
+      )}
+      <AlternativeList ticket={ticket} campus={campus} />
+      {progress.ended ? (
+        <BookAnotherButton keep={progress.phase === "refused"} />
+      ) : (
+        <RideActions
+          ride={ride}
+          progress={progress}
+          onChangeDestination={() => {
+            changing_destination.value = true;
+          }}
+        />
+      )}
+    </section>
+  );
+}
+
+interface RideDetailsProps {
+  readonly ride: RideTracker;
+  readonly ticket: Ticket;
+  readonly progress: RideProgress;
+}
+
+function RideDetails({ ride, ticket, progress }: RideDetailsProps) {
+  const t = texts.value;
+  const detail = detailText(ticket, progress);
+  const delay = delayText(ride, progress);
+  return (
+    <>
+      {detail !== "" && <p class="lead">{detail}</p>}
+      {ticket.let_out && !progress.ended && <Alert tone="good">{t.let_out}</Alert>}
+      {ticket.stranded_by !== null && !progress.ended && progress.phase !== "aboard" && (
+        <Alert tone="warning">{t.stranded}</Alert>
+      )}
+      {ticket.promise_broken && (
+        <Alert tone="warning">
+          {ticket.first_promise == null ? t.promise_broken : t.promise_renewed}
+        </Alert>
+      )}
+      {delay !== "" && <Alert tone="warning">{delay}</Alert>}
+    </>
+  );
+}
+
+function ConnectionAlert({ ride, progress }: Omit<RideDetailsProps, "ticket">) {
+  const state = ride.link.state.value;
+  const last_message_ms = ride.link.last_message_ms.value;
+  if (state === "open" || progress.ended) return null;
+  const t = texts.value;
+  if (state === "refused") return <Alert>{t.link_refused}</Alert>;
+  if (state === "connecting" || last_message_ms === null) return <Alert>{t.connecting}</Alert>;
+  const age_s = Math.max(0, Math.round((monotonic_ms.value - last_message_ms) / 1000));
+  return (
+    <div class="alert warning" data-stale>
+      {t.last_seen(age_s)}
+    </div>
+  );
+}
+
+/** keep: the refused request stays filled in, so that the passenger can change it. */
+function BookAnotherButton({ keep = false }: { readonly keep?: boolean }) {
+  return (
+    <button
+      type="button"
+      class="button main large wide"
+      onClick={() => {
+        if (!keep) clearEnds();
+        goTo({ view: "book" });
+      }}
+    >
+      {keep ? texts.value.change_booking : texts.value.book_another}
+    </button>
+  );
+}

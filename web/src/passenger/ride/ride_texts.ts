@@ -1,0 +1,85 @@
+import { monotonic_ms } from "../../shared/live/clock";
+import { conditionOf } from "../../shared/scene/condition";
+import { language } from "../../shared/texts/language";
+import { formatTimeOrDateTime } from "../../shared/texts/times";
+import { texts } from "../texts/texts";
+import type { RidePhase, RideProgress } from "./ride_progress";
+import { minutesUntil } from "./ride_progress";
+import type { RideTracker, Ticket } from "./ride_tracker";
+
+export function vehicleName(ride: RideTracker, ticket: Ticket): string {
+  return ride.vehicle.value?.name ?? ticket.vehicle_id ?? texts.value.shuttle;
+}
+
+/** The title without times. A screen reader announces it, so it changes only when the phase does. */
+export function titleText(phase: RidePhase, vehicle: string): string {
+  const text = texts.value[phase];
+  return typeof text === "string" ? text : text(vehicle);
+}
+
+/** The title with its time, which changes every minute. */
+export function titleWithTime(
+  ride: RideTracker,
+  ticket: Ticket,
+  { phase, eta_ms }: RideProgress,
+  timezone: string,
+): string {
+  const t = texts.value;
+  const name = vehicleName(ride, ticket);
+  if (eta_ms === null || (phase !== "approaching" && phase !== "aboard"))
+    return titleText(phase, name);
+  const now_ms = monotonic_ms.value > 0 ? (ride.link.now_ms() ?? Date.now()) : Date.now();
+  const minutes = minutesUntil(eta_ms, now_ms);
+  if (minutes >= 60) {
+    const time = formatTimeOrDateTime(eta_ms, now_ms, language.value, timezone);
+    return phase === "approaching" ? t.approaching_at(name, time) : t.aboard_at(time);
+  }
+  const soon = minutes === 0 ? t.under_a_minute : t.in_minutes(minutes);
+  return phase === "approaching" ? t.approaching_in(name, soon) : t.aboard_in(soon);
+}
+
+export function detailText(ticket: Ticket, { phase }: RideProgress): string {
+  const t = texts.value;
+  switch (phase) {
+    case "searching":
+      return t.searching_detail;
+    case "at_pickup":
+      return t.at_pickup_detail;
+    case "at_destination":
+      return t.at_destination_detail;
+    case "completed":
+      return ticket.left_early ? t.completed_early : t.completed_detail;
+    case "refused":
+      return t.reasons[ticket.reason] ?? ticket.reason_detail;
+    case "cancelled":
+      return ticket.reason === "cancelled_by_operator" ? t.cancelled_by_operator : "";
+    case "no_show":
+      return t.no_show_detail;
+    case "failed":
+      return t.failed_detail;
+    default:
+      return "";
+  }
+}
+
+/** Why the shuttle stands, when the passenger cannot know it. */
+export function delayText(ride: RideTracker, { phase }: RideProgress): string {
+  const vehicle = ride.vehicle.value;
+  if (vehicle === null || (phase !== "approaching" && phase !== "aboard")) return "";
+  const t = texts.value;
+  switch (conditionOf(vehicle)) {
+    case "offline":
+      return t.vehicle_offline;
+    case "held":
+    case "manual":
+    case "fault":
+    case "minimal_risk":
+      return t.vehicle_held;
+    case "blocked":
+      return t.path_blocked;
+    case "waiting":
+      return t.waits_for_section;
+    default:
+      return "";
+  }
+}

@@ -1,0 +1,159 @@
+import { batch, computed, effect, signal } from "@preact/signals";
+import type { Schemas } from "../../shared/api/client";
+import { api, resultOf } from "../../shared/api/client";
+import type { Problem, Result } from "../../shared/api/problem";
+import { LiveLink } from "../../shared/live/live_link";
+import { rideProgress } from "./ride_progress";
+
+export type Ticket = Schemas["RideTicket"];
+export type TapState = "none" | "pending" | "refused" | "timed_out";
+
+const RETRY_MS = 4_000;
+const TAP_POLL_MS = 1_000;
+const TAP_POLLS_MAX = 12;
+
+/** One ride: its ticket from the API, and its state, times and shuttle from the live view. */
+export class RideTracker {
+  readonly ticket = signal<Ticket | null>(null);
+  readonly problem = signal<Problem | null>(null);
+  readonly tap = signal<TapState>("none");
+  readonly help_at = signal<string | null>(null);
+  readonly link: LiveLink;
+
+  readonly live = computed(() => this.link.scene.value?.rides[0] ?? null);
+  readonly vehicle = computed(() => this.link.scene.value?.vehicles[0] ?? null);
+  readonly progress = computed(() => {
+    const ticket = this.ticket.value;
+    return ticket === null ? null : rideProgress(ticket, this.live.value, this.vehicle.value);
+  });
+
+  private closed = false;
+  /** Counts loads and changes: a load that began before a change returns an outdated ticket. */
+  private request_number = 0;
+  private readonly stopEffect: () => void;
+
+  constructor(readonly token: string) {
+    this.link = new LiveLink(token);
+    this.help_at.value = sessionStorage.getItem(this.helpKey());
+    void this.load();
+    this.stopEffect = effect(() => this.reloadOnChange());
+  }
+
+  close(): void {
+    this.closed = true;
+    this.stopEffect();
+    this.link.close();
+  }
+
+  async load(): Promise<void> {
+    const request_number = (this.request_number += 1);
+    const result = await resultOf(
+      api.GET("/api/v1/rides/{token}", { params: { path: { token: this.token } } }),
+    );
+    if (this.closed || request_number !== this.request_number) return;
+    this.accept(result);
+    const may_recover =
+      !result.ok && (result.problem.code === "offline" || result.problem.status >= 500);
+    if (may_recover) window.setTimeout(() => this.closed || void this.load(), RETRY_MS);
+  }
+
+  async cancel(): Promise<Problem | null> {
+    const result = await resultOf(
+      api.POST("/api/v1/rides/{token}/cancel", { params: { path: { token: this.token } } }),
+    );
+    if (!result.ok) return result.problem;
+    this.request_number += 1;
+    this.accept(result);
+    return null;
+  }
+
+  async changeDestination(to_stop: string): Promise<Problem | null> {
+    const result = await resultOf(
+      api.POST("/api/v1/rides/{token}/destination", {
+        params: { path: { token: this.token } },
+        body: { to_stop },
+      }),
+    );
+    if (!result.ok) return result.problem;
+    this.request_number += 1;
+    this.accept(result);
+    return null;
+  }
+
+  async tapAboard(): Promise<Problem | null> {
+    const path = { token: this.token };
+    return this.awaitTap(
+      await resultOf(api.POST("/api/v1/rides/{token}/board", { params: { path } })),
+    );
+  }
+
+  async tapOff(): Promise<Problem | null> {
+    const path = { token: this.token };
+    return this.awaitTap(
+      await resultOf(api.POST("/api/v1/rides/{token}/alight", { params: { path } })),
+    );
+  }
+
+  async callHelp(text: string): Promise<Problem | null> {
+    const result = await resultOf(
+      api.POST("/api/v1/rides/{token}/help", {
+        params: { path: { token: this.token } },
+        body: { text },
+      }),
+    );
+    if (!result.ok) return result.problem;
+    this.help_at.value = new Date(this.link.now_ms() ?? Date.now()).toISOString();
+    sessionStorage.setItem(this.helpKey(), this.help_at.value);
+    return null;
+  }
+
+  private accept(result: Result<Ticket>): void {
+    batch(() => {
+      if (result.ok) this.ticket.value = result.value;
+      this.problem.value = result.ok || this.ticket.value !== null ? null : result.problem;
+    });
+  }
+
+  /** The live view has the state and the times; the ticket has reasons and promises. */
+  private reloadOnChange(): void {
+    const [live, ticket] = [this.live.value, this.ticket.peek()];
+    if (live === null || ticket === null) return;
+    if (live.state === ticket.state && live.to_stop === ticket.to_stop) return;
+    if (live.state !== ticket.state) this.tap.value = "none";
+    void this.load();
+  }
+
+  /** Polls the tap: the live view shows an accepted tap as the ride's new state, but not a refused one. */
+  private async awaitTap(result: Result<Schemas["TapView"]>): Promise<Problem | null> {
+    if (!result.ok) return result.problem;
+    this.tap.value = "pending";
+    const path = { token: this.token, tap_id: result.value.tap_id };
+    for (
+      let poll = 0;
+      poll < TAP_POLLS_MAX && this.tap.value === "pending" && !this.closed;
+      poll += 1
+    ) {
+      await new Promise((resolve) => window.setTimeout(resolve, TAP_POLL_MS));
+      const tap = await resultOf(
+        api.GET("/api/v1/rides/{token}/taps/{tap_id}", { params: { path } }),
+      );
+      if (tap.ok && tap.value.state === "refused") this.tap.value = "refused";
+      if (tap.ok && tap.value.state === "accepted") this.tap.value = "none";
+    }
+    if (this.tap.value === "pending") this.tap.value = "timed_out";
+    return null;
+  }
+
+  private helpKey(): string {
+    return `campusloop.help.${this.token}`;
+  }
+}
+
+/** The ride in the address, or null; the app sets it when the address changes. */
+export const trackedRide = signal<RideTracker | null>(null);
+
+export function trackRide(token: string | null): void {
+  if ((trackedRide.value?.token ?? null) === token) return;
+  trackedRide.value?.close();
+  trackedRide.value = token === null ? null : new RideTracker(token);
+}

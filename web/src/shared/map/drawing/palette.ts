@@ -1,0 +1,58 @@
+import type { Urgency } from "../../scene/condition";
+import type { AreaState } from "../../scene/observation_areas";
+
+/** The map's colours. They come from the page's custom properties, so that CSS alone decides on dark mode. */
+export interface Palette {
+  readonly ground: string;
+  readonly building: string;
+  readonly road: string;
+  readonly road_edge: string;
+  readonly route: string;
+  readonly closed_road: string;
+  readonly ink: string;
+  readonly halo: string;
+  readonly stop: string;
+  readonly pickup: string;
+  readonly destination: string;
+  readonly vehicle: Record<Urgency, string>;
+  readonly on_vehicle: string;
+  readonly area: Record<AreaState, string>;
+  readonly path: string;
+  readonly people: string;
+  readonly yielded_to: string;
+  readonly font: string;
+}
+
+export function readPalette(element: Element): Palette {
+  const style = getComputedStyle(element);
+  const value = (name: string) => style.getPropertyValue(name).trim();
+  return {
+    ground: value("--map-ground"),
+    building: value("--map-building"),
+    road: value("--map-road"),
+    road_edge: value("--map-road-edge"),
+    route: value("--map-route"),
+    closed_road: value("--danger"),
+    ink: value("--ink"),
+    halo: value("--map-halo"),
+    stop: value("--map-stop"),
+    pickup: value("--accent"),
+    destination: value("--ink"),
+    vehicle: {
+      danger: value("--danger"),
+      warning: value("--warning"),
+      good: value("--accent"),
+      calm: value("--ink-soft"),
+    },
+    on_vehicle: value("--surface"),
+    area: {
+      clear: value("--accent"),
+      occupied: value("--danger"),
+      unknown: value("--ink-soft"),
+    },
+    path: value("--map-path"),
+    people: value("--map-people"),
+    yielded_to: value("--danger"),
+    font: style.fontFamily,
+  };
+}
