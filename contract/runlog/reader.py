@@ -130,7 +130,7 @@ def _header(path: Path, fields: dict[str, str]) -> RunHeader:
     if header.version < RUNLOG_VERSION:
         raise RunLogError(
             "version",
-            f"{path} was written by an older Campusloop (run log {header.version}, this is {RUNLOG_VERSION}); "
+            f"{path} was written by an older Campusloop (run log {header.version}, not {RUNLOG_VERSION}); "
             "read it with the version that recorded it",
         )
     return header

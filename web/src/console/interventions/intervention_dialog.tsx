@@ -11,8 +11,8 @@ import { Resource } from "../store/resource";
 import { texts } from "../texts/texts";
 import { EffectList } from "./effect_list";
 
-export type InterventionKind = Schemas["InterventionWish"]["kind"];
-type InterventionRequest = Schemas["InterventionWish"];
+export type InterventionKind = Schemas["InterventionRequest"]["kind"];
+type InterventionRequest = Schemas["InterventionRequest"];
 
 const HOLD_MINUTES = [2, 5, 10, 30, 60];
 

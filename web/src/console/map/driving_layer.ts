@@ -16,7 +16,7 @@ const PREDICTION_PX = 1.5;
 const AREA_PX = 2;
 const DASH_PX = 6;
 
-type Track = NonNullable<VehicleScene["picture"]>["tracks"][number];
+type Track = NonNullable<VehicleScene["driving"]>["tracks"][number];
 
 /**
  * Draws observation areas with their state, planned paths, and tracks of people with their predicted paths.
@@ -69,13 +69,13 @@ function drawPlansAndTracks(
   selected_vehicle: string,
 ): void {
   for (const vehicle of scene.vehicles) {
-    const picture = vehicle.picture;
-    if (!picture || !vehicle.located || !vehicle.connected) continue;
+    const driving = vehicle.driving;
+    if (!driving || !vehicle.located || !vehicle.connected) continue;
     context.globalAlpha =
       vehicle.vehicle_id === selected_vehicle || selected_vehicle === "" ? 1 : 0.4;
-    drawLine(context, camera, pointsOf(picture.path), palette.path, PATH_PX);
+    drawLine(context, camera, pointsOf(driving.path), palette.path, PATH_PX);
     if (camera.px_per_m >= PEOPLE_FROM_PX_PER_M)
-      for (const track of picture.tracks) drawTrack(context, camera, palette, track);
+      for (const track of driving.tracks) drawTrack(context, camera, palette, track);
   }
   context.globalAlpha = 1;
 }

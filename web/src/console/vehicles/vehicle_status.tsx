@@ -64,7 +64,7 @@ export function VehicleStatus({ vehicle, scene, now_ms }: VehicleStatusProps) {
 /** What limits the shuttle's speed, as text; an unknown reason is shown as it is. */
 function speedLimitText(vehicle: VehicleScene): string {
   const t = texts.value;
-  const reason = vehicle.picture?.limited_by ?? "";
+  const reason = vehicle.driving?.limited_by ?? "";
   if (reason === "") return t.none;
   if (reason.startsWith(SECTION)) return `${t.section_ahead} (${reason.slice(SECTION.length)})`;
   return t.limits[reason] ?? reason;

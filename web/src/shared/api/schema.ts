@@ -1230,6 +1230,23 @@ export interface components {
             text: string;
         };
         /**
+         * AreaReport
+         * @description An observation area that the vehicle watches.
+         *
+         *         track_count   how many of its own tracks are in the area or about to enter it
+         *         camera_count  how many people an infrastructure camera counts there, -1 without a report
+         *         camera_age_s  age of that report
+         */
+        AreaReport: {
+            area_id: string;
+            /** @default 0 */
+            track_count: number;
+            /** @default -1 */
+            camera_count: number;
+            /** @default 0 */
+            camera_age_s: number;
+        };
+        /**
          * AreaScene
          * @description An observation area that a camera watches: how many people it saw last, and when.
          */
@@ -1237,22 +1254,6 @@ export interface components {
             area_id: string;
             count: number;
             heard_ms: number;
-        };
-        /**
-         * AreaSeen
-         * @description An observation area that the vehicle watches.
-         *
-         *         coming      how many of its own tracks are in it or about to come into it
-         *         told        how many an infrastructure camera told of, -1 for no word; told_age_s: how long ago it looked
-         */
-        AreaSeen: {
-            area_id: string;
-            /** @default 0 */
-            coming: number;
-            /** @default -1 */
-            told: number;
-            /** @default 0 */
-            told_age_s: number;
         };
         /**
          * AreaShape
@@ -1518,6 +1519,46 @@ export interface components {
             detail: string;
         };
         /**
+         * CreatedTokenView
+         * @description A new token. The secret is shown this once.
+         * @example {
+         *       "created_at": "2026-09-01T08:14:31Z",
+         *       "expires_at": "2026-10-01T08:14:31Z",
+         *       "made_by": "operator",
+         *       "name": "night-tests",
+         *       "scopes": [
+         *         "drive",
+         *         "read"
+         *       ],
+         *       "secret": "Zk3v7bX0aY5wQ9eR2tU6pA",
+         *       "token_id": "token-3"
+         *     }
+         */
+        CreatedTokenView: {
+            /** Token Id */
+            token_id: string;
+            /** Name */
+            name: string;
+            /** Scopes */
+            scopes: ("read" | "drive" | "infrastructure")[];
+            /** Made By */
+            made_by: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+            /**
+             * Expires At
+             * Format: date-time
+             */
+            expires_at: string;
+            /** Revoked At */
+            revoked_at: string | null;
+            /** Secret */
+            secret: string;
+        };
+        /**
          * Credentials
          * @example {
          *       "name": "operator",
@@ -1634,6 +1675,24 @@ export interface components {
         DestinationRequest: {
             /** To Stop */
             to_stop: string;
+        };
+        /**
+         * DrivingView
+         * @description What the vehicle sees and plans, for screens only. No decision uses it; the run log alone stores it.
+         *
+         *         limited_by  what keeps the vehicle from going faster
+         *         path        x0, y0, x1, y1, ... of the rear axle's planned way, thinned
+         *         tracks      the nearest ones
+         */
+        DrivingView: {
+            /** @default  */
+            limited_by: string;
+            /** @default [] */
+            path: number[];
+            /** @default [] */
+            tracks: components["schemas"]["TrackReport"][];
+            /** @default [] */
+            areas: components["schemas"]["AreaReport"][];
         };
         /**
          * DutyExceptionModel
@@ -1809,8 +1868,8 @@ export interface components {
              */
             text: string;
         };
-        /** HourPace */
-        HourPace: {
+        /** HourFactor */
+        HourFactor: {
             /**
              * Hour
              * @description Campus local: 8 is from 08:00 to 09:00.
@@ -1906,14 +1965,14 @@ export interface components {
             serial: number;
         };
         /**
-         * InterventionWish
+         * InterventionRequest
          * @description What an operator is about to do.
          * @example {
          *       "for_s": 600,
          *       "kind": "hold"
          *     }
          */
-        InterventionWish: {
+        InterventionRequest: {
             /**
              * Ride Id
              * @description Empty for all waiting rides.
@@ -2002,46 +2061,6 @@ export interface components {
             waiting_for: string;
             /** Faults */
             faults: string[];
-        };
-        /**
-         * MadeTokenView
-         * @description A new token. The secret is shown this once.
-         * @example {
-         *       "created_at": "2026-09-01T08:14:31Z",
-         *       "expires_at": "2026-10-01T08:14:31Z",
-         *       "made_by": "operator",
-         *       "name": "night-tests",
-         *       "scopes": [
-         *         "drive",
-         *         "read"
-         *       ],
-         *       "secret": "Zk3v7bX0aY5wQ9eR2tU6pA",
-         *       "token_id": "token-3"
-         *     }
-         */
-        MadeTokenView: {
-            /** Token Id */
-            token_id: string;
-            /** Name */
-            name: string;
-            /** Scopes */
-            scopes: ("read" | "drive" | "infrastructure")[];
-            /** Made By */
-            made_by: string;
-            /**
-             * Created At
-             * Format: date-time
-             */
-            created_at: string;
-            /**
-             * Expires At
-             * Format: date-time
-             */
-            expires_at: string;
-            /** Revoked At */
-            revoked_at: string | null;
-            /** Secret */
-            secret: string;
         };
         /**
          * MapGeometry
@@ -2253,25 +2272,6 @@ export interface components {
              * @description How many trips of the timetable run by it.
              */
             trips: number;
-        };
-        /**
-         * Picture
-         * @description What the vehicle sees and means to do, for people to look at: nobody drives by it, nothing keeps it but
-         *         the run log.
-         *
-         *         limited_by  what keeps the vehicle from going faster
-         *         path        x0, y0, x1, y1, ... of the rear axle's planned way, thinned
-         *         tracks      the nearest ones
-         */
-        Picture: {
-            /** @default  */
-            limited_by: string;
-            /** @default [] */
-            path: number[];
-            /** @default [] */
-            tracks: components["schemas"]["TrackSeen"][];
-            /** @default [] */
-            areas: components["schemas"]["AreaSeen"][];
         };
         /**
          * Place
@@ -3413,14 +3413,14 @@ export interface components {
             revoked_at: string | null;
         };
         /**
-         * TrackSeen
+         * TrackReport
          * @description Somebody or something that moves, as the vehicle sees it; map frame, metres.
          *
          *         kind        "pedestrian", "cyclist", "vehicle" or "other"
          *         yielded_to  the vehicle slows or stops for it
          *         ahead       where it is expected: x and y after 1, 2, 3 ... seconds; empty for who stands
          */
-        TrackSeen: [
+        TrackReport: [
             number,
             string,
             number,
@@ -3455,7 +3455,7 @@ export interface components {
              */
             learned_at: string | null;
             /** Hours */
-            hours: components["schemas"]["HourPace"][];
+            hours: components["schemas"]["HourFactor"][];
         };
         /** TripView */
         TripView: {
@@ -3677,7 +3677,7 @@ export interface components {
          *         located     False while nobody knows where it is: the pose then means nothing
          *         route       where it will drive, from where it was when its task last changed, simplified to 0.5 m
          *         charging    it rests where it is charged
-         *         picture     what it sees and means to do, for operators; null when it has not told
+         *         driving     what it sees and plans, for operators; null before its first report
          *         next_stop   stop_id of the visit it drives to or stands at, "" when it only goes to rest
          */
         VehicleScene: {
@@ -3736,7 +3736,7 @@ export interface components {
                 number
             ][];
             /** @default null */
-            picture: components["schemas"]["Picture"] | null;
+            driving: components["schemas"]["DrivingView"] | null;
         };
         /** VisitView */
         VisitView: {
@@ -6890,7 +6890,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["InterventionWish"];
+                "application/json": components["schemas"]["InterventionRequest"];
             };
         };
         responses: {
@@ -7621,7 +7621,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["MadeTokenView"];
+                    "application/json": components["schemas"]["CreatedTokenView"];
                 };
             };
             /** @description The body is not even text. */

@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import { areaObservations } from "./observation_areas";
 import type { VehicleScene } from "./scene";
-import { aPicture, aScene, aVehicle } from "./scene_builders";
+import { aDrivingView, aScene, aVehicle } from "./scene_builders";
 
 function aSceneWith(count: number, heard_ms: number, vehicles: VehicleScene[] = []) {
   return aScene({ at_ms: 10_000, vehicles, areas: [{ area_id: "a", count, heard_ms }] });
@@ -25,11 +25,15 @@ test.each([
 });
 
 test("an area without a camera has no report, and is seen when a shuttle sees a person there", () => {
-  const no_report = { told: -1, told_age_s: 0 };
+  const no_report = { camera_count: -1, camera_age_s: 0 };
   const scene = aScene({
     vehicles: [
-      aVehicle({ picture: aPicture({ areas: [{ area_id: "b", coming: 0, ...no_report }] }) }),
-      aVehicle({ picture: aPicture({ areas: [{ area_id: "b", coming: 2, ...no_report }] }) }),
+      aVehicle({
+        driving: aDrivingView({ areas: [{ area_id: "b", track_count: 0, ...no_report }] }),
+      }),
+      aVehicle({
+        driving: aDrivingView({ areas: [{ area_id: "b", track_count: 2, ...no_report }] }),
+      }),
     ],
   });
   expect(areaObservations(scene, 0)).toEqual([

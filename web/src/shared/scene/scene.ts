@@ -12,7 +12,7 @@ export type VehicleScene = Readonly<Schemas["VehicleScene"]>;
 export type RideScene = Readonly<Schemas["RideScene"]>;
 export type IncidentsScene = Readonly<Schemas["IncidentsScene"]>;
 export type AreaScene = Readonly<Schemas["AreaScene"]>;
-export type PictureScene = Readonly<Schemas["Picture"]>;
+export type PictureScene = Readonly<Schemas["DrivingView"]>;
 export type SceneMessage = Schemas["Snapshot"] | Schemas["Delta"];
 export type RideState = Schemas["RideState"];
 

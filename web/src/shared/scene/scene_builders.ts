@@ -30,12 +30,12 @@ export function aVehicle(changes: Partial<VehicleScene> = {}): VehicleScene {
     people_aboard: 0,
     faults: [],
     route: [],
-    picture: null,
+    driving: null,
     ...changes,
   };
 }
 
-export function aPicture(changes: Partial<PictureScene> = {}): PictureScene {
+export function aDrivingView(changes: Partial<PictureScene> = {}): PictureScene {
   return { limited_by: "", path: [], tracks: [], areas: [], ...changes };
 }
 
