@@ -181,18 +181,22 @@ def rate(
 
 
 @njit(cache=True)
-def _body_at(stations: Stations, i: int, offset: float, turn: float) -> BoxPose:
-    """The body at station i with an offset that changes by `turn` per metre."""
-    yaw = stations.yaws[i] + math.atan2(turn, max(0.2, 1.0 - stations.curvatures[i] * offset))
-    x = stations.points[i, 0] - offset * math.sin(stations.yaws[i])
-    y = stations.points[i, 1] + offset * math.cos(stations.yaws[i])
+def _body_at(
+    x_m: float, y_m: float, yaw_rad: float, curvature_1pm: float, offset: float, turn: float
+) -> BoxPose:
+    """The body abreast of a station, at an offset that changes by `turn` per metre."""
+    yaw = yaw_rad + math.atan2(turn, max(0.2, 1.0 - curvature_1pm * offset))
+    x = x_m - offset * math.sin(yaw_rad)
+    y = y_m + offset * math.cos(yaw_rad)
     return BoxPose(x, y, math.cos(yaw), math.sin(yaw))
 
 
 @njit(cache=True)
 def _touch_distances(stations: Stations, blend: Blend, box: Box, discs: Array, touch_m: float) -> Array:
     """(m,) the clearance below which each disc is touched; for a disc alongside, its present clearance."""
-    at = _body_at(stations, stations.first, blend.now_m, blend.slope)
+    points, i = stations.points, stations.first
+    yaw, curvature = stations.yaws[i], stations.curvatures[i]
+    at = _body_at(points[i, 0], points[i, 1], yaw, curvature, blend.now_m, blend.slope)
     out = np.full(discs.shape[0], touch_m)
     for k in range(discs.shape[0]):
         px, py = discs[k, DISC_X], discs[k, DISC_Y]
@@ -207,13 +211,16 @@ def _sweep(
     stations: Stations, blend: Blend, goal: float, box: Box, discs: Array, touch: Array
 ) -> _SweptOffset:
     """The body moved along the road with the offset going over to `goal`, until it touches a disc."""
+    points, yaws, curvatures = stations.points, stations.yaws, stations.curvatures
+    lower, upper = stations.lower, stations.upper
     free, least, total, count = np.inf, np.inf, 0.0, 0
     for i in range(stations.first, stations.last + 1, stations.stride):
         along = (i - stations.first) * stations.step_m
         offset, turn = blended(blend.now_m, blend.slope, goal, along, blend.blend_m)
-        if along >= blend.blend_m and (offset < stations.lower[i] or offset > stations.upper[i]):
+        if along >= blend.blend_m and (offset < lower[i] or offset > upper[i]):
             return _SweptOffset(False, np.inf, 0.0, 0.0)
-        clearance, touches = _clearance(_body_at(stations, i, offset, turn), box, discs, touch)
+        at = _body_at(points[i, 0], points[i, 1], yaws[i], curvatures[i], offset, turn)
+        clearance, touches = _clearance(at, box, discs, touch)
         if touches:
             free = along
             break
@@ -252,6 +259,7 @@ def _risk(
     """The risk from road users who move, at a constant speed; meeting them nearer and sooner costs more."""
     if moving.shape[0] == 0:
         return 0.0
+    points, yaws, curvatures = stations.points, stations.yaws, stations.curvatures
     risk = 0.0
     steps = math.floor(rules.moving_s / rules.moving_step_s)
     for j in range(1, steps + 1):
@@ -261,7 +269,7 @@ def _risk(
         if i > stations.last or along > free:
             break
         offset, turn = blended(blend.now_m, blend.slope, goal, along, blend.blend_m)
-        at = _body_at(stations, i, offset, turn)
+        at = _body_at(points[i, 0], points[i, 1], yaws[i], curvatures[i], offset, turn)
         for k in range(moving.shape[0]):
             px, py = moving[k, M_X] + t * moving[k, M_VX], moving[k, M_Y] + t * moving[k, M_VY]
             if abs(px - at.x_m) > 8.0 or abs(py - at.y_m) > 8.0:

@@ -109,6 +109,7 @@ def discs_over_time(
     total = counts.sum()
     discs, spread = np.empty((slots, total, 3)), np.empty((slots, total))
     owner = np.empty(total, np.int64)
+    places = np.empty((slots, 4))
     m = 0
     for a in range(agents):
         length, width = sizes[a]
@@ -116,11 +117,9 @@ def discs_over_time(
         radius = 0.5 * max(length, width) if is_disc[a] else 0.5 * math.hypot(part, width)
         for c in range(counts[a]):
             owner[m + c] = a
-        i = 0
+        _place_over_time(poses[a], inflation[a], times, at, places)
         for t in range(slots):
-            while i < times.shape[0] - 2 and times[i + 1] <= at[t]:
-                i += 1
-            x, y, yaw, extra = _between(poses[a], inflation[a], times, i, at[t])
+            x, y, yaw, extra = places[t]
             for c in range(counts[a]):
                 along = (c + 0.5) * part - 0.5 * length if not is_disc[a] else 0.0
                 discs[t, m + c, 0] = x + along * math.cos(yaw)
@@ -132,18 +131,21 @@ def discs_over_time(
 
 
 @njit(cache=True)
-def _between(
-    poses: Array, inflation: Array, times: Array, i: int, at: float
-) -> tuple[float, float, float, float]:
-    """(x, y, yaw, inflation) of one agent at a time, from its poses (k, 3) at times[i] and times[i + 1].
+def _place_over_time(poses: Array, inflation: Array, times: Array, at: Array, out: Array) -> None:
+    """Fills out (T, 4) x, y, yaw, inflation of one agent at the times `at`, from its poses (k, 3).
 
     Places go on beyond the last time as between the last two; inflation does not.
     """
-    if times.shape[0] == 1:
-        return poses[0, 0], poses[0, 1], poses[0, 2], inflation[0]
-    w = (at - times[i]) / (times[i + 1] - times[i])
-    x = poses[i, 0] + w * (poses[i + 1, 0] - poses[i, 0])
-    y = poses[i, 1] + w * (poses[i + 1, 1] - poses[i, 1])
-    yaw = poses[i, 2] if w < 0.5 else poses[i + 1, 2]
-    w = min(max(w, 0.0), 1.0)
-    return x, y, yaw, inflation[i] + w * (inflation[i + 1] - inflation[i])
+    i = 0
+    for t in range(at.shape[0]):
+        while i < times.shape[0] - 2 and times[i + 1] <= at[t]:
+            i += 1
+        if times.shape[0] == 1:
+            out[t, :3], out[t, 3] = poses[0], inflation[0]
+            continue
+        w = (at[t] - times[i]) / (times[i + 1] - times[i])
+        out[t, 0] = poses[i, 0] + w * (poses[i + 1, 0] - poses[i, 0])
+        out[t, 1] = poses[i, 1] + w * (poses[i + 1, 1] - poses[i, 1])
+        out[t, 2] = poses[i, 2] if w < 0.5 else poses[i + 1, 2]
+        w = min(max(w, 0.0), 1.0)
+        out[t, 3] = inflation[i] + w * (inflation[i + 1] - inflation[i])

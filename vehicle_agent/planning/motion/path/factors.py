@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from contract.geometry import Array, IntArray
+from vehicle_agent.planning.motion.path.frame import Frame, frame_row
 
 
 class FactorWeights(NamedTuple):
@@ -74,19 +75,12 @@ class NormalEquations(NamedTuple):
     j6: Array
 
 
-class _CheckPoint(NamedTuple):
-    """The path at check point j: its frame (7,), its state (3,), and where that comes from.
+class _State(NamedTuple):
+    """l, l', l'' at a check point."""
 
-    inside  (3, 6) interpolates the state from the two supports from support `at` on; is_last: it is the
-            state of the last support itself
-    """
-
-    j: int
-    frame: Array
-    state: Array
-    inside: Array
-    at: int
-    is_last: bool
+    l0: float
+    l1: float
+    l2: float
 
 
 class _BodyPose(NamedTuple):
@@ -100,6 +94,16 @@ class _BodyPose(NamedTuple):
     normal_y: float
     yaw_by_l0: float
     yaw_by_l1: float
+
+
+class _Hinge(NamedTuple):
+    """residual >= 0 of a hinge, weighted; its Jacobian on the state is scale times (by_l0, by_l1, by_l2)."""
+
+    residual: float
+    scale: float
+    by_l0: float
+    by_l1: float
+    by_l2: float
 
 
 def normal_equations(n: int) -> NormalEquations:
@@ -122,17 +126,17 @@ def add(normal: NormalEquations, at: int, residual: float) -> None:
 
 
 @njit(cache=True)
-def curvature_with_slopes(frame: Array, l0: float, l1: float, l2: float) -> tuple[float, float, float, float]:
+def curvature_with_slopes(frame: Frame, l0: float, l1: float, l2: float) -> tuple[float, float, float, float]:
     """Curvature of the path and its derivatives by l, l', l'' (see frame.py for the symbols)."""
-    sigma, kappa = frame[3], frame[5]
+    sigma, kappa = frame.sigma, frame.kappa
     b = sigma * kappa
     a = sigma - b * l0
-    a1 = frame[4] * (1.0 - kappa * l0) - sigma * (frame[6] * l0 + kappa * l1)
+    a1 = frame.sigma_1 * (1.0 - kappa * l0) - sigma * (frame.kappa_1 * l0 + kappa * l1)
     d = a * a + l1 * l1
     root = math.sqrt(d)
     d15, d25 = d * root, d * d * root
     c = a * l2 - l1 * a1
-    by_l0 = a * b * b / d15 + (-b * l2 + l1 * (frame[4] * kappa + sigma * frame[6])) / d15
+    by_l0 = a * b * b / d15 + (-b * l2 + l1 * (frame.sigma_1 * kappa + sigma * frame.kappa_1)) / d15
     by_l0 += 3.0 * a * b * c / d25
     by_l1 = -a1 / d15 - 3.0 * l1 * c / d25
     return b / root + c / d15, by_l0, by_l1, a / d15
@@ -152,14 +156,54 @@ def path_cost(
     cost = _support_cost(x, problem, normal, slopes)
     scale = problem.weights.prior * problem.weights.prior
     cost += _prior_cost(x, prior, phi, scale, normal.band, normal.gradient, slopes)
-    state = np.empty(3)
-    for j in range(problem.frames.shape[0]):
-        point = _check_point(x, problem, j, state)
-        cost = _with_curvature_cost(cost, point, problem, normal, slopes)
-        pose = _body_pose(point)
-        for b in range(problem.disc_x.shape[0]):
-            cost = _with_wall_cost(cost, b, point, pose, problem, normal, slopes)
-            cost = _with_collision_cost(cost, b, point, pose, problem, normal, slopes)
+    return _with_check_costs(cost, x, problem, normal, slopes)
+
+
+@njit(cache=True)
+def _with_check_costs(
+    cost: float, x: Array, problem: PathProblem, normal: NormalEquations, slopes: bool
+) -> float:
+    """cost and that of all hinges at the check points.
+
+    Arrays are taken out of `problem` once: each time a kernel touches a tuple it counts references to all of
+    the tuple's arrays.
+    """
+    frames, between, weights = problem.frames, problem.between, problem.weights
+    lower, upper, disc_x, disc_ahead = problem.lower, problem.upper, problem.disc_x, problem.disc_ahead
+    curvature_max, curvature_wish = problem.curvature_max, problem.curvature_wish
+    obstacles, near_from, near = problem.obstacles, problem.near_from, problem.near
+    clear_m = problem.disc_r + weights.collision_margin_m
+    sub = between.shape[0]
+    for j in range(frames.shape[0]):
+        i = min(j // sub, x.shape[0] - 2)
+        k = j - i * sub
+        frame = frame_row(frames, j)
+        state = _state_at(x, between, i, k)
+        hinges = _curvature_hinges(frame, state, curvature_max[j], curvature_wish[j], weights)
+        for hinge in hinges:
+            if hinge.residual > 0.0:
+                cost += 0.5 * hinge.residual**2
+                if slopes:
+                    _add_hinge(normal, between, i, k, hinge)
+        pose = _body_pose(frame, state)
+        for b in range(disc_x.shape[0]):
+            cx, cy = pose.x + disc_x[b] * pose.cos, pose.y + disc_x[b] * pose.sin
+            abreast = j + disc_ahead[b]
+            if 0 <= abreast < frames.shape[0]:
+                beside = frame_row(frames, abreast)
+                hinge = _wall_hinge(cx, cy, beside, lower[abreast], upper[abreast], disc_x[b], pose, weights)
+                if hinge.residual > 0.0:
+                    cost += 0.5 * hinge.residual**2
+                    if slopes:
+                        _add_hinge(normal, between, i, k, hinge)
+            gap, o = _nearest(cx, cy, obstacles, near, near_from[j], near_from[j + 1])
+            over = clear_m - gap
+            if o >= 0 and over > 0.0:
+                ox, oy = obstacles[o, 0], obstacles[o, 1]
+                hinge = _collision_hinge(cx, cy, ox, oy, over, disc_x[b], pose, weights.collision)
+                cost += 0.5 * hinge.residual**2
+                if slopes:
+                    _add_hinge(normal, between, i, k, hinge)
     return cost
 
 
@@ -191,149 +235,119 @@ def _unary(
 
 
 @njit(cache=True)
-def _check_point(x: Array, problem: PathProblem, j: int, state: Array) -> _CheckPoint:
-    """Check point j; its state is written to `state` (3,)."""
-    sub = problem.between.shape[0]
-    i = min(j // sub, x.shape[0] - 2)
-    is_last = j - i * sub >= sub
-    inside = problem.between[0] if is_last else problem.between[j - i * sub]
-    at = i + 1 if is_last else i
-    for a in range(3):
-        if is_last:
-            state[a] = x[at, a]
-        else:
-            state[a] = 0.0
-            for b in range(3):
-                state[a] += inside[a, b] * x[i, b] + inside[a, 3 + b] * x[i + 1, b]
-    return _CheckPoint(j, problem.frames[j], state, inside, at, is_last)
+def _state_at(x: Array, between: Array, i: int, k: int) -> _State:
+    """The state at the k-th check point after support i; k = sub is the next support itself."""
+    if k >= between.shape[0]:
+        return _State(x[i + 1, 0], x[i + 1, 1], x[i + 1, 2])
+    return _State(_mean(x, between, i, k, 0), _mean(x, between, i, k, 1), _mean(x, between, i, k, 2))
 
 
 @njit(cache=True)
-def _with_curvature_cost(
-    cost: float, point: _CheckPoint, problem: PathProblem, normal: NormalEquations, slopes: bool
-) -> float:
-    """cost and that of more curvature than the steering allows, or than the lateral acceleration should."""
-    weights, state = problem.weights, point.state
-    curvature, by_l0, by_l1, by_l2 = curvature_with_slopes(point.frame, state[0], state[1], state[2])
+def _mean(x: Array, between: Array, i: int, k: int, a: int) -> float:
+    value = 0.0
+    for b in range(3):
+        value += between[k, a, b] * x[i, b] + between[k, a, 3 + b] * x[i + 1, b]
+    return value
+
+
+@njit(cache=True)
+def _curvature_hinges(
+    frame: Frame, state: _State, curvature_max: float, curvature_wish: float, weights: FactorWeights
+) -> tuple[_Hinge, _Hinge]:
+    """More curvature than the steering allows, and than the lateral acceleration should take."""
+    curvature, by_l0, by_l1, by_l2 = curvature_with_slopes(frame, state.l0, state.l1, state.l2)
     side = 1.0 if curvature >= 0.0 else -1.0
-    for is_lateral in range(2):
-        limit = problem.curvature_max[point.j] - weights.curvature_margin_1pm
-        weight = weights.curvature
-        if is_lateral:
-            limit, weight = problem.curvature_wish[point.j], weights.lateral
-        over = abs(curvature) - limit
-        if over > 0.0:
-            cost += 0.5 * (weight * over) ** 2
-            if slopes:
-                _spread(normal.j6, by_l0, by_l1, by_l2, point, side * weight)
-                add(normal, 3 * point.at, weight * over)
-    return cost
+    tight = abs(curvature) - (curvature_max - weights.curvature_margin_1pm)
+    fast = abs(curvature) - curvature_wish
+    return (
+        _Hinge(weights.curvature * tight, side * weights.curvature, by_l0, by_l1, by_l2),
+        _Hinge(weights.lateral * fast, side * weights.lateral, by_l0, by_l1, by_l2),
+    )
 
 
 @njit(cache=True)
-def _body_pose(point: _CheckPoint) -> _BodyPose:
-    frame, state = point.frame, point.state
-    sigma, kappa = frame[3], frame[5]
-    a = sigma * (1.0 - kappa * state[0])
-    d2 = a * a + state[1] * state[1]
-    yaw = frame[2] + math.atan2(state[1], a)
-    normal_x, normal_y = -math.sin(frame[2]), math.cos(frame[2])
+def _body_pose(frame: Frame, state: _State) -> _BodyPose:
+    sigma, kappa = frame.sigma, frame.kappa
+    a = sigma * (1.0 - kappa * state.l0)
+    d2 = a * a + state.l1 * state.l1
+    yaw = frame.theta + math.atan2(state.l1, a)
+    normal_x, normal_y = -math.sin(frame.theta), math.cos(frame.theta)
     return _BodyPose(
-        frame[0] + state[0] * normal_x,
-        frame[1] + state[0] * normal_y,
+        frame.x + state.l0 * normal_x,
+        frame.y + state.l0 * normal_y,
         math.cos(yaw),
         math.sin(yaw),
         normal_x,
         normal_y,
-        state[1] * sigma * kappa / d2,
+        state.l1 * sigma * kappa / d2,
         a / d2,
     )
 
 
 @njit(cache=True)
-def _with_wall_cost(
-    cost: float,
-    b: int,
-    point: _CheckPoint,
+def _wall_hinge(
+    x: float,
+    y: float,
+    beside: Frame,
+    lower: float,
+    upper: float,
+    ahead: float,
     pose: _BodyPose,
-    problem: PathProblem,
-    normal: NormalEquations,
-    slopes: bool,
-) -> float:
-    """cost and that of body disc b beyond a wall, at the check point that the disc is abreast of."""
-    ahead, weights = problem.disc_x[b], problem.weights
-    abreast = point.j + problem.disc_ahead[b]
-    if not 0 <= abreast < problem.frames.shape[0]:
-        return cost
-    x, y = pose.x + ahead * pose.cos, pose.y + ahead * pose.sin
-    frame = problem.frames[abreast]
-    mx, my = -math.sin(frame[2]), math.cos(frame[2])
-    offset = (x - frame[0]) * mx + (y - frame[1]) * my
-    below = problem.lower[abreast] + weights.wall_margin_m - offset
-    above = offset - problem.upper[abreast] + weights.wall_margin_m
-    over = max(below, above)
-    if over > 0.0:
-        cost += 0.5 * (weights.wall * over) ** 2
-        if slopes:
-            turn = ahead * (-pose.sin * mx + pose.cos * my)
-            by_l0 = pose.normal_x * mx + pose.normal_y * my + turn * pose.yaw_by_l0
-            sign = -weights.wall if below > above else weights.wall
-            _spread(normal.j6, by_l0, turn * pose.yaw_by_l1, 0.0, point, sign)
-            add(normal, 3 * point.at, weights.wall * over)
-    return cost
+    weights: FactorWeights,
+) -> _Hinge:
+    """A body disc at (x, y), `ahead` of the rear axle, beyond a wall of the frame that it is abreast of."""
+    mx, my = -math.sin(beside.theta), math.cos(beside.theta)
+    offset = (x - beside.x) * mx + (y - beside.y) * my
+    below = lower + weights.wall_margin_m - offset
+    above = offset - upper + weights.wall_margin_m
+    turn = ahead * (-pose.sin * mx + pose.cos * my)
+    by_l0 = pose.normal_x * mx + pose.normal_y * my + turn * pose.yaw_by_l0
+    sign = -weights.wall if below > above else weights.wall
+    return _Hinge(weights.wall * max(below, above), sign, by_l0, turn * pose.yaw_by_l1, 0.0)
 
 
-@njit(cache=True)
-def _with_collision_cost(
-    cost: float,
-    b: int,
-    point: _CheckPoint,
-    pose: _BodyPose,
-    problem: PathProblem,
-    normal: NormalEquations,
-    slopes: bool,
-) -> float:
-    """cost and that of body disc b too near to its nearest obstacle."""
-    ahead, weights = problem.disc_x[b], problem.weights
-    x, y = pose.x + ahead * pose.cos, pose.y + ahead * pose.sin
-    gap, o = _nearest_obstacle(x, y, problem, point.j)
-    over = problem.disc_r + weights.collision_margin_m - gap
-    if o >= 0 and over > 0.0:
-        cost += 0.5 * (weights.collision * over) ** 2
-        if slopes:
-            dx, dy = x - problem.obstacles[o, 0], y - problem.obstacles[o, 1]
-            distance = max(math.hypot(dx, dy), 1e-9)
-            gx, gy = dx / distance, dy / distance
-            turn = ahead * (-pose.sin * gx + pose.cos * gy)
-            by_l0 = gx * pose.normal_x + gy * pose.normal_y + turn * pose.yaw_by_l0
-            _spread(normal.j6, by_l0, turn * pose.yaw_by_l1, 0.0, point, -weights.collision)
-            add(normal, 3 * point.at, weights.collision * over)
-    return cost
-
-
-@njit(cache=True)
-def _nearest_obstacle(x: float, y: float, problem: PathProblem, j: int) -> tuple[float, int]:
-    """(distance from the edge, index) of the obstacle nearest to (x, y) at check point j; -1 for none."""
+@njit(cache=True, inline="always")
+def _nearest(
+    x: float, y: float, obstacles: Array, near: IntArray, first: int, last: int
+) -> tuple[float, int]:
+    """(distance from the edge, index) of the nearest obstacle of near[first:last] to (x, y); -1 for none."""
     nearest, found = np.inf, -1
-    for n in range(problem.near_from[j], problem.near_from[j + 1]):
-        o = problem.near[n]
-        dx, dy = x - problem.obstacles[o, 0], y - problem.obstacles[o, 1]
-        reach = nearest + problem.obstacles[o, 2]
+    for n in range(first, last):
+        o = near[n]
+        dx, dy = x - obstacles[o, 0], y - obstacles[o, 1]
+        reach = nearest + obstacles[o, 2]
         if reach > 0.0 and dx * dx + dy * dy < reach * reach:
-            nearest, found = math.sqrt(dx * dx + dy * dy) - problem.obstacles[o, 2], o
+            nearest, found = math.sqrt(dx * dx + dy * dy) - obstacles[o, 2], o
     return nearest, found
 
 
 @njit(cache=True)
-def _spread(j6: Array, by_l0: float, by_l1: float, by_l2: float, point: _CheckPoint, scale: float) -> None:
-    """Carries derivatives by an interpolated state (l, l', l'') over to the two support states around it."""
+def _collision_hinge(
+    x: float, y: float, ox: float, oy: float, over: float, ahead: float, pose: _BodyPose, weight: float
+) -> _Hinge:
+    """A body disc at (x, y), `ahead` of the rear axle, too near to an obstacle at (ox, oy) by `over`."""
+    dx, dy = x - ox, y - oy
+    distance = max(math.hypot(dx, dy), 1e-9)
+    gx, gy = dx / distance, dy / distance
+    turn = ahead * (-pose.sin * gx + pose.cos * gy)
+    by_l0 = gx * pose.normal_x + gy * pose.normal_y + turn * pose.yaw_by_l0
+    return _Hinge(weight * over, -weight, by_l0, turn * pose.yaw_by_l1, 0.0)
+
+
+@njit(cache=True)
+def _add_hinge(normal: NormalEquations, between: Array, i: int, k: int, hinge: _Hinge) -> None:
+    """Adds a hinge on the state of the k-th check point after support i."""
+    j6 = normal.j6
+    if k >= between.shape[0]:
+        j6[0], j6[1], j6[2] = hinge.scale * hinge.by_l0, hinge.scale * hinge.by_l1, hinge.scale * hinge.by_l2
+        j6[3] = j6[4] = j6[5] = 0.0
+        add(normal, 3 * (i + 1), hinge.residual)
+        return
     for b in range(6):
-        if point.is_last:
-            on_state = by_l0 if b == 0 else (by_l1 if b == 1 else by_l2)
-            j6[b] = scale * on_state if b < 3 else 0.0
-        else:
-            inside = point.inside
-            j6[b] = scale * (by_l0 * inside[0, b] + by_l1 * inside[1, b] + by_l2 * inside[2, b])
+        j6[b] = hinge.scale * (
+            hinge.by_l0 * between[k, 0, b] + hinge.by_l1 * between[k, 1, b] + hinge.by_l2 * between[k, 2, b]
+        )
+    add(normal, 3 * i, hinge.residual)
 
 
 @njit(cache=True)

@@ -11,6 +11,7 @@ from which yaw and curvature follow without approximation.
 """
 
 import math
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -23,6 +24,18 @@ Row6 = tuple[float, float, float, float, float, float]
 
 # Columns of a frame: the line at one s.
 X, Y, THETA, SIGMA, SIGMA_1, KAPPA, KAPPA_1 = range(7)
+
+
+class Frame(NamedTuple):
+    """The line at one s: place, direction, sigma = |r'| and curvature with their slopes along s."""
+
+    x: float
+    y: float
+    theta: float
+    sigma: float
+    sigma_1: float
+    kappa: float
+    kappa_1: float
 
 
 class LineFolds(Exception):
@@ -82,7 +95,7 @@ def fit_control(points: Array, penalty: float) -> Array:
     return right.T.copy()
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _basis(t: float) -> tuple[Row6, Row6]:
     """Value and first derivative, both times 120, of the six basis functions at t in 0..1 of a span."""
     t2 = t * t
@@ -108,7 +121,7 @@ def _basis(t: float) -> tuple[Row6, Row6]:
     return value, slope
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _higher_basis(t: float) -> tuple[Row6, Row6]:
     """Second and third derivative, both times 120, of the six basis functions at t in 0..1 of a span."""
     t2 = t * t
@@ -171,6 +184,20 @@ def frames_at(control: Array, first: float, step: float, s: Array) -> Array:
     for i in range(s.shape[0]):
         frame_at(control, first, step, s[i], out[i])
     return out
+
+
+@njit(cache=True)
+def frame_row(frames: Array, j: int) -> Frame:
+    """Row j of frames (m, 7)."""
+    return Frame(
+        frames[j, X],
+        frames[j, Y],
+        frames[j, THETA],
+        frames[j, SIGMA],
+        frames[j, SIGMA_1],
+        frames[j, KAPPA],
+        frames[j, KAPPA_1],
+    )
 
 
 @njit(cache=True)

@@ -99,8 +99,7 @@ def projected(
         if start.behind[a] and not start.inside[a]:
             continue
         hard = min(params.hard_margin_m, max(start.gap_m[a] - 0.02, 0.0))
-        for t in range(slots):
-            _occupy(sweep, moving, m, t, hard, params, stretches, limit)
+        _occupy(sweep, moving, m, hard, params, stretches, limit)
     # The samples are `spacing` apart: the true ends are up to so much farther.
     _widen(stretches.hard_low, stretches.hard_high, sweep.spacing)
     _widen(stretches.soft_low, stretches.soft_high, sweep.spacing)
@@ -130,9 +129,10 @@ def _at_start(sweep: _Sweep, moving: MovingDiscs, agents: int, box: Box) -> _Sta
     gap_m = np.full(agents, np.inf)
     behind, inside = np.zeros(agents, np.bool_), np.zeros(agents, np.bool_)
     at = BoxPose(sweep.poses[0, 0], sweep.poses[0, 1], sweep.cos[0], sweep.sin[0])
-    for m in range(moving.discs.shape[1]):
-        px, py, radius = moving.discs[0, m]
-        a = moving.owner[m]
+    discs, owner = moving.discs, moving.owner
+    for m in range(discs.shape[1]):
+        px, py, radius = discs[0, m, 0], discs[0, m, 1], discs[0, m, 2]
+        a = owner[m]
         gap = box_distance(at, box, px, py)
         gap_m[a] = min(gap_m[a], gap - radius)
         is_behind = at.cos * (px - at.x_m) + at.sin * (py - at.y_m) < -box.rear_m
@@ -147,36 +147,40 @@ def _occupy(
     sweep: _Sweep,
     moving: MovingDiscs,
     m: int,
-    t: int,
     hard: float,
     params: ProjectionParams,
     stretches: _Stretches,
     limit: Array,
 ) -> None:
-    """Adds disc m at slot t: the stretches that it occupies, and the speeds that a pedestrian allows."""
+    """Adds disc m at every slot: the stretches that it occupies, and the speeds that a pedestrian allows.
+
+    Arrays are taken out of the tuples once: each use of a tuple counts references to all of its arrays.
+    """
     a, is_person, box = moving.owner[m], moving.pedestrian[m], params.box
     # Only the vehicle's nose runs into a person; a person farther back walks alongside.
     tail = min(box.rear_m, params.nose_m - box.front_m) if is_person else box.rear_m
     body = Box(box.front_m, tail, box.half_width_m)
-    soft = hard + (params.soft_margin_m + moving.inflation_m[t, m] if hard == params.hard_margin_m else 0.0)
-    matters = max(soft, params.law.delta_m_max, _ROOM_M) if is_person else soft
-    px, py, radius = moving.discs[t, m]
-    low, high = stretches.hard_low, stretches.hard_high
-    soft_low, soft_high = stretches.soft_low, stretches.soft_high
-    j = 0
-    while j < sweep.u.shape[0]:
-        at, u = BoxPose(sweep.poses[j, 0], sweep.poses[j, 1], sweep.cos[j], sweep.sin[j]), sweep.u[j]
-        gap = box_distance(at, body, px, py) - radius
-        if gap < hard:
-            low[t, a], high[t, a] = min(low[t, a], u), max(high[t, a], u)
-        if gap < soft:
-            soft_low[t, a], soft_high[t, a] = min(soft_low[t, a], u), max(soft_high[t, a], u)
-        if gap >= matters:
-            j += max(1, int((gap - matters) / (sweep.stretch * 1.05 * sweep.spacing)))
-            continue
-        if is_person:
-            limit[t, j] = _person_speed(at, box, px, py, radius, gap, params, limit[t, j])
-        j += 1
+    discs, inflation = moving.discs, moving.inflation_m
+    poses, ways, cos, sin = sweep.poses, sweep.u, sweep.cos, sweep.sin
+    low, high, soft_low, soft_high = stretches
+    for t in range(discs.shape[0]):
+        px, py, radius = discs[t, m, 0], discs[t, m, 1], discs[t, m, 2]
+        soft = hard + (params.soft_margin_m + inflation[t, m] if hard == params.hard_margin_m else 0.0)
+        matters = max(soft, params.law.delta_m_max, _ROOM_M) if is_person else soft
+        j = 0
+        while j < ways.shape[0]:
+            at, u = BoxPose(poses[j, 0], poses[j, 1], cos[j], sin[j]), ways[j]
+            gap = box_distance(at, body, px, py) - radius
+            if gap < hard:
+                low[t, a], high[t, a] = min(low[t, a], u), max(high[t, a], u)
+            if gap < soft:
+                soft_low[t, a], soft_high[t, a] = min(soft_low[t, a], u), max(soft_high[t, a], u)
+            if gap >= matters:
+                j += max(1, int((gap - matters) / (sweep.stretch * 1.05 * sweep.spacing)))
+                continue
+            if is_person:
+                limit[t, j] = _person_speed(at, box, px, py, radius, gap, params, limit[t, j])
+            j += 1
 
 
 @njit(cache=True)

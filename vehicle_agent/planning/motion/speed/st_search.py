@@ -52,6 +52,15 @@ class SearchMotion(NamedTuple):
     decel_mps2_max: float
 
 
+class _Bounds(NamedTuple):
+    """jerk (m/s3); comfortable and hardest deceleration, positive; the hardest braking to choose (m/s2)."""
+
+    jerk: float
+    decel: float
+    decel_max: float
+    hardest: float
+
+
 def search(
     graph: StGraph,
     place_u_m: Array,
@@ -120,8 +129,8 @@ def search_kernel(
     reached = 0
     for layer in range(layers):
         at[:] = -1
-        for i in range(begin[layer], begin[layer + 1]):
-            count = _expand(grid, motion, layer, i, nodes, parent, at, count)
+        reach = (begin[layer], begin[layer + 1])
+        count = _expand(grid, motion, layer, reach, nodes, parent, at, count)
         begin[layer + 2] = count
         if begin[layer + 2] == begin[layer + 1]:
             break
@@ -139,67 +148,68 @@ def _expand(
     grid: SearchGrid,
     motion: SearchMotion,
     layer: int,
-    i: int,
+    members: tuple[int, int],
     nodes: Array,
     parent: IntArray,
     at: IntArray,
     count: int,
 ) -> int:
-    """Adds the successors of node i to the next layer; returns the number of nodes after that.
+    """Adds the successors of a layer's nodes [first, last) to the next; returns the number of nodes then.
 
-    at (cells, speeds): the node of the next layer in each cell, -1 for none.
+    at (cells, speeds): the node of the next layer in each cell, -1 for none. Arrays are taken out of the
+    tuples once: each use of a tuple counts references to all of its arrays.
     """
-    last_layer = (grid.penalty.shape[0] - 1) // 2 - 1
-    node = nodes[i]
-    for c in range(motion.accels_mps2.shape[0]):
-        a = motion.accels_mps2[c]
-        if not _can_follow(a, node, motion, grid.dt_s):
-            continue
-        u, v, cost = _after_two_knots(grid, motion, layer, node, a)
-        if layer == last_layer and cost < np.inf:
-            cost = _with_end_cost(grid, motion, u, v, cost)
-        if cost == np.inf:
-            continue
-        iu, iv = int(u / grid.spacing_m), int(v / _CELL_MPS + 0.5)
-        if iu >= at.shape[0] or iv >= at.shape[1]:
-            continue
-        kept = at[iu, iv]
-        if kept >= 0:
-            if cost >= nodes[kept, _COST]:
+    penalty, limit, accels = grid.penalty, grid.limit_mps, motion.accels_mps2
+    end = penalty.shape[1] - 1
+    is_last = layer == (penalty.shape[0] - 1) // 2 - 1
+    bounds = _Bounds(motion.jerk_mps3_max, motion.decel_mps2_comfort, motion.decel_mps2_max, accels[0])
+    for i in range(members[0], members[1]):
+        u0, v0, a0 = nodes[i, _U], nodes[i, _V], nodes[i, _A]
+        for c in range(accels.shape[0]):
+            a = accels[c]
+            if not _can_follow(a, a0, v0, bounds, grid.dt_s):
                 continue
-        elif count < nodes.shape[0]:
-            kept = count
-            count += 1
-            at[iu, iv] = kept
-        else:
-            continue
-        nodes[kept, _U], nodes[kept, _V], nodes[kept, _A], nodes[kept, _COST] = u, v, a, cost
-        parent[kept] = i
+            u, v, cost = u0, v0, nodes[i, _COST] + 0.03 * (a - a0) ** 2
+            for sub in range(2):
+                k = 2 * layer + 1 + sub
+                u, v = _after_one_knot(u, v, a, grid.dt_s)
+                cell, share = _cell_at(u, grid.spacing_m, end)
+                if share > 1.0:
+                    cost = np.inf
+                    break
+                here = max(
+                    penalty[k, cell] if share < 1.0 else 0.0, penalty[k, cell + 1] if share > 0.0 else 0.0
+                )
+                limits = (limit[k, cell], limit[k, cell + 1])
+                cost = _with_motion_cost(cost, here, limits, share, v, a, bounds, grid.dt_s)
+                if cost == np.inf:
+                    break
+            if is_last and cost < np.inf:
+                cost = _with_end_cost(penalty, u, v, cost, bounds, grid.spacing_m)
+            if cost == np.inf:
+                continue
+            iu, iv = int(u / grid.spacing_m), int(v / _CELL_MPS + 0.5)
+            if iu >= at.shape[0] or iv >= at.shape[1]:
+                continue
+            kept = at[iu, iv]
+            if kept < 0:
+                if count == nodes.shape[0]:
+                    continue
+                kept = at[iu, iv] = count
+                count += 1
+            elif cost >= nodes[kept, _COST]:
+                continue
+            nodes[kept, _U], nodes[kept, _V], nodes[kept, _A], nodes[kept, _COST] = u, v, a, cost
+            parent[kept] = i
     return count
 
 
 @njit(cache=True)
-def _can_follow(a: float, node: Array, motion: SearchMotion, dt: float) -> bool:
-    """The jerk allows `a` after the node's, or it is the hardest braking; a node at rest does not brake."""
-    hardest = motion.accels_mps2[0]
-    if abs(a - node[_A]) > 2.6 * motion.jerk_mps3_max * dt and not (a == hardest and a > node[_A]):
+def _can_follow(a: float, a_before: float, v: float, bounds: _Bounds, dt: float) -> bool:
+    """The jerk allows `a` after a_before, or it is the hardest braking; a vehicle at rest does not brake."""
+    if abs(a - a_before) > 2.6 * bounds.jerk * dt and not (a == bounds.hardest and a > a_before):
         return False
-    return not (node[_V] <= 0.0 and a < 0.0)
-
-
-@njit(cache=True)
-def _after_two_knots(
-    grid: SearchGrid, motion: SearchMotion, layer: int, node: Array, a: float
-) -> tuple[float, float, float]:
-    """(u, v, cost) two knots after the node at acceleration a; cost is inf if an agent is in the way."""
-    u, v, cost = node[_U], node[_V], node[_COST]
-    cost += 0.03 * (a - node[_A]) ** 2
-    for sub in range(2):
-        u, v = _after_one_knot(u, v, a, grid.dt_s)
-        cost = _with_knot_cost(grid, motion, 2 * layer + 1 + sub, u, v, a, cost)
-        if cost == np.inf:
-            break
-    return u, v, cost
+    return not (v <= 0.0 and a < 0.0)
 
 
 @njit(cache=True)
@@ -212,47 +222,57 @@ def _after_one_knot(u: float, v: float, a: float, dt: float) -> tuple[float, flo
 
 
 @njit(cache=True)
-def _with_knot_cost(
-    grid: SearchGrid, motion: SearchMotion, k: int, u: float, v: float, a: float, cost: float
-) -> float:
-    """cost and that of being at u with v, a at knot k; inf when that place is occupied or off the grid."""
-    cells, spacing, dt = grid.penalty.shape[1], grid.spacing_m, grid.dt_s
+def _cell_at(u: float, spacing: float, end: int) -> tuple[int, float]:
+    """(cell, share of the way to the next one) of a place; a share above 1 beyond the last cell `end`."""
     cell = int(u / spacing)
-    if cell >= cells - 1:
-        if u > (cells - 1) * spacing:
-            return np.inf
-        cell = cells - 2 if cells > 1 else 0
-    share = min(max(u / spacing - cell, 0.0), 1.0)
-    here = max(
-        grid.penalty[k, cell] if share < 1.0 else 0.0, grid.penalty[k, cell + 1] if share > 0.0 else 0.0
-    )
-    limit, limit_after = grid.limit_mps[k, cell], grid.limit_mps[k, cell + 1]
-    allowed = limit + share * (limit_after - limit)
+    if cell >= end:
+        if u > end * spacing:
+            return end - 1, 2.0
+        cell = end - 1
+    return cell, min(max(u / spacing - cell, 0.0), 1.0)
+
+
+@njit(cache=True)
+def _with_motion_cost(
+    cost: float,
+    here: float,
+    limits: tuple[float, float],
+    share: float,
+    v: float,
+    a: float,
+    bounds: _Bounds,
+    dt: float,
+) -> float:
+    """cost and that of dt at v, a in a place that costs `here` a second; inf if it is occupied.
+
+    limits: the speeds allowed in its cell and in the next, `share` of the way to which it is
+    """
+    allowed = limits[0] + share * (limits[1] - limits[0])
     if here == np.inf:
         if v > _STILL_MPS:
             return np.inf
         here = 2.0
+    wish = max(limits[0], 0.5)
     over = max(v - allowed, 0.0)
-    wish = max(limit, 0.5)
     cost += dt * (here + (wish - v) ** 2 + 20.0 * over * over + 4.0 * over)
     if a < 0.0:
-        cost += dt * (0.4 * a * a + 2.0 * max(-a - motion.decel_mps2_comfort, 0.0))
+        cost += dt * (0.4 * a * a + 2.0 * max(-a - bounds.decel, 0.0))
     else:
         cost += dt * 0.4 * a * a
     return cost
 
 
 @njit(cache=True)
-def _with_end_cost(grid: SearchGrid, motion: SearchMotion, u: float, v: float, cost: float) -> float:
+def _with_end_cost(penalty: Array, u: float, v: float, cost: float, bounds: _Bounds, spacing: float) -> float:
     """cost and that of stopping for an agent who is in the way at the last knot; inf if it cannot stop."""
-    last, cells = grid.penalty.shape[0] - 1, grid.penalty.shape[1]
-    cell = math.ceil(u / grid.spacing_m)
-    while cell < cells and grid.penalty[last, cell] != np.inf:
+    last, cells = penalty.shape[0] - 1, penalty.shape[1]
+    cell = math.ceil(u / spacing)
+    while cell < cells and penalty[last, cell] != np.inf:
         cell += 1
-    gap = max(cell * grid.spacing_m - u, 0.0)
-    if v * v > 2.0 * motion.decel_mps2_max * gap:
+    gap = max(cell * spacing - u, 0.0)
+    if v * v > 2.0 * bounds.decel_max * gap:
         return np.inf
-    return cost + max(v * v / (2.0 * max(gap, 0.1)) - motion.decel_mps2_comfort, 0.0) * 4.0
+    return cost + max(v * v / (2.0 * max(gap, 0.1)) - bounds.decel, 0.0) * 4.0
 
 
 @njit(cache=True)
