@@ -24,12 +24,12 @@ from campusloop.live.server import answer_promptly
 from contract.roads.load import load_map
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import RiderBoarded
+from server.domain.instants import ns_of
 from server.domain.record.events import RecordedEvent
 from server.domain.rides.rides import BookRide, Ride, RideState
 from server.live_ports import live_ports
 from server.settings import settings_from
 from server.usecases.fleet import events, vehicles
-from server.usecases.orders.order_payload import utc_ns
 from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 from server.usecases.rides import rides
 
@@ -111,7 +111,7 @@ async def _lost(transactions: Transactions, fleet: int) -> tuple[list[float], in
 
 
 def _board(uow: UnitOfWork, vehicle_id: str, sequence: int, ride_id: str) -> None:
-    now = utc_ns(uow.now)
+    now = ns_of(uow.now)
     said = RiderBoarded(ride_id, "sensor")
     events.apply_event(uow, RecordedEvent(vehicle_id, _BOOT, sequence, now, now, said))
 

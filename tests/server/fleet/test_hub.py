@@ -228,9 +228,10 @@ def test_positions_are_on_the_scene_at_once(server: ServerUnderTest) -> None:
     vehicle.status(12.5, -3.0, 0.5, speed_mps=1.5, screen="To the library")
     scene = server.services.feed.board.vehicle("shuttle-1")
     assert scene is not None
-    assert (scene.x_m, scene.y_m, scene.speed_mps, scene.screen) == (12.5, -3.0, 1.5, "To the library")
-    assert scene.located
-    assert scene.connected
+    assert scene.status is not None
+    assert scene.status.pose_map == Pose2(12.5, -3.0, 0.5)
+    assert (scene.status.speed_mps, scene.status.screen) == (1.5, "To the library")
+    assert scene.facts.connected
 
 
 def test_a_revoked_key_ends_the_session_and_opens_no_other(server: ServerUnderTest) -> None:

@@ -10,7 +10,8 @@ from contract.roads.model import RoadMap
 from server.domain.record.incidents import IncidentKind
 from server.domain.rides.rides import RideState
 from server.domain.rules import FleetRules
-from server.usecases.fleet import charging, vehicles
+from server.usecases.fleet import charging
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.fake_shuttle import FakeShuttle
@@ -52,7 +53,7 @@ def kinds(fleet: FakeFleet) -> set[IncidentKind]:
 
 
 def is_charging(fleet: FakeFleet, shuttle: FakeShuttle) -> bool:
-    return fleet.campus.read(lambda uow: vehicles.vehicle_of(uow, shuttle.vehicle_id)).charging
+    return fleet.campus.read(lambda uow: enrolled_vehicle(uow, shuttle.vehicle_id)).charging
 
 
 def steps(fleet: FakeFleet, count: int) -> None:
