@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.bookings.server import enter_shuttle, shuttle_name
-from benchmarks.reporting.report import write_report
+from benchmarks.reporting.report import RunReport
 from campusloop.live.server import answer_promptly
 from contract.roads.load import load_map
 from contract.roads.network import RoadNetwork
@@ -40,6 +40,7 @@ _BOOT = "boot-1"
 
 
 def main() -> None:
+    report = RunReport()
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -53,7 +54,7 @@ def main() -> None:
         rows = asyncio.run(_measured(args.map, Path(var), args.vehicles, args.rides, args.seed))
     arguments = {name: str(value) for name, value in vars(args).items() if name != "json"}
     summary = {f"{row['what']}_p99_ms".replace(" ", "_"): row["p99_ms"] for row in rows}
-    write_report(args.json, "replies", arguments, rows, summary)
+    report.write(args.json, "replies", arguments, rows, summary)
 
 
 async def _measured(

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.reporting.report import Row, write_report
+from benchmarks.reporting.report import Row, RunReport
 from benchmarks.tracking.reference_paths import lemniscate, recorded_path
 from benchmarks.tracking.stacks import (
     KINEMATIC_STACKS,
@@ -41,6 +41,7 @@ _PERFECT = "perfect localization"
 
 
 def main() -> None:
+    report = RunReport()
     arguments = _arguments()
     noise = GnssNoise(arguments.position_noise_m, math.radians(arguments.heading_noise_deg))
     profile, loop_profile = load_profile(arguments.profile), load_profile(arguments.loop_profile)
@@ -58,7 +59,7 @@ def main() -> None:
             kinematic = Conditions(_KINEMATIC, None, noise)
             task = FollowFunction(recorded_path(file), loop_profile, arguments.speed_mps, seed, kinematic)
             rows += _followed("gem", task, arguments.traces)
-    write_report(arguments.json, "tracking", _plain(arguments), rows, _summary(rows, curve.name))
+    report.write(arguments.json, "tracking", _plain(arguments), rows, _summary(rows, curve.name))
 
 
 def _conditions(
