@@ -67,6 +67,14 @@ def times_at(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int, j
     return scratch.at_s[i + 1], scratch.at_s[j + 2]
 
 
+@inlined
+def _listed(scratch: Scratch, candidates: int, extra: float, i: int, j: int) -> int:
+    """List a place whose times are still to be checked exactly; the number of candidates after it."""
+    scratch.extra[candidates] = extra
+    scratch.pair[candidates, 0], scratch.pair[candidates, 1] = i, j
+    return candidates + 1
+
+
 @kernel
 def best_place(
     task: Task, plan: Plan, scratch: Scratch, v: int, r: int, below: float, blink: float, rng: AnyArray
@@ -83,16 +91,14 @@ def best_place(
         return np.inf, 0, 0
     route, least, most, load = plan.route[v], plan.least_s[v], plan.most_s[v], plan.load[v]
     capacity, more = task.capacity[v], task.load[p]
-    best, best_i, best_j = below, -1, -1
+    best, best_i, best_j, candidates = below, -1, -1, 0
     opening = task.vehicle_cost[v] if n == 2 else 0.0
     ride_max = task.ride_s_max[p] + task.service_s[p]
     p_to_d = drive_s(task, p, d)
-    candidates = 0
     for i in range(plan.locked[v] - 1, n - 1):
         if candidates > len(scratch.extra) - n:
-            best, best_i, best_j = _settled(
-                task, plan, scratch, v, r, candidates, best, best_i, best_j, blink, rng
-            )
+            settled = _settled(task, plan, scratch, v, r, candidates, best, best_i, best_j, blink, rng)
+            best, best_i, best_j = settled
             if best == np.inf:
                 best, best_i = below, -1
             candidates = 0
@@ -123,13 +129,10 @@ def best_place(
             and at_d <= task.late_s[d] + EPSILON_S
             and at_d + stand_s(task, d, b) + d_to_b <= most[i + 1] + EPSILON_S
         ):
-            if task.plain:
-                if blink == 0.0 or uniform(rng) >= blink:
-                    best, best_i, best_j = extra, i, i
-            else:
-                scratch.extra[candidates] = extra
-                scratch.pair[candidates, 0], scratch.pair[candidates, 1] = i, i
-                candidates += 1
+            if not task.plain:
+                candidates = _listed(scratch, candidates, extra, i, i)
+            elif blink == 0.0 or uniform(rng) >= blink:
+                best, best_i, best_j = extra, i, i
         # With others in between.
         at = at_p + stand_s(task, p, b) + p_to_b
         detour = waited + to_p + p_to_b - skipped
@@ -150,13 +153,10 @@ def best_place(
                 break
             extra = detour + to_d + d_to_b - a_to_b + task.delay_cost[d] * (at_d - task.early_s[d])
             if extra < best and at_d + stand_s(task, d, b) + d_to_b <= most[j + 1] + EPSILON_S:
-                if task.plain:
-                    if blink == 0.0 or uniform(rng) >= blink:
-                        best, best_i, best_j = extra, i, j
-                else:
-                    scratch.extra[candidates] = extra
-                    scratch.pair[candidates, 0], scratch.pair[candidates, 1] = i, j
-                    candidates += 1
+                if not task.plain:
+                    candidates = _listed(scratch, candidates, extra, i, j)
+                elif blink == 0.0 or uniform(rng) >= blink:
+                    best, best_i, best_j = extra, i, j
             at += stand_s(task, a, b) + a_to_b
     if candidates == 0:
         return (best, best_i, best_j) if best_i >= 0 else (np.inf, 0, 0)
