@@ -8,12 +8,15 @@ import ssl
 import tempfile
 import time
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 import httpx
 import psutil
 
 from campusloop.clients.operator_client import OperatorClient
+from campusloop.live.paced_clock import PacedClock, PacedClocks
 from campusloop.live.run_folder import emptied
 from campusloop.live.server import serve_campus
 from campusloop.live.simulation import simulate_vehicles
@@ -24,6 +27,7 @@ from vehicle_agent.config import Profile, load_profile
 from vehicle_agent.link.keys import load_or_make_key, public_key_text
 from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, VehicleFile
+from vehicle_agent.runtime.processes.clock import MONOTONIC
 from vehicle_agent.runtime.processes.supervisor import LOOK_EVERY_S, Job, Supervisor
 
 READY_WITHIN_S = 60.0
@@ -40,6 +44,8 @@ class LiveOptions:
     """folder is emptied first. base_port: first of the simulator's loopback ports.
 
     profile_path: of every shuttle; None: the campus shuttle
+    paced: all processes share a clock that runs slower where the machine does not keep up (`paced_clock`);
+    else the computer's, by which a late process is late
     """
 
     map_path: Path
@@ -53,6 +59,7 @@ class LiveOptions:
     base_port: int = BASE_PORT
     pedestrians: bool = True
     profile_path: Path | None = None
+    paced: bool = False
 
 
 class LiveCampus:
@@ -66,6 +73,8 @@ class LiveCampus:
         self._profile = Profile() if options.profile_path is None else load_profile(options.profile_path)
         self._mail = Path(tempfile.mkdtemp(prefix="campusloop-"))
         self._supervisors: list[Supervisor] = []
+        self._clocks = self._made_clocks() if options.paced else None
+        self._clock: PacedClock | None = None if self._clocks is None else self._clocks.open("campus")
         self._began_s = time.monotonic()
         exposed = options.host not in ("127.0.0.1", "localhost")
         made = options.folder / "tls" / "certificate.pem" if exposed else None
@@ -82,6 +91,15 @@ class LiveCampus:
     def pids(self) -> dict[str, int]:
         """Process ids by name: server, simulator, link, worker, "gate shuttle-1", "tick shuttle-1"."""
         return {name: pid for supervisor in self._supervisors for name, pid in supervisor.pids.items()}
+
+    def now(self) -> datetime:
+        """By the clock that everybody on this campus goes by."""
+        return datetime.now(UTC) if self._clock is None else self._clock.utc()
+
+    @property
+    def held_s(self) -> float:
+        """How far the campus's clock is behind the wall's by now, because the machine did not keep up."""
+        return 0.0 if self._clock is None else self._clock.held_ns() * 1e-9
 
     async def start(self) -> None:
         """Everything up, enrolled and connected to nobody's surprise; vehicles are still held.
@@ -147,7 +165,8 @@ class LiveCampus:
             options.tls_key,
             options.map_path,
         )
-        return Job("server", serve_campus, arguments, log_file=self.log_file("server"))
+        serve = partial(serve_campus, clocks=self._clocks)
+        return Job("server", serve, arguments, log_file=self.log_file("server"))
 
     def _simulator_job(self) -> Job:
         options = self.options
@@ -160,6 +179,7 @@ class LiveCampus:
             self._scans,
             options.pedestrians,
             True,
+            self._clocks,
         )
         return Job("simulator", simulate_vehicles, arguments, log_file=self.log_file("simulator"))
 
@@ -167,6 +187,11 @@ class LiveCampus:
     def _scans(self) -> Path:
         shared_memory = Path("/dev/shm")
         return (shared_memory if shared_memory.is_dir() else self.options.folder) / self._mail.name
+
+    def _made_clocks(self) -> PacedClocks:
+        clocks = PacedClocks(self._scans / "clock")
+        clocks.make()
+        return clocks
 
     def _supervise(self, jobs: list[Job]) -> None:
         supervisor = Supervisor(jobs)
@@ -223,4 +248,4 @@ class LiveCampus:
             server_certificate=str(self.certificate) if self.certificate else "",
         )
         AgentFolder(folder).prepare(vehicle, self.options.map_path, self.options.profile_path)
-        return AgentPlace(folder.resolve(), self._mail / str(number))
+        return AgentPlace(folder.resolve(), self._mail / str(number), self._clocks or MONOTONIC)

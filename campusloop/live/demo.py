@@ -6,7 +6,6 @@ What a visitor sees is the product itself: the only things simulated are bodies,
 import asyncio
 import signal
 from dataclasses import replace
-from datetime import UTC, datetime
 from zoneinfo import ZoneInfo
 
 import numpy as np
@@ -84,9 +83,9 @@ class LiveDemo:
         people = SimulatedPeople(self._campus.road_map, control_port(options.base_port))
 
         def tell(journey: Journey) -> None:
-            self._say(timeline_line(journey, datetime.now(UTC), self._clock))
+            self._say(timeline_line(journey, self._campus.now(), self._clock))
 
-        passengers = Passengers(self._campus.client, people, lambda: datetime.now(UTC), tell)
+        passengers = Passengers(self._campus.client, people, self._campus.now, tell)
         pairs = ride_pairs(self._campus.road_map, RIDE_M_MIN, RIDE_M_MAX)
         rng = np.random.default_rng(options.seed)
         async with people.listening(passengers.tap), asyncio.TaskGroup() as lives:
@@ -96,7 +95,7 @@ class LiveDemo:
 
     async def _operate(self) -> None:
         def tell(text: str) -> None:
-            self._say(f"{datetime.now(self._clock):%H:%M:%S}  {text}")
+            self._say(f"{self._campus.now().astimezone(self._clock):%H:%M:%S}  {text}")
 
         await DemoOperator(self._campus.operator, tell).run()
 
