@@ -5,13 +5,14 @@ notice that a kernel, constant or class of another file has changed, so those ca
 """
 
 import os
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 from platform import python_version
 
 import msgspec
 
-from campusloop.kernels.groups import GROUPS
+from campusloop.kernels.groups import GROUPS, Group
 from campusloop.kernels.sources import Sources
 
 _LIBRARIES = ("numba", "llvmlite", "numpy")
@@ -42,16 +43,17 @@ class Record(msgspec.Struct):
 class KernelCaches:
     """The caches of the sources below `root`. deleted: how many modules' caches did not hold any more."""
 
-    def __init__(self, sources: Sources) -> None:
+    def __init__(self, sources: Sources, groups: Mapping[str, Group] = GROUPS) -> None:
         self._sources = sources
+        self._groups = groups
         self._path = sources.root / _RECORD
         self._record = self._read()
         self.deleted = 0
 
     def missing(self, groups: tuple[str, ...]) -> tuple[str, ...]:
-        """The groups that are not complete, in the order of GROUPS; caches that hold no more are deleted."""
+        """The groups that are not complete, in the order of all; caches that hold no more are deleted."""
         self._look()
-        return tuple(name for name in GROUPS if name in groups and not self._is_complete(name))
+        return tuple(name for name in self._groups if name in groups and not self._is_complete(name))
 
     def note(self, group: str) -> None:
         """A group has been compiled whole, from the sources that `missing` has looked at."""
@@ -85,7 +87,7 @@ class KernelCaches:
 
     def _modules(self, group: str) -> list[str]:
         """The modules with kernels that the group's warming may reach."""
-        return sorted(self._sources.imported(GROUPS[group].module) & self._record.kernels.keys())
+        return sorted(self._sources.imported(self._groups[group].module) & self._record.kernels.keys())
 
     def _digest(self, modules: list[str]) -> str:
         return " ".join(f"{name} {self._record.kernels[name]}" for name in modules)
