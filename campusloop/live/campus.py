@@ -16,10 +16,9 @@ import httpx
 import psutil
 
 from campusloop.clients.operator_client import OperatorClient
+from campusloop.live import jobs
 from campusloop.live.paced_clock import PacedClock, PacedClocks
 from campusloop.live.run_folder import emptied
-from campusloop.live.server import serve_campus
-from campusloop.live.simulation import simulate_vehicles
 from contract.roads.load import load_map
 from simulator.live.live import scan_ring_path
 from simulator.live.ports import BASE_PORT, ports_of
@@ -33,6 +32,8 @@ from vehicle_agent.runtime.processes.supervisor import LOOK_EVERY_S, Job, Superv
 READY_WITHIN_S = 60.0
 POLL_EVERY_S = 0.2
 OPERATOR = "operator"
+# The process that talks with the server.
+LINK = "link"
 
 
 class CampusStartError(Exception):
@@ -108,15 +109,21 @@ class LiveCampus:
         """
         (emptied(self.options.folder) / "logs").mkdir()
         self._supervise([self._server_job()])
+        places = tuple(self._place(number, name) for number, name in enumerate(self.vehicle_ids))
+        agents = [replace(job, log_file=self.log_file(job.name)) for job in agent_jobs(places)]
+        # Vehicles come up while the server does; they call it when it knows them.
+        # The simulator first, for it is stopped after them: it keeps the clock that they end by.
+        self._supervise([self._simulator_job()])
+        self._supervise([job for job in agents if job.name != LINK])
         trusted = await self._trusted()
         self.client = httpx.AsyncClient(base_url=self.origin, verify=trusted, timeout=30.0)
         self.operator = OperatorClient(self.client)
         await self._until_ready()
         await self.operator.sign_in(OPERATOR, self.password)
-        places = [await self._enrol(number, name) for number, name in enumerate(self.vehicle_ids)]
-        self._supervise([self._simulator_job()])
-        jobs = agent_jobs(tuple(places))
-        self._supervise([replace(job, log_file=self.log_file(job.name)) for job in jobs])
+        for name, place in zip(self.vehicle_ids, places, strict=True):
+            key = load_or_make_key(place.folder / "key.pem")
+            await self.operator.enrol(name, self._profile.body, public_key_text(key))
+        self._supervise([job for job in agents if job.name == LINK])
 
     async def release_all(self) -> None:
         """Resume every vehicle as soon as it is connected and placed."""
@@ -165,7 +172,7 @@ class LiveCampus:
             options.tls_key,
             options.map_path,
         )
-        serve = partial(serve_campus, clocks=self._clocks)
+        serve = partial(jobs.serve, clocks=self._clocks)
         return Job("server", serve, arguments, log_file=self.log_file("server"))
 
     def _simulator_job(self) -> Job:
@@ -181,7 +188,7 @@ class LiveCampus:
             True,
             self._clocks,
         )
-        return Job("simulator", simulate_vehicles, arguments, log_file=self.log_file("simulator"))
+        return Job("simulator", jobs.simulate, arguments, log_file=self.log_file("simulator"))
 
     @property
     def _scans(self) -> Path:
@@ -232,10 +239,9 @@ class LiveCampus:
         log = self.log_file("server")
         return log.read_text()[-2000:] if log.exists() else "(nothing)"
 
-    async def _enrol(self, number: int, vehicle_id: str) -> AgentPlace:
+    def _place(self, number: int, vehicle_id: str) -> AgentPlace:
         folder = self.options.folder / "vehicles" / vehicle_id
-        key = load_or_make_key(folder / "key.pem")
-        await self.operator.enrol(vehicle_id, self._profile.body, public_key_text(key))
+        load_or_make_key(folder / "key.pem")
         ports = ports_of(number, self.options.base_port)
         vehicle = VehicleFile(
             vehicle_id=vehicle_id,

@@ -38,6 +38,7 @@ class LiveDemo:
     def __init__(self, options: LiveOptions, console: Console, *, people_book: bool) -> None:
         self._campus = LiveCampus(options)
         self._people_book = people_book
+        self._released = asyncio.Event()
         self._progress = DemoProgress(console, self._campus.now, ZoneInfo(self._campus.road_map.timezone))
 
     async def run(self) -> None:
@@ -75,6 +76,7 @@ class LiveDemo:
 
     async def _serve_people(self) -> None:
         await self._campus.release_all()
+        self._released.set()
         if self._people_book:
             await self._book()
         await asyncio.Event().wait()
@@ -92,6 +94,8 @@ class LiveDemo:
                 await asyncio.sleep(max(SPACING_S_MIN, float(rng.exponential(SPACING_S))))
 
     async def _operate(self) -> None:
+        # A shuttle that is starting lacks its first scan: that is no stop for safety.
+        await self._released.wait()
         await DemoOperator(self._campus.operator, self._say, self._progress.released).run()
 
     async def _follow(self) -> None:

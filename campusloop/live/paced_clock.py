@@ -112,6 +112,9 @@ class PacedClock(_Shared):
                 time.sleep(pause_s)
             now_ns = self.now_ns()
 
+    def close(self) -> None:
+        self._beat[_DUE] = _NOBODY
+
 
 class KeptClock(_Shared):
     """The keeper's view. steps are its own beats; waiting for them, it lets the clock run."""

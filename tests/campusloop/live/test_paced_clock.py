@@ -150,3 +150,13 @@ def test_a_keeper_that_starts_again_goes_on_from_where_the_clock_stood(tmp_path:
     again = KeptClock(_fields(tmp_path / "clock", 3), tmp_path, campus.monotonic)
     again.let_run(due_ns + 2 * BEAT_NS)
     assert campus.process.now_ns() == due_ns + SLACK_NS
+
+
+def test_a_process_that_ends_in_order_is_not_waited_for(tmp_path: Path) -> None:
+    campus = Campus(tmp_path)
+    begun_ns = campus.process.now_ns()
+    campus.promise("tick", begun_ns)
+    campus.process.close()
+    campus.keeper.let_run(begun_ns + BEAT_NS)
+    campus.computer_ns += BEAT_NS
+    assert campus.process.now_ns() == begun_ns + BEAT_NS

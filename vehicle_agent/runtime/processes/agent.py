@@ -5,6 +5,7 @@ worker and one link process; each keeps a tick and a gate of its own.
 """
 
 import asyncio
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -80,16 +81,16 @@ def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
 def run_gate(place: AgentPlace) -> None:
     files = AgentFolder(place.folder)
     vehicle = files.vehicle()
-    clock = place.clock.open(f"gate {vehicle.vehicle_id}")
-    GateProcess(place.mail, vehicle.can_channel, files.profile(), clock).run()
+    with closing(place.clock.open(f"gate {vehicle.vehicle_id}")) as clock:
+        GateProcess(place.mail, vehicle.can_channel, files.profile(), clock).run()
 
 
 def run_planner(place: AgentPlace) -> None:
     files = AgentFolder(place.folder)
     planner = build_planner(files.profile(), files.road_map())
     assert planner is not None, "only stacks that plan beside the tick are given this process"
-    clock = place.clock.open(f"planner {files.vehicle().vehicle_id}")
-    PlannerProcess(place.mail, planner, clock).run()
+    with closing(place.clock.open(f"planner {files.vehicle().vehicle_id}")) as clock:
+        PlannerProcess(place.mail, planner, clock).run()
 
 
 def run_speaking(place: AgentPlace) -> None:
@@ -112,7 +113,8 @@ def run_worker(places: tuple[AgentPlace, ...]) -> None:
                 height_map(files.profile()),
             )
         )
-    serve_percepts(tuple(scanned), places[0].clock.open("worker"))
+    with closing(places[0].clock.open("worker")) as clock:
+        serve_percepts(tuple(scanned), clock)
 
 
 def run_links(places: tuple[AgentPlace, ...]) -> None:
@@ -153,11 +155,12 @@ def run_tick(place: AgentPlace) -> None:
             speaker.send(port, DeviceWords(says))
 
     devices = DeviceSensors(vehicle.values_port)
-    if vehicle.cameras:
-        both = SensorsAndCameras(devices, CameraLink(vehicle.cameras, clock))
-        TickProcess(place.mail, computer, both, show, clock).run()
-    else:
-        TickProcess(place.mail, computer, devices, show, clock).run()
+    with closing(clock):
+        if vehicle.cameras:
+            both = SensorsAndCameras(devices, CameraLink(vehicle.cameras, clock))
+            TickProcess(place.mail, computer, both, show, clock).run()
+        else:
+            TickProcess(place.mail, computer, devices, show, clock).run()
 
 
 def _linked(place: AgentPlace, clock: Clock) -> LinkedVehicle:

@@ -24,6 +24,10 @@ class Clock(Protocol):
         """Until the clock has come to due_ns or one of the files can be read; sometimes sooner."""
         ...
 
+    def close(self) -> None:
+        """The process ends in order."""
+        ...
+
 
 class ClockSource(Protocol):
     """What a process is given to open its clock with; it can be pickled."""
@@ -52,6 +56,8 @@ class MonotonicClock:
             select.select(files, [], [], pause_s)
         elif pause_s > 0.0:
             time.sleep(pause_s)
+
+    def close(self) -> None: ...
 
 
 MONOTONIC = MonotonicClock()

@@ -26,6 +26,8 @@ class SteppedClock:
     def wait(self, due_ns: int, files: Sequence[int] = ()) -> None:
         self.stamp_ns += self._pauses_ns.pop(0)
 
+    def close(self) -> None: ...
+
 
 def test_the_computers_clock_goes_to_another_process_as_it_is() -> None:
     assert pickle.loads(pickle.dumps(MONOTONIC)).open("gate") == MONOTONIC
