@@ -11,6 +11,8 @@ import structlog
 import typer
 from rich.console import Console
 
+from campusloop.kernels.compiling import KernelError, compile_kernels
+from campusloop.kernels.groups import for_campus
 from campusloop.live.campus import CampusStartError, LiveOptions
 from campusloop.live.demo import LiveDemo
 from campusloop.live.run_folder import NotOurFolder, emptied
@@ -59,11 +61,12 @@ def demo(
         structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.ERROR))
     count = vehicles or (2 if (os.cpu_count() or 1) <= 2 else 3)
     try:
+        chosen = Profile() if profile is None else load_profile(profile)
+        compile_kernels(for_campus(chosen.stack), console)
         if headless and begin and end:
             _timetable(console, campus_map, count, seed, begin, end, folder or HEADLESS)
             return
         if headless:
-            chosen = Profile() if profile is None else load_profile(profile)
             _headless(console, campus_map, count, rides, seed, folder or HEADLESS, chosen)
             return
         options = LiveOptions(
@@ -76,9 +79,10 @@ def demo(
             tls_key,
             seed,
             profile_path=profile,
+            paced=True,
         )
         asyncio.run(LiveDemo(options, console, people_book=people).run())
-    except (MapError, ProfileError, CampusStartError, NotOurFolder) as error:
+    except (MapError, ProfileError, CampusStartError, NotOurFolder, KernelError) as error:
         console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
 

@@ -15,7 +15,7 @@ from rich.table import Table
 
 from campusloop.clients.passengers import Journey, wishes
 from campusloop.virtual.campus import START_NS, CampusOptions, VirtualCampus
-from campusloop.virtual.run_proof import RunProof, flaws, virtual_progress
+from campusloop.virtual.run_proof import RunProof, SpacedWord, flaws, virtual_progress
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import find_route
@@ -82,6 +82,9 @@ def run_headless(
     spacing_s: mean time between two passengers who ask
     """
     started = time.perf_counter()
+    console.print(
+        f"building the campus: {options.road_map.name}, {options.vehicles} shuttles", highlight=False
+    )
     campus = VirtualCampus(options)
     clock = ZoneInfo(options.road_map.timezone)
 
@@ -100,12 +103,16 @@ def run_headless(
         with virtual_progress(console) as progress:
             bar = progress.add_task("rides", total=rides, clock="")
             deadline_ns = campus.conductor.now_ns + round(RIDE_TIMEOUT_S * 1e9)
+            word = SpacedWord(console)
             while not all(task.done() for task in tasks) and campus.conductor.now_ns < deadline_ns:
                 for _ in range(STEPS_PER_REFRESH):
                     campus.conductor.step()
                 proof.look()
                 done = sum(task.done() for task in tasks)
-                progress.update(bar, completed=done, clock=f"{campus.now().astimezone(clock):%H:%M:%S}")
+                pace = (campus.conductor.now_ns - START_NS) / 1e9 / (time.perf_counter() - started)
+                doing = f"{campus.now().astimezone(clock):%H:%M:%S}, {pace:.1f} x"
+                progress.update(bar, completed=done, clock=f"{doing}, {driving(campus)}")
+                word.say(f"{doing}  {done} of {rides} rides have ended; {driving(campus)}")
         virtual_s = (campus.conductor.now_ns - START_NS) / 1e9
         campus.stop()
         wall_s = time.perf_counter() - started
@@ -133,6 +140,11 @@ def contacts(campus: VirtualCampus) -> list[str]:
     """Whoever touched anybody or anything, by ground truth."""
     scores = {vehicle_id: campus.world.score(vehicle_id) for vehicle_id in campus.vehicles}
     return [f"{name} made {score.contacts} contacts" for name, score in scores.items() if score.contacts]
+
+
+def driving(campus: VirtualCampus) -> str:
+    """How far each shuttle has come, by ground truth."""
+    return ", ".join(f"{name} {campus.world.score(name).distance_m:.0f} m" for name in campus.vehicles)
 
 
 def timeline_line(journey: Journey, now: datetime, clock: ZoneInfo) -> str:

@@ -15,6 +15,10 @@ from server.dispatch.engine.plan import Plan, Scratch, refresh
 from server.dispatch.engine.task import EPSILON_S, LOAD_KINDS, Task, drive_s, stand_s
 from server.dispatch.engine.timing import least_times
 
+# Numba compiles a callee once more for each constant that a variable of its caller begins with; `int(...)`
+# makes the type the one that it has later.
+_NOWHERE, _NONE_YET = -1, 0
+
 
 @kernel
 def _fits(load: AnyArray, more: AnyArray, capacity: AnyArray) -> bool:
@@ -91,7 +95,8 @@ def best_place(
         return np.inf, 0, 0
     route, least, most, load = plan.route[v], plan.least_s[v], plan.most_s[v], plan.load[v]
     capacity, more = task.capacity[v], task.load[p]
-    best, best_i, best_j, candidates = below, -1, -1, 0
+    best, best_i, best_j = below, int(_NOWHERE), int(_NOWHERE)
+    candidates = int(_NONE_YET)
     opening = task.vehicle_cost[v] if n == 2 else 0.0
     ride_max = task.ride_s_max[p] + task.service_s[p]
     p_to_d = drive_s(task, p, d)
@@ -100,8 +105,8 @@ def best_place(
             settled = _settled(task, plan, scratch, v, r, candidates, best, best_i, best_j, blink, rng)
             best, best_i, best_j = settled
             if best == np.inf:
-                best, best_i = below, -1
-            candidates = 0
+                best, best_i = below, int(_NOWHERE)
+            candidates = int(_NONE_YET)
         # Most positions are hours away: they are told by the times alone.
         if most[i + 1] < task.early_s[p]:
             continue
