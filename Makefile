@@ -122,15 +122,15 @@ var/peers/installed: requirements/peers.txt
 	var/peers/bin/pip install --quiet --disable-pip-version-check -r requirements/peers.txt
 	@touch $@
 
-# lock.txt is all that setting up installs; oracle.txt what the extra `oracle` needs besides.
+# lock.txt is all that setting up installs; oracle.txt and mutants.txt are what those extras need besides.
 LOCKED = $(PY) -m uv pip compile --universal --python-version 3.11 --generate-hashes --extra dev pyproject.toml \
   --quiet --no-header --no-annotate
 
 lock: .venv/installed
 	$(PY) -m uv --version >/dev/null 2>&1 || $(BIN)/pip install --quiet uv
 	$(LOCKED) -o requirements/lock.txt
-	$(LOCKED) --extra oracle -c requirements/lock.txt -o requirements/oracle.txt \
-	  $$(sed -n 's/^\([A-Za-z0-9._-]*\)==.*/--no-emit-package \1/p' requirements/lock.txt)
+	for extra in oracle mutants; do $(LOCKED) --extra $$extra -c requirements/lock.txt -o requirements/$$extra.txt \
+	  $$(sed -n 's/^\([A-Za-z0-9._-]*\)==.*/--no-emit-package \1/p' requirements/lock.txt) || exit 1; done
 
 # gtsam (110 MB), by which a test and `benchmarks.planner --oracle` find the path's optimum a second time.
 oracle: .venv/installed

@@ -25,6 +25,7 @@ PROFILE = Profile()
 SETTINGS: GateSettings = gate_settings(PROFILE)
 TICK_NS = 20_000_000
 SILENT_NS = SETTINGS.fresh_ns + 1
+SILENT_FOR_EVER_NS = 10_000_000_000
 
 
 class Reporting:
@@ -412,6 +413,7 @@ def test_a_module_that_goes_silent_is_braked_for() -> None:
     while not bench.gate.braking:
         bench.tick()
         silent_ns += TICK_NS
+        assert silent_ns < SILENT_FOR_EVER_NS, "the gate never brakes"
     assert bench.gate.braking == "the module is silent"
     assert silent_ns <= 120_000_000
 

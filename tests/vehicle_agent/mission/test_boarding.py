@@ -30,17 +30,14 @@ def at_the_stop(not_before_ns: int = 0, timed: bool = False) -> RingShuttle:
     )
     shuttle = RingShuttle()
     shuttle.go(an_order(visits))
-    while shuttle.state.doors.phase != "open":
-        shuttle.step()
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
     return shuttle
 
 
 def to_the_next_stop(shuttle: RingShuttle) -> None:
     shuttle.run(2)
-    while shuttle.state.doors.phase != "closed":
-        shuttle.step()
-    while shuttle.state.doors.phase != "open":
-        shuttle.run(0.1)
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "closed")
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
 
 
 def test_doors_open_only_while_standing_at_the_stop() -> None:
@@ -89,8 +86,7 @@ def test_a_tap_is_answered_once_and_only_with_open_doors() -> None:
         shuttle.step(PassengerTap(1, "t1", "ann", "board"))
     assert shuttle.of(TapAnswered) == [TapAnswered("t1", "ann", True)]
     assert shuttle.of(RiderBoarded) == [RiderBoarded("ann", "tap")]
-    while shuttle.state.doors.phase != "closed":
-        shuttle.step()
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "closed")
     shuttle.step(PassengerTap(1, "t2", "bob", "board"))
     answer = shuttle.of(TapAnswered)[-1]
     assert isinstance(answer, TapAnswered)

@@ -93,8 +93,7 @@ def test_a_late_message_cannot_bring_back_a_section_that_was_given_back() -> Non
     shuttle = RingShuttle()
     every = all_sections(VISITS)
     shuttle.go(an_order(VISITS, sections=every))
-    while not shuttle.of(SectionReleased):
-        shuttle.step()
+    shuttle.run_until(lambda: bool(shuttle.of(SectionReleased)))
     shuttle.step(Grants(1, "o", every))
     assert every[0] not in shuttle.state.memory.grants
     shuttle.step(Grants(1, "o", (*every, SectionGrant(every[0].section_id, 99))))
