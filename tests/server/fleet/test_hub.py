@@ -20,6 +20,8 @@ from contract.wire.messages import (
     OrderAccepted,
     Welcome,
 )
+from server.usecases.fleet import vehicle_sessions
+from server.usecases.fleet.vehicle_sessions import HelloFacts
 from server.usecases.ports.unit_of_work import UnitOfWork
 from tests.server.api.server_under_test import ServerUnderTest, snow_lion
 from tests.server.fleet.spoken_vehicle import SpokenVehicle
@@ -112,6 +114,18 @@ def test_a_bad_frame_ends_the_session_and_loses_no_event(
     assert again.last(Welcome).acknowledged == (EventLogState("boot-1", 1, 1),)
     again.event(1, ModeChanged("held", "two"))
     assert events_stored(server) == 2
+
+
+def test_an_event_of_a_session_that_was_fenced_meanwhile_is_not_stored(server: ServerUnderTest) -> None:
+    """Another process of the server has welcomed the vehicle; this one does not know of it yet."""
+    vehicle = SpokenVehicle(server).dial().hello()
+    vehicle.event(0, ModeChanged("held", "one"))
+    facts = HelloFacts("shuttle-1", "boot-1", "0.1", "gem", snow_lion().map_version, (), None, 6, 0)
+    server.transact(lambda uow: vehicle_sessions.open_session(uow, facts))
+    vehicle.event(1, ModeChanged("autonomous", "two"))
+    assert vehicle.goodbye == "superseded"
+    assert events_stored(server) == 1
+    assert vehicle.acknowledged == [("boot-1", 1)]
 
 
 def test_a_newer_session_of_the_same_boot_fences_the_older(server: ServerUnderTest) -> None:

@@ -252,6 +252,20 @@ def test_a_vehicle_that_still_rolls_is_not_let_go() -> None:
     assert brake_of(bench.tick(phase="enable")) > 0.0
 
 
+def test_an_enable_that_fell_while_the_vehicle_rolled_does_not_count_when_it_stands() -> None:
+    bench = Bench()
+    bench.drive()
+    bench.silence()
+    for speed_mps, phase in ((1.0, "off"), (0.0, "enable")):
+        bench.report(speed_mps=speed_mps)
+        bench.tick(phase=phase)
+    assert bench.gate.braking
+    for phase in ("off", "clear", "enable"):
+        bench.report(speed_mps=0.0)
+        bench.tick(phase=phase)
+    assert not bench.gate.braking
+
+
 def test_without_by_wire_silence_is_silence() -> None:
     bench = Bench()
     bench.drive(3)
