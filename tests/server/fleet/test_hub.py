@@ -1,5 +1,7 @@
 """The link end to end: in-memory pipe, session, use cases, store; in virtual time."""
 
+from dataclasses import replace
+
 import pytest
 
 from contract.geometry import Pose2
@@ -20,8 +22,6 @@ from contract.wire.messages import (
     OrderAccepted,
     Welcome,
 )
-from server.usecases.fleet import vehicle_sessions
-from server.usecases.fleet.vehicle_sessions import HelloFacts
 from server.usecases.ports.unit_of_work import UnitOfWork
 from tests.server.api.server_under_test import ServerUnderTest, snow_lion
 from tests.server.fleet.spoken_vehicle import SpokenVehicle
@@ -117,11 +117,16 @@ def test_a_bad_frame_ends_the_session_and_loses_no_event(
 
 
 def test_an_event_of_a_session_that_was_fenced_meanwhile_is_not_stored(server: ServerUnderTest) -> None:
-    """Another process of the server has welcomed the vehicle; this one does not know of it yet."""
+    """Another process of the server has welcomed the vehicle, and its word on the bus is lost."""
     vehicle = SpokenVehicle(server).dial().hello()
     vehicle.event(0, ModeChanged("held", "one"))
-    facts = HelloFacts("shuttle-1", "boot-1", "0.1", "gem", snow_lion().map_version, (), None, 6, 0)
-    server.transact(lambda uow: vehicle_sessions.open_session(uow, facts))
+
+    def welcomed_elsewhere(uow: UnitOfWork) -> None:
+        known = uow.vehicles.get("shuttle-1")
+        assert known is not None
+        uow.vehicles.save(replace(known, epoch=known.epoch + 1))
+
+    server.transact(welcomed_elsewhere)
     vehicle.event(1, ModeChanged("autonomous", "two"))
     assert vehicle.goodbye == "superseded"
     assert events_stored(server) == 1
