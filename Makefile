@@ -6,7 +6,7 @@ BIN := .venv/bin
 PY := $(BIN)/python
 
 .PHONY: help setup demo demo-check test test-short test-real test-browser test-fast test-long test-faults \
-  lint lint-style lint-types lint-imports lint-web format web bench soak maps peers lock oracle clean
+  lint lint-style lint-types lint-imports lint-web format web bench soak mutants maps peers lock oracle clean
 
 help:
 	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN)"
@@ -14,6 +14,7 @@ help:
 	@echo "make lint    format check, lint, types, import contracts"
 	@echo "make bench   short form of every benchmark, refreshes benchmarks/README.md"
 	@echo "make soak    long and random campaigns, with their seeds printed"
+	@echo "make mutants do the short tests notice wrong changes? (ROOM=guard SAMPLE=50 SEED=1)"
 	@echo "make oracle  install what a test compares the path planner with (CI does)"
 	@echo "make web     build the pages; make maps rebuilds the shipped maps"
 	@echo "make peers   open planners to compare with (python -m benchmarks.peers)"
@@ -104,8 +105,20 @@ format: .venv/installed
 bench: setup
 	$(PY) -m benchmarks
 
-soak: setup
+soak: setup .venv/mutants-installed
 	$(PY) -m tests.soak $(ARGS)
+
+# Wrong changes, one at a time in a copy of the tree, and whether the short tests notice (benchmarks/mutants).
+SAMPLE ?= 300
+SEED ?= 1
+MUTANTS_ARGS = --sample $(SAMPLE) --seed $(SEED) $(if $(ROOM),--room $(ROOM))
+
+mutants: .venv/warmed .venv/mutants-installed
+	$(PY) -m benchmarks.mutants $(MUTANTS_ARGS) $(ARGS)
+
+.venv/mutants-installed: .venv/installed requirements/mutants.txt
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/mutants.txt
+	@touch $@
 
 maps: .venv/installed
 	$(BIN)/campusloop map import maps/shanghai-university/shanghai-university-baoshan.osm.pbf \

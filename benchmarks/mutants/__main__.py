@@ -11,6 +11,7 @@ import argparse
 import json
 import os
 import random
+import sys
 import tempfile
 import threading
 import time
@@ -19,13 +20,14 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 from benchmarks.mutants.importers import ImportGraph
 from benchmarks.mutants.mutations import MutatedFile, Mutation, mutated, mutations_of
 from benchmarks.mutants.private_copy import PrivateCopy, TestsBroken
 from benchmarks.mutants.rooms import ROOMS, ROOT, Room
 from benchmarks.mutants.selection import test_files
-from benchmarks.reporting.report import Row, Value, write_report
+from benchmarks.reporting.report import Row, write_report
 
 EQUIVALENTS = Path(__file__).with_name("equivalents.json")
 # A change that makes the tests so many times slower has been noticed.
@@ -113,6 +115,10 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--room", action="append", choices=[room.name for room in ROOMS], metavar="ROOM")
     parser.add_argument("--processes", type=int, default=len(os.sched_getaffinity(0)))
+    parser.add_argument(
+        "--floor", type=float, default=0.0, metavar="PCT", help="exit 1 when fewer are killed"
+    )
+    parser.add_argument("--room-floor", type=float, default=0.0, metavar="PCT", help="the same of each room")
     parser.add_argument("--json", type=Path)
     arguments = parser.parse_args()
     rooms = [room for room in ROOMS if arguments.room is None or room.name in arguments.room]
@@ -122,13 +128,16 @@ def main() -> None:
         trials = Trials(Path(folder), ImportGraph(ROOT))
         with ThreadPoolExecutor(arguments.processes) as pool:
             done = list(pool.map(lambda one: trials.run(*one), drawn))
+    figures = summary(done)
     write_report(
         arguments.json,
         "mutants",
         {"sample": arguments.sample, "seed": arguments.seed, "rooms": [room.name for room in rooms]},
         [trial.row() for trial in done if not trial.killed],
-        summary(done),
+        figures,
     )
+    if figures["killed_pct"] < arguments.floor or figures["worst_room_pct"] < arguments.room_floor:
+        sys.exit("the short tests notice too few wrong changes")
 
 
 def draw(
@@ -146,19 +155,19 @@ def draw(
     return drawn
 
 
-def summary(done: Sequence[Trial]) -> Row:
+def summary(done: Sequence[Trial]) -> dict[str, Any]:
     """Shares of killed changes: of all, of each room, and of the worst room."""
     rooms: dict[str, list[bool]] = {}
     for trial in done:
         rooms.setdefault(trial.room.name, []).append(trial.killed)
     shares = {name: 100.0 * sum(killed) / len(killed) for name, killed in rooms.items()}
-    values: dict[str, Value] = {
+    return {
         "mutants": len(done),
         "killed": sum(trial.killed for trial in done),
         "killed_pct": 100.0 * sum(trial.killed for trial in done) / len(done),
         "worst_room_pct": min(shares.values()),
+        **{f"{name}.killed_pct": share for name, share in shares.items()},
     }
-    return values | {f"{name}.killed_pct": share for name, share in shares.items()}
 
 
 if __name__ == "__main__":
