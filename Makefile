@@ -6,7 +6,7 @@ BIN := .venv/bin
 PY := $(BIN)/python
 
 .PHONY: help setup kernels demo demo-check test test-short test-real test-browser test-fast test-long test-faults \
-  lint lint-style lint-types lint-imports lint-web format web bench soak maps peers lock oracle clean
+  lint lint-style lint-types lint-imports lint-web format web bench soak mutants maps peers lock oracle clean
 
 help:
 	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN)"
@@ -14,6 +14,7 @@ help:
 	@echo "make lint    format check, lint, types, import contracts"
 	@echo "make bench   short form of every benchmark, refreshes benchmarks/README.md"
 	@echo "make soak    long and random campaigns, with their seeds printed"
+	@echo "make mutants do the short tests notice wrong changes? (ROOM=guard SAMPLE=50 SEED=1)"
 	@echo "make oracle  install what a test compares the path planner with (CI does)"
 	@echo "make web     build the pages; make maps rebuilds the shipped maps"
 	@echo "make peers   open planners to compare with (python -m benchmarks.peers)"
@@ -117,8 +118,20 @@ format: .venv/installed
 bench: setup
 	$(PY) -m benchmarks
 
-soak: setup
+soak: setup .venv/mutants-installed
 	$(PY) -m tests.soak $(ARGS)
+
+# Wrong changes, one at a time in a copy of the tree, and whether the short tests notice (benchmarks/mutants).
+SAMPLE ?= 300
+SEED ?= 1
+MUTANTS_ARGS = --sample $(SAMPLE) --seed $(SEED) $(if $(ROOM),--room $(ROOM))
+
+mutants: kernels .venv/mutants-installed
+	$(PY) -m benchmarks.mutants $(MUTANTS_ARGS) $(ARGS)
+
+.venv/mutants-installed: .venv/installed requirements/mutants.txt
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/mutants.txt
+	@touch $@
 
 maps: .venv/installed
 	$(BIN)/campusloop map import maps/shanghai-university/shanghai-university-baoshan.osm.pbf \
@@ -135,8 +148,8 @@ var/peers/installed: requirements/peers.txt
 	var/peers/bin/pip install --quiet --disable-pip-version-check -r requirements/peers.txt
 	@touch $@
 
-# run.txt is what running a campus takes, lock.txt all that setting up installs; oracle.txt what the extra `oracle`
-# needs besides.
+# run.txt is what running a campus takes, lock.txt all that setting up installs; oracle.txt and mutants.txt are what
+# those extras need besides.
 LOCKED = $(PY) -m uv pip compile --universal --python-version 3.11 --generate-hashes pyproject.toml \
   --quiet --no-header --no-annotate
 
@@ -144,8 +157,9 @@ lock: .venv/installed
 	$(PY) -m uv --version >/dev/null 2>&1 || $(BIN)/pip install --quiet uv
 	$(LOCKED) --extra dev -o requirements/lock.txt
 	$(LOCKED) --extra install -c requirements/lock.txt -o requirements/run.txt
-	$(LOCKED) --extra dev --extra oracle -c requirements/lock.txt -o requirements/oracle.txt \
-	  $$(sed -n 's/^\([A-Za-z0-9._-]*\)==.*/--no-emit-package \1/p' requirements/lock.txt)
+	for extra in oracle mutants; do $(LOCKED) --extra dev --extra $$extra -c requirements/lock.txt \
+	  -o requirements/$$extra.txt \
+	  $$(sed -n 's/^\([A-Za-z0-9._-]*\)==.*/--no-emit-package \1/p' requirements/lock.txt) || exit 1; done
 
 # gtsam (110 MB), by which a test and `benchmarks.planner --oracle` find the path's optimum a second time.
 oracle: .venv/installed

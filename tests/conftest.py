@@ -9,6 +9,10 @@ settings.register_profile("fixed", deadline=None, derandomize=True)
 settings.register_profile("campaign", deadline=None, print_blob=True)
 settings.load_profile("campaign" if "CAMPUSLOOP_NEW_EXAMPLES" in os.environ else "fixed")
 
+# Longer than the limit in pyproject.toml: whole rides, real processes and browsers.
+LONG_LIMIT_S = 1800.0
+WITH_LONG_LIMIT = ("long", "faults", "real", "browser")
+
 # Whole vehicles and campuses: begun first, so that no process is left with one of them when the rest is done.
 LONGEST = (
     "tests/scenarios/test_rides",
@@ -24,3 +28,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         return next((k for k, path in enumerate(LONGEST) if item.nodeid.startswith(path)), len(LONGEST))
 
     items.sort(key=place)
+    for item in items:
+        if any(item.get_closest_marker(name) for name in WITH_LONG_LIMIT):
+            item.add_marker(pytest.mark.timeout(LONG_LIMIT_S))

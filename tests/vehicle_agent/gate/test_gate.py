@@ -25,6 +25,7 @@ PROFILE = Profile()
 SETTINGS: GateSettings = gate_settings(PROFILE)
 TICK_NS = 20_000_000
 SILENT_NS = SETTINGS.fresh_ns + 1
+SILENT_FOR_EVER_NS = 10_000_000_000
 
 
 class Reporting:
@@ -251,6 +252,20 @@ def test_a_vehicle_that_still_rolls_is_not_let_go() -> None:
     assert brake_of(bench.tick(phase="enable")) > 0.0
 
 
+def test_an_enable_that_fell_while_the_vehicle_rolled_does_not_count_when_it_stands() -> None:
+    bench = Bench()
+    bench.drive()
+    bench.silence()
+    for speed_mps, phase in ((1.0, "off"), (0.0, "enable")):
+        bench.report(speed_mps=speed_mps)
+        bench.tick(phase=phase)
+    assert bench.gate.braking
+    for phase in ("off", "clear", "enable"):
+        bench.report(speed_mps=0.0)
+        bench.tick(phase=phase)
+    assert not bench.gate.braking
+
+
 def test_without_by_wire_silence_is_silence() -> None:
     bench = Bench()
     bench.drive(3)
@@ -412,6 +427,7 @@ def test_a_module_that_goes_silent_is_braked_for() -> None:
     while not bench.gate.braking:
         bench.tick()
         silent_ns += TICK_NS
+        assert silent_ns < SILENT_FOR_EVER_NS, "the gate never brakes"
     assert bench.gate.braking == "the module is silent"
     assert silent_ns <= 120_000_000
 

@@ -161,3 +161,11 @@ def test_a_cameras_word_is_stamped_in_the_vehicles_own_clock() -> None:
     assert (word.area_id, word.count) == ("zebra", 2)
     offset_ns = 105 * S - word.stamp_ns
     assert abs(offset_ns - 99 * S) <= S
+
+
+def test_a_new_connection_has_its_full_time_before_it_counts_as_silent() -> None:
+    session = opened()
+    session.disconnected(2 * S)
+    session.connected(100 * S)
+    assert not session.is_silent(100 * S + SILENT_AFTER_NS)
+    assert session.is_silent(100 * S + SILENT_AFTER_NS + 1)

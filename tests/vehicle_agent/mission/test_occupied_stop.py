@@ -61,8 +61,7 @@ def test_another_stop_that_is_taken_does_not_matter() -> None:
 
 def test_nobody_brakes_hard_for_a_stop_that_is_taken_at_the_last_moment() -> None:
     shuttle = on_the_way()
-    while stop_s_m(shuttle) - shuttle.state.s_m > 7.0:
-        shuttle.step()
+    shuttle.run_until(lambda: stop_s_m(shuttle) - shuttle.state.s_m <= 7.0)
     shuttle.taken_stops = ("a",)
     speed_mps = shuttle.speed_mps
     task = shuttle.step()
@@ -72,8 +71,7 @@ def test_nobody_brakes_hard_for_a_stop_that_is_taken_at_the_last_moment() -> Non
 
 def test_where_the_shuttle_itself_stands_nobody_else_is_waited_for() -> None:
     shuttle = on_the_way()
-    while shuttle.state.stage != "serving":
-        shuttle.step()
+    shuttle.run_until(lambda: shuttle.state.stage == "serving")
     shuttle.taken_stops = ("a",)
     shuttle.run(20.0)
     assert shuttle.state.memory.visit_state("a") == "done"

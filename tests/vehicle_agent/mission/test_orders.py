@@ -111,8 +111,7 @@ def test_a_malformed_order_is_refused(visits: tuple[Visit, ...]) -> None:
 def test_a_revision_must_keep_the_visit_at_which_the_vehicle_stands() -> None:
     shuttle = RingShuttle()
     shuttle.go(an_order(two_visits()))
-    while shuttle.state.memory.under_way == "":
-        shuttle.step()
+    shuttle.run_until(lambda: shuttle.state.memory.under_way != "")
     other = ("south", 60.0)
     shuttle.step(an_order((a_visit("b", *other), rest(other)), revision=2))
     answer = shuttle.answers[-1]

@@ -31,12 +31,10 @@ def test_the_shuttle_stops_at_once_comfortably_dwells_eight_seconds_and_goes_on(
     assert answer.accepted
     assert answer.lane_id == "south"
     assert at_m + speed**2 / 1.2 <= answer.s_m <= at_m + speed**2 / 1.2 + 4.0
-    while shuttle.state.doors.phase != "open":
-        shuttle.step()
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
     assert abs(shuttle.state.s_m - answer.s_m) < 0.5
     opened_ns = shuttle.now_ns
-    while shuttle.state.doors.phase == "open":
-        shuttle.step()
+    shuttle.run_until(lambda: shuttle.state.doors.phase != "open")
     assert 7.9e9 <= shuttle.now_ns - opened_ns <= 8.3e9
     assert {e.visit_id for e in shuttle.of(DoorsChanged)} == {answer.visit_id}  # type: ignore[attr-defined]
     shuttle.run(10)
@@ -75,8 +73,7 @@ def test_just_before_the_next_stop_the_button_is_refused() -> None:
 def test_a_button_at_a_stop_or_while_held_is_refused() -> None:
     assert not pressed(RingShuttle()).accepted
     shuttle = driving(6)
-    while not shuttle.state.memory.under_way:
-        shuttle.step()
+    shuttle.run_until(lambda: shuttle.state.memory.under_way != "")
     assert pressed(shuttle).reason == "the shuttle stands at a stop"
 
 
@@ -88,8 +85,7 @@ def test_a_second_press_asks_for_the_same_stop() -> None:
 def test_the_shuttle_waits_for_people_beside_it_but_not_for_ever() -> None:
     shuttle = driving(6)
     pressed(shuttle)
-    while shuttle.state.doors.phase != "open":
-        shuttle.step()
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
     pose = shuttle.pose
     shuttle.points = np.array([[pose.x_m + 1.0, pose.y_m + 1.5]])
     shuttle.run(25)

@@ -78,6 +78,23 @@ def test_a_single_return_is_no_obstacle() -> None:
     assert len(percept_from_scan(lone, 1, PARAMS).cells_base) == 0
 
 
+def test_two_returns_of_different_height_make_a_cell_where_they_are() -> None:
+    pair = np.array([[8.05, 0.05, 0.5], [8.1, 0.1, 1.0]], dtype=np.float32)
+    percept = percept_from_scan(pair, 1, PARAMS)
+    assert percept.points_used == 2
+    assert percept.cells_base.tolist() == [[8.125, 0.125]]
+    assert percept.heights_m.tolist() == [0.5]
+
+
+def test_two_returns_of_one_ring_make_a_cell_where_the_ground_around_them_is_seen() -> None:
+    ring = [[8.05, 0.05, 0.6], [8.1, 0.1, 0.6]]
+    ground = [[9.0, 0.5, 0.0]]
+    assert len(percept_from_scan(np.array(ring, np.float32), 1, PARAMS).cells_base) == 0
+    percept = percept_from_scan(np.array(ring + ground, np.float32), 1, PARAMS)
+    assert percept.cells_base.tolist() == [[8.125, 0.125]]
+    assert percept.heights_m.tolist() == [pytest.approx(0.6)]
+
+
 def test_an_empty_scan_says_that_the_sensor_is_blind() -> None:
     percept = percept_from_scan(np.empty((0, 3), np.float32), 7, PARAMS)
     assert (percept.points_used, percept.stamp_ns, len(percept.cells_base)) == (0, 7, 0)

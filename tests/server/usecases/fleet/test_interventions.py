@@ -156,8 +156,7 @@ def test_a_hold_until_resumed_gives_waiting_rides_to_others_at_once(fleet: FakeF
 
 def test_riders_of_a_held_shuttle_wait_until_it_is_resumed(fleet: FakeFleet) -> None:
     ride = assigned_rides(fleet, 1)[0]
-    while fleet.ride(ride.ride_id).state is not RideState.ABOARD:
-        fleet.step()
+    fleet.run_until(lambda: fleet.ride(ride.ride_id).state is RideState.ABOARD)
     (effect,) = preview(fleet.campus, ride.vehicle_id or "", Intervention("hold")).rides
     assert effect.waits
     assert (effect.vehicle_after, effect.arrival_after, effect.arrival_later_s) == (
@@ -333,7 +332,6 @@ def test_only_a_ride_that_waits_for_the_shuttle_can_be_given_away(fleet: FakeFle
     ):
         with pytest.raises(error):
             done(fleet.campus, vehicle_id, wish)
-    while fleet.ride(ride.ride_id).state is not RideState.ABOARD:
-        fleet.step()
+    fleet.run_until(lambda: fleet.ride(ride.ride_id).state is RideState.ABOARD)
     with pytest.raises(RideAlreadyAboard):
         done(fleet.campus, first, Intervention("reassign", ride_id=ride.ride_id))
