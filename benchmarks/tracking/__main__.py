@@ -26,7 +26,7 @@ from benchmarks.tracking.stacks import (
     KINEMATIC_STACKS,
     STACKS,
     Conditions,
-    FollowFunction,
+    FollowTask,
     TrackingResult,
 )
 from benchmarks.tracking.waypoint_drive import Drive
@@ -52,12 +52,12 @@ def main() -> None:
             # Perfect localization leaves nothing to chance.
             seeds = 1 if conditions.noise is None else arguments.seeds
             for seed in range(1, seeds + 1):
-                task = FollowFunction(curve, profile, arguments.speed_mps, seed, conditions)
+                task = FollowTask(curve, profile, arguments.speed_mps, seed, conditions)
                 rows += _followed(stack, task, arguments.traces)
     for file in arguments.waypoints if "gem" in arguments.stacks else ():
         for seed in range(1, arguments.seeds + 1):
             kinematic = Conditions(_KINEMATIC, None, noise)
-            task = FollowFunction(recorded_path(file), loop_profile, arguments.speed_mps, seed, kinematic)
+            task = FollowTask(recorded_path(file), loop_profile, arguments.speed_mps, seed, kinematic)
             rows += _followed("gem", task, arguments.traces)
     report.write(arguments.json, "tracking", _plain(arguments), rows, _summary(rows, curve.name))
 
@@ -89,7 +89,7 @@ def _plant(profile: Profile, load_ratio: float, arguments: argparse.Namespace) -
     return PlantParams(**fields)
 
 
-def _followed(stack: str, task: FollowFunction, traces: Path | None) -> list[Row]:
+def _followed(stack: str, task: FollowTask, traces: Path | None) -> list[Row]:
     """One row for each of the stack's followers."""
     rows = []
     for follower, drive_by in STACKS[stack].items():
@@ -101,7 +101,7 @@ def _followed(stack: str, task: FollowFunction, traces: Path | None) -> list[Row
     return rows
 
 
-def _row(stack: str, follower: str, task: FollowFunction, followed: TrackingResult) -> Row:
+def _row(stack: str, follower: str, task: FollowTask, followed: TrackingResult) -> Row:
     drive = followed.drive
     off_m = np.abs(task.path.cross_track_m(drive.trace[:, 1:3]))
     return {

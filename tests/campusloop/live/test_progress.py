@@ -8,7 +8,7 @@ from zoneinfo import ZoneInfo
 import pytest
 from rich.console import Console
 
-from campusloop.clients.passengers import Journey, Wish
+from campusloop.clients.passengers import Journey, RideDemand
 from campusloop.live.progress import ENDED_SHOWN, DemoProgress, doing_of
 
 NOW = datetime(2026, 9, 1, 8, 0, tzinfo=UTC)
@@ -26,7 +26,7 @@ def vehicle(number: int = 1, **changes: Any) -> dict[str, Any]:
 
 
 def journey(number: int, *states: str) -> Journey:
-    made = Journey(Wish(number, 0.0, "stop-1", "stop-2", 1, "code"), vehicle_id="shuttle-1")
+    made = Journey(RideDemand(number, 0.0, "stop-1", "stop-2", 1, "code"), vehicle_id="shuttle-1")
     for state in states:
         made.state = state
         made.history.append((NOW, state))

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from contract.geometry import Pose2
 from contract.wire.messages import ModeChanged
 from server.domain.rides.rides import RideState, ended
 from server.live.feed import LINGER_MS, READ_ALL_EVERY_S
@@ -40,6 +41,12 @@ def shown_vehicle(server: ServerUnderTest) -> VehicleScene:
     return scene
 
 
+def shown_pose(server: ServerUnderTest) -> Pose2:
+    status = shown_vehicle(server).status
+    assert status is not None
+    return status.pose_map
+
+
 def ready(server: ServerUnderTest) -> SpokenVehicle:
     """At its resting place, free to drive."""
     vehicle = SpokenVehicle(server).dial().hello()
@@ -60,22 +67,22 @@ def booked(server: ServerUnderTest) -> str:
 
 def test_a_position_is_shown_as_soon_as_the_vehicle_has_told_it(server: ServerUnderTest) -> None:
     vehicle = ready(server)
-    before = shown_vehicle(server)
-    assert before.located
-    vehicle.status(before.x_m + 3.0, before.y_m, before.yaw_rad, speed_mps=2.5, lane_id=REST.lane_id)
+    heard_ms, here = shown_vehicle(server).heard_ms, shown_pose(server)
+    vehicle.status(here.x_m + 3.0, here.y_m, here.yaw_rad, speed_mps=2.5, lane_id=REST.lane_id)
     server.elapse(0.3)
     now = shown_vehicle(server)
-    assert (now.x_m, now.speed_mps) == (before.x_m + 3.0, 2.5)
-    assert now.heard_ms > before.heard_ms
+    assert now.status is not None
+    assert (now.status.pose_map.x_m, now.status.speed_mps) == (pytest.approx(here.x_m + 3.0), 2.5)
+    assert now.heard_ms > heard_ms
 
 
 def test_a_full_reading_of_the_store_does_not_bring_an_old_position_back(server: ServerUnderTest) -> None:
     vehicle = ready(server)
     for step in range(1, 30):
-        here = shown_vehicle(server)
+        here = shown_pose(server)
         vehicle.status(here.x_m + 0.5, here.y_m, here.yaw_rad, lane_id=REST.lane_id)
         server.elapse(0.5)
-        assert shown_vehicle(server).x_m == here.x_m + 0.5, step
+        assert shown_pose(server).x_m == pytest.approx(here.x_m + 0.5), step
 
 
 def test_a_booking_appears_with_its_shuttle_and_the_shuttle_with_its_next_stop(
@@ -87,7 +94,7 @@ def test_a_booking_appears_with_its_shuttle_and_the_shuttle_with_its_next_stop(
     ride = shown_ride(server)
     assert ride is not None
     assert (ride.ride_id, ride.state, ride.vehicle_id) == (ride_id, "assigned", "shuttle-1")
-    assert shown_vehicle(server).next_stop == "NN20"
+    assert shown_vehicle(server).task.next_stop == "NN20"
 
 
 def test_an_ended_ride_stays_for_two_minutes_so_that_its_passenger_sees_how_it_ended(
