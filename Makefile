@@ -9,7 +9,8 @@ PY := $(BIN)/python
   lint lint-style lint-types lint-imports lint-web format web bench soak mutants maps peers lock oracle clean
 
 help:
-	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN)"
+	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN);"
+	@echo "             scripts/first-minutes measures how long that takes in a fresh clone"
 	@echo "make test    set up and run the tests; make test-long the ones that take minutes"
 	@echo "make lint    format check, lint, types, import contracts"
 	@echo "make bench   short form of every benchmark, refreshes benchmarks/README.md"

@@ -17,9 +17,6 @@ from campusloop.live.campus import CampusStartError, LiveOptions
 from campusloop.live.demo import LiveDemo
 from campusloop.live.run_folder import NotOurFolder, emptied
 from campusloop.shipped import DEFAULT_MAP
-from campusloop.virtual.campus import CampusOptions
-from campusloop.virtual.headless import run_headless
-from campusloop.virtual.timetable_run import local_moment, run_timetable
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import Profile, ProfileError, load_profile
 
@@ -90,6 +87,10 @@ def demo(
 def _timetable(
     console: Console, campus_map: Path, vehicles: int, seed: int, begin: str, end: str, folder: Path
 ) -> None:
+    # Here, for they bring the whole server along: live, that is another process.
+    from campusloop.virtual.campus import CampusOptions
+    from campusloop.virtual.timetable_run import local_moment, run_timetable
+
     road_map = load_map(campus_map)
     zone = ZoneInfo(road_map.timezone)
     if not road_map.timetable:
@@ -119,6 +120,9 @@ def _headless(
     folder: Path,
     profile: Profile,
 ) -> None:
+    from campusloop.virtual.campus import CampusOptions
+    from campusloop.virtual.headless import run_headless
+
     options = CampusOptions(load_map(campus_map), emptied(folder), seed, vehicles, profile)
     result = run_headless(options, rides, console)
     for failure in result.failures:
