@@ -18,6 +18,7 @@ TEXT = '''"""Text with 1 < 2 in it."""
 LIMIT_NS = 2_000_000_000
 
 
+@njit(cache=True)
 def clamp(x, least=0):
     if x < least and not x == 3:
         return -x
@@ -41,6 +42,10 @@ def test_comparisons_signs_numbers_and_conditions_are_changed() -> None:
     ):
         assert (line, now) in {(was, " ".join(now.split())) for was, now in changes()}, now
     assert ("return x + least", "return x - least") in changes()
+
+
+def test_how_a_kernel_is_compiled_stays_as_it_is() -> None:
+    assert not any("njit" in was for was, _ in changes())
 
 
 def test_texts_and_numbers_of_which_one_more_means_nothing_stay_as_they_are() -> None:

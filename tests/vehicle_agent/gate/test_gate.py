@@ -117,6 +117,14 @@ def test_fresh_commands_pass_unchanged_and_once() -> None:
     assert gate.step(TICK_NS + 1) == ()
 
 
+def test_a_gate_that_starts_under_way_does_not_take_its_first_step_for_a_jump_of_the_clock() -> None:
+    gate, now_ns = a_gate(), 3_600_000_000_000
+    frames = commands(3, now_ns)
+    gate.take(frames, now_ns)
+    assert gate.step(now_ns) == frames
+    assert not gate.braking
+
+
 def test_before_the_first_tick_the_gate_says_nothing() -> None:
     assert a_gate().step(10 * TICK_NS) == ()
 

@@ -1,6 +1,7 @@
 """The seat button: where the shuttle stops, and when it goes on."""
 
 import numpy as np
+import pytest
 
 from contract.wire.messages import DoorsChanged, SeatButtonPressed
 from tests.vehicle_agent.mission.ring import NETWORK, RingShuttle, a_visit, all_sections, an_order, rest
@@ -95,6 +96,34 @@ def test_the_shuttle_waits_for_people_beside_it_but_not_for_ever() -> None:
     shuttle.points = np.empty((0, 2))
     shuttle.run(4)
     assert shuttle.speed_mps > 0.0
+
+
+# From the rear axle: the outline is 0.85 m back, 3.5 m ahead and 0.815 m to either side.
+@pytest.mark.parametrize(
+    ("ahead_m", "aside_m", "waits"),
+    [
+        (1.0, 0.815 + 1.4, True),
+        (1.0, -0.815 - 1.4, True),
+        (1.0, 0.815 + 1.6, False),
+        (3.5 + 1.4, 0.5, True),
+        (3.5 + 1.6, 0.5, False),
+        (-0.85 - 1.4, 0.0, True),
+        (-0.85 - 1.6, 0.0, False),
+        (3.5 + 1.2, 0.815 + 1.2, False),
+        (1.0, 12.0, False),
+    ],
+)
+def test_people_are_waited_for_within_a_metre_and_a_half_of_the_body_all_around(
+    ahead_m: float, aside_m: float, waits: bool
+) -> None:
+    shuttle = driving(6)
+    pressed(shuttle)
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
+    pose = shuttle.pose
+    assert pose.yaw_rad == 0.0
+    shuttle.points = np.array([[pose.x_m + ahead_m, pose.y_m + aside_m]])
+    shuttle.run(15)
+    assert (shuttle.speed_mps == 0.0) is waits
 
 
 def test_a_new_order_keeps_the_stop_that_was_asked_for() -> None:
