@@ -15,21 +15,8 @@ from numpy.typing import NDArray
 from benchmarks.planner.scenes import SceneMaker
 from benchmarks.reporting.report import Row
 from contract.geometry import Array
-from vehicle_agent.planning.motion.path.factors import (
-    COLLISION,
-    COLLISION_MARGIN,
-    CURVATURE,
-    CURVATURE_MARGIN,
-    END_1,
-    END_2,
-    LATERAL,
-    PRIOR,
-    REFERENCE,
-    START,
-    WALL,
-    WALL_MARGIN,
-)
-from vehicle_agent.planning.motion.path.gp_path import PathProblem, solve_path
+from vehicle_agent.planning.motion.path.factors import PathProblem
+from vehicle_agent.planning.motion.path.gp_path import solve_path
 from vehicle_agent.planning.motion.path.path_problem import path_problem, road_from
 from vehicle_agent.planning.motion.request import MotionParams, MotionRequest
 
@@ -45,14 +32,14 @@ def oracle_path(problem: PathProblem, guess: Array, iterations_max: int = 300) -
     weights = problem.weights
     unit = gtsam.noiseModel.Unit.Create
     for i in range(3):
-        graph.add(gtsam.CustomFactor(unit(1), [0], _error(_unary(i, problem.start[i], weights[START]), 1)))
+        graph.add(gtsam.CustomFactor(unit(1), [0], _error(_unary(i, problem.start[i], weights.start), 1)))
     for i in range(1, k):
         wanted = float(problem.reference[i])
-        graph.add(gtsam.CustomFactor(unit(1), [i], _error(_unary(0, wanted, weights[REFERENCE]), 1)))
-    graph.add(gtsam.CustomFactor(unit(1), [k - 1], _error(_unary(1, 0.0, weights[END_1]), 1)))
-    graph.add(gtsam.CustomFactor(unit(1), [k - 1], _error(_unary(2, 0.0, weights[END_2]), 1)))
+        graph.add(gtsam.CustomFactor(unit(1), [i], _error(_unary(0, wanted, weights.reference), 1)))
+    graph.add(gtsam.CustomFactor(unit(1), [k - 1], _error(_unary(1, 0.0, weights.end_slope), 1)))
+    graph.add(gtsam.CustomFactor(unit(1), [k - 1], _error(_unary(2, 0.0, weights.end_bend), 1)))
     for i in range(k - 1):
-        graph.add(gtsam.CustomFactor(unit(3), [i, i + 1], _error(_prior(problem.step_m, weights[PRIOR]), 2)))
+        graph.add(gtsam.CustomFactor(unit(3), [i, i + 1], _error(_prior(problem.step_m, weights.prior), 2)))
     sub = len(problem.between)
     for j in range(len(problem.frames)):
         i = min(j // sub, k - 2)
@@ -141,8 +128,8 @@ def _checks(problem: PathProblem, j: int, tau: float) -> tuple[Residual, int]:
         pace = np.sqrt(ahead**2 + l1**2)
         curvature = (ahead * aside_2 - l1 * along_2) / pace**3
         bent = _magnitude(curvature)
-        tight = w[CURVATURE] * _hinge(bent - problem.curvature_max[j] + w[CURVATURE_MARGIN])
-        lateral = w[LATERAL] * _hinge(bent - problem.curvature_wish[j])
+        tight = w.curvature * _hinge(bent - problem.curvature_max[j] + w.curvature_margin_1pm)
+        lateral = w.lateral * _hinge(bent - problem.curvature_wish[j])
         cos = (np.cos(theta) * ahead - np.sin(theta) * l1) / pace
         sin = (np.sin(theta) * ahead + np.cos(theta) * l1) / pace
         x_m, y_m = px - l0 * np.sin(theta), py + l0 * np.cos(theta)
@@ -150,15 +137,15 @@ def _checks(problem: PathProblem, j: int, tau: float) -> tuple[Residual, int]:
         disc_y = y_m[:, None] + problem.disc_x * sin[:, None]
         offset = (disc_y[:, walled] - others[:, 1]) * np.cos(others[:, 2])
         offset = offset - (disc_x[:, walled] - others[:, 0]) * np.sin(others[:, 2])
-        below, above = low + w[WALL_MARGIN] - offset, offset - high + w[WALL_MARGIN]
-        walls = w[WALL] * _hinge(np.where(below.real > above.real, below, above))
+        below, above = low + w.wall_margin_m - offset, offset - high + w.wall_margin_m
+        walls = w.wall * _hinge(np.where(below.real > above.real, below, above))
         rows = [tight[:, None], lateral[:, None], walls]
         if len(near):
             gaps = np.sqrt((disc_x[:, :, None] - near[:, 0]) ** 2 + (disc_y[:, :, None] - near[:, 1]) ** 2)
             gaps = gaps - near[:, 2]
             nearest = np.argmin(gaps[:1].real, axis=2)[0]
             gap = gaps[:, np.arange(len(nearest)), nearest]
-            rows.append(w[COLLISION] * _hinge(problem.disc_r + w[COLLISION_MARGIN] - gap))
+            rows.append(w.collision * _hinge(problem.disc_r + w.collision_margin_m - gap))
         return np.concatenate(rows, axis=1)
 
     return residual, 2 + len(walled) + (len(problem.disc_x) if len(near) else 0)
@@ -209,4 +196,4 @@ def _scene_problem(maker: SceneMaker, seed: int, params: MotionParams) -> PathPr
     cells = np.column_stack([scene.static_points, np.full(len(scene.static_points), 0.12)])
     wish = np.full(len(road.s_m), 3.5)
     start = np.array([0.2, 0.02, 0.0])
-    return path_problem(road, scene.s_m, start, cells, wish, params, 42.0, params.path.vector())
+    return path_problem(road, scene.s_m, start, cells, wish, params, 42.0, params.path.factors())

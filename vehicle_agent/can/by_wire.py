@@ -1,6 +1,7 @@
 """From a profile's `[by_wire] kind` to the codec and to what the gate knows of it."""
 
 from vehicle_agent.can.braking import ByWireBraking
+from vehicle_agent.can.motion_reports import DecodedReports, MotionReports
 from vehicle_agent.can.pacmod.braking import PacmodBraking
 from vehicle_agent.can.pacmod.codec import Pacmod, pacmod
 from vehicle_agent.can.servo.braking import ServoBraking
@@ -11,6 +12,13 @@ from vehicle_agent.config import Profile
 def codec_of(profile: Profile) -> Pacmod | ServoCart:
     """The can room of the vehicle's by-wire."""
     return servo_cart(profile) if profile.by_wire.kind == "servo" else pacmod(profile)
+
+
+def motion_reports_of(profile: Profile) -> MotionReports:
+    """What the gate reads the module's reports with."""
+    if profile.by_wire.kind == "servo":
+        return DecodedReports(servo_cart(profile))
+    return DecodedReports(pacmod(profile))
 
 
 def braking_of(profile: Profile) -> ByWireBraking:

@@ -1,12 +1,12 @@
 """Speed reports that leap: most likely a bit that was flipped on the bus past its own checks."""
 
-from typing import Any
-
 # No road vehicle's speed changes faster; the allowance covers resolution and wheel slip.
 _LEAP_MPS2, _LEAP_MPS = 15.0, 1.0
 
 
-def is_doubted(values: dict[str, Any], speed_mps: float, stamp_ns: int, field: str, stamp_field: str) -> bool:
+def is_doubted(
+    values: dict[str, float], speed_mps: float, stamp_ns: int, field: str, stamp_field: str
+) -> bool:
     """Whether a speed is too far from the last one to be believed before a second one agrees; notes it.
 
     values  a codec's reports: the last speed that was believed in `field`, its stamp in `stamp_field` (0 for

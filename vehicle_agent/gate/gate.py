@@ -6,16 +6,14 @@ before the bumper that nobody brakes for, are answered with the gate's own brake
 the vehicle stands and the tick asks for by-wire anew in two frames, which takes an operator's resume.
 """
 
-from typing import Any
-
 from vehicle_agent.can.braking import ByWireBraking, CommandedActuation, CommandSetError
-from vehicle_agent.can.by_wire import braking_of, codec_of
+from vehicle_agent.can.by_wire import braking_of, motion_reports_of
 from vehicle_agent.can.gate_report import GateCause, gate_report
+from vehicle_agent.can.motion_reports import MotionReports
 from vehicle_agent.config import Profile
 from vehicle_agent.gate.checks import CommandChecks
 from vehicle_agent.gate.monitors import FootprintMonitor, SpeedMonitor, SteeringMonitor
 from vehicle_agent.gate.settings import GateSettings, gate_settings
-from vehicle_agent.onboard.car import Can
 from vehicle_agent.signals import CanFrame, Percept, VehicleMotion
 
 _SAYS: dict[GateCause, str] = {
@@ -32,9 +30,9 @@ class Gate:
     """refused: why the last set of commands was not let through, empty when it was.
     cause: why the gate itself brakes, None when it does not; braking: the same in words, or empty."""
 
-    def __init__(self, by_wire: ByWireBraking, codec: Can, settings: GateSettings) -> None:
-        self._by_wire, self._codec, self._settings = by_wire, codec, settings
-        self._reports: Any = codec.initial()
+    def __init__(self, by_wire: ByWireBraking, reports: MotionReports, settings: GateSettings) -> None:
+        self._by_wire, self._settings = by_wire, settings
+        self._reports = reports
         self._motion: VehicleMotion | None = None
         self._checks = CommandChecks(by_wire, settings)
         self._steering, self._speed = SteeringMonitor(settings), SpeedMonitor(settings)
@@ -52,7 +50,7 @@ class Gate:
 
     def hear(self, frames: tuple[CanFrame, ...], now_ns: int) -> None:
         """The module's reports, before they go on to the tick."""
-        self._motion, self._reports = self._codec.decode(self._reports, frames, now_ns)
+        self._motion = self._reports.decode(frames, now_ns)
 
     def see(self, percept: Percept) -> None:
         """A perception worker's answer, straight from the worker."""
@@ -149,4 +147,4 @@ class Gate:
 
 def gate_of(profile: Profile) -> Gate:
     """The gate of a kind of vehicle."""
-    return Gate(braking_of(profile), codec_of(profile), gate_settings(profile))
+    return Gate(braking_of(profile), motion_reports_of(profile), gate_settings(profile))

@@ -1,6 +1,6 @@
 """What mission remembers from tick to tick, besides what must survive a crash."""
 
-from typing import Any, Literal
+from typing import Literal
 
 import msgspec
 
@@ -87,6 +87,6 @@ class MissionState(msgspec.Struct, frozen=True):
         visit = self.visit()
         return None if visit is None else self.route.visit_s(visit.visit_id)
 
-    def after(self, *events: VehicleEvent, **changes: Any) -> "MissionState":
+    def after(self, *events: VehicleEvent, **changes: object) -> "MissionState":
         """The state with some fields changed and some events more."""
         return msgspec.structs.replace(self, events=self.events + events, **changes)

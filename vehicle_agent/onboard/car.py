@@ -1,10 +1,12 @@
-"""The doors of the onboard rooms. A stack (`stacks/`) fills each with one implementation."""
+"""The interfaces of the onboard rooms, each generic in its state. A stack (`stacks/`) fills each with one
+implementation."""
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol, TypeVar
 
 from contract.wire.messages import OrderAccepted, OrderRejected, VehicleEvent
-from vehicle_agent.onboard.state import OnboardState
+from vehicle_agent.mission.memory import MissionMemory
+from vehicle_agent.onboard.state import OnboardState, RoomState
 from vehicle_agent.signals import (
     Actuation,
     Ages,
@@ -29,45 +31,51 @@ from vehicle_agent.signals import (
     World,
 )
 
-
-class Can(Protocol):
-    def initial(self) -> Any: ...
-    def decode(self, state: Any, frames: tuple[CanFrame, ...], now_ns: int) -> tuple[VehicleMotion, Any]: ...
-    def encode(self, state: Any, actuation: Actuation, now_ns: int) -> tuple[tuple[CanFrame, ...], Any]: ...
+State = TypeVar("State")
 
 
-class Localization(Protocol):
-    def initial(self) -> Any: ...
+class Can(Protocol[State]):
+    def initial(self) -> State: ...
+    def decode(
+        self, state: State, frames: tuple[CanFrame, ...], now_ns: int
+    ) -> tuple[VehicleMotion, State]: ...
+    def encode(
+        self, state: State, actuation: Actuation, now_ns: int
+    ) -> tuple[tuple[CanFrame, ...], State]: ...
+
+
+class Localization(Protocol[State]):
+    def initial(self) -> State: ...
     def step(
-        self, state: Any, motion: VehicleMotion, navigation: tuple[GnssFix | ImuSample, ...], now_ns: int
-    ) -> tuple[Ego, Any]: ...
+        self, state: State, motion: VehicleMotion, navigation: tuple[GnssFix | ImuSample, ...], now_ns: int
+    ) -> tuple[Ego, State]: ...
 
 
-class Perception(Protocol):
-    def initial(self) -> Any: ...
-    def step(self, state: Any, percepts: tuple[Percept, ...], ego: Ego) -> tuple[Detections, Any]: ...
+class Perception(Protocol[State]):
+    def initial(self) -> State: ...
+    def step(self, state: State, percepts: tuple[Percept, ...], ego: Ego) -> tuple[Detections, State]: ...
 
 
-class WorldModel(Protocol):
-    def initial(self) -> Any: ...
+class WorldModel(Protocol[State]):
+    def initial(self) -> State: ...
     def step(
         self,
-        state: Any,
+        state: State,
         ego: Ego,
         detections: Detections,
         infrastructure: tuple[Infrastructure, ...],
         now_ns: int,
-    ) -> tuple[World, Any]: ...
+    ) -> tuple[World, State]: ...
 
 
-class Mission(Protocol):
-    def initial(self, memory: Any = None) -> Any:
+class Mission(Protocol[State]):
+    def initial(self, memory: MissionMemory | None = None) -> State:
         """memory: what the mission knew before a crash (`mission.memory`); it then comes up held."""
         ...
 
     def step(
         self,
-        state: Any,
+        state: State,
         messages: tuple[MissionMessage, ...],
         cabin_events: tuple[CabinEvent, ...],
         link: LinkState | None,
@@ -75,36 +83,38 @@ class Mission(Protocol):
         motion: VehicleMotion,
         world: World,
         now_ns: int,
-    ) -> tuple[Task, Any]: ...
-    def events(self, state: Any) -> tuple[VehicleEvent, ...]:
+    ) -> tuple[Task, State]: ...
+    def events(self, state: State) -> tuple[VehicleEvent, ...]:
         """What happened in the step that made this state."""
         ...
 
-    def answers(self, state: Any) -> tuple[OrderAccepted | OrderRejected, ...]:
+    def answers(self, state: State) -> tuple[OrderAccepted | OrderRejected, ...]:
         """Answers to orders that came in the step that made this state."""
         ...
 
 
-class Planning(Protocol):
-    def initial(self) -> Any: ...
+class Planning(Protocol[State]):
+    def initial(self) -> State: ...
     def step(
-        self, state: Any, ego: Ego, world: World, task: Task, plans: tuple[PlanAnswer, ...]
-    ) -> tuple[Path, Any]: ...
-    def jobs(self, state: Any) -> tuple[PlanJob, ...]:
+        self, state: State, ego: Ego, world: World, task: Task, plans: tuple[PlanAnswer, ...]
+    ) -> tuple[Path, State]: ...
+    def jobs(self, state: State) -> tuple[PlanJob, ...]:
         """What the motion planner shall work on after the step that made this state."""
         ...
 
 
-class Control(Protocol):
-    def initial(self) -> Any: ...
-    def step(self, state: Any, ego: Ego, path: Path, motion: VehicleMotion) -> tuple[ControlCommand, Any]: ...
+class Control(Protocol[State]):
+    def initial(self) -> State: ...
+    def step(
+        self, state: State, ego: Ego, path: Path, motion: VehicleMotion
+    ) -> tuple[ControlCommand, State]: ...
 
 
-class Guard(Protocol):
-    def initial(self) -> Any: ...
+class Guard(Protocol[State]):
+    def initial(self) -> State: ...
     def step(
         self,
-        state: Any,
+        state: State,
         command: ControlCommand,
         motion: VehicleMotion,
         ego: Ego,
@@ -112,30 +122,30 @@ class Guard(Protocol):
         task: Task,
         path: Path,
         ages: Ages,
-    ) -> tuple[Actuation, GuardStatus, Any]: ...
-    def events(self, state: Any) -> tuple[VehicleEvent, ...]: ...
+    ) -> tuple[Actuation, GuardStatus, State]: ...
+    def events(self, state: State) -> tuple[VehicleEvent, ...]: ...
 
 
-class Hmi(Protocol):
-    def initial(self) -> Any: ...
+class Hmi(Protocol[State]):
+    def initial(self) -> State: ...
     def step(
-        self, state: Any, task: Task, path: Path, world: World, guard_status: GuardStatus, now_ns: int
-    ) -> tuple[HmiOutput, Any]: ...
+        self, state: State, task: Task, path: Path, world: World, guard_status: GuardStatus, now_ns: int
+    ) -> tuple[HmiOutput, State]: ...
 
 
 @dataclass(frozen=True, slots=True)
 class Car:
     """One vehicle's rooms, each a frozen struct of its parameters."""
 
-    can: Can
-    localization: Localization
-    perception: Perception
-    world: WorldModel
-    mission: Mission
-    planning: Planning
-    control: Control
-    guard: Guard
-    hmi: Hmi
+    can: Can[RoomState]
+    localization: Localization[RoomState]
+    perception: Perception[RoomState]
+    world: WorldModel[RoomState]
+    mission: Mission[RoomState]
+    planning: Planning[RoomState]
+    control: Control[RoomState]
+    guard: Guard[RoomState]
+    hmi: Hmi[RoomState]
 
 
 def initial_state(car: Car) -> OnboardState:

@@ -1,20 +1,24 @@
 """What a vehicle remembers from one tick to the next: one field a room, nothing else."""
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import msgspec
 
+# A room's own struct, opaque to all others: the stack that is chosen at run time decides which struct it is.
+# Each room's protocol in `car.py` holds its implementation to one type of state.
+RoomState: TypeAlias = Any
+
 
 class OnboardState(msgspec.Struct, frozen=True):
-    """Each room's own state, opaque to everybody else; `tick` counts from 0 at boot."""
+    """Each room's own state; `tick` counts from 0 at boot."""
 
     tick: int
-    can: Any
-    localization: Any
-    perception: Any
-    world: Any
-    mission: Any
-    planning: Any
-    control: Any
-    guard: Any
-    hmi: Any
+    can: RoomState
+    localization: RoomState
+    perception: RoomState
+    world: RoomState
+    mission: RoomState
+    planning: RoomState
+    control: RoomState
+    guard: RoomState
+    hmi: RoomState

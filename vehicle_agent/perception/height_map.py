@@ -1,6 +1,7 @@
 """Where something stands above the ground, from one scan: the height map of GEM, section V."""
 
-import msgspec
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
@@ -11,8 +12,8 @@ _EMPTY = np.float32(3.4e38)
 _BLOCK = 8
 
 
-class HeightMap(msgspec.Struct, frozen=True):
-    """Parameters of the map; the vehicle's outline is in the base frame.
+class HeightMap(NamedTuple):
+    """Parameters of the map; the vehicle's outline is in the base frame. A tuple, so that kernels take it.
 
     cell_m, threshold_m  GEM: a cell whose returns differ by more than this in height is occupied
     above_m              returns higher than this above the ground are over the shuttle
@@ -46,42 +47,18 @@ def percept_from_scan(points_base: np.ndarray, stamp_ns: int, params: HeightMap)
     if points_base.ndim != 2 or points_base.shape[1] != 3:
         raise ValueError(f"a scan is an (n, 3) array, not {points_base.shape}")
     points = np.ascontiguousarray(points_base, dtype=np.float32)
-    cells, heights_m, used = occupied_cells(
-        points,
-        params.cell_m,
-        params.threshold_m,
-        params.above_m,
-        params.below_m,
-        params.reach_front_m,
-        params.reach_back_m,
-        params.reach_side_m,
-        params.rise_m,
-        params.points_min,
-        params.body_front_m + params.body_margin_m,
-        params.body_back_m + params.body_margin_m,
-        params.body_half_width_m + params.body_margin_m,
-    )
+    cells, heights_m, used = occupied_cells(points, params)
     return ObstaclePercept(stamp_ns, cells, heights_m, int(used))
 
 
 @njit(cache=True)
-def occupied_cells(
-    points: np.ndarray,
-    cell_m: float,
-    threshold_m: float,
-    above_m: float,
-    below_m: float,
-    front_m: float,
-    back_m: float,
-    side_m: float,
-    rise_m: float,
-    points_min: int,
-    body_front_m: float,
-    body_back_m: float,
-    body_side_m: float,
-) -> tuple[Array, Array, int]:
+def occupied_cells(points: np.ndarray, params: HeightMap) -> tuple[Array, Array, int]:
     """((k, 2) centres, (k,) height differences, number of returns that entered the map)."""
-    rows = int(np.ceil((front_m + back_m) / cell_m))
+    cell_m, back_m, side_m = params.cell_m, params.reach_back_m, params.reach_side_m
+    body_front_m = params.body_front_m + params.body_margin_m
+    body_back_m = params.body_back_m + params.body_margin_m
+    body_side_m = params.body_half_width_m + params.body_margin_m
+    rows = int(np.ceil((params.reach_front_m + back_m) / cell_m))
     columns = int(np.ceil(2.0 * side_m / cell_m))
     lowest = np.full((rows, columns), _EMPTY, np.float32)
     highest = np.full((rows, columns), -_EMPTY, np.float32)
@@ -89,7 +66,9 @@ def occupied_cells(
     used = 0
     for p in range(points.shape[0]):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
-        if not (-back_m <= x < front_m and -side_m <= y < side_m and below_m <= z <= above_m):
+        if not (-back_m <= x < params.reach_front_m and -side_m <= y < side_m):
+            continue
+        if not params.below_m <= z <= params.above_m:
             continue
         if -body_back_m <= x <= body_front_m and -body_side_m <= y <= body_side_m:
             continue
@@ -99,43 +78,35 @@ def occupied_cells(
         count[i, j] += 1
         lowest[i, j] = min(lowest[i, j], z)
         highest[i, j] = max(highest[i, j], z)
-    return _standing(lowest, highest, count, cell_m, threshold_m, back_m, side_m, rise_m, points_min, used)
+    cells, heights = _standing(lowest, highest, count, min(rows * columns, used), params)
+    return cells, heights, used
 
 
 @njit(cache=True)
 def _standing(
-    lowest: np.ndarray,
-    highest: np.ndarray,
-    count: np.ndarray,
-    cell_m: float,
-    threshold_m: float,
-    back_m: float,
-    side_m: float,
-    rise_m: float,
-    points_min: int,
-    used: int,
-) -> tuple[Array, Array, int]:
+    lowest: np.ndarray, highest: np.ndarray, count: np.ndarray, cells_max: int, params: HeightMap
+) -> tuple[Array, Array]:
+    """((k, 2) centres, (k,) height differences) of the cells in which something stands."""
     rows, columns = lowest.shape
     ground = _ground(lowest)
-    room = min(rows * columns, used)
-    cells = np.empty((room, 2))
-    heights = np.empty(room)
+    cells = np.empty((cells_max, 2))
+    heights = np.empty(cells_max)
     found = 0
     for i in range(rows):
         for j in range(columns):
-            if count[i, j] < points_min:
+            if count[i, j] < params.points_min:
                 continue
             height = highest[i, j] - lowest[i, j]
-            if height <= threshold_m:
+            if height <= params.threshold_m:
                 # Met by one ring only: compare with the ground that its neighbourhood shows.
                 height = highest[i, j] - ground[i // _BLOCK, j // _BLOCK]
-                if height <= rise_m:
+                if height <= params.rise_m:
                     continue
-            cells[found, 0] = (i + 0.5) * cell_m - back_m
-            cells[found, 1] = (j + 0.5) * cell_m - side_m
+            cells[found, 0] = (i + 0.5) * params.cell_m - params.reach_back_m
+            cells[found, 1] = (j + 0.5) * params.cell_m - params.reach_side_m
             heights[found] = height
             found += 1
-    return cells[:found].copy(), heights[:found].copy(), used
+    return cells[:found].copy(), heights[:found].copy()
 
 
 @njit(cache=True)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vehicle_agent.can.by_wire import braking_of, codec_of
+from vehicle_agent.can.by_wire import braking_of, codec_of, motion_reports_of
 from vehicle_agent.can.dbc import layouts
 from vehicle_agent.can.handshake import Handshake
 from vehicle_agent.can.pacmod.commands import CommandEncoder
@@ -29,19 +29,13 @@ SILENT_FOR_EVER_NS = 10_000_000_000
 
 
 class Reporting:
-    """A codec whose module reports just what the test wants."""
+    """Reports of a module that are just what the test wants."""
 
     def __init__(self) -> None:
         self.motion = VehicleMotion(0, 2.0, 0.0, 0.0, 0.0, True, False, True, 0.9)
 
-    def initial(self) -> Any:
-        return None
-
-    def decode(self, state: Any, frames: tuple[CanFrame, ...], now_ns: int) -> tuple[VehicleMotion, Any]:
-        return self.motion, None
-
-    def encode(self, state: Any, act: Actuation, now_ns: int) -> tuple[tuple[CanFrame, ...], Any]:
-        raise AssertionError("the gate makes no commands of its own from actuations")
+    def decode(self, frames: tuple[CanFrame, ...], now_ns: int) -> VehicleMotion:
+        return self.motion
 
 
 class Bench:
@@ -106,7 +100,7 @@ def brake_of(frames: tuple[CanFrame, ...]) -> float:
 
 
 def a_gate() -> Gate:
-    return Gate(braking_of(PROFILE), codec_of(PROFILE), SETTINGS)
+    return Gate(braking_of(PROFILE), motion_reports_of(PROFILE), SETTINGS)
 
 
 def test_fresh_commands_pass_unchanged_and_once() -> None:

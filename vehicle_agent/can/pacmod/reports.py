@@ -1,8 +1,6 @@
 """What the by-wire module has last reported."""
 
-from collections.abc import Callable
 from functools import cache
-from typing import Any
 
 import msgspec
 
@@ -101,7 +99,7 @@ def heard(reports: Reports, frames: tuple[CanFrame, ...]) -> Reports:
     """Reports after these frames, taken in order. Other modules' frames pass by; a frame of the wrong
     length, a speed marked not available and one that leaps are noted as malformed and change nothing else."""
     readers = _readers()
-    values: dict[str, Any] | None = None
+    values: dict[str, float] | None = None
     for frame in frames:
         reader = readers.get(frame.arbitration_id)
         if reader is None:
@@ -109,10 +107,10 @@ def heard(reports: Reports, frames: tuple[CanFrame, ...]) -> Reports:
         if values is None:
             values = msgspec.structs.asdict(reports)
         _take(values, reader, frame)
-    return reports if values is None else _build(**values)
+    return reports if values is None else msgspec.structs.replace(reports, **values)
 
 
-def _take(values: dict[str, Any], reader: _Reader, frame: CanFrame) -> None:
+def _take(values: dict[str, float], reader: _Reader, frame: CanFrame) -> None:
     try:
         word = reader.layout.word(frame.data)
     except FrameError:
@@ -128,6 +126,3 @@ def _take(values: dict[str, Any], reader: _Reader, frame: CanFrame) -> None:
     values.update(read)
     if reader.stamp_field:
         values[reader.stamp_field] = frame.stamp_ns
-
-
-_build: Callable[..., Reports] = Reports

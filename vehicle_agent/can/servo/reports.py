@@ -1,9 +1,7 @@
 """What the servo drive-by-wire has last reported."""
 
 import math
-from collections.abc import Callable
 from functools import cache
-from typing import Any
 
 import msgspec
 
@@ -75,10 +73,10 @@ def heard(reports: ServoReports, frames: tuple[CanFrame, ...]) -> ServoReports:
         layout = known.get(frame.arbitration_id)
         if layout is not None:
             _take(values, layout, frame)
-    return _build(**values)
+    return msgspec.structs.replace(reports, **values)
 
 
-def _take(values: dict[str, Any], layout: MessageLayout, frame: CanFrame) -> None:
+def _take(values: dict[str, float], layout: MessageLayout, frame: CanFrame) -> None:
     try:
         read = layout.unpack(frame.data)
     except FrameError:
@@ -102,6 +100,3 @@ def encoder_ratio(steer_rad: float, wheelbase_m: float, track_width_m: float) ->
     """
     curvature_1pm = math.tan(steer_rad) / wheelbase_m
     return math.hypot(1.0 - 0.5 * track_width_m * curvature_1pm, curvature_1pm * wheelbase_m)
-
-
-_build: Callable[..., ServoReports] = ServoReports

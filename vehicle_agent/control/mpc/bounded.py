@@ -7,7 +7,6 @@ bounds.
 
 import math
 from functools import cache
-from typing import Any
 
 import msgspec
 import numpy as np
@@ -97,7 +96,7 @@ def kept_within(inputs: Array, command: float, bounds: InputBounds, dt_s: float)
 
 
 @cache
-def _workspace(n: int) -> tuple[Any, tuple[IntArray, IntArray]]:
+def _workspace(n: int) -> tuple[osqp.OSQP, tuple[IntArray, IntArray]]:
     """OSQP's memory for n inputs, and where the upper triangle of H lies, column by column."""
     columns, rows = np.nonzero(np.tril(np.ones((n, n))))
     pattern = sparse.csc_matrix(np.triu(np.ones((n, n))))

@@ -2,6 +2,7 @@
 
 import math
 from functools import cache
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -21,7 +22,7 @@ from vehicle_agent.control.mpc.lateral_model import (
     exponential,
     rates_matrix,
 )
-from vehicle_agent.control.mpc.problem import end_cost
+from vehicle_agent.control.mpc.problem import AxisProblem, end_cost
 
 # The end costs are tabled by speed, from the least speed at which the lateral error can be steered at all.
 END_MPS = tuple(0.25 * i for i in range(2, 41))
@@ -41,6 +42,21 @@ class LateralWeights(msgspec.Struct, frozen=True):
     steer_rate: float = 10.0
 
 
+class LateralStart(NamedTuple):
+    """The rear axle's errors and the steering when the first input takes effect.
+
+    offset_rate_mps  d/dt of the offset; yaw_rate_radps: d/dt of the heading error
+    wheels_rad, command_rad  as the steering reports them
+    """
+
+    offset_m: float
+    offset_rate_mps: float
+    heading_rad: float
+    yaw_rate_radps: float
+    wheels_rad: float
+    command_rad: float
+
+
 class LateralMpc(msgspec.Struct, frozen=True):
     """steps of dt_s each; the steering's limits as on the wheels."""
 
@@ -57,40 +73,20 @@ class LateralMpc(msgspec.Struct, frozen=True):
 
     def solve(
         self,
-        offset_m: float,
-        offset_rate_mps: float,
-        heading_rad: float,
-        yaw_rate_radps: float,
-        wheels_rad: float,
-        command_rad: float,
+        start: LateralStart,
         bias_rad: float,
         compliance: float,
         speeds_mps: Array,
         curvatures_1pm: Array,
         guess: WarmStart,
     ) -> AxisSolution:
-        """Rates (N,) of the tangent of the wheels' angle, from the rear axle's errors when the first takes
-        effect.
+        """Rates (N,) of the tangent of the wheels' angle, from the errors when the first takes effect.
 
         The model's wheel angle is that tangent: then it is exact on every circle, and a bound on its rate
-        bounds the angle's own. `turned_rad` brings it back.
-        offset_rate_mps  d/dt of the rear axle's offset; yaw_rate_radps: of the heading error
-        wheels_rad, command_rad  as the steering reports them; the wheels stand at that plus bias_rad
+        bounds the angle's own. `turned_rad` turns it back into an angle.
+        bias_rad    the wheels stand at the reported angle plus this; compliance: see `rates_matrix`
         speeds_mps, curvatures_1pm  (N + 1,) expected along the horizon
         """
-        rear_m = self.chassis.cog_to_rear_m
-        # The command may be a rounding beyond its bounds; the problem must not start there.
-        command_rad = min(max(command_rad, -self.steer_rad_max), self.steer_rad_max)
-        x0 = np.array(
-            (
-                offset_m + rear_m * heading_rad,
-                offset_rate_mps + rear_m * yaw_rate_radps,
-                heading_rad,
-                yaw_rate_radps,
-                math.tan(wheels_rad + bias_rad),
-                math.tan(command_rad + bias_rad),
-            )
-        )
         w = self.weights
         weights = np.array((w.offset, w.course, w.yaw_rate)) * self.dt_s
         A, B, d, Q = horizon(speeds_mps, curvatures_1pm, compliance, self.chassis.row(), weights, self.dt_s)
@@ -100,13 +96,37 @@ class LateralMpc(msgspec.Struct, frozen=True):
             math.tan(bias_rad + self.steer_rad_max),
         )
         speed_mps, curvature_1pm = float(speeds_mps[-1]), float(curvatures_1pm[-1])
-        P = _end_costs(self)[_end_number(speed_mps)]
-        x_end = self._turning(speed_mps, curvature_1pm, compliance)
         soft = compliance * float(dynamic_share(speed_mps)) * self.chassis.understeer_s2pm
         wheels = (self.chassis.wheelbase_m + soft * speeds_mps**2) * curvatures_1pm
         rates = np.clip(np.diff(wheels) / self.dt_s, -bounds.rate, bounds.rate)
-        R = w.steer_rate * self.dt_s
-        return best_inputs(A, B, d, Q, R, rates, P, x_end, x0, bounds, self.dt_s, guess)
+        problem = AxisProblem(
+            A,
+            B,
+            d,
+            Q,
+            w.steer_rate * self.dt_s,
+            rates,
+            _end_costs(self)[_end_number(speed_mps)],
+            self._turning(speed_mps, curvature_1pm, compliance),
+            self._first_state(start, bias_rad),
+        )
+        return best_inputs(problem, bounds, self.dt_s, guess)
+
+    def _first_state(self, start: LateralStart, bias_rad: float) -> Array:
+        """(6,) the model's state at the start."""
+        rear_m = self.chassis.cog_to_rear_m
+        # The command may be a rounding beyond its bounds; the problem must not start there.
+        command_rad = min(max(start.command_rad, -self.steer_rad_max), self.steer_rad_max)
+        return np.array(
+            (
+                start.offset_m + rear_m * start.heading_rad,
+                start.offset_rate_mps + rear_m * start.yaw_rate_radps,
+                start.heading_rad,
+                start.yaw_rate_radps,
+                math.tan(start.wheels_rad + bias_rad),
+                math.tan(command_rad + bias_rad),
+            )
+        )
 
     def turned_rad(self, command_rad: float, bias_rad: float, rate: float, dt_s: float) -> float:
         """The command after dt_s of a rate that `solve` gave, within the steering's limit."""

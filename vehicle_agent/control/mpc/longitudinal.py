@@ -9,7 +9,7 @@ from contract.geometry import Array
 from vehicle_agent.control.mpc.axis import AxisSolution, WarmStart, best_inputs
 from vehicle_agent.control.mpc.bounded import InputBounds
 from vehicle_agent.control.mpc.lateral_model import exponential
-from vehicle_agent.control.mpc.problem import end_cost
+from vehicle_agent.control.mpc.problem import AxisProblem, end_cost
 
 STATES = 4
 END_ROUNDS = 1500
@@ -56,7 +56,8 @@ class LongitudinalMpc(msgspec.Struct, frozen=True):
         rise = np.diff(np.append(wanted_mps2, wanted_mps2[-1])) / self.dt_s
         w = np.clip(rise, -self.jerk_mps3_max, self.jerk_mps3_max)
         R = self.weights.jerk * self.dt_s
-        return best_inputs(A, B, d, Q, R, w, P, np.zeros(STATES), x0, bounds, self.dt_s, guess)
+        problem = AxisProblem(A, B, d, Q, R, w, P, np.zeros(STATES), x0)
+        return best_inputs(problem, bounds, self.dt_s, guess)
 
 
 @cache

@@ -8,21 +8,36 @@ end has a cost of its own. The last state is the actuator's command and u its ra
 and command are bounds on u and on a running sum of u.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
 from contract.geometry import Array
 
 
-@njit(cache=True)
-def free_inputs(
-    A: Array, B: Array, d: Array, Q: Array, R: float, w: Array, P: Array, x_end: Array, x0: Array
-) -> Array:
-    """(N,) the best inputs without bounds, by the Riccati recursion.
+class AxisProblem(NamedTuple):
+    """One problem, in the symbols above; a tuple, so that kernels take it as it is.
 
-    A (N, n, n), B (N, n), d (N, n), Q (N, n, n) symmetric, w (N,), P (n, n) cost of the
-    end, x_end (n,) where it is nothing, x0 (n,)
+    A (N, n, n), B (N, n), d (N, n), Q (N, n, n) symmetric, w (N,), P (n, n) cost of the end, x_end (n,) where
+    that cost is zero, x0 (n,)
     """
+
+    A: Array
+    B: Array
+    d: Array
+    Q: Array
+    R: float
+    w: Array
+    P: Array
+    x_end: Array
+    x0: Array
+
+
+@njit(cache=True)
+def free_inputs(problem: AxisProblem) -> Array:
+    """(N,) the best inputs without bounds, by the Riccati recursion."""
+    A, B, d, Q, R, w, P, x_end, x0 = problem
     N, n = B.shape
     S = P.copy()
     s = np.zeros(n)
@@ -118,10 +133,9 @@ def end_cost(A: Array, B: Array, Q: Array, R: float, rounds: int) -> Array:
 
 
 @njit(cache=True)
-def condensed(
-    A: Array, B: Array, d: Array, Q: Array, R: float, w: Array, P: Array, x_end: Array, x0: Array
-) -> tuple[Array, Array]:
+def condensed(problem: AxisProblem) -> tuple[Array, Array]:
     """(H (N, N), g (N,)) of the same problem in the inputs alone: 1/2 u' H u + g' u, up to a constant."""
+    A, B, d, Q, R, w, P, x_end, x0 = problem
     N, n = B.shape
     # effect[j] is dx_k/du_j at the present k; free is x_k without inputs.
     effect = np.zeros((N, n))

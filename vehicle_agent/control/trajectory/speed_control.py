@@ -6,7 +6,7 @@ from numba import njit
 
 from contract.geometry import Array
 from vehicle_agent.control.actuators import MS, MSPEED, carried
-from vehicle_agent.control.mpc.axis import WarmStart, no_guess
+from vehicle_agent.control.mpc.axis import AxisSolution, WarmStart, no_guess
 from vehicle_agent.control.mpc.longitudinal import LongitudinalMpc
 from vehicle_agent.control.trajectory.observer import Observer, ObserverState
 from vehicle_agent.control.trajectory.pedals import PedalController, PedalState
@@ -86,17 +86,8 @@ class SpeedControl(msgspec.Struct, frozen=True):
         if self._stands(state.foot, seen.speed_mps, speeds_mps):
             after = SpeedControlState(self.pedalling.held(state.foot), 0.0, no_guess(N))
             return SpeedControlResult(after, np.zeros(N + 1), lead_s, behind_m, missing_mps, False, True, 0)
-        late_m = self.behind_m + self.behind_s * max(float(speeds_mps[0]), float(moving[MSPEED]))
-        limited_m = min(max(behind_m, -self.ahead_m_max), late_m)
         accel_mps2 = observer.accel_mps2(moving, seen.rest_mps2)
-        rising = np.diff(speeds_mps) / dt_s
-        # Rows change their speed in steps of acceleration; what is meant is smooth.
-        wanted_mps2 = np.convolve(
-            np.concatenate((rising[:1], rising, rising[-1:])), (0.25, 0.5, 0.25), "valid"
-        )
-        answer = self.mpc.solve(
-            limited_m, missing_mps, accel_mps2, state.accel_mps2, wanted_mps2, state.guess
-        )
+        answer = self._solved(state, speeds_mps, behind_m, missing_mps, moving, accel_mps2)
         command = state.accel_mps2 + float(answer.inputs[0]) * self.dt_s
         left_m = next_stop_m(rows, s, t_s + lead_s) - float(moving[MS])
         command = self._arriving(command, state.accel_mps2, float(moving[MSPEED]), left_m)
@@ -109,6 +100,20 @@ class SpeedControl(msgspec.Struct, frozen=True):
             SpeedControlState(foot, command, answer.guess), expected, lead_s, behind_m, missing_mps,
             answer.bounded, answer.feasible, answer.iterations,
         )  # fmt: skip
+
+    def _solved(
+        self, state: SpeedControlState, speeds_mps: Array, behind_m: float, missing_mps: float,
+        moving: Array, accel_mps2: float,
+    ) -> AxisSolution:  # fmt: skip
+        """The MPC's jerks towards speeds_mps (N + 1,); a large lag is made up for over time."""
+        late_m = self.behind_m + self.behind_s * max(float(speeds_mps[0]), float(moving[MSPEED]))
+        limited_m = min(max(behind_m, -self.ahead_m_max), late_m)
+        rising = np.diff(speeds_mps) / self.mpc.dt_s
+        # Rows change their speed in steps of acceleration; the speed that they mean is smooth.
+        wanted_mps2 = np.convolve(
+            np.concatenate((rising[:1], rising, rising[-1:])), (0.25, 0.5, 0.25), "valid"
+        )
+        return self.mpc.solve(limited_m, missing_mps, accel_mps2, state.accel_mps2, wanted_mps2, state.guess)
 
     def _arriving(self, command: float, before: float, speed_mps: float, left_m: float) -> float:
         """The command, or the braking that still comes to rest in left_m if that is more.

@@ -8,7 +8,7 @@ import numpy as np
 from contract.geometry import Array, wrap_angle
 from vehicle_agent.control.actuators import MS, MSPEED, MWHEELS, MX, MY, MYAW, carried
 from vehicle_agent.control.mpc.axis import WarmStart, no_guess
-from vehicle_agent.control.mpc.lateral import LateralMpc
+from vehicle_agent.control.mpc.lateral import LateralMpc, LateralStart
 from vehicle_agent.control.trajectory.observer import Observer, ObserverState
 from vehicle_agent.control.trajectory.timed_path import at_length, bends, nearest
 
@@ -66,13 +66,16 @@ class SteerControl(msgspec.Struct, frozen=True):
         times_s = delay_s - speeds_lead_s + self.mpc.dt_s * np.arange(self.mpc.steps + 1)
         known_s = self.mpc.dt_s * np.arange(len(speeds_mps))
         ahead_mps = np.interp(times_s, known_s, speeds_mps)
-        answer = self.mpc.solve(
+        start = LateralStart(
             offset_m,
             speed_mps * math.sin(course_rad),
             heading_rad,
             turn_radps - speed_mps * curvature_1pm,
             wheels_rad,
             state.command_rad,
+        )
+        answer = self.mpc.solve(
+            start,
             bias_rad,
             seen.compliance,
             ahead_mps,

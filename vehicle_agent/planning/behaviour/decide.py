@@ -5,15 +5,30 @@ to stop. It is made anew for each plan; what has to last is in the job's memory.
 """
 
 import math
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
 
 from contract.geometry import Array, project
 from vehicle_agent.planning.behaviour.crossing_traffic import CrossingRules, YieldDecision, yielding
-from vehicle_agent.planning.behaviour.occlusion import hidden_beside, occlusion_speeds
-from vehicle_agent.planning.behaviour.offsets import OffsetChoice, OffsetRules, choose, rate
+from vehicle_agent.planning.behaviour.occlusion import (
+    OcclusionRules,
+    PathStations,
+    Sight,
+    hidden_beside,
+    occlusion_speeds,
+)
+from vehicle_agent.planning.behaviour.offsets import (
+    Blend,
+    OffsetChoice,
+    OffsetRules,
+    Stations,
+    choose,
+    rate,
+)
 from vehicle_agent.planning.behaviour.scenarios import MANNERS, ScenarioRules
+from vehicle_agent.planning.motion.clearance import Box
 from vehicle_agent.signals import PEDESTRIAN, Corridor, PlanJob
 
 _CELL_RADIUS_M = 0.12
@@ -49,6 +64,22 @@ class BehaviourRules(msgspec.Struct, frozen=True):
     inflation_growth: float = 0.5
     inflation_m_max: float = 0.5
 
+    @property
+    def box(self) -> Box:
+        return Box(self.front_m, self.back_m, self.half_width_m)
+
+    @property
+    def occlusion(self) -> OcclusionRules:
+        return OcclusionRules(
+            self.front_m,
+            self.front_m - self.sensor_x_m,
+            self.half_width_m,
+            self.run_mps,
+            self.react_s,
+            self.decel_mps2,
+            self.creep_mps,
+        )
+
 
 class Decision(msgspec.Struct, frozen=True):
     """s_m, l_m: the start on the line; arrays (n,) by station of the job's corridor, at stations_m.
@@ -78,13 +109,13 @@ class Decision(msgspec.Struct, frozen=True):
 def decide(job: PlanJob, rules: BehaviourRules) -> Decision:
     """One decision. The job's corridor must have stations around the start."""
     corridor = job.corridor
-    s_m, l_m, first = _place(job)
-    manner = MANNERS[int(corridor.scenario[first])]
+    start = _start(job)
+    scenario = MANNERS[int(corridor.scenario[start.station])]
     upper = np.maximum(corridor.left_m - rules.half_width_m - rules.wall_m, 0.0)
     lower = -np.maximum(corridor.right_m - rules.half_width_m - rules.wall_m, 0.0)
     discs = standing_discs(job, rules)
-    candidates = np.array(manner.offsets_m)
-    ratings = _rated(job, rules, manner, candidates, discs, lower, upper, s_m, l_m, first)
+    candidates = np.array(scenario.offsets_m)
+    ratings = _rated(job, rules, scenario, candidates, discs, (lower, upper), start)
     memory = job.memory
     chosen = choose(
         rules.offsets,
@@ -95,19 +126,12 @@ def decide(job: PlanJob, rules: BehaviourRules) -> Decision:
         memory.better_count,
     )
     reference = np.clip(np.full(len(corridor.s_m), chosen.offset_m), lower, upper)
-    yields = yielding(job, s_m, rules.crossing)
-    speeds, reasons = _speeds(job, rules, reference, discs, yields, first)
-    # The way is free up to the station before the one that touches.
-    free_m = max(0.0, chosen.free_m - rules.offsets.step_m)
-    cut_s_m = s_m + free_m if math.isfinite(free_m) else math.inf
-    end_s_m, end_reason = min(
-        (job.stop_s_m, job.stop_name),
-        (yields.end_s_m, "crossing traffic"),
-        (max(s_m, cut_s_m - rules.gap_m), "obstacle"),
-    )
+    yields = yielding(job, start.s_m, rules.crossing)
+    speeds, reasons = _speeds(job, rules, reference, discs, yields, start.station)
+    cut_s_m, end_s_m, end_reason = _end(job, rules, chosen, yields, start.s_m)
     return Decision(
-        s_m=s_m,
-        l_m=l_m,
+        s_m=start.s_m,
+        l_m=start.l_m,
         stations_m=corridor.s_m,
         reference_l_m=reference,
         lower_l_m=lower,
@@ -118,14 +142,21 @@ def decide(job: PlanJob, rules: BehaviourRules) -> Decision:
         end_reason=end_reason,
         cut_s_m=cut_s_m,
         discs=discs,
-        inflation_m=_inflation(job, rules, manner),
+        inflation_m=_inflation(job, rules, scenario),
         chosen=chosen,
         yielding=yields,
     )
 
 
-def _place(job: PlanJob) -> tuple[float, float, int]:
-    """(s_m, l_m, station) of the start on the corridor."""
+class _Start(NamedTuple):
+    """Where the job's start is on its corridor: s_m, l_m, and the station before it."""
+
+    s_m: float
+    l_m: float
+    station: int
+
+
+def _start(job: PlanJob) -> _Start:
     corridor, pose = job.corridor, job.pose_map
     along_m, l_m, first = project(
         corridor.points_map,
@@ -135,7 +166,22 @@ def _place(job: PlanJob) -> tuple[float, float, int]:
         0,
         len(corridor.s_m) - 1,
     )
-    return float(corridor.s_m[0] + along_m), float(l_m), int(first)
+    return _Start(float(corridor.s_m[0] + along_m), float(l_m), int(first))
+
+
+def _end(
+    job: PlanJob, rules: BehaviourRules, chosen: OffsetChoice, yields: YieldDecision, s_m: float
+) -> tuple[float, float, str]:
+    """(where the way is blocked, inf for nowhere; where the rear axle stops at the latest; why)."""
+    # The way is free up to the station before the one that touches.
+    free_m = max(0.0, chosen.free_m - rules.offsets.step_m)
+    cut_s_m = s_m + free_m if math.isfinite(free_m) else math.inf
+    end_s_m, end_reason = min(
+        (job.stop_s_m, job.stop_name),
+        (yields.end_s_m, "crossing traffic"),
+        (max(s_m, cut_s_m - rules.gap_m), "obstacle"),
+    )
+    return cut_s_m, end_s_m, end_reason
 
 
 def standing_discs(job: PlanJob, rules: BehaviourRules) -> Array:
@@ -185,54 +231,42 @@ def _outline_discs(pose: Array, size: Array) -> Array:
 def _rated(
     job: PlanJob,
     rules: BehaviourRules,
-    manner: ScenarioRules,
+    scenario: ScenarioRules,
     candidates: Array,
     discs: Array,
-    lower: Array,
-    upper: Array,
-    s_m: float,
-    l_m: float,
-    first: int,
+    walls: tuple[Array, Array],
+    start: _Start,
 ) -> Array:
-    corridor, offsets = job.corridor, rules.offsets
+    """(c, 5) ratings of the candidate offsets; walls: (lower, upper) (n,) by station."""
+    corridor, offsets, first = job.corridor, rules.offsets, start.station
     step_m = float(corridor.s_m[1] - corridor.s_m[0])
     turned = math.remainder(job.pose_map.yaw_rad - float(corridor.yaw_rad[first]), math.tau)
-    slope = math.tan(min(max(turned, -0.8), 0.8)) * (1.0 - float(corridor.curvature_1pm[first]) * l_m)
-    speed_mps = min(max(job.speed_mps, 1.5), max(job.speed_mps_max, 0.1))
-    return rate(
-        corridor.points_map,
-        corridor.yaw_rad,
-        corridor.curvature_1pm,
-        lower,
-        upper,
-        first,
-        step_m,
-        candidates,
-        l_m,
-        slope,
-        offsets.blend_m + offsets.blend_s * job.speed_mps,
-        speed_mps,
-        discs,
-        _moving(job, rules, manner),
-        np.array((rules.front_m, rules.back_m, rules.half_width_m)),
-        offsets.weights(),
-        offsets.clearance_floor_m,
-        offsets.touch_m,
-        offsets.look_m,
-        max(1, round(offsets.step_m / step_m)),
-        offsets.moving_s,
-        offsets.moving_step_s,
+    slope = math.tan(min(max(turned, -0.8), 0.8)) * (1.0 - float(corridor.curvature_1pm[first]) * start.l_m)
+    stations = Stations(
+        points=corridor.points_map,
+        yaws=corridor.yaw_rad,
+        curvatures=corridor.curvature_1pm,
+        lower=walls[0],
+        upper=walls[1],
+        step_m=step_m,
+        first=first,
+        last=min(len(corridor.s_m) - 1, first + math.floor(offsets.look_m / step_m)),
+        stride=max(1, round(offsets.step_m / step_m)),
     )
+    blend = Blend(start.l_m, slope, offsets.blend_m + offsets.blend_s * job.speed_mps)
+    speed_mps = min(max(job.speed_mps, 1.5), max(job.speed_mps_max, 0.1))
+    moving = _moving(job, rules, scenario)
+    return rate(stations, candidates, blend, speed_mps, discs, moving, rules.box, offsets)
 
 
-def _moving(job: PlanJob, rules: BehaviourRules, manner: ScenarioRules) -> Array:
+def _moving(job: PlanJob, rules: BehaviourRules, scenario: ScenarioRules) -> Array:
     """(a, 8) those who move, as `rate` takes them, carried to the job's start."""
     tracks = job.tracks
     velocities = tracks.velocities_map_mps
     moves = np.hypot(velocities[:, 0], velocities[:, 1]) >= rules.standing_mps
     late_s = (job.stamp_ns - tracks.stamp_ns) * 1e-9 if tracks.stamp_ns else 0.0
     places = tracks.poses_map[moves, :2] + late_s * velocities[moves]
-    wider = np.full(int(moves.sum()), manner.inflation_m)
+    wider = np.full(int(moves.sum()), scenario.inflation_m)
     table: Array = np.column_stack(
         (places, tracks.poses_map[moves, 2], velocities[moves], tracks.sizes_m[moves], wider)
     )
@@ -247,55 +281,45 @@ def _speeds(
     yields: YieldDecision,
     first: int,
 ) -> tuple[Array, tuple[str, ...]]:
-    """(n,) the lowest limit by station, and what each is for."""
+    """(n,) the lowest limit by station, and the reason of each."""
     corridor: Corridor = job.corridor
-    manners = np.array([manner.speed_mps_max for manner in MANNERS])
-    wide = np.full(len(corridor.s_m), job.speed_mps_max)
-    layers = [("speed limit", corridor.limit_mps), (job.speed_reason, wide)]
-    layers.append(("scenario", manners[corridor.scenario]))
+    scenario_mps = np.array([rule.speed_mps_max for rule in MANNERS])
     slow = np.full(len(corridor.s_m), np.inf)
     for from_s_m, to_s_m, speed_mps in yields.slow:
         held = (corridor.s_m >= from_s_m) & (corridor.s_m <= to_s_m)
         slow[held] = np.minimum(slow[held], speed_mps)
-    layers.append(("crossing", slow))
-    view = job.view.pose_map
-    step_m = float(corridor.s_m[1] - corridor.s_m[0])
-    front = first + math.ceil(rules.front_m / step_m)
-    hidden = hidden_beside(
-        corridor.points_map,
-        corridor.yaw_rad,
-        reference,
-        front,
-        front + math.ceil(25.0 / step_m),
-        rules.half_width_m,
-        np.array((view.x_m, view.y_m, view.yaw_rad)),
-        job.view.ranges_m,
-        np.ascontiguousarray(discs[:, :2]),
-        rules.hidden_reach_m,
-        0.25,
+    layers = (
+        ("speed limit", corridor.limit_mps),
+        (job.speed_reason, np.full(len(corridor.s_m), job.speed_mps_max)),
+        ("scenario", scenario_mps[corridor.scenario]),
+        ("crossing", slow),
+        ("hidden place", _occlusion_limits(job, rules, reference, discs, first)),
     )
-    cap_mps = max(job.speed_mps_max, 0.1)
-    unseen = occlusion_speeds(
-        hidden,
-        step_m,
-        rules.front_m,
-        rules.front_m - rules.sensor_x_m,
-        rules.half_width_m,
-        rules.run_mps,
-        rules.react_s,
-        rules.decel_mps2,
-        rules.creep_mps,
-        cap_mps,
-    )
-    layers.append(("hidden place", unseen))
     table = np.vstack([limits for _, limits in layers])
     lowest = np.argmin(table, axis=0)
     speeds: Array = table.min(axis=0)
     return speeds, tuple(layers[i][0] for i in lowest)
 
 
-def _inflation(job: PlanJob, rules: BehaviourRules, manner: ScenarioRules) -> Array:
+def _occlusion_limits(
+    job: PlanJob, rules: BehaviourRules, reference: Array, discs: Array, first: int
+) -> Array:
+    """(n,) the speed limit past places that the vehicle cannot see into."""
+    corridor, view = job.corridor, job.view.pose_map
+    step_m = float(corridor.s_m[1] - corridor.s_m[0])
+    front = first + math.ceil(rules.front_m / step_m)
+    path = PathStations(
+        corridor.points_map, corridor.yaw_rad, reference, front, front + math.ceil(25.0 / step_m)
+    )
+    sight = Sight(view.x_m, view.y_m, view.yaw_rad, job.view.ranges_m)
+    solid = np.ascontiguousarray(discs[:, :2])
+    hidden = hidden_beside(path, sight, solid, rules.half_width_m, rules.hidden_reach_m, 0.25)
+    limits: Array = occlusion_speeds(hidden, step_m, max(job.speed_mps_max, 0.1), rules.occlusion)
+    return limits
+
+
+def _inflation(job: PlanJob, rules: BehaviourRules, scenario: ScenarioRules) -> Array:
     """(a, k) w_o of the scenario, and more the less is known of where somebody will be."""
     growth = rules.inflation_growth * (job.predictions.sigmas_m - job.predictions.sigmas_m[:, :1])
-    inflation: Array = np.minimum(manner.inflation_m + growth, rules.inflation_m_max)
+    inflation: Array = np.minimum(scenario.inflation_m + growth, rules.inflation_m_max)
     return inflation

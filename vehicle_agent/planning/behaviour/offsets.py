@@ -5,13 +5,14 @@ here `chosen` is the choice, `now` the vehicle's offset.
 """
 
 import math
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
 from numba import njit
 
 from contract.geometry import Array
-from vehicle_agent.planning.motion.clearance import box_distance
+from vehicle_agent.planning.motion.clearance import Box, BoxPose, box_distance
 
 # columns of a disc, of a moving thing, and of the rating of one candidate
 DISC_X, DISC_Y, DISC_R = range(3)
@@ -22,8 +23,10 @@ RATINGS = 5
 _NEARER_M = 0.05
 
 
-class OffsetRules(msgspec.Struct, frozen=True):
+class OffsetRules(NamedTuple):
     """The weights of the paper's cost, and what keeps the vehicle from weaving.
+
+    A tuple, so that kernels take it as it is.
 
     free_weight w_s; from_now_weight w_d1, from_centre_weight w_d2; mean_clearance_weight w_o1,
     least_clearance_weight w_o2; dynamic_weight of J_dyn
@@ -51,18 +54,39 @@ class OffsetRules(msgspec.Struct, frozen=True):
     moving_s: float = 5.0
     moving_step_s: float = 0.5
 
-    def weights(self) -> Array:
-        """(6,) as the kernel takes them."""
-        return np.array(
-            (
-                self.free_weight,
-                self.from_now_weight,
-                self.from_centre_weight,
-                self.mean_clearance_weight,
-                self.least_clearance_weight,
-                self.dynamic_weight,
-            )
-        )
+
+class Stations(NamedTuple):
+    """The road by station, every step_m: points (n, 2), yaws, curvatures, lower, upper (n,).
+
+    first, last  the vehicle's station, and the last one to look at; stride: every so many are looked at
+    """
+
+    points: Array
+    yaws: Array
+    curvatures: Array
+    lower: Array
+    upper: Array
+    step_m: float
+    first: int
+    last: int
+    stride: int
+
+
+class Blend(NamedTuple):
+    """How the offset leaves the present one: from now_m with this slope to the goal, blend_m later."""
+
+    now_m: float
+    slope: float
+    blend_m: float
+
+
+class _SweptOffset(NamedTuple):
+    """One candidate swept along the road: whether there is room, the free way, least and mean clearance."""
+
+    has_room: bool
+    free_m: float
+    least_m: float
+    mean_m: float
 
 
 class OffsetChoice(msgspec.Struct, frozen=True):
@@ -120,122 +144,102 @@ def blended(now_m: float, slope: float, goal_m: float, along_m: float, blend_m: 
 
 @njit(cache=True)
 def rate(
-    points: Array,
-    yaws: Array,
-    curvatures: Array,
-    lower: Array,
-    upper: Array,
-    first: int,
-    step_m: float,
+    stations: Stations,
     candidates: Array,
-    now_m: float,
-    slope: float,
-    blend_m: float,
+    blend: Blend,
     speed_mps: float,
     discs: Array,
     moving: Array,
-    body: Array,
-    weights: Array,
-    floor_m: float,
-    touch_m: float,
-    look_m: float,
-    stride: int,
-    moving_s: float,
-    moving_step_s: float,
+    box: Box,
+    rules: OffsetRules,
 ) -> Array:
     """(c, 5) cost, free way, least and mean clearance, and risk of each candidate offset (c,).
 
-    points (n, 2), yaws, curvatures, lower, upper (n,) of the corridor's stations, step_m apart; first: the
-    station of the vehicle. discs (m, 3), moving (a, 8), body (3,) front, back, half width.
+    discs (m, 3) of what stands; moving (a, 8) of what moves.
     """
-    front, back, half = body[0], body[1], body[2]
-    n = points.shape[0]
-    last = min(n - 1, first + math.floor(look_m / step_m))
     out = np.zeros((candidates.shape[0], RATINGS))
-    touch = _touches_from(points, yaws, curvatures, first, now_m, slope, front, back, half, discs, touch_m)
+    touch = _touch_distances(stations, blend, box, discs, rules.touch_m)
     for c in range(candidates.shape[0]):
         goal = candidates[c]
-        free, least, total, count = np.inf, np.inf, 0.0, 0
-        has_room = True
-        for i in range(first, last + 1, stride):
-            along = (i - first) * step_m
-            offset, turn = blended(now_m, slope, goal, along, blend_m)
-            if along >= blend_m and (offset < lower[i] or offset > upper[i]):
-                has_room = False
-                break
-            yaw = yaws[i] + math.atan2(turn, max(0.2, 1.0 - curvatures[i] * offset))
-            x = points[i, 0] - offset * math.sin(yaws[i])
-            y = points[i, 1] + offset * math.cos(yaws[i])
-            clearance, touches = _clearance(x, y, yaw, front, back, half, discs, touch)
-            if touches:
-                free = along
-                break
-            least = min(least, clearance)
-            total += clearance
-            count += 1
-        if not has_room:
+        swept = _sweep(stations, blend, goal, box, discs, touch)
+        if not swept.has_room:
             out[c, COST] = np.inf
             continue
-        mean = total / count if count else 0.0
-        least = least if count else 0.0
-        risk = _risk(
-            points, yaws, curvatures, first, last, step_m, goal, now_m, slope, blend_m, speed_mps, free,
-            moving, front, back, half, moving_s, moving_step_s,
-        )  # fmt: skip
-        shown = min(free, look_m)
+        risk = _risk(stations, blend, goal, speed_mps, swept.free_m, moving, box, rules)
+        shown = min(swept.free_m, rules.look_m)
         out[c, COST] = (
-            weights[0] * (1.0 - shown / look_m)
-            + weights[1] * abs(goal - now_m)
-            + weights[2] * abs(goal)
-            + weights[3] / max(mean, floor_m)
-            + weights[4] / max(least, floor_m)
-            + weights[5] * risk
+            rules.free_weight * (1.0 - shown / rules.look_m)
+            + rules.from_now_weight * abs(goal - blend.now_m)
+            + rules.from_centre_weight * abs(goal)
+            + rules.mean_clearance_weight / max(swept.mean_m, rules.clearance_floor_m)
+            + rules.least_clearance_weight / max(swept.least_m, rules.clearance_floor_m)
+            + rules.dynamic_weight * risk
         )
-        out[c, FREE_M] = free
-        out[c, CLEARANCE_MIN], out[c, CLEARANCE_MEAN], out[c, RISK] = least, mean, risk
+        out[c, FREE_M] = swept.free_m
+        out[c, CLEARANCE_MIN], out[c, CLEARANCE_MEAN], out[c, RISK] = swept.least_m, swept.mean_m, risk
     return out
 
 
 @njit(cache=True)
-def _touches_from(
-    points: Array,
-    yaws: Array,
-    curvatures: Array,
-    first: int,
-    now_m: float,
-    slope: float,
-    front: float,
-    back: float,
-    half: float,
-    discs: Array,
-    touch_m: float,
-) -> Array:
-    """(m,) the clearance below which each disc is touched: of one beside the vehicle, what there is now."""
-    yaw = yaws[first] + math.atan2(slope, max(0.2, 1.0 - curvatures[first] * now_m))
-    x = points[first, 0] - now_m * math.sin(yaws[first])
-    y = points[first, 1] + now_m * math.cos(yaws[first])
-    cos, sin = math.cos(yaw), math.sin(yaw)
+def _body_at(
+    x_m: float, y_m: float, yaw_rad: float, curvature_1pm: float, offset: float, turn: float
+) -> BoxPose:
+    """The body abreast of a station, at an offset that changes by `turn` per metre."""
+    yaw = yaw_rad + math.atan2(turn, max(0.2, 1.0 - curvature_1pm * offset))
+    x = x_m - offset * math.sin(yaw_rad)
+    y = y_m + offset * math.cos(yaw_rad)
+    return BoxPose(x, y, math.cos(yaw), math.sin(yaw))
+
+
+@njit(cache=True)
+def _touch_distances(stations: Stations, blend: Blend, box: Box, discs: Array, touch_m: float) -> Array:
+    """(m,) the clearance below which each disc is touched; for a disc alongside, its present clearance."""
+    points, i = stations.points, stations.first
+    yaw, curvature = stations.yaws[i], stations.curvatures[i]
+    at = _body_at(points[i, 0], points[i, 1], yaw, curvature, blend.now_m, blend.slope)
     out = np.full(discs.shape[0], touch_m)
     for k in range(discs.shape[0]):
         px, py = discs[k, DISC_X], discs[k, DISC_Y]
-        if abs(px - x) < 10.0 and abs(py - y) < 10.0:
-            now = box_distance(x, y, cos, sin, front, back, half, px, py) - discs[k, DISC_R]
+        if abs(px - at.x_m) < 10.0 and abs(py - at.y_m) < 10.0:
+            now = box_distance(at, box, px, py) - discs[k, DISC_R]
             out[k] = min(touch_m, now - _NEARER_M)
     return out
 
 
 @njit(cache=True)
-def _clearance(
-    x: float, y: float, yaw: float, front: float, back: float, half: float, discs: Array, touch: Array
-) -> tuple[float, bool]:
+def _sweep(
+    stations: Stations, blend: Blend, goal: float, box: Box, discs: Array, touch: Array
+) -> _SweptOffset:
+    """The body moved along the road with the offset going over to `goal`, until it touches a disc."""
+    points, yaws, curvatures = stations.points, stations.yaws, stations.curvatures
+    lower, upper = stations.lower, stations.upper
+    free, least, total, count = np.inf, np.inf, 0.0, 0
+    for i in range(stations.first, stations.last + 1, stations.stride):
+        along = (i - stations.first) * stations.step_m
+        offset, turn = blended(blend.now_m, blend.slope, goal, along, blend.blend_m)
+        if along >= blend.blend_m and (offset < lower[i] or offset > upper[i]):
+            return _SweptOffset(False, np.inf, 0.0, 0.0)
+        at = _body_at(points[i, 0], points[i, 1], yaws[i], curvatures[i], offset, turn)
+        clearance, touches = _clearance(at, box, discs, touch)
+        if touches:
+            free = along
+            break
+        least = min(least, clearance)
+        total += clearance
+        count += 1
+    mean = total / count if count else 0.0
+    return _SweptOffset(True, free, least if count else 0.0, mean)
+
+
+@njit(cache=True)
+def _clearance(at: BoxPose, box: Box, discs: Array, touch: Array) -> tuple[float, bool]:
     """(to the nearest disc, at most 5 m; whether one is nearer than its `touch`)."""
-    cos, sin = math.cos(yaw), math.sin(yaw)
     nearest, touches = 5.0, False
     for k in range(discs.shape[0]):
         px, py = discs[k, DISC_X], discs[k, DISC_Y]
-        if abs(px - x) > 10.0 or abs(py - y) > 10.0:
+        if abs(px - at.x_m) > 10.0 or abs(py - at.y_m) > 10.0:
             continue
-        distance = box_distance(x, y, cos, sin, front, back, half, px, py) - discs[k, DISC_R]
+        distance = box_distance(at, box, px, py) - discs[k, DISC_R]
         nearest = min(nearest, distance)
         touches |= distance < touch[k]
     return nearest, touches
@@ -243,55 +247,48 @@ def _clearance(
 
 @njit(cache=True)
 def _risk(
-    points: Array,
-    yaws: Array,
-    curvatures: Array,
-    first: int,
-    last: int,
-    step_m: float,
+    stations: Stations,
+    blend: Blend,
     goal: float,
-    now_m: float,
-    slope: float,
-    blend_m: float,
     speed: float,
     free: float,
     moving: Array,
-    front: float,
-    back: float,
-    half: float,
-    moving_s: float,
-    moving_step_s: float,
+    box: Box,
+    rules: OffsetRules,
 ) -> float:
-    """How much moving things would be met at an even speed: the nearer and the sooner, the more."""
+    """The risk from road users who move, at a constant speed; meeting them nearer and sooner costs more."""
     if moving.shape[0] == 0:
         return 0.0
+    points, yaws, curvatures = stations.points, stations.yaws, stations.curvatures
     risk = 0.0
-    steps = math.floor(moving_s / moving_step_s)
+    steps = math.floor(rules.moving_s / rules.moving_step_s)
     for j in range(1, steps + 1):
-        t = j * moving_step_s
+        t = j * rules.moving_step_s
         along = speed * t
-        i = first + math.floor(along / step_m)
-        if i > last or along > free:
+        i = stations.first + math.floor(along / stations.step_m)
+        if i > stations.last or along > free:
             break
-        offset, turn = blended(now_m, slope, goal, along, blend_m)
-        yaw = yaws[i] + math.atan2(turn, max(0.2, 1.0 - curvatures[i] * offset))
-        x = points[i, 0] - offset * math.sin(yaws[i])
-        y = points[i, 1] + offset * math.cos(yaws[i])
-        cos, sin = math.cos(yaw), math.sin(yaw)
+        offset, turn = blended(blend.now_m, blend.slope, goal, along, blend.blend_m)
+        at = _body_at(points[i, 0], points[i, 1], yaws[i], curvatures[i], offset, turn)
         for k in range(moving.shape[0]):
             px, py = moving[k, M_X] + t * moving[k, M_VX], moving[k, M_Y] + t * moving[k, M_VY]
-            if abs(px - x) > 8.0 or abs(py - y) > 8.0:
+            if abs(px - at.x_m) > 8.0 or abs(py - at.y_m) > 8.0:
                 continue
-            reach = 0.5 * moving[k, M_WIDTH] + moving[k, M_WIDER]
-            distance = box_distance(x, y, cos, sin, front, back, half, px, py) - reach
-            if moving[k, M_LENGTH] > 1.5 * moving[k, M_WIDTH]:
-                along_x = math.cos(moving[k, M_YAW]) * 0.5 * (moving[k, M_LENGTH] - moving[k, M_WIDTH])
-                along_y = math.sin(moving[k, M_YAW]) * 0.5 * (moving[k, M_LENGTH] - moving[k, M_WIDTH])
-                for side in (-1.0, 1.0):
-                    end = box_distance(
-                        x, y, cos, sin, front, back, half, px + side * along_x, py + side * along_y
-                    )
-                    distance = min(distance, end - reach)
+            distance = _distance_to_road_user(at, box, moving[k], px, py)
             if distance < 0.4:
-                risk += (0.4 - max(distance, -0.4)) / 0.8 * math.exp(-t / 3.0) * moving_step_s
+                risk += (0.4 - max(distance, -0.4)) / 0.8 * math.exp(-t / 3.0) * rules.moving_step_s
     return risk
+
+
+@njit(cache=True)
+def _distance_to_road_user(at: BoxPose, box: Box, mover: Array, px: float, py: float) -> float:
+    """To the edge of one moving thing (8,) whose middle is at (px, py); a long one is three discs."""
+    reach = 0.5 * mover[M_WIDTH] + mover[M_WIDER]
+    distance: float = box_distance(at, box, px, py) - reach
+    if mover[M_LENGTH] > 1.5 * mover[M_WIDTH]:
+        along_x = math.cos(mover[M_YAW]) * 0.5 * (mover[M_LENGTH] - mover[M_WIDTH])
+        along_y = math.sin(mover[M_YAW]) * 0.5 * (mover[M_LENGTH] - mover[M_WIDTH])
+        for side in (-1.0, 1.0):
+            end = box_distance(at, box, px + side * along_x, py + side * along_y)
+            distance = min(distance, end - reach)
+    return distance

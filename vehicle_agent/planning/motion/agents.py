@@ -1,8 +1,8 @@
 """Predicted agents as moving discs on the planner's own clock, and which of them can be believed."""
 
 import math
+from typing import NamedTuple
 
-import msgspec
 import numpy as np
 from numba import njit
 
@@ -11,19 +11,20 @@ from vehicle_agent.planning.motion.request import Agents, MotionParams, MotionRe
 from vehicle_agent.signals import PEDESTRIAN
 
 
-class MovingDiscs(msgspec.Struct, frozen=True):
-    """discs (T, m, 3) x, y, radius at times_s (T,); inflation_m (T, m); owner (m,) row of Agents.
+class MovingDiscs(NamedTuple):
+    """Agents as discs (T, m, 3) x, y, radius at times_s (T,); a tuple, so that kernels take it as it is.
 
-    pedestrian  (m,) whether the speed law holds for it
-    doubted     ids whose predictions are not believed: not finite, or faster than anything
+    inflation_m  (T, m) softly kept extra; owner (m,) row of Agents
+    pedestrian   (m,) whether the speed law holds for it
+    doubted      ids of implausible predictions: not finite, or faster than speed_mps_max
     """
 
-    times_s: np.ndarray
-    discs: np.ndarray
-    inflation_m: np.ndarray
-    owner: np.ndarray
-    pedestrian: np.ndarray
-    doubted: np.ndarray
+    times_s: Array
+    discs: Array
+    inflation_m: Array
+    owner: IntArray
+    pedestrian: BoolArray
+    doubted: IntArray
 
 
 def check_agents(agents: Agents) -> None:
@@ -100,7 +101,7 @@ def discs_over_time(
     poses: Array, times: Array, sizes: Array, is_disc: BoolArray, inflation: Array, at: Array
 ) -> tuple[Array, Array, IntArray]:
     """((T, m, 3) discs, (T, m) inflation, (m,) owner) at the times `at`; see `moving_discs`."""
-    agents, k, slots = poses.shape[0], times.shape[0], at.shape[0]
+    agents, slots = poses.shape[0], at.shape[0]
     counts = np.ones(agents, np.int64)
     for a in range(agents):
         if not is_disc[a]:
@@ -108,6 +109,7 @@ def discs_over_time(
     total = counts.sum()
     discs, spread = np.empty((slots, total, 3)), np.empty((slots, total))
     owner = np.empty(total, np.int64)
+    places = np.empty((slots, 4))
     m = 0
     for a in range(agents):
         length, width = sizes[a]
@@ -115,19 +117,9 @@ def discs_over_time(
         radius = 0.5 * max(length, width) if is_disc[a] else 0.5 * math.hypot(part, width)
         for c in range(counts[a]):
             owner[m + c] = a
-        i = 0
+        _place_over_time(poses[a], inflation[a], times, at, places)
         for t in range(slots):
-            while i < k - 2 and times[i + 1] <= at[t]:
-                i += 1
-            if k == 1:
-                x, y, yaw, extra = poses[a, 0, 0], poses[a, 0, 1], poses[a, 0, 2], inflation[a, 0]
-            else:
-                w = (at[t] - times[i]) / (times[i + 1] - times[i])
-                x = poses[a, i, 0] + w * (poses[a, i + 1, 0] - poses[a, i, 0])
-                y = poses[a, i, 1] + w * (poses[a, i + 1, 1] - poses[a, i, 1])
-                yaw = poses[a, i, 2] if w < 0.5 else poses[a, i + 1, 2]
-                w = min(max(w, 0.0), 1.0)
-                extra = inflation[a, i] + w * (inflation[a, i + 1] - inflation[a, i])
+            x, y, yaw, extra = places[t]
             for c in range(counts[a]):
                 along = (c + 0.5) * part - 0.5 * length if not is_disc[a] else 0.0
                 discs[t, m + c, 0] = x + along * math.cos(yaw)
@@ -136,3 +128,24 @@ def discs_over_time(
                 spread[t, m + c] = extra
         m += counts[a]
     return discs, spread, owner
+
+
+@njit(cache=True)
+def _place_over_time(poses: Array, inflation: Array, times: Array, at: Array, out: Array) -> None:
+    """Fills out (T, 4) x, y, yaw, inflation of one agent at the times `at`, from its poses (k, 3).
+
+    Places go on beyond the last time as between the last two; inflation does not.
+    """
+    i = 0
+    for t in range(at.shape[0]):
+        while i < times.shape[0] - 2 and times[i + 1] <= at[t]:
+            i += 1
+        if times.shape[0] == 1:
+            out[t, :3], out[t, 3] = poses[0], inflation[0]
+            continue
+        w = (at[t] - times[i]) / (times[i + 1] - times[i])
+        out[t, 0] = poses[i, 0] + w * (poses[i + 1, 0] - poses[i, 0])
+        out[t, 1] = poses[i, 1] + w * (poses[i + 1, 1] - poses[i, 1])
+        out[t, 2] = poses[i, 2] if w < 0.5 else poses[i + 1, 2]
+        w = min(max(w, 0.0), 1.0)
+        out[t, 3] = inflation[i] + w * (inflation[i + 1] - inflation[i])

@@ -11,14 +11,9 @@ import numpy as np
 from contract.geometry import Array
 from vehicle_agent.planning.motion.agents import MovingDiscs, moving_discs
 from vehicle_agent.planning.motion.fallback import MotionCandidate, badness, judge, on_arc, safest, stops
-from vehicle_agent.planning.motion.path.factors import (
-    CURVATURE_MARGIN,
-    LATERAL,
-    REFERENCE,
-    WALL_MARGIN,
-)
+from vehicle_agent.planning.motion.path.factors import FactorWeights, PathProblem
 from vehicle_agent.planning.motion.path.frame import LineFolds
-from vehicle_agent.planning.motion.path.gp_path import PathProblem, SolvedPath, solve_path
+from vehicle_agent.planning.motion.path.gp_path import SolvedPath, solve_path
 from vehicle_agent.planning.motion.path.path_problem import (
     OffLine,
     Road,
@@ -82,7 +77,7 @@ def _refined(
 ) -> tuple[MotionCandidate, int]:
     """(best draft, iterations): the path is bent to what the last speed profile showed, and tried again."""
     limits = params.limits
-    weights = params.path.vector()
+    weights = params.path.factors()
     obstacles = np.vstack([request.static_discs, _standing(moving, params.moving_m)])
     top = max(limits.speed_mps_max, request.start.speed_mps)
     horizon_m = top * params.horizon_s + top**2 / (2.0 * limits.decel_mps2_comfort) + params.vehicle.length_m
@@ -106,13 +101,19 @@ def _refined(
         warm = WarmStart(problem.support_m(), path.states)
         if draft.speed.plan is not None:
             wish = np.interp(road.s_m, draft.rows[:, 7], np.maximum(draft.rows[:, 5], 0.5))
-        weights = weights.copy()
-        weights[CURVATURE_MARGIN] *= 3.0
-        weights[WALL_MARGIN] += 0.05
-        weights[LATERAL] *= 2.0
-        weights[REFERENCE] *= 0.7
+        weights = _stricter(weights)
     assert best is not None
     return best, used
+
+
+def _stricter(weights: FactorWeights) -> FactorWeights:
+    """Wider margins, more weight on lateral acceleration and less on the reference: for another try."""
+    return weights._replace(
+        curvature_margin_1pm=weights.curvature_margin_1pm * 3.0,
+        wall_margin_m=weights.wall_margin_m + 0.05,
+        lateral=weights.lateral * 2.0,
+        reference=weights.reference * 0.7,
+    )
 
 
 def _best_path(problem: PathProblem, warm: WarmStart | None, params: MotionParams) -> SolvedPath:

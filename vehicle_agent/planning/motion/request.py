@@ -70,8 +70,11 @@ class DrivingLimits(msgspec.Struct, frozen=True):
     hard_jerk_mps3: float = 30.0
 
 
-class ClearanceLaw(msgspec.Struct, frozen=True):
-    """Speed by clearance to a pedestrian, eq. 2 of Snow Lion: three points, linear between."""
+class ClearanceLaw(NamedTuple):
+    """Speed by clearance to a pedestrian, eq. 2 of Snow Lion: three points, linear between.
+
+    A tuple, so that kernels take it as it is.
+    """
 
     delta_m_min: float = 0.25
     delta_m_mdn: float = 0.8
@@ -100,6 +103,23 @@ class StoppingRoom(NamedTuple):
     speed_mps_min: float = 0.25
     step_mps2: float = 2.5
     late_s: float = 0.55
+
+
+class ProjectionParams(NamedTuple):
+    """What the projection keeps clear of agents, as its kernels take it.
+
+    box                          the vehicle's outline
+    hard_margin_m, soft_margin_m  kept always; kept where it costs little
+    law, room                    speed by clearance to a person; the room to stop before one
+    nose_m                       length of the body, from the bumper back, that can run into a person
+    """
+
+    box: Box
+    hard_margin_m: float
+    soft_margin_m: float
+    law: ClearanceLaw
+    nose_m: float
+    room: StoppingRoom
 
 
 class Agents(msgspec.Struct, frozen=True):
@@ -200,6 +220,18 @@ class MotionParams(msgspec.Struct, frozen=True):
     moving_m: float = 0.4
     track_mps_max: float = 30.0
     doubt_mps: float = 1.5
+
+    @property
+    def projection(self) -> ProjectionParams:
+        """What the projection of agents on the path takes."""
+        return ProjectionParams(
+            self.vehicle.box,
+            self.hard_margin_m,
+            self.soft_margin_m,
+            self.law,
+            self.vehicle.nose_m,
+            self.room,
+        )
 
 
 Quality = Literal["planned", "stop", "emergency"]

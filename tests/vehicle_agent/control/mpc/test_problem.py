@@ -9,12 +9,12 @@ from contract.geometry import Array
 from vehicle_agent.control.mpc.axis import best_inputs, no_guess
 from vehicle_agent.control.mpc.bounded import InputBounds, solved, within
 from vehicle_agent.control.mpc.lateral_model import Chassis, exponential, rates_matrix
-from vehicle_agent.control.mpc.problem import condensed, end_cost, free_inputs
+from vehicle_agent.control.mpc.problem import AxisProblem, condensed, end_cost, free_inputs
 
 N, DT = 40, 0.05
 
 
-def a_problem(seed: int) -> tuple[Array, Array, Array, Array, float, Array, Array, Array, Array]:
+def a_problem(seed: int) -> AxisProblem:
     """Three states, the last of them the command that the input adds up to."""
     rng = np.random.default_rng(seed)
     M = np.array([[0.0, 1.0, 0.0, 0.0], [0.0, -0.3, 2.0, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0] * 4])
@@ -23,7 +23,8 @@ def a_problem(seed: int) -> tuple[Array, Array, Array, Array, float, Array, Arra
     d = rng.normal(0.0, 0.01, (N, 3)) * np.array((1.0, 1.0, 0.0))
     Q = np.tile(np.diag((20.0, 2.0, 0.0)) * DT, (N, 1, 1))
     P = end_cost(A[0], B[0], Q[0], 0.02, 3000)
-    return A, B, d, Q, 0.02, rng.normal(0.0, 0.1, N), P, rng.normal(0.0, 0.05, 3), rng.normal(0.0, 0.5, 3)
+    w, x_end, x0 = rng.normal(0.0, 0.1, N), rng.normal(0.0, 0.05, 3), rng.normal(0.0, 0.5, 3)
+    return AxisProblem(A, B, d, Q, 0.02, w, P, x_end, x0)
 
 
 def cost(
@@ -39,8 +40,8 @@ def cost(
 @pytest.mark.parametrize("seed", range(5))
 def test_free_inputs_are_where_the_condensed_gradient_vanishes(seed: int) -> None:
     problem = a_problem(seed)
-    H, g = condensed(*problem)
-    u = free_inputs(*problem)
+    H, g = condensed(problem)
+    u = free_inputs(problem)
     assert np.abs(H @ u + g).max() < 1e-9 * np.abs(g).max()
     rng = np.random.default_rng(seed)
     assert all(cost(u, *problem) < cost(u + rng.normal(0.0, 0.01, N), *problem) for _ in range(20))
@@ -49,11 +50,11 @@ def test_free_inputs_are_where_the_condensed_gradient_vanishes(seed: int) -> Non
 @pytest.mark.parametrize("seed", range(5))
 def test_bounded_inputs_agree_with_an_independent_solver(seed: int) -> None:
     problem = a_problem(seed)
-    bounds = InputBounds(0.4, problem[-1][2] - 0.3, problem[-1][2] + 0.2)
-    answer = best_inputs(*problem, bounds, DT, no_guess(N))
+    bounds = InputBounds(0.4, problem.x0[2] - 0.3, problem.x0[2] + 0.2)
+    answer = best_inputs(problem, bounds, DT, no_guess(N))
     assert answer.bounded
     assert answer.feasible
-    H, g = condensed(*problem)
+    H, g = condensed(problem)
     sums = DT * np.tril(np.ones((N, N)))
     oracle = minimize(
         lambda u: 0.5 * u @ H @ u + g @ u,
@@ -66,7 +67,7 @@ def test_bounded_inputs_agree_with_an_independent_solver(seed: int) -> None:
     )
     assert within(
         answer.inputs,
-        problem[-1][2],
+        problem.x0[2],
         InputBounds(0.4 + 1e-9, bounds.command_min - 1e-9, bounds.command_max + 1e-9),
         DT,
     )
@@ -77,14 +78,14 @@ def test_bounded_inputs_agree_with_an_independent_solver(seed: int) -> None:
 
 def test_what_the_solver_did_before_changes_nothing() -> None:
     first, second = a_problem(1), a_problem(2)
-    H, g = condensed(*first)
+    H, g = condensed(first)
     bounds = InputBounds(0.4, -2.0, 2.0)
-    args = (H, g, float(first[-1][2]), bounds, DT, np.zeros(N), np.zeros(2 * N))
+    args = (H, g, float(first.x0[2]), bounds, DT, np.zeros(N), np.zeros(2 * N))
     before = solved(*args)
     for rate in (0.01, 3.0):
-        H2, g2 = condensed(*second)
+        H2, g2 = condensed(second)
         solved(
-            H2, 100.0 * g2, float(second[-1][2]), InputBounds(rate, -2.0, 2.0), DT, np.ones(N), np.ones(2 * N)
+            H2, 100.0 * g2, float(second.x0[2]), InputBounds(rate, -2.0, 2.0), DT, np.ones(N), np.ones(2 * N)
         )
     after = solved(*args)
     assert np.array_equal(before.inputs, after.inputs)

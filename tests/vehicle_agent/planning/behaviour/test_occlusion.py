@@ -10,6 +10,9 @@ from hypothesis import strategies as st
 from contract.geometry import Array, Pose2
 from vehicle_agent.planning.behaviour.occlusion import (
     H_BESIDE,
+    OcclusionRules,
+    PathStations,
+    Sight,
     hidden_beside,
     occlusion_speeds,
 )
@@ -20,6 +23,7 @@ FRONT_M, SENSOR_M, HALF_M = 3.5, 3.2, 0.815
 RUN_MPS, REACT_S, DECEL_MPS2, CREEP_MPS, CAP_MPS = 2.2, 0.6, 5.0, 1.0, 4.2
 STATIONS = np.column_stack((np.arange(0.0, 60.0, 0.5), np.zeros(120)))
 ZERO = np.zeros(120)
+RULES = OcclusionRules(FRONT_M, FRONT_M - SENSOR_M, HALF_M, RUN_MPS, REACT_S, DECEL_MPS2, CREEP_MPS)
 
 
 def parked(x_m: float, gap_m: float) -> Tracks:
@@ -39,21 +43,17 @@ def limits_at(rear_x_m: float, car: Tracks) -> Array:
     pose = Pose2(rear_x_m, 0.0, 0.0)
     view = VisibilityParams(SENSOR_M).view(pose, np.empty((0, 2)), car, np.empty((0, 4)))
     first = math.ceil((rear_x_m + FRONT_M) / 0.5)
-    sensor = np.array([view.pose_map.x_m, view.pose_map.y_m, 0.0])
-    hidden = hidden_beside(
-        STATIONS, ZERO, ZERO, first, 120, HALF_M, sensor, view.ranges_m, np.empty((0, 2)), 3.0, 0.25
-    )
-    return np.asarray(
-        occlusion_speeds(
-            hidden, 0.5, FRONT_M, FRONT_M - SENSOR_M, HALF_M, RUN_MPS, REACT_S, DECEL_MPS2, CREEP_MPS, CAP_MPS
-        )
-    )
+    sight = Sight(view.pose_map.x_m, view.pose_map.y_m, 0.0, view.ranges_m)
+    return np.asarray(occlusion_speeds(hidden_from(sight, first, 120), 0.5, CAP_MPS, RULES))
+
+
+def hidden_from(sight: Sight, first: int, last: int, solid: Array = np.empty((0, 2))) -> Array:
+    path = PathStations(STATIONS, ZERO, ZERO, first, last)
+    return np.asarray(hidden_beside(path, sight, solid, HALF_M, 3.0, 0.25))
 
 
 def test_an_open_road_has_no_hidden_places() -> None:
-    hidden = hidden_beside(
-        STATIONS, ZERO, ZERO, 8, 60, HALF_M, np.zeros(3), np.full(720, 40.0), np.empty((0, 2)), 3.0, 0.25
-    )
+    hidden = hidden_from(Sight(0.0, 0.0, 0.0, np.full(720, 40.0)), 8, 60)
     assert np.isinf(hidden[:, H_BESIDE]).all()
 
 
@@ -61,7 +61,7 @@ def test_nobody_comes_through_a_wall() -> None:
     """A wall along the road hides what is behind it, and keeps it there."""
     wall = np.column_stack((np.arange(0.0, 60.0, 0.3), np.full(200, 2.5)))
     ranges = np.array([min(40.0, 2.5 / max(math.sin(b), 1e-3)) for b in np.linspace(-math.pi, math.pi, 720)])
-    hidden = hidden_beside(STATIONS, ZERO, ZERO, 8, 60, HALF_M, np.zeros(3), ranges, wall, 3.0, 0.25)
+    hidden = hidden_from(Sight(0.0, 0.0, 0.0, ranges), 8, 60, wall)
     assert np.isinf(hidden[:, H_BESIDE]).all()
 
 

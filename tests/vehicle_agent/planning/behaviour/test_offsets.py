@@ -7,11 +7,14 @@ from vehicle_agent.planning.behaviour.offsets import (
     FREE_M,
     RATINGS,
     RISK,
+    Blend,
     OffsetRules,
+    Stations,
     blended,
     choose,
     rate,
 )
+from vehicle_agent.planning.motion.clearance import Box
 
 RULES = OffsetRules()
 CANDIDATES = np.array([-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9])
@@ -22,30 +25,20 @@ def rated(
     discs: Array | None = None, moving: Array | None = None, room_m: float = 1.5, speed_mps: float = 3.0
 ) -> Array:
     points = np.column_stack((0.5 * np.arange(N), np.zeros(N)))
+    room = np.full(N, room_m)
+    last = 10 + round(RULES.look_m / 0.5)
     return np.asarray(
         rate(
-            points,
-            np.zeros(N),
-            np.zeros(N),
-            np.full(N, -room_m),
-            np.full(N, room_m),
-            10,
-            0.5,
+            Stations(
+                points, np.zeros(N), np.zeros(N), -room, room, step_m=0.5, first=10, last=last, stride=2
+            ),
             CANDIDATES,
-            0.0,
-            0.0,
-            8.0,
+            Blend(now_m=0.0, slope=0.0, blend_m=8.0),
             speed_mps,
             np.empty((0, 3)) if discs is None else discs,
             np.empty((0, 8)) if moving is None else moving,
-            np.array((3.5, 0.85, 0.815)),
-            RULES.weights(),
-            RULES.clearance_floor_m,
-            RULES.touch_m,
-            RULES.look_m,
-            2,
-            RULES.moving_s,
-            RULES.moving_step_s,
+            Box(3.5, 0.85, 0.815),
+            RULES,
         )
     )
 

@@ -28,7 +28,7 @@ def test_one_clearance_agrees_with_shapely(yaw: float, px: float, py: float, rad
     point = shapely.Point(px, py)
     signed = -body.exterior.distance(point) if body.contains(point) else body.distance(point)
     discs = np.array([[px, py, radius]])
-    got = pose_clearance(1.0, -2.0, yaw, 3.5, 0.85, 0.815, discs, 50.0)
+    got = pose_clearance(np.array((1.0, -2.0, yaw)), BOX, discs, 50.0)
     assert got == pytest.approx(signed - radius, abs=1e-9)
 
 
@@ -61,12 +61,12 @@ def test_far_from_everything_few_cells_are_computed() -> None:
 def test_nobody_leaves_the_cap_everywhere() -> None:
     grid, _ = clearance_grid(np.zeros((2, 2, 3)), np.empty((3, 0, 3)), BOX, 1.6)
     assert (grid == 1.6).all()
-    assert first_touch(np.zeros((2, 3)), 3.5, 0.85, 0.815, np.empty((0, 3)), 0.5) == (-1, False)
+    assert first_touch(np.zeros((2, 3)), BOX, np.empty((0, 3)), 0.5) == (-1, False)
 
 
 def test_the_first_pose_that_touches_ends_the_way() -> None:
     poses = np.column_stack((0.25 * np.arange(40), np.zeros(40), np.zeros(40)))
-    at, touching = first_touch(poses, 3.5, 0.85, 0.815, np.array([[8.0, 0.0, 0.25]]), 0.1)
+    at, touching = first_touch(poses, BOX, np.array([[8.0, 0.0, 0.25]]), 0.1)
     assert not touching
     assert poses[at, 0] == 4.25
 
@@ -74,13 +74,13 @@ def test_the_first_pose_that_touches_ends_the_way() -> None:
 def test_what_stands_at_the_flank_or_behind_does_not_keep_the_vehicle() -> None:
     ahead = np.column_stack((0.25 * np.arange(8), np.zeros(8), np.zeros(8)))
     flank, behind = [1.5, 0.815 + 0.25 + 0.05, 0.25], [-1.05, 0.3, 0.25]
-    assert first_touch(ahead, 3.5, 0.85, 0.815, np.array([flank, behind]), 0.1) == (-1, False)
+    assert first_touch(ahead, BOX, np.array([flank, behind]), 0.1) == (-1, False)
     # but it is not driven towards, and what is ahead keeps its whole margin
     turning = ahead + np.column_stack((np.zeros(8), 0.02 * np.arange(8), np.zeros(8)))
-    assert first_touch(turning, 3.5, 0.85, 0.815, np.array([flank]), 0.1)[0] > 0
+    assert first_touch(turning, BOX, np.array([flank]), 0.1)[0] > 0
     near = [4.6, 0.815 + 0.25 + 0.05, 0.25]
-    assert first_touch(ahead, 3.5, 0.85, 0.815, np.array([flank, behind, near]), 0.1)[0] > 0
+    assert first_touch(ahead, BOX, np.array([flank, behind, near]), 0.1)[0] > 0
 
 
 def test_somebody_inside_the_outline_touches() -> None:
-    assert first_touch(np.zeros((2, 3)), 3.5, 0.85, 0.815, np.array([[3.6, 0.0, 0.25]]), 0.1) == (-1, True)
+    assert first_touch(np.zeros((2, 3)), BOX, np.array([[3.6, 0.0, 0.25]]), 0.1) == (-1, True)

@@ -29,12 +29,7 @@ def occupied(who: Agents) -> tuple[Occupancy, np.ndarray]:
         samples,
         moving_discs(who, SLOTS, PARAMS.track_mps_max),
         len(who.ids),
-        PARAMS.vehicle.box,
-        PARAMS.hard_margin_m,
-        PARAMS.soft_margin_m,
-        PARAMS.law,
-        PARAMS.vehicle.nose_m,
-        PARAMS.room,
+        PARAMS.projection,
     )
     return found, u
 

@@ -11,6 +11,7 @@ from which yaw and curvature follow without approximation.
 """
 
 import math
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -19,8 +20,22 @@ from numba import njit
 from contract.geometry import Array, wrap_angle
 from vehicle_agent.planning.motion.path.banded import factorize, solve
 
-# Columns of a frame: what is known of the line at one s.
+Row6 = tuple[float, float, float, float, float, float]
+
+# Columns of a frame: the line at one s.
 X, Y, THETA, SIGMA, SIGMA_1, KAPPA, KAPPA_1 = range(7)
+
+
+class Frame(NamedTuple):
+    """The line at one s: place, direction, sigma = |r'| and curvature with their slopes along s."""
+
+    x: float
+    y: float
+    theta: float
+    sigma: float
+    sigma_1: float
+    kappa: float
+    kappa_1: float
 
 
 class LineFolds(Exception):
@@ -80,19 +95,14 @@ def fit_control(points: Array, penalty: float) -> Array:
     return right.T.copy()
 
 
-@njit(cache=True)
-def frame_at(control: Array, first: float, step: float, s: float, out: Array) -> None:
-    """One frame (7,) at s: place, direction, sigma = |r'| and curvature with their slopes along s."""
-    spans = control.shape[0] - 5
-    x = min(max((s - first) / step, 0.0), float(spans))
-    i = min(int(x), spans - 1)
-    t = x - i
+@njit(cache=True, inline="always")
+def _basis(t: float) -> tuple[Row6, Row6]:
+    """Value and first derivative, both times 120, of the six basis functions at t in 0..1 of a span."""
     t2 = t * t
     t3, t4 = t2 * t, t2 * t2
     u = 1.0 - t
-    u2 = u * u
-    u4 = u2 * u2
-    b0 = (
+    u4 = (u * u) * (u * u)
+    value = (
         u4 * u,
         5.0 * t4 * t - 20.0 * t4 + 20.0 * t3 + 20.0 * t2 - 50.0 * t + 26.0,
         -10.0 * t4 * t + 30.0 * t4 - 60.0 * t2 + 66.0,
@@ -100,7 +110,7 @@ def frame_at(control: Array, first: float, step: float, s: float, out: Array) ->
         -5.0 * t4 * t + 5.0 * t4 + 10.0 * t3 + 10.0 * t2 + 5.0 * t + 1.0,
         t4 * t,
     )
-    b1 = (
+    slope = (
         -5.0 * u4,
         25.0 * t4 - 80.0 * t3 + 60.0 * t2 + 40.0 * t - 50.0,
         -50.0 * t4 + 120.0 * t3 - 120.0 * t,
@@ -108,7 +118,17 @@ def frame_at(control: Array, first: float, step: float, s: float, out: Array) ->
         -25.0 * t4 + 20.0 * t3 + 30.0 * t2 + 20.0 * t + 5.0,
         5.0 * t4,
     )
-    b2 = (
+    return value, slope
+
+
+@njit(cache=True, inline="always")
+def _higher_basis(t: float) -> tuple[Row6, Row6]:
+    """Second and third derivative, both times 120, of the six basis functions at t in 0..1 of a span."""
+    t2 = t * t
+    t3 = t2 * t
+    u = 1.0 - t
+    u2 = u * u
+    second = (
         20.0 * u2 * u,
         100.0 * t3 - 240.0 * t2 + 120.0 * t + 40.0,
         -200.0 * t3 + 360.0 * t2 - 120.0,
@@ -116,7 +136,7 @@ def frame_at(control: Array, first: float, step: float, s: float, out: Array) ->
         -100.0 * t3 + 60.0 * t2 + 60.0 * t + 20.0,
         20.0 * t3,
     )
-    b3 = (
+    third = (
         -60.0 * u2,
         300.0 * t2 - 480.0 * t + 120.0,
         -600.0 * t2 + 720.0 * t,
@@ -124,6 +144,17 @@ def frame_at(control: Array, first: float, step: float, s: float, out: Array) ->
         -300.0 * t2 + 120.0 * t + 60.0,
         60.0 * t2,
     )
+    return second, third
+
+
+@njit(cache=True)
+def frame_at(control: Array, first: float, step: float, s: float, out: Array) -> None:
+    """Fills one frame (7,) at s: place, direction, sigma = |r'| and curvature with their slopes along s."""
+    spans = control.shape[0] - 5
+    x = min(max((s - first) / step, 0.0), float(spans))
+    i = min(int(x), spans - 1)
+    b0, b1 = _basis(x - i)
+    b2, b3 = _higher_basis(x - i)
     x0 = y0 = x1 = y1 = x2 = y2 = x3 = y3 = 0.0
     for k in range(6):
         cx, cy = control[i + k, 0], control[i + k, 1]
@@ -153,6 +184,20 @@ def frames_at(control: Array, first: float, step: float, s: Array) -> Array:
     for i in range(s.shape[0]):
         frame_at(control, first, step, s[i], out[i])
     return out
+
+
+@njit(cache=True)
+def frame_row(frames: Array, j: int) -> Frame:
+    """Row j of frames (m, 7)."""
+    return Frame(
+        frames[j, X],
+        frames[j, Y],
+        frames[j, THETA],
+        frames[j, SIGMA],
+        frames[j, SIGMA_1],
+        frames[j, KAPPA],
+        frames[j, KAPPA_1],
+    )
 
 
 @njit(cache=True)

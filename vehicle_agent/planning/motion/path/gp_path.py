@@ -9,9 +9,15 @@ import msgspec
 import numpy as np
 from numba import njit
 
-from contract.geometry import Array, IntArray
+from contract.geometry import Array
 from vehicle_agent.planning.motion.path.banded import factorize, solve
-from vehicle_agent.planning.motion.path.factors import path_cost
+from vehicle_agent.planning.motion.path.factors import (
+    FactorWeights,
+    NormalEquations,
+    PathProblem,
+    normal_equations,
+    path_cost,
+)
 from vehicle_agent.planning.motion.path.gp_prior import (
     information,
     interpolation,
@@ -39,48 +45,22 @@ class PathWeights(msgspec.Struct, frozen=True):
     collision_margin_m: float = 0.25
     curvature_margin_1pm: float = 0.01
 
-    def vector(self) -> Array:
-        """(12,) in the order of factors.py."""
-        stds = (
-            math.sqrt(self.noise_density),
-            self.start_std,
-            self.reference_std_m,
-            self.wall_std_m,
-            self.collision_std_m,
-            self.curvature_std_1pm,
-            self.lateral_std_1pm,
-            self.end_slope_std,
-            self.end_bend_std_1pm,
+    def factors(self) -> FactorWeights:
+        """The same as weights, for the kernels."""
+        return FactorWeights(
+            prior=1.0 / math.sqrt(self.noise_density),
+            start=1.0 / self.start_std,
+            reference=1.0 / self.reference_std_m,
+            wall=1.0 / self.wall_std_m,
+            collision=1.0 / self.collision_std_m,
+            curvature=1.0 / self.curvature_std_1pm,
+            lateral=1.0 / self.lateral_std_1pm,
+            end_slope=1.0 / self.end_slope_std,
+            end_bend=1.0 / self.end_bend_std_1pm,
+            wall_margin_m=self.wall_margin_m,
+            collision_margin_m=self.collision_margin_m,
+            curvature_margin_1pm=self.curvature_margin_1pm,
         )
-        margins = (self.wall_margin_m, self.collision_margin_m, self.curvature_margin_1pm)
-        return np.array([*(1.0 / std for std in stds), *margins])
-
-
-class PathProblem(msgspec.Struct, frozen=True):
-    """Everything that the path's cost depends on; arrays as in `factors.path_cost`."""
-
-    first_m: float
-    step_m: float
-    start: np.ndarray
-    reference: np.ndarray
-    between: np.ndarray
-    frames: np.ndarray
-    lower: np.ndarray
-    upper: np.ndarray
-    curvature_max: np.ndarray
-    curvature_wish: np.ndarray
-    disc_x: np.ndarray
-    disc_r: float
-    disc_ahead: np.ndarray
-    obstacles: np.ndarray
-    near_from: np.ndarray
-    near: np.ndarray
-    weights: np.ndarray
-
-    def support_m(self) -> Array:
-        """(k,) s of the support states."""
-        support: Array = self.first_m + self.step_m * np.arange(len(self.reference), dtype=np.float64)
-        return support
 
 
 class SolvedPath(msgspec.Struct, frozen=True):
@@ -116,23 +96,10 @@ def solve_path(problem: PathProblem, initial: Array, iterations_max: int) -> Sol
     x = np.ascontiguousarray(initial, dtype=np.float64).copy()
     cost, iterations, converged = levenberg_marquardt(
         x,
-        problem.start,
-        problem.reference,
+        problem,
         information(problem.step_m),
         transition(problem.step_m),
-        problem.between,
-        problem.frames,
-        problem.lower,
-        problem.upper,
-        problem.curvature_max,
-        problem.curvature_wish,
-        problem.disc_x,
-        problem.disc_r,
-        problem.disc_ahead,
-        problem.obstacles,
-        problem.near_from,
-        problem.near,
-        problem.weights,
+        normal_equations(x.size),
         iterations_max,
     )
     return SolvedPath(problem.first_m, problem.step_m, x, cost, iterations, converged)
@@ -140,57 +107,28 @@ def solve_path(problem: PathProblem, initial: Array, iterations_max: int) -> Sol
 
 @njit(cache=True)
 def levenberg_marquardt(
-    x: Array,
-    start: Array,
-    reference: Array,
-    prior: Array,
-    phi: Array,
-    between: Array,
-    frames: Array,
-    lower: Array,
-    upper: Array,
-    curvature_max: Array,
-    curvature_wish: Array,
-    disc_x: Array,
-    disc_r: float,
-    disc_ahead: IntArray,
-    obstacles: Array,
-    near_from: IntArray,
-    near: IntArray,
-    weights: Array,
-    iterations_max: int,
+    x: Array, problem: PathProblem, prior: Array, phi: Array, normal: NormalEquations, iterations_max: int
 ) -> tuple[float, int, bool]:
-    """Improves x (k, 3) in place; returns (cost, linearizations, converged). Nielsen's damping update."""
+    """Improves x (k, 3) in place; returns (cost, linearizations, converged). Nielsen's damping update.
+
+    normal: room for the linearization
+    """
     n = x.size
-    band, gradient = np.zeros((6, n)), np.zeros(n)
-    none, no_gradient = np.zeros((6, 1)), np.zeros(1)
     factor, step, tried = np.empty((6, n)), np.empty(n), np.empty_like(x)
     damping, grow = 1e-7, 4.0
-    cost = path_cost(
-        x, start, reference, prior, phi, between, frames, lower, upper, curvature_max, curvature_wish,
-        disc_x, disc_r, disc_ahead, obstacles, near_from, near, weights, band, gradient, True,
-    )  # fmt: skip
+    cost = path_cost(x, problem, prior, phi, normal, True)
     used = 1
     while used < iterations_max:
-        factor[:] = band
+        factor[:] = normal.band
         factor[0] *= 1.0 + damping
         if not factorize(factor):
             damping *= grow
             used += 1
             continue
-        step[:] = -gradient
+        step[:] = -normal.gradient
         solve(factor, step)
-        largest = 0.0
-        predicted = 0.0
-        for i in range(n):
-            tried[i // 3, i % 3] = x[i // 3, i % 3] + step[i]
-            predicted += 0.5 * step[i] * (damping * band[0, i] * step[i] - gradient[i])
-            if i % 3 == 0:
-                largest = max(largest, abs(step[i]))
-        tried_cost = path_cost(
-            tried, start, reference, prior, phi, between, frames, lower, upper, curvature_max, curvature_wish,
-            disc_x, disc_r, disc_ahead, obstacles, near_from, near, weights, none, no_gradient, False,
-        )  # fmt: skip
+        predicted, largest = _move(x, step, normal, damping, tried)
+        tried_cost = path_cost(tried, problem, prior, phi, normal, False)
         used += 1
         if tried_cost <= cost:
             x[:] = tried
@@ -200,13 +138,24 @@ def levenberg_marquardt(
             grow = 4.0
             if largest < 1e-9:
                 return cost, used, True
-            path_cost(
-                x, start, reference, prior, phi, between, frames, lower, upper, curvature_max, curvature_wish,
-                disc_x, disc_r, disc_ahead, obstacles, near_from, near, weights, band, gradient, True,
-            )  # fmt: skip
+            path_cost(x, problem, prior, phi, normal, True)
         elif largest < 1e-9:
             return cost, used, True
         else:
             damping = max(damping, 1e-6) * grow
             grow *= 2.0
     return cost, used, False
+
+
+@njit(cache=True)
+def _move(
+    x: Array, step: Array, normal: NormalEquations, damping: float, tried: Array
+) -> tuple[float, float]:
+    """tried = x + step; returns (the decrease of cost that the model predicts, the largest change of l)."""
+    predicted, largest = 0.0, 0.0
+    for i in range(step.shape[0]):
+        tried[i // 3, i % 3] = x[i // 3, i % 3] + step[i]
+        predicted += 0.5 * step[i] * (damping * normal.band[0, i] * step[i] - normal.gradient[i])
+        if i % 3 == 0:
+            largest = max(largest, abs(step[i]))
+    return predicted, largest

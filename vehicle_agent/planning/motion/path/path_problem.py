@@ -7,6 +7,7 @@ import numpy as np
 from numba import njit
 
 from contract.geometry import Array, IntArray, wrap_angle
+from vehicle_agent.planning.motion.path.factors import FactorWeights, PathProblem
 from vehicle_agent.planning.motion.path.frame import (
     KAPPA,
     SIGMA,
@@ -16,7 +17,7 @@ from vehicle_agent.planning.motion.path.frame import (
     offset_from_pose,
     project_on,
 )
-from vehicle_agent.planning.motion.path.gp_path import PathProblem, between_supports
+from vehicle_agent.planning.motion.path.gp_path import between_supports
 from vehicle_agent.planning.motion.path.gp_prior import states_between
 from vehicle_agent.planning.motion.request import MotionParams, MotionRequest, WarmStart
 
@@ -121,7 +122,7 @@ def path_problem(
     wish_mps: Array,
     params: MotionParams,
     horizon_m: float,
-    weights: Array,
+    weights: FactorWeights,
 ) -> PathProblem:
     """The problem from s0 on; obstacles (m, 3) stand; wish_mps (n,) by station is for the lateral factor."""
     vehicle, limits = params.vehicle, params.limits

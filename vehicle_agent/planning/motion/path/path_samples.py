@@ -1,8 +1,8 @@
 """A path, sampled: poses and curvature by s and by the way u along it; exact at every sample."""
 
 import math
+from typing import NamedTuple
 
-import msgspec
 import numpy as np
 from numba import njit
 
@@ -12,17 +12,20 @@ from vehicle_agent.planning.motion.path.gp_path import SolvedPath
 from vehicle_agent.planning.motion.path.gp_prior import states_between
 
 
-class PathSamples(msgspec.Struct, frozen=True):
-    """Even in s. s_m, u_m (n,), stretch (n,) du/ds; poses_map (n, 3) with continuous yaw; curvature_1pm
-    and its change per metre of way (n,).
+class PathSamples(NamedTuple):
+    """The path at even steps of s; a tuple, so that kernels take it as it is.
+
+    s_m, u_m       (n,) station on the line, and way along the path; stretch (n,) du/ds
+    poses_map      (n, 3) with continuous yaw
+    curvature_1pm  (n,) and its change per metre of way
     """
 
-    s_m: np.ndarray
-    u_m: np.ndarray
-    stretch: np.ndarray
-    poses_map: np.ndarray
-    curvature_1pm: np.ndarray
-    curvature_slope_1pm2: np.ndarray
+    s_m: Array
+    u_m: Array
+    stretch: Array
+    poses_map: Array
+    curvature_1pm: Array
+    curvature_slope_1pm2: Array
 
     def s_at(self, u_m: Array) -> Array:
         """(m,) s at the way u_m (m,), to a tenth of a millimetre (cubic Hermite of the inverse)."""

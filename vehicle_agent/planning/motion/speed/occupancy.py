@@ -1,21 +1,22 @@
-"""Predicted agents projected on the path: who takes which stretch of it when (the s-t graph's obstacles)."""
+"""Predicted agents projected on the path: the stretch each occupies when (the s-t graph's obstacles)."""
 
 import math
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
 from numba import njit
 
-from contract.geometry import Array, BoolArray, IntArray
+from contract.geometry import Array, BoolArray
 from vehicle_agent.planning.motion.agents import MovingDiscs
-from vehicle_agent.planning.motion.clearance import Box, box_distance
+from vehicle_agent.planning.motion.clearance import Box, BoxPose, box_distance
 from vehicle_agent.planning.motion.path.path_samples import PathSamples
-from vehicle_agent.planning.motion.request import ClearanceLaw, StoppingRoom
-from vehicle_agent.planning.motion.speed.speed_limits import law_speed, law_vector
+from vehicle_agent.planning.motion.request import ProjectionParams, StoppingRoom
+from vehicle_agent.planning.motion.speed.speed_limits import law_speed
 
-# Nobody farther ahead than this is looked at for the room to stop in.
+# The stopping room of a person farther away than this is not checked.
 _ROOM_M = 2.5
-# Who stands so far behind the bumper can still step before it: the vehicle creeps until they are behind that.
+# A person this far behind the bumper can still step in front of it: until then the vehicle creeps.
 _CORNER_M = 0.3
 
 
@@ -25,7 +26,7 @@ class Occupancy(msgspec.Struct, frozen=True):
     hard_low_m, hard_high_m  (T, a) nominal place and hard margin
     soft_low_m, soft_high_m  (T, a) the inflated place
     limit_mps                (T, n) speed by clearance to pedestrians (eq. 2) at each path sample; 1000 where
-                             nobody is near enough to matter
+                             no pedestrian is near enough to matter
     inside                   (a,) touches the vehicle now
     """
 
@@ -37,130 +38,186 @@ class Occupancy(msgspec.Struct, frozen=True):
     inside: np.ndarray
 
 
+class _Sweep(NamedTuple):
+    """The body along the path: poses (n, 3), their ways u and headings' cos and sin (n,).
+
+    spacing  the largest step of u; stretch: how far a corner moves at most for a metre of way
+    """
+
+    poses: Array
+    u: Array
+    cos: Array
+    sin: Array
+    spacing: float
+    stretch: float
+
+
+class _Start(NamedTuple):
+    """Agents (a,) at the first sample: gap_m to the body, whether behind its rear bumper, whether inside."""
+
+    gap_m: Array
+    behind: BoolArray
+    inside: BoolArray
+
+
+class _Stretches(NamedTuple):
+    """The arrays of `Occupancy` (T, a), while they are filled."""
+
+    hard_low: Array
+    hard_high: Array
+    soft_low: Array
+    soft_high: Array
+
+
 def project_agents(
-    samples: PathSamples,
-    moving: MovingDiscs,
-    agents: int,
-    box: Box,
-    hard_margin_m: float,
-    soft_margin_m: float,
-    law: ClearanceLaw,
-    nose_m: float,
-    room: StoppingRoom,
+    samples: PathSamples, moving: MovingDiscs, agents: int, params: ProjectionParams
 ) -> Occupancy:
-    """Every agent on the path; those who are behind the rear bumper now are left to look out for themselves.
+    """Where on the path each agent is met; an agent behind the rear bumper now is left out.
 
     An agent nearer than the margin now keeps the margin that it has: the vehicle may drive away from it.
     """
-    return Occupancy(
-        *projected(
-            samples.poses_map,
-            samples.u_m,
-            samples.curvature_1pm,
-            moving.discs,
-            moving.inflation_m,
-            moving.owner,
-            moving.pedestrian,
-            agents,
-            box.front_m,
-            box.rear_m,
-            box.half_width_m,
-            hard_margin_m,
-            soft_margin_m,
-            law_vector(law),
-            nose_m,
-            room,
-        )
-    )
+    return Occupancy(*projected(samples, moving, agents, params))
 
 
 @njit(cache=True)
 def projected(
-    poses: Array,
-    u: Array,
-    curvature: Array,
-    discs: Array,
-    inflation: Array,
-    owner: IntArray,
-    pedestrian: BoolArray,
-    agents: int,
-    front: float,
-    rear: float,
-    half: float,
-    hard_margin: float,
-    soft_margin: float,
-    law: Array,
-    nose: float,
-    room: StoppingRoom,
+    samples: PathSamples, moving: MovingDiscs, agents: int, params: ProjectionParams
 ) -> tuple[Array, Array, Array, Array, Array, BoolArray]:
-    """The kernel of `project_agents`; steps over samples that the clearance shows to be out of reach."""
-    slots, total, n = discs.shape[0], discs.shape[1], poses.shape[0]
-    hard_low, hard_high = np.full((slots, agents), np.inf), np.full((slots, agents), -np.inf)
-    soft_low, soft_high = np.full((slots, agents), np.inf), np.full((slots, agents), -np.inf)
+    """The kernel of `project_agents`; skips samples that the clearance shows to be out of reach."""
+    slots, total, n = moving.discs.shape[0], moving.discs.shape[1], samples.poses_map.shape[0]
+    stretches = _Stretches(
+        np.full((slots, agents), np.inf),
+        np.full((slots, agents), -np.inf),
+        np.full((slots, agents), np.inf),
+        np.full((slots, agents), -np.inf),
+    )
     limit = np.full((slots, n), 1e3)
-    inside = np.zeros(agents, np.bool_)
-    behind = np.zeros(agents, np.bool_)
-    now = np.full(agents, np.inf)
-    cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    reach = math.hypot(max(front, rear), half)
-    # How far a corner moves for a metre of way: at most 1 and the turn's part.
-    pace = 1.0 + reach * np.max(np.abs(curvature))
-    x, y = poses[0, 0], poses[0, 1]
+    sweep = _sweep_of(samples, params.box)
+    start = _at_start(sweep, moving, agents, params.box)
     for m in range(total):
-        gap = box_distance(x, y, cos[0], sin[0], front, rear, half, discs[0, m, 0], discs[0, m, 1])
-        now[owner[m]] = min(now[owner[m]], gap - discs[0, m, 2])
-        is_behind = cos[0] * (discs[0, m, 0] - x) + sin[0] * (discs[0, m, 1] - y) < -rear
-        behind[owner[m]] |= is_behind
-        # Somebody at the rear bumper is left behind by driving on; anybody else inside is not.
-        inside[owner[m]] |= gap < discs[0, m, 2] and not is_behind
-    spacing = np.max(u[1:] - u[:-1])
-    for m in range(total):
-        a = owner[m]
-        if behind[a] and not inside[a]:
+        a = moving.owner[m]
+        if start.behind[a] and not start.inside[a]:
             continue
-        # A person can be run into by the vehicle's nose alone; whoever is farther back walks beside it.
-        tail = min(rear, nose - front) if pedestrian[m] else rear
-        hard = min(hard_margin, max(now[a] - 0.02, 0.0))
-        for t in range(slots):
-            soft = hard + (soft_margin + inflation[t, m] if hard == hard_margin else 0.0)
-            seen = max(soft, law[2], _ROOM_M) if pedestrian[m] else soft
-            px, py, radius = discs[t, m]
-            j = 0
-            while j < n:
-                gap = (
-                    box_distance(poses[j, 0], poses[j, 1], cos[j], sin[j], front, tail, half, px, py) - radius
-                )
-                if gap < hard:
-                    hard_low[t, a], hard_high[t, a] = min(hard_low[t, a], u[j]), max(hard_high[t, a], u[j])
-                if gap < soft:
-                    soft_low[t, a], soft_high[t, a] = min(soft_low[t, a], u[j]), max(soft_high[t, a], u[j])
-                if gap >= seen:
-                    j += max(1, int((gap - seen) / (pace * 1.05 * spacing)))
-                    continue
-                if pedestrian[m]:
-                    if gap < law[2]:
-                        limit[t, j] = min(limit[t, j], law_speed(gap, law))
-                    ahead = cos[j] * (px - poses[j, 0]) + sin[j] * (py - poses[j, 1]) - front - radius
-                    aside = abs(cos[j] * (py - poses[j, 1]) - sin[j] * (px - poses[j, 0])) - half - radius
-                    if ahead + radius > -_CORNER_M and aside < room.aside_m:
-                        limit[t, j] = min(limit[t, j], _room_speed(ahead, aside, room))
-                j += 1
+        hard = min(params.hard_margin_m, max(start.gap_m[a] - 0.02, 0.0))
+        _occupy(sweep, moving, m, hard, params, stretches, limit)
     # The samples are `spacing` apart: the true ends are up to so much farther.
-    for t in range(slots):
-        for a in range(agents):
-            if hard_low[t, a] <= hard_high[t, a]:
-                hard_low[t, a] -= spacing
-                hard_high[t, a] += spacing
-            if soft_low[t, a] <= soft_high[t, a]:
-                soft_low[t, a] -= spacing
-                soft_high[t, a] += spacing
-    return hard_low, hard_high, soft_low, soft_high, limit, inside
+    _widen(stretches.hard_low, stretches.hard_high, sweep.spacing)
+    _widen(stretches.soft_low, stretches.soft_high, sweep.spacing)
+    return (
+        stretches.hard_low,
+        stretches.hard_high,
+        stretches.soft_low,
+        stretches.soft_high,
+        limit,
+        start.inside,
+    )
+
+
+@njit(cache=True)
+def _sweep_of(samples: PathSamples, box: Box) -> _Sweep:
+    poses, u = samples.poses_map, samples.u_m
+    cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    reach = math.hypot(max(box.front_m, box.rear_m), box.half_width_m)
+    # A corner moves a metre for a metre of way, and its part of the turn.
+    stretch = 1.0 + reach * np.max(np.abs(samples.curvature_1pm))
+    return _Sweep(poses, u, cos, sin, np.max(u[1:] - u[:-1]), stretch)
+
+
+@njit(cache=True)
+def _at_start(sweep: _Sweep, moving: MovingDiscs, agents: int, box: Box) -> _Start:
+    """Each agent at the first slot, seen from the first sample."""
+    gap_m = np.full(agents, np.inf)
+    behind, inside = np.zeros(agents, np.bool_), np.zeros(agents, np.bool_)
+    at = BoxPose(sweep.poses[0, 0], sweep.poses[0, 1], sweep.cos[0], sweep.sin[0])
+    discs, owner = moving.discs, moving.owner
+    for m in range(discs.shape[1]):
+        px, py, radius = discs[0, m, 0], discs[0, m, 1], discs[0, m, 2]
+        a = owner[m]
+        gap = box_distance(at, box, px, py)
+        gap_m[a] = min(gap_m[a], gap - radius)
+        is_behind = at.cos * (px - at.x_m) + at.sin * (py - at.y_m) < -box.rear_m
+        behind[a] |= is_behind
+        # The vehicle drives away from a person at its rear bumper, but not from one elsewhere inside it.
+        inside[a] |= gap < radius and not is_behind
+    return _Start(gap_m, behind, inside)
+
+
+@njit(cache=True)
+def _occupy(
+    sweep: _Sweep,
+    moving: MovingDiscs,
+    m: int,
+    hard: float,
+    params: ProjectionParams,
+    stretches: _Stretches,
+    limit: Array,
+) -> None:
+    """Adds disc m at every slot: the stretches that it occupies, and the speeds that a pedestrian allows.
+
+    Arrays are taken out of the tuples once: each use of a tuple counts references to all of its arrays.
+    """
+    a, is_person, box = moving.owner[m], moving.pedestrian[m], params.box
+    # Only the vehicle's nose runs into a person; a person farther back walks alongside.
+    tail = min(box.rear_m, params.nose_m - box.front_m) if is_person else box.rear_m
+    body = Box(box.front_m, tail, box.half_width_m)
+    discs, inflation = moving.discs, moving.inflation_m
+    poses, ways, cos, sin = sweep.poses, sweep.u, sweep.cos, sweep.sin
+    low, high, soft_low, soft_high = stretches
+    for t in range(discs.shape[0]):
+        px, py, radius = discs[t, m, 0], discs[t, m, 1], discs[t, m, 2]
+        soft = hard + (params.soft_margin_m + inflation[t, m] if hard == params.hard_margin_m else 0.0)
+        matters = max(soft, params.law.delta_m_max, _ROOM_M) if is_person else soft
+        j = 0
+        while j < ways.shape[0]:
+            at, u = BoxPose(poses[j, 0], poses[j, 1], cos[j], sin[j]), ways[j]
+            gap = box_distance(at, body, px, py) - radius
+            if gap < hard:
+                low[t, a], high[t, a] = min(low[t, a], u), max(high[t, a], u)
+            if gap < soft:
+                soft_low[t, a], soft_high[t, a] = min(soft_low[t, a], u), max(soft_high[t, a], u)
+            if gap >= matters:
+                j += max(1, int((gap - matters) / (sweep.stretch * 1.05 * sweep.spacing)))
+                continue
+            if is_person:
+                limit[t, j] = _person_speed(at, box, px, py, radius, gap, params, limit[t, j])
+            j += 1
+
+
+@njit(cache=True)
+def _person_speed(
+    at: BoxPose,
+    box: Box,
+    px: float,
+    py: float,
+    radius: float,
+    gap: float,
+    params: ProjectionParams,
+    limit: float,
+) -> float:
+    """The limit, lowered by the clearance `gap` to a person and by the room to stop before them."""
+    if gap < params.law.delta_m_max:
+        limit = min(limit, law_speed(gap, params.law))
+    ahead = at.cos * (px - at.x_m) + at.sin * (py - at.y_m) - box.front_m - radius
+    aside = abs(at.cos * (py - at.y_m) - at.sin * (px - at.x_m)) - box.half_width_m - radius
+    if ahead + radius > -_CORNER_M and aside < params.room.aside_m:
+        limit = min(limit, _room_speed(ahead, aside, params.room))
+    return limit
+
+
+@njit(cache=True)
+def _widen(low: Array, high: Array, by: float) -> None:
+    """Widens every stretch (T, a) that is not empty, in place."""
+    for t in range(low.shape[0]):
+        for a in range(low.shape[1]):
+            if low[t, a] <= high[t, a]:
+                low[t, a] -= by
+                high[t, a] += by
 
 
 @njit(cache=True)
 def _room_speed(ahead_m: float, aside_m: float, room: StoppingRoom) -> float:
-    """From which the vehicle stops within ahead_m less its margin (v r + v^2 / 2 a), or creeps before they
-    have come aside_m."""
+    """The speed from which the vehicle stops within ahead_m less its margin (v r + v^2 / 2 a), or creeps by
+    the time a person has come aside_m nearer; the larger of the two."""
     left_m = max(ahead_m - room.ahead_m, 0.0)
     stops_mps: float = room.decel_mps2 * (
         math.sqrt(room.response_s * room.response_s + 2.0 * left_m / room.decel_mps2) - room.response_s

@@ -71,34 +71,25 @@ def backward_pass(
 
 def clearance_speed_mps(law: ClearanceLaw, clearance_m: float) -> float:
     """Eq. 2 with the position between two thresholds normalised to 0..1 (the paper's lerp takes c itself)."""
-    return float(law_speed(clearance_m, law_vector(law)))
-
-
-def law_vector(law: ClearanceLaw) -> Array:
-    """(6,) thresholds, then speeds."""
-    return np.array(
-        [
-            law.delta_m_min,
-            law.delta_m_mdn,
-            law.delta_m_max,
-            law.speed_mps_min,
-            law.speed_mps_mdn,
-            law.speed_mps_max,
-        ]
-    )
+    return float(law_speed(clearance_m, law))
 
 
 @njit(cache=True)
-def law_speed(c: float, law: Array) -> float:
-    """Eq. 2; law (6,) from `law_vector`."""
-    speed: float = law[5]
-    if c < law[0]:
-        speed = law[3]
-    elif c < law[1]:
-        speed = law[3] + (law[4] - law[3]) * (c - law[0]) / (law[1] - law[0])
-    elif c < law[2]:
-        speed = law[4] + (law[5] - law[4]) * (c - law[1]) / (law[2] - law[1])
+def law_speed(c: float, law: ClearanceLaw) -> float:
+    """Eq. 2."""
+    speed: float = law.speed_mps_max
+    if c < law.delta_m_min:
+        speed = law.speed_mps_min
+    elif c < law.delta_m_mdn:
+        speed = _lerp(c, law.delta_m_min, law.delta_m_mdn, law.speed_mps_min, law.speed_mps_mdn)
+    elif c < law.delta_m_max:
+        speed = _lerp(c, law.delta_m_mdn, law.delta_m_max, law.speed_mps_mdn, law.speed_mps_max)
     return speed
+
+
+@njit(cache=True)
+def _lerp(x: float, x0: float, x1: float, y0: float, y1: float) -> float:
+    return y0 + (y1 - y0) * (x - x0) / (x1 - x0)
 
 
 @njit(cache=True)

@@ -149,35 +149,18 @@ def _rows(n: int, dt: float, gap_s: float) -> tuple[csc_matrix, csc_matrix]:
 def brake_envelope(v0: float, a0: float, decel: float, jerk: float, dt: float, n: int) -> Array:
     """(n + 1, 3) u, v, a when braking at once as hard as the bounds allow, standing still afterwards.
 
-    The jerk is constant between two knots. The brake is let go so that a reaches 0 together with v.
+    The jerk is constant between two knots. The brake is released so that a reaches 0 together with v.
     """
     out = np.zeros((n + 1, 3))
     out[0, 1], out[0, 2] = v0, a0
     u, v, a = 0.0, v0, a0
     for k in range(1, n + 1):
-        if v > 0.0 and a < -decel:
-            # Harder than allowed at the start: back to the bound first.
-            after = min(a + jerk * dt, -decel)
-            if v + 0.5 * (a + after) * dt <= 0.02:
-                u, v, a = u + 0.5 * v * dt, 0.0, 0.0
-            else:
-                u += v * dt + (2.0 * a + after) * dt * dt / 6.0
-                v, a = v + 0.5 * (a + after) * dt, after
-        elif v > 0.0:
-            for change in (-1.0, -0.5, 0.0, 0.5, 1.0):
-                after = a + change * jerk * dt
-                if change < 0.0 and a > -decel:
-                    after = max(after, -decel)
-                elif change < 0.0:
-                    continue
-                reached = v + 0.5 * (a + after) * dt
-                if reached >= after * after / (2.0 * jerk) - 1e-9 or after >= 0.0:
-                    break
-            after = min(after, max(a, 0.0))
+        if v > 0.0:
+            after = _accel_after(v, a, decel, jerk, dt)
             reached = v + 0.5 * (a + after) * dt
-            if reached <= 0.02 and after <= 0.0:
-                u += 0.5 * v * dt
-                v, a = 0.0, 0.0
+            is_harder = a < -decel
+            if reached <= 0.02 and (is_harder or after <= 0.0):
+                u, v, a = u + 0.5 * v * dt, 0.0, 0.0
             else:
                 u += v * dt + (2.0 * a + after) * dt * dt / 6.0
                 v, a = reached, after
@@ -185,6 +168,25 @@ def brake_envelope(v0: float, a0: float, decel: float, jerk: float, dt: float, n
             a = 0.0
         out[k, 0], out[k, 1], out[k, 2] = u, v, a
     return out
+
+
+@njit(cache=True)
+def _accel_after(v: float, a: float, decel: float, jerk: float, dt: float) -> float:
+    """The lowest acceleration at the next knot from which a vehicle at v > 0 can still stop smoothly."""
+    if a < -decel:
+        # Harder than allowed at the start: back to the bound first.
+        return min(a + jerk * dt, -decel)
+    after = a
+    for change in (-1.0, -0.5, 0.0, 0.5, 1.0):
+        after = a + change * jerk * dt
+        if change < 0.0 and a > -decel:
+            after = max(after, -decel)
+        elif change < 0.0:
+            continue
+        reached = v + 0.5 * (a + after) * dt
+        if reached >= after * after / (2.0 * jerk) - 1e-9 or after >= 0.0:
+            break
+    return min(after, max(a, 0.0))
 
 
 def _least_accel_mps2(speed_mps: float, bounds: SpeedBounds) -> float:
@@ -233,51 +235,16 @@ def solve_speed(
     Hard bounds are widened where the start itself is outside: a start above the limit may come down as
     `brake_envelope` does, one that brakes harder than allowed may let go at the jerk bound.
     """
-    v0_mps, a0_mps2 = start.speed_mps, start.accel_mps2
     n = len(corridor.high_m)
     form = _form(n, dt_s, weights)
-    t = dt_s * np.arange(1, n + 1)
-    jerk = bounds.jerk_mps3_max
-    envelope = brake_from(start, bounds.decel_mps2_comfort, jerk, dt_s, n)
-    coasting = np.maximum(a0_mps2 - jerk * t, 0.0)
-    v_max = np.maximum(speed_mps_max, envelope[1:, 1] + 0.05)
-    x_l = np.full(8 * n, 0.0)
-    x_u = np.full(8 * n, _INF)
-    x_l[:n] = -0.1
-    x_l[n : 2 * n], x_u[n : 2 * n] = -1e-4, v_max
-    x_l[2 * n : 3 * n] = np.minimum(-bounds.decel_mps2_max, a0_mps2 + jerk * t)
-    x_u[2 * n : 3 * n] = np.maximum(bounds.accel_mps2_max, np.maximum(coasting, 0.0))
-    x_l[2 * n : 3 * n] -= 1e-6
-    x_l[3 * n : 4 * n], x_u[3 * n : 4 * n] = -jerk, jerk
-    if start.held_jerk_mps3 is not None:
-        x_l[3 * n], x_u[3 * n] = start.held_jerk_mps3 - 1e-6, start.held_jerk_mps3 + 1e-6
-
     linear = form.linear.copy()
     linear[n : 2 * n] = -2.0 * weights.speed * dt_s * corridor.wish_mps
-    right = np.zeros(3 * n)
-    right[0] = -(v0_mps * dt_s + 0.5 * a0_mps2 * dt_s**2)
-    right[1] = -(v0_mps + a0_mps2 * dt_s)
-    right[2] = -a0_mps2
-    upper = np.concatenate(
-        [
-            corridor.high_m,
-            corridor.soft_m,
-            np.full(n, _INF),
-            corridor.limit_mps - corridor.slope_1ps * corridor.at_m,
-        ]
-    )
-    lower = np.full(4 * n, -_INF)
-    lower[2 * n : 3 * n] = corridor.low_m
     below = form.below.copy()
     below.data[form.gaps], below.data[form.slopes] = corridor.gap_s, -corridor.slope_1ps
-
-    solver = piqp.SparseSolver()
-    solver.settings.max_iter = 60
-    solver.settings.eps_abs = 1e-5
-    solver.settings.eps_rel = 1e-6
-    # Where the corridor cannot be kept its penalties cost 1e5 and more: the gap is judged beside that.
-    solver.settings.eps_duality_gap_abs = 1e-6
-    solver.settings.eps_duality_gap_rel = 1e-6
+    lower, upper = _corridor_rows(corridor)
+    x_l, x_u = _variable_bounds(n, start, bounds, speed_mps_max, dt_s)
+    solver = _solver()
+    right = _start_rows(n, start, dt_s)
     solver.setup(form.cost, linear, form.equal, right, below, lower, upper, x_l, x_u)
     status = solver.solve()
     z = np.asarray(solver.result.x)
@@ -286,10 +253,63 @@ def solve_speed(
     return SpeedPlan(
         dt_s,
         np.concatenate([[0.0], u]),
-        np.concatenate([[v0_mps], v]),
-        np.concatenate([[a0_mps2], a]),
+        np.concatenate([[start.speed_mps], v]),
+        np.concatenate([[start.accel_mps2], a]),
         j,
         excess,
         status == piqp.PIQP_SOLVED and bool(np.isfinite(z).all()),
         int(solver.result.info.iter),
     )
+
+
+def _variable_bounds(
+    n: int, start: SpeedStart, bounds: SpeedBounds, speed_mps_max: float, dt_s: float
+) -> tuple[Array, Array]:
+    """((8 n,), (8 n,)) of u, v, a, jerk and the four excesses."""
+    t = dt_s * np.arange(1, n + 1)
+    jerk = bounds.jerk_mps3_max
+    envelope = brake_from(start, bounds.decel_mps2_comfort, jerk, dt_s, n)
+    coasting = np.maximum(start.accel_mps2 - jerk * t, 0.0)
+    v_max = np.maximum(speed_mps_max, envelope[1:, 1] + 0.05)
+    x_l = np.full(8 * n, 0.0)
+    x_u = np.full(8 * n, _INF)
+    x_l[:n] = -0.1
+    x_l[n : 2 * n], x_u[n : 2 * n] = -1e-4, v_max
+    x_l[2 * n : 3 * n] = np.minimum(-bounds.decel_mps2_max, start.accel_mps2 + jerk * t)
+    x_u[2 * n : 3 * n] = np.maximum(bounds.accel_mps2_max, np.maximum(coasting, 0.0))
+    x_l[2 * n : 3 * n] -= 1e-6
+    x_l[3 * n : 4 * n], x_u[3 * n : 4 * n] = -jerk, jerk
+    if start.held_jerk_mps3 is not None:
+        x_l[3 * n], x_u[3 * n] = start.held_jerk_mps3 - 1e-6, start.held_jerk_mps3 + 1e-6
+    return x_l, x_u
+
+
+def _start_rows(n: int, start: SpeedStart, dt_s: float) -> Array:
+    """(3 n,) right-hand sides of the equality rows."""
+    v0_mps, a0_mps2 = start.speed_mps, start.accel_mps2
+    right = np.zeros(3 * n)
+    right[0] = -(v0_mps * dt_s + 0.5 * a0_mps2 * dt_s**2)
+    right[1] = -(v0_mps + a0_mps2 * dt_s)
+    right[2] = -a0_mps2
+    return right
+
+
+def _corridor_rows(corridor: SpeedCorridor) -> tuple[Array, Array]:
+    """((4 n,), (4 n,)) bounds of the inequality rows."""
+    n = len(corridor.high_m)
+    limit = corridor.limit_mps - corridor.slope_1ps * corridor.at_m
+    upper = np.concatenate([corridor.high_m, corridor.soft_m, np.full(n, _INF), limit])
+    lower = np.full(4 * n, -_INF)
+    lower[2 * n : 3 * n] = corridor.low_m
+    return lower, upper
+
+
+def _solver() -> piqp.SparseSolver:
+    solver = piqp.SparseSolver()
+    solver.settings.max_iter = 60
+    solver.settings.eps_abs = 1e-5
+    solver.settings.eps_rel = 1e-6
+    # Where the corridor cannot be kept its penalties cost 1e5 and more: the gap is judged beside that.
+    solver.settings.eps_duality_gap_abs = 1e-6
+    solver.settings.eps_duality_gap_rel = 1e-6
+    return solver

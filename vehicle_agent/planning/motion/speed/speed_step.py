@@ -1,5 +1,7 @@
 """The speed along one path: limits by place, agents on the s-t graph, who goes first, and the program."""
 
+from typing import NamedTuple
+
 import msgspec
 import numpy as np
 
@@ -16,6 +18,7 @@ from vehicle_agent.planning.motion.speed.speed_qp import (
     SpeedBounds,
     SpeedCorridor,
     SpeedPlan,
+    SpeedStart,
     brake_from,
     solve_speed,
     started,
@@ -46,6 +49,23 @@ class SpeedSolution(msgspec.Struct, frozen=True):
     nodes: int
 
 
+class _Stop(NamedTuple):
+    """way_m to the last place that may be driven to; cut_s_m on the line, inf without static blockage;
+    touching: an obstacle is inside the outline now."""
+
+    way_m: float
+    cut_s_m: float
+    touching: bool
+
+
+class _KnotLimits(NamedTuple):
+    """Speed limits at the samples' ways u_m (n,): by place (n,), and by clearance at each knot (K, n)."""
+
+    u_m: Array
+    place_mps: Array
+    clearance_mps: Array
+
+
 def plan_speed(
     request: MotionRequest,
     params: MotionParams,
@@ -54,125 +74,133 @@ def plan_speed(
     moving: MovingDiscs,
     obstacles: Array,
 ) -> SpeedSolution:
-    """The speed for this very path; nothing of an earlier path's speed is kept."""
-    limits, box = params.limits, params.vehicle.box
-    stop_m, cut_s_m, touching = _stop(params, road, samples, obstacles)
+    """The speed for this very path; no speed of an earlier path is used."""
+    limits = params.limits
+    stop = _stop(params, road, samples, obstacles)
     given = np.interp(samples.s_m, road.s_m, road.speed_mps)
     cap = params.doubt_mps if len(moving.doubted) else np.inf
-    place = speed_limits.place_limits(
-        samples, given, stop_m, limits, params.vehicle, cap, max(request.start.speed_mps, 0.0)
-    )
-    occupancy = project_agents(
-        samples,
-        moving,
-        len(request.agents.ids),
-        box,
-        params.hard_margin_m,
-        params.soft_margin_m,
-        params.law,
-        params.vehicle.nose_m,
-        params.room,
-    )
-    per_knot = round(params.knot_s / params.row_s)
-    graph = st_graph.graph(
-        occupancy,
-        request.agents.pass_rule,
-        per_knot,
-        early_slots(request.agents, params),
-        params.knot_s,
-        params.stop_gap_m,
-    )
     v0, a0 = max(request.start.speed_mps, 0.0), request.start.accel_mps2
+    place = speed_limits.place_limits(samples, given, stop.way_m, limits, params.vehicle, cap, v0)
     if v0 < 0.05:
         a0 = max(a0, 0.0)
+    occupancy = project_agents(samples, moving, len(request.agents.ids), params.projection)
+    graph = _graph(request, params, occupancy)
     bounds = SpeedBounds(
         limits.accel_mps2_max, limits.decel_mps2_comfort, limits.decel_mps2_max, limits.jerk_mps3_max
     )
     start = started(v0, a0, request.start.held_jerk_mps3, bounds, params.knot_s)
-    top_mps = max(limits.speed_mps_max, v0) + 0.5
-    clearance_limit = speed_limits.backward_in_time(
-        np.minimum(occupancy.limit_mps[::per_knot], top_mps),
-        samples.u_m,
-        limits.decel_mps2_comfort,
-        params.knot_s,
-    )
-    knots = len(clearance_limit) - 1
-    braking = brake_from(start, limits.decel_mps2_comfort, limits.jerk_mps3_max, params.knot_s, knots)
-    # A clearance is kept by braking comfortably and no harder: contact is the corridor's matter.
-    clearance_limit = np.maximum(clearance_limit, braking[:, 1, None])
+    clearance_limit = _clearance_limit(params, occupancy, samples.u_m, start)
     way = st_search.search(
         graph, samples.u_m, place.speed_mps, clearance_limit, v0, a0, limits, params.nodes_max
     )
     room = st_graph.corridor(graph, way.u_m)
+    knot_limits = _KnotLimits(samples.u_m, place.speed_mps, clearance_limit)
+    plan = _solve(start, bounds, params, room, stop.way_m, knot_limits, way.u_m[1:])
+    high = np.minimum(np.minimum(room.high_m[1:], stop.way_m), room.soft_m[1:])
+    return SpeedSolution(
+        plan=plan,
+        limits=place,
+        occupancy=occupancy,
+        yields_to=room.yields_to,
+        passes=room.passes,
+        cut_s_m=stop.cut_s_m,
+        limited_by=_limited_by(plan, place, knot_limits, high, stop),
+        inside=stop.touching or bool(occupancy.inside.any()),
+        nodes=way.nodes,
+    )
+
+
+def _graph(request: MotionRequest, params: MotionParams, occupancy: Occupancy) -> st_graph.StGraph:
+    return st_graph.graph(
+        occupancy,
+        request.agents.pass_rule,
+        round(params.knot_s / params.row_s),
+        early_slots(request.agents, params),
+        params.knot_s,
+        params.stop_gap_m,
+    )
+
+
+def _clearance_limit(params: MotionParams, occupancy: Occupancy, u_m: Array, start: SpeedStart) -> Array:
+    """(K, n) the speed by clearance to pedestrians, at each knot and sample.
+
+    Comfortable braking is enough to keep it, and no harder braking is asked for: avoiding contact is up to
+    the corridor.
+    """
+    limits = params.limits
+    per_knot = round(params.knot_s / params.row_s)
+    top_mps = max(limits.speed_mps_max, start.speed_mps) + 0.5
+    lowered = speed_limits.backward_in_time(
+        np.minimum(occupancy.limit_mps[::per_knot], top_mps), u_m, limits.decel_mps2_comfort, params.knot_s
+    )
+    braking = brake_from(
+        start, limits.decel_mps2_comfort, limits.jerk_mps3_max, params.knot_s, len(lowered) - 1
+    )
+    limit: Array = np.maximum(lowered, braking[:, 1, None])
+    return limit
+
+
+def _solve(
+    start: SpeedStart,
+    bounds: SpeedBounds,
+    params: MotionParams,
+    room: st_graph.StCorridor,
+    stop_m: float,
+    limits: _KnotLimits,
+    at: Array,
+) -> SpeedPlan | None:
+    """The program's answer, solved again while limits at the places it reaches differ from those assumed.
+
+    at (N,): the ways at knots 1..N that the search has found. None when the first program fails.
+    """
     high = np.minimum(room.high_m[1:], stop_m)
     gap_s = np.where(room.high_m[1:] < stop_m, params.gap_s, 0.0)
+    soft = np.minimum(room.soft_m[1:], _FAR_M)
     plan: SpeedPlan | None = None
-    at = way.u_m[1:]
     for _ in range(_PROGRAMS):
-        limit, slope, wish = _along(samples.u_m, place.speed_mps, clearance_limit, at)
-        _end_ahead(limit, slope, at, high, room.end_speed_mps, limits.decel_mps2_comfort)
+        limit, slope, wish = _along(limits, at)
+        _end_ahead(limit, slope, at, high, room.end_speed_mps, bounds.decel_mps2_comfort)
         limit[room.stands[1:]], slope[room.stands[1:]] = 0.0, 0.0
-        corridor = SpeedCorridor(
-            room.low_m[1:], high, gap_s, np.minimum(room.soft_m[1:], _FAR_M), at, limit, slope, wish
-        )
-        tried = solve_speed(start, corridor, bounds, limits.speed_mps_max, params.speed, params.knot_s)
+        corridor = SpeedCorridor(room.low_m[1:], high, gap_s, soft, at, limit, slope, wish)
+        tried = solve_speed(start, corridor, bounds, params.limits.speed_mps_max, params.speed, params.knot_s)
         if not tried.solved:
             break
         plan = tried
-        at = np.clip(plan.u_m[1:], 0.0, samples.u_m[-1])
-        now, _, _ = _along(samples.u_m, place.speed_mps, clearance_limit, at)
+        at = np.clip(plan.u_m[1:], 0.0, limits.u_m[-1])
+        now, _, _ = _along(limits, at)
         if (plan.v_mps[1:] - now).max() < 0.03:
             break
-    inside = touching or bool(occupancy.inside.any())
-    return SpeedSolution(
-        plan,
-        place,
-        occupancy,
-        room.yields_to,
-        room.passes,
-        cut_s_m,
-        _limited_by(
-            plan, place, samples.u_m, clearance_limit, np.minimum(high, room.soft_m[1:]), stop_m, cut_s_m
-        ),
-        inside,
-        way.nodes,
-    )
+    return plan
 
 
-def _stop(
-    params: MotionParams, road: Road, samples: PathSamples, obstacles: Array
-) -> tuple[float, float, bool]:
-    """(way to the last place that may be driven to, cut on the line, whether something touches now)."""
+def _stop(params: MotionParams, road: Road, samples: PathSamples, obstacles: Array) -> _Stop:
     end_m = min(road.end_m, road.folds_m - 2.0)
     stop_m = float(np.interp(end_m, samples.s_m, samples.u_m))
     if not len(obstacles):
-        return stop_m, np.inf, False
-    box = params.vehicle.box
-    hits, touching = first_touch(
-        samples.poses_map, box.front_m, box.rear_m, box.half_width_m, obstacles, params.static_margin_m
-    )
+        return _Stop(stop_m, np.inf, False)
+    hits, touching = first_touch(samples.poses_map, params.vehicle.box, obstacles, params.static_margin_m)
     if touching or hits < 0:
-        return stop_m, np.inf, touching
-    cut_s_m = float(samples.s_m[hits])
-    return min(stop_m, max(float(samples.u_m[hits]) - params.stop_gap_m, 0.0)), cut_s_m, False
+        return _Stop(stop_m, np.inf, touching)
+    free_m = max(float(samples.u_m[hits]) - params.stop_gap_m, 0.0)
+    return _Stop(min(stop_m, free_m), float(samples.s_m[hits]), False)
 
 
-def _along(u: Array, place: Array, clearance_limit: Array, at: Array) -> tuple[Array, Array, Array]:
+def _along(limits: _KnotLimits, at: Array) -> tuple[Array, Array, Array]:
     """(limit, slope, wish) at the way `at` (N,) of knots 1..N: the lower limit and how it changes."""
-    step = 0.25
-    limits = []
+    step, u, place, clearance_limit = 0.25, limits.u_m, limits.place_mps, limits.clearance_mps
+    found = []
     for query in (at, at + step):
         j = np.clip(np.searchsorted(u, query, side="right") - 1, 0, len(u) - 2)
         w = np.clip((query - u[j]) / (u[j + 1] - u[j]), 0.0, 1.0)
         k = np.arange(1, len(at) + 1)
         people = clearance_limit[k, j] + w * (clearance_limit[k, j + 1] - clearance_limit[k, j])
-        limits.append(np.minimum(place[j] + w * (place[j + 1] - place[j]), people))
-    slope = np.clip((limits[1] - limits[0]) / step, -1.5, 0.3)
-    return limits[0], slope, limits[0].copy()
+        found.append(np.minimum(place[j] + w * (place[j + 1] - place[j]), people))
+    slope = np.clip((found[1] - found[0]) / step, -1.5, 0.3)
+    return found[0], slope, found[0].copy()
 
 
 def _end_ahead(limit: Array, slope: Array, at: Array, high: Array, end_speed: float, decel: float) -> None:
-    """At the last knot: slow enough for whoever is ahead then (v^2 <= v_ahead^2 + 2 a gap), in place."""
+    """Lowers the last knot's limit to what suits the agent ahead then: v^2 <= v_ahead^2 + 2 a gap."""
     gap = max(high[-1] - at[-1], 0.0)
     allowed = np.sqrt(end_speed**2 + 2.0 * decel * gap)
     if allowed < limit[-1]:
@@ -181,28 +209,20 @@ def _end_ahead(limit: Array, slope: Array, at: Array, high: Array, end_speed: fl
 
 
 def _limited_by(
-    plan: SpeedPlan | None,
-    place: PlaceLimits,
-    u: Array,
-    clearance_limit: Array,
-    high: Array,
-    stop_m: float,
-    cut_s_m: float,
+    plan: SpeedPlan | None, place: PlaceLimits, limits: _KnotLimits, high: Array, stop: _Stop
 ) -> str:
-    """The first thing along the plan that holds the vehicle back."""
+    """The first cause along the plan that holds the vehicle back."""
     if plan is None:
         return "no speed"
+    u, clearance_limit = limits.u_m, limits.clearance_mps
     for k in range(1, len(plan.u_m)):
         j = min(int(np.searchsorted(u, plan.u_m[k])), len(u) - 1)
-        if high[k - 1] < stop_m and plan.u_m[k] > high[k - 1] - 0.3:
+        if high[k - 1] < stop.way_m and plan.u_m[k] > high[k - 1] - 0.3:
             return speed_limits.CAUSES[speed_limits.YIELDING]
         if clearance_limit[k, j] < place.speed_mps[j] and plan.v_mps[k] > clearance_limit[k, j] - 0.1:
             return speed_limits.CAUSES[speed_limits.CLEARANCE]
         if plan.v_mps[k] > place.speed_mps[j] - 0.1:
             cause = int(place.cause[j])
-            return (
-                "blocked"
-                if cause == speed_limits.STOP and np.isfinite(cut_s_m)
-                else speed_limits.CAUSES[cause]
-            )
+            is_blocked = cause == speed_limits.STOP and np.isfinite(stop.cut_s_m)
+            return "blocked" if is_blocked else speed_limits.CAUSES[cause]
     return "acceleration"

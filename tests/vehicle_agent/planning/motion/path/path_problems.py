@@ -4,8 +4,7 @@ import numpy as np
 
 from contract.geometry import Array
 from tests.vehicle_agent.planning.motion.scenes import a_corridor, a_request
-from vehicle_agent.planning.motion.path.factors import path_cost
-from vehicle_agent.planning.motion.path.gp_path import PathProblem
+from vehicle_agent.planning.motion.path.factors import PathProblem, normal_equations, path_cost
 from vehicle_agent.planning.motion.path.gp_prior import information, transition
 from vehicle_agent.planning.motion.path.path_problem import path_problem, road_from
 from vehicle_agent.planning.motion.request import MotionParams
@@ -25,7 +24,7 @@ def problem_with(
     reference = swing_m * ((corridor.s_m > 12.0) & (corridor.s_m < 26.0))
     road = road_from(a_request(corridor, room_m=room_m, reference_l_m=reference), params)
     wish = np.full(len(road.s_m), 4.0)
-    weights = params.path.vector()
+    weights = params.path.factors()
     return path_problem(road, 0.0, np.array(start), obstacles, wish, params, 40.5, weights)
 
 
@@ -52,11 +51,7 @@ def a_problem(seed: int) -> PathProblem:
 
 def cost_and_slopes(problem: PathProblem, x: Array) -> tuple[float, Array, Array]:
     """(cost, (6, 3 k) band of the normal matrix, (3 k,) gradient) at x (k, 3)."""
-    band, gradient = np.zeros((6, x.size)), np.zeros(x.size)
-    p = problem
-    cost = path_cost(
-        np.ascontiguousarray(x), p.start, p.reference, information(p.step_m), transition(p.step_m), p.between,
-        p.frames, p.lower, p.upper, p.curvature_max, p.curvature_wish, p.disc_x, p.disc_r, p.disc_ahead,
-        p.obstacles, p.near_from, p.near, p.weights, band, gradient, True,
-    )  # fmt: skip
-    return cost, band, gradient
+    normal = normal_equations(x.size)
+    prior, phi = information(problem.step_m), transition(problem.step_m)
+    cost = path_cost(np.ascontiguousarray(x), problem, prior, phi, normal, True)
+    return cost, normal.band, normal.gradient
