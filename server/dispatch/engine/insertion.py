@@ -88,8 +88,7 @@ def best_place(
 
     blink   chance to overlook a place that would be the best so far (Christiaens and Vanden Berghe 2020)
     """
-    p, d = 2 * r, 2 * r + 1
-    n = plan.length[v]
+    p, d, n = 2 * r, 2 * r + 1, plan.length[v]
     # A route that broke when a visit was taken out of it has no times to insert by.
     if n + 2 > plan.route.shape[1] or plan.cost[v] == np.inf:
         return np.inf, 0, 0
