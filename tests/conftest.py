@@ -1,7 +1,14 @@
 import os
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from campusloop.kernels.caches import KernelCaches
+from campusloop.kernels.compiling import PACKAGES
+from campusloop.kernels.sources import Sources
+
+ROOT = Path(__file__).resolve().parents[1]
 
 # No test is timed, for its neighbours on the machine would decide it. Examples are the same each time, so
 # that a commit is judged alike wherever it is tested; `make soak ARGS=properties` looks for new ones.
@@ -21,6 +28,12 @@ LONGEST = (
     "tests/benchmarks",
     "tests/vehicle_agent/stacks",
 )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Once a run: delete the compiled kernels of changed sources, since numba would use them."""
+    if not hasattr(config, "workerinput"):
+        KernelCaches(Sources(ROOT, PACKAGES)).missing(())
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
