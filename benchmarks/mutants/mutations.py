@@ -76,7 +76,7 @@ def mutations_of(path: str, text: str) -> Iterator[Mutation]:
         occurrence = 0
         for node in nodes:
             for _ in operator.mutation_positions(node):
-                if not _is_in_decorator(node) and (name != "NumberReplacer" or _is_noticeable(node)):
+                if not _is_declared(node) and (name != "NumberReplacer" or _is_noticeable(node)):
                     yield Mutation(path, name, occurrence)
                 occurrence += 1
 
@@ -91,11 +91,15 @@ def mutated(mutation: Mutation, text: str) -> MutatedFile:
     return MutatedFile(changed, a_from + 1, _joined(before[a_from:a_to]), _joined(after[b_from:b_to]))
 
 
-def _is_in_decorator(node: Any) -> bool:
-    """How a kernel is compiled and kept, which no test is to notice."""
-    while node is not None and node.type != "decorator":
-        node = node.parent
-    return node is not None
+def _is_declared(node: Any) -> bool:
+    """In a decorator or in the head of a class: how a kernel is compiled, that a struct is frozen. No test is
+    to notice that; mypy and the linter do."""
+    below = None
+    while node is not None:
+        if node.type == "decorator" or (node.type == "classdef" and below is not node.children[-1]):
+            return True
+        node, below = node.parent, node
+    return False
 
 
 def _is_noticeable(number: Any) -> bool:

@@ -19,6 +19,10 @@ LIMIT_NS = 2_000_000_000
 
 
 @njit(cache=True)
+class Kept(Struct, frozen=True):
+    count: int = 7
+
+
 def clamp(x, least=0):
     if x < least and not x == 3:
         return -x
@@ -44,8 +48,9 @@ def test_comparisons_signs_numbers_and_conditions_are_changed() -> None:
     assert ("return x + least", "return x - least") in changes()
 
 
-def test_how_a_kernel_is_compiled_stays_as_it_is() -> None:
-    assert not any("njit" in was for was, _ in changes())
+def test_what_is_declared_of_a_kernel_or_a_class_stays_as_it_is_and_what_is_in_it_does_not() -> None:
+    assert not any("njit" in was or "frozen" in was for was, _ in changes())
+    assert ("count: int = 7", "count: int = 8") in changes()
 
 
 def test_texts_and_numbers_of_which_one_more_means_nothing_stay_as_they_are() -> None:
