@@ -159,7 +159,7 @@ class FaultedDrive:
     def _pass_gate(self, sets: Sets, gate_ns: int) -> None:
         """The bus is in the world's time, whatever the computer's clocks say."""
         for frames in sets:
-            self.wired.gate.take(frames, gate_ns)
+            self.wired.gate.take_commands(frames, gate_ns)
         sent = self.wired.send(gate_ns, self.now_ns)
         if sent:
             self.brake_ratio = self._by_wire.commanded(sent).brake_ratio

@@ -66,13 +66,13 @@ class WiredGate:
     def hear(self, reports: tuple[CanFrame, ...], now_ns: int) -> None:
         """The module's reports, by the gate's clock; the gate tells the tick."""
         stamped = tuple(msgspec.structs.replace(frame, stamp_ns=now_ns) for frame in reports)
-        self.gate.hear(stamped, now_ns)
+        self.gate.take_reports(stamped, now_ns)
         self._tell_tick(stamped, now_ns)
 
     def send(self, now_ns: int, bus_ns: int) -> tuple[CanFrame, ...]:
         """Step the gate at now_ns of its clock; what it lets through is on the bus at the world's bus_ns."""
         sent = self.gate.step(now_ns)
-        self._tell_tick(self.gate.word(now_ns), now_ns)
+        self._tell_tick(self.gate.report_frames(now_ns), now_ns)
         on_bus = (
             CanFrame(bus_ns + k * self._gap_ns, frame.arbitration_id, frame.data)
             for k, frame in enumerate(sent)
@@ -150,7 +150,7 @@ class WiredVehicle:
             self.inbox.put(now_ns, "planner", self._plans.popleft()[1])
         outputs = self._tick(self.computer, now_ns)
         self._plan(outputs.jobs, now_ns + PLAN_DELAY_NS + plan_late_ns)
-        self.gate.take(outputs.frames, now_ns)
+        self.gate.take_commands(outputs.frames, now_ns)
         self._bus.send(now_ns, now_ns)
         world.show(vehicle_id, outputs.hmi, now_ns)
         return outputs
@@ -162,7 +162,7 @@ class WiredVehicle:
             return
         self.inbox.put(now_ns, source, arrived)
         if isinstance(arrived, ObstaclePercept | TrackPercept):
-            self.gate.see(arrived)
+            self.gate.take_percept(arrived)
 
     def _tick(self, computer: VehicleComputer, now_ns: int) -> Outputs:
         cpu_s, wall_ns = time.process_time(), time.perf_counter_ns()

@@ -1,4 +1,4 @@
-"""The gate's look ahead: what is in the way on the arc that is being steered, and still is on arrival?"""
+"""The gate's footprint test: what is in the way on the steered arc, and still is on arrival."""
 
 import math
 
@@ -9,7 +9,7 @@ from contract.geometry import Array
 
 _STRAIGHT_1PM = 1e-4
 _STEP_S = 0.05
-# Deep enough that nobody passes it between two steps.
+# Deep enough that a road user does not pass it between two steps.
 _ZONE_M = 0.6
 
 
@@ -17,10 +17,9 @@ _ZONE_M = 0.6
 def distance_on_arc(
     points_base: Array, curvature_1pm: float, front_m: float, half_width_m: float, look_m: float
 ) -> float:
-    """Travel to the nearest of the (n, 2) points before the bumper that the arc leads the body to; inf for
-    none.
+    """Travel until the body touches the nearest of the (n, 2) points on the arc; inf for none.
 
-    Points beside or behind the bumper are not ahead of it and do not count.
+    Points alongside or behind the bumper do not count.
     """
     nearest = np.inf
     for p in range(points_base.shape[0]):
@@ -37,8 +36,8 @@ def distance_on_arc(
         outer = math.hypot(radius + half_width_m, front_m)
         if not (radius - half_width_m <= rho <= outer):
             continue
-        # The place on the body that the point meets is as far from the turning centre as the point: on the
-        # bumper, or nearer than its inner corner on the inner flank.
+        # The point of the body that is touched is as far from the turning centre as the point: on the bumper,
+        # or on the inner flank if that is nearer than the inner corner.
         to_point = math.atan2(x, radius - left)
         inner = radius - half_width_m
         if rho >= math.hypot(inner, front_m):
@@ -52,7 +51,7 @@ def distance_on_arc(
 
 
 @njit(cache=True)
-def met_on_arc(
+def is_met_on_arc(
     points_base: Array,
     velocities_mps: Array,
     curvature_1pm: float,
@@ -63,8 +62,10 @@ def met_on_arc(
     front_m: float,
     half_width_m: float,
 ) -> bool:
-    """One of the (n, 2) points is in the way now and, at its velocity (n, 2) over ground, still at the bumper
-    when the vehicle comes there, though it brakes by brake_mps2 from delay_s on."""
+    """True if a point (n, 2) is in the way now, and at the bumper when the vehicle arrives.
+
+    velocities_mps (n, 2) are over ground. The vehicle brakes by brake_mps2 from delay_s on.
+    """
     end_s = delay_s + speed_mps / brake_mps2
     look_m = speed_mps * delay_s + speed_mps**2 / (2.0 * brake_mps2) + margin_m
     for p in range(points_base.shape[0]):
@@ -89,5 +90,5 @@ def met_on_arc(
 
 
 def warm_footprint() -> None:
-    """Loads the kernels, or compiles them: once it brakes or drives the gate has no time for that."""
-    met_on_arc(np.array([[5.0, 0.0]]), np.zeros((1, 2)), 0.1, 4.0, 0.3, 5.0, 0.1, 3.5, 0.8)
+    """Loads or compiles the kernels: the driving gate has no time for that."""
+    is_met_on_arc(np.array([[5.0, 0.0]]), np.zeros((1, 2)), 0.1, 4.0, 0.3, 5.0, 0.1, 3.5, 0.8)

@@ -1,4 +1,4 @@
-"""What the gate must know of the vehicle it brakes, from the profile alone."""
+"""The gate's parameters, from the vehicle profile alone."""
 
 import math
 from dataclasses import dataclass
@@ -11,19 +11,23 @@ TICK_NS = 20_000_000
 
 @dataclass(frozen=True, slots=True)
 class GateSettings:
-    """SI units. fresh_ns: so long after the last sound set the gate brakes; late_ns: so old may a set be.
+    """SI units; ratios are pedal positions.
 
-    Two missed ticks and half a tick of slack for the scheduler make fresh_ns.
-    jump_ns           two steps farther apart than this are a clock that jumped, or a gate that slept
-    reports_ns        so long after the module's last report it brakes: two missed at 30 Hz, and slack
-    sets_lost_max     so many sets may be missing between two that follow each other
-    comfort_ratio, comfort_steps  the brake sequence begins with this pedal for so many steps of 20 ms
-    rate_slack        the steering may be commanded this much faster than its limit, for jitter
-    stuck_*           the reported wheel angle must lie within stuck_rad of what was commanded between
-                      steer_delay_s +- stuck_slack_s ago, or of a wheel that follows it at slow_share of the
-                      rate, or `confirmed` reports in a row say otherwise
+    fresh_ns          the gate brakes this long after the last accepted set: two missed ticks and half a tick
+                      of slack for the scheduler
+    late_ns, early_ns  a set may be this old, or this far ahead of the gate's clock
+    jump_ns           two steps farther apart than this mean that the clock jumped or the gate was suspended
+    reports_ns        the gate brakes this long after the module's last report: two missed at 30 Hz, and slack
+    sets_lost_max     at most this many sets may be missing between two consecutive ones
+    comfort_ratio, comfort_steps  the brake sequence begins with this pedal, for this many steps of 20 ms
+    rate_slack        the steering may be commanded this many times faster than its limit, for jitter
+    stuck_*           steering is stuck when `confirmed` reports in a row lie farther than stuck_rad from all
+                      angles commanded steer_delay_s +- stuck_slack_s ago, and from a wheel that follows them
+                      at slow_share of the rate
+    over_*            the speed monitor's tolerance above speed_mps_max
     delay_s, brake_mps2, margin_m  of the footprint test: less room than the guard keeps, so that the guard
-                      comes first; a set that brakes by `braked_ratio` already is left alone
+                      acts first; a set that brakes by `braked_ratio` already is left alone
+    percept_ns        an older percept is ignored
     """
 
     wheelbase_m: float
@@ -58,7 +62,7 @@ class GateSettings:
 
 
 def gate_settings(profile: Profile) -> GateSettings:
-    """comfortable: 2 m/s2, which is little enough to stop from 15 km/h within 3.5 m."""
+    """The gate's parameters for a profile; the comfortable brake is the pedal for 2 m/s2."""
     body, limits, response = profile.body, profile.limits, profile.response
     brakes = BrakeMap(response.brake_gain, response.brake_offset, response.brake_knee_mps2)
     return GateSettings(

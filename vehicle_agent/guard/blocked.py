@@ -1,4 +1,4 @@
-"""A vehicle that stands for something in its path for a minute is an incident."""
+"""A vehicle that stands for an obstacle for a minute raises an incident."""
 
 import msgspec
 
@@ -9,26 +9,26 @@ _FOR_SOMETHING = ("obstacle", "gap")
 
 
 class BlockedState(msgspec.Struct, frozen=True):
-    """since_ns: standing for an obstacle since, 0 if not; told: the incident has been reported."""
+    """since_ns: standing for an obstacle since then, 0 if not; reported: the incident was reported."""
 
     since_ns: int = 0
-    told: bool = False
+    reported: bool = False
 
 
-def watched(
+def watch_blocked(
     before: BlockedState, ego: Ego, task: Task, path: Path, after_ns: int
 ) -> tuple[BlockedState, tuple[Blocked, ...]]:
-    """One tick; one event when a minute is over and one when the vehicle goes on."""
+    """One tick: an event after after_ns of standing, and another when the vehicle drives on."""
     stands = ego.speed_mps < 0.1 and task.mode == "drive"
     if stands and path.limited_by in _FOR_SOMETHING:
         since_ns = before.since_ns or ego.stamp_ns
-        if before.told or ego.stamp_ns - since_ns < after_ns:
-            return BlockedState(since_ns, before.told), ()
+        if before.reported or ego.stamp_ns - since_ns < after_ns:
+            return BlockedState(since_ns, before.reported), ()
         return BlockedState(since_ns, True), (_event(since_ns, False, ego, path),)
-    if before.told and stands:
-        # Still where it was: another reason to stand does not mean that it goes on.
+    if before.reported and stands:
+        # Another reason to stand does not mean that the vehicle drives on.
         return before, ()
-    if before.told:
+    if before.reported:
         return BlockedState(), (_event(before.since_ns, True, ego, path),)
     return BlockedState(), ()
 

@@ -1,4 +1,4 @@
-"""How hard to brake for whoever is about to be touched: not at all, just enough, or fully."""
+"""How hard to brake to avoid a contact: not at all, just enough, or fully."""
 
 import math
 
@@ -6,23 +6,24 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Array
-from vehicle_agent.guard.imminence import anybody_within, will_touch
-from vehicle_agent.guard.others import rows_of_mates, rows_of_points, rows_of_tracks
+from vehicle_agent.guard.imminence import is_any_within, will_touch
+from vehicle_agent.guard.road_users import rows_of_fleet_vehicles, rows_of_points, rows_of_tracks
 from vehicle_agent.signals import Ego, VehicleMotion, World
 
-# So much of the flank goes with the bumper: who stands there can still step before it.
+# A person this far behind the bumper can still step in front of it.
 _CORNER_M = 0.3
 
 
 class Avoidance(msgspec.Struct, frozen=True):
-    """The vehicle's outline from the rear axle, its own response and braking, and the room it keeps.
+    """The vehicle's outline from the rear axle, its response and braking, and the margins it keeps.
 
-    response_s, brake_mps2  what a collision must not need: driving on for so long, then braking so hard
-    delay_s                 from a pedal to its effect
+    response_s, brake_mps2  assumed response: the vehicle drives on for response_s, then brakes at brake_mps2
+    delay_s                 from a pedal command to its effect
     brakes                  (deceleration, pedal) to choose from, mildest first; then the full pedal
-    release_s               once it brakes, so much more response time must be free before it lets go
-    front_margin_m, margin_m  room before the bumper beyond that on every side
+    release_s               a braking vehicle releases the brake only with this much more response time free
+    front_margin_m, margin_m  extra room ahead of the bumper; room on every side
     set_off_mps             a standing vehicle must be free at this speed to set off
+    within_m                road users and obstacles farther away are ignored
     """
 
     wheelbase_m: float
@@ -44,22 +45,22 @@ class Avoidance(msgspec.Struct, frozen=True):
     def body(self) -> tuple[float, float, float]:
         return (self.back_m, self.front_m, self.half_width_m)
 
-    def others(self, world: World, ego: Ego) -> tuple[Array, Array]:
-        """(everybody who moves, the same and what stands), rows in the base frame; see `others`."""
+    def road_users(self, world: World, ego: Ego) -> tuple[Array, Array]:
+        """(road users, the same and the obstacle cells): rows in the base frame, as in `road_users`."""
         pose, now_ns = ego.pose_map, ego.stamp_ns
         movers = np.vstack(
             (
                 rows_of_tracks(world.tracks, pose, now_ns, self.within_m),
-                rows_of_mates(world.others, pose, now_ns, self.body),
+                rows_of_fleet_vehicles(world.fleet_vehicles, pose, now_ns, self.body),
             )
         )
-        everything = np.vstack((movers, rows_of_points(world.points_map, pose, self.within_m)))
-        return movers, everything[np.isfinite(everything).all(axis=1)]
+        obstacles = np.vstack((movers, rows_of_points(world.points_map, pose, self.within_m)))
+        return movers, obstacles[np.isfinite(obstacles).all(axis=1)]
 
     def brake_ratio(
         self, rows: Array, ego: Ego, motion: VehicleMotion, steer_rad: float, speed_mps: float, braking: bool
     ) -> float:
-        """The pedal that is needed now on the commanded and on the actual steering angle, 0 for none."""
+        """The brake pedal needed now, on the commanded and on the actual steering angle; 0 for none."""
         accel = min(max(ego.accel_mps2, 0.0), self.accel_mps2_max)
         response_s = self.response_s + (self.release_s if braking else 0.0)
         curvatures = {math.tan(angle) / self.wheelbase_m for angle in (steer_rad, motion.steer_rad)}
@@ -110,16 +111,18 @@ class Avoidance(msgspec.Struct, frozen=True):
         )
 
     def is_creeping_up(self, movers: Array, speed_mps: float) -> bool:
-        """It rolls as slowly as it sets off, and somebody in the margins of its bumper may go first."""
+        """The vehicle rolls no faster than it sets off, and a road user is within the bumper's margins."""
         corner_m = self.front_m - _CORNER_M
         return speed_mps < self.set_off_mps and bool(
-            anybody_within(movers, self.body, self.front_margin_m, self.margin_m, corner_m)
+            is_any_within(movers, self.body, self.front_margin_m, self.margin_m, corner_m)
         )
 
     def may_set_off(self, movers: Array, rows: Array, steer_rad: float) -> bool:
-        """Nobody is in the footprint and its margins, and nothing is met at once; driving on leaves whoever
-        is behind it behind."""
-        if anybody_within(movers, self.body, self.front_margin_m, self.margin_m, -self.back_m):
+        """No road user is within the footprint and its margins, and nothing is touched at once.
+
+        Road users behind the rear bumper do not count: driving on moves away from them.
+        """
+        if is_any_within(movers, self.body, self.front_margin_m, self.margin_m, -self.back_m):
             return False
         curvature_1pm = math.tan(steer_rad) / self.wheelbase_m
         return not self._touches(

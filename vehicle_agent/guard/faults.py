@@ -1,14 +1,14 @@
-"""Everything that is wrong right now, as faults with the time each began."""
+"""The faults that are present now, each with the time it began."""
 
 import math
 
 import msgspec
 
 from contract.wire.messages import DriveMode, FaultRaised
-from vehicle_agent.guard.others import are_finite
+from vehicle_agent.guard.road_users import are_finite
 from vehicle_agent.signals import Ages, Ego, Fault, VehicleMotion, World, fault_report
 
-_SENSES = ("pose_", "percept_", "path_", "lidar_", "command_")
+_INPUT_FAULTS = ("pose_", "percept_", "path_", "lidar_", "command_")
 
 
 class AgeLimits(msgspec.Struct, frozen=True):
@@ -22,17 +22,17 @@ class AgeLimits(msgspec.Struct, frozen=True):
     lost_tick_ns: int = 500_000_000
 
 
-def current(
+def current_faults(
     ages: Ages,
     limits: AgeLimits,
     tick_ns: int,
     motion: VehicleMotion,
     ego: Ego,
     world: World,
-    wish_is_finite: bool,
+    command_is_finite: bool,
     by_wire_late: bool,
 ) -> dict[str, Fault]:
-    """Faults by code. tick_ns: time since the tick before, 0 in the first one."""
+    """The present faults by code. tick_ns: time since the last tick, 0 in the first one."""
     found = {fault.code: fault for fault in (*motion.faults, *ego.faults)}
     now_ns = ego.stamp_ns
     pose = (ego.pose_map.x_m, ego.pose_map.y_m, ego.pose_map.yaw_rad, ego.speed_mps)
@@ -58,7 +58,7 @@ def current(
         add("tracks_not_finite", "warning")
     if world.blind and limits.percept_ns:
         add("lidar_blind", "stop")
-    if not wish_is_finite:
+    if not command_is_finite:
         add("command_not_finite", "stop")
     if by_wire_late:
         add("by_wire_not_given", "stop")
@@ -71,8 +71,8 @@ def current(
     return found
 
 
-def begun(found: dict[str, Fault], before: tuple[Fault, ...], now_ns: int) -> tuple[Fault, ...]:
-    """The faults in order of their codes, each with the time it began, as far as that is known."""
+def with_start_times(found: dict[str, Fault], before: tuple[Fault, ...], now_ns: int) -> tuple[Fault, ...]:
+    """The faults in order of their codes; one that was there before keeps its start time."""
     known = {fault.code: fault.since_ns for fault in before}
     return tuple(
         Fault(code, found[code].severity, known.get(code) or found[code].since_ns or now_ns)
@@ -80,35 +80,39 @@ def begun(found: dict[str, Fault], before: tuple[Fault, ...], now_ns: int) -> tu
     )
 
 
-def news(
-    told: tuple[Fault, ...], faults: tuple[Fault, ...], mode: DriveMode, now_ns: int, tell_after_ns: int
+def fault_events(
+    reported: tuple[Fault, ...], faults: tuple[Fault, ...], mode: DriveMode, now_ns: int, report_after_ns: int
 ) -> tuple[tuple[Fault, ...], tuple[FaultRaised, ...]]:
-    """(faults told of by now, events). What is only not there yet at boot is not news at once."""
-    known = {fault.code for fault in told}
+    """(faults reported by now, events for what was raised or cleared).
+
+    While the vehicle is held or driven manually, a fault is reported only after report_after_ns: inputs that
+    are still missing at boot raise no event at once.
+    """
+    known = {fault.code for fault in reported}
     raised = tuple(
         fault
         for fault in faults
         if fault.code not in known
         and fault.severity != "info"
-        and (mode not in ("held", "manual") or now_ns - fault.since_ns > tell_after_ns)
+        and (mode not in ("held", "manual") or now_ns - fault.since_ns > report_after_ns)
     )
     active = {fault.code for fault in faults}
-    cleared = tuple(fault for fault in told if fault.code not in active)
-    kept = tuple(fault for fault in told if fault.code in active)
+    cleared = tuple(fault for fault in reported if fault.code not in active)
+    kept = tuple(fault for fault in reported if fault.code in active)
     events = tuple(FaultRaised(fault_report(fault)) for fault in raised)
     return kept + raised, events + tuple(FaultRaised(fault_report(fault), True) for fault in cleared)
 
 
-def only_senses(latched: tuple[Fault, ...]) -> bool:
-    """Is the vehicle itself sound, so that it may stop as its passengers like it?
+def is_by_wire_sound(latched: tuple[Fault, ...]) -> bool:
+    """All latched faults are of the tick's inputs; by-wire still follows commands, so a milder stop is safe.
 
-    It then obeys what the guard sends, and the gate still watches its way. Where frames, reports or the clock
-    are in doubt, each metre is driven on trust.
+    The gate also still monitors the footprint. When frames, reports or the clock are faulty, the vehicle may
+    not follow the next command, and the stop is firmer.
     """
-    return all(fault.code.startswith(_SENSES) for fault in latched)
+    return all(fault.code.startswith(_INPUT_FAULTS) for fault in latched)
 
 
-def shown(faults: tuple[Fault, ...], latched: tuple[Fault, ...]) -> tuple[Fault, ...]:
-    """Active faults, and those that are over but still hold the vehicle."""
+def reported_faults(faults: tuple[Fault, ...], latched: tuple[Fault, ...]) -> tuple[Fault, ...]:
+    """Active faults, and cleared faults that still hold the vehicle."""
     active = {fault.code for fault in faults}
     return faults + tuple(fault for fault in latched if fault.code not in active)

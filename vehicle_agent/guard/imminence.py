@@ -1,9 +1,9 @@
-"""Whether somebody will be touched, if the vehicle still drives on for its response time and then brakes.
+"""Imminent contact: does the vehicle touch a road user if it drives on for its response time, then brakes?
 
 After RSS (Shalev-Shwartz, Shammah, Shashua 2017, definitions 1-6 and the response to them): the vehicle's own
-response time and braking stand against the worst reasonable behaviour of the others. Where RSS has closed
-formulas for straight lanes, here both are carried along the steered arc in small steps, with the whole swept
-body: that is the same rule for any curve and any direction.
+response time and braking against the worst reasonable behaviour of the other road users. RSS has closed
+formulas for straight lanes. Here both motions are simulated along the steered arc in small steps, with the
+whole swept body, so that one rule covers every curve and direction.
 """
 
 import math
@@ -13,15 +13,15 @@ from numba import njit
 from contract.geometry import Array
 
 STEP_S = 0.05
-# Who comes at the vehicle by himself counts when he meets it this close behind its front bumper: whoever
-# walks into its flank is not helped by its braking, and comes to stand amid those who follow him.
+# A road user who approaches by their own motion counts only up to this far behind the front bumper. Braking
+# does not help a person who walks into the flank, and stops the vehicle among those who follow them.
 FRONT_ZONE_M = 1.5
 _STRAIGHT_1PM = 1e-5
 
 
 @njit(cache=True)
 def clearance_m(x_m: float, y_m: float, back_m: float, front_m: float, half_m: float) -> float:
-    """Distance of a point (base frame) from the body's rectangle, negative inside."""
+    """Distance of a point (base frame) from the body's rectangle; negative inside."""
     beyond = max(-back_m - x_m, x_m - front_m)
     aside = abs(y_m) - half_m
     if beyond > 0.0 and aside > 0.0:
@@ -31,7 +31,7 @@ def clearance_m(x_m: float, y_m: float, back_m: float, front_m: float, half_m: f
 
 @njit(cache=True)
 def travel_m(t_s: float, speed_mps: float, accel_mps2: float, response_s: float, decel_mps2: float) -> float:
-    """How far the vehicle has come: response_s at accel_mps2, then braking to a stand."""
+    """Distance driven after t_s: response_s at accel_mps2, then braking to rest."""
     early = min(t_s, response_s)
     way = early * (speed_mps + 0.5 * accel_mps2 * early)
     peak = speed_mps + accel_mps2 * response_s
@@ -52,15 +52,16 @@ def will_touch(
     front_margin_m: float,
     margin_m: float,
 ) -> bool:
-    """True when one of the (n, 7) rows of `others` comes too close before the vehicle stands.
+    """True if a road user comes too close before the vehicle is at rest.
 
-    curvature_1pm  of the arc that the rear axle drives; body: back, front, half width from there
-    front_margin_m more room before the bumper; margin_m: on every side
-    Each is tried as somebody who stops as hard as he can, and as somebody who keeps going and comes before
-    the bumper; before the bumper both may stray to any side by half his sideways acceleration times the time
-    squared. Who is near already may not be brought nearer than half as near: walking along is no danger.
-    Beside the body, behind its first metre and a half, a person counts only where the vehicle turns towards
-    him: as in RSS, the answer to somebody who comes from the side is not to go to that side.
+    rows            (n, 7) as in `road_users`
+    curvature_1pm   of the arc that the rear axle drives; body: back, front, half width from the rear axle
+    front_margin_m  extra room ahead of the bumper; margin_m: room on every side
+    Each road user is simulated twice: braking as hard as they can, and keeping their velocity. Ahead of the
+    bumper both may deviate to any side by half their lateral acceleration times the time squared. A road user
+    who is already within the margin may come half as near, and no nearer: walking alongside is no danger.
+    Alongside the body, behind its first 1.5 m, a person counts only where the vehicle turns towards them: as
+    in RSS, the response to a lateral approach is not to move to that side.
     """
     back, front, half = body[0], body[1] + front_margin_m, body[2]
     end_s = response_s + (speed_mps + accel_mps2 * response_s) / decel_mps2
@@ -70,39 +71,39 @@ def will_touch(
         x, y, vx, vy, radius, brake, swerve = rows[i]
         v = math.hypot(vx, vy)
         now_m = clearance_m(x, y, back, front, half) - radius
-        most_stray = 0.5 * swerve * end_s * end_s
-        if now_m > reach + v * end_s + margin_m + most_stray:
+        deviation_m_max = 0.5 * swerve * end_s * end_s
+        if now_m > reach + v * end_s + margin_m + deviation_m_max:
             continue
         for k in range(1, steps + 1):
             t = min(k * STEP_S, end_s)
             s = travel_m(t, speed_mps, accel_mps2, response_s, decel_mps2)
-            # Nearer than he is by two centimetres, when he overlaps already.
+            # One who overlaps already may come nearer by two centimetres.
             nearest = 0.5 * now_m if now_m > 0.0 else now_m - 0.02
-            beside = min(margin_m, nearest)
-            before = min(margin_m + 0.5 * swerve * t * t, nearest)
+            alongside_m = min(margin_m, nearest)
+            ahead_m = min(margin_m + 0.5 * swerve * t * t, nearest)
             stop_s = min(t, v / brake) if brake > 0.0 else 0.0
             stopped = stop_s * (1.0 - 0.5 * brake * stop_s / v) if v > 1e-6 else 0.0
-            ahead, aside = _seen_from(x + vx * stopped, y + vy * stopped, s, curvature_1pm)
-            gap_m, allowed = clearance_m(ahead, aside, back, front, half), before
+            ahead, aside = _in_moved_frame(x + vx * stopped, y + vy * stopped, s, curvature_1pm)
+            gap_m, allowed = clearance_m(ahead, aside, back, front, half), ahead_m
             if ahead < front - FRONT_ZONE_M:
-                allowed = beside
+                allowed = alongside_m
                 if radius > 0.0:
-                    # Beside the body only what the vehicle itself does brings a person nearer.
-                    ahead, aside = _seen_from(x, y, s, curvature_1pm)
+                    # Alongside the body only the vehicle's own motion brings a person nearer.
+                    ahead, aside = _in_moved_frame(x, y, s, curvature_1pm)
                     gap_m = max(gap_m, clearance_m(ahead, aside, back, front, half))
             if gap_m - radius < allowed:
                 return True
-            ahead, aside = _seen_from(x + vx * t, y + vy * t, s, curvature_1pm)
+            ahead, aside = _in_moved_frame(x + vx * t, y + vy * t, s, curvature_1pm)
             if ahead < front - FRONT_ZONE_M:
                 continue
-            if clearance_m(ahead, aside, back, front, half) - radius < before:
+            if clearance_m(ahead, aside, back, front, half) - radius < ahead_m:
                 return True
     return False
 
 
 @njit(cache=True)
-def _seen_from(x: float, y: float, s: float, curvature: float) -> tuple[float, float]:
-    """A place of the base frame at the start, in the base frame after s metres along the arc."""
+def _in_moved_frame(x: float, y: float, s: float, curvature: float) -> tuple[float, float]:
+    """A point of the present base frame, in the base frame after s metres along the arc."""
     yaw = curvature * s
     if abs(curvature) < _STRAIGHT_1PM:
         ex, ey = s, 0.5 * curvature * s * s
@@ -114,10 +115,10 @@ def _seen_from(x: float, y: float, s: float, curvature: float) -> tuple[float, f
 
 
 @njit(cache=True)
-def anybody_within(
+def is_any_within(
     rows: Array, body: tuple[float, float, float], front_margin_m: float, margin_m: float, from_m: float
 ) -> bool:
-    """Somebody at from_m or farther ahead is in the footprint with its margins now."""
+    """A road user at from_m or farther ahead is within the footprint's margins now."""
     back, front, half = body[0], body[1] + front_margin_m, body[2]
     for i in range(rows.shape[0]):
         if rows[i, 0] < from_m:

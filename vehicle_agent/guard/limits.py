@@ -1,13 +1,13 @@
-"""How far a command may go: angle, rate, throttle, speed."""
+"""Limits of a command: steering angle and rate, throttle, speed."""
 
 import msgspec
 
-# Beyond the limit itself: what a healthy speed controller overshoots, and a bit.
+# Tolerance above the limit: the overshoot of a healthy speed controller, and some slack.
 _OVER_SHARE, _OVER_MPS = 0.15, 0.3
 
 
 class Limits(msgspec.Struct, frozen=True):
-    """SI units. A limit on speed that falls (a poor position) is come down to at `slow_mps2`."""
+    """SI units. When the speed limit falls (poor position), the allowed speed falls at `slow_mps2`."""
 
     steer_rad_max: float
     steer_rate_radps_max: float
@@ -19,7 +19,7 @@ class Limits(msgspec.Struct, frozen=True):
 
     def speed_mps(self, before_mps: float, position_std_m: float, dt_s: float) -> float:
         """The speed allowed now, given the one allowed in the last tick."""
-        # A deviation that is not a number is as poor as there is.
+        # A deviation that is not a number counts as poor.
         allowed = self.speed_mps_max if position_std_m <= self.poor_std_m else self.poor_mps
         allowed = min(allowed, self.speed_mps_max)
         return max(allowed, before_mps - self.slow_mps2 * max(dt_s, 0.0))

@@ -29,7 +29,7 @@ from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.sections import MovementAuthority, footings, leave_to_drive, released
 from vehicle_agent.mission.state import MissionState
 from vehicle_agent.signals import (
-    STOP_TAKEN,
+    STOP_OCCUPIED,
     CabinEvent,
     Ego,
     LinkState,
@@ -138,7 +138,7 @@ class Mission(msgspec.Struct, frozen=True):
         mode, reason = _mode(state)
         stop_s_m, waiting_for = _stop(state, leave, mode)
         if mode == "drive" and state.wait_s_m is not None and not waiting_for:
-            reason = STOP_TAKEN
+            reason = STOP_OCCUPIED
         visit = state.visit()
         temporary = state.temporary
         order = state.memory.order

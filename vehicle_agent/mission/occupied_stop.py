@@ -15,7 +15,7 @@ def heeded(state: MissionState, rules: MissionRules, ego: Ego, world: World) -> 
     visit, target_s_m = state.visit_here(), state.target_s_m()
     if visit is None or target_s_m is None or state.stage != "driving":
         return _free(state)
-    if visit.stop_id in world.taken_stops:
+    if visit.stop_id in world.occupied_stops:
         if state.wait_s_m is not None:
             return state.after(stop_free_since_ns=0)
         short_m = target_s_m - rules.body.front_m - rules.body.back_m - rules.taken_gap_m

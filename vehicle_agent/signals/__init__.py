@@ -40,7 +40,7 @@ from vehicle_agent.signals.inbox import (
 )
 from vehicle_agent.signals.outputs import Flow, Outputs
 from vehicle_agent.signals.plans import (
-    STOP_TAKEN,
+    STOP_OCCUPIED,
     Corridor,
     Path,
     PlanAnswer,
@@ -72,7 +72,7 @@ __all__ = [
     "NO_VIEW",
     "OTHER",
     "PEDESTRIAN",
-    "STOP_TAKEN",
+    "STOP_OCCUPIED",
     "TRACK_KINDS",
     "VEHICLE",
     "Actuation",

@@ -12,7 +12,7 @@ from vehicle_agent.signals.surroundings import Predictions, Tracks, View, Watche
 
 TaskMode = Literal["idle", "drive", "dwell", "hold"]
 # The task's reason while it waits short of a stop that another vehicle stands on.
-STOP_TAKEN = "stop taken"
+STOP_OCCUPIED = "stop taken"
 
 
 class Task(msgspec.Struct, frozen=True):

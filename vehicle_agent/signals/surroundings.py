@@ -89,7 +89,7 @@ class WatchedArea(msgspec.Struct, frozen=True):
 
     area_id: str
     track_ids: tuple[int, ...]
-    told: bool = False
+    reported: bool = False
 
 
 class World(msgspec.Struct, frozen=True):
@@ -103,13 +103,13 @@ class World(msgspec.Struct, frozen=True):
     """
 
     stamp_ns: int
-    seen_stamp_ns: int
+    detections_stamp_ns: int
     points_map: np.ndarray
-    others: tuple[FleetVehicle, ...]
+    fleet_vehicles: tuple[FleetVehicle, ...]
     presence: tuple[PedestrianPresence, ...]
     blind: bool
     tracks: Tracks = NO_TRACKS
     predictions: Predictions = NO_PREDICTIONS
     view: View = NO_VIEW
     watched: tuple[WatchedArea, ...] = ()
-    taken_stops: tuple[str, ...] = ()
+    occupied_stops: tuple[str, ...] = ()

@@ -78,9 +78,9 @@ def warm_guard(profile: Profile) -> None:
     tracks = Tracks(now_ns, told.ids, told.kinds, told.poses_base, told.velocities_base_mps, told.sizes_m)
     mates = (FleetVehicle(now_ns, "mate", Pose2(15.0, 0.0, 0.0), 0.0),)
     world = World(now_ns, now_ns, np.array([[8.0, 0.0]]), mates, (), False, tracks)
-    movers, everything = avoidance.others(world, ego)
-    avoidance.brake_ratio(everything, ego, motion, 0.1, 2.0, False)
-    avoidance.may_set_off(movers, everything, 0.1)
+    movers, obstacles = avoidance.road_users(world, ego)
+    avoidance.brake_ratio(obstacles, ego, motion, 0.1, 2.0, False)
+    avoidance.may_set_off(movers, obstacles, 0.1)
 
 
 def _drive(profile: Profile, road_map: RoadMap) -> None:

@@ -32,7 +32,7 @@ class AreaMonitor(msgspec.Struct, frozen=True):
         presence: tuple[PedestrianPresence, ...],
     ) -> tuple[WatchedArea, ...]:
         """Every area near the vehicle, in map order; outlines (n, 2) each, in the areas' order."""
-        told = {word.area_id for word in presence if word.count > 0}
+        reported = {word.area_id for word in presence if word.count > 0}
         soon = [0]
         if len(predictions.times_s) > 1:
             soon = [int(i) for i in np.flatnonzero(predictions.times_s <= self.soon_s)[::2]]
@@ -50,7 +50,7 @@ class AreaMonitor(msgspec.Struct, frozen=True):
                 comes |= inside(outline, places)
             comes &= speeds >= self.moving_mps
             ids = tuple(int(number) for number in tracks.ids[comes])
-            found.append(WatchedArea(area.area_id, ids, area.area_id in told))
+            found.append(WatchedArea(area.area_id, ids, area.area_id in reported))
         return tuple(found)
 
 

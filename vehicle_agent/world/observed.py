@@ -45,7 +45,7 @@ class ObservedWorldState(msgspec.Struct, frozen=True):
     tracks: Tracks | None = None
     predictions: Predictions = NO_PREDICTIONS
     view: View = NO_VIEW
-    taken_stops: tuple[str, ...] = ()
+    occupied_stops: tuple[str, ...] = ()
     watched: tuple[WatchedArea, ...] = ()
 
 
@@ -103,7 +103,7 @@ class ObservedWorld:
             tracks=state.tracks,
             predictions=state.predictions,
             view=state.view,
-            taken_stops=state.taken_stops,
+            occupied_stops=state.occupied_stops,
             watched=state.watched,
         )
         return world, state
@@ -111,7 +111,7 @@ class ObservedWorld:
     def _made(
         self, state: ObservedWorldState, ego: Ego, seen: Detections, plain: World, newest_ns: int
     ) -> ObservedWorldState:
-        tracks = _with_mates(seen.tracks, plain.others, self._surroundings)
+        tracks = _with_mates(seen.tracks, plain.fleet_vehicles, self._surroundings)
         solid = plain.points_map
         if self._walls_from_map:
             solid = np.vstack((solid, points_on_walls(self._edges, ego.pose_map, self._sight.range_m)))
@@ -133,7 +133,7 @@ class ObservedWorld:
                 self._areas, self._outlines, ego.pose_map, tracks, predictions, plain.presence
             ),
             view=self._sight.view(ego.pose_map, points, tracks, self._edges),
-            taken_stops=self._taken(tracks, ego.pose_map),
+            occupied_stops=self._taken(tracks, ego.pose_map),
         )
 
     def _taken(self, tracks: Tracks, pose_map: Pose2) -> tuple[str, ...]:

@@ -51,14 +51,14 @@ class Bench:
         self.reporting.motion = VehicleMotion(
             self.now_ns, speed_mps, steer_rad, 0.0, 0.0, enabled, False, True, 0.9
         )
-        self.gate.hear((), self.now_ns)
+        self.gate.take_reports((), self.now_ns)
 
     def tick(self, tells: bool = True, **changes: Any) -> tuple[CanFrame, ...]:
         """20 ms on: a set of the tick, if it tells one, and what the gate sends."""
         self.now_ns += TICK_NS
         if tells:
             self.counter = (self.counter + 1) % 16
-            self.gate.take(commands(self.counter, self.now_ns, **changes), self.now_ns)
+            self.gate.take_commands(commands(self.counter, self.now_ns, **changes), self.now_ns)
         return self.gate.step(self.now_ns)
 
     def drive(self, ticks: int = 50, **changes: Any) -> None:
@@ -106,7 +106,7 @@ def a_gate() -> Gate:
 def test_fresh_commands_pass_unchanged_and_once() -> None:
     gate = a_gate()
     frames = commands(3, TICK_NS)
-    gate.take(frames, TICK_NS)
+    gate.take_commands(frames, TICK_NS)
     assert gate.step(TICK_NS) == frames
     assert gate.step(TICK_NS + 1) == ()
 
@@ -114,16 +114,16 @@ def test_fresh_commands_pass_unchanged_and_once() -> None:
 def test_a_gate_that_starts_under_way_does_not_take_its_first_step_for_a_jump_of_the_clock() -> None:
     gate, now_ns = a_gate(), 3_600_000_000_000
     frames = commands(3, now_ns)
-    gate.take(frames, now_ns)
+    gate.take_commands(frames, now_ns)
     assert gate.step(now_ns) == frames
     assert not gate.braking
 
 
-def test_before_the_first_tick_the_gate_says_nothing() -> None:
+def test_before_the_first_tick_the_gate_sends_nothing() -> None:
     assert a_gate().step(10 * TICK_NS) == ()
 
 
-def test_a_tick_that_goes_silent_is_braked_for_after_two_missed_ticks() -> None:
+def test_the_gate_brakes_after_two_missed_ticks() -> None:
     bench = Bench()
     bench.drive()
     assert bench.tick(tells=False) == ()
@@ -143,7 +143,7 @@ def test_one_or_two_lost_sets_do_no_harm(lost: int) -> None:
     assert not bench.gate.braking
 
 
-def test_the_brake_sequence_is_comfortable_first_then_full_and_counts_on() -> None:
+def test_the_brake_sequence_is_comfortable_first_then_full_and_keeps_counting() -> None:
     bench = Bench()
     bench.drive()
     last = bench.counter
@@ -173,7 +173,7 @@ def test_a_repeated_set_is_stale_and_ends_in_braking() -> None:
     bench.drive()
     for _ in range(4):
         bench.now_ns += TICK_NS
-        bench.gate.take(commands(bench.counter, bench.now_ns), bench.now_ns)
+        bench.gate.take_commands(commands(bench.counter, bench.now_ns), bench.now_ns)
         last = bench.gate.step(bench.now_ns)
     assert bench.gate.braking == "the counter stands still"
     assert brake_of(last) > 0.0
@@ -183,13 +183,13 @@ def test_a_repeated_set_is_stale_and_ends_in_braking() -> None:
     ("late_ns", "reason"),
     [(60_000_000, "the set is stale"), (-60_000_000, "the set is stamped in the future")],
 )
-def test_sets_that_are_not_of_now_are_refused_and_braked_for(late_ns: int, reason: str) -> None:
+def test_stale_and_future_sets_are_refused_and_end_in_braking(late_ns: int, reason: str) -> None:
     bench = Bench()
     bench.drive()
     for _ in range(4):
         bench.now_ns += TICK_NS
         bench.counter += 1
-        bench.gate.take(commands(bench.counter % 16, bench.now_ns - late_ns), bench.now_ns)
+        bench.gate.take_commands(commands(bench.counter % 16, bench.now_ns - late_ns), bench.now_ns)
         bench.gate.step(bench.now_ns)
     assert bench.gate.braking == reason
 
@@ -198,14 +198,14 @@ def test_an_older_set_is_out_of_order() -> None:
     bench = Bench()
     bench.drive()
     bench.now_ns += TICK_NS
-    bench.gate.take(commands((bench.counter - 1) % 16, bench.now_ns), bench.now_ns)
+    bench.gate.take_commands(commands((bench.counter - 1) % 16, bench.now_ns), bench.now_ns)
     assert bench.gate.refused == "the set is out of order"
 
 
 @pytest.mark.parametrize(
     "spoil", ["missing", "both_pedals", "complement", "short", "angle", "jump", "enable"]
 )
-def test_a_set_that_is_not_sound_is_not_let_through(spoil: str) -> None:
+def test_an_inconsistent_set_is_refused(spoil: str) -> None:
     bench = Bench()
     bench.drive(3)
     bench.now_ns += TICK_NS
@@ -227,12 +227,12 @@ def test_a_set_that_is_not_sound_is_not_let_through(spoil: str) -> None:
         frames = (*frames[:3], off[3], *frames[4:])
     else:
         frames = (*frames[:2], CanFrame(0, frames[2].arbitration_id, b"\x01"), *frames[3:])
-    bench.gate.take(frames, bench.now_ns)
+    bench.gate.take_commands(frames, bench.now_ns)
     assert bench.gate.refused
     assert bench.gate.step(bench.now_ns) == ()
 
 
-def test_a_tick_that_comes_back_waits_for_by_wire_to_be_asked_for_anew() -> None:
+def test_a_tick_that_comes_back_waits_for_a_new_by_wire_request() -> None:
     bench = Bench()
     bench.drive()
     bench.silence()
@@ -245,7 +245,7 @@ def test_a_tick_that_comes_back_waits_for_by_wire_to_be_asked_for_anew() -> None
     assert not bench.gate.braking
 
 
-def test_a_vehicle_that_still_rolls_is_not_let_go() -> None:
+def test_the_brake_is_not_released_while_the_vehicle_rolls() -> None:
     bench = Bench()
     bench.drive()
     bench.silence()
@@ -268,7 +268,7 @@ def test_an_enable_that_fell_while_the_vehicle_rolled_does_not_count_when_it_sta
     assert not bench.gate.braking
 
 
-def test_without_by_wire_silence_is_silence() -> None:
+def test_without_by_wire_a_silent_tick_causes_no_braking() -> None:
     bench = Bench()
     bench.drive(3)
     bench.tick(phase="off")
@@ -276,7 +276,7 @@ def test_without_by_wire_silence_is_silence() -> None:
         assert bench.tick(tells=False) == ()
 
 
-def test_a_clock_that_goes_back_is_braked_for() -> None:
+def test_the_gate_brakes_when_the_clock_goes_back() -> None:
     bench = Bench()
     bench.drive()
     bench.now_ns -= 500_000_000
@@ -284,7 +284,7 @@ def test_a_clock_that_goes_back_is_braked_for() -> None:
     assert bench.gate.braking == "the clock jumped"
 
 
-def test_a_clock_that_goes_ahead_is_braked_for_though_everything_is_stamped_alike() -> None:
+def test_the_gate_brakes_when_the_clock_jumps_ahead_though_all_stamps_agree() -> None:
     bench = Bench()
     bench.drive()
     bench.now_ns += 200_000_000
@@ -293,7 +293,7 @@ def test_a_clock_that_goes_ahead_is_braked_for_though_everything_is_stamped_alik
     assert bench.gate.braking == "the clock jumped"
 
 
-def test_steering_that_sticks_is_braked_for_within_a_few_reports() -> None:
+def test_the_gate_brakes_for_stuck_steering_within_a_few_reports() -> None:
     bench = Bench()
     bench.drive(60)
     steer, ticks = 0.0, 0
@@ -319,19 +319,21 @@ def test_steering_that_follows_late_is_no_fault() -> None:
     assert not bench.gate.braking
 
 
-def test_a_wheel_that_turns_a_little_slower_than_it_is_told_is_no_fault() -> None:
+def test_a_wheel_that_turns_a_little_slower_than_commanded_is_no_fault() -> None:
     bench = Bench()
     bench.drive(60)
-    told, wheel = [0.0] * 14, 0.0
+    distance_m, wheel = [0.0] * 14, 0.0
     for number in range(120):
-        told.append(min(told[-1] + 0.012, 0.4) if number < 60 else max(told[-1] - 0.012, -0.4))
-        wheel += min(max(told[-15] - wheel, -0.0104), 0.0104)
+        distance_m.append(
+            min(distance_m[-1] + 0.012, 0.4) if number < 60 else max(distance_m[-1] - 0.012, -0.4)
+        )
+        wheel += min(max(distance_m[-15] - wheel, -0.0104), 0.0104)
         bench.report(steer_rad=wheel)
-        bench.tick(steer=told[-1])
+        bench.tick(steer=distance_m[-1])
     assert not bench.gate.braking
 
 
-def test_a_speed_that_cannot_be_is_braked_for_when_it_is_said_twice() -> None:
+def test_the_gate_brakes_for_an_excessive_speed_that_is_reported_twice() -> None:
     bench = Bench()
     bench.drive()
     bench.report(speed_mps=9.0)
@@ -360,26 +362,26 @@ def a_person(
 
 
 @pytest.mark.parametrize("look", [a_wall, a_person])
-def test_something_before_the_bumper_that_the_tick_ignores_is_braked_for_fully(look: Any) -> None:
+def test_the_gate_brakes_fully_for_an_obstacle_ahead_that_the_tick_ignores(look: Any) -> None:
     bench = Bench()
     bench.drive()
-    bench.gate.see(look(PROFILE.body.front_overhang_m + 0.8, bench.now_ns))
+    bench.gate.take_percept(look(PROFILE.body.front_overhang_m + 0.8, bench.now_ns))
     for _ in range(3):
         frames = bench.tick()
     assert bench.gate.braking == "something before the bumper"
     assert brake_of(frames) == 1.0
 
 
-def test_somebody_who_is_just_leaving_the_way_is_no_reason_to_stop_for_good() -> None:
+def test_the_gate_does_not_brake_for_a_person_who_is_leaving_the_way() -> None:
     bench = Bench()
     bench.drive()
     x_m = PROFILE.body.front_overhang_m + 0.8
-    bench.gate.see(a_person(x_m, bench.now_ns, 0.7, (0.0, 2.0)))
+    bench.gate.take_percept(a_person(x_m, bench.now_ns, 0.7, (0.0, 2.0)))
     for _ in range(3):
         bench.report()
         bench.tick()
     assert not bench.gate.braking
-    bench.gate.see(a_person(x_m, bench.now_ns, 0.7, (0.0, -2.0)))
+    bench.gate.take_percept(a_person(x_m, bench.now_ns, 0.7, (0.0, -2.0)))
     for _ in range(3):
         bench.tick()
     assert bench.gate.braking == "something before the bumper"
@@ -402,27 +404,27 @@ def a_spoiled_person(x_m: float, stamp_ns: int) -> TrackPercept:
 
 
 @pytest.mark.parametrize("look", [a_spoiled_wall, a_spoiled_person])
-def test_what_is_not_a_number_is_passed_over_and_what_is_beside_it_still_counts(look: Any) -> None:
+def test_values_that_are_not_finite_are_skipped_and_the_others_still_count(look: Any) -> None:
     bench = Bench()
     bench.drive()
-    bench.gate.see(look(PROFILE.body.front_overhang_m + 0.8, bench.now_ns))
+    bench.gate.take_percept(look(PROFILE.body.front_overhang_m + 0.8, bench.now_ns))
     for _ in range(3):
         frames = bench.tick()
     assert bench.gate.braking == "something before the bumper"
     assert brake_of(frames) == 1.0
 
 
-def test_what_the_tick_brakes_for_is_left_to_it() -> None:
+def test_an_obstacle_that_the_tick_brakes_for_is_left_to_the_tick() -> None:
     bench = Bench()
     bench.drive()
-    bench.gate.see(a_wall(PROFILE.body.front_overhang_m + 0.8, bench.now_ns))
+    bench.gate.take_percept(a_wall(PROFILE.body.front_overhang_m + 0.8, bench.now_ns))
     for _ in range(5):
         bench.report()
         bench.tick(throttle=0.0, brake=0.5)
     assert not bench.gate.braking
 
 
-def test_a_module_that_goes_silent_is_braked_for() -> None:
+def test_the_gate_brakes_when_the_module_is_silent() -> None:
     bench = Bench()
     bench.drive()
     silent_ns = 0
@@ -434,16 +436,16 @@ def test_a_module_that_goes_silent_is_braked_for() -> None:
     assert silent_ns <= 120_000_000
 
 
-def test_the_tick_is_told_while_the_gate_brakes_and_once_that_it_does_no_longer() -> None:
+def test_the_gate_reports_braking_to_the_tick_and_its_end_once() -> None:
     bench = Bench()
     bench.drive()
-    assert bench.gate.word(bench.now_ns) == ()
+    assert bench.gate.report_frames(bench.now_ns) == ()
     bench.silence()
     codec = codec_of(PROFILE)
-    motion, _ = codec.decode(codec.initial(), bench.gate.word(bench.now_ns), bench.now_ns)
+    motion, _ = codec.decode(codec.initial(), bench.gate.report_frames(bench.now_ns), bench.now_ns)
     assert [fault.code for fault in motion.faults] == ["gate_braking_tick_late"]
     bench.report(speed_mps=0.0)
     bench.tick(phase="off"), bench.tick(phase="clear"), bench.tick(phase="enable")
-    motion, _ = codec.decode(codec.initial(), bench.gate.word(bench.now_ns), bench.now_ns)
+    motion, _ = codec.decode(codec.initial(), bench.gate.report_frames(bench.now_ns), bench.now_ns)
     assert motion.faults == ()
-    assert bench.gate.word(bench.now_ns) == ()
+    assert bench.gate.report_frames(bench.now_ns) == ()

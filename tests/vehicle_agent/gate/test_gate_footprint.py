@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vehicle_agent.gate.footprint import distance_on_arc, met_on_arc
+from vehicle_agent.gate.footprint import distance_on_arc, is_met_on_arc
 
 
-def test_on_a_curve_it_looks_along_the_arc() -> None:
+def test_the_distance_is_measured_along_the_arc() -> None:
     left, right = np.array([[6.0, 3.0]]), np.array([[6.0, -3.0]])
     assert distance_on_arc(left, 0.15, 3.5, 0.9, 10.0) < 4.0
     assert math.isinf(distance_on_arc(right, 0.15, 3.5, 0.9, 10.0))
@@ -18,7 +18,7 @@ def test_on_a_curve_it_looks_along_the_arc() -> None:
     assert distance_on_arc(np.array([[5.0, 0.0]]), 0.0, 3.5, 0.9, 10.0) == 1.5
 
 
-def test_what_is_beside_or_behind_the_bumper_is_not_ahead_of_it() -> None:
+def test_points_alongside_or_behind_the_bumper_do_not_count() -> None:
     beside = np.array([[1.0, 1.0], [-2.0, 0.0], [3.0, -0.5]])
     assert math.isinf(distance_on_arc(beside, 0.0, 3.5, 0.9, 10.0))
 
@@ -40,32 +40,32 @@ _NEAR_M = ((0.0, 0.02), (0.0, -0.02), (0.02, 0.0), (-0.02, 0.0))
 
 @settings(deadline=None, max_examples=60)
 @given(st.floats(3.6, 8.0), st.floats(-5.0, 5.0), st.floats(0.03, 0.2), st.booleans())
-def test_the_way_on_an_arc_is_the_way_until_the_body_is_there(
+def test_the_distance_on_an_arc_ends_where_the_body_touches(
     x: float, y: float, bend_1pm: float, left: bool
 ) -> None:
     curvature = bend_1pm if left else -bend_1pm
-    told = distance_on_arc(np.array([[x, y]]), curvature, 3.5, 0.8, 5.0)
+    distance_m = distance_on_arc(np.array([[x, y]]), curvature, 3.5, 0.8, 5.0)
     stepped = met_by_steps(x, y, curvature, 5.0)
     near = [math.isinf(met_by_steps(x + dx, y + dy, curvature, 5.0)) for dx, dy in _NEAR_M]
     # Steps of a centimetre do not see what is only just touched.
     grazed = any(near) and not all(near)
-    assert grazed or told == pytest.approx(stepped, abs=0.03) or min(told, stepped) > 4.9
+    assert grazed or distance_m == pytest.approx(stepped, abs=0.03) or min(distance_m, stepped) > 4.9
 
 
-def test_who_stands_a_metre_from_the_inner_corner_is_not_there_yet() -> None:
+def test_a_person_a_metre_from_the_inner_corner_is_not_touched_yet() -> None:
     assert distance_on_arc(np.array([[3.46, 1.88]]), 0.157, 3.5, 0.815, 10.0) > 1.0
 
 
 def met(x: float, y: float, vx: float, vy: float, curvature_1pm: float = 0.0, speed_mps: float = 4.0) -> bool:
     return bool(
-        met_on_arc(
+        is_met_on_arc(
             np.array([[x, y]]), np.array([[vx, vy]]), curvature_1pm, speed_mps, 0.27, 5.6, 0.1, 3.5, 0.8
         )
     )
 
 
 @pytest.mark.parametrize("curvature", [0.0, 0.05, -0.05])
-def test_what_stands_is_met_within_the_stopping_way(curvature: float) -> None:
+def test_a_standing_obstacle_is_met_within_the_stopping_distance(curvature: float) -> None:
     stopping_m = 4.0 * 0.27 + 4.0**2 / (2.0 * 5.6)
     assert met(3.5 + stopping_m, 0.0, 0.0, 0.0, curvature)
     assert not met(3.5 + stopping_m + 0.3, 0.0, 0.0, 0.0, curvature)
@@ -77,7 +77,7 @@ def test_what_stands_within_the_margin_beyond_the_stopping_way_is_met_too() -> N
     assert not met(3.5 + stopping_m + 0.12, 0.0, 0.0, 0.0)
 
 
-def test_whoever_has_left_the_way_before_the_bumper_comes_is_not_met() -> None:
+def test_a_person_who_leaves_the_way_before_the_bumper_arrives_is_not_met() -> None:
     assert not met(5.5, 0.2, 0.0, -4.0)
     assert not met(5.5, 0.2, 4.0, 0.0)
     assert met(5.5, 0.2, 0.0, -0.5)
@@ -85,5 +85,5 @@ def test_whoever_has_left_the_way_before_the_bumper_comes_is_not_met() -> None:
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_who_stands_beside_the_outer_front_corner_is_passed(side: float) -> None:
+def test_a_person_alongside_the_outer_front_corner_is_passed(side: float) -> None:
     assert math.isinf(distance_on_arc(np.array([[3.46, side * 0.82]]), -side * 0.054, 3.5, 0.815, 10.0))

@@ -63,7 +63,7 @@ def is_close(
     """After more looks than are needed to be sure."""
     monitor = FootprintMonitor(SETTINGS)
     for percept in seen:
-        monitor.see(percept)
+        monitor.take_percept(percept)
     answers = [
         monitor.is_close(motion or a_motion(now_ns), asked or a_command(), now_ns)
         for _ in range(SETTINGS.confirmed + 1)
@@ -98,7 +98,7 @@ def test_who_brakes_stands_or_is_not_driven_by_wire_is_left_alone(ends_it: dict[
 
 def test_a_look_that_finds_nothing_begins_the_count_anew() -> None:
     monitor = FootprintMonitor(SETTINGS)
-    monitor.see(cells((FRONT_M + 0.5, 0.0)))
+    monitor.take_percept(cells((FRONT_M + 0.5, 0.0)))
     for brake in (0.0, 0.0, 1.0, 0.0, 0.0):
         assert not monitor.is_close(a_motion(), a_command(brake=brake), S_NS)
     assert monitor.is_close(a_motion(), a_command(), S_NS)
@@ -209,7 +209,7 @@ class SteeredWheel:
     def tick(self, told_rad: float, wheel_rad: float, enabled: bool = True) -> bool:
         self.now_ns += TICK_NS
         self.is_stuck = self.monitor.is_stuck(a_motion(self.now_ns, steer_rad=wheel_rad, enabled=enabled))
-        self.monitor.sent(self.now_ns, a_command(told_rad, enable=enabled))
+        self.monitor.record_sent(self.now_ns, a_command(told_rad, enable=enabled))
         return self.is_stuck
 
     def hold(self, told_rad: float, wheel_rad: float, ticks: int = 60, enabled: bool = True) -> bool:

@@ -114,7 +114,7 @@ def test_a_stop_fault_brakes_latches_and_waits_for_a_resume_after_the_cause(code
     assert (verdict.mode, act.throttle_ratio) == ("autonomous", 0.3)
 
 
-def test_a_fault_is_told_once_and_once_more_when_it_is_over() -> None:
+def test_a_fault_is_reported_when_raised_and_when_cleared() -> None:
     bench = driving()
     bench.events.clear()
     for _ in range(5):
@@ -159,7 +159,7 @@ def test_an_override_is_a_takeover_until_the_next_resume() -> None:
     assert (act.throttle_ratio, verdict.mode) == (0.3, "autonomous")
 
 
-def test_a_driver_who_does_not_let_go_keeps_the_vehicle() -> None:
+def test_a_driver_who_keeps_overriding_keeps_the_vehicle() -> None:
     bench = driving()
     bench.step(motion_overridden=True)
     resumed_ns = bench.now_ns
@@ -168,7 +168,7 @@ def test_a_driver_who_does_not_let_go_keeps_the_vehicle() -> None:
     assert verdict.mode == "manual"
 
 
-def test_by_wire_that_is_not_given_is_a_fault() -> None:
+def test_by_wire_that_is_not_enabled_in_time_is_a_fault() -> None:
     bench = driving()
     for _ in range(150):
         _act, verdict = bench.step(motion_enabled=False)
@@ -187,7 +187,7 @@ def test_a_held_vehicle_stands_on_its_brake() -> None:
     assert (act.throttle_ratio, act.brake_ratio, verdict.mode) == (0.0, GUARD.hold_ratio, "held")
 
 
-def test_something_within_braking_distance_is_braked_for_whatever_planning_says() -> None:
+def test_the_guard_brakes_for_an_obstacle_within_braking_distance_whatever_planning_says() -> None:
     act, verdict = driving().step(points=((4.5, 0.2),))
     assert (act.brake_ratio, act.throttle_ratio, verdict.intervened) == (1.0, 0.0, "obstacle")
     act, verdict = driving().step(points=((4.5, 1.4), (20.0, 0.0), (1.0, 0.9)))
@@ -215,7 +215,7 @@ def test_every_command_is_within_limits(ticks: list[tuple[float, float, float, b
         steer = act.steer_rad
 
 
-def test_a_minute_behind_an_obstacle_is_told_once_and_its_end_once() -> None:
+def test_a_minute_behind_an_obstacle_is_reported_once_and_its_end_once() -> None:
     bench = driving()
     standing = {
         "ego_speed_mps": 0.0,
@@ -232,7 +232,7 @@ def test_a_minute_behind_an_obstacle_is_told_once_and_its_end_once() -> None:
     assert blocked[0].obstacle_m == 4.0
 
 
-def test_the_gate_s_own_braking_latches_until_a_resume_asks_for_by_wire_anew() -> None:
+def test_the_gate_s_own_braking_latches_until_a_resume_requests_by_wire_again() -> None:
     gate_brakes = {"motion_faults": (Fault(f"{GATE_BRAKING}_tick_late", "stop", 5),)}
     bench = driving()
     assert bench.step(**gate_brakes)[1].mode == "minimal_risk"
@@ -254,12 +254,12 @@ def test_a_clock_that_goes_back_stops_the_vehicle() -> None:
     assert "clock_went_back" in [fault.code for fault in verdict.faults]
 
 
-def test_a_position_that_is_no_number_stops_the_vehicle() -> None:
+def test_a_position_that_is_not_finite_stops_the_vehicle() -> None:
     _, verdict = driving().step(ego_pose_map=Pose2(math.nan, 0.0, 0.0))
     assert (verdict.mode, verdict.faults[0].code) == ("minimal_risk", "pose_not_finite")
 
 
-def test_while_the_position_is_poor_the_limit_comes_down_gently_to_half_a_metre_a_second() -> None:
+def test_a_poor_position_lowers_the_speed_limit_gently_to_half_a_metre_per_second() -> None:
     bench = driving()
     pedals = []
     for _ in range(200):
@@ -274,12 +274,12 @@ def test_while_the_position_is_poor_the_limit_comes_down_gently_to_half_a_metre_
 
 
 @pytest.mark.parametrize("mode", ["idle", "dwell", "hold"])
-def test_without_a_task_to_drive_no_wish_for_throttle_is_heard(mode: str) -> None:
+def test_throttle_is_ignored_without_a_task_to_drive(mode: str) -> None:
     act, _ = driving().step(task_mode=mode, ego_speed_mps=0.0, motion_speed_mps=0.0)
     assert (act.throttle_ratio, act.brake_ratio) == (0.0, GUARD.hold_ratio)
 
 
-def test_with_its_doors_open_it_stands() -> None:
+def test_a_vehicle_with_open_doors_stands() -> None:
     act, _ = driving().step(task_doors_open=True, ego_speed_mps=0.0, motion_speed_mps=0.0)
     assert (act.throttle_ratio, act.brake_ratio) == (0.0, GUARD.hold_ratio)
 
@@ -292,7 +292,7 @@ def test_a_standing_vehicle_does_not_roll() -> None:
     assert bench.step(**back)[0].brake_ratio == GUARD.stop_ratio
 
 
-def test_tracks_that_are_no_numbers_are_said_and_slowed_for() -> None:
+def test_tracks_that_are_not_finite_raise_a_fault_and_slow_the_vehicle() -> None:
     bench = driving()
     act, verdict = bench.step(tracks=someone(math.nan, 0.0))
     assert (act.throttle_ratio, act.brake_ratio) == (0.0, GUARD.slow_ratio)
@@ -300,7 +300,7 @@ def test_tracks_that_are_no_numbers_are_said_and_slowed_for() -> None:
     assert bench.step()[0].throttle_ratio == 0.3, "and when they are numbers again it goes on"
 
 
-def test_somebody_in_the_footprint_s_margin_keeps_it_from_setting_off() -> None:
+def test_a_person_within_the_footprint_s_margin_keeps_the_vehicle_from_setting_off() -> None:
     still = {"ego_speed_mps": 0.0, "motion_speed_mps": 0.0}
     for x, y in ((3.9, 0.0), (1.0, 1.1), (2.0, 0.0)):
         act, verdict = driving().step(tracks=someone(x, y), **still)
@@ -310,7 +310,7 @@ def test_somebody_in_the_footprint_s_margin_keeps_it_from_setting_off() -> None:
     assert act.throttle_ratio == 0.3
 
 
-def test_somebody_who_steps_before_a_bumper_that_creeps_stops_it() -> None:
+def test_a_person_who_steps_in_front_of_a_creeping_bumper_stops_the_vehicle() -> None:
     creeping = {"ego_speed_mps": 0.1, "motion_speed_mps": 0.1}
     for x, y in ((4.03, 0.0), (3.6, 1.1)):
         act, verdict = driving().step(tracks=someone(x, y), **creeping)
@@ -320,7 +320,7 @@ def test_somebody_who_steps_before_a_bumper_that_creeps_stops_it() -> None:
         assert driving().step(tracks=someone(x, y), **creeping)[0].throttle_ratio == 0.3, (x, y)
 
 
-def test_the_watch_is_the_same_after_it_was_written_out_and_read_again() -> None:
+def test_the_guard_s_state_survives_encoding_and_decoding() -> None:
     bench = driving()
     bench.step(blind=True, tracks=someone(6.0, 0.0))
     again = msgspec.msgpack.decode(msgspec.msgpack.encode(bench.state), type=GuardState)
@@ -338,5 +338,5 @@ def someone(x_m: float, y_m: float) -> Tracks:
     )
 
 
-def test_the_watch_of_a_new_guard_is_held() -> None:
+def test_a_new_guard_is_held() -> None:
     assert GuardState().mode == "held"

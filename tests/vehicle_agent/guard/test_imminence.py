@@ -57,7 +57,7 @@ def brake(
         NOW_NS, speed, steer if actual is None else actual, 0.0, 0.0, True, False, True, 0.9
     )
     world = World(NOW_NS, NOW_NS, np.array(points).reshape(-1, 2), others, (), False, tracks)
-    _, rows = AVOIDANCE.others(world, ego)
+    _, rows = AVOIDANCE.road_users(world, ego)
     return AVOIDANCE.brake_ratio(rows, ego, motion, steer, speed, braking)
 
 
@@ -66,7 +66,7 @@ def stopping_m(speed: float) -> float:
 
 
 @pytest.mark.parametrize("speed", [1.0, 2.0, 3.0, 15.0 / 3.6])
-def test_somebody_who_stands_ahead_is_braked_for_at_the_stopping_distance_and_not_long_before(
+def test_braking_for_a_standing_person_begins_at_the_stopping_distance(
     speed: float,
 ) -> None:
     near = FRONT + 0.25 + stopping_m(speed)
@@ -74,7 +74,7 @@ def test_somebody_who_stands_ahead_is_braked_for_at_the_stopping_distance_and_no
     assert brake(a_track(near + 1.2, 0.0), speed) == 0.0
 
 
-def test_a_person_that_steps_out_close_is_braked_for_fully() -> None:
+def test_a_person_who_steps_out_close_ahead_causes_full_braking() -> None:
     assert brake(a_track(FRONT + 0.25 + 0.8, -1.2, 0.0, 1.5), 3.0) == 1.0
 
 
@@ -88,7 +88,7 @@ def test_slow_speeds_need_little_braking() -> None:
 @pytest.mark.parametrize("aside", [0.45, 0.6, 1.0])
 @pytest.mark.parametrize("x", [-1.0, 1.0, 3.0, 4.5, 6.0])
 @pytest.mark.parametrize("vx", [-1.4, 0.0, 1.4])
-def test_walking_beside_the_vehicle_is_no_danger(aside: float, x: float, vx: float) -> None:
+def test_walking_alongside_the_vehicle_is_no_danger(aside: float, x: float, vx: float) -> None:
     for side in (1.0, -1.0):
         assert brake(a_track(x, side * (HALF + 0.25 + aside), vx), 15.0 / 3.6) == 0.0
 
@@ -98,7 +98,7 @@ def test_at_walking_pace_people_may_be_close(aside: float) -> None:
     assert brake(a_track(2.0, HALF + 0.25 + aside, 1.2), 1.2) == 0.0
 
 
-def test_walking_away_is_no_danger_and_walking_into_the_way_is() -> None:
+def test_walking_away_is_no_danger_and_walking_into_the_way_is_one() -> None:
     x = FRONT + 2.5
     assert brake(a_track(x, HALF + 0.5, 0.0, 1.4), 3.0) == 0.0
     assert brake(a_track(x, HALF + 1.0, 0.0, -1.4), 3.0) > 0.0
@@ -106,40 +106,40 @@ def test_walking_away_is_no_danger_and_walking_into_the_way_is() -> None:
 
 @pytest.mark.parametrize("gap", [-0.1, 0.05, 0.15, 0.3, 0.55])
 @pytest.mark.parametrize("x", [-0.5, 1.0, 1.7])
-def test_somebody_who_walks_into_the_flank_is_not_helped_by_braking(x: float, gap: float) -> None:
+def test_the_vehicle_does_not_brake_for_a_person_who_walks_into_its_flank(x: float, gap: float) -> None:
     assert brake(a_track(x, HALF + 0.25 + gap, 0.0, -1.4), 3.0) == 0.0
 
 
-def test_somebody_beside_whom_the_vehicle_turns_towards_is_braked_for() -> None:
+def test_the_vehicle_brakes_when_it_turns_towards_a_person_alongside() -> None:
     assert brake(a_track(0.0, -HALF - 0.28), 2.0, steer=0.0) == 0.0
     assert brake(a_track(0.0, -HALF - 0.28), 2.0, steer=0.45) > 0.0
 
 
-def test_somebody_who_leaves_the_way_is_beside_it_when_the_flank_comes() -> None:
+def test_a_person_who_has_left_the_way_when_the_flank_arrives_is_no_danger() -> None:
     assert brake(a_track(FRONT + 2.0, HALF + 0.5, 0.0, 1.4), 3.0) == 0.0
 
 
-def test_a_lead_that_drives_as_fast_may_be_nearer_than_one_that_stands() -> None:
+def test_a_lead_vehicle_of_equal_speed_may_be_nearer_than_a_standing_one() -> None:
     x = FRONT + 0.5 * BODY.length_m + 2.2
     assert brake(a_track(x, 0.0, kind=VEHICLE), 4.0) > 0.0
     assert brake(a_track(x, 0.0, 4.0, kind=VEHICLE), 4.0) == 0.0
     assert brake(a_track(x - 1.8, 0.0, 4.0, kind=VEHICLE), 4.0) > 0.0
 
 
-def test_a_cyclist_head_on_is_braked_for_from_farther() -> None:
+def test_braking_for_an_oncoming_cyclist_begins_farther_away() -> None:
     x = FRONT + 5.0
     assert brake(a_track(x, 0.0, kind=CYCLIST), 4.0) == 0.0
     assert brake(a_track(x, 0.0, -4.0, kind=CYCLIST), 4.0) > 0.0
 
 
-def test_fleet_mates_that_lidar_returns_were_taken_for_count_too() -> None:
+def test_fleet_vehicles_removed_from_the_lidar_cells_count_too() -> None:
     behind = Pose2(FRONT + BODY.rear_overhang_m + 1.0, 0.0, 0.0)
     assert brake(others=(FleetVehicle(NOW_NS, "mate", behind, 0.0),), speed=3.0) > 0.0
     beside = Pose2(2.0, BODY.width_m + 0.8, math.pi)
     assert brake(others=(FleetVehicle(NOW_NS, "mate", beside, 3.0),), speed=3.0) == 0.0
 
 
-def test_the_tail_swings_out_over_what_is_beside_it() -> None:
+def test_the_tail_swings_out_over_an_obstacle_alongside() -> None:
     beside_axle = (0.0, -HALF - 0.03)
     assert brake(points=(beside_axle,), speed=2.0, steer=0.0) == 0.0
     assert brake(points=(beside_axle,), speed=2.0, steer=0.45) > 0.0
@@ -158,7 +158,7 @@ def test_both_the_commanded_and_the_actual_angle_count() -> None:
     assert brake(points=(left,), speed=3.0, steer=0.0, actual=0.35) > 0.0
 
 
-def test_a_track_is_carried_from_its_stamp_to_now() -> None:
+def test_a_track_is_extrapolated_from_its_stamp_to_now() -> None:
     tracks = a_track(FRONT + 0.25 + stopping_m(3.0) + 1.5, 0.0, -3.0)
     fresh = brake(tracks, 1.0)
     old = Tracks(
@@ -182,7 +182,7 @@ def test_where_the_map_has_its_origin_makes_no_difference() -> None:
     assert brake(a_track(*there), 3.0, pose=pose) == brake(a_track(x, y), 3.0)
 
 
-def test_once_it_brakes_it_does_not_let_go_at_once() -> None:
+def test_the_brake_is_not_released_at_once() -> None:
     tracks = a_track(FRONT + 0.25 + stopping_m(3.0) + 0.6, 0.0)
     assert brake(tracks, 3.0) == 0.0
     assert brake(tracks, 3.0, braking=True) > 0.0
@@ -200,7 +200,9 @@ def test_travel_is_response_and_then_braking() -> None:
 
 
 @pytest.mark.parametrize(("x", "y", "may"), [(-1.05, 0.2, True), (1.0, 1.1, False), (3.8, 0.0, False)])
-def test_only_who_is_behind_does_not_keep_the_vehicle_from_setting_off(x: float, y: float, may: bool) -> None:
+def test_only_a_person_behind_the_vehicle_does_not_keep_it_from_setting_off(
+    x: float, y: float, may: bool
+) -> None:
     ego = Ego(NOW_NS, Pose2(0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0, 0.02, NOW_NS, True)
     world = World(NOW_NS, NOW_NS, np.empty((0, 2)), (), (), False, a_track(x, y))
-    assert AVOIDANCE.may_set_off(*AVOIDANCE.others(world, ego), 0.0) is may
+    assert AVOIDANCE.may_set_off(*AVOIDANCE.road_users(world, ego), 0.0) is may

@@ -146,7 +146,7 @@ class RingShuttle:
         self.events: list[VehicleEvent] = []
         self.answers: list[OrderAccepted | OrderRejected] = []
         self.points = np.empty((0, 2))
-        self.taken_stops: tuple[str, ...] = ()
+        self.occupied_stops: tuple[str, ...] = ()
         self.valid, self.door_sensor, self.doors_open = True, True, False
         self.grants_follow = True
         self.task: Task | None = None
@@ -159,7 +159,9 @@ class RingShuttle:
             pressed = (DoorState(self.now_ns, self.doors_open), *pressed)
         ego = Ego(self.now_ns, self.pose, self.speed_mps, 0, 0, 0, 0.02, self.now_ns, self.valid)
         motion = VehicleMotion(self.now_ns, self.speed_mps, 0, 0, 0, True, False, True, 1.0)
-        world = World(self.now_ns, self.now_ns, self.points, (), (), False, taken_stops=self.taken_stops)
+        world = World(
+            self.now_ns, self.now_ns, self.points, (), (), False, occupied_stops=self.occupied_stops
+        )
         link = LinkState(self.now_ns, True, 1, OFFSET_NS)
         task, self.state = ROOM.step(self.state, words, pressed, link, ego, motion, world, self.now_ns)
         self.events += ROOM.events(self.state)

@@ -2,7 +2,7 @@
 
 from tests.vehicle_agent.mission.ring import RingShuttle, a_visit, an_order, rest
 from vehicle_agent.mission.rules import MissionRules
-from vehicle_agent.signals import STOP_TAKEN
+from vehicle_agent.signals import STOP_OCCUPIED
 
 STOP = ("north", 40.0)
 VISITS = (a_visit("a", *STOP), rest(STOP))
@@ -24,11 +24,11 @@ def stop_s_m(shuttle: RingShuttle) -> float:
 
 def test_it_waits_behind_where_one_that_has_docked_ends_and_says_why() -> None:
     shuttle = on_the_way()
-    shuttle.taken_stops = ("a",)
+    shuttle.occupied_stops = ("a",)
     shuttle.run(40.0)
     assert shuttle.speed_mps == 0.0
     assert shuttle.task is not None
-    assert shuttle.task.reason == STOP_TAKEN
+    assert shuttle.task.reason == STOP_OCCUPIED
     bumper_m = shuttle.state.s_m + RULES.body.front_m
     rear_m = stop_s_m(shuttle) - RULES.body.back_m
     assert 1.5 <= rear_m - bumper_m <= 2.5
@@ -38,9 +38,9 @@ def test_it_waits_behind_where_one_that_has_docked_ends_and_says_why() -> None:
 
 def test_it_docks_when_the_stop_has_been_free_for_a_second() -> None:
     shuttle = on_the_way()
-    shuttle.taken_stops = ("a",)
+    shuttle.occupied_stops = ("a",)
     shuttle.run(40.0)
-    shuttle.taken_stops = ()
+    shuttle.occupied_stops = ()
     shuttle.run(0.8)
     assert shuttle.speed_mps == 0.0, "one look that misses the vehicle is no reason to go"
     for _ in range(200):
@@ -54,7 +54,7 @@ def test_it_docks_when_the_stop_has_been_free_for_a_second() -> None:
 
 def test_another_stop_that_is_taken_does_not_matter() -> None:
     shuttle = on_the_way()
-    shuttle.taken_stops = ("elsewhere",)
+    shuttle.occupied_stops = ("elsewhere",)
     shuttle.run(60.0)
     assert shuttle.state.memory.visit_state("a") == "done"
 
@@ -62,7 +62,7 @@ def test_another_stop_that_is_taken_does_not_matter() -> None:
 def test_nobody_brakes_hard_for_a_stop_that_is_taken_at_the_last_moment() -> None:
     shuttle = on_the_way()
     shuttle.run_until(lambda: stop_s_m(shuttle) - shuttle.state.s_m <= 7.0)
-    shuttle.taken_stops = ("a",)
+    shuttle.occupied_stops = ("a",)
     speed_mps = shuttle.speed_mps
     task = shuttle.step()
     assert speed_mps**2 / (2.0 * (task.stop_s_m - task.s_m)) < 0.7
@@ -72,6 +72,6 @@ def test_nobody_brakes_hard_for_a_stop_that_is_taken_at_the_last_moment() -> Non
 def test_where_the_shuttle_itself_stands_nobody_else_is_waited_for() -> None:
     shuttle = on_the_way()
     shuttle.run_until(lambda: shuttle.state.stage == "serving")
-    shuttle.taken_stops = ("a",)
+    shuttle.occupied_stops = ("a",)
     shuttle.run(20.0)
     assert shuttle.state.memory.visit_state("a") == "done"

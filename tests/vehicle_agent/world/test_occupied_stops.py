@@ -32,7 +32,7 @@ def taken(kind: int, ahead_m: float, left_m: float, speed_mps: float = 0.0, far_
     )  # fmt: skip
     seen = Detections(S, np.empty((0, 2)), False, some_tracks(row, stamp_ns=S))
     world, _ = ROOM.step(ROOM.initial(), ego, seen, (), S)
-    return STOP.stop_id in world.taken_stops
+    return STOP.stop_id in world.occupied_stops
 
 
 @pytest.mark.parametrize(("ahead_m", "left_m"), [(1.3, 0.0), (5.0, 0.0), (-2.5, 0.0), (1.3, 1.5)])

@@ -35,7 +35,7 @@ def test_a_moving_mate_is_carried_along_its_heading() -> None:
     mate = FleetVehicle(S, "b", Pose2(20.0, 0.0, 0.0), 2.0)
     _, state = ROOM.step(ROOM.initial(), EGO, seen(), (mate,), S)
     world, _ = ROOM.step(state, EGO, seen((25.2, 0.0), stamp_ns=2 * S), (), 2 * S)
-    assert world.others[0].pose_map.x_m == 22.0
+    assert world.fleet_vehicles[0].pose_map.x_m == 22.0
     assert len(world.points_map) == 0
 
 
@@ -43,7 +43,7 @@ def test_a_mate_that_falls_silent_is_dropped() -> None:
     mate = FleetVehicle(S, "b", Pose2(20.0, 0.0, 0.0), 0.0)
     _, state = ROOM.step(ROOM.initial(), EGO, seen(), (mate,), S)
     world, _ = ROOM.step(state, EGO, seen((20.0, 0.0), stamp_ns=3 * S), (), 3 * S)
-    assert world.others == ()
+    assert world.fleet_vehicles == ()
     assert len(world.points_map) == 1
 
 

@@ -52,7 +52,7 @@ def yielding(job: PlanJob, s_m: float, rules: CrossingRules) -> YieldDecision:
         if seen is None or s_m > area.leave_s_m:
             continue
         if area.kind == "crossing":
-            if seen.track_ids or seen.told:
+            if seen.track_ids or seen.reported:
                 speed_mps = rules.occupied_mps if seen.track_ids else rules.told_mps
                 slow.append((area.enter_s_m - rules.front_m - 2.0, area.leave_s_m, speed_mps))
             continue

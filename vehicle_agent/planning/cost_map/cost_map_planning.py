@@ -116,7 +116,7 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
                 passing=CrossingState(),
                 looked=PathCheck(),
             )
-        is_new = world.seen_stamp_ns not in (0, state.looked.seen_ns)
+        is_new = world.detections_stamp_ns not in (0, state.looked.seen_ns)
         if is_new or state.ticks % self.look_every == 0:
             state = self._look(state, ego, world, task, is_new)
         return self._path(state, ego, world, task), state
@@ -167,7 +167,7 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
         mean_cost = 0.0
         if costs.known:
             mean_cost = self.speeds.mean_cost(costs, fine, self.body_front_m, self.half_width_m)
-        return PathCheck(world.seen_stamp_ns, state.odometer_m, float(free_m), mean_cost)
+        return PathCheck(world.detections_stamp_ns, state.odometer_m, float(free_m), mean_cost)
 
     def _obstacle_mps(self, free_m: float) -> float:
         return math.sqrt(2.0 * self.approach.decel_mps2 * max(free_m - self.standoff_m, 0.0))
@@ -231,7 +231,7 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
         """For the fleet mate ahead, and for people that a camera tells of."""
         points, s = state.waypoints.points_map, state.waypoints.s_m
         first = max(0, int(np.searchsorted(s, task.s_m)) - 1)
-        gap = self.gap.command(self.gap.lead(points, s, task.s_m, first, world.others))
+        gap = self.gap.command(self.gap.lead(points, s, task.s_m, first, world.fleet_vehicles))
         found = self._next_area(state, task)
         crossing = None
         if found is not None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from vehicle_agent.planning.waypoint.selector import SpeedCommand
 from vehicle_agent.planning.waypoint.waypoints import Waypoints
-from vehicle_agent.signals import STOP_TAKEN, Ego, Path, Task, World
+from vehicle_agent.signals import STOP_OCCUPIED, Ego, Path, Task, World
 
 NOTHING = Waypoints(np.empty((0, 2)), np.empty(0), np.empty(0))
 
@@ -103,7 +103,7 @@ def stop_name(task: Task) -> str:
         return task.mode
     if task.waiting_for:
         return f"section {task.waiting_for}"
-    return STOP_TAKEN if task.reason == STOP_TAKEN else "stop"
+    return STOP_OCCUPIED if task.reason == STOP_OCCUPIED else "stop"
 
 
 def standing_commands(task: Task, decel_mps2: float) -> list[SpeedCommand]:

@@ -91,7 +91,7 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
         self, state: WaypointPlanningState, ego: Ego, world: World, task: Task
     ) -> WaypointPlanningState:
         """Sweep the path again when there is a new scan, or when the last look is some ticks old."""
-        if world.seen_stamp_ns == state.looked.seen_ns and state.ticks % self.look_every:
+        if world.detections_stamp_ns == state.looked.seen_ns and state.ticks % self.look_every:
             return state
         looked = self._looked(state, ego, world, task)
         allowed_mps = self.obstacle.allowed_mps(looked.free_m)
@@ -115,7 +115,7 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
             )
             beside_m = rule.free_m(points, line, rule.passing_clearance_m)
         free_m = free_m if free_m <= check_m else math.inf
-        return PathCheck(world.seen_stamp_ns, state.odometer_m, free_m, beside_m)
+        return PathCheck(world.detections_stamp_ns, state.odometer_m, free_m, beside_m)
 
     def _path(self, state: WaypointPlanningState, ego: Ego, world: World, task: Task) -> Path:
         since_m = state.odometer_m - state.looked.odometer_m
@@ -140,7 +140,9 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
         if state.looked.beside_m < ego.speed_mps * self.obstacle.passing_time_s:
             commands.append(SpeedCommand("passing", self.obstacle.passing_mps))
         first = max(0, int(np.searchsorted(state.waypoints.s_m, task.s_m)) - 1)
-        lead = self.gap.lead(state.waypoints.points_map, state.waypoints.s_m, task.s_m, first, world.others)
+        lead = self.gap.lead(
+            state.waypoints.points_map, state.waypoints.s_m, task.s_m, first, world.fleet_vehicles
+        )
         gap = self.gap.command(lead)
         if gap is not None:
             commands.append(gap)

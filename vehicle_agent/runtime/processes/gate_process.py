@@ -58,7 +58,7 @@ class GateProcess:
             now_ns = self._clock.now_ns()
             if took or now_ns >= due_ns:
                 self._send(self._gate.step(now_ns))
-                self._tell_tick(self._gate.word(now_ns))
+                self._tell_tick(self._gate.report_frames(now_ns))
                 due_ns = now_ns + TICK_NS
             if self._gate.braking != was_braking:
                 was_braking = self._gate.braking
@@ -73,7 +73,7 @@ class GateProcess:
         took = False
         for mail in self._mailbox.take():
             if isinstance(mail, Commands):
-                self._gate.take(mail.frames, self._clock.now_ns())
+                self._gate.take_commands(mail.frames, self._clock.now_ns())
                 took = True
             elif isinstance(mail, Deliveries):
                 self._see(mail)
@@ -83,7 +83,7 @@ class GateProcess:
         """What the perception worker tells the tick, it tells the gate too."""
         for delivery in mail.items:
             if isinstance(delivery.body, ObstaclePercept | TrackPercept):
-                self._gate.see(delivery.body)
+                self._gate.take_percept(delivery.body)
 
     def _pass_reports_on(self) -> None:
         frames = []
@@ -92,7 +92,7 @@ class GateProcess:
                 continue
             frames.append(CanFrame(self._clock.now_ns(), message.arbitration_id, bytes(message.data)))
         if frames:
-            self._gate.hear(tuple(frames), frames[-1].stamp_ns)
+            self._gate.take_reports(tuple(frames), frames[-1].stamp_ns)
             self._tell_tick(tuple(frames))
 
     def _tell_tick(self, frames: tuple[CanFrame, ...]) -> None:

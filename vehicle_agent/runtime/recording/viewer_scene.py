@@ -67,7 +67,7 @@ class ViewerScene:
             own,
             *(
                 self._box(utc_ns, mate.vehicle_id, mate.pose_map, mate.vehicle_id)
-                for mate in flow.world.others
+                for mate in flow.world.fleet_vehicles
             ),
         ]
 
@@ -82,7 +82,7 @@ class ViewerScene:
         for watched in world.watched:
             outline = self._outlines.get(watched.area_id)
             if outline is not None:
-                color = _TAKEN if watched.track_ids or watched.told else _CLEAR
+                color = _TAKEN if watched.track_ids or watched.reported else _CLEAR
                 lines.append(line(outline, color, thickness_m=0.25, closed=True, z_m=0.15))
         return lines
 

@@ -240,7 +240,7 @@ def commands(counter: int, now_ns: int, throttle: float = 0.3, brake: float = 0.
 
 def test_the_gate_brakes_with_the_servo_when_the_tick_goes_silent() -> None:
     gate, settings = gate_of(CART), gate_settings(CART)
-    gate.take(commands(255, 0), 0)
+    gate.take_commands(commands(255, 0), 0)
     gate.step(0)
     known = layouts(SERVO)
     for step in range(settings.comfort_steps):
@@ -272,7 +272,7 @@ def test_an_inconsistent_set_is_not_let_through(spoil: str) -> None:
     with pytest.raises(CommandSetError):
         ServoBraking().commanded(frames)
     gate = gate_of(CART)
-    gate.take(frames, 0)
+    gate.take_commands(frames, 0)
     assert gate.refused
     assert gate.step(0) == ()
 

@@ -1,4 +1,4 @@
-"""Everybody and everything around the vehicle, as the rows that `imminence` works on."""
+"""Road users and obstacle cells around the vehicle, as the rows that `imminence` works on."""
 
 import math
 
@@ -8,11 +8,11 @@ from numba import njit
 from contract.geometry import Array, Pose2, inverse, transform_points
 from vehicle_agent.signals import PEDESTRIAN, VEHICLE, FleetVehicle, Tracks
 
-# columns of a row, base frame: place, velocity over ground, radius, hardest braking, sideways acceleration
+# Columns of a row, base frame: position, velocity over ground, radius, hardest braking, lateral acceleration.
 X, Y, VX, VY, RADIUS, BRAKE, SWERVE = range(7)
 COLUMNS = 7
-# The worst that is reasonable (after RSS and IEEE 2846): how hard somebody may stop, and how fast he may
-# leave his straight way, m/s2. By kind: pedestrian, cyclist, vehicle, other.
+# Reasonable worst case (after RSS and IEEE 2846): how hard a road user may brake, and how fast they may
+# leave their straight path, m/s2. By kind: pedestrian, cyclist, vehicle, other.
 BRAKES_MPS2 = np.array([3.0, 4.0, 7.0, 3.0])
 SWERVES_MPS2 = np.array([0.5, 0.5, 0.2, 0.5])
 _EDGE_M = 0.4
@@ -20,7 +20,7 @@ _AGE_S_MAX = 1.0
 
 
 def rows_of_points(points_map: Array, pose_map: Pose2, within_m: float) -> Array:
-    """(n, 7) of the (m, 2) obstacle cells that are within reach; they stand."""
+    """(n, 7) rows of the obstacle cells (m, 2) within within_m; they are stationary."""
     if len(points_map) == 0:
         return np.empty((0, COLUMNS))
     near = np.abs(points_map - np.array([pose_map.x_m, pose_map.y_m])).max(axis=1) <= within_m
@@ -30,8 +30,10 @@ def rows_of_points(points_map: Array, pose_map: Pose2, within_m: float) -> Array
 
 
 def rows_of_tracks(tracks: Tracks, pose_map: Pose2, now_ns: int, within_m: float) -> Array:
-    """(n, 7) of the tracks within reach, carried from their stamp to now; a person is a disc, everything
-    else the points of its outline, which move alike."""
+    """(n, 7) rows of the tracks within within_m, extrapolated from their stamp to now.
+
+    A person is a disc. Any other road user is the points of its outline, all with its velocity.
+    """
     if len(tracks.ids) == 0:
         return np.empty((0, COLUMNS))
     age_s = min(max((now_ns - tracks.stamp_ns) * 1e-9, 0.0), _AGE_S_MAX)
@@ -49,23 +51,25 @@ def rows_of_tracks(tracks: Tracks, pose_map: Pose2, now_ns: int, within_m: float
     )
 
 
-def rows_of_mates(
-    others: tuple[FleetVehicle, ...], pose_map: Pose2, now_ns: int, body: tuple[float, float, float]
+def rows_of_fleet_vehicles(
+    fleet_vehicles: tuple[FleetVehicle, ...], pose_map: Pose2, now_ns: int, body: tuple[float, float, float]
 ) -> Array:
-    """(n, 7) of fleet mates, which have our own body (back, front, half width); a told speed is along
-    their heading."""
+    """(n, 7) rows of fleet vehicles, which have our own body (back, front, half width).
+
+    Their reported speed is taken along their heading.
+    """
     rows = [np.empty((0, COLUMNS))]
     back_m, front_m, half_m = body
-    for other in others:
-        age_s = min(max((now_ns - other.stamp_ns) * 1e-9, 0.0), _AGE_S_MAX)
-        yaw = other.pose_map.yaw_rad
+    for vehicle in fleet_vehicles:
+        age_s = min(max((now_ns - vehicle.stamp_ns) * 1e-9, 0.0), _AGE_S_MAX)
+        yaw = vehicle.pose_map.yaw_rad
         along = np.array([[math.cos(yaw), math.sin(yaw)]])
-        middle = np.array([[other.pose_map.x_m, other.pose_map.y_m]])
-        middle = middle + (0.5 * (front_m - back_m) + age_s * other.speed_mps) * along
+        middle = np.array([[vehicle.pose_map.x_m, vehicle.pose_map.y_m]])
+        middle = middle + (0.5 * (front_m - back_m) + age_s * vehicle.speed_mps) * along
         rows.append(
             _rows(
                 np.column_stack((middle, [[yaw]])),
-                other.speed_mps * along,
+                vehicle.speed_mps * along,
                 np.array([[front_m + back_m, 2.0 * half_m]]),
                 np.array([VEHICLE]),
                 (pose_map.x_m, pose_map.y_m, pose_map.yaw_rad),
@@ -113,8 +117,10 @@ def _outline_points(size_m: Array) -> int:
 
 @njit(cache=True)
 def _outline_point(x: float, y: float, yaw: float, size_m: Array, j: int, n: int) -> tuple[float, float]:
-    """The j-th of n points along a rectangle's outline, its corners met exactly: each side has a share of
-    the points that begins at a corner."""
+    """The j-th of n points along a rectangle's outline.
+
+    Corners are met exactly: each side has a share of the points that begins at a corner.
+    """
     length, width = size_m[0], size_m[1]
     lengthwise = max(1, round(0.5 * n * length / (length + width)))
     crosswise = max(1, n // 2 - lengthwise)
@@ -131,7 +137,7 @@ def _outline_point(x: float, y: float, yaw: float, size_m: Array, j: int, n: int
 
 
 def are_finite(tracks: Tracks) -> bool:
-    """No place, velocity or size that is not a number."""
+    """All positions, velocities and sizes are finite."""
     return bool(
         np.isfinite(tracks.poses_map).all()
         and np.isfinite(tracks.velocities_map_mps).all()
