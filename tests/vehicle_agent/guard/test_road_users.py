@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from contract.geometry import Array, Pose2
-from vehicle_agent.guard.others import (
+from vehicle_agent.guard.road_users import (
     BRAKE,
     BRAKES_MPS2,
     RADIUS,
@@ -17,7 +17,7 @@ from vehicle_agent.guard.others import (
     X,
     Y,
     are_finite,
-    rows_of_mates,
+    rows_of_fleet_vehicles,
     rows_of_points,
     rows_of_tracks,
 )
@@ -116,13 +116,13 @@ def test_obstacle_cells_stand_where_they_are_and_those_out_of_reach_are_left_out
 
 def test_a_mate_has_our_own_body_where_it_is_by_now() -> None:
     mate = FleetVehicle(S, "b", Pose2(100.0, 60.0, 0.0), 2.0)
-    found = rows_of_mates((mate,), HERE, S + S // 2, BODY)
+    found = rows_of_fleet_vehicles((mate,), HERE, S + S // 2, BODY)
     # Rear axle at 101 m to the east by now; the middle of the outline 1.325 m farther.
     for x, y in corners(10.0, -(1.0 + 1.325), -HERE.yaw_rad, 4.35, 1.63):
         assert np.hypot(found[:, X] - x, found[:, Y] - y).min() < 1e-9
     assert found[0, [VX, VY]].tolist() == pytest.approx([0.0, -2.0])
     assert found[0, BRAKE] == BRAKES_MPS2[VEHICLE]
-    assert len(rows_of_mates((), HERE, S, BODY)) == 0
+    assert len(rows_of_fleet_vehicles((), HERE, S, BODY)) == 0
 
 
 @pytest.mark.parametrize("part", ["poses_map", "velocities_map_mps", "sizes_m"])
