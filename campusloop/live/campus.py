@@ -108,7 +108,7 @@ class LiveCampus:
         (emptied(self.options.folder) / "logs").mkdir()
         self._supervise([self._server_job()])
         places = tuple(self._place(number, name) for number, name in enumerate(self.vehicle_ids))
-        # Beside the server, which takes longer to start. It is stopped after the agents, which end by its clock.
+        # Beside the server, which takes longer to start; stopped after the agents, which end by its clock.
         self._supervise([self._simulator_job()])
         trusted = await self._trusted()
         self.client = httpx.AsyncClient(base_url=self.origin, verify=trusted, timeout=30.0)
