@@ -16,7 +16,7 @@ import httpx
 import psutil
 
 from campusloop.clients.operator_client import OperatorClient
-from campusloop.live import jobs
+from campusloop.live.jobs import serve, simulate
 from campusloop.live.paced_clock import PacedClock, PacedClocks
 from campusloop.live.run_folder import emptied
 from contract.roads.load import load_map
@@ -32,8 +32,6 @@ from vehicle_agent.runtime.processes.supervisor import LOOK_EVERY_S, Job, Superv
 READY_WITHIN_S = 60.0
 POLL_EVERY_S = 0.2
 OPERATOR = "operator"
-# The process that talks with the server.
-LINK = "link"
 
 
 class CampusStartError(Exception):
@@ -110,11 +108,8 @@ class LiveCampus:
         (emptied(self.options.folder) / "logs").mkdir()
         self._supervise([self._server_job()])
         places = tuple(self._place(number, name) for number, name in enumerate(self.vehicle_ids))
-        agents = [replace(job, log_file=self.log_file(job.name)) for job in agent_jobs(places)]
-        # Vehicles come up while the server does; they call it when it knows them.
-        # The simulator first, for it is stopped after them: it keeps the clock that they end by.
+        # Beside the server, which takes longer to start; stopped after the agents, which end by its clock.
         self._supervise([self._simulator_job()])
-        self._supervise([job for job in agents if job.name != LINK])
         trusted = await self._trusted()
         self.client = httpx.AsyncClient(base_url=self.origin, verify=trusted, timeout=30.0)
         self.operator = OperatorClient(self.client)
@@ -123,7 +118,9 @@ class LiveCampus:
         for name, place in zip(self.vehicle_ids, places, strict=True):
             key = load_or_make_key(place.folder / "key.pem")
             await self.operator.enrol(name, self._profile.body, public_key_text(key))
-        self._supervise([job for job in agents if job.name == LINK])
+        # In their own order: a tick that starts before its link loses the beginning of its run log.
+        jobs = agent_jobs(places)
+        self._supervise([replace(job, log_file=self.log_file(job.name)) for job in jobs])
 
     async def release_all(self) -> None:
         """Resume every vehicle as soon as it is connected and placed."""
@@ -172,8 +169,8 @@ class LiveCampus:
             options.tls_key,
             options.map_path,
         )
-        serve = partial(jobs.serve, clocks=self._clocks)
-        return Job("server", serve, arguments, log_file=self.log_file("server"))
+        target = partial(serve, clocks=self._clocks)
+        return Job("server", target, arguments, log_file=self.log_file("server"))
 
     def _simulator_job(self) -> Job:
         options = self.options
@@ -188,7 +185,7 @@ class LiveCampus:
             True,
             self._clocks,
         )
-        return Job("simulator", jobs.simulate, arguments, log_file=self.log_file("simulator"))
+        return Job("simulator", simulate, arguments, log_file=self.log_file("simulator"))
 
     @property
     def _scans(self) -> Path:
