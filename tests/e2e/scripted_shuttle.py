@@ -42,7 +42,13 @@ from vehicle_agent.link.keys import load_or_make_key, public_key_text, signature
 from vehicle_agent.link.session import Identity
 from vehicle_agent.mission.memory import MissionMemory
 from vehicle_agent.mission.order_line import LanePoint, OrderLine, order_line
-from vehicle_agent.mission.sections import OccupiedSection, VehicleExtent, footings, leave_to_drive, released
+from vehicle_agent.mission.sections import (
+    OccupiedSection,
+    VehicleExtent,
+    find_occupied_sections,
+    movement_authority,
+    release_sections,
+)
 from vehicle_agent.signals import LinkMessage
 
 STEP_S = 0.2
@@ -218,8 +224,8 @@ class ScriptedShuttle:
         spans = line.line.sections
         target_m = line.visit_s(visit.visit_id)
         assert target_m is not None
-        leave = leave_to_drive(spans, journey.grants, journey.s_m, BODY, MARGIN_M)
-        reach_m = min(target_m, leave.hold_s_m, journey.s_m + self.speed_mps * STEP_S)
+        authority = movement_authority(spans, journey.grants, journey.s_m, BODY, MARGIN_M)
+        reach_m = min(target_m, authority.hold_s_m, journey.s_m + self.speed_mps * STEP_S)
         # However quick it is, it sets foot on every section, or it could not give a short one back.
         while journey.s_m < reach_m:
             step_m = min(FOOTSTEP_M, reach_m - journey.s_m)
@@ -233,9 +239,11 @@ class ScriptedShuttle:
 
     def _release(self, spans: tuple[tuple[str, float, float], ...]) -> None:
         journey = self._journey
-        standing = footings(journey.footing, spans, journey.grants, journey.s_m, journey.driven_m, BODY)
+        standing = find_occupied_sections(
+            journey.footing, spans, journey.grants, journey.s_m, journey.driven_m, BODY
+        )
         memory = MissionMemory(grants=journey.grants, released=journey.gone)
-        memory, journey.footing, said = released(memory, standing, journey.driven_m, SLACK_M)
+        memory, journey.footing, said = release_sections(memory, standing, journey.driven_m, SLACK_M)
         journey.grants, journey.gone = memory.grants, memory.released
         self._events += said
 

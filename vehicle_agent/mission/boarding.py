@@ -1,4 +1,4 @@
-"""Who is aboard is what the vehicle says: code, tap or seat sensor, while it stands with open doors."""
+"""Boarding and alighting by code, tap or seat sensor, while the vehicle stands with open doors."""
 
 import msgspec
 
@@ -17,16 +17,16 @@ from contract.wire.messages import (
 )
 from vehicle_agent.mission.memory import MissionMemory, remembered
 
-Happened = tuple[MissionMemory, tuple[VehicleEvent, ...]]
+BoardingResult = tuple[MissionMemory, tuple[VehicleEvent, ...]]
 
 
 class SeatState(msgspec.Struct, frozen=True):
     """The seat mats since the doors opened.
 
-    occupied   seats taken at the last word
+    occupied   seats in use at the last count
     owed       seats that parties boarded by code or tap will still take
     leaving    seats that parties alighted by code or tap will still leave
-    unclaimed  seats taken by nobody known yet; vacated: seats left by nobody known yet
+    unclaimed  seats filled by no known party yet; vacated: seats emptied by no known party yet
     """
 
     occupied: int = 0
@@ -36,7 +36,7 @@ class SeatState(msgspec.Struct, frozen=True):
     vacated: int = 0
 
 
-def waiting(visit: Visit | None, memory: MissionMemory) -> tuple[RiderTask, ...]:
+def riders_to_board(visit: Visit | None, memory: MissionMemory) -> tuple[RiderTask, ...]:
     """Parties that may still board at this visit."""
     if visit is None:
         return ()
@@ -44,20 +44,20 @@ def waiting(visit: Visit | None, memory: MissionMemory) -> tuple[RiderTask, ...]
     return tuple(r for r in visit.board if r.ride_id not in aboard and r.ride_id not in memory.settled)
 
 
-def due(visit: Visit | None, memory: MissionMemory) -> tuple[RiderTask, ...]:
-    """Parties aboard that should alight here; at a stop nobody planned (None) that is anybody."""
+def riders_to_alight(visit: Visit | None, memory: MissionMemory) -> tuple[RiderTask, ...]:
+    """Parties aboard that should alight here; at an unplanned stop (None), all of them."""
     if visit is None:
         return memory.aboard
     here = {rider.ride_id for rider in visit.alight}
     return tuple(rider for rider in memory.aboard if rider.ride_id in here)
 
 
-def board(memory: MissionMemory, rider: RiderTask, how: BoardedHow) -> Happened:
+def board(memory: MissionMemory, rider: RiderTask, how: BoardedHow) -> BoardingResult:
     memory = msgspec.structs.replace(memory, aboard=(*memory.aboard, rider))
     return memory, (RiderBoarded(rider.ride_id, how),)
 
 
-def alight(memory: MissionMemory, ride_id: str, how: BoardedHow) -> Happened:
+def alight(memory: MissionMemory, ride_id: str, how: BoardedHow) -> BoardingResult:
     memory = msgspec.structs.replace(
         memory,
         aboard=tuple(rider for rider in memory.aboard if rider.ride_id != ride_id),
@@ -67,62 +67,62 @@ def alight(memory: MissionMemory, ride_id: str, how: BoardedHow) -> Happened:
     return memory, (RiderAlighted(ride_id, how),)
 
 
-def type_code(
+def take_code(
     memory: MissionMemory, seats: SeatState, visit: Visit | None, code: str, doors_open: bool
 ) -> tuple[MissionMemory, SeatState, tuple[VehicleEvent, ...]]:
-    """A code boards its party, or lets one aboard alight; any other code is refused."""
+    """Boards or alights the party of a code; any other code is refused."""
     if doors_open and code:
-        for rider in waiting(visit, memory):
+        for rider in riders_to_board(visit, memory):
             if rider.code == code:
                 memory, events = board(memory, rider, "code")
-                return memory, _claimed(seats, rider.party), events
-        for rider in due(visit, memory):
+                return memory, _with_boarded(seats, rider.party), events
+        for rider in riders_to_alight(visit, memory):
             if rider.code == code:
                 memory, events = alight(memory, rider.ride_id, "code")
-                return memory, _left(seats, rider.party), events
+                return memory, _with_alighted(seats, rider.party), events
     return memory, seats, (CodeRefused(visit.visit_id if visit else ""),)
 
 
-def tap(
-    memory: MissionMemory, seats: SeatState, visit: Visit | None, word: PassengerTap, doors_open: bool
+def take_tap(
+    memory: MissionMemory, seats: SeatState, visit: Visit | None, message: PassengerTap, doors_open: bool
 ) -> tuple[MissionMemory, SeatState, tuple[VehicleEvent, ...]]:
-    """A tap on the phone, answered once."""
-    if word.tap_id in memory.heard:
+    """Boards or alights a ride by a tap on the phone; each tap is answered once."""
+    if message.tap_id in memory.heard:
         return memory, seats, ()
-    memory = msgspec.structs.replace(memory, heard=remembered(memory.heard, word.tap_id))
+    memory = msgspec.structs.replace(memory, heard=remembered(memory.heard, message.tap_id))
     events: tuple[VehicleEvent, ...] = ()
-    aboard = next((rider for rider in memory.aboard if rider.ride_id == word.ride_id), None)
+    aboard = next((rider for rider in memory.aboard if rider.ride_id == message.ride_id), None)
     reason = "" if doors_open else "the shuttle does not stand with open doors"
-    if not reason and word.kind == "board" and aboard is None:
-        rider = next((r for r in waiting(visit, memory) if r.ride_id == word.ride_id), None)
+    if not reason and message.kind == "board" and aboard is None:
+        rider = next((r for r in riders_to_board(visit, memory) if r.ride_id == message.ride_id), None)
         if rider is None:
             reason = "this ride does not board at this stop"
         else:
             memory, events = board(memory, rider, "tap")
-            seats = _claimed(seats, rider.party)
-    elif not reason and word.kind == "alight":
+            seats = _with_boarded(seats, rider.party)
+    elif not reason and message.kind == "alight":
         if aboard is None:
             reason = "this ride is not aboard"
         else:
-            memory, events = alight(memory, word.ride_id, "tap")
-            seats = _left(seats, aboard.party)
-    return memory, seats, (*events, TapAnswered(word.tap_id, word.ride_id, not reason, reason))
+            memory, events = alight(memory, message.ride_id, "tap")
+            seats = _with_alighted(seats, aboard.party)
+    return memory, seats, (*events, TapAnswered(message.tap_id, message.ride_id, not reason, reason))
 
 
-def sit(
+def take_seat_count(
     memory: MissionMemory, seats: SeatState, visit: Visit | None, occupied: int, doors_open: bool
 ) -> tuple[MissionMemory, SeatState, tuple[VehicleEvent, ...]]:
-    """A seat count: people more than accounted for board the next party that fits, fewer let one alight."""
+    """Takes a seat count: more people than accounted for board the next party that fits, fewer alight one."""
     change = occupied - seats.occupied
     seats = msgspec.structs.replace(seats, occupied=occupied)
     if not doors_open or change == 0:
         return memory, seats, ()
     if change > 0:
-        return _sat_down(memory, seats, visit, change)
-    return _stood_up(memory, seats, visit, -change)
+        return _seats_filled(memory, seats, visit, change)
+    return _seats_emptied(memory, seats, visit, -change)
 
 
-def _sat_down(
+def _seats_filled(
     memory: MissionMemory, seats: SeatState, visit: Visit | None, people: int
 ) -> tuple[MissionMemory, SeatState, tuple[VehicleEvent, ...]]:
     known = min(people, seats.owed)
@@ -130,7 +130,7 @@ def _sat_down(
         seats, owed=seats.owed - known, unclaimed=seats.unclaimed + people - known
     )
     events: tuple[VehicleEvent, ...] = ()
-    for rider in waiting(visit, memory):
+    for rider in riders_to_board(visit, memory):
         if rider.party <= seats.unclaimed:
             memory, boarded = board(memory, rider, "sensor")
             events += boarded
@@ -138,7 +138,7 @@ def _sat_down(
     return memory, seats, events
 
 
-def _stood_up(
+def _seats_emptied(
     memory: MissionMemory, seats: SeatState, visit: Visit | None, people: int
 ) -> tuple[MissionMemory, SeatState, tuple[VehicleEvent, ...]]:
     known = min(people, seats.leaving)
@@ -150,45 +150,49 @@ def _stood_up(
         vacated=seats.vacated + people - known - strangers,
     )
     events: tuple[VehicleEvent, ...] = ()
-    candidates = due(visit, memory)
+    candidates = riders_to_alight(visit, memory)
     if visit is None and len({rider.party for rider in candidates}) < len(candidates):
-        # At a stop nobody planned, the seat count cannot tell two parties of one size apart.
+        # At an unplanned stop the seat count cannot tell two parties of the same size apart.
         return memory, seats, ()
     for rider in candidates:
         fits = rider.party == seats.vacated if visit is None else rider.party <= seats.vacated
         if fits:
-            memory, gone = alight(memory, rider.ride_id, "sensor")
-            events += gone
+            memory, alighted = alight(memory, rider.ride_id, "sensor")
+            events += alighted
             seats = msgspec.structs.replace(seats, vacated=seats.vacated - rider.party)
     return memory, seats, events
 
 
-def close_list(memory: MissionMemory, visit: Visit | None) -> Happened:
-    """The end of the dwell: who did not come, and who did not go, each told once."""
+def close_visit(memory: MissionMemory, visit: Visit | None) -> BoardingResult:
+    """Ends the dwell: each missing party is a no-show, and each party that stayed is reported once."""
     if visit is None:
         return memory, ()
-    missing = waiting(visit, memory)
-    staying = tuple(rider for rider in due(visit, memory) if rider.ride_id not in memory.overdue)
+    missing = riders_to_board(visit, memory)
+    remaining = tuple(
+        rider for rider in riders_to_alight(visit, memory) if rider.ride_id not in memory.overdue
+    )
     settled, overdue = memory.settled, memory.overdue
     for rider in missing:
         settled = remembered(settled, rider.ride_id)
-    for rider in staying:
+    for rider in remaining:
         overdue = remembered(overdue, rider.ride_id)
-    if missing or staying:
+    if missing or remaining:
         memory = msgspec.structs.replace(memory, settled=settled, overdue=overdue)
     no_shows: tuple[VehicleEvent, ...] = tuple(RiderNoShow(rider.ride_id) for rider in missing)
-    return memory, no_shows + tuple(RiderDidNotAlight(rider.ride_id) for rider in staying)
+    return memory, no_shows + tuple(RiderDidNotAlight(rider.ride_id) for rider in remaining)
 
 
-def _claimed(seats: SeatState, party: int) -> SeatState:
-    """A party boarded by word: it may sit already, else its seats are owed."""
+def _with_boarded(seats: SeatState, party: int) -> SeatState:
+    """After a party boarded by code or tap: it may sit already, else its seats are owed."""
     sitting = min(party, seats.unclaimed)
     return msgspec.structs.replace(
         seats, unclaimed=seats.unclaimed - sitting, owed=seats.owed + party - sitting
     )
 
 
-def _left(seats: SeatState, party: int) -> SeatState:
-    """A party alighted by word: it may have stood up already, else its seats will empty."""
-    gone = min(party, seats.vacated)
-    return msgspec.structs.replace(seats, vacated=seats.vacated - gone, leaving=seats.leaving + party - gone)
+def _with_alighted(seats: SeatState, party: int) -> SeatState:
+    """After a party alighted by code or tap: it may have stood up already, else its seats will empty."""
+    alighted = min(party, seats.vacated)
+    return msgspec.structs.replace(
+        seats, vacated=seats.vacated - alighted, leaving=seats.leaving + party - alighted
+    )

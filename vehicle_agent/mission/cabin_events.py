@@ -1,42 +1,42 @@
-"""Buttons, codes, seats and doors onboard."""
+"""Cabin events: seat buttons, codes, seat counts and doors."""
 
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import SeatButtonPressed
 from vehicle_agent.mission import boarding
-from vehicle_agent.mission.progress import doors_moved
+from vehicle_agent.mission.progress import update_doors
 from vehicle_agent.mission.rules import MissionRules
-from vehicle_agent.mission.seat_button import TemporaryStop, cut
+from vehicle_agent.mission.seat_button import TemporaryStop, next_stopping_place
 from vehicle_agent.mission.sections import MovementAuthority
 from vehicle_agent.mission.state import MissionState
 from vehicle_agent.signals import CabinEvent, CodeTyped, DoorState, SeatSensor
 
 
-def press(
+def take_cabin_event(
     state: MissionState,
     item: CabinEvent,
     network: RoadNetwork,
     rules: MissionRules,
-    leave: MovementAuthority,
+    authority: MovementAuthority,
     speed_mps: float,
 ) -> MissionState:
-    """The state after one thing that somebody onboard did."""
+    """The state after one cabin event."""
     is_open = state.doors.phase == "open"
     match item:
         case DoorState():
-            # At once: who gets on in this very tick gets on through an open door.
-            return doors_moved(state.after(doors=state.doors.sense(item.open)), rules)
+            # At once: a rider who boards in this very tick boards through an open door.
+            return update_doors(state.after(doors=state.doors.sense(item.open)), rules)
         case SeatSensor():
-            memory, seats, events = boarding.sit(
+            memory, seats, events = boarding.take_seat_count(
                 state.memory, state.seats, state.visit_here(), item.occupied, is_open
             )
             return state.after(*events, memory=memory, seats=seats)
         case CodeTyped():
-            memory, seats, events = boarding.type_code(
+            memory, seats, events = boarding.take_code(
                 state.memory, state.seats, state.visit_here(), item.code, is_open
             )
             return state.after(*events, memory=memory, seats=seats)
         case _:
-            return _seat_button(state, item.seat, network, rules, leave, speed_mps)
+            return _seat_button(state, item.seat, network, rules, authority, speed_mps)
 
 
 def _seat_button(
@@ -44,30 +44,28 @@ def _seat_button(
     seat: int,
     network: RoadNetwork,
     rules: MissionRules,
-    leave: MovementAuthority,
+    authority: MovementAuthority,
     speed_mps: float,
 ) -> MissionState:
     visit, route = state.visit(), state.route
     if state.temporary is not None:
-        asked = state.temporary
-        return state.after(
-            SeatButtonPressed(seat, True, asked.visit_id, asked.place.lane_id, asked.place.s_m)
-        )
+        stop = state.temporary
+        return state.after(SeatButtonPressed(seat, True, stop.visit_id, stop.place.lane_id, stop.place.s_m))
     visit_s_m = state.target_s_m()
     reason, s_m = "", None
     if visit is None or route is None or visit_s_m is None:
         reason = "the shuttle has nowhere to drive"
     elif state.stage != "driving":
         reason = "the shuttle stands at a stop"
-    elif state.held or state.astray:
+    elif state.held or state.is_off_route:
         reason = "the shuttle is held"
     else:
-        limit_m = min(leave.hold_s_m, visit_s_m - rules.stops.before_stop_m)
-        s_m = cut(network, route, state.s_m, speed_mps, limit_m, rules.body, rules.stops)
+        limit_m = min(authority.hold_s_m, visit_s_m - rules.stops.before_stop_m)
+        s_m = next_stopping_place(network, route, state.s_m, speed_mps, limit_m, rules.body, rules.stops)
         reason = "" if s_m is not None else "no place to stop lies before the next stop"
     if s_m is None or route is None:
         visit_id = "" if visit is None else visit.visit_id
-        # Who is held or at a stop hears why already.
+        # At a stop or while held, the screen already shows the reason.
         on_the_way = state.stage == "driving" and not state.held and visit is not None
         return state.after(
             SeatButtonPressed(seat, False, visit_id, state.place.lane_id, state.place.s_m, reason),

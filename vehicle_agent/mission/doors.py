@@ -1,4 +1,4 @@
-"""The doors: commanded here, believed when the sensor says so."""
+"""The doors: commanded here, and taken as moved when the sensor confirms it."""
 
 from typing import Literal
 
@@ -8,7 +8,7 @@ Phase = Literal["closed", "opening", "open", "closing"]
 
 
 class Doors(msgspec.Struct, frozen=True):
-    """phase since since_ns; sensed is the door sensor's last word, None where there is none."""
+    """phase since since_ns; sensed: the door sensor's last value, None without a sensor."""
 
     phase: Phase = "closed"
     since_ns: int = 0
@@ -22,13 +22,13 @@ class Doors(msgspec.Struct, frozen=True):
         return Doors(self.phase, self.since_ns, is_open)
 
     def command(self, wanted_open: bool, now_ns: int) -> "Doors":
-        """Start to open or close; nothing when that is what they do."""
+        """Starts to open or close the doors; no change if they already do."""
         if wanted_open == self.commanded_open:
             return self
         return Doors("opening" if wanted_open else "closing", now_ns, self.sensed)
 
     def step(self, now_ns: int, travel_ns: int) -> "Doors":
-        """Arrived when the sensor says so; without a sensor after the time that doors take."""
+        """Open or closed when the sensor confirms it; without a sensor, after travel_ns."""
         if self.phase in ("open", "closed"):
             return self
         wanted = self.phase == "opening"

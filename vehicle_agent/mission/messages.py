@@ -1,4 +1,4 @@
-"""What the server, an operator or a phone says, and what the mission makes of it."""
+"""Messages of the server, an operator or a phone, and the state after each."""
 
 import msgspec
 
@@ -6,8 +6,8 @@ from contract.roads.network import RoadNetwork
 from contract.wire.messages import Command, CommandDone, Grants, Order, OrderRejected, PassengerTap
 from vehicle_agent.mission import boarding
 from vehicle_agent.mission.memory import MissionMemory, remembered
-from vehicle_agent.mission.order_line import LanePoint, OrderLine, VisitUnreachable, located, order_line
-from vehicle_agent.mission.orders import accepted, is_repeat, refusal, taken
+from vehicle_agent.mission.order_line import LanePoint, OrderLine, VisitUnreachable, locate, order_line
+from vehicle_agent.mission.orders import is_repeat, order_accepted, order_rejection, with_order
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.sections import OccupiedSection
 from vehicle_agent.mission.state import MissionState
@@ -15,33 +15,33 @@ from vehicle_agent.signals import Ego
 
 
 def take_order(state: MissionState, order: Order, network: RoadNetwork, ego: Ego) -> MissionState:
-    """Follow the order from now on, or say why not. A repeat is answered and changes nothing."""
+    """Accepts and follows the order, or rejects it. A repeat is accepted again and changes nothing."""
     if is_repeat(order, state.memory):
-        return state.after(answers=(*state.answers, accepted(order)))
+        return state.after(answers=(*state.answers, order_accepted(order)))
     if not state.place.lane_id and not ego.valid:
-        return state.after(waiting_order=order)
-    no = refusal(order, state.memory, network, state.server_now_ns())
-    if no is not None:
-        return state.after(answers=(*state.answers, no))
+        return state.after(pending_order=order)
+    rejection = order_rejection(order, state.memory, network, state.server_now_ns())
+    if rejection is not None:
+        return state.after(answers=(*state.answers, rejection))
     start = _start(state, network, ego, order.visits[0].route)
     if start is None:
-        return state.after(answers=(*state.answers, _at_sea(order, state.memory)))
+        return state.after(answers=(*state.answers, _not_on_lane(order, state.memory)))
     line_id = state.line_count + 1
-    result = taken(order, state.memory, network, start, line_id)
+    result = with_order(order, state.memory, network, start, line_id)
     if isinstance(result, OrderRejected):
         return state.after(answers=(*state.answers, result))
     memory, route = result
-    state = state.after(memory=memory, answers=(*state.answers, accepted(order)))
+    state = state.after(memory=memory, answers=(*state.answers, order_accepted(order)))
     return on_line(state, route, start)
 
 
 def on_line(state: MissionState, route: OrderLine, start: LanePoint) -> MissionState:
-    """The state with the vehicle on a new line, which begins with the lane it is on."""
+    """The state with the vehicle on a new line, which begins with the vehicle's lane."""
     temporary = state.temporary
     if temporary is not None:
         s_m = route.s_of(temporary.place, start.s_m - 1.0)
         temporary = None if s_m is None else msgspec.structs.replace(temporary, s_m=s_m)
-    # A stop asked for that is not on the new way is given up; its doors, if open, close as at any stop.
+    # A requested stop that is not on the new line is dropped; open doors close as at any stop.
     stage = state.stage if temporary is not None or state.temporary is None else "leaving"
     return state.after(
         route=route,
@@ -49,7 +49,7 @@ def on_line(state: MissionState, route: OrderLine, start: LanePoint) -> MissionS
         s_m=start.s_m,
         segment=route.segment_at(start.s_m),
         place=start,
-        astray=False,
+        is_off_route=False,
         temporary=temporary,
         wait_s_m=None,
         stage=stage,
@@ -58,7 +58,7 @@ def on_line(state: MissionState, route: OrderLine, start: LanePoint) -> MissionS
 
 
 def take_grants(state: MissionState, grants: Grants) -> MissionState:
-    """The server's list replaces the one before, save for sections given back meanwhile."""
+    """Replaces the grants by the server's list, less the sections released meanwhile."""
     order = state.memory.order
     if order is None or grants.order_id != order.order_id:
         return state
@@ -68,10 +68,10 @@ def take_grants(state: MissionState, grants: Grants) -> MissionState:
     return state.after(memory=msgspec.structs.replace(state.memory, grants=sections))
 
 
-def obey(
+def execute_command(
     state: MissionState, command: Command, network: RoadNetwork, rules: MissionRules, ego: Ego
 ) -> MissionState:
-    """Hold, stop now, resume or announce; each command once. One that failed may be repeated."""
+    """Holds, stops, resumes or announces; each command is executed once. A failed one may be repeated."""
     if command.command_id in state.memory.heard:
         return state
     detail = ""
@@ -80,55 +80,55 @@ def obey(
             braking_m = ego.speed_mps * rules.hold_reaction_s + ego.speed_mps**2 / (
                 2.0 * rules.hold_decel_mps2
             )
-            state = _held(state, command.text or "held by the operator", state.s_m + braking_m)
+            state = _hold(state, command.text or "held by the operator", state.s_m + braking_m)
         case "stop_now":
-            state = _held(state, command.text or "stopped by the operator", state.s_m)
+            state = _hold(state, command.text or "stopped by the operator", state.s_m)
         case "announce":
             state = state.after(announcement=command.text, announced_ns=state.stamp_ns)
         case "resume":
-            state, detail = _resumed(state, network, ego)
+            state, detail = _resume(state, network, ego)
     if not detail:
         heard = remembered(state.memory.heard, command.command_id)
         state = state.after(memory=msgspec.structs.replace(state.memory, heard=heard))
     return state.after(CommandDone(command.command_id, not detail, detail))
 
 
-def take_tap(state: MissionState, word: PassengerTap) -> MissionState:
-    memory, seats, events = boarding.tap(
-        state.memory, state.seats, state.visit_here(), word, state.doors.phase == "open"
+def take_tap(state: MissionState, message: PassengerTap) -> MissionState:
+    memory, seats, events = boarding.take_tap(
+        state.memory, state.seats, state.visit_here(), message, state.doors.phase == "open"
     )
     return state.after(*events, memory=memory, seats=seats)
 
 
 def find_line(state: MissionState, network: RoadNetwork, ego: Ego) -> tuple[MissionState, str]:
-    """(state, "") with the remembered order as a line from here, or (state, what is in the way)."""
+    """(state with the stored order as a line from here, ""), or (state, the reason why there is no line)."""
     visits = state.memory.open_visits()
     start = _start(state, network, ego, visits[0].route if visits else ())
     if start is None:
         return state, "the vehicle is not on a lane of the map: drive it onto one by hand"
     if not visits:
-        return state.after(place=start, astray=False, route=None), ""
+        return state.after(place=start, is_off_route=False, route=None), ""
     try:
         route = order_line(network, visits, start, state.line_count + 1)
     except VisitUnreachable as error:
         return state, str(error)
-    if not state.footing:
+    if not state.occupied_sections:
         leaving_m = state.odometer_m + 1.0
-        footing = tuple(OccupiedSection(grant, leaving_m) for grant in state.memory.occupied)
-        state = state.after(footing=footing)
+        occupied_sections = tuple(OccupiedSection(grant, leaving_m) for grant in state.memory.occupied)
+        state = state.after(occupied_sections=occupied_sections)
     return on_line(state, route, start), ""
 
 
-def _held(state: MissionState, reason: str, stop_s_m: float) -> MissionState:
+def _hold(state: MissionState, reason: str, stop_s_m: float) -> MissionState:
     if state.held:
         return state.after(hold_reason=reason)
     return state.after(held=True, hold_reason=reason, hold_s_m=stop_s_m)
 
 
-def _resumed(state: MissionState, network: RoadNetwork, ego: Ego) -> tuple[MissionState, str]:
+def _resume(state: MissionState, network: RoadNetwork, ego: Ego) -> tuple[MissionState, str]:
     if not ego.valid:
         return state, "the vehicle does not know where it is: wait for a good position, then resume again"
-    if state.astray or state.route is None:
+    if state.is_off_route or state.route is None:
         state, trouble = find_line(state, network, ego)
         if trouble:
             return state, trouble
@@ -138,11 +138,11 @@ def _resumed(state: MissionState, network: RoadNetwork, ego: Ego) -> tuple[Missi
 def _start(
     state: MissionState, network: RoadNetwork, ego: Ego, expected: tuple[str, ...]
 ) -> LanePoint | None:
-    if state.route is not None and not state.astray:
+    if state.route is not None and not state.is_off_route:
         return state.place
-    return located(network, ego.pose_map, expected) if ego.valid else None
+    return locate(network, ego.pose_map, expected) if ego.valid else None
 
 
-def _at_sea(order: Order, memory: MissionMemory) -> OrderRejected:
+def _not_on_lane(order: Order, memory: MissionMemory) -> OrderRejected:
     detail = "the vehicle is not on a lane of the map"
     return OrderRejected(order.epoch, order.order_id, order.revision, "unreachable", detail, memory.visits)

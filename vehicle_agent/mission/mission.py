@@ -1,4 +1,4 @@
-"""What the vehicle is to do: its order, visit by visit, inside the sections it has been granted."""
+"""The mission room: the order, visit by visit, within the granted sections."""
 
 import math
 
@@ -13,20 +13,25 @@ from contract.wire.messages import (
     OrderRejected,
     VehicleEvent,
 )
-from vehicle_agent.mission.cabin_events import press
+from vehicle_agent.mission.cabin_events import take_cabin_event
 from vehicle_agent.mission.memory import MissionMemory
 from vehicle_agent.mission.messages import (
+    execute_command,
     find_line,
-    obey,
     take_grants,
     take_order,
     take_tap,
 )
-from vehicle_agent.mission.occupied_stop import heeded
-from vehicle_agent.mission.order_line import located
-from vehicle_agent.mission.progress import moved, progress
+from vehicle_agent.mission.occupied_stop import wait_for_occupied_stop
+from vehicle_agent.mission.order_line import locate
+from vehicle_agent.mission.progress import advance_visit, update_position
 from vehicle_agent.mission.rules import MissionRules
-from vehicle_agent.mission.sections import MovementAuthority, footings, leave_to_drive, released
+from vehicle_agent.mission.sections import (
+    MovementAuthority,
+    find_occupied_sections,
+    movement_authority,
+    release_sections,
+)
 from vehicle_agent.mission.state import MissionState
 from vehicle_agent.signals import (
     STOP_OCCUPIED,
@@ -44,13 +49,13 @@ _FREE = MovementAuthority(math.inf, "")
 
 
 class Mission(msgspec.Struct, frozen=True):
-    """Orders, visits, doors, riders, sections and the seat button (docs/vehicle/onboard.md, mission)."""
+    """Orders, visits, doors, riders, sections and the seat button (docs/vehicle/mission.md)."""
 
     network: RoadNetwork
     rules: MissionRules = MissionRules()
 
     def initial(self, memory: MissionMemory | None = None) -> MissionState:
-        """Standing and held. `memory` is what a crash left: order, visits and riders are still there."""
+        """Standing and held. memory: order, visits and riders as they were before a crash."""
         return MissionState(memory or MissionMemory())
 
     def step(
@@ -64,19 +69,19 @@ class Mission(msgspec.Struct, frozen=True):
         world: World,
         now_ns: int,
     ) -> tuple[Task, MissionState]:
-        """What to do now. `events` and `answers` of the new state tell what happened in this step."""
+        """The task now. `events` and `answers` of the new state are those of this step."""
         if link is not None and link.connected:
             state = msgspec.structs.replace(state, server_offset_ns=link.server_offset_ns)
-        state = moved(state, self.rules, ego)
-        state = self._oriented(state, ego)
+        state = update_position(state, self.rules, ego)
+        state = self._with_position(state, ego)
         for message in messages:
-            state = self._received(state, message, ego)
-        leave = self._leave(state)
+            state = self._take_message(state, message, ego)
+        authority = self._authority(state)
         for event in cabin_events:
-            state = press(state, event, self.network, self.rules, leave, ego.speed_mps)
-        state = heeded(progress(state, self.rules, ego, world), self.rules, ego, world)
-        state = self._released(state)
-        return self._task(state, self._leave(state)), state
+            state = take_cabin_event(state, event, self.network, self.rules, authority, ego.speed_mps)
+        state = wait_for_occupied_stop(advance_visit(state, self.rules, ego, world), self.rules, ego, world)
+        state = self._with_sections_released(state)
+        return self._task(state, self._authority(state)), state
 
     def events(self, state: MissionState) -> tuple[VehicleEvent, ...]:
         return state.events
@@ -84,8 +89,8 @@ class Mission(msgspec.Struct, frozen=True):
     def answers(self, state: MissionState) -> tuple[OrderAccepted | OrderRejected, ...]:
         return state.answers
 
-    def _oriented(self, state: MissionState, ego: Ego) -> MissionState:
-        """With the first good position: find the lane, the remembered order's line, the order that waited."""
+    def _with_position(self, state: MissionState, ego: Ego) -> MissionState:
+        """With a valid position: finds the lane and the stored order's line, and takes a pending order."""
         if not ego.valid or state.route is not None:
             return state
         if not state.place.lane_id:
@@ -93,50 +98,52 @@ class Mission(msgspec.Struct, frozen=True):
             if trouble:
                 return state.after(hold_reason=trouble) if state.held else state
         elif not state.standing_since_ns:
-            place = located(self.network, ego.pose_map, ())
+            place = locate(self.network, ego.pose_map, ())
             state = state.after(place=place) if place is not None else state
-        if state.waiting_order is not None:
-            order = state.waiting_order
-            state = take_order(state.after(waiting_order=None), order, self.network, ego)
+        if state.pending_order is not None:
+            order = state.pending_order
+            state = take_order(state.after(pending_order=None), order, self.network, ego)
         return state
 
-    def _received(self, state: MissionState, message: MissionMessage, ego: Ego) -> MissionState:
+    def _take_message(self, state: MissionState, message: MissionMessage, ego: Ego) -> MissionState:
         match message:
             case Order():
                 return take_order(state, message, self.network, ego)
             case Grants():
                 return take_grants(state, message)
             case Command():
-                return obey(state, message, self.network, self.rules, ego)
+                return execute_command(state, message, self.network, self.rules, ego)
             case _:
                 return take_tap(state, message)
 
-    def _leave(self, state: MissionState) -> MovementAuthority:
+    def _authority(self, state: MissionState) -> MovementAuthority:
         if state.route is None:
             return _FREE
         rules = self.rules
-        return leave_to_drive(
+        return movement_authority(
             state.route.line.sections, state.memory.grants, state.s_m, rules.body, rules.section_margin_m
         )
 
-    def _released(self, state: MissionState) -> MissionState:
+    def _with_sections_released(self, state: MissionState) -> MissionState:
         rules = self.rules
-        standing = state.footing
-        if state.route is not None and not state.astray:
-            standing = footings(
-                state.footing,
+        standing = state.occupied_sections
+        if state.route is not None and not state.is_off_route:
+            standing = find_occupied_sections(
+                state.occupied_sections,
                 state.route.line.sections,
                 state.memory.grants,
                 state.s_m,
                 state.odometer_m,
                 rules.body,
             )
-        memory, footing, events = released(state.memory, standing, state.odometer_m, rules.release_slack_m)
-        return state.after(*events, memory=memory, footing=footing)
+        memory, occupied_sections, events = release_sections(
+            state.memory, standing, state.odometer_m, rules.release_slack_m
+        )
+        return state.after(*events, memory=memory, occupied_sections=occupied_sections)
 
-    def _task(self, state: MissionState, leave: MovementAuthority) -> Task:
+    def _task(self, state: MissionState, authority: MovementAuthority) -> Task:
         mode, reason = _mode(state)
-        stop_s_m, waiting_for = _stop(state, leave, mode)
+        stop_s_m, waiting_for = _stop(state, authority, mode)
         if mode == "drive" and state.wait_s_m is not None and not waiting_for:
             reason = STOP_OCCUPIED
         visit = state.visit()
@@ -169,14 +176,16 @@ class Mission(msgspec.Struct, frozen=True):
 
 
 def persistent(state: MissionState) -> MissionMemory:
-    """What must be on disk before this tick's answers and events go out; the same object until it changes."""
+    """The memory to write to disk before this tick's answers and events go out; the same object until it
+    changes.
+    """
     return state.memory
 
 
 def _mode(state: MissionState) -> tuple[TaskMode, str]:
     if state.held:
         return "hold", state.hold_reason
-    if state.astray:
+    if state.is_off_route:
         return "hold", "off the route: drive the shuttle back by hand, then resume"
     if state.stage != "driving":
         if state.temporary is None:
@@ -187,16 +196,16 @@ def _mode(state: MissionState) -> tuple[TaskMode, str]:
     return "drive", "requested stop" if state.temporary is not None else ""
 
 
-def _stop(state: MissionState, leave: MovementAuthority, mode: TaskMode) -> tuple[float, str]:
-    """(where the rear axle must stand, the section that is missing if that is why)."""
+def _stop(state: MissionState, authority: MovementAuthority, mode: TaskMode) -> tuple[float, str]:
+    """(where the rear axle must stop, the section without a grant if that is the reason)."""
     target_s_m = state.target_s_m()
     if mode in ("idle", "dwell") or target_s_m is None:
         return state.s_m, ""
-    wanted_m = min(target_s_m, state.hold_s_m) if mode == "hold" and not state.astray else target_s_m
-    if mode == "hold" and state.astray:
+    wanted_m = min(target_s_m, state.hold_s_m) if mode == "hold" and not state.is_off_route else target_s_m
+    if mode == "hold" and state.is_off_route:
         wanted_m = state.s_m
     if state.wait_s_m is not None:
         wanted_m = min(wanted_m, state.wait_s_m)
-    if leave.hold_s_m < wanted_m:
-        return leave.hold_s_m, leave.waiting_for
+    if authority.hold_s_m < wanted_m:
+        return authority.hold_s_m, authority.waiting_for
     return wanted_m, ""

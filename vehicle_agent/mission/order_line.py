@@ -1,4 +1,4 @@
-"""An order as one line to drive: the lanes of its visits joined, and where on the line each visit is."""
+"""An order as one line to drive: the joined lanes of its visits, and the place of each visit on the line."""
 
 import bisect
 import itertools
@@ -22,16 +22,17 @@ class VisitUnreachable(Exception):
 
 
 class LanePoint(msgspec.Struct, frozen=True):
-    """Somewhere on a lane."""
+    """A place on a lane."""
 
     lane_id: str
     s_m: float
 
 
 class OrderLine(msgspec.Struct, frozen=True):
-    """line_id tells lines apart; lane_from_m: where on the line each lane of line.lane_ids begins.
+    """An order's line.
 
-    visit_s_m: (visit_id, place of the rear axle on the line), in driving order
+    line_id      distinguishes lines; lane_from_m: where on the line each lane of line.lane_ids begins
+    visit_s_m    (visit_id, place of the rear axle on the line), in driving order
     """
 
     line_id: int
@@ -45,7 +46,7 @@ class OrderLine(msgspec.Struct, frozen=True):
         return LanePoint(self.line.lane_ids[number], s_m - self.lane_from_m[number])
 
     def s_of(self, place: LanePoint, after_m: float) -> float | None:
-        """Where the line next comes by a place, from after_m on; None when it does not."""
+        """Where the line next passes a place, from after_m on; None when it does not."""
         for number, lane_id in enumerate(self.line.lane_ids):
             s_m = self.lane_from_m[number] + place.s_m
             if lane_id == place.lane_id and s_m >= after_m:
@@ -56,7 +57,7 @@ class OrderLine(msgspec.Struct, frozen=True):
         return next((s_m for name, s_m in self.visit_s_m if name == visit_id), None)
 
     def along(self, pose_map: Pose2, segment: int) -> tuple[float, float, int]:
-        """(s_m, d_m, segment) of a pose, looked for near the last segment only: routes cross themselves."""
+        """(s_m, d_m, segment) of a pose, searched near the last segment only: routes cross themselves."""
         line = self.line
         s_m, d_m, found = project(
             line.points, line.s, pose_map.x_m, pose_map.y_m, segment - _BEHIND, segment + _AHEAD
@@ -69,13 +70,13 @@ class OrderLine(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True, slots=True)
 class _Chain:
-    """Lanes so far; `at` is the place on the last of them."""
+    """Lanes so far; at_m is the place on the last of them."""
 
     lanes: tuple[str, ...]
     at_m: float
 
 
-def located(network: RoadNetwork, pose_map: Pose2, expected: tuple[str, ...]) -> LanePoint | None:
+def locate(network: RoadNetwork, pose_map: Pose2, expected: tuple[str, ...]) -> LanePoint | None:
     """Where the vehicle is; lanes it is expected on win where several lie under it. None: at sea."""
     for lane_id in expected:
         line = network.lines[lane_id]
@@ -98,7 +99,7 @@ def order_line(network: RoadNetwork, visits: tuple[Visit, ...], start: LanePoint
     chain = _Chain((start.lane_id,), start.s_m)
     offsets: list[tuple[str, int, float]] = []
     for visit in visits:
-        chain = _extended(network, chain, visit)
+        chain = _extend(network, chain, visit)
         offsets.append((visit.visit_id, len(chain.lanes) - 1, visit.s_m))
     lane_from = [0.0]
     for lane_id in chain.lanes[:-1]:
@@ -109,9 +110,9 @@ def order_line(network: RoadNetwork, visits: tuple[Visit, ...], start: LanePoint
     return OrderLine(line_id, line, tuple(lane_from), visit_s)
 
 
-def _extended(network: RoadNetwork, chain: _Chain, visit: Visit) -> _Chain:
+def _extend(network: RoadNetwork, chain: _Chain, visit: Visit) -> _Chain:
     here = chain.lanes[-1]
-    onward = _onward(network, visit, here, chain.at_m)
+    onward = _rest_of_route(network, visit, here, chain.at_m)
     if onward is None:
         route = find_route(network, here, max(0.0, chain.at_m - PASSED_M), visit.lane_id, visit.s_m)
         if route is None:
@@ -120,7 +121,7 @@ def _extended(network: RoadNetwork, chain: _Chain, visit: Visit) -> _Chain:
     return _Chain(chain.lanes + onward[1:], visit.s_m)
 
 
-def _onward(network: RoadNetwork, visit: Visit, here: str, at_m: float) -> tuple[str, ...] | None:
+def _rest_of_route(network: RoadNetwork, visit: Visit, here: str, at_m: float) -> tuple[str, ...] | None:
     """The visit's own route from the lane `here` on, if it leads to the visit from there."""
     route = visit.route
     for i, lane_id in enumerate(route):

@@ -1,4 +1,4 @@
-"""Whether an order can be taken: the vehicle's half of the authority rule."""
+"""Accepting or rejecting orders: the vehicle's half of the authority rule."""
 
 import msgspec
 
@@ -9,17 +9,17 @@ from vehicle_agent.mission.order_line import LanePoint, OrderLine, VisitUnreacha
 
 
 def is_repeat(order: Order, memory: MissionMemory) -> bool:
-    """The order that the vehicle follows already."""
+    """The vehicle already follows this order and revision."""
     known = memory.order
     return known is not None and (order.order_id, order.revision) == (known.order_id, known.revision)
 
 
-def refusal(
+def order_rejection(
     order: Order, memory: MissionMemory, network: RoadNetwork, server_now_ns: int | None
 ) -> OrderRejected | None:
-    """Why the order cannot be taken, as far as can be told without the road; None when it can.
+    """The rejection of an order, as far as it shows without routing; None when it may be accepted.
 
-    server_now_ns  None while the link has not measured the clocks: then nothing bounds the acceptance
+    server_now_ns  None while the link has not measured the clock offset; the order is rejected as expired
     """
     if _is_stale(order, memory):
         return _rejected(
@@ -41,10 +41,10 @@ def refusal(
     return None
 
 
-def taken(
+def with_order(
     order: Order, memory: MissionMemory, network: RoadNetwork, start: LanePoint, line_id: int
 ) -> tuple[MissionMemory, OrderLine] | OrderRejected:
-    """The memory and the line after taking the order, or its rejection as unreachable."""
+    """(memory, line) with the order, or its rejection as unreachable."""
     states = {p.visit_id: p.state for p in memory.visits}
     progress = tuple(
         VisitProgress(visit.visit_id, states.get(visit.visit_id, "pending")) for visit in order.visits
@@ -61,7 +61,7 @@ def taken(
     return new, line
 
 
-def accepted(order: Order) -> OrderAccepted:
+def order_accepted(order: Order) -> OrderAccepted:
     return OrderAccepted(order.epoch, order.order_id, order.revision)
 
 

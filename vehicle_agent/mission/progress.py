@@ -1,4 +1,4 @@
-"""Arriving, dwelling and leaving: the life of a visit while the vehicle is there."""
+"""Arrival, dwell and departure at a visit or a temporary stop."""
 
 import msgspec
 import numpy as np
@@ -12,25 +12,25 @@ from vehicle_agent.mission.state import MissionState
 from vehicle_agent.signals import Ego, World
 
 
-def progress(state: MissionState, rules: MissionRules, ego: Ego, world: World) -> MissionState:
-    """One tick of the stop that the vehicle is at, if it is at one."""
-    state = doors_moved(state, rules)
+def advance_visit(state: MissionState, rules: MissionRules, ego: Ego, world: World) -> MissionState:
+    """The state after one tick of arriving, serving or leaving a stop."""
+    state = update_doors(state, rules)
     match state.stage:
         case "driving":
-            return _arrived(state, rules)
+            return _check_arrival(state, rules)
         case "serving":
-            return _served(state, rules, ego)
+            return _serve(state, rules, ego)
         case "leaving":
-            return _left(state, rules, ego, world)
+            return _leave_stop(state, rules, ego, world)
 
 
 def is_standing(state: MissionState, rules: MissionRules) -> bool:
-    """At rest, and not only for a moment."""
+    """At rest for at least standing_ns."""
     return 0 < state.standing_since_ns <= state.stamp_ns - rules.standing_ns
 
 
-def doors_moved(state: MissionState, rules: MissionRules) -> MissionState:
-    """Believe the doors to be open or closed as soon as they are, and tell it."""
+def update_doors(state: MissionState, rules: MissionRules) -> MissionState:
+    """Takes the doors as open or closed as soon as they are, and reports a change."""
     doors = state.doors.step(state.stamp_ns, rules.door_travel_ns)
     if doors.phase == state.doors.phase:
         return state.after(doors=doors)
@@ -45,14 +45,14 @@ def doors_moved(state: MissionState, rules: MissionRules) -> MissionState:
     )
 
 
-def _arrived(state: MissionState, rules: MissionRules) -> MissionState:
+def _check_arrival(state: MissionState, rules: MissionRules) -> MissionState:
     target_s_m = state.target_s_m()
-    if target_s_m is None or state.held or state.astray or not is_standing(state, rules):
+    if target_s_m is None or state.held or state.is_off_route or not is_standing(state, rules):
         return state
     if not -rules.overshot_m <= target_s_m - state.s_m <= rules.arrived_m:
         return state
     if state.temporary is not None:
-        return _opened(state)
+        return _open_doors(state)
     visit = state.visit()
     assert visit is not None
     if state.memory.visit_state(visit.visit_id) == "pending":
@@ -61,20 +61,20 @@ def _arrived(state: MissionState, rules: MissionRules) -> MissionState:
             memory=state.memory.with_visit(visit.visit_id, "under_way"),
         )
     if visit.kind == "rest" and not visit.board and not visit.alight:
-        return _done(state, visit)
-    return _opened(state)
+        return _finish_visit(state, visit)
+    return _open_doors(state)
 
 
-def _opened(state: MissionState) -> MissionState:
+def _open_doors(state: MissionState) -> MissionState:
     return state.after(stage="serving", doors=state.doors.command(True, state.stamp_ns), doors_open_ns=0)
 
 
-def _served(state: MissionState, rules: MissionRules, ego: Ego) -> MissionState:
-    """Doors open until the dwell is over; at once shut when the vehicle is moved."""
+def _serve(state: MissionState, rules: MissionRules, ego: Ego) -> MissionState:
+    """Keeps the doors open until the dwell is over; closes them at once if the vehicle moves."""
     if ego.speed_mps < rules.rolling_mps and not _dwell_is_over(state, rules):
         return state
     visit = state.visit_here()
-    memory, events = boarding.close_list(state.memory, visit)
+    memory, events = boarding.close_visit(state.memory, visit)
     return state.after(
         *events,
         memory=memory,
@@ -98,24 +98,26 @@ def _dwell_is_over(state: MissionState, rules: MissionRules) -> bool:
         return False
     server_now_ns = state.server_now_ns()
     is_early = server_now_ns is not None and server_now_ns < visit.not_before_ns
-    if is_early and (visit.timed or boarding.waiting(visit, state.memory)):
+    if is_early and (visit.timed or boarding.riders_to_board(visit, state.memory)):
         return False
     late_ns = open_ns - round(visit.dwell_s * 1e9)
     return late_ns >= rules.alight_grace_ns or not _expected_to_alight(state, visit)
 
 
 def _expected_to_alight(state: MissionState, visit: Visit) -> bool:
-    return any(rider.ride_id not in state.memory.overdue for rider in boarding.due(visit, state.memory))
+    return any(
+        rider.ride_id not in state.memory.overdue for rider in boarding.riders_to_alight(visit, state.memory)
+    )
 
 
-def _left(state: MissionState, rules: MissionRules, ego: Ego, world: World) -> MissionState:
+def _leave_stop(state: MissionState, rules: MissionRules, ego: Ego, world: World) -> MissionState:
     if state.doors.phase != "closed" or state.doors.sensed is True:
         return state
     if state.temporary is None:
         visit = state.visit()
         at_it = visit is not None and state.memory.visit_state(visit.visit_id) == "under_way"
-        return _done(state, visit) if visit is not None and at_it else state.after(stage="driving")
-    near = _somebody_is_near(world, ego.pose_map, rules)
+        return _finish_visit(state, visit) if visit is not None and at_it else state.after(stage="driving")
+    near = _is_surrounding_occupied(world, ego.pose_map, rules)
     near_since_ns = state.near_since_ns or state.stamp_ns
     clear_since_ns = 0 if near else state.clear_since_ns or state.stamp_ns
     is_clear = not near and state.stamp_ns - clear_since_ns >= rules.near_clear_ns
@@ -124,13 +126,13 @@ def _left(state: MissionState, rules: MissionRules, ego: Ego, world: World) -> M
     return state.after(near_since_ns=near_since_ns, clear_since_ns=clear_since_ns)
 
 
-def _done(state: MissionState, visit: Visit) -> MissionState:
+def _finish_visit(state: MissionState, visit: Visit) -> MissionState:
     event: VehicleEvent = VisitChanged(visit.visit_id, visit.stop_id, "done")
     return state.after(event, memory=state.memory.with_visit(visit.visit_id, "done"), stage="driving")
 
 
-def _somebody_is_near(world: World, pose_map: Pose2, rules: MissionRules) -> bool:
-    """Something stands within near_m of the outline."""
+def _is_surrounding_occupied(world: World, pose_map: Pose2, rules: MissionRules) -> bool:
+    """An obstacle cell is within near_m of the outline."""
     points: Array = transform_points(inverse(pose_map), world.points_map)
     x, y = points[:, 0], points[:, 1]
     dx = np.maximum(np.maximum(-rules.body.back_m - x, x - rules.body.front_m), 0.0)
@@ -138,7 +140,7 @@ def _somebody_is_near(world: World, pose_map: Pose2, rules: MissionRules) -> boo
     return bool(np.any(dx * dx + dy * dy < rules.near_m**2))
 
 
-def moved(state: MissionState, rules: MissionRules, ego: Ego) -> MissionState:
+def update_position(state: MissionState, rules: MissionRules, ego: Ego) -> MissionState:
     """Odometer, standing time, and the rear axle's place on the line."""
     travelled_m = 0.0
     if state.stamp_ns:
@@ -161,5 +163,5 @@ def moved(state: MissionState, rules: MissionRules, ego: Ego) -> MissionState:
         d_m=d_m,
         segment=segment,
         place=state.route.place(s_m),
-        astray=state.astray or abs(d_m) > rules.astray_m,
+        is_off_route=state.is_off_route or abs(d_m) > rules.off_route_m,
     )

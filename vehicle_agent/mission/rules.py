@@ -10,16 +10,18 @@ class MissionRules(msgspec.Struct, frozen=True):
     """Times in ns, lengths in m.
 
     section_margin_m   kept between the front bumper and a section without a grant
-    release_slack_m    how far the rear bumper must be out of a section before it is given back
-    arrived_m          the vehicle has come to a stop when it stands this near before it
-    overshot_m         or so far beyond: a stop that it was told of too late to brake for is served from there
-    standing_*         standing means slower than this for so long
+    release_slack_m    how far the rear bumper must be out of a section before the section is released
+    arrived_m          a vehicle that stands this near before a stop has arrived
+    overshot_m         or this far beyond: a stop ordered too late to brake for is served from there
+    standing_*         a vehicle stands when it is slower than this for this long
+    rolling_mps        a faster vehicle with open doors closes them
     alight_grace_ns    how much longer than the dwell the doors stay open for riders who should alight
-    near_*             departure check of a temporary stop: nobody this near, for so long; given up after a
-                       while, since the swept path is watched anyway
-    taken_*            another vehicle stands on the stop: wait this far behind where a docked one ends,
-                       until it has been free for so long
-    astray_m           farther beside the line the vehicle is no longer on it
+    near_*             departure check of a temporary stop: no obstacle this near for this long; ends after
+                       near_wait_ns_max, since the swept path is monitored anyway
+    occupied_*         another vehicle stands on the stop: wait this far behind where a docked one ends, until
+                       the stop has been free for this long
+    off_route_m        a vehicle farther beside its line is off its route
+    hold_*             reaction time and deceleration of a hold command
     """
 
     body: VehicleExtent = VehicleExtent()
@@ -38,8 +40,8 @@ class MissionRules(msgspec.Struct, frozen=True):
     near_m: float = 1.5
     near_clear_ns: int = 1_000_000_000
     near_wait_ns_max: int = 30_000_000_000
-    taken_gap_m: float = 2.0
-    taken_clear_ns: int = 1_000_000_000
-    astray_m: float = 2.5
+    occupied_gap_m: float = 2.0
+    occupied_clear_ns: int = 1_000_000_000
+    off_route_m: float = 2.5
     hold_reaction_s: float = 0.4
     hold_decel_mps2: float = 0.6

@@ -1,4 +1,4 @@
-"""Getting off early: the next place on the line where the vehicle can and may stop."""
+"""Temporary stops on request: the next place on the line where the vehicle can and may stop."""
 
 import msgspec
 
@@ -10,14 +10,14 @@ _STEP_M = 0.5
 
 
 class StopRules(msgspec.Struct, frozen=True):
-    """Comfort of an unplanned stop: deceleration (m/s2), reaction (s) and room before the next stop (m)."""
+    """Comfort of a temporary stop: deceleration (m/s2), reaction (s), distance before the next stop (m)."""
 
     decel_mps2: float = 0.6
     reaction_s: float = 0.6
     before_stop_m: float = 6.0
 
 
-def cut(
+def next_stopping_place(
     network: RoadNetwork,
     line: OrderLine,
     s_m: float,
@@ -26,41 +26,41 @@ def cut(
     body: VehicleExtent,
     rules: StopRules,
 ) -> float | None:
-    """Where the rear axle shall stand, on the line; None when there is no such place before limit_m.
+    """The place of the rear axle on the line; None when there is none before limit_m.
 
-    The whole body must stand on road lanes, clear of every section that a turn conflicts with: nobody shall
-    get out in a junction.
+    The whole body must stand on road lanes, clear of every section that conflicts with a turn, so that no
+    passenger gets out in a junction.
     """
     first_m = s_m + speed_mps * rules.reaction_s + speed_mps**2 / (2.0 * rules.decel_mps2)
-    barred = _barred(network, line)
+    junctions = _junction_spans(network, line)
     candidate_m = first_m
     while candidate_m <= limit_m:
         rear_m, front_m = candidate_m - body.back_m, candidate_m + body.front_m
-        beyond = next((to_m for from_m, to_m in barred if from_m < front_m and to_m > rear_m), None)
+        beyond = next((to_m for from_m, to_m in junctions if from_m < front_m and to_m > rear_m), None)
         if beyond is None:
             return candidate_m
         candidate_m = max(candidate_m + _STEP_M, beyond + body.back_m)
     return None
 
 
-def _barred(network: RoadNetwork, line: OrderLine) -> list[tuple[float, float]]:
-    """Spans of the line that are in a junction, or that a turn through one crosses."""
+def _junction_spans(network: RoadNetwork, line: OrderLine) -> list[tuple[float, float]]:
+    """Spans of the line that are in a junction, or that a turn through a junction crosses."""
     return [
         (from_m, to_m)
         for section_id, from_m, to_m in line.line.sections
         if any(
             network.lanes[network.sections[other].lane_id].kind != "road"
-            for other in _touching(network, section_id)
+            for other in _conflicting(network, section_id)
         )
     ]
 
 
-def _touching(network: RoadNetwork, section_id: str) -> tuple[str, ...]:
+def _conflicting(network: RoadNetwork, section_id: str) -> tuple[str, ...]:
     return (section_id, *network.sections[section_id].conflicts)
 
 
 class TemporaryStop(msgspec.Struct, frozen=True):
-    """A stop that a passenger asked for; visit_id names it in events."""
+    """A stop that a passenger requested; visit_id names it in events."""
 
     visit_id: str
     seat: int

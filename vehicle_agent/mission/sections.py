@@ -1,4 +1,4 @@
-"""Staying inside the granted sections, and giving back those left behind."""
+"""Movement authority: staying within the granted sections, and releasing those left behind."""
 
 from collections import Counter
 
@@ -11,14 +11,14 @@ Span = tuple[str, float, float]
 
 
 class VehicleExtent(msgspec.Struct, frozen=True):
-    """The outline along the line, from the rear axle."""
+    """The vehicle's extent along the line, from the rear axle."""
 
     front_m: float = 3.5
     back_m: float = 0.85
 
 
 class OccupiedSection(msgspec.Struct, frozen=True):
-    """A granted section with the body in it; it is left when the odometer has passed exit_m."""
+    """A granted section that the body is in; the rear bumper leaves it at odometer reading exit_m."""
 
     grant: SectionGrant
     exit_m: float
@@ -31,16 +31,16 @@ class MovementAuthority(msgspec.Struct, frozen=True):
     waiting_for: str
 
 
-def leave_to_drive(
+def movement_authority(
     spans: tuple[Span, ...],
     grants: tuple[SectionGrant, ...],
     s_m: float,
     body: VehicleExtent,
     margin_m: float,
 ) -> MovementAuthority:
-    """Where to wait for the next grant.
+    """How far the grants allow the vehicle to drive.
 
-    spans   (section_id, from, to) along the line, in order; one that comes twice needs a grant each time
+    spans   (section_id, from, to) along the line, in order; a section that occurs twice needs two grants
     The front bumper stays margin_m before the first section without a grant.
     """
     left = Counter(grant.section_id for grant in grants)
@@ -54,7 +54,7 @@ def leave_to_drive(
     return MovementAuthority(float("inf"), "")
 
 
-def footings(
+def find_occupied_sections(
     known: tuple[OccupiedSection, ...],
     spans: tuple[Span, ...],
     grants: tuple[SectionGrant, ...],
@@ -62,11 +62,11 @@ def footings(
     odometer_m: float,
     body: VehicleExtent,
 ) -> tuple[OccupiedSection, ...]:
-    """The granted sections that the body is in, each with the odometer reading at which it is left."""
+    """The granted sections that the body is in, each with the odometer reading at its exit."""
     fences: dict[str, SectionGrant] = {}
     for grant in grants:
         fences.setdefault(grant.section_id, grant)
-    found = {footing.grant.section_id: footing for footing in known}
+    found = {section.grant.section_id: section for section in known}
     for section_id, from_m, to_m in spans:
         if from_m >= s_m + body.front_m:
             break
@@ -75,13 +75,13 @@ def footings(
     return tuple(found.values())
 
 
-def released(
+def release_sections(
     memory: MissionMemory, standing: tuple[OccupiedSection, ...], odometer_m: float, slack_m: float
 ) -> tuple[MissionMemory, tuple[OccupiedSection, ...], tuple[SectionReleased, ...]]:
-    """Give back every section that the rear bumper has left by slack_m; fences are echoed."""
-    left = tuple(footing.grant for footing in standing if odometer_m > footing.exit_m + slack_m)
-    staying = tuple(footing for footing in standing if footing.grant not in left)
-    occupied = tuple(footing.grant for footing in staying)
+    """Releases every section that the rear bumper has left by slack_m, with its grant's fence."""
+    left = tuple(section.grant for section in standing if odometer_m > section.exit_m + slack_m)
+    remaining = tuple(section for section in standing if section.grant not in left)
+    occupied = tuple(section.grant for section in remaining)
     if left or occupied != memory.occupied:
         memory = msgspec.structs.replace(
             memory,
@@ -89,13 +89,13 @@ def released(
             grants=_without(memory.grants, left),
             released=(*memory.released, *left)[-64:],
         )
-    return memory, staying, tuple(SectionReleased(grant.section_id, grant.fence) for grant in left)
+    return memory, remaining, tuple(SectionReleased(grant.section_id, grant.fence) for grant in left)
 
 
-def _without(grants: tuple[SectionGrant, ...], gone: tuple[SectionGrant, ...]) -> tuple[SectionGrant, ...]:
-    """Of each section left, its first grant."""
+def _without(grants: tuple[SectionGrant, ...], left: tuple[SectionGrant, ...]) -> tuple[SectionGrant, ...]:
+    """The grants without the first grant of each section left."""
     remaining = list(grants)
-    for grant in gone:
+    for grant in left:
         match = next((kept for kept in remaining if kept.section_id == grant.section_id), None)
         if match is not None:
             remaining.remove(match)

@@ -1,4 +1,4 @@
-"""What mission remembers from tick to tick, besides what must survive a crash."""
+"""The mission's state, with the memory that survives a crash."""
 
 from typing import Literal
 
@@ -16,20 +16,20 @@ Stage = Literal["driving", "serving", "leaving"]
 
 
 class MissionState(msgspec.Struct, frozen=True):
-    """One tick's mission.
+    """The mission's state in one tick.
 
-    held, hold_reason, hold_s_m  standing still by an operator's word, and where on the line
-    route        the order as a line, None without an order or before the first position
-    s_m, d_m, segment            the rear axle's place on it
-    standing_since_ns            0 while moving
-    stage        driving; serving a stop with doors opening or open; leaving it, the dwell being over
-    doors_open_ns                when the doors stood open at this stop, 0 before
-    astray       the vehicle is off its line (a driver took it elsewhere)
+    held, hold_reason, hold_s_m  held by an operator or after a start; why, and where on the line
+    route         the order as a line, None without an order or before the first position
+    s_m, d_m, segment  the rear axle's place on it
+    standing_since_ns  0 while moving
+    stage         driving; serving a stop with doors opening or open; leaving it after the dwell
+    doors_open_ns  when the doors stood open at this stop, 0 before
+    is_off_route  the vehicle is off its line: a driver took it elsewhere
     near_since_ns, clear_since_ns  departure check of a temporary stop: since when it waits, since when free
-    wait_s_m, stop_free_since_ns  where to wait while another vehicle stands on the next stop, None while none
-                 does; and since when it no longer does, 0 while it does
-    refused_ns   when the seat button was last refused on the way, 0 before
-    waiting_order  came before the vehicle knew where it is
+    wait_s_m, stop_free_since_ns  where to wait for an occupied stop, None while there is none; since when it
+                  is free again, 0 while it is not
+    refused_ns    when the seat button was last refused under way, 0 before
+    pending_order  an order that came before the first position
     """
 
     memory: MissionMemory
@@ -42,7 +42,7 @@ class MissionState(msgspec.Struct, frozen=True):
     s_m: float = 0.0
     d_m: float = 0.0
     segment: int = 0
-    astray: bool = False
+    is_off_route: bool = False
     place: LanePoint = LanePoint("", 0.0)
     odometer_m: float = 0.0
     stamp_ns: int = 0
@@ -57,21 +57,21 @@ class MissionState(msgspec.Struct, frozen=True):
     clear_since_ns: int = 0
     wait_s_m: float | None = None
     stop_free_since_ns: int = 0
-    footing: tuple[OccupiedSection, ...] = ()
+    occupied_sections: tuple[OccupiedSection, ...] = ()
     server_offset_ns: int | None = None
     announcement: str = ""
     announced_ns: int = 0
     refused_ns: int = 0
-    waiting_order: Order | None = None
+    pending_order: Order | None = None
     events: tuple[VehicleEvent, ...] = ()
     answers: tuple[OrderAccepted | OrderRejected, ...] = ()
 
     def server_now_ns(self) -> int | None:
-        """The server's clock now, as far as it is known."""
+        """The server's clock now; None while its offset is unknown."""
         return None if self.server_offset_ns is None else self.stamp_ns + self.server_offset_ns
 
     def visit(self) -> Visit | None:
-        """The visit to make next, or the one under way."""
+        """The visit under way, or the next one."""
         return next(iter(self.memory.open_visits()), None)
 
     def visit_here(self) -> Visit | None:
@@ -79,7 +79,7 @@ class MissionState(msgspec.Struct, frozen=True):
         return None if self.temporary is not None else self.visit()
 
     def target_s_m(self) -> float | None:
-        """Where on the line the next visit or temporary stop is; None when there is nothing to drive to."""
+        """Where on the line the next visit or temporary stop is; None without one."""
         if self.route is None:
             return None
         if self.temporary is not None:
@@ -88,5 +88,5 @@ class MissionState(msgspec.Struct, frozen=True):
         return None if visit is None else self.route.visit_s(visit.visit_id)
 
     def after(self, *events: VehicleEvent, **changes: object) -> "MissionState":
-        """The state with some fields changed and some events more."""
+        """The state with more events and changed fields."""
         return msgspec.structs.replace(self, events=self.events + events, **changes)

@@ -1,11 +1,11 @@
-"""Every value that passes a door onboard, in flow order.
+"""Every value that passes between onboard rooms, in flow order.
 
 Frames: `base` is the rear-axle centre (x forward, y left); `map` is the road map's frame. `stamp_ns` is the
-vehicle's monotonic clock. Arrays are numpy, float64 unless stated; nobody writes into an array that has
-passed a door.
+vehicle's monotonic clock. Arrays are numpy, float64 unless stated; no room writes into an array
+that it has handed on.
 
-In flow order: `arriving` and `inbox` (what comes in), `vehicle` and `surroundings` (what is made of it),
-`plans` (where to, and how), `acting` (what is done and said), `outputs` (the whole tick's).
+In flow order: `arriving` and `inbox` (inputs), `vehicle` and `surroundings` (state estimates), `plans`
+(task and motion), `acting` (commands and displays), `outputs` (the whole tick).
 """
 
 from vehicle_agent.signals.acting import Actuation, Ages, ControlCommand, Gear, GuardStatus, HmiOutput

@@ -1,4 +1,4 @@
-"""control, guard, hmi: what the vehicle does and says."""
+"""control, guard, hmi: commands, actuation, displays and announcements."""
 
 from typing import Literal
 
@@ -9,7 +9,7 @@ from vehicle_agent.signals.vehicle import Fault
 
 
 class ControlCommand(msgspec.Struct, frozen=True):
-    """control: what it would like the actuators to do."""
+    """control: the requested actuation, before the guard."""
 
     steer_rad: float
     throttle_ratio: float
@@ -22,7 +22,7 @@ Gear = Literal["park", "reverse", "neutral", "drive"]
 
 
 class Actuation(msgspec.Struct, frozen=True):
-    """guard: what the actuators shall do. The only thing that `can` turns into frames."""
+    """guard: the actuation that `can` encodes as frames; nothing else is."""
 
     enable: bool
     gear: Gear
@@ -32,7 +32,7 @@ class Actuation(msgspec.Struct, frozen=True):
 
 
 class GuardStatus(msgspec.Struct, frozen=True):
-    """guard: its verdict, for everybody after it."""
+    """guard: the drive mode, the intervention and the faults."""
 
     mode: DriveMode
     intervened: str
@@ -42,7 +42,7 @@ class GuardStatus(msgspec.Struct, frozen=True):
 class HmiOutput(msgspec.Struct, frozen=True):
     """hmi: texts for people outside and announcements, each once.
 
-    screen, rear  the LED screens in front, for whom the vehicle meets, and behind, for who follows
+    screen, rear  the front LED screen, for people ahead, and the rear one, for traffic behind
     announce      set in the one tick in which the sentence begins
     """
 

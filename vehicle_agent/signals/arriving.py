@@ -36,7 +36,7 @@ class ImuSample(msgspec.Struct, frozen=True, tag="imu_sample"):
 
 
 class ObstaclePercept(msgspec.Struct, frozen=True, tag="obstacle_percept"):
-    """A worker's answer to one lidar scan: where something stands above the ground.
+    """The obstacle cells of one lidar scan, from a worker.
 
     stamp_ns     end of the scan
     cells_base   (n, 2) centres of occupied height-map cells, base frame at stamp_ns
@@ -51,10 +51,10 @@ class ObstaclePercept(msgspec.Struct, frozen=True, tag="obstacle_percept"):
 
 
 class TrackPercept(msgspec.Struct, frozen=True, tag="track_percept"):
-    """A tracker's answer to one scan: who and what moves around the vehicle.
+    """The tracked road users of one scan, from a tracker.
 
     stamp_ns             end of the scan
-    ids (n,), kinds (n,) int64: the same number as long as a thing is followed; index into TRACK_KINDS
+    ids (n,), kinds (n,) int64: constant as long as a road user is tracked; index into TRACK_KINDS
     poses_base (n, 3)    x, y, yaw of the middle of its outline, base frame at stamp_ns
     velocities_base_mps  (n, 2) over ground, along the axes of that base frame
     sizes_m (n, 2)       length and width; a person is a disc of that diameter
@@ -69,7 +69,7 @@ class TrackPercept(msgspec.Struct, frozen=True, tag="track_percept"):
 
 
 class SeatButton(msgspec.Struct, frozen=True, tag="seat_button"):
-    """A passenger wants to get off before the planned stop."""
+    """A passenger requests a stop before the planned one."""
 
     stamp_ns: int
     seat: int
@@ -83,7 +83,7 @@ class CodeTyped(msgspec.Struct, frozen=True, tag="code_typed"):
 
 
 class SeatSensor(msgspec.Struct, frozen=True, tag="seat_sensor"):
-    """How many seats are taken now, by the seat mats."""
+    """The number of occupied seats, by the seat mats."""
 
     stamp_ns: int
     occupied: int
@@ -104,7 +104,7 @@ class LinkState(msgspec.Struct, frozen=True, tag="link_state"):
 
 
 class FleetVehicle(msgspec.Struct, frozen=True, tag="fleet_vehicle"):
-    """A fleet mate's pose as told by infrastructure or the server; stamped in this vehicle's clock."""
+    """A fleet vehicle's pose, from infrastructure or the server; stamped in this vehicle's clock."""
 
     stamp_ns: int
     vehicle_id: str
@@ -113,13 +113,13 @@ class FleetVehicle(msgspec.Struct, frozen=True, tag="fleet_vehicle"):
 
 
 class PedestrianPresence(msgspec.Struct, frozen=True, tag="pedestrian_presence"):
-    """NUS: an infrastructure camera's word on whether a crossing is occupied."""
+    """NUS: an infrastructure camera's count of people in an observation area."""
 
     stamp_ns: int
     area_id: str
     count: int
 
 
-# What a track can be, by number.
+# Kinds of road users, by number.
 TRACK_KINDS = ("pedestrian", "cyclist", "vehicle", "other")
 PEDESTRIAN, CYCLIST, VEHICLE, OTHER = range(len(TRACK_KINDS))

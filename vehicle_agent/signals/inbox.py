@@ -21,7 +21,7 @@ from vehicle_agent.signals.plans import PlanAnswer
 
 MissionMessage = Order | Grants | Command | PassengerTap
 Percept = ObstaclePercept | TrackPercept
-# What the link brings the tick.
+# What the link delivers to the tick.
 LinkMessage = MissionMessage | LinkState | FleetVehicle | PedestrianPresence
 CabinEvent = SeatButton | CodeTyped | SeatSensor | DoorState
 Infrastructure = FleetVehicle | PedestrianPresence
@@ -47,7 +47,7 @@ InboxBody = (
 
 
 class InboxItem(msgspec.Struct, frozen=True):
-    """Something that is not deterministic, at the moment it reached the vehicle computer."""
+    """One input with its arrival time at the vehicle computer."""
 
     arrival_ns: int
     source: str

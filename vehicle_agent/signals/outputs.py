@@ -1,4 +1,4 @@
-"""What a tick gives: each room's value, and its whole effect outside."""
+"""A tick's outputs: each room's value, and all effects outside the tick."""
 
 import msgspec
 
@@ -11,7 +11,7 @@ from vehicle_agent.signals.vehicle import Ego, VehicleMotion
 
 
 class Flow(msgspec.Struct, frozen=True):
-    """What each room gave in one tick, in flow order: what a run records and a replay compares."""
+    """The output of each room in one tick, in flow order; a run records it and a replay compares it."""
 
     motion: VehicleMotion
     ego: Ego
@@ -26,7 +26,7 @@ class Flow(msgspec.Struct, frozen=True):
 
 
 class Outputs(msgspec.Struct, frozen=True):
-    """One tick's whole effect on the world outside the tick.
+    """All effects of one tick outside the tick.
 
     jobs  for the workers; each answer is an item of a later tick's inbox
     """

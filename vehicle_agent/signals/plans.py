@@ -1,4 +1,4 @@
-"""mission, planning: where to drive to, what the motion planner is asked and what it answers."""
+"""mission, planning: the task, the motion planner's jobs and answers, and the path."""
 
 from typing import Literal
 
@@ -22,10 +22,10 @@ class Task(msgspec.Struct, frozen=True):
     line_id       grows by one whenever `line` is another
     s_m           the rear axle's place on the line
     stop_s_m      where the rear axle must stand, at the latest: visit, hold point or temporary stop
-    waiting_for   section whose grant is missing, when that is why stop_s_m is where it is
-    resumed_ns    when an operator last let the vehicle go; older latched stops may be released, 0 before
-    announcement  what an operator wants to be said, new when announced_ns grows
-    refused_ns    when the seat button was last refused on the way, 0 before
+    waiting_for   section without a grant, when that is the reason for stop_s_m
+    resumed_ns    stamp of an operator's last resume, 0 before; it releases older latched stops
+    announcement  an operator's announcement, new when announced_ns grows
+    refused_ns    when the seat button was last refused under way, 0 before
     """
 
     mode: TaskMode
@@ -52,7 +52,7 @@ class Task(msgspec.Struct, frozen=True):
 
 
 class Trajectory(msgspec.Struct, frozen=True):
-    """Where the rear-axle centre shall be when.
+    """Where the rear-axle centre is to be at each time.
 
     stamp_ns  vehicle clock at row 0
     rows      (k, 8) t_s since stamp_ns, x_m, y_m, yaw_rad (map, continuous along the rows), curvature_1pm,
@@ -64,7 +64,7 @@ class Trajectory(msgspec.Struct, frozen=True):
 
 
 class Corridor(msgspec.Struct, frozen=True):
-    """A window of the task's line at even steps, with what the map says beside it; all arrays (n, ...).
+    """A window of the task's line at even steps, with map data by station; all arrays (n, ...).
 
     s_m         along the task's line; points_map (n, 2), yaw_rad continuous, curvature_1pm
     limit_mps   the lane's speed limit
@@ -83,11 +83,11 @@ class Corridor(msgspec.Struct, frozen=True):
 
 
 class PlanMemory(msgspec.Struct, frozen=True):
-    """What the planner wants to know again next time; (0,) and (0, 3) arrays when there is nothing.
+    """What the planner hands to its next job; (0,) and (0, 3) arrays when there is nothing.
 
     offset_m     the lateral offset chosen, and for how many plans in a row another one has been better
     path_s_m, path_l_m  (n,) and (n, 3) the last path: offset and its two derivatives along the line
-    stopping_for areas that it stops before, so that going on needs more than stopping did
+    stopping_for areas that it stops before; driving on needs a larger gap than stopping did
     """
 
     offset_m: float = 0.0
@@ -99,13 +99,13 @@ class PlanMemory(msgspec.Struct, frozen=True):
 
 
 class PlanJob(msgspec.Struct, frozen=True, tag="plan_job"):
-    """Everything that one motion plan depends on: the planner itself remembers nothing.
+    """Everything that one motion plan depends on; the planner itself has no state.
 
-    stamp_ns     vehicle clock at the start state, at which the trajectory shall begin
+    stamp_ns     vehicle clock at the start state, where the trajectory begins
     pose_map, speed_mps, accel_mps2, curvature_1pm   the start state: where the vehicle is expected then
-    held_jerk_mps3  of the first 0.2 s, whose pedals are given already; None for a vehicle that is free
+    held_jerk_mps3  of the first 0.2 s, whose pedals are already commanded; None without such a bound
     stop_s_m     where the rear axle must stand at the latest
-    speed_mps_max  the lowest of all limits that hold everywhere, and what it is for
+    speed_mps_max, speed_reason  the lowest of all limits that hold everywhere, and its reason
     points_map   (m, 2) obstacle cells near the corridor
     areas        the line's passes through observation areas within the corridor
     """
@@ -138,7 +138,7 @@ class PlanAnswer(msgspec.Struct, frozen=True, tag="plan_answer"):
     stamp_ns     of the job: the vehicle clock at row 0 of the trajectory
     trajectory   (k, 8) see `Trajectory`; no rows when no motion at all could be planned
     limited_by   what keeps the vehicle from going faster; also for people to read
-    cut_s_m      the line is blocked for good from here on (the paper's pi_s); inf when it is not
+    cut_s_m      a stationary obstacle blocks the line from here on (the paper's pi_s); inf without one
     yields_to    ids of the tracks that it slows or stops for
     violations   what the independent check found wrong, empty for a feasible trajectory
     memory       handed back with the next job
@@ -160,7 +160,7 @@ class Path(msgspec.Struct, frozen=True):
 
     points_map   (n, 2) waypoints still ahead, in order
     speeds_mps   (n,) planned speed at each
-    speed_mps    the lowest of all speed commands: the one to obey now
+    speed_mps    the lowest of all speed commands, which control follows now
     accel_mps2   the slope of that command as the vehicle moves along it
     limited_by   which command that was
     obstacle_m   free distance from the front bumper to the closest obstacle on the swept path, if any

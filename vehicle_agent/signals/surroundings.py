@@ -1,4 +1,4 @@
-"""perception, world: who and what is around the vehicle."""
+"""perception, world: road users and obstacles around the vehicle."""
 
 import msgspec
 import numpy as np
@@ -8,7 +8,7 @@ from vehicle_agent.signals.arriving import FleetVehicle, PedestrianPresence
 
 
 class Tracks(msgspec.Struct, frozen=True):
-    """Who and what moves, map frame; fields as in `TrackPercept`. stamp_ns 0 before the first."""
+    """Tracked road users, map frame; fields as in `TrackPercept`. stamp_ns 0 before the first."""
 
     stamp_ns: int
     ids: np.ndarray
@@ -42,7 +42,7 @@ class Detections(msgspec.Struct, frozen=True):
 
 
 class LeadVehicle(msgspec.Struct, frozen=True):
-    """The fleet mate ahead on our path, and the free road between its rear and our front bumper."""
+    """The fleet vehicle ahead on our path, and the gap between its rear and our front bumper."""
 
     vehicle_id: str
     gap_m: float
@@ -67,7 +67,7 @@ NO_PREDICTIONS = Predictions(0, np.zeros(1), np.empty((0, 1, 3)), np.empty((0, 1
 
 
 class View(msgspec.Struct, frozen=True):
-    """How far the vehicle can see: what is beyond may hold a person.
+    """How far the vehicle can see in each direction; a person may be anywhere beyond.
 
     pose_map   of the sensor
     ranges_m   (n,) free line of sight by bearing in the sensor's frame, from -pi in n equal steps
@@ -81,10 +81,10 @@ NO_VIEW = View(Pose2(0.0, 0.0, 0.0), np.empty(0))
 
 
 class WatchedArea(msgspec.Struct, frozen=True):
-    """Who is in, or about to come into, one of the map's observation areas.
+    """Road users in, or about to enter, one of the map's observation areas.
 
-    track_ids  of moving tracks whose expected way leads across our lanes through it
-    told       an infrastructure camera says that it is taken: a reason to slow, never one to go
+    track_ids  of moving tracks whose predicted way crosses our lanes in the area
+    reported   an infrastructure camera reports it occupied: a reason to slow, never one to go
     """
 
     area_id: str
@@ -95,11 +95,13 @@ class WatchedArea(msgspec.Struct, frozen=True):
 class World(msgspec.Struct, frozen=True):
     """world: what the vehicle must respect, besides its own task.
 
-    points_map  (n, 2) obstacle cells that are neither the fleet mates nor the tracks themselves
-    others      fleet mates heard of lately
-    tracks      who and what moves; predictions in the same order
-    watched     the observation areas near the vehicle
-    taken_stops stop ids whose place somebody else stands on
+    detections_stamp_ns  of the detections in use
+    points_map      (n, 2) obstacle cells that belong neither to fleet vehicles nor to tracks
+    fleet_vehicles  fleet vehicles reported lately, extrapolated to stamp_ns
+    presence        the newest camera report of each area
+    tracks          tracked road users; predictions in the same order
+    watched         the observation areas near the vehicle
+    occupied_stops  ids of stops on which another vehicle stands
     """
 
     stamp_ns: int

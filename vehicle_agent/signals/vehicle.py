@@ -1,4 +1,4 @@
-"""can, localization: the vehicle itself, and what is wrong with it."""
+"""can, localization: the vehicle's own motion and pose, and their faults."""
 
 from typing import Literal
 
@@ -9,23 +9,23 @@ from contract.wire.messages import FaultReport
 
 
 class Fault(msgspec.Struct, frozen=True):
-    """Something is not as it should be. `stop` faults end in a minimal-risk stop."""
+    """A fault; one of severity `stop` ends in a minimal-risk stop."""
 
     code: str
     severity: Literal["info", "warning", "stop"]
     since_ns: int
 
 
-# The fault that stands for the gate's own braking: it lets go only when by-wire is asked for anew.
+# The fault of the gate's own braking; the gate releases the brake only after a new by-wire request.
 GATE_BRAKING = "gate_braking"
 
 
 class VehicleMotion(msgspec.Struct, frozen=True):
-    """can: what the drive-by-wire reports, in SI units.
+    """can: the drive-by-wire reports, in SI units.
 
     stamp_ns      arrival of the newest speed report (0 before the first)
     steer_rad     front-wheel angle of the bicycle model, left positive
-    enabled       by-wire has the vehicle
+    enabled       by-wire controls the vehicle
     overridden    the safety driver has taken over since the last enable
     """
 
@@ -42,10 +42,10 @@ class VehicleMotion(msgspec.Struct, frozen=True):
 
 
 class Ego(msgspec.Struct, frozen=True):
-    """localization: the vehicle itself, at `stamp_ns` (this tick).
+    """localization: the vehicle's pose and motion at `stamp_ns` (this tick).
 
-    valid is False until the first fix and when the solution is too old or too poor to drive by; `faults`
-    says what is wrong with it.
+    valid is False before the first fix, and when the solution is too old or too poor; `faults` has
+    the reason.
     """
 
     stamp_ns: int

@@ -37,7 +37,13 @@ from server.usecases.ports import topics
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from vehicle_agent.mission.memory import MissionMemory
 from vehicle_agent.mission.order_line import LanePoint, OrderLine, order_line
-from vehicle_agent.mission.sections import OccupiedSection, VehicleExtent, footings, leave_to_drive, released
+from vehicle_agent.mission.sections import (
+    OccupiedSection,
+    VehicleExtent,
+    find_occupied_sections,
+    movement_authority,
+    release_sections,
+)
 
 STEP_S = 2.0
 BODY = VehicleExtent()
@@ -252,11 +258,11 @@ class FakeShuttle:
         assert self.line is not None
         spans = self.line.line.sections
         self._release(spans)
-        leave = leave_to_drive(spans, self.grants, self.s_m, BODY, MARGIN_M)
+        authority = movement_authority(spans, self.grants, self.s_m, BODY, MARGIN_M)
         target_m = self.line.visit_s(visit.visit_id)
         assert target_m is not None
-        self.waited_for = leave.waiting_for if leave.hold_s_m < min(target_m, self.s_m + 0.01) else ""
-        reach_m = min(target_m, leave.hold_s_m, self.s_m + self.speed_mps * STEP_S)
+        self.waited_for = authority.waiting_for if authority.hold_s_m < min(target_m, self.s_m + 0.01) else ""
+        reach_m = min(target_m, authority.hold_s_m, self.s_m + self.speed_mps * STEP_S)
         if reach_m > self.s_m:
             self.battery_ratio -= self.drain_per_s * (reach_m - self.s_m) / self.speed_mps
             self.driven_m += reach_m - self.s_m
@@ -268,8 +274,8 @@ class FakeShuttle:
 
     def _release(self, spans: tuple[tuple[str, float, float], ...]) -> None:
         memory = MissionMemory(grants=self.grants, released=self.gone)
-        standing = footings(self.footing, spans, self.grants, self.s_m, self.driven_m, BODY)
-        memory, self.footing, said = released(memory, standing, self.driven_m, 0.3)
+        standing = find_occupied_sections(self.footing, spans, self.grants, self.s_m, self.driven_m, BODY)
+        memory, self.footing, said = release_sections(memory, standing, self.driven_m, 0.3)
         self.grants, self.gone = memory.grants, memory.released
         for event in said:
             self.say(event)

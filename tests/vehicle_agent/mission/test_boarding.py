@@ -94,7 +94,7 @@ def test_a_tap_is_answered_once_and_only_with_open_doors() -> None:
     assert (answer.accepted, answer.reason != "") == (False, True)
 
 
-def test_who_does_not_come_is_a_no_show_at_the_end_of_the_dwell() -> None:
+def test_a_rider_who_does_not_come_is_a_no_show_at_the_end_of_the_dwell() -> None:
     shuttle = at_the_stop()
     shuttle.step(CodeTyped(1, "1111"))
     shuttle.run(4)
@@ -105,7 +105,7 @@ def test_who_does_not_come_is_a_no_show_at_the_end_of_the_dwell() -> None:
     assert len(shuttle.of(RiderBoarded)) == 1
 
 
-def test_nobody_leaves_before_the_departure_of_the_timetable() -> None:
+def test_the_shuttle_does_not_leave_before_the_timetable_s_departure() -> None:
     shuttle = at_the_stop(not_before_ns=OFFSET_NS + 60 * 10**9, timed=True)
     shuttle.step(SeatSensor(1, 3))
     while shuttle.now_ns < 59.9e9:
@@ -140,7 +140,7 @@ def test_riders_alight_by_seat_by_tap_and_by_code() -> None:
     assert shuttle.state.memory.aboard == ()
 
 
-def test_who_stays_in_is_told_once_and_the_shuttle_goes_on() -> None:
+def test_a_rider_who_stays_aboard_is_reported_once_and_the_shuttle_drives_on() -> None:
     shuttle = at_the_stop()
     shuttle.step(SeatSensor(1, 3))
     to_the_next_stop(shuttle)
@@ -159,7 +159,7 @@ def test_the_shuttle_does_not_leave_with_a_door_that_does_not_close() -> None:
     assert (shuttle.task.mode, shuttle.task.s_m) == ("dwell", pytest.approx(40.0, abs=0.5))
 
 
-def test_without_a_door_sensor_the_doors_are_believed_after_their_travel_time() -> None:
+def test_without_a_door_sensor_the_doors_count_as_moved_after_their_travel_time() -> None:
     visits = (a_visit("on", *ON), rest(ON))
     shuttle = RingShuttle()
     shuttle.door_sensor = False

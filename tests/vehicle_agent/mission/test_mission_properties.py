@@ -94,7 +94,7 @@ def test_any_story_is_consistent_and_never_crashes(story: list[tuple[float, Any]
 
 @settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(STORY)
-def test_a_word_repeated_at_once_is_harmless(story: list[tuple[float, Any]]) -> None:
+def test_a_message_repeated_at_once_is_harmless(story: list[tuple[float, Any]]) -> None:
     once, twice = RingShuttle(), RingShuttle()
     for shuttle in (once, twice):
         shuttle.go(an_order(FIRST, sections=all_sections(SECOND)))
@@ -112,7 +112,7 @@ def test_a_word_repeated_at_once_is_harmless(story: list[tuple[float, Any]]) -> 
 
 @settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(STORY, st.integers(0, 13))
-def test_a_mission_saved_and_restored_goes_on_the_same(story: list[tuple[float, Any]], at: int) -> None:
+def test_a_saved_and_restored_mission_continues_identically(story: list[tuple[float, Any]], at: int) -> None:
     kept, restored = RingShuttle(), RingShuttle()
     for shuttle in (kept, restored):
         shuttle.go(an_order(FIRST, sections=all_sections(SECOND)))

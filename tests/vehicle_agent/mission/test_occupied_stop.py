@@ -22,7 +22,7 @@ def stop_s_m(shuttle: RingShuttle) -> float:
     return found
 
 
-def test_it_waits_behind_where_one_that_has_docked_ends_and_says_why() -> None:
+def test_the_shuttle_waits_behind_a_docked_vehicle_and_gives_the_reason() -> None:
     shuttle = on_the_way()
     shuttle.occupied_stops = ("a",)
     shuttle.run(40.0)
@@ -36,7 +36,7 @@ def test_it_waits_behind_where_one_that_has_docked_ends_and_says_why() -> None:
     assert not shuttle.state.memory.under_way, "the visit has not begun"
 
 
-def test_it_docks_when_the_stop_has_been_free_for_a_second() -> None:
+def test_the_shuttle_docks_when_the_stop_has_been_free_for_a_second() -> None:
     shuttle = on_the_way()
     shuttle.occupied_stops = ("a",)
     shuttle.run(40.0)
@@ -52,14 +52,14 @@ def test_it_docks_when_the_stop_has_been_free_for_a_second() -> None:
     assert abs(shuttle.state.s_m - stop_s_m(shuttle)) < 0.5
 
 
-def test_another_stop_that_is_taken_does_not_matter() -> None:
+def test_another_occupied_stop_does_not_matter() -> None:
     shuttle = on_the_way()
     shuttle.occupied_stops = ("elsewhere",)
     shuttle.run(60.0)
     assert shuttle.state.memory.visit_state("a") == "done"
 
 
-def test_nobody_brakes_hard_for_a_stop_that_is_taken_at_the_last_moment() -> None:
+def test_a_stop_occupied_at_the_last_moment_causes_no_hard_braking() -> None:
     shuttle = on_the_way()
     shuttle.run_until(lambda: stop_s_m(shuttle) - shuttle.state.s_m <= 7.0)
     shuttle.occupied_stops = ("a",)
@@ -69,7 +69,7 @@ def test_nobody_brakes_hard_for_a_stop_that_is_taken_at_the_last_moment() -> Non
     assert task.stop_s_m <= stop_s_m(shuttle)
 
 
-def test_where_the_shuttle_itself_stands_nobody_else_is_waited_for() -> None:
+def test_at_its_own_stop_the_shuttle_waits_for_no_other_vehicle() -> None:
     shuttle = on_the_way()
     shuttle.run_until(lambda: shuttle.state.stage == "serving")
     shuttle.occupied_stops = ("a",)

@@ -26,7 +26,7 @@ def test_an_order_is_driven_to_its_end_visit_by_visit() -> None:
     assert shuttle.task.mode == "idle"
 
 
-def test_a_new_vehicle_is_held_until_it_is_told_to_resume() -> None:
+def test_a_new_vehicle_is_held_until_a_resume() -> None:
     shuttle = RingShuttle()
     shuttle.step()
     shuttle.step(an_order(two_visits()))
@@ -60,7 +60,7 @@ def test_a_higher_revision_replaces_the_lower_one_mid_way() -> None:
 
 
 @pytest.mark.parametrize("rolled_m", [0.1, 1.0])
-def test_a_stop_told_of_too_late_to_brake_for_is_served_a_little_beyond(rolled_m: float) -> None:
+def test_a_stop_ordered_too_late_to_brake_for_is_served_a_little_beyond(rolled_m: float) -> None:
     shuttle = RingShuttle()
     shuttle.go(an_order(two_visits()))
     shuttle.run(5)
@@ -80,7 +80,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("code", REFUSED)
-def test_what_cannot_be_taken_is_refused_and_the_old_order_stays(code: str) -> None:
+def test_an_invalid_order_is_rejected_and_the_old_one_stays(code: str) -> None:
     shuttle = RingShuttle()
     shuttle.go(an_order(two_visits(), revision=2))
     memory = shuttle.state.memory
@@ -122,7 +122,7 @@ def test_a_revision_must_keep_the_visit_at_which_the_vehicle_stands() -> None:
     assert isinstance(shuttle.answers[-1], OrderAccepted)
 
 
-def test_a_visit_that_is_done_cannot_come_back() -> None:
+def test_a_visit_that_is_done_cannot_be_ordered_again() -> None:
     shuttle = RingShuttle()
     shuttle.go(an_order(two_visits()))
     shuttle.run(40)
@@ -249,7 +249,7 @@ def test_an_announcement_changes_nothing_but_what_is_said() -> None:
     assert (task.mode, task.announcement, task.announced_ns) == ("drive", "Mind the step", shuttle.now_ns)
 
 
-def test_a_vehicle_at_sea_refuses_orders() -> None:
+def test_a_vehicle_off_the_map_rejects_orders() -> None:
     shuttle = RingShuttle()
     shuttle.pose = Pose2(5000.0, 5000.0, 0.0)
     shuttle.step()

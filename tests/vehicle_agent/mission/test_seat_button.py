@@ -42,7 +42,7 @@ def test_the_shuttle_stops_at_once_comfortably_dwells_eight_seconds_and_goes_on(
     assert shuttle.speed_mps > 1.0
 
 
-def test_nobody_gets_out_in_a_junction() -> None:
+def test_no_passenger_gets_out_in_a_junction() -> None:
     shuttle = driving(20)
     answer = pressed(shuttle)
     assert answer.accepted
@@ -78,12 +78,12 @@ def test_a_button_at_a_stop_or_while_held_is_refused() -> None:
     assert pressed(shuttle).reason == "the shuttle stands at a stop"
 
 
-def test_a_second_press_asks_for_the_same_stop() -> None:
+def test_a_second_press_requests_the_same_stop() -> None:
     shuttle = driving(6)
     assert pressed(shuttle) == pressed(shuttle)
 
 
-def test_the_shuttle_waits_for_people_beside_it_but_not_for_ever() -> None:
+def test_the_shuttle_waits_for_people_alongside_but_not_for_ever() -> None:
     shuttle = driving(6)
     pressed(shuttle)
     shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
@@ -126,7 +126,7 @@ def test_people_are_waited_for_within_a_metre_and_a_half_of_the_body_all_around(
     assert (shuttle.speed_mps == 0.0) is waits
 
 
-def test_a_new_order_keeps_the_stop_that_was_asked_for() -> None:
+def test_a_new_order_keeps_the_requested_stop() -> None:
     shuttle = driving(6)
     answer = pressed(shuttle)
     shuttle.step(an_order(VISITS, revision=2))

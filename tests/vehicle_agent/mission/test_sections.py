@@ -4,7 +4,7 @@ import pytest
 
 from contract.wire.messages import Grants, OrderAccepted, SectionGrant, SectionReleased
 from tests.vehicle_agent.mission.ring import NETWORK, RingShuttle, a_visit, all_sections, an_order, rest
-from vehicle_agent.mission.sections import VehicleExtent, leave_to_drive
+from vehicle_agent.mission.sections import VehicleExtent, movement_authority
 
 STOP = ("north", 30.0)
 VISITS = (a_visit("a", *STOP), rest(STOP))
@@ -29,12 +29,12 @@ def grants(*names: str) -> tuple[SectionGrant, ...]:
 def test_the_bumper_stays_half_a_metre_before_the_first_section_without_a_grant(
     granted: str, hold_s_m: float, waiting: str
 ) -> None:
-    leave = leave_to_drive(SPANS, grants(*granted), 5.0, BODY, 0.5)
-    assert (leave.hold_s_m, leave.waiting_for) == (hold_s_m, waiting)
+    authority = movement_authority(SPANS, grants(*granted), 5.0, BODY, 0.5)
+    assert (authority.hold_s_m, authority.waiting_for) == (hold_s_m, waiting)
 
 
 def test_a_section_that_only_the_rear_is_in_needs_no_grant() -> None:
-    assert leave_to_drive(SPANS[:3], grants("b", "c"), 20.5, BODY, 0.5).waiting_for == ""
+    assert movement_authority(SPANS[:3], grants("b", "c"), 20.5, BODY, 0.5).waiting_for == ""
 
 
 def test_a_shuttle_waits_for_its_grant_and_goes_on_with_it() -> None:
@@ -52,7 +52,7 @@ def test_a_shuttle_waits_for_its_grant_and_goes_on_with_it() -> None:
     assert shuttle.task.s_m > 38.0
 
 
-def test_a_grant_taken_back_under_the_nose_stops_at_once() -> None:
+def test_a_grant_withdrawn_right_ahead_stops_the_shuttle_at_once() -> None:
     shuttle = RingShuttle()
     every = all_sections(VISITS)
     shuttle.go(an_order(VISITS, sections=every))
@@ -70,7 +70,7 @@ def test_grants_of_another_order_are_ignored() -> None:
     assert shuttle.state.memory.grants == before
 
 
-def test_every_section_left_is_given_back_once_with_its_fence_after_the_rear_has_left() -> None:
+def test_every_section_is_released_once_with_its_fence_after_the_rear_has_left() -> None:
     shuttle = RingShuttle()
     shuttle.go(an_order(VISITS))
     told: list[tuple[str, int]] = []
@@ -99,7 +99,7 @@ def test_a_new_revision_cannot_bring_back_a_section_that_was_given_back() -> Non
     assert shuttle.state.memory.grants == every[1:]
 
 
-def test_a_late_message_cannot_bring_back_a_section_that_was_given_back() -> None:
+def test_a_late_message_cannot_bring_back_a_released_section() -> None:
     shuttle = RingShuttle()
     every = all_sections(VISITS)
     shuttle.go(an_order(VISITS, sections=every))
