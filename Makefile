@@ -5,49 +5,64 @@ ARGS ?=
 BIN := .venv/bin
 PY := $(BIN)/python
 
-.PHONY: help setup demo demo-check test test-short test-real test-browser test-fast test-long test-faults \
-  lint lint-style lint-types lint-imports lint-web format web bench soak maps peers lock oracle clean
+.PHONY: help setup kernels demo demo-check test test-short test-real test-browser test-fast test-long test-faults \
+  lint lint-style lint-types lint-imports lint-web format web bench soak mutants maps peers lock oracle clean
 
 help:
-	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN)"
+	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN);"
+	@echo "             scripts/first-minutes measures how long that takes in a fresh clone"
 	@echo "make test    set up and run the tests; make test-long the ones that take minutes"
 	@echo "make lint    format check, lint, types, import contracts"
 	@echo "make bench   short form of every benchmark, refreshes benchmarks/README.md"
 	@echo "make soak    long and random campaigns, with their seeds printed"
+	@echo "make mutants do the short tests notice wrong changes? (ROOM=guard SAMPLE=50 SEED=1)"
 	@echo "make oracle  install what a test compares the path planner with (CI does)"
 	@echo "make web     build the pages; make maps rebuilds the shipped maps"
 	@echo "make peers   open planners to compare with (python -m benchmarks.peers)"
 
-setup: .venv/installed web/dist/built .venv/warmed
+# Everything at once: packages beside the pages, kernels as soon as numba is there.
+setup:
+	@$(MAKE) --no-print-directory -j$(CORES) .venv/installed web/dist/built kernels
 
-.venv/installed: requirements/lock.txt pyproject.toml sdk/python/pyproject.toml
+CORES := $(shell $(PYTHON) -c 'import os; print(max(2, os.cpu_count() or 2))' 2>/dev/null || echo 2)
+# Packages are compiled where they are imported, which most of their files never are.
+INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --no-compile --no-deps
+
+# What a campus needs to run; `make demo` waits for nothing else.
+.venv/running: requirements/run.txt pyproject.toml sdk/python/pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "Campusloop needs Python 3.11 or newer; set PYTHON=/path/to/python3.11"; exit 1; }
+	@echo "installing Python packages (.venv)"
 	@test -x $(PY) || $(PYTHON) -m venv .venv || \
 	  { echo "Python's venv module is missing (Debian: apt-get install python3-venv)"; exit 1; }
-	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements/lock.txt
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e . -e sdk/python
+	@$(INSTALL) --require-hashes -r requirements/run.txt
+	@$(INSTALL) --no-build-isolation -e . -e sdk/python
+	@touch $@
+
+# What its tests and linters need as well.
+.venv/installed: .venv/running requirements/lock.txt
+	@echo "installing what tests and linters need"
+	@$(INSTALL) --require-hashes -r requirements/lock.txt
 	@touch $@
 
 web/dist/built: $(shell find web/src web/public web/*.html web/*.ts web/*.json -type f 2>/dev/null)
 	@command -v npm >/dev/null || { echo "Campusloop's pages need Node.js with npm (20 or newer)"; exit 1; }
-	cd web && npm ci --no-audit --no-fund --loglevel=error && npm run --silent build
+	@echo "building the pages (web/dist)"
+	@cd web && npm ci --no-audit --no-fund --loglevel=error >/dev/null && npm run --silent build >/dev/null
 	@touch $@
 
-# Numba kernels are compiled here, so that no tick and no booking ever waits for the compiler.
-.venv/warmed: .venv/installed $(shell find contract vehicle_agent simulator server -name '*.py' 2>/dev/null)
-	@# numba does not see that a kernel of another file has changed: it starts afresh when any file of kernels has.
-	@if grep -lqE "njit|@kernel|@inlined" $(filter %.py,$?) /dev/null; then \
-	  find contract vehicle_agent simulator server -name '*.nb[ic]' -delete; fi
-	$(PY) -m campusloop warm
-	@touch $@
+# Every numba kernel, for tests time what they drive. It looks for itself what is compiled already.
+kernels: .venv/running
+	@$(PY) -m campusloop warm
 
 web: web/dist/built
 
-demo: setup
+# Only what a running campus needs; it compiles the kernels of its own stack and says so.
+demo:
+	@$(MAKE) --no-print-directory -j$(CORES) .venv/running web/dist/built
 	$(BIN)/campusloop demo --host $(HOST) $(ARGS)
 
-demo-check: setup
+demo-check: .venv/running
 	$(BIN)/campusloop demo --headless --rides 2 --seed 1
 
 test: setup
@@ -78,7 +93,7 @@ test-long: setup
 test-faults:
 	$(PY) -m pytest -m faults
 
-test-fast: .venv/warmed
+test-fast: .venv/installed kernels
 	$(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "$(SHORT)" -x
 
 lint: setup
@@ -104,8 +119,20 @@ format: .venv/installed
 bench: setup
 	$(PY) -m benchmarks
 
-soak: setup
+soak: setup .venv/mutants-installed
 	$(PY) -m tests.soak $(ARGS)
+
+# Wrong changes, one at a time in a copy of the tree, and whether the short tests notice (benchmarks/mutants).
+SAMPLE ?= 300
+SEED ?= 1
+MUTANTS_ARGS = --sample $(SAMPLE) --seed $(SEED) $(if $(ROOM),--room $(ROOM))
+
+mutants: kernels .venv/mutants-installed
+	$(PY) -m benchmarks.mutants $(MUTANTS_ARGS) $(ARGS)
+
+.venv/mutants-installed: .venv/installed requirements/mutants.txt
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/mutants.txt
+	@touch $@
 
 maps: .venv/installed
 	$(BIN)/campusloop map import maps/shanghai-university/shanghai-university-baoshan.osm.pbf \
@@ -122,15 +149,18 @@ var/peers/installed: requirements/peers.txt
 	var/peers/bin/pip install --quiet --disable-pip-version-check -r requirements/peers.txt
 	@touch $@
 
-# lock.txt is all that setting up installs; oracle.txt what the extra `oracle` needs besides.
-LOCKED = $(PY) -m uv pip compile --universal --python-version 3.11 --generate-hashes --extra dev pyproject.toml \
+# run.txt is what running a campus takes, lock.txt all that setting up installs; oracle.txt and mutants.txt are what
+# those extras need besides.
+LOCKED = $(PY) -m uv pip compile --universal --python-version 3.11 --generate-hashes pyproject.toml \
   --quiet --no-header --no-annotate
 
 lock: .venv/installed
 	$(PY) -m uv --version >/dev/null 2>&1 || $(BIN)/pip install --quiet uv
-	$(LOCKED) -o requirements/lock.txt
-	$(LOCKED) --extra oracle -c requirements/lock.txt -o requirements/oracle.txt \
-	  $$(sed -n 's/^\([A-Za-z0-9._-]*\)==.*/--no-emit-package \1/p' requirements/lock.txt)
+	$(LOCKED) --extra dev -o requirements/lock.txt
+	$(LOCKED) --extra install -c requirements/lock.txt -o requirements/run.txt
+	for extra in oracle mutants; do $(LOCKED) --extra dev --extra $$extra -c requirements/lock.txt \
+	  -o requirements/$$extra.txt \
+	  $$(sed -n 's/^\([A-Za-z0-9._-]*\)==.*/--no-emit-package \1/p' requirements/lock.txt) || exit 1; done
 
 # gtsam (110 MB), by which a test and `benchmarks.planner --oracle` find the path's optimum a second time.
 oracle: .venv/installed

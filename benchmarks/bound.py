@@ -17,7 +17,7 @@ from benchmarks.instances.published import (
     published_name,
     write_routes,
 )
-from benchmarks.reporting.report import Row, write_report
+from benchmarks.reporting.report import Row, RunReport
 from campusloop.studies.bound.events import TooManyEvents
 from campusloop.studies.bound.progress import CLOSED_WITHIN
 from campusloop.studies.bound.warm import warm_kernels as warm_bound
@@ -30,6 +30,7 @@ _ROUNDED_BY = 0.01
 
 
 def main() -> None:
+    report = RunReport()
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -49,7 +50,7 @@ def main() -> None:
         rows.append(measured(instance, args.seconds, optimum, args.solutions))
         print(rows[-1], flush=True)
     gaps = [float(str(row["gap_pct"])) for row in rows if row["gap_pct"] is not None]
-    write_report(
+    report.write(
         args.json,
         "bound",
         {"folder": str(args.folder), "seconds": args.seconds},

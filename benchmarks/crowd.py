@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.reporting.report import Row, write_report
+from benchmarks.reporting.report import Row, RunReport
 from benchmarks.reporting.run_logs import add_log_arguments, log_choice
 from campusloop.scenes.crowd_clips import ClipRun, clip_runs
 from campusloop.scenes.drive import SceneDrive, SceneRun
@@ -23,6 +23,7 @@ from vehicle_agent.config import ProfileError
 
 
 def main() -> None:
+    report = RunReport()
     arguments = _arguments()
     logs = log_choice(arguments)
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
@@ -40,7 +41,7 @@ def main() -> None:
                     run.trace.write(arguments.traces / stack, clip_run.scene.name)
                 rows.append(_row(stack, clip.name, number, clip_run, run))
                 print(_line(rows[-1]), flush=True)
-    write_report(
+    report.write(
         arguments.json,
         "crowd",
         {"folder": str(arguments.folder), "stacks": arguments.stacks, "seed": arguments.seed},

@@ -20,7 +20,7 @@ from benchmarks.instances.published import (
     write_routes,
 )
 from benchmarks.instances.rescore import RouteBroken, rescored
-from benchmarks.reporting.report import Row, write_report
+from benchmarks.reporting.report import Row, RunReport
 from campusloop.studies.instances.instance import Instance
 from campusloop.studies.instances.task import node_routes, task_of
 from server.dispatch.engine.search.optimise import Optimiser
@@ -31,6 +31,7 @@ _RESERVE = 0.05
 
 
 def main() -> None:
+    report = RunReport()
     parser = arguments(__doc__)
     parser.add_argument("--seconds", type=float, default=10.0)
     args = parser.parse_args()
@@ -42,7 +43,7 @@ def main() -> None:
         rows.append(measured(instance, args.seconds, args.seed, known, args.solutions))
         print(rows[-1], flush=True)
     gaps = [float(str(row["gap_pct"])) for row in rows if row["gap_pct"] is not None]
-    write_report(
+    report.write(
         args.json,
         "darp",
         {"folder": str(args.folder), "seconds": args.seconds, "seed": args.seed},

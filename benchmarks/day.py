@@ -26,7 +26,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.instances.published import write_routes
-from benchmarks.reporting.report import Row, write_report
+from benchmarks.reporting.report import Row, RunReport
 from contract.geometry import Array
 from server.dispatch.decide import offers_for, take
 from server.dispatch.improve import improve_around
@@ -55,6 +55,7 @@ _GREEDY = DispatchPolicy("greedy", 0.0)
 
 
 def main() -> None:
+    report = RunReport()
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -82,7 +83,7 @@ def main() -> None:
         days[manner.name] = day
     write_routes(args.solutions, args.file.stem, days["engine"].routes)
     greedy, ours = rows
-    write_report(
+    report.write(
         args.json,
         "day",
         {k: str(v) if isinstance(v, Path) else v for k, v in vars(args).items() if k != "json"},

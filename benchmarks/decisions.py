@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.reporting.report import write_report
+from benchmarks.reporting.report import RunReport
 from server.dispatch.answer import Answer, PromiseRules, answer_all
 from server.dispatch.problem import Problem, Request, VehicleState, Walk
 from server.dispatch.schedule.board import Schedule
@@ -28,6 +28,7 @@ _WALK_M_MAX, _WALK_MPS = 400.0, 1.1
 
 
 def main() -> None:
+    report = RunReport()
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -42,7 +43,7 @@ def main() -> None:
     day = _Day(args.vehicles, args.rides, args.seed)
     day.fill(args.rides)
     row = day.measured(args.rides, args.decisions)
-    write_report(
+    report.write(
         args.json,
         "decisions",
         {name: getattr(args, name) for name in ("vehicles", "rides", "decisions", "seed")},

@@ -21,7 +21,7 @@ from benchmarks.instances.published import (
     write_routes,
 )
 from benchmarks.instances.rescore import RouteBroken, rescored
-from benchmarks.reporting.report import Row, write_report
+from benchmarks.reporting.report import Row, RunReport
 from campusloop.studies.instances.instance import Instance
 from server.dispatch.decide import offers_for, take
 from server.dispatch.improve import CoolingSchedule, improve
@@ -37,6 +37,7 @@ _PATIENCE = 0.75
 
 
 def main() -> None:
+    report = RunReport()
     parser = arguments(__doc__)
     parser.add_argument("--slices", type=int, default=20, help="of improvement after each request")
     args = parser.parse_args()
@@ -46,7 +47,7 @@ def main() -> None:
     for instance in instances:
         rows.append(measured(instance, args.slices, args.seed, known, args.solutions))
         print(rows[-1], flush=True)
-    write_report(
+    report.write(
         args.json,
         "dynamic_darp",
         {"folder": str(args.folder), "slices": args.slices, "seed": args.seed},

@@ -18,7 +18,7 @@ from grimp import ImportGraph, build_graph
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from benchmarks.reporting.report import write_report
+from benchmarks.reporting.report import RunReport
 
 ROOT = Path(__file__).resolve().parent.parent
 PRODUCTION = ("campusloop", "contract", "server", "vehicle_agent", "simulator")
@@ -36,6 +36,7 @@ class FunctionLength:
 
 
 def main() -> None:
+    report = RunReport()
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", type=Path, default=None)
     arguments = parser.parse_args()
@@ -82,7 +83,7 @@ def main() -> None:
         "upward_imports": len(upward),
         "any_in_production": sum(any_uses.values()),
     }
-    write_report(arguments.json, "house", {}, rows, summary)
+    report.write(arguments.json, "house", {}, rows, summary)
 
 
 def tracked_files() -> list[str]:

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.reporting.report import Row, write_report
+from benchmarks.reporting.report import Row, RunReport
 from campusloop.virtual.solo_drive import SoloDrive
 from contract.roads.load import load_map
 from contract.roads.model import RoadMap
@@ -29,6 +29,7 @@ QUANTILES = (50, 95, 99)
 
 
 def main() -> None:
+    report = RunReport()
     arguments = _arguments()
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     road_map = load_map(arguments.map)
@@ -41,7 +42,7 @@ def main() -> None:
         "lockstep_ratio": without,
         "lockstep_lidar_ratio": with_lidar,
     }
-    write_report(
+    report.write(
         arguments.json,
         "loop",
         {

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.reporting.report import Row, write_report
+from benchmarks.reporting.report import Row, RunReport
 from benchmarks.reporting.run_logs import LogChoice, add_log_arguments, log_choice
 from campusloop.scenes.drive import SceneDrive
 from campusloop.scenes.random_crowds import SPARSE_PER_100M2, DrawnScene, Pieces, drawn_scene, pieces
@@ -31,6 +31,7 @@ _MAPS = Path(__file__).resolve().parent.parent / "maps"
 
 
 def main() -> None:
+    report = RunReport()
     arguments = _arguments()
     logs = log_choice(arguments)
     stacks = tuple(arguments.stacks.split(","))
@@ -55,7 +56,7 @@ def main() -> None:
         for row in pool.map(_run, jobs, chunksize=1):
             rows.append(row)
             print(_line(row), flush=True)
-    write_report(
+    report.write(
         arguments.json,
         "monte_carlo",
         {

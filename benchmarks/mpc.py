@@ -16,7 +16,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from benchmarks.reporting.report import Row, write_report
+from benchmarks.reporting.report import Row, RunReport
 from benchmarks.tracking.reference_paths import ReferencePath
 from benchmarks.tracking.timed_drive import (
     SpeedRule,
@@ -64,6 +64,7 @@ _PROFILES = Path(__file__).resolve().parent.parent / "vehicle_agent" / "profiles
 
 
 def main() -> None:
+    report = RunReport()
     arguments = _arguments()
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     profile = load_profile(arguments.profile)
@@ -86,7 +87,7 @@ def main() -> None:
         summary[f"p{q}_wall_ms"] = float(np.percentile(wall_ms, q))
     summary["infeasible"] = sum(run.state.infeasible for run in runs.values())
     plain = {"profile": str(arguments.profile), "steps": arguments.steps, "seed": arguments.seed}
-    write_report(arguments.json, "mpc", {**plain, "cores_used": 1}, rows, summary)
+    report.write(arguments.json, "mpc", {**plain, "cores_used": 1}, rows, summary)
 
 
 def course(legs: tuple[tuple[float, tuple[Bend, ...]], ...], steps: int) -> Array:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.reporting.report import Row, write_report
+from benchmarks.reporting.report import Row, RunReport
 from benchmarks.reporting.run_logs import LogChoice, add_log_arguments, log_choice
 from campusloop.scenes.braking_oracle import best_braking
 from campusloop.scenes.drive import SceneDrive
@@ -28,6 +28,7 @@ _STREET_M = 500.0
 
 
 def main() -> None:
+    report = RunReport()
     arguments = _arguments()
     logs = log_choice(arguments)
     profile = load_profile(arguments.profile)
@@ -37,7 +38,7 @@ def main() -> None:
     with ProcessPoolExecutor(arguments.workers, mp_context=get_context("spawn")) as pool:
         rows = list(pool.map(_run, tasks, chunksize=4))
         stops = list(pool.map(_street, streets))
-    write_report(
+    report.write(
         arguments.json,
         "ncap",
         {"profile": str(arguments.profile), "every": arguments.every, "seed": arguments.seed},

@@ -19,17 +19,17 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.bookings.server import enter_shuttle, shuttle_name
-from benchmarks.reporting.report import write_report
+from benchmarks.reporting.report import RunReport
 from campusloop.live.server import answer_promptly
 from contract.roads.load import load_map
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import RiderBoarded
+from server.domain.instants import ns_of
 from server.domain.record.events import RecordedEvent
 from server.domain.rides.rides import BookRide, Ride, RideState
 from server.live_ports import live_ports
 from server.settings import settings_from
 from server.usecases.fleet import events, vehicles
-from server.usecases.orders.order_payload import utc_ns
 from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 from server.usecases.rides import rides
 
@@ -40,6 +40,7 @@ _BOOT = "boot-1"
 
 
 def main() -> None:
+    report = RunReport()
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -53,7 +54,7 @@ def main() -> None:
         rows = asyncio.run(_measured(args.map, Path(var), args.vehicles, args.rides, args.seed))
     arguments = {name: str(value) for name, value in vars(args).items() if name != "json"}
     summary = {f"{row['what']}_p99_ms".replace(" ", "_"): row["p99_ms"] for row in rows}
-    write_report(args.json, "replies", arguments, rows, summary)
+    report.write(args.json, "replies", arguments, rows, summary)
 
 
 async def _measured(
@@ -111,7 +112,7 @@ async def _lost(transactions: Transactions, fleet: int) -> tuple[list[float], in
 
 
 def _board(uow: UnitOfWork, vehicle_id: str, sequence: int, ride_id: str) -> None:
-    now = utc_ns(uow.now)
+    now = ns_of(uow.now)
     said = RiderBoarded(ride_id, "sensor")
     events.apply_event(uow, RecordedEvent(vehicle_id, _BOOT, sequence, now, now, said))
 

@@ -27,6 +27,7 @@ from server.store.transactions import GroupCommit, PooledTransactions
 from server.store.unit_of_work import Context
 from server.usecases.fleet import campus
 from server.usecases.ports.bus import Bus
+from server.usecases.ports.clock_and_ids import Clock
 from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 from server.usecases.record import identity
 
@@ -47,8 +48,10 @@ class LivePorts:
     made_password: str = ""
 
 
-async def live_ports(settings: Settings) -> LivePorts:
+async def live_ports(settings: Settings, clock: Clock | None = None) -> LivePorts:
     """Migrate the database, bring the campus map into force, see to it that an operator can sign in.
+
+    clock: the system's, unless whoever starts the server has another one.
 
     Raises CannotStart.
     """
@@ -57,7 +60,7 @@ async def live_ports(settings: Settings) -> LivePorts:
     engine = _engine(settings)
     bus = await _bus(settings)
     rules = _rules(settings, road_map)
-    clock, ids = SystemClock(), RandomIds()
+    clock, ids = clock or SystemClock(), RandomIds()
     context = Context(campus_id, clock, ids, rules, Argon2Hasher(), MapLibrary(rules))
     transactions: GroupCommit | PooledTransactions
     if engine.dialect.name == "sqlite":

@@ -1,13 +1,24 @@
 import os
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from campusloop.kernels.caches import KernelCaches
+from campusloop.kernels.compiling import PACKAGES
+from campusloop.kernels.sources import Sources
+
+ROOT = Path(__file__).resolve().parents[1]
 
 # No test is timed, for its neighbours on the machine would decide it. Examples are the same each time, so
 # that a commit is judged alike wherever it is tested; `make soak ARGS=properties` looks for new ones.
 settings.register_profile("fixed", deadline=None, derandomize=True)
 settings.register_profile("campaign", deadline=None, print_blob=True)
 settings.load_profile("campaign" if "CAMPUSLOOP_NEW_EXAMPLES" in os.environ else "fixed")
+
+# Longer than the limit in pyproject.toml: whole rides, real processes and browsers.
+LONG_LIMIT_S = 1800.0
+WITH_LONG_LIMIT = ("long", "faults", "real", "browser")
 
 # Whole vehicles and campuses: begun first, so that no process is left with one of them when the rest is done.
 LONGEST = (
@@ -19,8 +30,17 @@ LONGEST = (
 )
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Once a run: delete the compiled kernels of changed sources, since numba would use them."""
+    if not hasattr(config, "workerinput"):
+        KernelCaches(Sources(ROOT, PACKAGES)).missing(())
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     def place(item: pytest.Item) -> int:
         return next((k for k, path in enumerate(LONGEST) if item.nodeid.startswith(path)), len(LONGEST))
 
     items.sort(key=place)
+    for item in items:
+        if any(item.get_closest_marker(name) for name in WITH_LONG_LIMIT):
+            item.add_marker(pytest.mark.timeout(LONG_LIMIT_S))

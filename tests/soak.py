@@ -64,6 +64,21 @@ CAMPAIGNS = (
         (sys.executable, "-m", "tests.server.dispatch.noise_campaign", "--rides", "20000"),
     ),
     Campaign(
+        "mutants",
+        "1,000 wrong changes, seed 1: the short tests notice nearly all of them; survivors are listed",
+        (
+            sys.executable,
+            "-m",
+            "benchmarks.mutants",
+            "--sample",
+            "1000",
+            "--floor",
+            "95",
+            "--room-floor",
+            "75",
+        ),
+    ),
+    Campaign(
         "missions",
         "1,000 random missions for three shuttles on the shipped and on generated maps",
         (sys.executable, "-m", "tests.contract.roads.random_missions", "--missions", "1000"),

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.reporting.report import write_report
+from benchmarks.reporting.report import RunReport
 from contract.roads.load import load_map
 
 _MAP = Path(__file__).resolve().parents[2] / "maps" / "shanghai-university" / "map.json"
@@ -30,6 +30,7 @@ _WARM_UP_S = 3.0
 
 
 def main() -> None:
+    report = RunReport()
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -69,7 +70,7 @@ def main() -> None:
         "server_cpu_s": cpu_s,
     }
     arguments = {name: str(value) for name, value in vars(args).items() if name != "json"}
-    write_report(args.json, "bookings", arguments, [row], {"p99_ms": row["p99_ms"], "failed": row["failed"]})
+    report.write(args.json, "bookings", arguments, [row], {"p99_ms": row["p99_ms"], "failed": row["failed"]})
 
 
 async def _load(

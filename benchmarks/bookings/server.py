@@ -19,12 +19,12 @@ from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import EventLogState, ModeChanged, Status
 from server.domain.fleet.vehicles import StatusReport
+from server.domain.instants import ns_of
 from server.domain.record.events import RecordedEvent
 from server.live_ports import live_ports
 from server.settings import settings_from
 from server.usecases.fleet import events, vehicle_sessions
 from server.usecases.fleet.vehicle_sessions import HelloFacts
-from server.usecases.orders.order_payload import utc_ns
 from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 from server.usecases.record import identity
 
@@ -78,7 +78,7 @@ async def enter_shuttle(
         )
         vehicle_sessions.open_session(uow, hello)
         vehicle_sessions.record_status(uow, [_status(uow, road_map, network, number)])
-        now = utc_ns(uow.now)
+        now = ns_of(uow.now)
         said = ModeChanged("autonomous", "resumed")
         events.apply_event(uow, RecordedEvent(vehicle_id, _BOOT, 0, now, now, said))
 
@@ -100,7 +100,7 @@ def _status(uow: UnitOfWork, road_map: RoadMap, network: RoadNetwork, number: in
     x_m, y_m, yaw_rad = network.pose(place.lane_id, place.s_m)
     status = Status(
         epoch=1,
-        stamp_ns=utc_ns(uow.now),
+        stamp_ns=ns_of(uow.now),
         pose_map=Pose2(x_m, y_m, yaw_rad),
         speed_mps=0.0,
         accel_mps2=0.0,

@@ -25,7 +25,7 @@ from benchmarks.drive_by_wire.fault_free import fault_free_hours
 from benchmarks.drive_by_wire.faults import catalogue
 from benchmarks.drive_by_wire.injection import TRACE_COLUMNS, inject
 from benchmarks.drive_by_wire.processes import process_faults
-from benchmarks.reporting.report import Row, write_report
+from benchmarks.reporting.report import Row, RunReport
 from campusloop.scenes.faulted_drive import winding_course
 from vehicle_agent.config import Profile, load_profile
 
@@ -34,6 +34,7 @@ SPEEDS_KMH = (15.0, 10.0, 15.0, 6.0)
 
 
 def main() -> None:
+    report = RunReport()
     arguments = _arguments()
     profile = load_profile(arguments.profile)
     rows: list[Row] = []
@@ -60,7 +61,7 @@ def main() -> None:
         "seed": arguments.seed,
         "profile": str(arguments.profile),
     }
-    write_report(arguments.json, "drive_by_wire", told, rows, summary)
+    report.write(arguments.json, "drive_by_wire", told, rows, summary)
 
 
 def virtual(profile: Profile, injections: int, seed: int, traces: Path | None) -> list[Row]:

@@ -25,7 +25,7 @@ from benchmarks.pdptw.peers import (
     missing_peers,
     peer_routes,
 )
-from benchmarks.reporting.report import Row, Value, write_report
+from benchmarks.reporting.report import Row, RunReport, Value
 from campusloop.studies.instances.instance import Instance
 from campusloop.studies.instances.task import node_routes, task_of
 from server.dispatch.engine.search.fleet import FleetSearch
@@ -41,6 +41,7 @@ _SETTINGS = Settings(cycle=15, growth=1.2, longest_cycle=2.7, afresh_every=1, ho
 
 
 def main() -> None:
+    report = RunReport()
     parser = arguments(__doc__)
     parser.add_argument("--seconds", type=float, default=30.0)
     parser.add_argument("--peers", action="store_true", help="run OR-tools and PyVRP as well")
@@ -58,7 +59,7 @@ def main() -> None:
         known = (vehicles[name], distances[name]) if name in distances else None
         rows.append(measured(instance, args.seconds, args.seed, known, args.solutions, args.peers))
         print(rows[-1], flush=True)
-    write_report(
+    report.write(
         args.json,
         "pdptw",
         {

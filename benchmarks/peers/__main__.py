@@ -22,7 +22,7 @@ from benchmarks.peers.process import ROOT, PeerError, PeerProcess
 from benchmarks.peers.pursuit import Pursuit
 from benchmarks.peers.scenes import Case, cell_cases, clip_cases, profile_for, random_cases, short
 from benchmarks.peers.score import Result, result_of, summary
-from benchmarks.reporting.report import write_report
+from benchmarks.reporting.report import RunReport
 from campusloop.scenes.drive import SceneDrive
 from simulator.traffic.recordings import RecordingError
 
@@ -39,6 +39,7 @@ OPEN = {
 
 
 def main() -> None:
+    report = RunReport()
     arguments = _arguments()
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     names = arguments.drivers.split(",")
@@ -52,7 +53,7 @@ def main() -> None:
             results, about = _driven(arguments, names, thin, cases, stack)
     except (RecordingError, PeerError) as error:
         raise SystemExit(f"cannot compare: {error}") from error
-    write_report(
+    report.write(
         arguments.json,
         "peers",
         {

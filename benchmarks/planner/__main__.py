@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.planner.scenes import Scene, SceneMaker
-from benchmarks.reporting.report import Row, write_report
+from benchmarks.reporting.report import Row, RunReport
 from contract.geometry import Array
 from vehicle_agent.planning.behaviour.crossing_traffic import CrossingRules
 from vehicle_agent.planning.behaviour.decide import BehaviourRules, Decision, decide
@@ -38,6 +38,7 @@ _STEP_S = 0.2
 
 
 def main() -> None:
+    report = RunReport()
     arguments = _arguments()
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     maker = SceneMaker()
@@ -60,7 +61,7 @@ def main() -> None:
     print(Counter(str(row["quality"]) for row in rows), Counter(str(row["limited_by"]) for row in rows))
     kept = ("seeds", "first_seed", "plans")
     shown = rows if arguments.json is None or len(rows) <= 5000 else rows[:5000]
-    write_report(
+    report.write(
         arguments.json,
         "planner",
         {name: getattr(arguments, name) for name in kept} | {"cores_used": 1},

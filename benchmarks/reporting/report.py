@@ -4,6 +4,7 @@ import json
 import os
 import platform
 import subprocess
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -41,28 +42,54 @@ def commit() -> str:
     return described.stdout.strip()
 
 
-def write_report(
-    path: Path | None,
-    name: str,
-    arguments: Mapping[str, Value | Sequence[Value]],
-    rows: Sequence[Row],
-    summary: Row,
-) -> None:
-    """Print the rows and the summary; write the whole as one JSON object when a path is given."""
-    print_rows(name, rows)
-    print_rows(f"{name}: summary", [summary])
-    if path is None:
-        return
-    report = {
-        "name": name,
-        "machine": machine(),
-        "commit": commit(),
-        "arguments": dict(arguments),
-        "rows": [dict(row) for row in rows],
-        "summary": dict(summary),
-    }
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(report, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+def reference_loop_s() -> float:
+    """Wall time of 10 million turns of a small pure-Python loop: how fast this machine is right now."""
+    begun_s = time.perf_counter()
+    total = 0
+    for turn in range(10_000_000):
+        total += turn & 3
+    assert total == 15_000_000
+    return time.perf_counter() - begun_s
+
+
+class RunReport:
+    """The report of one run: made when the run begins, written when it ends."""
+
+    def __init__(self) -> None:
+        self._reference_loop_before_s = reference_loop_s()
+
+    def machine(self) -> dict[str, Value]:
+        """`machine()` with its speed before and after the run; reference_loop_s is the mean of both."""
+        before_s, after_s = self._reference_loop_before_s, reference_loop_s()
+        return machine() | {
+            "reference_loop_s": 0.5 * (before_s + after_s),
+            "reference_loop_before_s": before_s,
+            "reference_loop_after_s": after_s,
+        }
+
+    def write(
+        self,
+        path: Path | None,
+        name: str,
+        arguments: Mapping[str, Value | Sequence[Value]],
+        rows: Sequence[Row],
+        summary: Row,
+    ) -> None:
+        """Print the rows and the summary; write the whole as one JSON object when a path is given."""
+        print_rows(name, rows)
+        print_rows(f"{name}: summary", [summary])
+        if path is None:
+            return
+        report = {
+            "name": name,
+            "machine": self.machine(),
+            "commit": commit(),
+            "arguments": dict(arguments),
+            "rows": [dict(row) for row in rows],
+            "summary": dict(summary),
+        }
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(report, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def print_rows(title: str, rows: Sequence[Row]) -> None:

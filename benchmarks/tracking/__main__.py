@@ -20,13 +20,13 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.reporting.report import Row, write_report
+from benchmarks.reporting.report import Row, RunReport
 from benchmarks.tracking.reference_paths import lemniscate, recorded_path
 from benchmarks.tracking.stacks import (
     KINEMATIC_STACKS,
     STACKS,
     Conditions,
-    FollowFunction,
+    FollowTask,
     TrackingResult,
 )
 from benchmarks.tracking.waypoint_drive import Drive
@@ -41,6 +41,7 @@ _PERFECT = "perfect localization"
 
 
 def main() -> None:
+    report = RunReport()
     arguments = _arguments()
     noise = GnssNoise(arguments.position_noise_m, math.radians(arguments.heading_noise_deg))
     profile, loop_profile = load_profile(arguments.profile), load_profile(arguments.loop_profile)
@@ -51,14 +52,14 @@ def main() -> None:
             # Perfect localization leaves nothing to chance.
             seeds = 1 if conditions.noise is None else arguments.seeds
             for seed in range(1, seeds + 1):
-                task = FollowFunction(curve, profile, arguments.speed_mps, seed, conditions)
+                task = FollowTask(curve, profile, arguments.speed_mps, seed, conditions)
                 rows += _followed(stack, task, arguments.traces)
     for file in arguments.waypoints if "gem" in arguments.stacks else ():
         for seed in range(1, arguments.seeds + 1):
             kinematic = Conditions(_KINEMATIC, None, noise)
-            task = FollowFunction(recorded_path(file), loop_profile, arguments.speed_mps, seed, kinematic)
+            task = FollowTask(recorded_path(file), loop_profile, arguments.speed_mps, seed, kinematic)
             rows += _followed("gem", task, arguments.traces)
-    write_report(arguments.json, "tracking", _plain(arguments), rows, _summary(rows, curve.name))
+    report.write(arguments.json, "tracking", _plain(arguments), rows, _summary(rows, curve.name))
 
 
 def _conditions(
@@ -88,7 +89,7 @@ def _plant(profile: Profile, load_ratio: float, arguments: argparse.Namespace) -
     return PlantParams(**fields)
 
 
-def _followed(stack: str, task: FollowFunction, traces: Path | None) -> list[Row]:
+def _followed(stack: str, task: FollowTask, traces: Path | None) -> list[Row]:
     """One row for each of the stack's followers."""
     rows = []
     for follower, drive_by in STACKS[stack].items():
@@ -100,7 +101,7 @@ def _followed(stack: str, task: FollowFunction, traces: Path | None) -> list[Row
     return rows
 
 
-def _row(stack: str, follower: str, task: FollowFunction, followed: TrackingResult) -> Row:
+def _row(stack: str, follower: str, task: FollowTask, followed: TrackingResult) -> Row:
     drive = followed.drive
     off_m = np.abs(task.path.cross_track_m(drive.trace[:, 1:3]))
     return {

@@ -19,6 +19,7 @@ from benchmarks.tracking.waypoint_drive import Drive, follow, record
 from simulator.sensors.gnss import GnssNoise
 from simulator.vehicle.plant import PlantParams
 from vehicle_agent.config import Profile
+from vehicle_agent.control.trajectory.trajectory_control import TrajectoryControl
 from vehicle_agent.control.waypoint.waypoint_control import WaypointControl
 from vehicle_agent.stacks import nus, snow_lion_control
 from vehicle_agent.stacks.rooms import waypoint_control
@@ -36,7 +37,7 @@ class Conditions:
 
 
 @dataclass(frozen=True, slots=True)
-class FollowFunction:
+class FollowTask:
     """One drive to be made."""
 
     path: ReferencePath
@@ -60,17 +61,17 @@ class TrackingResult:
     reference_s: float
 
 
-def timed(task: FollowFunction, hands: snow_lion_control.SnowLionControl) -> TrackingResult:
+def timed(task: FollowTask, control: TrajectoryControl) -> TrackingResult:
     """By timed rows off the curve itself, from rest to rest."""
     rows = timed_rows(task.path, SpeedRule(task.speed_mps))
     noise = task.conditions.noise
     sense = perfect if noise is None else noisy(task.seed, noise)
-    drive = follow_timed(rows, task.profile, hands, _params(task), sense).drive
+    drive = follow_timed(rows, task.profile, control, _params(task), sense).drive
     moving = drive.trace[:, 4] > 0.0
     return TrackingResult(drive, float(drive.trace[moving, 0].max(initial=0.0)), float(rows[-1, 0]))
 
 
-def by_waypoints(task: FollowFunction, hands: WaypointControl) -> TrackingResult:
+def by_waypoints(task: FollowTask, hands: WaypointControl) -> TrackingResult:
     """By waypoints recorded on the curve with the same noise; through its end without stopping."""
     noise = task.conditions.noise or NO_NOISE
     with tempfile.TemporaryDirectory() as folder:
@@ -87,7 +88,7 @@ def by_waypoints(task: FollowFunction, hands: WaypointControl) -> TrackingResult
     )
 
 
-def _params(task: FollowFunction) -> PlantParams:
+def _params(task: FollowTask) -> PlantParams:
     return task.conditions.params or PlantParams(wheelbase_m=task.profile.body.wheelbase_m)
 
 
@@ -97,13 +98,13 @@ def _as_in_the_paper(hands: WaypointControl) -> WaypointControl:
     return msgspec.structs.replace(hands, follower=follower, steer_delay_s=0.0, trim=None)
 
 
-def _slower(task: FollowFunction) -> FollowFunction:
+def _slower(task: FollowTask) -> FollowTask:
     """As fast as its look-ahead allows; the reference time is that of this speed."""
     return replace(task, speed_mps=min(task.speed_mps, nus.SPEED_MPS_MAX))
 
 
 # stack -> follower -> how it drives; the stack's figures are those of its follower "ours".
-STACKS: dict[str, dict[str, Callable[[FollowFunction], TrackingResult]]] = {
+STACKS: dict[str, dict[str, Callable[[FollowTask], TrackingResult]]] = {
     "gem": {
         "ours": lambda task: by_waypoints(task, waypoint_control(task.profile)),
         "paper": lambda task: by_waypoints(task, _as_in_the_paper(waypoint_control(task.profile))),

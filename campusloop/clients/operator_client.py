@@ -45,6 +45,13 @@ class OperatorClient:
     async def vehicle(self, vehicle_id: str) -> dict[str, Any]:
         return _checked(await self._client.get(f"/api/v1/vehicles/{vehicle_id}"))
 
+    async def vehicles(self) -> list[dict[str, Any]]:
+        answer = await self._client.get("/api/v1/vehicles")
+        if answer.is_error:
+            raise OperatorError(answer.text)
+        listed: list[dict[str, Any]] = answer.json()
+        return listed
+
     async def release(self, vehicle_id: str) -> None:
         """Wait until the vehicle is connected and placed, resume it, and wait until it is not held."""
         await self._until(vehicle_id, lambda vehicle: vehicle["connected"] and vehicle["placed"])

@@ -11,13 +11,12 @@ import structlog
 import typer
 from rich.console import Console
 
+from campusloop.kernels.compiling import KernelError, compile_kernels
+from campusloop.kernels.groups import for_campus
 from campusloop.live.campus import CampusStartError, LiveOptions
 from campusloop.live.demo import LiveDemo
 from campusloop.live.run_folder import NotOurFolder, emptied
 from campusloop.shipped import DEFAULT_MAP
-from campusloop.virtual.campus import CampusOptions
-from campusloop.virtual.headless import run_headless
-from campusloop.virtual.timetable_run import local_moment, run_timetable
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import Profile, ProfileError, load_profile
 
@@ -59,11 +58,12 @@ def demo(
         structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.ERROR))
     count = vehicles or (2 if (os.cpu_count() or 1) <= 2 else 3)
     try:
+        chosen = Profile() if profile is None else load_profile(profile)
+        compile_kernels(for_campus(chosen.stack), console)
         if headless and begin and end:
             _timetable(console, campus_map, count, seed, begin, end, folder or HEADLESS)
             return
         if headless:
-            chosen = Profile() if profile is None else load_profile(profile)
             _headless(console, campus_map, count, rides, seed, folder or HEADLESS, chosen)
             return
         options = LiveOptions(
@@ -76,9 +76,10 @@ def demo(
             tls_key,
             seed,
             profile_path=profile,
+            paced=True,
         )
         asyncio.run(LiveDemo(options, console, people_book=people).run())
-    except (MapError, ProfileError, CampusStartError, NotOurFolder) as error:
+    except (MapError, ProfileError, CampusStartError, NotOurFolder, KernelError) as error:
         console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
 
@@ -86,6 +87,10 @@ def demo(
 def _timetable(
     console: Console, campus_map: Path, vehicles: int, seed: int, begin: str, end: str, folder: Path
 ) -> None:
+    # Here, for they bring the whole server along: live, that is another process.
+    from campusloop.virtual.campus import CampusOptions
+    from campusloop.virtual.timetable_run import local_moment, run_timetable
+
     road_map = load_map(campus_map)
     zone = ZoneInfo(road_map.timezone)
     if not road_map.timetable:
@@ -115,6 +120,9 @@ def _headless(
     folder: Path,
     profile: Profile,
 ) -> None:
+    from campusloop.virtual.campus import CampusOptions
+    from campusloop.virtual.headless import run_headless
+
     options = CampusOptions(load_map(campus_map), emptied(folder), seed, vehicles, profile)
     result = run_headless(options, rides, console)
     for failure in result.failures:

@@ -1,30 +1,29 @@
-"""`campusloop warm`: compile every numba kernel into the cache, so that nothing live meets the compiler."""
+"""`campusloop warm`: compile numba kernels into the cache, so that nothing live meets the compiler."""
 
-import time
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from typing import Annotated
 
 import typer
+from rich.console import Console
 
-from campusloop.studies.bound.warm import warm_kernels as warm_bound
-from server.dispatch.warm import warm_kernels as warm_dispatch
-from simulator.warm import warm_kernels as warm_simulator
-from vehicle_agent.gate.footprint import warm_footprint
-from vehicle_agent.stacks.warm import warm_kernels as warm_vehicle
+from campusloop.kernels.compiling import KernelError, compile_kernels
+from campusloop.kernels.groups import EVERYTHING, GROUPS
 
-
-def warm() -> None:
-    """Compile the numerical kernels (set-up does this once), in two processes: there are many."""
-    started = time.perf_counter()
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        for done in [pool.submit(part) for part in (warm_vehicle, _warm_others)]:
-            done.result()
-    typer.echo(f"kernels ready after {time.perf_counter() - started:.1f} s")
+EXIT_FAILED = 1
+EXIT_BAD_INPUT = 2
 
 
-def _warm_others() -> None:
-    """All that no stack's drive calls."""
-    warm_dispatch()
-    warm_bound()
-    warm_simulator()
-    warm_footprint()
+def warm(
+    groups: Annotated[list[str] | None, typer.Argument(help=f"Of {', '.join(GROUPS)}; all of them.")] = None,
+) -> None:
+    """Compile the numerical kernels; what is compiled already stays."""
+    console = Console(soft_wrap=True)
+    named = tuple(groups or EVERYTHING)
+    unknown = [name for name in named if name not in GROUPS]
+    if unknown:
+        console.print(f"[red]no kernels are called {', '.join(unknown)}[/red]; there are {', '.join(GROUPS)}")
+        raise typer.Exit(EXIT_BAD_INPUT)
+    try:
+        compile_kernels(named, console)
+    except KernelError as error:
+        console.print(f"[red]{error}[/red]", highlight=False)
+        raise typer.Exit(EXIT_FAILED) from error

@@ -8,15 +8,17 @@ import ssl
 import tempfile
 import time
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 import httpx
 import psutil
 
 from campusloop.clients.operator_client import OperatorClient
+from campusloop.live.jobs import serve, simulate
+from campusloop.live.paced_clock import PacedClock, PacedClocks
 from campusloop.live.run_folder import emptied
-from campusloop.live.server import serve_campus
-from campusloop.live.simulation import simulate_vehicles
 from contract.roads.load import load_map
 from simulator.live.live import scan_ring_path
 from simulator.live.ports import BASE_PORT, ports_of
@@ -24,6 +26,7 @@ from vehicle_agent.config import Profile, load_profile
 from vehicle_agent.link.keys import load_or_make_key, public_key_text
 from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, VehicleFile
+from vehicle_agent.runtime.processes.clock import MONOTONIC
 from vehicle_agent.runtime.processes.supervisor import LOOK_EVERY_S, Job, Supervisor
 
 READY_WITHIN_S = 60.0
@@ -40,6 +43,8 @@ class LiveOptions:
     """folder is emptied first. base_port: first of the simulator's loopback ports.
 
     profile_path: of every shuttle; None: the campus shuttle
+    paced: all processes share a clock that runs slower where the machine does not keep up (`paced_clock`);
+    else the computer's, by which a late process is late
     """
 
     map_path: Path
@@ -53,6 +58,7 @@ class LiveOptions:
     base_port: int = BASE_PORT
     pedestrians: bool = True
     profile_path: Path | None = None
+    paced: bool = False
 
 
 class LiveCampus:
@@ -66,6 +72,8 @@ class LiveCampus:
         self._profile = Profile() if options.profile_path is None else load_profile(options.profile_path)
         self._mail = Path(tempfile.mkdtemp(prefix="campusloop-"))
         self._supervisors: list[Supervisor] = []
+        self._clocks = self._made_clocks() if options.paced else None
+        self._clock: PacedClock | None = None if self._clocks is None else self._clocks.open("campus")
         self._began_s = time.monotonic()
         exposed = options.host not in ("127.0.0.1", "localhost")
         made = options.folder / "tls" / "certificate.pem" if exposed else None
@@ -83,6 +91,15 @@ class LiveCampus:
         """Process ids by name: server, simulator, link, worker, "gate shuttle-1", "tick shuttle-1"."""
         return {name: pid for supervisor in self._supervisors for name, pid in supervisor.pids.items()}
 
+    def now(self) -> datetime:
+        """By the clock that everybody on this campus goes by."""
+        return datetime.now(UTC) if self._clock is None else self._clock.utc()
+
+    @property
+    def held_s(self) -> float:
+        """How far the campus's clock is behind the wall's by now, because the machine did not keep up."""
+        return 0.0 if self._clock is None else self._clock.held_ns() * 1e-9
+
     async def start(self) -> None:
         """Everything up, enrolled and connected to nobody's surprise; vehicles are still held.
 
@@ -90,14 +107,19 @@ class LiveCampus:
         """
         (emptied(self.options.folder) / "logs").mkdir()
         self._supervise([self._server_job()])
+        places = tuple(self._place(number, name) for number, name in enumerate(self.vehicle_ids))
+        # Beside the server, which takes longer to start; stopped after the agents, which end by its clock.
+        self._supervise([self._simulator_job()])
         trusted = await self._trusted()
         self.client = httpx.AsyncClient(base_url=self.origin, verify=trusted, timeout=30.0)
         self.operator = OperatorClient(self.client)
         await self._until_ready()
         await self.operator.sign_in(OPERATOR, self.password)
-        places = [await self._enrol(number, name) for number, name in enumerate(self.vehicle_ids)]
-        self._supervise([self._simulator_job()])
-        jobs = agent_jobs(tuple(places))
+        for name, place in zip(self.vehicle_ids, places, strict=True):
+            key = load_or_make_key(place.folder / "key.pem")
+            await self.operator.enrol(name, self._profile.body, public_key_text(key))
+        # In their own order: a tick that starts before its link loses the beginning of its run log.
+        jobs = agent_jobs(places)
         self._supervise([replace(job, log_file=self.log_file(job.name)) for job in jobs])
 
     async def release_all(self) -> None:
@@ -147,7 +169,8 @@ class LiveCampus:
             options.tls_key,
             options.map_path,
         )
-        return Job("server", serve_campus, arguments, log_file=self.log_file("server"))
+        target = partial(serve, clocks=self._clocks)
+        return Job("server", target, arguments, log_file=self.log_file("server"))
 
     def _simulator_job(self) -> Job:
         options = self.options
@@ -160,13 +183,19 @@ class LiveCampus:
             self._scans,
             options.pedestrians,
             True,
+            self._clocks,
         )
-        return Job("simulator", simulate_vehicles, arguments, log_file=self.log_file("simulator"))
+        return Job("simulator", simulate, arguments, log_file=self.log_file("simulator"))
 
     @property
     def _scans(self) -> Path:
         shared_memory = Path("/dev/shm")
         return (shared_memory if shared_memory.is_dir() else self.options.folder) / self._mail.name
+
+    def _made_clocks(self) -> PacedClocks:
+        clocks = PacedClocks(self._scans / "clock")
+        clocks.make()
+        return clocks
 
     def _supervise(self, jobs: list[Job]) -> None:
         supervisor = Supervisor(jobs)
@@ -207,10 +236,9 @@ class LiveCampus:
         log = self.log_file("server")
         return log.read_text()[-2000:] if log.exists() else "(nothing)"
 
-    async def _enrol(self, number: int, vehicle_id: str) -> AgentPlace:
+    def _place(self, number: int, vehicle_id: str) -> AgentPlace:
         folder = self.options.folder / "vehicles" / vehicle_id
-        key = load_or_make_key(folder / "key.pem")
-        await self.operator.enrol(vehicle_id, self._profile.body, public_key_text(key))
+        load_or_make_key(folder / "key.pem")
         ports = ports_of(number, self.options.base_port)
         vehicle = VehicleFile(
             vehicle_id=vehicle_id,
@@ -223,4 +251,4 @@ class LiveCampus:
             server_certificate=str(self.certificate) if self.certificate else "",
         )
         AgentFolder(folder).prepare(vehicle, self.options.map_path, self.options.profile_path)
-        return AgentPlace(folder.resolve(), self._mail / str(number))
+        return AgentPlace(folder.resolve(), self._mail / str(number), self._clocks or MONOTONIC)

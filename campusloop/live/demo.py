@@ -6,26 +6,27 @@ What a visitor sees is the product itself: the only things simulated are bodies,
 import asyncio
 import signal
 from dataclasses import replace
-from datetime import UTC, datetime
 from zoneinfo import ZoneInfo
 
+import httpx
 import numpy as np
 from rich.console import Console
 
 from campusloop.clients.demo_operator import DemoOperator
+from campusloop.clients.operator_client import OperatorError
 from campusloop.clients.passengers import Journey, Passengers, wishes
 from campusloop.clients.simulated_people import SimulatedPeople
 from campusloop.live.campus import OPERATOR, LiveCampus, LiveOptions
 from campusloop.live.certificate import local_addresses
+from campusloop.live.progress import DemoProgress
 from campusloop.virtual.headless import (
     RIDE_M_MAX,
     RIDE_M_MIN,
     ride_pairs,
-    timeline_line,
 )
 from simulator.live.ports import control_port
 
-CPU_EVERY_S = 60.0
+FOLLOW_EVERY_S = 2.0
 PEOPLE = 10_000
 SPACING_S = 100.0
 SPACING_S_MIN = 20.0
@@ -36,31 +37,33 @@ class LiveDemo:
 
     def __init__(self, options: LiveOptions, console: Console, *, people_book: bool) -> None:
         self._campus = LiveCampus(options)
-        self._console = console
         self._people_book = people_book
-        self._clock = ZoneInfo(self._campus.road_map.timezone)
+        self._released = asyncio.Event()
+        self._progress = DemoProgress(console, self._campus.now, ZoneInfo(self._campus.road_map.timezone))
 
     async def run(self) -> None:
         """Until Ctrl-C or SIGTERM. Raises CampusStartError."""
         stopped = asyncio.Event()
         for number in (signal.SIGINT, signal.SIGTERM):
             asyncio.get_running_loop().add_signal_handler(number, stopped.set)
-        cores = 0.0
         try:
+            self._say("starting server, simulator and shuttles")
             await self._campus.start()
             self._greet()
-            await self._until(stopped)
-            cores = self._campus.cores_used()
+            with self._progress:
+                await self._until(stopped)
+            self._count()
         finally:
-            self._console.print("stopping")
+            self._say("stopping")
             await self._campus.stop()
-        self._say(f"stopped; the whole demo used {cores:.2f} cores on average")
+        for line in self._progress.summary():
+            self._say(line)
 
     async def _until(self, stopped: asyncio.Event) -> None:
         """Until told to stop, or until one of the tasks fails."""
         tasks = [
             asyncio.create_task(work)
-            for work in (self._campus.watch(), self._serve_people(), self._tell_cpu(), self._operate())
+            for work in (self._campus.watch(), self._serve_people(), self._follow(), self._operate())
         ]
         waiting = asyncio.create_task(stopped.wait())
         await asyncio.wait([waiting, *tasks], return_when=asyncio.FIRST_COMPLETED)
@@ -73,7 +76,7 @@ class LiveDemo:
 
     async def _serve_people(self) -> None:
         await self._campus.release_all()
-        self._say("all shuttles are released and wait for rides")
+        self._released.set()
         if self._people_book:
             await self._book()
         await asyncio.Event().wait()
@@ -82,11 +85,7 @@ class LiveDemo:
         """People come for as long as the demo runs."""
         options = self._campus.options
         people = SimulatedPeople(self._campus.road_map, control_port(options.base_port))
-
-        def tell(journey: Journey) -> None:
-            self._say(timeline_line(journey, datetime.now(UTC), self._clock))
-
-        passengers = Passengers(self._campus.client, people, lambda: datetime.now(UTC), tell)
+        passengers = Passengers(self._campus.client, people, self._campus.now, self._progress.ride)
         pairs = ride_pairs(self._campus.road_map, RIDE_M_MIN, RIDE_M_MAX)
         rng = np.random.default_rng(options.seed)
         async with people.listening(passengers.tap), asyncio.TaskGroup() as lives:
@@ -95,15 +94,23 @@ class LiveDemo:
                 await asyncio.sleep(max(SPACING_S_MIN, float(rng.exponential(SPACING_S))))
 
     async def _operate(self) -> None:
-        def tell(text: str) -> None:
-            self._say(f"{datetime.now(self._clock):%H:%M:%S}  {text}")
+        # A shuttle that is starting lacks its first scan: that is no stop for safety.
+        await self._released.wait()
+        await DemoOperator(self._campus.operator, self._say, self._progress.released).run()
 
-        await DemoOperator(self._campus.operator, tell).run()
-
-    async def _tell_cpu(self) -> None:
+    async def _follow(self) -> None:
+        """Where the shuttles are, for whoever watches the terminal."""
         while True:
-            await asyncio.sleep(CPU_EVERY_S)
-            self._say(f"the whole demo uses {self._campus.cores_used():.2f} cores")
+            try:
+                self._progress.vehicles(await self._campus.operator.vehicles())
+            except (httpx.TransportError, OperatorError) as error:
+                self._say(f"the server does not say where the shuttles are: {error}")
+            self._count()
+            await asyncio.sleep(FOLLOW_EVERY_S)
+
+    def _count(self) -> None:
+        self._progress.counts.held_s = self._campus.held_s
+        self._progress.counts.cores = self._campus.cores_used()
 
     def _greet(self) -> None:
         options = self._campus.options
@@ -116,4 +123,4 @@ class LiveDemo:
         self._say(f"runs and logs: {options.folder}   Ctrl-C stops everything")
 
     def _say(self, text: str) -> None:
-        self._console.print(text, highlight=False, soft_wrap=True)
+        self._progress.say(text)

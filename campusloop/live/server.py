@@ -7,6 +7,7 @@ import os
 import socket
 import ssl
 import sys
+from datetime import datetime
 from pathlib import Path
 from typing import NoReturn
 
@@ -16,12 +17,15 @@ from rich.console import Console
 
 from campusloop.live.certificate import local_addresses, self_signed
 from campusloop.live.journal import write_journal
+from campusloop.live.paced_clock import PacedClock, PacedClocks
 from campusloop.shipped import DEFAULT_MAP
 from contract.wire.codec import MAX_MESSAGE_BYTES
+from server.adapters import SystemClock
 from server.app import create_app
 from server.dispatch.warm import warm_kernels
 from server.live_ports import CannotStart, LivePorts, live_ports
 from server.settings import Settings, SettingsError, is_loopback, settings_from
+from server.usecases.ports.clock_and_ids import Clock
 
 BAD_SETTING = 2
 BACKLOG = 512
@@ -40,10 +44,11 @@ def serve_campus(
     *,
     tls_self_signed: bool = False,
     no_tls: bool = False,
+    clocks: PacedClocks | None = None,
 ) -> None:
     """Serve one campus until SIGTERM or Ctrl-C. A bad setting ends the process with the reason.
 
-    What is None comes from the environment or the defaults (`server.settings`).
+    What is None comes from the environment or the defaults (`server.settings`); clocks: the computer's.
     """
     try:
         settings = secured(
@@ -60,7 +65,18 @@ def serve_campus(
         _refuse(str(error))
     write_journal()
     with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
-        runner.run(_serve(settings, listening))
+        clock = SystemClock() if clocks is None else _CampusClock(clocks.open("server"))
+        runner.run(_serve(settings, listening, clock))
+
+
+class _CampusClock:
+    """The server's view of a clock that a whole campus shares."""
+
+    def __init__(self, clock: PacedClock) -> None:
+        self._clock = clock
+
+    def now(self) -> datetime:
+        return self._clock.utc()
 
 
 def secured(settings: Settings, make_certificate: bool = False, plain: bool = False) -> Settings:
@@ -99,10 +115,10 @@ def listen(host: str, port: int) -> socket.socket:
     return listening
 
 
-async def _serve(settings: Settings, listening: socket.socket) -> None:
+async def _serve(settings: Settings, listening: socket.socket, clock: Clock) -> None:
     settings = settings.model_copy(update={"port": listening.getsockname()[1]})
     try:
-        live = await live_ports(settings)
+        live = await live_ports(settings, clock)
     except CannotStart as error:
         listening.close()
         _refuse(str(error))

@@ -9,6 +9,7 @@ from typing import NoReturn
 from rich.console import Console
 from rich.table import Table
 
+from campusloop.live.paced_clock import PacedClocks
 from contract.roads.load import MapError, load_map
 from simulator.live.bus import LiveBusError
 from simulator.live.control_server import CarriedPhones, ControlError
@@ -33,8 +34,12 @@ def simulate_vehicles(
     folder: Path = Path("var/simulation"),
     people: bool = True,
     lidar: bool = True,
+    clocks: PacedClocks | None = None,
 ) -> None:
-    """Simulate until SIGTERM or Ctrl-C. Input that cannot be simulated ends the process with the reason."""
+    """Simulate until SIGTERM or Ctrl-C. Input that cannot be simulated ends the process with the reason.
+
+    clocks: the simulation keeps this clock for all that share it; None: the computer's
+    """
     console = Console()
     if len(set(vehicle_ids)) != len(vehicle_ids):
         _refuse(console, "every vehicle needs an id of its own: --vehicles shuttle-1,shuttle-2")
@@ -51,7 +56,11 @@ def simulate_vehicles(
             WorldOptions(traffic=TrafficParams() if people else None, lidar=lidar),
         )
         warm_kernels()
-        simulation = LiveSimulation(world, phones, folder, base_port)
+        if clocks is None:
+            simulation = LiveSimulation(world, phones, folder, base_port)
+        else:
+            # A clock that has stood still does not tell how far apart two frames came.
+            simulation = LiveSimulation(world, phones, folder, base_port, clocks.keep(), frame_gap_ns=0)
     except (MapError, ProfileError, WorldError, LiveBusError, DeviceFeedError, ControlError) as error:
         _refuse(console, str(error))
     _print_wiring(console, vehicle_ids, base_port, folder)

@@ -7,6 +7,7 @@ replayed at the end. Nothing is taken on trust: the summary comes from ground tr
 import time
 from dataclasses import dataclass
 from datetime import datetime
+from typing import TYPE_CHECKING
 from zoneinfo import ZoneInfo
 
 import numpy as np
@@ -14,11 +15,13 @@ from rich.console import Console
 from rich.table import Table
 
 from campusloop.clients.passengers import Journey, wishes
-from campusloop.virtual.campus import START_NS, CampusOptions, VirtualCampus
-from campusloop.virtual.run_proof import RunProof, flaws, virtual_progress
+from campusloop.virtual.run_proof import RunProof, SpacedWord, flaws, virtual_progress
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import find_route
+
+if TYPE_CHECKING:
+    from campusloop.virtual.campus import CampusOptions, VirtualCampus
 
 RIDE_M_MIN = 500.0
 # Who has farther to go than this does not wait for a shuttle that drives 3 m/s.
@@ -37,7 +40,7 @@ class DemoResult:
 class RideScores:
     """What a vehicle's score was when a ride began and when it ended."""
 
-    def __init__(self, campus: VirtualCampus) -> None:
+    def __init__(self, campus: "VirtualCampus") -> None:
         self._campus = campus
         self._begun: dict[int, tuple[float, int]] = {}
         self._ended: dict[int, tuple[float, int]] = {}
@@ -70,7 +73,7 @@ def ride_pairs(road_map: RoadMap, least_m: float, most_m: float) -> list[tuple[s
 
 
 def run_headless(
-    options: CampusOptions,
+    options: "CampusOptions",
     rides: int,
     console: Console,
     pairs: list[tuple[str, str]] | None = None,
@@ -81,7 +84,13 @@ def run_headless(
     pairs: the stops of rides to choose from; by default all that are a good ride apart
     spacing_s: mean time between two passengers who ask
     """
+    # It brings the whole server along, which the live demo's own process has no use for.
+    from campusloop.virtual.campus import START_NS, VirtualCampus
+
     started = time.perf_counter()
+    console.print(
+        f"building the campus: {options.road_map.name}, {options.vehicles} shuttles", highlight=False
+    )
     campus = VirtualCampus(options)
     clock = ZoneInfo(options.road_map.timezone)
 
@@ -100,12 +109,16 @@ def run_headless(
         with virtual_progress(console) as progress:
             bar = progress.add_task("rides", total=rides, clock="")
             deadline_ns = campus.conductor.now_ns + round(RIDE_TIMEOUT_S * 1e9)
+            word = SpacedWord(console)
             while not all(task.done() for task in tasks) and campus.conductor.now_ns < deadline_ns:
                 for _ in range(STEPS_PER_REFRESH):
                     campus.conductor.step()
                 proof.look()
                 done = sum(task.done() for task in tasks)
-                progress.update(bar, completed=done, clock=f"{campus.now().astimezone(clock):%H:%M:%S}")
+                pace = (campus.conductor.now_ns - START_NS) / 1e9 / (time.perf_counter() - started)
+                doing = f"{campus.now().astimezone(clock):%H:%M:%S}, {pace:.1f} x"
+                progress.update(bar, completed=done, clock=f"{doing}, {driving(campus)}")
+                word.say(f"{doing}  {done} of {rides} rides have ended; {driving(campus)}")
         virtual_s = (campus.conductor.now_ns - START_NS) / 1e9
         campus.stop()
         wall_s = time.perf_counter() - started
@@ -129,10 +142,15 @@ def run_headless(
     return DemoResult(journeys, failures)
 
 
-def contacts(campus: VirtualCampus) -> list[str]:
+def contacts(campus: "VirtualCampus") -> list[str]:
     """Whoever touched anybody or anything, by ground truth."""
     scores = {vehicle_id: campus.world.score(vehicle_id) for vehicle_id in campus.vehicles}
     return [f"{name} made {score.contacts} contacts" for name, score in scores.items() if score.contacts]
+
+
+def driving(campus: "VirtualCampus") -> str:
+    """How far each shuttle has come, by ground truth."""
+    return ", ".join(f"{name} {campus.world.score(name).distance_m:.0f} m" for name in campus.vehicles)
 
 
 def timeline_line(journey: Journey, now: datetime, clock: ZoneInfo) -> str:
@@ -160,7 +178,7 @@ def _promise(journey: Journey, clock: ZoneInfo) -> str:
 
 
 def print_summary(
-    console: Console, campus: VirtualCampus, journeys: list[Journey], scores: RideScores
+    console: Console, campus: "VirtualCampus", journeys: list[Journey], scores: RideScores
 ) -> None:
     rides = Table(title="Rides", title_justify="left")
     for heading in (
@@ -198,7 +216,7 @@ def print_summary(
     print_vehicles(console, campus)
 
 
-def print_vehicles(console: Console, campus: VirtualCampus) -> None:
+def print_vehicles(console: Console, campus: "VirtualCampus") -> None:
     """What each vehicle did, by ground truth."""
     table = Table(title="Vehicles", title_justify="left")
     for heading in (

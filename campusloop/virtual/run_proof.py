@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import time
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from contract.runlog.reader import RunLogError
 from vehicle_agent.runtime.replay import replay_segment
 from vehicle_agent.stacks.choice import build_car
+
+WORD_EVERY_S = 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +58,19 @@ class RunProof:
         for path in paths:
             self._begin(path)
         results = []
+        word = SpacedWord(console)
         with virtual_progress(console) as progress:
             bar = progress.add_task("replaying runs", total=len(paths), clock="")
-            for path in paths:
+            for number, path in enumerate(paths):
+                word.say(f"replaying what was driven: {number} of {len(paths)} segments are done")
                 results.append(self._begun[path].result())
                 progress.advance(bar)
         return results
+
+    @property
+    def replayed(self) -> int:
+        """Segments that have been replayed so far."""
+        return sum(future.done() for future in self._begun.values())
 
     def _begin(self, path: Path) -> None:
         if path not in self._begun:
@@ -80,6 +90,22 @@ def prove(path: Path) -> Proof:
 def flaws(proofs: list[Proof]) -> list[str]:
     """The segments that did not run as recorded to their end, and why."""
     return [f"{proof.path}: {proof.flaw}" for proof in proofs if proof.flaw]
+
+
+class SpacedWord:
+    """What is being done, where no bar can be drawn: a line now and then."""
+
+    def __init__(self, console: Console, every_s: float = WORD_EVERY_S) -> None:
+        self._console = console
+        self._every_s = every_s
+        self._due_s = time.monotonic() + every_s
+
+    def say(self, text: str) -> None:
+        """Said when the last word is long enough ago."""
+        if self._console.is_terminal or time.monotonic() < self._due_s:
+            return
+        self._due_s = time.monotonic() + self._every_s
+        self._console.print(text, highlight=False, soft_wrap=True)
 
 
 def virtual_progress(console: Console) -> Progress:

@@ -14,7 +14,7 @@ from rich.table import Table
 
 from campusloop.virtual.campus import START_NS, CampusOptions, VirtualCampus
 from campusloop.virtual.headless import contacts, print_vehicles
-from campusloop.virtual.run_proof import RunProof, flaws, virtual_progress
+from campusloop.virtual.run_proof import RunProof, SpacedWord, flaws, virtual_progress
 from contract.roads.model import RoadMap
 from contract.wire.messages import VisitChanged
 
@@ -64,10 +64,13 @@ def run_timetable(
     with RunProof(options.folder) as proof:
         with virtual_progress(console) as progress:
             bar = progress.add_task("virtual s", total=round((ends - campus.now()).total_seconds()), clock="")
+            word = SpacedWord(console)
             while campus.now() < ends:
                 campus.conductor.run_for(5.0)
                 proof.look()
-                progress.update(bar, advance=5, clock=f"{campus.now().astimezone(zone):%H:%M:%S}")
+                clock = f"{campus.now().astimezone(zone):%H:%M:%S}"
+                progress.update(bar, advance=5, clock=clock)
+                word.say(f"{clock}  {proof.replayed} segments are replayed")
         virtual_s = (campus.conductor.now_ns - START_NS) / 1e9
         calls = _calls(campus, options.road_map, begins, ends)
         campus.stop()

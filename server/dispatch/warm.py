@@ -5,15 +5,19 @@ from dataclasses import replace
 import numpy as np
 
 from server.dispatch.answer import PromiseRules, answer_all
-from server.dispatch.engine.warm import warm_kernels as warm_engine
+from server.dispatch.engine.warm import warm_search
 from server.dispatch.problem import Call, Chain, Problem, Request, VehicleState, Walk
 from server.dispatch.schedule.board import Schedule
 from server.dispatch.solve import Budget, solve
 
 
 def warm_kernels() -> None:
+    warm_search()
+    warm_bookings()
+
+
+def warm_bookings() -> None:
     """Solve a small problem with a departure, a late ride, a new one and one that has to be refused."""
-    warm_engine()
     line = 100.0 * np.abs(np.arange(4.0)[:, None] - np.arange(4.0)[None, :])
     late = Request("late", 1, 2, 1, 0, 0.0, 10.0, 20.0, 50.0)
     new = Request("new", 2, 3, 1, 0, 0.0, 1e4, 2e4)

@@ -15,10 +15,10 @@ from contract.wire.close_reasons import CloseCode
 from contract.wire.codec import decode_from_vehicle, encode
 from contract.wire.messages import EventReport, Status
 from server.domain.fleet.vehicles import StatusReport
+from server.domain.instants import ns_of
 from server.fleet.link import Link, LinkPorts, Transport
 from server.fleet.nearby import Nearby
 from server.fleet.presence import AreaPresence
-from server.fleet.stamps import ns_of
 from server.usecases.fleet import vehicle_sessions
 from server.usecases.ports import topics
 from server.usecases.ports.bus import Bus, Subscription

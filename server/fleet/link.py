@@ -26,12 +26,12 @@ from contract.wire.messages import (
 from contract.wire.sequence import SequenceGap
 from server.domain.errors import KeyUnknown, OrderUnknown, SessionFenced, VehicleUnknown
 from server.domain.fleet.vehicles import StatusReport
+from server.domain.instants import ns_of
 from server.domain.record.events import RecordedEvent
 from server.fleet.actions import Action, Close, FindKey, NoteAnswer, NoteStatus, OpenSession, Send, StoreEvent
 from server.fleet.backlog import Backlog
 from server.fleet.sent_messages import SentMessages
 from server.fleet.session import Actions, VehicleSession
-from server.fleet.stamps import ns_of
 from server.usecases.fleet import events, vehicle_sessions, vehicles
 from server.usecases.fleet.vehicle_sessions import HelloFacts
 from server.usecases.orders import orders, outbox

@@ -5,7 +5,7 @@ import msgspec
 from contract.roads.areas import outline_array
 from contract.wire.messages import PresenceReport
 from server.domain.errors import AreaUnknown
-from server.fleet.stamps import ns_of
+from server.domain.instants import ns_of
 from server.usecases.ports import topics
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock

@@ -14,11 +14,13 @@ import structlog
 
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import Status
+from server.domain.instants import ms_of
 from server.domain.record.incidents import Incident
 from server.domain.rides.rides import ENDED, Ride, RideState
-from server.live.projection import incidents_scene, ms_of, ride_scene, vehicle_in_status, vehicle_scene
+from server.domain.rules import FleetRules
+from server.live.projection import incidents_scene, ride_scene, vehicle_scene, with_status
 from server.live.route_shape import RouteShapes
-from server.live.scene import AreaScene, SceneBoard
+from server.live.scene import AreaScene, SceneBoard, VehicleScene
 from server.usecases.ports import topics
 from server.usecases.ports.bus import Bus, Subscription
 from server.usecases.ports.clock_and_ids import Clock
@@ -55,6 +57,7 @@ class _Reading:
     vehicles: tuple[VehicleView, ...]
     rides: tuple[Ride, ...]
     incidents: tuple[Incident, ...] | None
+    rules: FleetRules
 
 
 class _AreaWatched(msgspec.Struct, frozen=True):
@@ -121,9 +124,10 @@ class SceneFeed:
             return
         status = msgspec.json.decode(payload, type=Status)
         # Another visit or another lane behind it: the route ahead has become shorter.
-        if status.visit_id != scene.visit_id or status.aboard != scene.aboard:
+        known = scene.status
+        if known is None or (status.visit_id, status.aboard) != (known.visit_id, known.aboard):
             self._stale.vehicles.add(vehicle_id)
-        self.board.put_vehicle(vehicle_in_status(scene, status, ms_of(self._clock.now())))
+        self.board.put_vehicle(with_status(scene, status, ms_of(self._clock.now())))
 
     def _area_watched(self, payload: bytes) -> None:
         word = msgspec.json.decode(payload, type=_AreaWatched)
@@ -155,7 +159,7 @@ class SceneFeed:
             board.remove_ride(ride_id)
         parties = {ride_id: scene.party for ride_id, (_, scene) in board.rides.items()}
         for view in reading.vehicles:
-            self._put(view, parties)
+            self._put(view, parties, reading.rules)
         present = {view.vehicle.vehicle_id for view in reading.vehicles}
         for vehicle_id in set(board.vehicles if stale.everything else stale.vehicles) - present:
             board.remove_vehicle(vehicle_id)
@@ -169,31 +173,25 @@ class SceneFeed:
         elif self._shapes is None or self._shapes.lines is not network.lines:
             self._shapes = RouteShapes(network.lines)
 
-    def _put(self, view: VehicleView, parties: Mapping[str, int]) -> None:
-        scene = vehicle_scene(view, self._shapes, parties, self._chargers)
+    def _put(self, view: VehicleView, parties: Mapping[str, int], rules: FleetRules) -> None:
+        scene = vehicle_scene(view, self._shapes, parties, rules, self._chargers)
         held = self.board.vehicle(scene.vehicle_id)
-        if held is not None and held.heard_ms > scene.heard_ms:
-            # The store lags behind what came by the bus: keep where it is, take what it is about.
-            scene = msgspec.structs.replace(
-                held,
-                name=scene.name,
-                seats=scene.seats,
-                connected=scene.connected,
-                held=scene.held,
-                in_service=scene.in_service,
-                next_stop=scene.next_stop,
-                people_aboard=scene.people_aboard,
-                route=scene.route,
-            )
-        elif held is not None:
-            # The store keeps no driving views.
-            scene = msgspec.structs.replace(scene, driving=held.driving)
+        if held is not None and held.status is not None:
+            scene = _with_newer_status(scene, held, held.status)
         self.board.put_vehicle(scene)
 
     def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
         task = asyncio.get_running_loop().create_task(work)
         self._tasks.append(task)
         task.add_done_callback(_report_failure)
+
+
+def _with_newer_status(scene: VehicleScene, held: VehicleScene, status: Status) -> VehicleScene:
+    """A vehicle of the store with what came by the bus, as the store lags and keeps no `driving`."""
+    if held.heard_ms <= scene.heard_ms and scene.status is not None:
+        status = msgspec.structs.replace(scene.status, driving=status.driving)
+        return msgspec.structs.replace(scene, status=status)
+    return msgspec.structs.replace(scene, status=status, heard_ms=held.heard_ms)
 
 
 def _report_failure(task: asyncio.Task[None]) -> None:
@@ -211,10 +209,10 @@ def _reading(uow: UnitOfWork, stale: _Stale) -> _Reading:
     if stale.everything:
         recent = {ride.ride_id: ride for ride in views.rides(limit=RIDES_MAX)}
         recent |= {ride.ride_id: ride for ride in views.rides(states=ACTIVE, limit=RIDES_MAX)}
-        return _Reading(network, views.vehicles(), tuple(recent.values()), incidents)
+        return _Reading(network, views.vehicles(), tuple(recent.values()), incidents, uow.rules)
     rides = views.rides(ride_ids=stale.rides, limit=len(stale.rides)) if stale.rides else ()
     vehicles = views.vehicles(stale.vehicles) if stale.vehicles else ()
-    return _Reading(network, vehicles, rides, incidents)
+    return _Reading(network, vehicles, rides, incidents, uow.rules)
 
 
 def _is_shown(ride: Ride, now_ms: int) -> bool:

@@ -1,29 +1,36 @@
-"""From the server's nouns to what a screen shows: one function each way in."""
+"""From the server's nouns to what a screen shows, one function for each."""
 
 from collections.abc import Collection, Mapping
-from datetime import UTC, datetime, timedelta
 
 import msgspec
 
+from contract.geometry import Pose2
+from contract.roads.model import Point
 from contract.wire.messages import Status
+from server.domain.fleet.vehicles import Vehicle, VehicleCommand
+from server.domain.instants import ms_of
+from server.domain.planning.plans import PlannedVisit
 from server.domain.record.incidents import Incident, IncidentKind
 from server.domain.rides.rides import Ride
+from server.domain.rules import FleetRules
 from server.live.route_shape import RouteShapes
-from server.live.scene import IncidentsScene, RideScene, VehicleScene
+from server.live.scene import (
+    CommandScene,
+    IncidentsScene,
+    RideScene,
+    VehicleFacts,
+    VehicleScene,
+    VehicleTask,
+    VisitScene,
+)
 from server.usecases.ports.views import VehicleView
-
-EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
-
-
-def ms_of(moment: datetime | None) -> int:
-    """Milliseconds since the Unix epoch; 0 for None."""
-    return 0 if moment is None else (moment - EPOCH) // timedelta(milliseconds=1)
 
 
 def vehicle_scene(
     view: VehicleView,
     shapes: RouteShapes | None,
     parties: Mapping[str, int],
+    rules: FleetRules,
     chargers: Collection[str] = (),
 ) -> VehicleScene:
     """A vehicle from the store.
@@ -31,52 +38,78 @@ def vehicle_scene(
     parties   people of the rides that may be aboard, by ride id
     chargers  the resting places that charge, by place id
     """
-    vehicle, status = view.vehicle, view.status
-    visits = [visit for visit in view.plan.visits if visit.is_open]
     scene = VehicleScene(
-        vehicle_id=vehicle.vehicle_id,
-        name=vehicle.name,
-        seats=vehicle.seats,
-        connected=vehicle.connected,
-        held=vehicle.held,
-        in_service=vehicle.in_service,
-        mode=vehicle.mode,
-        next_stop=next((visit.stop_id for visit in visits if visit.stop_id), ""),
-        charging=not visits and view.plan.resting_place_id in chargers,
+        view.vehicle.vehicle_id,
+        vehicle_facts(view.vehicle),
+        _task(view, shapes, parties, rules, chargers),
+        command=None if view.last_command is None else command_scene(view.last_command),
     )
-    if status is None:
+    if view.status is None:
         return scene
-    people = sum(parties.get(ride_id, 0) for ride_id in status.aboard)
-    scene = msgspec.structs.replace(scene, people_aboard=people)
-    if shapes is not None and view.route and visits:
-        route = shapes.ahead(view.route, visits[-1].s_m, status.lane_id, status.s_m)
-        scene = msgspec.structs.replace(scene, route=route)
-    return vehicle_in_status(scene, status, ms_of(view.heard_at))
+    return with_status(scene, view.status, ms_of(view.heard_at))
 
 
-def vehicle_in_status(scene: VehicleScene, status: Status, heard_ms: int) -> VehicleScene:
-    """The vehicle where its newest status puts it; what the status does not know stays."""
+def vehicle_facts(vehicle: Vehicle) -> VehicleFacts:
+    """By name: a field of both types is shown."""
+    return msgspec.convert(vehicle, VehicleFacts, from_attributes=True)
+
+
+def command_scene(command: VehicleCommand) -> CommandScene:
+    return CommandScene(
+        command.command_id, command.kind, command.state, command.detail, command.by, ms_of(command.made_at)
+    )
+
+
+def with_status(scene: VehicleScene, status: Status, heard_ms: int) -> VehicleScene:
+    """The vehicle with its newest status, rounded to what a screen can show."""
     pose = status.pose_map
-    return msgspec.structs.replace(
-        scene,
-        x_m=round(pose.x_m, 3),
-        y_m=round(pose.y_m, 3),
-        yaw_rad=round(pose.yaw_rad, 4),
+    rounded = msgspec.structs.replace(
+        status,
+        pose_map=Pose2(round(pose.x_m, 3), round(pose.y_m, 3), round(pose.yaw_rad, 4)),
         speed_mps=round(status.speed_mps, 3),
-        located=True,
-        mode=status.mode,
-        heard_ms=heard_ms,
+        accel_mps2=round(status.accel_mps2, 3),
+        steer_rad=round(status.steer_rad, 4),
+        s_m=round(status.s_m, 2),
         battery_ratio=round(status.battery_ratio, 3),
-        doors_open=status.doors_open,
         obstacle_m=None if status.obstacle_m is None else round(status.obstacle_m, 2),
-        waiting_for=status.waiting_for,
-        screen=status.screen,
-        spoken=status.spoken,
-        order_id=status.order_id,
-        visit_id=status.visit_id,
-        aboard=status.aboard,
-        faults=tuple(fault.code for fault in status.faults),
-        driving=status.driving,
+    )
+    return msgspec.structs.replace(scene, status=rounded, heard_ms=heard_ms)
+
+
+def _task(
+    view: VehicleView,
+    shapes: RouteShapes | None,
+    parties: Mapping[str, int],
+    rules: FleetRules,
+    chargers: Collection[str],
+) -> VehicleTask:
+    visits = [visit for visit in view.plan.visits if visit.is_open]
+    status = view.status
+    route: tuple[Point, ...] = ()
+    if shapes is not None and status is not None and view.route and visits:
+        route = shapes.ahead(view.route, visits[-1].s_m, status.lane_id, status.s_m)
+    return VehicleTask(
+        next_stop=next((visit.stop_id for visit in visits if visit.stop_id), ""),
+        people_aboard=0 if status is None else sum(parties.get(ride_id, 0) for ride_id in status.aboard),
+        at_charger=not visits and view.plan.resting_place_id in chargers,
+        route=route,
+        visits=tuple(_visit(visit) for visit in visits),
+        order_waits=view.order_waits,
+        hold_ends_ms=ms_of(view.vehicle.hold_ends),
+        charged_at_ms=ms_of(view.charged_at(rules)),
+    )
+
+
+def _visit(visit: PlannedVisit) -> VisitScene:
+    return VisitScene(
+        visit.visit_id,
+        visit.kind,
+        visit.state,
+        visit.stop_id,
+        len(visit.board),
+        len(visit.alight),
+        ms_of(visit.eta),
+        visit.why,
     )
 
 

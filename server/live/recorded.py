@@ -14,9 +14,9 @@ from server.domain.fleet.vehicles import Vehicle
 from server.domain.orders.orders import IssuedOrder, lanes_of
 from server.domain.record.runs import Run
 from server.domain.rides.rides import Ride
-from server.live.projection import ride_scene, vehicle_in_status
+from server.live.projection import ride_scene, vehicle_facts, with_status
 from server.live.route_shape import RouteShapes
-from server.live.scene import AreaScene, Scene, VehicleScene
+from server.live.scene import AreaScene, Scene, VehicleScene, VehicleTask
 
 MS_NS = 1_000_000
 
@@ -74,16 +74,17 @@ def recorded_scenes(
     orders   those that the reports name
     network  the map that was driven on; without it no route is drawn
     """
-    blank = VehicleScene(vehicle.vehicle_id, vehicle.name, vehicle.seats, connected=True)
+    facts = msgspec.structs.replace(vehicle_facts(vehicle), connected=True, held=False, charging=False)
+    blank = VehicleScene(vehicle.vehicle_id, facts)
     scenes: list[Scene] = []
     shapes = None if network is None else RouteShapes(network.lines)
-    task, task_key = blank, None
+    task, task_key = VehicleTask(), None
     for report in found:
         key = (report.order_key, report.status.visit_id)
         if key != task_key:
             order = orders.get(report.order_key)
-            task, task_key = _with_task(blank, order, shapes, report.status), key
-        scenes.append(_scene(run, report, task, rides))
+            task, task_key = _task(order, shapes, report.status), key
+        scenes.append(_scene(run, report, msgspec.structs.replace(blank, task=task), rides))
     return tuple(scenes)
 
 
@@ -96,37 +97,35 @@ def _reports(segments: tuple[Path, ...], from_ns: int, to_ns: int) -> Iterator[t
                 raise
 
 
-def _with_task(
-    blank: VehicleScene, order: IssuedOrder | None, shapes: RouteShapes | None, status: Status
-) -> VehicleScene:
-    """Where it goes from here, by the order it follows."""
+def _task(order: IssuedOrder | None, shapes: RouteShapes | None, status: Status) -> VehicleTask:
+    """Where the vehicle goes from here, by the order it follows."""
     visits = () if order is None else order.payload.visits
     present = next((k for k, visit in enumerate(visits) if visit.visit_id == status.visit_id), None)
     if present is None:
-        return blank
+        return VehicleTask()
     next_stop = next((visit.stop_id for visit in visits[present:] if visit.stop_id), "")
-    task = msgspec.structs.replace(blank, next_stop=next_stop)
     if shapes is None:
-        return task
+        return VehicleTask(next_stop)
     route = shapes.ahead(lanes_of(visits[present:]), visits[-1].s_m, status.lane_id, status.s_m)
-    return msgspec.structs.replace(task, route=route)
+    return VehicleTask(next_stop, route=route)
 
 
-def _scene(run: Run, report: Report, task: VehicleScene, rides: Mapping[str, Ride]) -> Scene:
+def _scene(run: Run, report: Report, vehicle: VehicleScene, rides: Mapping[str, Ride]) -> Scene:
     aboard = [rides[ride_id] for ride_id in report.status.aboard if ride_id in rides]
-    facts = msgspec.structs.replace(task, people_aboard=sum(ride.party for ride in aboard))
+    task = msgspec.structs.replace(vehicle.task, people_aboard=sum(ride.party for ride in aboard))
+    vehicle = msgspec.structs.replace(vehicle, task=task)
     return Scene(
         at_ms=report.at_ms,
         campus_id=run.campus_id,
         map_version=run.map_version,
-        vehicles=(vehicle_in_status(facts, report.status, report.at_ms),),
+        vehicles=(with_status(vehicle, report.status, report.at_ms),),
         rides=tuple(ride_scene(ride, state="aboard") for ride in aboard),
         areas=_areas(report),
     )
 
 
 def _areas(report: Report) -> tuple[AreaScene, ...]:
-    """What cameras had told the vehicle by then."""
+    """What cameras had reported to the vehicle by then."""
     driving = report.status.driving
     if driving is None:
         return ()

@@ -9,48 +9,92 @@ import itertools
 import msgspec
 
 from contract.roads.model import Point
-from contract.wire.messages import DrivingView
+from contract.wire.messages import DriveMode, Status, VisitKind, VisitState
+from server.domain.fleet.vehicles import CommandKind, CommandState
+from server.domain.planning.plans import RestReason
 
 
-class VehicleScene(msgspec.Struct, frozen=True):
-    """One shuttle on the screen.
+class VehicleFacts(msgspec.Struct, frozen=True):
+    """What the store holds of a vehicle; names and meanings are those of `domain.fleet.vehicles.Vehicle`."""
 
-    heard_ms    when the server last heard it; 0 for never
-    located     False while nobody knows where it is: the pose then means nothing
-    route       where it will drive, from where it was when its task last changed, simplified to 0.5 m
-    charging    it rests where it is charged
-    driving     what it sees and plans, for operators; null before its first report
-    next_stop   stop_id of the visit it drives to or stands at, "" when it only goes to rest
-    """
-
-    vehicle_id: str
     name: str
     seats: int
-    x_m: float = 0.0
-    y_m: float = 0.0
-    yaw_rad: float = 0.0
-    speed_mps: float = 0.0
-    located: bool = False
-    mode: str = "held"
+    wheelchair_places: int = 0
     connected: bool = False
     held: bool = False
     in_service: bool = True
-    heard_ms: int = 0
-    battery_ratio: float = 0.0
     charging: bool = False
-    doors_open: bool = False
-    obstacle_m: float | None = None
-    waiting_for: str = ""
-    screen: str = ""
-    spoken: str = ""
-    order_id: str = ""
-    visit_id: str = ""
+    mode: DriveMode = "held"
+
+
+class VisitScene(msgspec.Struct, frozen=True):
+    """A visit of a vehicle's plan that is not done.
+
+    boarding, alighting  how many rides begin and end there
+    eta_ms  0 while the plan has none; why: a rest is made to charge or where riders are expected
+    """
+
+    visit_id: str
+    kind: VisitKind
+    state: VisitState
+    stop_id: str
+    boarding: int
+    alighting: int
+    eta_ms: int
+    why: RestReason
+
+
+class VehicleTask(msgspec.Struct, frozen=True):
+    """What a vehicle is going to do.
+
+    visits         in driving order, for operators
+    order_waits    the newest plan waits until its route is safe
+    hold_ends_ms   when the server resumes it, 0 when an operator does
+    charged_at_ms  when it will have charged, 0 when it does not charge
+    next_stop      stop_id of the visit it drives to or stands at, "" when it only goes to rest
+    people_aboard  people of the rides aboard
+    at_charger     it rests where it is charged
+    route          where it will drive, from where it was when its task last changed, simplified to 0.5 m
+    """
+
     next_stop: str = ""
-    aboard: tuple[str, ...] = ()
     people_aboard: int = 0
-    faults: tuple[str, ...] = ()
+    at_charger: bool = False
     route: tuple[Point, ...] = ()
-    driving: DrivingView | None = None
+    visits: tuple[VisitScene, ...] = ()
+    order_waits: bool = False
+    hold_ends_ms: int = 0
+    charged_at_ms: int = 0
+
+
+class CommandScene(msgspec.Struct, frozen=True):
+    """A command to a vehicle and how it ended; `detail` is the vehicle's reason for a refusal."""
+
+    command_id: str
+    kind: CommandKind
+    state: CommandState
+    detail: str
+    by: str
+    made_ms: int
+
+
+class VehicleScene(msgspec.Struct, frozen=True):
+    """One vehicle on the screen.
+
+    facts    from the store
+    task     from its plan and order
+    status   its newest status as it came over the wire, rounded; None before the first. Its `driving` is for
+             operators, and reaches screens by the bus only
+    heard_ms when the server received that status; 0 for never
+    command  the newest command to it, None when there never was one
+    """
+
+    vehicle_id: str
+    facts: VehicleFacts
+    task: VehicleTask = VehicleTask()
+    status: Status | None = None
+    heard_ms: int = 0
+    command: CommandScene | None = None
 
 
 class RideScene(msgspec.Struct, frozen=True):

@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeVar
 
+import msgspec
+
 from server.live.scene import (
     AreaScene,
     Delta,
@@ -136,31 +138,23 @@ _WITHOUT_SHUTTLE = frozenset({"completed", "refused", "cancelled", "no_show", "f
 
 
 def _without_riders(vehicle: VehicleScene, ride: RideScene) -> VehicleScene:
-    """Other passengers' rides are nobody's business, and faults are the operator's."""
-    aboard = tuple(ride_id for ride_id in vehicle.aboard if ride_id == ride.ride_id)
-    return VehicleScene(
-        vehicle_id=vehicle.vehicle_id,
-        name=vehicle.name,
-        seats=vehicle.seats,
-        x_m=vehicle.x_m,
-        y_m=vehicle.y_m,
-        yaw_rad=vehicle.yaw_rad,
-        speed_mps=vehicle.speed_mps,
-        located=vehicle.located,
-        mode=vehicle.mode,
-        connected=vehicle.connected,
-        held=vehicle.held,
-        in_service=vehicle.in_service,
-        heard_ms=vehicle.heard_ms,
-        doors_open=vehicle.doors_open,
-        screen=vehicle.screen,
-        spoken=vehicle.spoken,
-        visit_id=vehicle.visit_id,
-        next_stop=vehicle.next_stop,
-        aboard=aboard,
-        people_aboard=vehicle.people_aboard,
-        route=vehicle.route,
+    """What a passenger may see: its place and what it says, without other rides, faults or commands."""
+    status = vehicle.status
+    if status is not None:
+        status = msgspec.structs.replace(
+            status,
+            aboard=tuple(ride_id for ride_id in status.aboard if ride_id == ride.ride_id),
+            faults=(),
+            obstacle_m=None,
+            waiting_for="",
+            order_id="",
+            battery_ratio=0.0,
+            driving=None,
+        )
+    task = msgspec.structs.replace(
+        vehicle.task, visits=(), order_waits=False, hold_ends_ms=0, charged_at_ms=0
     )
+    return msgspec.structs.replace(vehicle, status=status, task=task, command=None)
 
 
 def _news(now: dict[str, tuple[int, T]], sent: dict[str, int]) -> Iterable[T]:

@@ -55,7 +55,7 @@ class InlineTransactions:
         self._connection.close()
 
     def _once(self, work: Work[T]) -> tuple[T, Iterable[Published]]:
-        with self._connection.begin(), _remembering(self._memory, self._connection):
+        with _transaction(self._connection, self._memory):
             return _worked(work, SqlUnitOfWork(self._connection, self._context, memory=self._memory))
 
 
@@ -184,7 +184,7 @@ class GroupCommit:
 
     def _write(self, connection: Connection, jobs: list[_Job[Any]]) -> None:
         commit: _Job[None] = _Job(_nothing, jobs[0].loop)
-        with commit, connection.begin(), _remembering(self._memory, connection):
+        with commit, _transaction(connection, self._memory):
             for job in jobs:
                 with job:
                     job.done = _repeated(lambda job=job: self._in_savepoint(connection, job.work))  # type: ignore[misc]
@@ -209,16 +209,16 @@ def _worked(work: Work[T], uow: SqlUnitOfWork) -> tuple[T, Iterable[Published]]:
 
 
 @contextmanager
-def _remembering(memory: RowCache | None, connection: Connection) -> Iterator[None]:
-    """What a failed transaction has changed in memory is forgotten."""
-    if memory is None:
-        yield
-        return
-    memory.begin(connection)
+def _transaction(connection: Connection, memory: RowCache | None) -> Iterator[None]:
+    """One transaction. If it fails, its commit included, the memory forgets what it changed."""
     try:
-        yield
+        with connection.begin():
+            if memory is not None:
+                memory.begin(connection)
+            yield
     except BaseException:
-        memory.forget()
+        if memory is not None:
+            memory.forget()
         raise
 
 

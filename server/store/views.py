@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from sqlalchemy import case, select
 
-from server.domain.fleet.vehicles import Vehicle, Whereabouts
+from server.domain.fleet.vehicles import Vehicle, VehicleCommand, Whereabouts
 from server.domain.orders.orders import IssuedOrder, lanes_of
 from server.domain.orders.sections import Occupancy
 from server.domain.planning.plans import Plan
@@ -47,7 +47,9 @@ class SqlViews(Repository):
         occupancies = {o.vehicle_id: o for o in self._repository(Sections).all()}
         plans = {plan.vehicle_id: plan for plan in self._repository(Plans).all()}
         where = {place.vehicle_id: place for place in vehicles.all_whereabouts()}
-        orders = self._repository(Orders).all_current([vehicle.vehicle_id for vehicle in shown])
+        names = [vehicle.vehicle_id for vehicle in shown]
+        orders = self._repository(Orders).all_current(names)
+        commands = vehicles.last_commands(names)
         return tuple(
             _joined(
                 vehicle,
@@ -55,6 +57,7 @@ class SqlViews(Repository):
                 orders.get(vehicle.vehicle_id),
                 where.get(vehicle.vehicle_id),
                 occupancies.get(vehicle.vehicle_id),
+                commands.get(vehicle.vehicle_id),
             )
             for vehicle in shown
         )
@@ -152,6 +155,7 @@ def _joined(
     order: IssuedOrder | None,
     where: Whereabouts | None,
     occupancy: Occupancy | None,
+    command: VehicleCommand | None,
 ) -> VehicleView:
     return VehicleView(
         vehicle=vehicle,
@@ -165,4 +169,5 @@ def _joined(
         order_state=None if order is None else order.state,
         order_waits=order is not None and order.plan_version < plan.version,
         route=() if order is None else lanes_of(order.payload.visits),
+        last_command=command,
     )

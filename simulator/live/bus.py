@@ -1,6 +1,7 @@
 """The CAN bus of one vehicle in real time: python-can over IP multicast, on this machine only."""
 
 import time
+from collections.abc import Callable
 
 import can
 
@@ -28,8 +29,10 @@ def channel_of(number: int, base_port: int) -> str:
 class LiveBus:
     """The module's side of one channel."""
 
-    def __init__(self, channel: str) -> None:
-        """LiveBusError when multicast has no route."""
+    def __init__(self, channel: str, now_ns: Callable[[], int] = time.monotonic_ns) -> None:
+        """now_ns: the clock that frames are stamped by. LiveBusError when multicast has no route."""
+        self._now_ns = now_ns
+        self._last_ns = 0
         _, address, port = channel.split(":")
         try:
             self._bus = can.Bus(
@@ -42,12 +45,12 @@ class LiveBus:
             ) from error
 
     def take(self) -> list[CanFrame]:
-        """Frames since the last call, stamped with their arrival on the monotonic clock."""
+        """Frames since the last call, stamped with their arrival; in order even if the clock stood still."""
         frames = []
         while (message := self._bus.recv(timeout=0)) is not None:
             age_ns = round((time.time() - message.timestamp) * 1e9)
-            stamp_ns = time.monotonic_ns() - max(0, age_ns)
-            frames.append(CanFrame(stamp_ns, message.arbitration_id, bytes(message.data)))
+            self._last_ns = max(self._last_ns, self._now_ns() - max(0, age_ns))
+            frames.append(CanFrame(self._last_ns, message.arbitration_id, bytes(message.data)))
         return frames
 
     def send(self, frames: tuple[CanFrame, ...]) -> None:

@@ -1,11 +1,11 @@
-"""A world on the wall clock: one process, one CAN bus and one device feed a vehicle."""
+"""A world on a running clock: one process, one CAN bus and one device feed a vehicle."""
 
-import time
 from pathlib import Path
 
 from simulator.ecus.command_watch import COMMAND_TIMEOUT_NS
 from simulator.fleet import STEP_NS
 from simulator.live.bus import LiveBus
+from simulator.live.clock import WALL, Clock
 from simulator.live.control_server import CarriedPhones, ControlServer
 from simulator.live.ports import VehiclePorts, control_port, ports_of
 from simulator.world import SimWorld
@@ -24,9 +24,9 @@ LIVE_COMMAND_TIMEOUT_NS = 2 * COMMAND_TIMEOUT_NS
 class VehicleWiring:
     """One vehicle's bus and feed, the simulation's ends."""
 
-    def __init__(self, vehicle_id: str, ports: VehiclePorts, folder: Path) -> None:
+    def __init__(self, vehicle_id: str, ports: VehiclePorts, folder: Path, clock: Clock) -> None:
         self.vehicle_id, self.ports = vehicle_id, ports
-        self.bus = LiveBus(ports.can_channel)
+        self.bus = LiveBus(ports.can_channel, clock.now_ns)
         self.words = DatagramPort(ports.words_port)
         self.ring = ScanRing(scan_ring_path(folder, vehicle_id), create=True)
         self._scans = 0
@@ -58,21 +58,33 @@ class LiveSimulation:
     process was stopped or starved for longer than LATE_MAX_NS.
     """
 
-    def __init__(self, world: SimWorld, phones: CarriedPhones, folder: Path, base_port: int) -> None:
-        """folder: where the scan rings go. Raises LiveBusError, DeviceFeedError, ControlError."""
+    def __init__(
+        self,
+        world: SimWorld,
+        phones: CarriedPhones,
+        folder: Path,
+        base_port: int,
+        clock: Clock = WALL,
+        frame_gap_ns: int = LIVE_FRAME_GAP_NS,
+    ) -> None:
+        """folder: where the scan rings go. frame_gap_ns: frames closer than that are lost, as on a real bus.
+
+        Raises LiveBusError, DeviceFeedError, ControlError.
+        """
+        self._clock = clock
         self.late_steps = 0
         self.lost_ns = 0
         self.steps = 0
         self._world = world
         self._desk = ControlServer(control_port(base_port), world, phones)
         self._wirings = [
-            VehicleWiring(vehicle_id, ports_of(number, base_port), folder)
+            VehicleWiring(vehicle_id, ports_of(number, base_port), folder, clock)
             for number, vehicle_id in enumerate(world.vehicle_ids)
         ]
         for vehicle_id in world.vehicle_ids:
             watch = world.module(vehicle_id).watch
-            watch.gap_ns_min, watch.timeout_ns = LIVE_FRAME_GAP_NS, LIVE_COMMAND_TIMEOUT_NS
-        self._due_ns = time.monotonic_ns() + STEP_NS
+            watch.gap_ns_min, watch.timeout_ns = frame_gap_ns, LIVE_COMMAND_TIMEOUT_NS
+        self._due_ns = clock.now_ns() + STEP_NS
         self._stopping = False
 
     def stop(self) -> None:
@@ -103,9 +115,9 @@ class LiveSimulation:
         self._desk.close()
 
     def _wait(self) -> None:
-        pause_ns = self._due_ns - time.monotonic_ns()
+        pause_ns = self._due_ns - self._clock.now_ns()
         if pause_ns > 0:
-            time.sleep(pause_ns * 1e-9)
+            self._clock.wait(self._due_ns)
             return
         self.late_steps += pause_ns < -STEP_NS
         if pause_ns < -LATE_MAX_NS:

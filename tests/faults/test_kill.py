@@ -13,8 +13,8 @@ pytestmark = pytest.mark.faults
 
 
 async def speed_mps(real: RealCampus) -> float:
-    live = (await real.campus.operator.vehicle("shuttle-1"))["live"]
-    return abs(float(live["speed_mps"]))
+    status = (await real.campus.operator.vehicle("shuttle-1"))["status"]
+    return abs(float(status["speed_mps"]))
 
 
 async def drives(real: RealCampus) -> None:

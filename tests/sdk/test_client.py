@@ -43,7 +43,8 @@ def test_a_script_lists_sends_follows_pauses_and_resumes_a_shuttle(tmp_path: Pat
             assert notification.params["body"]["visit_id"] == sent.visit_id
             assert any(isinstance(message, Order) for message in vehicle.heard)
             (shuttle,) = await campus.list_vehicles()
-            assert (shuttle.vehicle_id, shuttle.connected, shuttle.located) == ("shuttle-1", True, True)
+            assert (shuttle.vehicle_id, shuttle.facts.connected) == ("shuttle-1", True)
+            assert shuttle.status is not None
             await campus.pause("shuttle-1")
             await campus.resume("shuttle-1")
             async with asyncio.timeout(5):

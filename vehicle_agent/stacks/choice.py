@@ -1,4 +1,8 @@
-"""From a profile's `stack` to the rooms and the workers that drive it."""
+"""From a profile's `stack` to the rooms and the workers that drive it.
+
+A stack is imported where it is asked for: importing all of them is most of what a vehicle's process takes
+to start.
+"""
 
 from collections.abc import Callable
 
@@ -6,9 +10,6 @@ from contract.roads.model import RoadMap
 from vehicle_agent.config import Profile, ProfileError
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.signals import PlanAnswer, PlanJob
-from vehicle_agent.stacks.gem import gem
-from vehicle_agent.stacks.nus import nus
-from vehicle_agent.stacks.snow_lion import planner, snow_lion
 
 Planner = Callable[[PlanJob], PlanAnswer]
 # Stacks whose motion planner is a worker beside the tick.
@@ -19,10 +20,16 @@ def build_car(profile: Profile, road_map: RoadMap) -> Car:
     """The rooms of the profile's stack on one map. ProfileError for a stack that this version lacks."""
     match profile.stack:
         case "gem":
+            from vehicle_agent.stacks.gem import gem
+
             return gem(profile, road_map)
         case "nus":
+            from vehicle_agent.stacks.nus import nus
+
             return nus(profile, road_map)
         case "snow_lion":
+            from vehicle_agent.stacks.snow_lion import snow_lion
+
             return snow_lion(profile, road_map)
         case _:
             raise ProfileError(f"this version has no stack {profile.stack!r}; it has: gem, nus, snow_lion")
@@ -33,4 +40,8 @@ def build_planner(profile: Profile, road_map: RoadMap) -> Planner | None:
 
     Pure: equal jobs give equal answers, in whichever process and order they are asked.
     """
-    return planner(profile) if profile.stack == "snow_lion" else None
+    if profile.stack != "snow_lion":
+        return None
+    from vehicle_agent.stacks.snow_lion import planner
+
+    return planner(profile)

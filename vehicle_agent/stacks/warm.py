@@ -41,15 +41,23 @@ _TICKS = 60
 
 def warm_kernels() -> None:
     """Drive a straight road for a moment: each kernel is called with the very types that a tick gives it."""
-    profiles = (
-        Profile(),
-        Profile(stack="nus", by_wire=ByWire(kind="servo")),
-        Profile(stack="snow_lion"),
-        Profile(stack="snow_lion", lidar=LidarMount(rate_hz=0.0)),
-    )
-    for profile in profiles:
-        _drive(profile, _watched(straight_road()))
-    warm_guard(Profile())
+    warm_gem()
+    warm_nus()
+    warm_snow_lion()
+
+
+def warm_gem() -> None:
+    warm_tick(Profile())
+
+
+def warm_nus() -> None:
+    warm_tick(Profile(stack="nus", by_wire=ByWire(kind="servo")))
+
+
+def warm_snow_lion() -> None:
+    """With a lidar, and with a tracker alone."""
+    for lidar in (LidarMount(), LidarMount(rate_hz=0.0)):
+        warm_tick(Profile(stack="snow_lion", lidar=lidar))
 
 
 def warm_tick(profile: Profile) -> None:

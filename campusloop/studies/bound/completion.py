@@ -137,19 +137,37 @@ def endings_of(network: Network, graph: EventGraph, reward: AnyArray) -> Endings
             _sift_up(heap_time, heap_step, size)
             size += 1
             made += 1
+    return _staircases(sizes, kept[:keeps], step_event, step_time, step_cost, given_up, floor)
+
+
+@njit(cache=True)
+def _staircases(
+    sizes: AnyArray,
+    kept: AnyArray,
+    step_event: AnyArray,
+    step_time: AnyArray,
+    step_cost: AnyArray,
+    given_up: float,
+    floor: float,
+) -> Endings:
+    """The kept steps sorted by event, in the order in which they were kept.
+
+    sizes     (e + 1,) steps of each event, after a leading 0
+    given_up  before this time `floor` is all that is said; -inf when the search ended by itself
+    """
     if given_up > -np.inf:
         sizes[1:] += 1
     starts = np.cumsum(sizes)
     fill = starts.copy()
     times = np.empty(starts[-1])
     costs = np.empty(starts[-1])
-    for k in range(keeps):
+    for k in range(len(kept)):
         event = step_event[kept[k]]
         times[fill[event]] = step_time[kept[k]]
         costs[fill[event]] = step_cost[kept[k]]
         fill[event] += 1
     if given_up > -np.inf:
-        for event in range(events):
+        for event in range(len(sizes) - 1):
             times[fill[event]] = given_up
             costs[fill[event]] = floor
     return Endings(starts, times, costs)

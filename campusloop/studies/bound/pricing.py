@@ -14,6 +14,7 @@ from numba import njit
 from campusloop.studies.bound.completion import Endings, cheapest_ending, endings_of
 from campusloop.studies.bound.events import EventGraph
 from campusloop.studies.bound.labels import (
+    Labels,
     carry_times,
     count_in_cuts,
     empty_labels,
@@ -107,9 +108,9 @@ def price(
     endings = endings_of(network, graph, prices.reward)
     if relaxed_share > 0.0:
         threshold = min(threshold, relaxed_share * _relaxed_minimum(network, graph, prices, endings))
-    count, event, parent, ends, reduced = _labels_below(
-        network, graph, reach, prices, endings, threshold, every_set, labels_max
-    )
+    opening = float(network.early[1 : network.requests + 1].min())
+    search = _Search(network, graph, reach, prices, endings, threshold, every_set, opening)
+    count, event, parent, ends, reduced = _labels_below(search, labels_max)
     cheapest = np.argsort(reduced, kind="stable")[:routes_max]
     starts, nodes = _route_nodes(graph.node, event, parent, ends[cheapest])
     return PricingResult(
@@ -134,116 +135,50 @@ def _relaxed_minimum(network: Network, graph: EventGraph, prices: Prices, ending
     return least
 
 
+class _Search(NamedTuple):
+    """What one pricing run asks; every_set, threshold as in `price`; opening: the earliest pickup."""
+
+    network: Network
+    graph: EventGraph
+    reach: Reach
+    prices: Prices
+    endings: Endings
+    threshold: float
+    every_set: bool
+    opening: float
+
+
 @njit(cache=True)
-def _labels_below(
-    network: Network,
-    graph: EventGraph,
-    reach: Reach,
-    prices: Prices,
-    endings: Endings,
-    threshold: float,
-    every_set: bool,
-    labels_max: int,
-) -> tuple[int, AnyArray, AnyArray, AnyArray, AnyArray]:
+def _labels_below(search: _Search, labels_max: int) -> tuple[int, AnyArray, AnyArray, AnyArray, AnyArray]:
     """The number of labels, negative when labels_max was too few; (l,) event and parent of each; (r,) the
     last label and the reduced cost of each route.
     """
-    n = network.requests
-    words = reach.masks.shape[2]
+    network, graph = search.network, search.graph
     timed = graph.aboard.shape[1] + (1 if network.duration_max < np.inf else 0)
-    labels = empty_labels(labels_max, timed, words, prices.cuts_of.shape[1])
-    chains = len(graph.node)
-    if every_set:
-        chains = 1 << 10
-        while chains < min(labels_max, 1 << 22):
-            chains *= 2
-    heads = np.full(chains, -1, np.int32)
-    opening = network.early[1 : n + 1].min()
-    buckets = np.full(int(network.late[1:].max() - opening) + 2, -1, np.int32)
+    words, cut_words = search.reach.masks.shape[2], search.prices.cuts_of.shape[1]
+    labels = empty_labels(labels_max, timed, words, cut_words)
+    heads = np.full(_chains(len(graph.node), search.every_set, labels_max), -1, np.int32)
+    # Each bucket holds the labels of one unit of time, and is filled again while it is worked on.
+    buckets = np.full(int(network.late[1:].max() - search.opening) + 2, -1, np.int32)
     found = np.empty(1024, np.int32)
     found_cost = np.empty(1024)
     finds = 0
-    count = 0
-    full = False
-
-    # Bucket -1 is the way out of the depot; each other holds the labels of one unit of time, and is filled
-    # again while it is worked on.
-    for bucket in range(-1, len(buckets)):
-        left_depot = False
+    count, full = _expand(search, labels, heads, buckets, -1, 0, 0)
+    for bucket in range(len(buckets)):
         while not full:
-            if bucket < 0:
-                if left_depot:
-                    break
-                left_depot = True
-                label, event, at = -1, -1, 0
-                choices_from, choices_to = 0, n
-            else:
-                label = buckets[bucket]
-                if label < 0:
-                    break
-                buckets[bucket] = labels.bucket_next[label]
-                if labels.dead[label]:
-                    continue
-                event = labels.event[label]
-                at = graph.node[event]
-                choices_from, choices_to = graph.out_start[event], graph.out_start[event + 1]
-                reduced = labels.cost[label] + network.travel[at, 0]
-                if graph.aboard[event, 0] < 0 and reduced < threshold:
-                    if finds == len(found):
-                        found = np.concatenate((found, np.empty(finds, np.int32)))
-                        found_cost = np.concatenate((found_cost, np.empty(finds)))
-                    found[finds] = label
-                    found_cost[finds] = reduced
-                    finds += 1
-            for choice in range(choices_from, choices_to):
-                if label < 0:
-                    child, place = graph.first[choice], 0
-                    leave, cost = network.early[0] + network.service[0], prices.fixed
-                else:
-                    child, place = graph.out_event[choice], graph.out_place[choice]
-                    leave, cost = labels.time[label] + network.service[at], labels.cost[label]
-                to = graph.node[child]
-                bit = np.uint64(1) << np.uint64((to - 1) & 63)
-                word = (to - 1) >> 6
-                if label >= 0 and to <= n and labels.gone[label, word] & bit:
-                    continue
-                begin = max(network.early[to], leave + network.travel[at, to])
-                cost += network.travel[at, to] - prices.reward[to]
-                if begin > network.late[to] + TIME_SLACK:
-                    continue
-                if cost + cheapest_ending(endings, child, begin) >= threshold:
-                    continue
-                if count == labels_max:
-                    full = True
-                    break
-                new = count
-                if not carry_times(network, graph, labels, label, child, place, begin, new):
-                    continue
-                if label < 0:
-                    labels.gone[new] = np.uint64(0)
-                    labels.odd[new] = np.uint64(0)
-                else:
-                    labels.gone[new] = labels.gone[label]
-                    labels.odd[new] = labels.odd[label]
-                if to <= n:
-                    labels.gone[new, word] |= bit
-                    cost += count_in_cuts(labels, new, to - 1, prices.cuts_of, prices.penalty)
-                if every_set:
-                    chain = _chain_of_set(child, labels.gone[new], len(heads))
-                else:
-                    labels.gone[new] |= reach.masks[to, np.searchsorted(reach.times[to], begin)]
-                    forget_settled_cuts(labels, new, prices.members)
-                    chain = child
-                labels.event[new] = child
-                labels.parent[new] = label
-                labels.time[new] = begin
-                labels.cost[new] = cost
-                if not store_unless_dominated(labels, heads, chain, new, every_set, prices.penalty):
-                    continue
-                count += 1
-                slot = max(bucket, int(begin - opening))
-                labels.bucket_next[new] = buckets[slot]
-                buckets[slot] = new
+            label = _next_of(labels, buckets, bucket)
+            if label < 0:
+                break
+            event = labels.event[label]
+            reduced = labels.cost[label] + network.travel[graph.node[event], 0]
+            if graph.aboard[event, 0] < 0 and reduced < search.threshold:
+                if finds == len(found):
+                    found = np.concatenate((found, np.empty(finds, np.int32)))
+                    found_cost = np.concatenate((found_cost, np.empty(finds)))
+                found[finds] = label
+                found_cost[finds] = reduced
+                finds += 1
+            count, full = _expand(search, labels, heads, buckets, label, bucket, count)
     return (
         -count if full else count,
         labels.event[:count].copy(),
@@ -251,6 +186,114 @@ def _labels_below(
         found[:finds].copy(),
         found_cost[:finds].copy(),
     )
+
+
+@njit(cache=True)
+def _chains(events: int, every_set: bool, labels_max: int) -> int:
+    """How many chains of labels that may dominate each other: one an event, or a power of two."""
+    if not every_set:
+        return events
+    chains = 1 << 10
+    while chains < min(labels_max, 1 << 22):
+        chains *= 2
+    return chains
+
+
+@njit(cache=True)
+def _next_of(labels: Labels, buckets: AnyArray, bucket: int) -> int:
+    """Take the next label of a bucket that is not dominated; -1 when the bucket is empty."""
+    while buckets[bucket] >= 0:
+        label = int(buckets[bucket])
+        buckets[bucket] = labels.bucket_next[label]
+        if not labels.dead[label]:
+            return label
+    return -1
+
+
+@njit(cache=True)
+def _expand(
+    search: _Search,
+    labels: Labels,
+    heads: AnyArray,
+    buckets: AnyArray,
+    label: int,
+    bucket: int,
+    count: int,
+) -> tuple[int, bool]:
+    """Extend a label (-1: the way out of the depot) by every event that may follow.
+
+    Returns the number of labels after it, and whether there was no room for another one.
+    """
+    network, graph, prices = search.network, search.graph, search.prices
+    if label < 0:
+        at, choices_from, choices_to = 0, 0, network.requests
+    else:
+        event = int(labels.event[label])
+        at = int(graph.node[event])
+        choices_from, choices_to = int(graph.out_start[event]), int(graph.out_start[event + 1])
+    for choice in range(choices_from, choices_to):
+        if label < 0:
+            child, place = graph.first[choice], 0
+            leave, cost = network.early[0] + network.service[0], prices.fixed
+        else:
+            child, place = graph.out_event[choice], graph.out_place[choice]
+            leave, cost = labels.time[label] + network.service[at], labels.cost[label]
+        to = graph.node[child]
+        bit = np.uint64(1) << np.uint64((to - 1) & 63)
+        if label >= 0 and to <= network.requests and labels.gone[label, (to - 1) >> 6] & bit:
+            continue
+        begin = max(network.early[to], leave + network.travel[at, to])
+        cost += network.travel[at, to] - prices.reward[to]
+        if begin > network.late[to] + TIME_SLACK:
+            continue
+        if cost + cheapest_ending(search.endings, child, begin) >= search.threshold:
+            continue
+        if count == len(labels.event):
+            return count, True
+        if not carry_times(network, graph, labels, label, child, place, begin, count):
+            continue
+        if _stored(search, labels, heads, label, child, begin, cost, count):
+            slot = max(bucket, int(begin - search.opening))
+            labels.bucket_next[count] = buckets[slot]
+            buckets[slot] = count
+            count += 1
+    return count, False
+
+
+@njit(cache=True)
+def _stored(
+    search: _Search,
+    labels: Labels,
+    heads: AnyArray,
+    label: int,
+    child: int,
+    begin: float,
+    cost: float,
+    new: int,
+) -> bool:
+    """Write label `new`, whose times are written; False when another label dominates it."""
+    network, prices = search.network, search.prices
+    to = search.graph.node[child]
+    if label < 0:
+        labels.gone[new] = np.uint64(0)
+        labels.odd[new] = np.uint64(0)
+    else:
+        labels.gone[new] = labels.gone[label]
+        labels.odd[new] = labels.odd[label]
+    if to <= network.requests:
+        labels.gone[new, (to - 1) >> 6] |= np.uint64(1) << np.uint64((to - 1) & 63)
+        cost += count_in_cuts(labels, new, to - 1, prices.cuts_of, prices.penalty)
+    if search.every_set:
+        chain = _chain_of_set(child, labels.gone[new], len(heads))
+    else:
+        labels.gone[new] |= search.reach.masks[to, np.searchsorted(search.reach.times[to], begin)]
+        forget_settled_cuts(labels, new, prices.members)
+        chain = child
+    labels.event[new] = child
+    labels.parent[new] = label
+    labels.time[new] = begin
+    labels.cost[new] = cost
+    return bool(store_unless_dominated(labels, heads, chain, new, search.every_set, prices.penalty))
 
 
 @njit(cache=True)

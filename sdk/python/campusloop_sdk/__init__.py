@@ -2,18 +2,33 @@
 
 from campusloop_sdk.client import Campus, Topic, connect
 from campusloop_sdk.errors import ConnectionLost, RequestRefused
-from campusloop_sdk.models import CommandReceipt, Notification, RideSummary, SentVisit, Shuttle, Stop
+from campusloop_sdk.models import (
+    CommandReceipt,
+    Notification,
+    Pose,
+    RideSummary,
+    SentVisit,
+    Shuttle,
+    Stop,
+    VehicleFacts,
+    VehicleStatus,
+    VehicleTask,
+)
 
 __all__ = [
     "Campus",
     "CommandReceipt",
     "ConnectionLost",
     "Notification",
+    "Pose",
     "RequestRefused",
     "RideSummary",
     "SentVisit",
     "Shuttle",
     "Stop",
     "Topic",
+    "VehicleFacts",
+    "VehicleStatus",
+    "VehicleTask",
     "connect",
 ]

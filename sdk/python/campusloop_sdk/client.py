@@ -2,7 +2,7 @@
 
 async with connect("http://127.0.0.1:8080", token) as campus:
     for shuttle in await campus.list_vehicles():
-        print(shuttle.name, shuttle.x_m, shuttle.y_m)
+        print(shuttle.facts.name, shuttle.task.next_stop)
 """
 
 import asyncio

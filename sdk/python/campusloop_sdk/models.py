@@ -5,26 +5,59 @@ from typing import Any
 import msgspec
 
 
-class Shuttle(msgspec.Struct, frozen=True):
-    """A vehicle as the live scene shows it; metres in the map frame, REP-103 yaw."""
+class Pose(msgspec.Struct, frozen=True, array_like=True):
+    """Map frame: metres east (x) and north (y) of the campus's origin, REP-103 yaw."""
 
-    vehicle_id: str
-    name: str
-    seats: int
     x_m: float
     y_m: float
     yaw_rad: float
-    speed_mps: float
-    located: bool
-    mode: str
+
+
+class VehicleFacts(msgspec.Struct, frozen=True):
+    """What changes seldom. held: it stands until it is resumed; in_service: it may get new rides."""
+
+    name: str
+    seats: int
+    wheelchair_places: int
     connected: bool
     held: bool
     in_service: bool
+    charging: bool
+    mode: str
+
+
+class VehicleTask(msgspec.Struct, frozen=True):
+    """What the vehicle is going to do; next_stop is "" when it only goes to rest."""
+
+    next_stop: str
+    people_aboard: int
+    at_charger: bool
+
+
+class VehicleStatus(msgspec.Struct, frozen=True):
+    """The newest status of the vehicle."""
+
+    pose_map: Pose
+    speed_mps: float
+    mode: str
     battery_ratio: float
     doors_open: bool
-    next_stop: str
     visit_id: str
-    people_aboard: int
+    aboard: tuple[str, ...]
+
+
+class Shuttle(msgspec.Struct, frozen=True):
+    """A vehicle as the live scene shows it.
+
+    status    None before its first
+    heard_ms  when the server received that status, milliseconds since the Unix epoch
+    """
+
+    vehicle_id: str
+    facts: VehicleFacts
+    task: VehicleTask
+    status: VehicleStatus | None
+    heard_ms: int
 
 
 class Stop(msgspec.Struct, frozen=True):

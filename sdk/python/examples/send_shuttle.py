@@ -9,13 +9,13 @@ import asyncio
 import os
 import sys
 
-from campusloop_sdk import Campus, ConnectionLost, RequestRefused, Shuttle, connect
+from campusloop_sdk import Campus, ConnectionLost, RequestRefused, Shuttle, VehicleFacts, connect
 
 
 async def send_shuttle(campus: Campus, stop_id: str, vehicle_id: str | None) -> None:
     shuttles = await campus.list_vehicles()
     for shuttle in shuttles:
-        print(f"{shuttle.vehicle_id:12} {shuttle.mode:12} next stop: {shuttle.next_stop or '-'}")
+        print(f"{shuttle.vehicle_id:12} {shuttle.facts.mode:12} next stop: {shuttle.task.next_stop or '-'}")
     chosen = vehicle_id or free_shuttle(shuttles)
     await campus.subscribe("vehicles", "events")
     sent = await campus.send_to_stop(chosen, stop_id)
@@ -25,18 +25,23 @@ async def send_shuttle(campus: Campus, stop_id: str, vehicle_id: str | None) -> 
 
 def free_shuttle(shuttles: list[Shuttle]) -> str:
     """The first connected one in service with the fewest people aboard."""
-    able = [shuttle for shuttle in shuttles if shuttle.connected and shuttle.in_service and not shuttle.held]
+    able = [shuttle for shuttle in shuttles if _is_free(shuttle.facts)]
     if not able:
         sys.exit("no shuttle is connected and free to drive; resume one in the console")
-    return min(able, key=lambda shuttle: (shuttle.people_aboard, shuttle.vehicle_id)).vehicle_id
+    return min(able, key=lambda shuttle: (shuttle.task.people_aboard, shuttle.vehicle_id)).vehicle_id
+
+
+def _is_free(facts: VehicleFacts) -> bool:
+    return facts.connected and facts.in_service and not facts.held
 
 
 async def follow(campus: Campus, vehicle_id: str, visit_id: str) -> None:
     async for notification in campus.notifications():
         if notification.topic == "vehicles":
             for shuttle in notification.params["vehicles"]:
-                if shuttle["vehicle_id"] == vehicle_id:
-                    print(f"\r{shuttle['x_m']:8.1f} {shuttle['y_m']:8.1f} m", end="", flush=True)
+                if shuttle["vehicle_id"] == vehicle_id and shuttle["status"] is not None:
+                    x_m, y_m, _ = shuttle["status"]["pose_map"]
+                    print(f"\r{x_m:8.1f} {y_m:8.1f} m", end="", flush=True)
         elif notification.params["vehicle_id"] == vehicle_id:
             event = notification.params["body"]
             if event["event"] == "visit_changed" and event["visit_id"] == visit_id:

@@ -24,7 +24,7 @@ from server.domain.errors import (
     SessionExpired,
     VehicleUnknown,
 )
-from server.domain.rides.effects import Intervention
+from server.usecases.fleet import vehicle_commands
 from server.usecases.fleet.interventions import intervene
 
 router = APIRouter(prefix="/vehicles", tags=["vehicles"])
@@ -44,21 +44,26 @@ _REFUSED = problems(
 
 @router.post("/{vehicle_id}/previews", operation_id="preview_intervention", responses=_REFUSED)
 async def preview_intervention(
-    vehicle_id: VehicleId, wish: InterventionRequest, services: InjectedServices, operator: ChangingOperator
+    vehicle_id: VehicleId,
+    request: InterventionRequest,
+    services: InjectedServices,
+    operator: ChangingOperator,
 ) -> EffectsView:
     """Whom it would delay by how much. Nothing changes; doing it then yields this, if nothing else does."""
-    asked = intervention(wish)
-    done = await rehearsed(
-        services.transactions, lambda uow: intervene(uow, vehicle_id, asked, operator.name)
+    previewed = intervention(request)
+    result = await rehearsed(
+        services.transactions, lambda uow: intervene(uow, vehicle_id, previewed, operator.name)
     )
-    return effects_view(done.effects)
+    return effects_view(result.effects)
 
 
 @router.post("/{vehicle_id}/reassign", operation_id="reassign_rides", responses=_REFUSED)
 async def reassign_rides(
-    vehicle_id: VehicleId, wish: Reassignment, services: InjectedServices, operator: ChangingOperator
+    vehicle_id: VehicleId, request: Reassignment, services: InjectedServices, operator: ChangingOperator
 ) -> EffectsView:
     """Give the rides that wait for this vehicle, or one of them, to others, which keep them."""
-    asked = Intervention("reassign", ride_id=wish.ride_id, to_vehicle_id=wish.to_vehicle_id)
-    done = await services.transactions.run(lambda uow: intervene(uow, vehicle_id, asked, operator.name))
-    return effects_view(done.effects)
+    return effects_view(
+        await vehicle_commands.reassign(
+            services.transactions, vehicle_id, request.ride_id, request.to_vehicle_id, operator.name
+        )
+    )

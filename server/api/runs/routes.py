@@ -22,8 +22,9 @@ from server.domain.orders.orders import IssuedOrder
 from server.domain.record.runs import Run
 from server.domain.rides.rides import Ride
 from server.live.recorded import OrderKey, Report, recorded_network, recorded_reports, recorded_scenes
-from server.usecases.fleet import campus, vehicles
+from server.usecases.fleet import campus
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 
 router = APIRouter(prefix="/runs", tags=["runs"])
 
@@ -148,7 +149,7 @@ def _context(uow: UnitOfWork, run: Run, found: tuple[Report, ...]) -> _Context:
         key: uow.orders.find(vehicle_id, *key) for key in sorted({report.order_key for report in found})
     }
     return _Context(
-        vehicle=vehicles.vehicle_of(uow, vehicle_id),
+        vehicle=enrolled_vehicle(uow, vehicle_id),
         rides={ride.ride_id: ride for ride in uow.views.rides(vehicle_id=vehicle_id, limit=500)},
         orders={key: order for key, order in followed.items() if order is not None},
         network=uow.network_at(run.map_version),

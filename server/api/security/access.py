@@ -10,8 +10,8 @@ from fastapi.security import APIKeyCookie, APIKeyHeader
 from server.api.problems import CsrfMissing
 from server.api.services import InjectedServices, Services
 from server.domain.errors import SessionExpired
+from server.domain.instants import ns_of
 from server.domain.record.identity import Operator, OperatorSession
-from server.fleet.stamps import ns_of
 from server.usecases.record import identity
 
 SESSION_COOKIE = "campusloop_session"

@@ -9,6 +9,7 @@ from server.api.services import InjectedServices
 from server.api.shifts.schemas import ShiftsModel, shifts_model, shifts_of
 from server.domain.errors import SessionExpired, ShiftsInvalid, VehicleUnknown
 from server.usecases.fleet import vehicles
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 
 router = APIRouter(prefix="/vehicles/{vehicle_id}/shifts", tags=["vehicles"])
 
@@ -18,7 +19,7 @@ async def get_vehicle_shifts(
     vehicle_id: VehicleId, services: InjectedServices, _: ReadingOperator
 ) -> ShiftsModel | None:
     """Null: always on duty."""
-    vehicle = await services.transactions.read(lambda uow: vehicles.vehicle_of(uow, vehicle_id))
+    vehicle = await services.transactions.read(lambda uow: enrolled_vehicle(uow, vehicle_id))
     return None if vehicle.shifts is None else shifts_model(vehicle.shifts)
 
 

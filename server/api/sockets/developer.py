@@ -15,8 +15,8 @@ from server.api.sockets.developer_methods import DeveloperMethods, Subscriptions
 from server.api.sockets.json_rpc import answer, notification
 from server.api.sockets.outgoing import OutgoingFrames
 from server.domain.errors import DomainError, ScopeMissing, TokenInvalid
+from server.domain.instants import ms_of
 from server.domain.record.identity import DeveloperToken
-from server.live.projection import ms_of
 from server.live.scene import Snapshot
 from server.live.viewer import EverythingScope, Viewer
 from server.usecases.ports import topics

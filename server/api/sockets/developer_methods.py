@@ -7,14 +7,13 @@ import msgspec
 
 from server.api.services import Services
 from server.api.sockets.json_rpc import Method
+from server.domain.fleet.vehicles import VehicleCommand
 from server.domain.rides.rides import Ride, RideState
 from server.domain.roads.stops import CampusStop
 from server.live.projection import ride_scene
 from server.live.scene import RideScene, VehicleScene
-from server.usecases.fleet import campus
-from server.usecases.planning import plans
+from server.usecases.fleet import campus, vehicle_commands
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.record import commands
 
 Topic = Literal["vehicles", "rides", "events"]
 VehicleName = Annotated[str, msgspec.Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9._@:-]+$")]
@@ -84,23 +83,21 @@ class DeveloperMethods:
         return [ride_scene(ride) for ride in await self._services.transactions.read(work)]
 
     async def _send_to_stop(self, params: SendToStop) -> dict[str, object]:
-        plan = await self._services.transactions.run(
-            lambda uow: plans.send_to_stop(uow, params.vehicle_id, params.stop_id, self._by)
+        plan = await vehicle_commands.send(
+            self._services.transactions, params.vehicle_id, params.stop_id, self._by
         )
         visit = next(visit for visit in reversed(plan.visits) if visit.stop_id == params.stop_id)
         return {"visit_id": visit.visit_id, "plan_version": plan.version, "eta": visit.eta}
 
     async def _pause(self, params: VehicleParams) -> dict[str, str]:
-        return await self._command(params.vehicle_id, "hold")
+        return _receipt(
+            await vehicle_commands.pause(self._services.transactions, params.vehicle_id, self._by)
+        )
 
     async def _resume(self, params: VehicleParams) -> dict[str, str]:
-        return await self._command(params.vehicle_id, "resume")
-
-    async def _command(self, vehicle_id: str, kind: Literal["hold", "resume"]) -> dict[str, str]:
-        command = await self._services.transactions.run(
-            lambda uow: commands.send_command(uow, vehicle_id, kind, self._by)
+        return _receipt(
+            await vehicle_commands.resume(self._services.transactions, params.vehicle_id, self._by)
         )
-        return {"command_id": command.command_id, "state": command.state}
 
     async def _subscribe(self, params: Topics) -> list[str]:
         self._subscriptions.topics.update(params.topics)
@@ -109,3 +106,7 @@ class DeveloperMethods:
     async def _unsubscribe(self, params: Topics) -> list[str]:
         self._subscriptions.topics.difference_update(params.topics)
         return sorted(self._subscriptions.topics)
+
+
+def _receipt(command: VehicleCommand) -> dict[str, str]:
+    return {"command_id": command.command_id, "state": command.state}

@@ -15,7 +15,7 @@ from starlette.websockets import WebSocketDisconnect
 from server.api.security.access import SESSION_COOKIE, signed_in
 from server.api.services import InjectedServices, Services
 from server.domain.errors import DomainError, SessionExpired
-from server.live.projection import ms_of
+from server.domain.instants import ms_of
 from server.live.viewer import EverythingScope, RideScope, Scope, Viewer
 from server.usecases.rides import rides
 

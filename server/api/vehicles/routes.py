@@ -15,7 +15,7 @@ from server.api.security.access import (
     now_ns,
 )
 from server.api.security.rate_limit import TooManyTries
-from server.api.services import InjectedServices, Services
+from server.api.services import InjectedServices
 from server.api.vehicles.schemas import (
     Announcement,
     CodeView,
@@ -36,7 +36,6 @@ from server.domain.errors import (
     KeyUnknown,
     NobodyAboard,
     NoRestingPlaceFree,
-    PlanChanged,
     SectionsTaken,
     SessionExpired,
     StopUnknown,
@@ -45,12 +44,9 @@ from server.domain.errors import (
     VehicleOutOfService,
     VehicleUnknown,
 )
-from server.domain.fleet.vehicles import CommandKind, Vehicle
-from server.domain.rides.effects import Intervention
-from server.usecases.fleet import interventions, vehicles
-from server.usecases.planning import plans
+from server.usecases.fleet import vehicle_commands, vehicles
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.record import commands, identity
+from server.usecases.record import identity
 from server.usecases.rides import lost_vehicles
 
 router = APIRouter(prefix="/vehicles", tags=["vehicles"])
@@ -83,16 +79,7 @@ async def hold_vehicle(
     vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator, for_s: HoldSeconds = None
 ) -> CommandView:
     """Come to a comfortable stand and stay there until resumed, or for so long. See the preview."""
-    wish = Intervention("hold", for_s)
-    try:
-        done = await services.transactions.run(
-            lambda uow: interventions.intervene(uow, vehicle_id, wish, operator.name)
-        )
-    except (NoRestingPlaceFree, PlanChanged):
-        # Whatever is to become of the rides: a vehicle that is to stand is told so.
-        return await _command(services, vehicle_id, "hold", operator.name)
-    assert done.command is not None
-    return command_view(done.command)
+    return command_view(await vehicle_commands.pause(services.transactions, vehicle_id, operator.name, for_s))
 
 
 @router.post("/{vehicle_id}/resume", operation_id="resume_vehicle", status_code=202, responses=COMMAND)
@@ -100,7 +87,7 @@ async def resume_vehicle(
     vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
 ) -> CommandView:
     """Release a held vehicle: after a hold, a takeover, a minimal-risk stop or a restart."""
-    return await _command(services, vehicle_id, "resume", operator.name)
+    return command_view(await vehicle_commands.resume(services.transactions, vehicle_id, operator.name))
 
 
 @router.post("/{vehicle_id}/stop-now", operation_id="stop_vehicle_now", status_code=202, responses=COMMAND)
@@ -108,7 +95,7 @@ async def stop_vehicle_now(
     vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
 ) -> CommandView:
     """Stop as hard as is safe, and stay held."""
-    return await _command(services, vehicle_id, "stop_now", operator.name)
+    return command_view(await vehicle_commands.stop_now(services.transactions, vehicle_id, operator.name))
 
 
 @router.post("/{vehicle_id}/announce", operation_id="announce_in_vehicle", status_code=202, responses=COMMAND)
@@ -116,20 +103,17 @@ async def announce_in_vehicle(
     vehicle_id: VehicleId, request: Announcement, services: InjectedServices, operator: ChangingOperator
 ) -> CommandView:
     """Say a text aloud in the vehicle and show it on its screen."""
-    return await _command(services, vehicle_id, "announce", operator.name, request.text)
+    return command_view(
+        await vehicle_commands.announce(services.transactions, vehicle_id, operator.name, request.text)
+    )
 
 
 @router.post("/{vehicle_id}/recall", operation_id="recall_vehicle", responses=COMMAND)
 async def recall_vehicle(
     vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
 ) -> VehicleFacts:
-    """Take it out of service: it brings home who is aboard, then rests."""
-
-    def work(uow: UnitOfWork) -> Vehicle:
-        interventions.intervene(uow, vehicle_id, Intervention("recall"), operator.name)
-        return vehicles.vehicle_of(uow, vehicle_id)
-
-    return vehicle_facts(await services.transactions.run(work))
+    """Take it out of service: it first brings its riders home, then rests."""
+    return vehicle_facts(await vehicle_commands.recall(services.transactions, vehicle_id, operator.name))
 
 
 @router.post("/{vehicle_id}/release", operation_id="release_vehicle", responses=COMMAND)
@@ -166,7 +150,7 @@ async def send_vehicle(
     operator: ChangingOperator,
 ) -> VehicleDetail:
     """Let it visit a stop without a ride, at the first chance that keeps every promise."""
-    await services.transactions.run(lambda uow: plans.send_to_stop(uow, vehicle_id, stop_id, operator.name))
+    await vehicle_commands.send(services.transactions, vehicle_id, stop_id, operator.name)
     return await get_vehicle(vehicle_id, services, operator)
 
 
@@ -264,12 +248,4 @@ async def enrol_vehicle(request: Enrolment, services: InjectedServices, client: 
         await services.transactions.run(
             lambda uow: vehicles.enrol(uow, request.code, request.vehicle_id, request.public_key)
         )
-    )
-
-
-async def _command(
-    services: Services, vehicle_id: str, kind: CommandKind, by: str, text: str = ""
-) -> CommandView:
-    return command_view(
-        await services.transactions.run(lambda uow: commands.send_command(uow, vehicle_id, kind, by, text))
     )

@@ -1,15 +1,13 @@
 """Vehicles as consoles see them, and as vehicles enrol themselves."""
 
-from datetime import datetime, timedelta
+from datetime import datetime
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.config import JsonDict
 
 from server.api.formats import FreeText, Name
-from server.domain.fleet.battery import charge_s
 from server.domain.fleet.vehicles import Vehicle, VehicleCommand
-from server.domain.planning.plans import PlannedVisit
 from server.domain.rules import FleetRules
 from server.usecases.ports.views import VehicleView
 
@@ -37,7 +35,7 @@ VEHICLE_EXAMPLE: JsonDict = {
 class VehicleFacts(BaseModel):
     """What changes seldom."""
 
-    model_config = ConfigDict(json_schema_extra={"example": VEHICLE_EXAMPLE})
+    model_config = ConfigDict(from_attributes=True, json_schema_extra={"example": VEHICLE_EXAMPLE})
 
     vehicle_id: str
     name: str
@@ -58,36 +56,54 @@ class VehicleFacts(BaseModel):
     enrolled_at: datetime
 
 
-class LiveView(BaseModel):
-    """Its newest word."""
+class PoseView(BaseModel):
+    """Map frame: metres east (x) and north (y) of the origin, yaw counter-clockwise from east."""
 
-    heard_at: datetime
+    model_config = ConfigDict(from_attributes=True)
+
     x_m: float
     y_m: float
     yaw_rad: float
+
+
+class FaultView(BaseModel):
+    model_config = ConfigDict(from_attributes=True)
+
+    code: str
+    severity: Literal["info", "warning", "stop"]
+
+
+class StatusView(BaseModel):
+    """Its newest status."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    pose_map: PoseView
     speed_mps: float
     lane_id: str
     s_m: float
     battery_ratio: float
     doors_open: bool
     visit_id: str
-    aboard: list[str]
+    aboard: tuple[str, ...]
     screen: str
     spoken: str
     obstacle_m: float | None
     waiting_for: str
-    faults: list[str]
+    faults: tuple[FaultView, ...]
 
 
 class VisitView(BaseModel):
+    model_config = ConfigDict(from_attributes=True)
+
     visit_id: str
     kind: Literal["stop", "rest", "temporary"]
     state: Literal["pending", "under_way", "done", "skipped"]
     stop_id: str
     lane_id: str
     s_m: float
-    board: list[str]
-    alight: list[str]
+    board: tuple[str, ...]
+    alight: tuple[str, ...]
     dwell_s: float
     not_before: datetime | None
     latest: datetime | None
@@ -98,13 +114,15 @@ class VisitView(BaseModel):
 
 
 class VehicleDetail(VehicleFacts):
-    """Facts, newest word, plan and ground of one vehicle."""
+    """Facts, newest status, plan, sections and newest command of one vehicle."""
 
     model_config = ConfigDict(
         json_schema_extra={
             "example": VEHICLE_EXAMPLE
             | {
-                "live": None,
+                "heard_at": None,
+                "status": None,
+                "last_command": None,
                 "plan_version": 12,
                 "visits": [],
                 "charged_at": None,
@@ -119,7 +137,9 @@ class VehicleDetail(VehicleFacts):
         }
     )
 
-    live: LiveView | None
+    heard_at: datetime | None
+    status: StatusView | None
+    last_command: "CommandView | None"
     plan_version: int
     visits: list[VisitView]
     charged_at: datetime | None = Field(
@@ -135,9 +155,10 @@ class VehicleDetail(VehicleFacts):
 
 
 class CommandView(BaseModel):
-    """A word to a vehicle; it is repeated until the vehicle says that it is done."""
+    """A command to a vehicle; it is repeated until the vehicle answers it."""
 
     model_config = ConfigDict(
+        from_attributes=True,
         json_schema_extra={
             "example": {
                 "command_id": "command-4",
@@ -147,7 +168,7 @@ class CommandView(BaseModel):
                 "state": "pending",
                 "detail": "",
             }
-        }
+        },
     )
 
     command_id: str
@@ -155,7 +176,7 @@ class CommandView(BaseModel):
     kind: Literal["hold", "resume", "announce", "stop_now"]
     text: str
     state: Literal["pending", "done", "failed"]
-    detail: str
+    detail: str = Field(description="The vehicle's reason when it refused; empty otherwise.")
 
 
 class Announcement(BaseModel):
@@ -227,105 +248,28 @@ class Enrolment(BaseModel):
 
 
 def vehicle_facts(vehicle: Vehicle) -> VehicleFacts:
-    return VehicleFacts.model_validate(_facts(vehicle))
+    return VehicleFacts.model_validate(vehicle)
 
 
 def vehicle_detail(view: VehicleView, rules: FleetRules) -> VehicleDetail:
-    return VehicleDetail.model_validate(
-        _facts(view.vehicle)
-        | {
-            "live": _live(view),
-            "plan_version": view.plan.version,
-            "visits": [_visit(visit) for visit in view.plan.visits],
-            "charged_at": _charged_at(view, rules),
-            "order_id": view.order_id,
-            "revision": view.revision,
-            "order_state": view.order_state,
-            "order_waits": view.order_waits,
-            "route": list(view.route),
-            "held_sections": [section.section_id for section in view.held_sections],
-            "sections_ahead": list(view.sections_ahead),
-        }
+    facts = vehicle_facts(view.vehicle)
+    return VehicleDetail(
+        **facts.model_dump(),
+        heard_at=view.heard_at,
+        status=None if view.status is None else StatusView.model_validate(view.status),
+        last_command=None if view.last_command is None else command_view(view.last_command),
+        plan_version=view.plan.version,
+        visits=[VisitView.model_validate(visit) for visit in view.plan.visits],
+        charged_at=view.charged_at(rules),
+        order_id=view.order_id,
+        revision=view.revision,
+        order_state=view.order_state,
+        order_waits=view.order_waits,
+        route=list(view.route),
+        held_sections=[section.section_id for section in view.held_sections],
+        sections_ahead=list(view.sections_ahead),
     )
 
 
 def command_view(command: VehicleCommand) -> CommandView:
-    return CommandView(
-        command_id=command.command_id,
-        vehicle_id=command.vehicle_id,
-        kind=command.kind,
-        text=command.text,
-        state=command.state,
-        detail=command.detail,
-    )
-
-
-def _facts(vehicle: Vehicle) -> dict[str, object]:
-    return {
-        "vehicle_id": vehicle.vehicle_id,
-        "name": vehicle.name,
-        "seats": vehicle.seats,
-        "wheelchair_places": vehicle.wheelchair_places,
-        "connected": vehicle.connected,
-        "held": vehicle.held,
-        "in_service": vehicle.in_service,
-        "placed": vehicle.placed,
-        "hold_ends": vehicle.hold_ends,
-        "charging": vehicle.charging,
-        "mode": vehicle.mode,
-        "epoch": vehicle.epoch,
-        "boot_id": vehicle.boot_id,
-        "software": vehicle.software,
-        "stack": vehicle.stack,
-        "map_version": vehicle.map_version,
-        "enrolled_at": vehicle.enrolled_at,
-    }
-
-
-def _charged_at(view: VehicleView, rules: FleetRules) -> datetime | None:
-    if not view.vehicle.charging or view.status is None or view.heard_at is None:
-        return None
-    takes_s = charge_s(view.status.battery_ratio, rules.battery_full_ratio, rules)
-    return view.heard_at + timedelta(seconds=takes_s)
-
-
-def _live(view: VehicleView) -> LiveView | None:
-    status, heard_at = view.status, view.heard_at
-    if status is None or heard_at is None:
-        return None
-    return LiveView(
-        heard_at=heard_at,
-        x_m=status.pose_map.x_m,
-        y_m=status.pose_map.y_m,
-        yaw_rad=status.pose_map.yaw_rad,
-        speed_mps=status.speed_mps,
-        lane_id=status.lane_id,
-        s_m=status.s_m,
-        battery_ratio=status.battery_ratio,
-        doors_open=status.doors_open,
-        visit_id=status.visit_id,
-        aboard=list(status.aboard),
-        screen=status.screen,
-        spoken=status.spoken,
-        obstacle_m=status.obstacle_m,
-        waiting_for=status.waiting_for,
-        faults=[fault.code for fault in status.faults],
-    )
-
-
-def _visit(visit: PlannedVisit) -> VisitView:
-    return VisitView(
-        visit_id=visit.visit_id,
-        kind=visit.kind,
-        state=visit.state,
-        stop_id=visit.stop_id,
-        lane_id=visit.lane_id,
-        s_m=visit.s_m,
-        board=list(visit.board),
-        alight=list(visit.alight),
-        dwell_s=visit.dwell_s,
-        not_before=visit.not_before,
-        latest=visit.latest,
-        eta=visit.eta,
-        why=visit.why,
-    )
+    return CommandView.model_validate(command)

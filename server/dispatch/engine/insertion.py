@@ -15,6 +15,10 @@ from server.dispatch.engine.plan import Plan, Scratch, refresh
 from server.dispatch.engine.task import EPSILON_S, LOAD_KINDS, Task, drive_s, stand_s
 from server.dispatch.engine.timing import least_times
 
+# Numba compiles a callee once more for each constant that a variable of its caller begins with; `int(...)`
+# makes the type the one that it has later.
+_NOWHERE, _NONE_YET = -1, 0
+
 
 @kernel
 def _fits(load: AnyArray, more: AnyArray, capacity: AnyArray) -> bool:
@@ -67,6 +71,14 @@ def times_at(task: Task, plan: Plan, scratch: Scratch, v: int, r: int, i: int, j
     return scratch.at_s[i + 1], scratch.at_s[j + 2]
 
 
+@inlined
+def _listed(scratch: Scratch, candidates: int, extra: float, i: int, j: int) -> int:
+    """List a place whose times are still to be checked exactly; the number of candidates after it."""
+    scratch.extra[candidates] = extra
+    scratch.pair[candidates, 0], scratch.pair[candidates, 1] = i, j
+    return candidates + 1
+
+
 @kernel
 def best_place(
     task: Task, plan: Plan, scratch: Scratch, v: int, r: int, below: float, blink: float, rng: AnyArray
@@ -76,26 +88,24 @@ def best_place(
 
     blink   chance to overlook a place that would be the best so far (Christiaens and Vanden Berghe 2020)
     """
-    p, d = 2 * r, 2 * r + 1
-    n = plan.length[v]
+    p, d, n = 2 * r, 2 * r + 1, plan.length[v]
     # A route that broke when a visit was taken out of it has no times to insert by.
     if n + 2 > plan.route.shape[1] or plan.cost[v] == np.inf:
         return np.inf, 0, 0
     route, least, most, load = plan.route[v], plan.least_s[v], plan.most_s[v], plan.load[v]
     capacity, more = task.capacity[v], task.load[p]
-    best, best_i, best_j = below, -1, -1
+    best, best_i, best_j = below, int(_NOWHERE), int(_NOWHERE)
+    candidates = int(_NONE_YET)
     opening = task.vehicle_cost[v] if n == 2 else 0.0
     ride_max = task.ride_s_max[p] + task.service_s[p]
     p_to_d = drive_s(task, p, d)
-    candidates = 0
     for i in range(plan.locked[v] - 1, n - 1):
         if candidates > len(scratch.extra) - n:
-            best, best_i, best_j = _settled(
-                task, plan, scratch, v, r, candidates, best, best_i, best_j, blink, rng
-            )
+            settled = _settled(task, plan, scratch, v, r, candidates, best, best_i, best_j, blink, rng)
+            best, best_i, best_j = settled
             if best == np.inf:
-                best, best_i = below, -1
-            candidates = 0
+                best, best_i = below, int(_NOWHERE)
+            candidates = int(_NONE_YET)
         # Most positions are hours away: they are told by the times alone.
         if most[i + 1] < task.early_s[p]:
             continue
@@ -123,13 +133,10 @@ def best_place(
             and at_d <= task.late_s[d] + EPSILON_S
             and at_d + stand_s(task, d, b) + d_to_b <= most[i + 1] + EPSILON_S
         ):
-            if task.plain:
-                if blink == 0.0 or uniform(rng) >= blink:
-                    best, best_i, best_j = extra, i, i
-            else:
-                scratch.extra[candidates] = extra
-                scratch.pair[candidates, 0], scratch.pair[candidates, 1] = i, i
-                candidates += 1
+            if not task.plain:
+                candidates = _listed(scratch, candidates, extra, i, i)
+            elif blink == 0.0 or uniform(rng) >= blink:
+                best, best_i, best_j = extra, i, i
         # With others in between.
         at = at_p + stand_s(task, p, b) + p_to_b
         detour = waited + to_p + p_to_b - skipped
@@ -150,13 +157,10 @@ def best_place(
                 break
             extra = detour + to_d + d_to_b - a_to_b + task.delay_cost[d] * (at_d - task.early_s[d])
             if extra < best and at_d + stand_s(task, d, b) + d_to_b <= most[j + 1] + EPSILON_S:
-                if task.plain:
-                    if blink == 0.0 or uniform(rng) >= blink:
-                        best, best_i, best_j = extra, i, j
-                else:
-                    scratch.extra[candidates] = extra
-                    scratch.pair[candidates, 0], scratch.pair[candidates, 1] = i, j
-                    candidates += 1
+                if not task.plain:
+                    candidates = _listed(scratch, candidates, extra, i, j)
+                elif blink == 0.0 or uniform(rng) >= blink:
+                    best, best_i, best_j = extra, i, j
             at += stand_s(task, a, b) + a_to_b
     if candidates == 0:
         return (best, best_i, best_j) if best_i >= 0 else (np.inf, 0, 0)

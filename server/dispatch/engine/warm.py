@@ -9,10 +9,19 @@ from server.dispatch.engine.task import LOAD_KINDS, Task
 
 def warm_kernels() -> None:
     """Solve a problem of two requests: each kernel is called with the very types that a search gives it."""
-    fleet = FleetSearch(_two_requests(), 1, FleetSettings(attempts=20))
-    fleet.run_slice()
+    warm_fleet_size()
+    warm_search()
+
+
+def warm_search() -> None:
+    """What the dispatcher searches with."""
     settings = Settings(attempts=20, cycle=1, columns=100, visits=1000)
-    Optimiser(fleet.task, 1, settings, start=fleet.best).run_slice()
+    Optimiser(_two_requests(), 1, settings).run_slice()
+
+
+def warm_fleet_size() -> None:
+    """What a search for as few vehicles as possible needs besides; the dispatcher has no use for it."""
+    FleetSearch(_two_requests(), 1, FleetSettings(attempts=20)).run_slice()
 
 
 def _two_requests() -> Task:

@@ -5,6 +5,7 @@ counts as charging.
 """
 
 from collections.abc import Iterable
+from datetime import datetime, timedelta
 
 from server.domain.rules import FleetRules
 
@@ -45,3 +46,8 @@ def drive_left_s(
 def charge_s(ratio: float, to_ratio: float, rules: FleetRules) -> float:
     """Seconds at a charger from one level to another."""
     return max(0.0, to_ratio - ratio) / rules.battery_per_charge_s
+
+
+def charged_at(ratio: float, measured_at: datetime, rules: FleetRules) -> datetime:
+    """When a vehicle that charges since `measured_at` is charged to the full."""
+    return measured_at + timedelta(seconds=charge_s(ratio, rules.battery_full_ratio, rules))

@@ -8,6 +8,7 @@ from contract.wire.messages import DriveMode, Status
 from server.domain.fleet.shifts import Shifts
 
 CommandKind = Literal["hold", "resume", "announce", "stop_now"]
+CommandState = Literal["pending", "done", "failed"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +75,10 @@ class StatusReport:
 
 @dataclass(frozen=True, slots=True)
 class VehicleCommand:
-    """An operator's or developer's word to one vehicle, until the vehicle says that it is done."""
+    """A command of an operator or developer to one vehicle, repeated until the vehicle answers it.
+
+    detail  the vehicle's reason when it refused
+    """
 
     campus_id: str
     command_id: str
@@ -83,7 +87,7 @@ class VehicleCommand:
     text: str
     by: str
     made_at: datetime
-    state: Literal["pending", "done", "failed"] = "pending"
+    state: CommandState = "pending"
     detail: str = ""
 
 

@@ -6,7 +6,7 @@ from datetime import datetime
 from functools import lru_cache
 from typing import Any
 
-from sqlalchemy import Connection
+from sqlalchemy import Connection, func, select
 
 from contract.wire.messages import Status
 from server.domain.fleet.shifts import Shifts
@@ -86,6 +86,20 @@ class Vehicles(Repository):
     def command(self, command_id: str) -> VehicleCommand | None:
         row = self._find(tables.vehicle_commands, command_id=command_id)
         return None if row is None else _command_from_row(row)
+
+    def last_commands(self, vehicle_ids: Sequence[str]) -> dict[str, VehicleCommand]:
+        """The newest command to each of those vehicles that ever had one, by vehicle id."""
+        newest_first = func.row_number().over(
+            partition_by=_command.vehicle_id, order_by=(_command.made_at.desc(), _command.command_id.desc())
+        )
+        ranked = (
+            select(_command.command_id, newest_first.label("rank"))
+            .where(_command.campus_id == self._campus_id, _command.vehicle_id.in_(vehicle_ids))
+            .subquery()
+        )
+        newest = select(ranked.c.command_id).where(ranked.c.rank == 1)
+        rows = self._many(self._select(tables.vehicle_commands, _command.command_id.in_(newest)))
+        return {row.vehicle_id: _command_from_row(row) for row in rows}
 
     def pending_commands(self, vehicle_id: str) -> tuple[VehicleCommand, ...]:
         rows = self._many(

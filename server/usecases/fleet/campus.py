@@ -4,12 +4,12 @@ from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.validate import problems
 from server.domain.errors import MapInUse, MapInvalid, MapUnknown
-from server.domain.record.events import ServerEvent
 from server.domain.roads.maps import StoredMap
 from server.domain.roads.stops import CampusStop
 from server.usecases.fleet.service import enter_services
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.server_events import record_event
 
 
 def load_map(uow: UnitOfWork, content: bytes, by: str, *, activate: bool = False) -> StoredMap:
@@ -20,9 +20,7 @@ def load_map(uow: UnitOfWork, content: bytes, by: str, *, activate: bool = False
         _require_sound(uow, road_map)
         stored = StoredMap(uow.campus_id, road_map.map_version, road_map.name, content, uow.now)
         uow.maps.add(stored)
-        uow.events.add_server_event(
-            ServerEvent(uow.campus_id, uow.now, "map.stored", road_map.map_version, by, road_map.name)
-        )
+        record_event(uow, "map.stored", road_map.map_version, by, road_map.name)
     return activate_map(uow, stored.map_version, by) if activate else stored
 
 
@@ -39,9 +37,7 @@ def activate_map(uow: UnitOfWork, map_version: str, by: str) -> StoredMap:
     uow.maps.activate(map_version)
     uow.roads_changed()
     enter_services(uow, uow.network().road_map)
-    uow.events.add_server_event(
-        ServerEvent(uow.campus_id, uow.now, "map.activated", map_version, by, stored.name)
-    )
+    record_event(uow, "map.activated", map_version, by, stored.name)
     uow.publish(topics.campus_map(uow.campus_id), map_version=map_version)
     activated = uow.maps.get(map_version)
     return stored if activated is None else activated

@@ -7,13 +7,13 @@ from server.domain.errors import NoRestingPlaceFree
 from server.domain.fleet.battery import is_measured
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.planning.plans import Plan
-from server.domain.record.events import ServerEvent
 from server.domain.record.incidents import IncidentKind
 from server.domain.rides.rides import RideState
 from server.usecases.planning import plans
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.incidents import clear_incident, open_incident
+from server.usecases.record.server_events import THE_SERVER, record_event
 
 _TAKEN = (RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
 
@@ -98,9 +98,7 @@ def _planned(uow: UnitOfWork, vehicle_id: str, plan_anew: Callable[[UnitOfWork, 
     try:
         plan_anew(uow, vehicle_id)
     except NoRestingPlaceFree as error:
-        uow.events.add_server_event(
-            ServerEvent(uow.campus_id, uow.now, "plan.waits", vehicle_id, "", error.detail)
-        )
+        record_event(uow, "plan.waits", vehicle_id, "", error.detail)
 
 
 def _has_stops(plan: Plan) -> bool:
@@ -112,8 +110,6 @@ def _keep(uow: UnitOfWork, vehicle: Vehicle, name: str, ratio: float, charging: 
         return False
     vehicle_id = vehicle.vehicle_id
     uow.vehicles.save(replace(vehicle, charging=charging))
-    uow.events.add_server_event(
-        ServerEvent(uow.campus_id, uow.now, name, vehicle_id, "server", f"{100.0 * ratio:.0f} %")
-    )
+    record_event(uow, name, vehicle_id, THE_SERVER, f"{100.0 * ratio:.0f} %")
     uow.publish(topics.vehicle(uow.campus_id, vehicle_id))
     return True

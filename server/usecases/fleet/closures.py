@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from server.domain.errors import ClosureUnknown, LaneUnknown, SectionUnknown
-from server.domain.record.events import ServerEvent
 from server.domain.rides.rides import RideState
 from server.domain.roads.closures import (
     Closure,
@@ -18,6 +17,7 @@ from server.usecases.fleet import detours
 from server.usecases.planning import plans, unreachable_rides
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.server_events import record_event
 
 _PROMISED = (RideState.REQUESTED, RideState.ASSIGNED)
 
@@ -131,5 +131,5 @@ def _look_ahead(uow: UnitOfWork, standing: Sequence[Closure]) -> None:
 def _note(uow: UnitOfWork, name: str, closure: Closure, by: str) -> None:
     roads = ", ".join((*closure.lane_ids, *closure.section_ids))
     detail = f"{roads}: {closure.reason}" if closure.reason else roads
-    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, closure.closure_id, by, detail))
+    record_event(uow, name, closure.closure_id, by, detail)
     uow.publish(topics.closures(uow.campus_id), closure_id=closure.closure_id, state=str(closure.state))

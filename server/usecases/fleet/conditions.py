@@ -13,7 +13,6 @@ from contract.wire.messages import (
     TapAnswered,
 )
 from server.domain.fleet.vehicles import Vehicle
-from server.domain.record.events import ServerEvent
 from server.domain.record.incidents import IncidentKind
 from server.usecases.orders import sections
 from server.usecases.planning import plans
@@ -21,6 +20,7 @@ from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import travel_time_factors
 from server.usecases.record.incidents import clear_incident, open_incident
+from server.usecases.record.server_events import record_event
 
 _INCIDENT_OF_MODE: dict[DriveMode, IncidentKind] = {
     "manual": IncidentKind.TAKEOVER,
@@ -34,7 +34,7 @@ def mode_changed(uow: UnitOfWork, vehicle: Vehicle, event: ModeChanged) -> None:
     vehicle_id = vehicle.vehicle_id
     after = with_mode(uow, vehicle, event.mode)
     uow.vehicles.save(after)
-    _note(uow, f"vehicle.{event.mode}", vehicle_id, event.reason)
+    record_event(uow, f"vehicle.{event.mode}", vehicle_id, vehicle_id, event.reason)
     uow.publish(topics.vehicle(uow.campus_id, vehicle_id), mode=event.mode)
     if event.mode != "autonomous":
         travel_time_factors.interrupted(uow, vehicle_id)
@@ -75,7 +75,13 @@ def blocked(uow: UnitOfWork, vehicle: Vehicle, event: Blocked) -> None:
 def fault_raised(uow: UnitOfWork, vehicle: Vehicle, event: FaultRaised) -> None:
     """A fault that stops the vehicle is an incident; lesser ones are noted."""
     fault, vehicle_id = event.fault, vehicle.vehicle_id
-    _note(uow, "vehicle.fault_cleared" if event.cleared else "vehicle.fault_raised", vehicle_id, fault.code)
+    record_event(
+        uow,
+        "vehicle.fault_cleared" if event.cleared else "vehicle.fault_raised",
+        vehicle_id,
+        vehicle_id,
+        fault.code,
+    )
     subject = f"{vehicle_id}/{fault.code}"
     if event.cleared:
         clear_incident(uow, IncidentKind.VEHICLE_FAULT, subject)
@@ -87,7 +93,9 @@ def seat_button(uow: UnitOfWork, vehicle: Vehicle, event: SeatButtonPressed) -> 
     """The vehicle stops by itself; promises are planned anew. Only a refusal is an operator's business."""
     vehicle_id = vehicle.vehicle_id
     place = f"lane {event.lane_id} at {event.s_m:.0f} m"
-    _note(uow, "vehicle.seat_button", vehicle_id, place if event.accepted else event.reason)
+    record_event(
+        uow, "vehicle.seat_button", vehicle_id, vehicle_id, place if event.accepted else event.reason
+    )
     uow.publish(topics.vehicle(uow.campus_id, vehicle_id), seat=event.seat)
     if event.accepted:
         plans.refresh_expected(uow)
@@ -118,8 +126,4 @@ def tap_answered(uow: UnitOfWork, vehicle: Vehicle, event: TapAnswered) -> None:
 
 
 def code_refused(uow: UnitOfWork, vehicle: Vehicle, event: CodeRefused) -> None:
-    _note(uow, "vehicle.code_refused", vehicle.vehicle_id, event.visit_id)
-
-
-def _note(uow: UnitOfWork, name: str, vehicle_id: str, detail: str) -> None:
-    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, vehicle_id, vehicle_id, detail))
+    record_event(uow, "vehicle.code_refused", vehicle.vehicle_id, vehicle.vehicle_id, event.visit_id)

@@ -9,7 +9,6 @@ from contract.geometry import Array
 from server.dispatch.problem import Call, Problem, VehicleState
 from server.domain.errors import DestinationRefused, NoRestingPlaceFree, StopUnreachable
 from server.domain.planning.plans import Plan, PlannedVisit, next_version
-from server.domain.record.events import ServerEvent
 from server.domain.record.incidents import IncidentKind
 from server.domain.rides.rides import (
     WAITING,
@@ -24,6 +23,7 @@ from server.usecases.planning.snapshot import take_snapshot
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.incidents import clear_incident, open_incident
+from server.usecases.record.server_events import THE_SERVER, record_event
 from server.usecases.rides import destinations
 
 
@@ -128,9 +128,7 @@ def _let_out(uow: UnitOfWork, ride: Ride, to_stop: str | None, cause: str) -> No
         return
     _report(uow, ride, f"{name} and is let out at {to_stop} instead of {ride.to_stop}: {cause}")
     detail = f"{ride.to_stop} to {to_stop}: {cause}"
-    uow.events.add_server_event(
-        ServerEvent(uow.campus_id, uow.now, "ride.destination_changed", ride.ride_id, "server", detail)
-    )
+    record_event(uow, "ride.destination_changed", ride.ride_id, THE_SERVER, detail)
     uow.publish(topics.ride(uow.campus_id, ride.ride_id), to_stop=to_stop)
 
 
@@ -212,6 +210,4 @@ def _departures_given_up(uow: UnitOfWork, plan: Plan, lost: Sequence[PlannedVisi
 
 def _note(uow: UnitOfWork, vehicle_id: str, stop_ids: Sequence[str], cause: str) -> None:
     detail = f"{', '.join(stop_ids)}: {cause}"
-    uow.events.add_server_event(
-        ServerEvent(uow.campus_id, uow.now, "plan.turned_away", vehicle_id, "", detail)
-    )
+    record_event(uow, "plan.turned_away", vehicle_id, "", detail)

@@ -20,7 +20,6 @@ from contract.wire.messages import (
     VisitChanged,
 )
 from contract.wire.sequence import is_new
-from server.domain.errors import VehicleUnknown
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.planning.plans import PlannedVisit
 from server.domain.record.events import RecordedEvent
@@ -31,6 +30,7 @@ from server.usecases.planning import plans
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.ports.vehicles import EventStore
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from server.usecases.rides import boarding
 
 
@@ -42,7 +42,7 @@ class Effects:
     next_sequence: int
 
 
-def record_event(events: EventStore, event: RecordedEvent) -> bool:
+def store_event(events: EventStore, event: RecordedEvent) -> bool:
     """Store the event; False when it was stored before, so that its effects are not repeated.
 
     Raises SequenceGap when an earlier event of the boot is missing.
@@ -55,10 +55,8 @@ def record_event(events: EventStore, event: RecordedEvent) -> bool:
 
 def apply_event(uow: UnitOfWork, event: RecordedEvent) -> Effects:
     """Store the event and let it have its effect, once. Raises SequenceGap, VehicleUnknown."""
-    vehicle = uow.vehicles.get(event.vehicle_id)
-    if vehicle is None:
-        raise VehicleUnknown(f"no vehicle {event.vehicle_id} is enrolled")
-    new = record_event(uow.events, event)
+    vehicle = enrolled_vehicle(uow, event.vehicle_id)
+    new = store_event(uow.events, event)
     if new:
         uow.vehicles.heard(event.vehicle_id, uow.now)
         _take_effect(uow, vehicle, event.body)

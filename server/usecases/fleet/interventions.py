@@ -14,10 +14,8 @@ from server.domain.errors import (
     RideEnded,
     RideNotAssigned,
     RideUnknown,
-    VehicleUnknown,
 )
 from server.domain.fleet.vehicles import Vehicle, VehicleCommand
-from server.domain.record.events import ServerEvent
 from server.domain.rides.effects import (
     DepartureEffect,
     Effects,
@@ -28,16 +26,17 @@ from server.domain.rides.rides import Ride, RideState
 from server.domain.service.timetable import Departure
 from server.usecases.fleet import departures
 from server.usecases.fleet.conditions import with_availability
-from server.usecases.fleet.vehicles import recall, vehicle_of
+from server.usecases.fleet.vehicles import recall
 from server.usecases.planning import plans
 from server.usecases.planning.assign import assign_rides
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.commands import send_command
+from server.usecases.record.enrolled_vehicles import active_vehicle, enrolled_vehicle
 from server.usecases.record.refusals import WORDS
+from server.usecases.record.server_events import THE_SERVER, record_event
 
 _UNDER_WAY = (RideState.REQUESTED, RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
-THE_SERVER = "server"
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +57,7 @@ def intervene(uow: UnitOfWork, vehicle_id: str, wish: Intervention, by: str) -> 
     plans.refresh_expected(uow)
     rides = uow.rides.in_states(_UNDER_WAY)
     before = _departures(uow)
-    stood = vehicle_of(uow, vehicle_id).held
+    stood = enrolled_vehicle(uow, vehicle_id).held
     command = None
     match wish.kind:
         case "hold":
@@ -68,7 +67,7 @@ def intervene(uow: UnitOfWork, vehicle_id: str, wish: Intervention, by: str) -> 
         case "reassign":
             reassign(uow, vehicle_id, by, wish.ride_id, wish.to_vehicle_id)
     plans.refresh_expected(uow)
-    after = vehicle_of(uow, vehicle_id)
+    after = enrolled_vehicle(uow, vehicle_id)
     stands = after.held and after.hold_ends is None and not stood
     return InterventionResult(_effects(uow, rides, before, vehicle_id if stands else None), command)
 
@@ -80,7 +79,7 @@ def hold(uow: UnitOfWork, vehicle_id: str, by: str, for_s: float | None = None) 
     promise somebody else can keep, and its departures. A vehicle that stands for another reason already is
     not resumed by the clock. Raises VehicleUnknown.
     """
-    vehicle = vehicle_of(uow, vehicle_id)
+    vehicle = enrolled_vehicle(uow, vehicle_id)
     is_by_clock = for_s is not None and (not vehicle.held or vehicle.hold_ends is not None)
     ends = uow.now + timedelta(seconds=for_s) if for_s is not None and is_by_clock else None
     command = send_command(uow, vehicle_id, "hold", by)
@@ -125,7 +124,7 @@ def reassign(uow: UnitOfWork, vehicle_id: str, by: str, ride_id: str = "", to_ve
     Raises VehicleUnknown, RideUnknown, RideNotAssigned, RideAlreadyAboard, RideEnded, ReassignmentRefused,
     NoRestingPlaceFree.
     """
-    vehicle_of(uow, vehicle_id)
+    enrolled_vehicle(uow, vehicle_id)
     others = {v.vehicle_id for v in uow.vehicles.all()} - {vehicle_id}
     if to_vehicle_id:
         others = {_other(uow, vehicle_id, to_vehicle_id).vehicle_id}
@@ -139,9 +138,7 @@ def reassign(uow: UnitOfWork, vehicle_id: str, by: str, ride_id: str = "", to_ve
         whom = to_vehicle_id or "another shuttle"
         raise ReassignmentRefused(f"the ride cannot be given to {whom}: {WORDS.get(rule, rule)}", rule)
     detail = f"{ride_id or len(waiting)} to {to_vehicle_id or 'any other'}"
-    uow.events.add_server_event(
-        ServerEvent(uow.campus_id, uow.now, "vehicle.reassigned", vehicle_id, by, detail)
-    )
+    record_event(uow, "vehicle.reassigned", vehicle_id, by, detail)
 
 
 # ---------------------------------------------------------------- inside
@@ -150,9 +147,7 @@ def reassign(uow: UnitOfWork, vehicle_id: str, by: str, ride_id: str = "", to_ve
 def _other(uow: UnitOfWork, vehicle_id: str, to_vehicle_id: str) -> Vehicle:
     if to_vehicle_id == vehicle_id:
         raise ReassignmentRefused(f"{vehicle_id} has the ride already; name another vehicle")
-    vehicle = uow.vehicles.get(to_vehicle_id)
-    if vehicle is None or vehicle.retired:
-        raise VehicleUnknown(f"no vehicle {to_vehicle_id} is enrolled")
+    vehicle = active_vehicle(uow, to_vehicle_id)
     return vehicle
 
 

@@ -4,7 +4,6 @@ from datetime import date
 
 from contract.roads.model import RoadMap
 from server.domain.errors import ExceptionUnknown, PatternInUse, PatternUnknown
-from server.domain.record.events import ServerEvent
 from server.domain.rides.rides import RideState
 from server.domain.service.service import (
     WHOLE_CAMPUS,
@@ -16,6 +15,7 @@ from server.usecases.fleet import departures
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import calendar_of
+from server.usecases.record.server_events import record_event
 
 EVERY_DAY = tuple(range(7))
 
@@ -77,7 +77,7 @@ def rides_outside(uow: UnitOfWork) -> int:
 
 
 def _changed(uow: UnitOfWork, name: str, subject: str, by: str) -> None:
-    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, subject, by))
+    record_event(uow, name, subject, by)
     uow.publish(topics.service(uow.campus_id))
     departures.withdraw_unserved(uow, calendar_of(uow))
 

@@ -9,18 +9,19 @@ import msgspec
 
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import EventLogState, OrderProgress, Status
-from server.domain.errors import CampusUnknown, SectionsTaken, SessionFenced, VehicleUnknown
+from server.domain.errors import CampusUnknown, SectionsTaken, SessionFenced
 from server.domain.fleet.vehicles import StatusReport, Vehicle, VehicleSession
 from server.domain.orders.orders import OrderState
-from server.domain.record.events import ServerEvent
 from server.domain.record.incidents import IncidentKind
 from server.usecases.fleet.conditions import with_availability, with_mode
 from server.usecases.fleet.vehicles import stand_on
 from server.usecases.orders import orders, visits
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.enrolled_vehicles import active_vehicle
 from server.usecases.record.incidents import clear_incident, open_incident
 from server.usecases.record.runs import begin_run
+from server.usecases.record.server_events import record_event
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,9 +45,7 @@ def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
     The hub applies the boot's unacknowledged events next and sends the outbox after them.
     Raises VehicleUnknown.
     """
-    vehicle = uow.vehicles.get(hello.vehicle_id)
-    if vehicle is None or vehicle.retired:
-        raise VehicleUnknown(f"no vehicle {hello.vehicle_id} is enrolled")
+    vehicle = active_vehicle(uow, hello.vehicle_id)
     opened = replace(
         vehicle,
         epoch=vehicle.epoch + 1,
@@ -152,9 +151,7 @@ def _reconcile(uow: UnitOfWork, hello: HelloFacts) -> None:
     if follows and order.state is not OrderState.ACCEPTED:
         orders.accepted(uow, hello.vehicle_id, order.order_id, order.revision)
     elif not follows and order.state is OrderState.ACCEPTED:
-        uow.events.add_server_event(
-            ServerEvent(uow.campus_id, uow.now, "order.lost", hello.vehicle_id, hello.vehicle_id)
-        )
+        record_event(uow, "order.lost", hello.vehicle_id, hello.vehicle_id)
         orders.repeat(uow, hello.vehicle_id)
 
 

@@ -11,11 +11,9 @@ from server.domain.errors import (
     KeyUnknown,
     NoRestingPlaceFree,
     VehicleNotPlaced,
-    VehicleUnknown,
 )
 from server.domain.fleet.shifts import Shifts, require_sound
 from server.domain.fleet.vehicles import Vehicle
-from server.domain.record.events import ServerEvent
 from server.domain.record.identity import VehicleKey
 from server.domain.record.incidents import IncidentKind
 from server.usecases.fleet import departures
@@ -23,8 +21,10 @@ from server.usecases.orders import orders
 from server.usecases.planning import plans
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from server.usecases.record.identity import sha256_of
 from server.usecases.record.incidents import clear_incident, open_incident
+from server.usecases.record.server_events import record_event
 from server.usecases.rides import lost_vehicles
 from server.usecases.roads.road_positions import under_body
 from server.usecases.roads.section_reservations import SectionReservations
@@ -44,10 +44,10 @@ def enrol(uow: UnitOfWork, code: str, vehicle_id: str, public_key: str) -> Vehic
     if made.used_at is not None:
         raise EnrolmentCodeUsed("the code has been used; ask an operator for a new one")
     _require_key(public_key)
-    vehicle = vehicle_of(uow, vehicle_id)
+    vehicle = enrolled_vehicle(uow, vehicle_id)
     uow.identity.save_enrolment_code(replace(made, used_at=uow.now))
     uow.identity.save_vehicle_key(VehicleKey(uow.campus_id, vehicle_id, public_key, uow.now))
-    _note(uow, "vehicle.enrolled", vehicle_id, made.made_by)
+    record_event(uow, "vehicle.enrolled", vehicle_id, made.made_by)
     return vehicle
 
 
@@ -59,21 +59,13 @@ def key_of(uow: UnitOfWork, vehicle_id: str) -> str:
 def revoke_key(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
     """The key opens nothing any more, and the open session ends. Raises KeyUnknown."""
     key = _key(uow, vehicle_id)
-    vehicle = vehicle_of(uow, vehicle_id)
+    vehicle = enrolled_vehicle(uow, vehicle_id)
     uow.identity.save_vehicle_key(replace(key, revoked_at=uow.now))
     fenced = replace(vehicle, epoch=vehicle.epoch + 1, connected=False)
     uow.vehicles.save(fenced)
-    _note(uow, "vehicle.key_revoked", vehicle_id, by)
+    record_event(uow, "vehicle.key_revoked", vehicle_id, by)
     uow.publish(topics.vehicle_session(uow.campus_id, vehicle_id), epoch=fenced.epoch)
     return fenced
-
-
-def vehicle_of(uow: UnitOfWork, vehicle_id: str) -> Vehicle:
-    """Raises VehicleUnknown."""
-    vehicle = uow.vehicles.get(vehicle_id)
-    if vehicle is None:
-        raise VehicleUnknown(f"no vehicle {vehicle_id} is enrolled")
-    return vehicle
 
 
 def recall(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
@@ -81,9 +73,9 @@ def recall(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
 
     Raises VehicleUnknown.
     """
-    vehicle = replace(vehicle_of(uow, vehicle_id), in_service=False)
+    vehicle = replace(enrolled_vehicle(uow, vehicle_id), in_service=False)
     uow.vehicles.save(vehicle)
-    _note(uow, "vehicle.recalled", vehicle_id, by)
+    record_event(uow, "vehicle.recalled", vehicle_id, by)
     _give_away(uow, vehicle_id)
     plans.replan(uow, vehicle_id)
     plans.assign_waiting(uow)
@@ -93,9 +85,9 @@ def recall(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
 
 def return_to_service(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
     """It may get rides again. Raises VehicleUnknown."""
-    vehicle = replace(vehicle_of(uow, vehicle_id), in_service=True)
+    vehicle = replace(enrolled_vehicle(uow, vehicle_id), in_service=True)
     uow.vehicles.save(vehicle)
-    _note(uow, "vehicle.returned", vehicle_id, by)
+    record_event(uow, "vehicle.returned", vehicle_id, by)
     uow.publish(topics.vehicle(uow.campus_id, vehicle_id))
     uow.publish(topics.dispatch(uow.campus_id))
     return vehicle
@@ -108,9 +100,9 @@ def set_shifts(uow: UnitOfWork, vehicle_id: str, shifts: Shifts | None, by: str)
     """
     if shifts is not None:
         require_sound(shifts)
-    vehicle = replace(vehicle_of(uow, vehicle_id), shifts=shifts)
+    vehicle = replace(enrolled_vehicle(uow, vehicle_id), shifts=shifts)
     uow.vehicles.save(vehicle)
-    _note(uow, "vehicle.shifts_set", vehicle_id, by)
+    record_event(uow, "vehicle.shifts_set", vehicle_id, by)
     uow.publish(topics.vehicle(uow.campus_id, vehicle_id))
     uow.publish(topics.dispatch(uow.campus_id))
     return vehicle
@@ -121,11 +113,11 @@ def place(uow: UnitOfWork, vehicle_id: str, lane_id: str, s_m: float, by: str) -
 
     Raises VehicleUnknown, VehicleNotPlaced (no such lane), SectionsTaken.
     """
-    vehicle = vehicle_of(uow, vehicle_id)
+    vehicle = enrolled_vehicle(uow, vehicle_id)
     network = uow.network()
     if lane_id not in network.lanes or not 0.0 <= s_m <= network.lines[lane_id].length_m:
         raise VehicleNotPlaced(f"the map has no lane {lane_id} with a place at {s_m:.1f} m")
-    _note(uow, "vehicle.placed", vehicle_id, by)
+    record_event(uow, "vehicle.placed", vehicle_id, by)
     return stand_on(uow, vehicle, lane_id, s_m)
 
 
@@ -162,7 +154,7 @@ def retire(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
 
     Raises VehicleUnknown.
     """
-    vehicle = vehicle_of(uow, vehicle_id)
+    vehicle = enrolled_vehicle(uow, vehicle_id)
     gone = replace(
         vehicle, retired=True, in_service=False, placed=False, connected=False, epoch=vehicle.epoch + 1
     )
@@ -174,7 +166,7 @@ def retire(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
     if plan is not None:
         uow.plans.save(replace(plan, version=plan.version + 1, visits=(), resting_place_id=""), plan.version)
     SectionReservations(uow).remove(vehicle_id)
-    _note(uow, "vehicle.retired", vehicle_id, by)
+    record_event(uow, "vehicle.retired", vehicle_id, by)
     uow.publish(topics.vehicle_session(uow.campus_id, vehicle_id), epoch=gone.epoch)
     plans.assign_waiting(uow)
     return gone
@@ -199,7 +191,3 @@ def _key(uow: UnitOfWork, vehicle_id: str) -> VehicleKey:
     if key is None or key.revoked_at is not None:
         raise KeyUnknown(f"no valid key is enrolled for {vehicle_id}; enrol it with a new code")
     return key
-
-
-def _note(uow: UnitOfWork, name: str, vehicle_id: str, by: str) -> None:
-    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, vehicle_id, by))

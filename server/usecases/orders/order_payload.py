@@ -1,15 +1,14 @@
 """A plan as it goes over the wire."""
 
 from collections.abc import Sequence
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 
 from contract.wire.messages import Order, RiderTask, SectionGrant, Visit
 from server.domain.fleet.vehicles import Vehicle
+from server.domain.instants import ns_of
 from server.domain.planning.plans import Plan, PlannedVisit
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.roads.section_reservations import SectionReservations
-
-EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
 def order_payload(
@@ -50,7 +49,7 @@ def _visit(uow: UnitOfWork, visit: PlannedVisit, leg: tuple[str, ...]) -> Visit:
         board=_tasks(uow, visit.board),
         alight=_tasks(uow, visit.alight),
         dwell_s=visit.dwell_s,
-        not_before_ns=0 if visit.not_before is None else utc_ns(visit.not_before),
+        not_before_ns=0 if visit.not_before is None else ns_of(visit.not_before),
         timed=bool(visit.departure_id),
         name="" if stop is None else stop.name,
         name_en="" if stop is None else stop.name_en,
@@ -64,10 +63,4 @@ def _tasks(uow: UnitOfWork, ride_ids: tuple[str, ...]) -> tuple[RiderTask, ...]:
 
 def expiry_ns(uow: UnitOfWork) -> int:
     """Until when a vehicle may accept what is sent now."""
-    return utc_ns(uow.now + timedelta(seconds=uow.rules.order_valid_s))
-
-
-def utc_ns(moment: datetime) -> int:
-    """Nanoseconds since the Unix epoch, exact to the microsecond."""
-    since = moment - EPOCH
-    return ((since.days * 86400 + since.seconds) * 1_000_000 + since.microseconds) * 1000
+    return ns_of(uow.now + timedelta(seconds=uow.rules.order_valid_s))

@@ -4,17 +4,19 @@ from dataclasses import replace
 from datetime import timedelta
 
 from contract.wire.messages import OrderRejected
-from server.domain.errors import OrderUnknown, VehicleUnknown
+from server.domain.errors import OrderUnknown
 from server.domain.fleet.vehicles import Vehicle
+from server.domain.instants import ns_of
 from server.domain.orders.orders import IssuedOrder, OrderState
 from server.domain.planning.plans import Plan
-from server.domain.record.events import ServerEvent
 from server.domain.record.incidents import IncidentKind
 from server.usecases.orders import visits
-from server.usecases.orders.order_payload import order_payload, utc_ns
+from server.usecases.orders.order_payload import order_payload
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from server.usecases.record.incidents import clear_incident, open_incident
+from server.usecases.record.server_events import record_event
 from server.usecases.roads.road_positions import RoadPosition, footing
 from server.usecases.roads.routing import (
     DrivingRoute,
@@ -33,9 +35,7 @@ def reissue(uow: UnitOfWork, vehicle_id: str, desk: SectionReservations | None =
     While the route is not safe the old order stays in force; the next release tries again.
     Raises VehicleUnknown.
     """
-    vehicle = uow.vehicles.get(vehicle_id)
-    if vehicle is None:
-        raise VehicleUnknown(f"no vehicle {vehicle_id} is enrolled")
+    vehicle = enrolled_vehicle(uow, vehicle_id)
     plan = uow.plans.get(vehicle_id)
     present = uow.orders.current(vehicle_id)
     if plan is None or not plan.ordered or not vehicle.placed:
@@ -87,7 +87,7 @@ def rejected(uow: UnitOfWork, vehicle_id: str, answer: OrderRejected) -> IssuedO
         return None
     uow.orders.save(replace(order, state=OrderState.REJECTED, reason=answer.code))
     cause = f"{answer.code}: {answer.detail}"
-    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, "order.rejected", vehicle_id, "", cause))
+    record_event(uow, "order.rejected", vehicle_id, "", cause)
     visits.take_over(uow, vehicle_id, answer.visits)
     if _rejections(uow, order, answer.code) >= REJECTIONS_MAX:
         open_incident(uow, IncidentKind.ORDER_REJECTED, vehicle_id, cause, vehicle_id=vehicle_id)
@@ -131,7 +131,7 @@ def _says_the_same(present: IssuedOrder, plan: Plan) -> bool:
     held = present.payload.visits[-len(ahead) :]
     return len(held) == len(ahead) and all(
         (sent.visit_id, sent.dwell_s, sent.not_before_ns)
-        == (visit.visit_id, visit.dwell_s, 0 if visit.not_before is None else utc_ns(visit.not_before))
+        == (visit.visit_id, visit.dwell_s, 0 if visit.not_before is None else ns_of(visit.not_before))
         and tuple(task.ride_id for task in sent.board) == visit.board
         and tuple(task.ride_id for task in sent.alight) == visit.alight
         for sent, visit in zip(held, ahead, strict=True)

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import msgspec
 
 from contract.wire.messages import Command, Grants, Order, PassengerTap
-from server.domain.errors import VehicleUnknown
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.orders.orders import IssuedOrder, OrderState
 from server.usecases.orders.order_payload import expiry_ns
 from server.usecases.orders.sections import grants_of
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,9 +28,7 @@ class Outbox:
 
 def outbox_of(uow: UnitOfWork, vehicle_id: str) -> Outbox:
     """Order, grants, commands and taps, stamped with the vehicle's epoch. Raises VehicleUnknown."""
-    vehicle = uow.vehicles.get(vehicle_id)
-    if vehicle is None:
-        raise VehicleUnknown(f"no vehicle {vehicle_id} is enrolled")
+    vehicle = enrolled_vehicle(uow, vehicle_id)
     epoch = vehicle.epoch
     order, grants = _driving(uow, vehicle)
     return Outbox(

@@ -11,12 +11,12 @@ from contract.wire.messages import VisitProgress, VisitState
 from server.domain.errors import IllegalTransition
 from server.domain.orders.orders import OrderState
 from server.domain.planning.plans import Plan, PlannedVisit, with_visit_state
-from server.domain.record.events import ServerEvent
 from server.domain.rides.rides import RideState, moved
 from server.domain.service.timetable import DepartureState
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import travel_time_factors
+from server.usecases.record.server_events import record_event
 
 NEAR_M = 15.0
 
@@ -32,9 +32,7 @@ def change(uow: UnitOfWork, vehicle_id: str, visit_id: str, state: VisitState) -
     try:
         after = with_visit_state(plan, visit_id, state)
     except IllegalTransition as error:
-        uow.events.add_server_event(
-            ServerEvent(uow.campus_id, uow.now, "visit.backwards", vehicle_id, "", error.detail)
-        )
+        record_event(uow, "visit.backwards", vehicle_id, "", error.detail)
         return None
     if after is plan:
         return None

@@ -18,10 +18,8 @@ from server.domain.errors import (
     StopUnreachable,
     VehicleNotPlaced,
     VehicleOutOfService,
-    VehicleUnknown,
 )
 from server.domain.planning.plans import Plan, PlannedVisit, next_version
-from server.domain.record.events import ServerEvent
 from server.domain.rides.rides import (
     WAITING,
     Ride,
@@ -38,7 +36,9 @@ from server.usecases.planning.routes import is_news, refresh_times, save_route
 from server.usecases.planning.snapshot import Snapshot, take_snapshot
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from server.usecases.record.failed_rides import give_up_late
+from server.usecases.record.server_events import record_event
 
 _INSERT_ONLY = Budget()
 
@@ -48,8 +48,7 @@ def plan_of(uow: UnitOfWork, vehicle_id: str) -> Plan:
     plan = uow.plans.get(vehicle_id)
     if plan is not None:
         return plan
-    if uow.vehicles.get(vehicle_id) is None:
-        raise VehicleUnknown(f"no vehicle {vehicle_id} is enrolled")
+    enrolled_vehicle(uow, vehicle_id)
     return Plan(uow.campus_id, vehicle_id, 0)
 
 
@@ -205,7 +204,7 @@ def send_to_stop(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> Pla
     stops = tuple(v for v in plan.visits if v.kind == "stop" or v.state == "under_way")
     rests = tuple(v for v in plan.visits if v.kind == "rest" and v.state == "pending")
     uow.plans.save(next_version(plan, (*stops, visit, *rests)), plan.version)
-    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, "vehicle.sent", vehicle_id, by, stop_id))
+    record_event(uow, "vehicle.sent", vehicle_id, by, stop_id)
     _resettle(uow, vehicle_id)
     return plan_of(uow, vehicle_id)
 
@@ -226,9 +225,7 @@ def go_on(uow: UnitOfWork, vehicle_id: str) -> None:
         try:
             _resettle(uow, vehicle_id)
         except NoRestingPlaceFree as error:
-            uow.events.add_server_event(
-                ServerEvent(uow.campus_id, uow.now, "plan.waits", vehicle_id, "", error.detail)
-            )
+            record_event(uow, "plan.waits", vehicle_id, "", error.detail)
 
 
 def refresh_expected(uow: UnitOfWork) -> None:

@@ -5,7 +5,6 @@ from dataclasses import replace
 from datetime import timedelta
 
 from server.dispatch.problem import CUT_OFF_S
-from server.domain.record.events import ServerEvent
 from server.domain.record.incidents import IncidentKind
 from server.domain.rides.rides import (
     Promise,
@@ -17,6 +16,7 @@ from server.usecases.planning.snapshot import moment, seconds
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.incidents import open_incident
+from server.usecases.record.server_events import record_event
 
 # No plan is so long: a closed road lies in between, and `detours` deals with that.
 _CUT_OFF_S = 0.5 * CUT_OFF_S
@@ -100,9 +100,7 @@ def tell(uow: UnitOfWork, ride: Ride, what: str, reason: str = "") -> None:
         vehicle_id=ride.vehicle_id,
         ride_id=ride.ride_id,
     )
-    uow.events.add_server_event(
-        ServerEvent(uow.campus_id, uow.now, "ride.promise_broken", ride.ride_id, "", cause)
-    )
+    record_event(uow, "ride.promise_broken", ride.ride_id, "", cause)
     uow.publish(topics.ride(uow.campus_id, ride.ride_id), promise="broken")
 
 

@@ -12,12 +12,12 @@ from server.domain.fleet.battery import is_measured
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.orders.orders import OrderState
 from server.domain.planning.plans import Plan, next_version
-from server.domain.record.events import ServerEvent
 from server.domain.service.service import ServiceCalendar
 from server.usecases.orders import orders, sections
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import whole_calendar
+from server.usecases.record.server_events import THE_SERVER, record_event
 from server.usecases.roads.resting import rest_visit
 from server.usecases.roads.section_reservations import SectionReservations
 
@@ -111,9 +111,7 @@ def relocate(uow: UnitOfWork, move: Relocation) -> bool:
         return False
     sections.grant_ahead(uow, desk)
     detail = f"to {move.place_id}: {move.gain_s:.0f} s less to wait"
-    uow.events.add_server_event(
-        ServerEvent(uow.campus_id, uow.now, "vehicle.relocated", vehicle.vehicle_id, "server", detail)
-    )
+    record_event(uow, "vehicle.relocated", vehicle.vehicle_id, THE_SERVER, detail)
     uow.publish(topics.vehicle(uow.campus_id, vehicle.vehicle_id))
     return True
 

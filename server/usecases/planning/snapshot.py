@@ -12,13 +12,13 @@ from contract.geometry import Array
 from contract.wire.messages import Status
 from server.dispatch.problem import Call, Chain, Problem, Request, VehicleState
 from server.domain.fleet.vehicles import Vehicle
+from server.domain.instants import EPOCH
 from server.domain.orders.sections import Occupancy
 from server.domain.planning.plans import Plan, PlannedVisit
 from server.domain.rides.rides import Ride, RideState
 from server.domain.rules import FleetRules
 from server.domain.service.timetable import Departure
 from server.travel.fleet_roads import FleetRoads
-from server.usecases.orders.order_payload import EPOCH
 from server.usecases.planning.battery_limits import ChargeLimits, within_battery
 from server.usecases.planning.shift_limits import with_shifts
 from server.usecases.ports.unit_of_work import UnitOfWork

@@ -6,7 +6,8 @@ from datetime import datetime
 from typing import Protocol
 
 from contract.wire.messages import Status
-from server.domain.fleet.vehicles import Vehicle
+from server.domain.fleet.battery import charged_at
+from server.domain.fleet.vehicles import Vehicle, VehicleCommand
 from server.domain.orders.orders import OrderState
 from server.domain.orders.sections import HeldSection
 from server.domain.planning.plans import Plan
@@ -14,6 +15,7 @@ from server.domain.record.events import RecordedEvent, ServerEvent
 from server.domain.record.incidents import Incident
 from server.domain.record.runs import Run
 from server.domain.rides.rides import Ride, RideState
+from server.domain.rules import FleetRules
 from server.domain.service.timetable import Departure
 
 
@@ -36,6 +38,13 @@ class VehicleView:
     order_state: OrderState | None = None
     order_waits: bool = False
     route: tuple[str, ...] = ()
+    last_command: VehicleCommand | None = None
+
+    def charged_at(self, rules: FleetRules) -> datetime | None:
+        """When it will have charged, if it is at a charger by now; None when it does not charge."""
+        if not self.vehicle.charging or self.status is None or self.heard_at is None:
+            return None
+        return charged_at(self.status.battery_ratio, self.heard_at, rules)
 
 
 @dataclass(frozen=True, slots=True)

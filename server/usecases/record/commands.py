@@ -2,20 +2,18 @@
 
 from dataclasses import replace
 
-from server.domain.errors import VehicleUnknown
 from server.domain.fleet.vehicles import CommandKind, VehicleCommand
-from server.domain.record.events import ServerEvent
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
+from server.usecases.record.server_events import record_event
 
 
 def send_command(
     uow: UnitOfWork, vehicle_id: str, kind: CommandKind, by: str, text: str = ""
 ) -> VehicleCommand:
     """Repeat it to the vehicle until it says that it is done. Raises VehicleUnknown."""
-    vehicle = uow.vehicles.get(vehicle_id)
-    if vehicle is None:
-        raise VehicleUnknown(f"no vehicle {vehicle_id} is enrolled")
+    vehicle = enrolled_vehicle(uow, vehicle_id)
     if vehicle.hold_ends is not None and kind in ("resume", "stop_now"):
         uow.vehicles.save(replace(vehicle, hold_ends=None))
     command = VehicleCommand(
@@ -28,6 +26,6 @@ def send_command(
         made_at=uow.now,
     )
     uow.vehicles.add_command(command)
-    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, f"vehicle.{kind}", vehicle_id, by, text))
+    record_event(uow, f"vehicle.{kind}", vehicle_id, by, text)
     uow.publish(topics.vehicle_outbox(uow.campus_id, vehicle_id))
     return command

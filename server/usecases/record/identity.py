@@ -7,7 +7,6 @@ from datetime import timedelta
 
 from server.domain.errors import NameTaken, ScopeMissing, SessionExpired, TokenInvalid, WrongCredentials
 from server.domain.fleet.vehicles import Vehicle
-from server.domain.record.events import ServerEvent
 from server.domain.record.identity import (
     DeveloperToken,
     EnrolmentCode,
@@ -16,6 +15,7 @@ from server.domain.record.identity import (
     Scope,
 )
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.server_events import record_event
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ def set_password(uow: UnitOfWork, name: str, password: str) -> Operator:
         created_at=uow.now if known is None else known.created_at,
     )
     uow.identity.save_operator(operator)
-    _note(uow, "operator.password_set", operator.operator_id, name)
+    record_event(uow, "operator.password_set", operator.operator_id, name)
     return operator
 
 
@@ -82,7 +82,7 @@ def login(uow: UnitOfWork, name: str, password: str) -> CreatedSession:
         expires_at=uow.now + timedelta(seconds=uow.rules.operator_session_s),
     )
     uow.identity.add_operator_session(session)
-    _note(uow, "operator.logged_in", operator.operator_id, name)
+    record_event(uow, "operator.logged_in", operator.operator_id, name)
     return CreatedSession(token, session, operator)
 
 
@@ -121,7 +121,7 @@ def create_enrolment_code(
     uow.identity.save_enrolment_code(
         EnrolmentCode(uow.campus_id, sha256_of(code), vehicle_id, by, expires_at)
     )
-    _note(uow, "vehicle.enrolment_code_made", vehicle_id, by)
+    record_event(uow, "vehicle.enrolment_code_made", vehicle_id, by)
     return code
 
 
@@ -144,7 +144,7 @@ def create_developer_token(
         expires_at=uow.now + timedelta(seconds=valid_s),
     )
     uow.identity.save_developer_token(token)
-    _note(uow, "token.made", token.token_id, by)
+    record_event(uow, "token.made", token.token_id, by)
     return CreatedToken(secret, token)
 
 
@@ -170,9 +170,5 @@ def revoke_developer_token(uow: UnitOfWork, token_id: str, by: str) -> Developer
         raise TokenInvalid(f"there is no token {token_id}")
     revoked = token if token.revoked_at is not None else replace(token, revoked_at=uow.now)
     uow.identity.save_developer_token(revoked)
-    _note(uow, "token.revoked", token_id, by)
+    record_event(uow, "token.revoked", token_id, by)
     return revoked
-
-
-def _note(uow: UnitOfWork, name: str, subject: str, by: str) -> None:
-    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, subject, by))

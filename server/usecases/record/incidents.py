@@ -1,14 +1,12 @@
 """What operators look at: opened by the server, acknowledged and closed by people."""
 
 from server.domain.errors import IncidentUnknown
-from server.domain.record.events import ServerEvent
 from server.domain.record.incidents import Incident, IncidentKind
 from server.domain.record.incidents import acknowledged as as_acknowledged
 from server.domain.record.incidents import closed as as_closed
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
-
-THE_SERVER = "server"
+from server.usecases.record.server_events import THE_SERVER, record_event
 
 
 def open_incident(
@@ -80,5 +78,5 @@ def _incident(uow: UnitOfWork, incident_id: str) -> Incident:
 
 def _tell(uow: UnitOfWork, incident: Incident, name: str, by: str) -> None:
     detail = f"{incident.kind} {incident.subject}: {incident.cause}"
-    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, incident.incident_id, by, detail))
+    record_event(uow, name, incident.incident_id, by, detail)
     uow.publish(topics.incidents(uow.campus_id), incident_id=incident.incident_id, kind=str(incident.kind))

@@ -1,10 +1,11 @@
 """Recorded runs as vehicles upload them, segment by segment."""
 
-from server.domain.errors import SegmentConflict, SegmentUnknown, VehicleUnknown
+from server.domain.errors import SegmentConflict, SegmentUnknown
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.record.runs import Run, Segment
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 
 
 def add_segment(uow: UnitOfWork, segment: Segment) -> bool:
@@ -12,9 +13,7 @@ def add_segment(uow: UnitOfWork, segment: Segment) -> bool:
 
     Raises VehicleUnknown, SegmentConflict.
     """
-    vehicle = uow.vehicles.get(segment.vehicle_id)
-    if vehicle is None:
-        raise VehicleUnknown(f"no vehicle {segment.vehicle_id} is enrolled")
+    vehicle = enrolled_vehicle(uow, segment.vehicle_id)
     known = uow.runs.segment(segment.sha256)
     if known is not None:
         return _same_place(known, segment)

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 from contract.wire.messages import BoardedHow, RiderAlighted, RiderBoarded, RiderDidNotAlight, RiderNoShow
 from server.domain.errors import IllegalTransition
-from server.domain.record.events import ServerEvent
 from server.domain.record.incidents import IncidentKind
 from server.domain.rides.rides import (
     Ride,
@@ -17,6 +16,7 @@ from server.usecases.planning.routes import visits_of
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.incidents import clear_incident, open_incident
+from server.usecases.record.server_events import record_event
 from server.usecases.rides import lost_vehicles
 
 
@@ -111,18 +111,14 @@ def _moved(uow: UnitOfWork, ride: Ride, how: BoardedHow) -> Ride | None:
 
 
 def _unknown(uow: UnitOfWork, vehicle_id: str, what: str, ride_id: str) -> None:
-    uow.events.add_server_event(
-        ServerEvent(uow.campus_id, uow.now, f"{what}.unknown_ride", vehicle_id, vehicle_id, ride_id)
-    )
+    record_event(uow, f"{what}.unknown_ride", vehicle_id, vehicle_id, ride_id)
 
 
 def _contradiction(uow: UnitOfWork, vehicle_id: str, ride: Ride, what: str) -> None:
     detail = f"{vehicle_id} says {what}, the ride is {ride.state}"
-    uow.events.add_server_event(
-        ServerEvent(uow.campus_id, uow.now, "ride.contradiction", ride.ride_id, vehicle_id, detail)
-    )
+    record_event(uow, "ride.contradiction", ride.ride_id, vehicle_id, detail)
 
 
 def _tell(uow: UnitOfWork, ride: Ride, name: str, vehicle_id: str, detail: str = "") -> None:
-    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, ride.ride_id, vehicle_id, detail))
+    record_event(uow, name, ride.ride_id, vehicle_id, detail)
     uow.publish(topics.ride(uow.campus_id, ride.ride_id), vehicle_id=vehicle_id)

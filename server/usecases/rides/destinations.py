@@ -23,7 +23,6 @@ from server.domain.errors import (
     StopUnknown,
     StopUnreachable,
 )
-from server.domain.record.events import ServerEvent
 from server.domain.rides.rides import (
     Promise,
     Ride,
@@ -43,6 +42,7 @@ from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import calendar_of
 from server.usecases.record.refusals import WORDS, closing_words
+from server.usecases.record.server_events import record_event
 
 # How many of the soonest stops are tried for somebody who wants to get off.
 _EXITS_TRIED = 6
@@ -285,5 +285,5 @@ def _promised_anew(uow: UnitOfWork, ride: Ride) -> Ride:
 
 
 def _tell(uow: UnitOfWork, ride: Ride, name: str, by: str, detail: str) -> None:
-    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, ride.ride_id, by, detail))
+    record_event(uow, name, ride.ride_id, by, detail)
     uow.publish(topics.ride(uow.campus_id, ride.ride_id), to_stop=ride.to_stop)

@@ -9,9 +9,8 @@ from dataclasses import replace
 from datetime import timedelta
 
 from contract.wire.messages import DriveMode
-from server.domain.errors import NobodyAboard, VehicleUnknown
+from server.domain.errors import NobodyAboard
 from server.domain.fleet.vehicles import Vehicle
-from server.domain.record.events import ServerEvent
 from server.domain.record.incidents import IncidentKind
 from server.domain.rides.rides import (
     Ride,
@@ -25,8 +24,10 @@ from server.usecases.planning import plans
 from server.usecases.planning.routes import visits_of
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from server.usecases.record.failed_rides import fail_ride
 from server.usecases.record.incidents import open_incident
+from server.usecases.record.server_events import record_event
 
 LOST_MODES: tuple[DriveMode, ...] = ("minimal_risk", "fault")
 # Who has come so near to the destination on foot or by hand is there.
@@ -49,10 +50,8 @@ def evacuate(uow: UnitOfWork, vehicle_id: str, by: str) -> tuple[Ride, ...]:
 
     The rides as they are planned now. Raises VehicleUnknown, NobodyAboard.
     """
-    vehicle = uow.vehicles.get(vehicle_id)
-    if vehicle is None:
-        raise VehicleUnknown(f"no vehicle {vehicle_id} is enrolled")
-    _note(uow, "vehicle.evacuated", vehicle_id, by, "")
+    vehicle = enrolled_vehicle(uow, vehicle_id)
+    record_event(uow, "vehicle.evacuated", vehicle_id, by, "")
     moved = strand(uow, vehicle, f"an operator has {vehicle_id} evacuated")
     if not moved:
         raise NobodyAboard(f"nobody is aboard {vehicle_id}")
@@ -87,11 +86,11 @@ def strand(uow: UnitOfWork, vehicle: Vehicle, cause: str) -> list[Ride]:
 def left(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> None:
     """The lost shuttle says that a stranded party has got off: at its destination after all, or as told."""
     if not _is_near(uow, vehicle_id, ride.to_stop):
-        _note(uow, "ride.left_lost_vehicle", ride.ride_id, vehicle_id, "")
+        record_event(uow, "ride.left_lost_vehicle", ride.ride_id, vehicle_id, "")
         return
     aboard = replace(boarded(ride, ride.boarded_how or "tap", uow.now), vehicle_id=vehicle_id)
     uow.rides.save(ended(aboard, RideState.COMPLETED, uow.now))
-    _note(uow, "ride.completed", ride.ride_id, vehicle_id, "with the shuttle that was given up")
+    record_event(uow, "ride.completed", ride.ride_id, vehicle_id, "with the shuttle that was given up")
     uow.publish(topics.ride(uow.campus_id, ride.ride_id))
     for other in visits_of(uow.plans.all(), ride.ride_id):
         plans.replan(uow, other)
@@ -125,7 +124,7 @@ def _give_up(uow: UnitOfWork, ride: Ride, cause: str, walk_s: float) -> None:
     if walk_s == 0.0:
         detail = f"{cause}, and nobody knows where"
     fail_ride(uow, ride, "vehicle_lost", detail, f"{detail}; see to it that they get on")
-    _note(uow, "ride.failed", ride.ride_id, "", detail)
+    record_event(uow, "ride.failed", ride.ride_id, "", detail)
 
 
 def _tell_stranded(uow: UnitOfWork, ride: Ride, detail: str) -> None:
@@ -137,9 +136,5 @@ def _tell_stranded(uow: UnitOfWork, ride: Ride, detail: str) -> None:
         vehicle_id=ride.vehicle_id,
         ride_id=ride.ride_id,
     )
-    _note(uow, "ride.stranded", ride.ride_id, "", detail)
+    record_event(uow, "ride.stranded", ride.ride_id, "", detail)
     uow.publish(topics.ride(uow.campus_id, ride.ride_id))
-
-
-def _note(uow: UnitOfWork, name: str, subject: str, by: str, detail: str) -> None:
-    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, subject, by, detail))

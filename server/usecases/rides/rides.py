@@ -24,7 +24,6 @@ from server.domain.errors import (
     VehicleNotConnected,
 )
 from server.domain.planning.decisions import Alternative
-from server.domain.record.events import ServerEvent
 from server.domain.record.incidents import Incident, IncidentKind
 from server.domain.rides.rides import (
     BookRide,
@@ -43,6 +42,7 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import calendar_of
 from server.usecases.record.incidents import open_incident
 from server.usecases.record.refusals import IN_TIME, WORDS, closing_words
+from server.usecases.record.server_events import record_event
 from server.usecases.rides import destinations
 
 
@@ -295,5 +295,5 @@ def _tapped_vehicle(ride: Ride, kind: TapKind) -> str:
 
 
 def _tell(uow: UnitOfWork, ride: Ride, name: str, by: str, detail: str = "") -> None:
-    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, ride.ride_id, by, detail))
+    record_event(uow, name, ride.ride_id, by, detail)
     uow.publish(topics.ride(uow.campus_id, ride.ride_id), state=str(ride.state))

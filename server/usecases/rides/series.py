@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 from datetime import date, datetime, timedelta
 
 from server.domain.errors import IdempotencyMismatch, NoService, RideRefused, SeriesInvalid, SeriesUnknown
-from server.domain.record.events import ServerEvent
 from server.domain.rides import series as domain
 from server.domain.rides.rides import BookRide, Ride, RideState
 from server.domain.rides.series import (
@@ -21,6 +20,7 @@ from server.domain.service.service import ServiceCalendar
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import calendar_of
+from server.usecases.record.server_events import THE_SERVER, record_event
 from server.usecases.rides import rides
 
 _TOO_LATE = ("no_vehicle_free", "its time came before a shuttle could be found")
@@ -178,7 +178,9 @@ def book_occurrence(uow: UnitOfWork, due: DueRide) -> Occurrence:
             raise RideRefused(ride.reason_detail, ride.reason)
         done = domain.booked(present, ride.ride_id, uow.now)
     uow.series.save_occurrence(done)
-    _tell(uow, series, f"series.day_{done.state}", "server", f"{due.day.isoformat()} {done.reason}".rstrip())
+    _tell(
+        uow, series, f"series.day_{done.state}", THE_SERVER, f"{due.day.isoformat()} {done.reason}".rstrip()
+    )
     return done
 
 
@@ -191,7 +193,7 @@ def note_not_taken(uow: UnitOfWork, due: DueRide, reason: str, detail: str) -> O
     done = domain.not_taken(present, reason, detail, uow.now)
     uow.series.save_occurrence(done)
     if (present.state, present.reason) != (done.state, done.reason):
-        _tell(uow, series, f"series.day_{done.state}", "server", f"{due.day.isoformat()} {reason}")
+        _tell(uow, series, f"series.day_{done.state}", THE_SERVER, f"{due.day.isoformat()} {reason}")
     return done
 
 
@@ -202,7 +204,7 @@ def finish_past(uow: UnitOfWork) -> None:
         if series.ends_on < yesterday:
             done = replace(series, state=SeriesState.FINISHED, ended_at=uow.now)
             uow.series.save(done)
-            _tell(uow, done, "series.finished", "server")
+            _tell(uow, done, "series.finished", THE_SERVER)
 
 
 # ---------------------------------------------------------------- parts
@@ -292,5 +294,5 @@ def _cancel_ride(uow: UnitOfWork, occurrence: Occurrence, by: str) -> bool:
 
 
 def _tell(uow: UnitOfWork, series: Series, name: str, by: str, detail: str = "") -> None:
-    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, series.series_id, by, detail))
+    record_event(uow, name, series.series_id, by, detail)
     uow.publish(topics.series(uow.campus_id, series.series_id))

@@ -34,17 +34,17 @@ class Hands:
 
 def looked(hands: Hands, times: int) -> list[str]:
     told: list[str] = []
-    operator = DemoOperator(hands, told.append)
+    operator = DemoOperator(hands, told.append, told.append)
     for _ in range(times):
         asyncio.run(operator.look())
     return told
 
 
-def test_a_shuttle_that_a_busy_machine_stopped_is_released_once() -> None:
+def test_a_shuttle_that_a_busy_machine_stopped_is_released_and_counted_once() -> None:
     hands = Hands([incident(1), incident(2, cause="motion_stale, bywire_refuses_enable")])
     told = looked(hands, 4)
     assert hands.released == ["shuttle-1", "shuttle-2"]
-    assert ["this machine was busy" in line for line in told] == [True, True]
+    assert told == ["shuttle-1", "shuttle-2"]
 
 
 def test_it_is_given_a_moment_first() -> None:
@@ -65,7 +65,7 @@ class Stuck(Hands):
 def test_a_shuttle_that_cannot_be_released_does_not_keep_the_others_waiting() -> None:
     hands = Stuck([incident(1), incident(2)])
     told: list[str] = []
-    operator = DemoOperator(hands, told.append, release_within_s=0.01)
+    operator = DemoOperator(hands, told.append, told.append, release_within_s=0.01)
     for _ in range(2):
         asyncio.run(operator.look())
     assert hands.released == ["shuttle-2"]

@@ -76,8 +76,9 @@ async def live_server(var_dir: Path, **settings: object) -> AsyncIterator[LiveSe
     serving = asyncio.get_running_loop().create_task(server.serve(sockets=[listening]))
     client = LiveServer(chosen.origin())
     try:
-        while not server.started:  # noqa: ASYNC110 - uvicorn has no event for it
-            await asyncio.sleep(0.01)
+        async with asyncio.timeout(30):
+            while not server.started:  # noqa: ASYNC110 - uvicorn has no event for it
+                await asyncio.sleep(0.01)
         await client.sign_in()
         yield client
     finally:

@@ -55,10 +55,11 @@ def test_an_operator_sees_everything_and_then_what_changes(tmp_path: Path) -> No
             ride = {"from_stop": "NN20", "to_stop": "C6"}
             booked = (await server.http.post("/rides", json=ride)).json()
             rides: list[dict[str, Any]] = []
-            while not rides:
-                news = await told(connection)
-                assert news["type"] == "delta"
-                rides = news["rides"]
+            async with asyncio.timeout(10):
+                while not rides:
+                    news = await told(connection)
+                    assert news["type"] == "delta"
+                    rides = news["rides"]
             assert rides[0]["ride_code"] == booked["ride_code"]
 
     against_server(tmp_path, claim)

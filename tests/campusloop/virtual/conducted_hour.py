@@ -14,7 +14,7 @@ from contract.wire.codec import decode_from_server, decode_from_vehicle, encode
 from contract.wire.messages import EventReport, EventsAcknowledged, ModeChanged
 from contract.wire.sequence import EventLog, SequenceGap
 from server.domain.record.events import RecordedEvent
-from server.usecases.fleet.events import record_event
+from server.usecases.fleet.events import store_event
 
 
 class MemoryEvents:
@@ -77,7 +77,7 @@ class RecordingServer:
             vehicle_id, report.boot_id, report.sequence, report.stamp_ns, self.conductor.now_ns, report.body
         )
         try:
-            record_event(self.events, event)
+            store_event(self.events, event)
         except SequenceGap as gap:
             wire.send(encode(EventsAcknowledged(1, gap.boot_id, gap.expected)))
             return

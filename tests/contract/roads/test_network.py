@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from contract.roads.design_vehicle import LATERAL_COMFORT_MPS2
+from contract.roads.load import with_version
+from contract.roads.model import Lane, Origin, Point, RoadMap, Section
 from contract.roads.network import RoadNetwork
 from tests.contract.roads.ring_map import ring_map
 
@@ -29,6 +31,34 @@ def test_a_vehicle_that_heads_against_the_only_lane_is_at_sea(ring: RoadNetwork)
 )
 def test_a_pose_far_from_every_lane_is_at_sea(ring: RoadNetwork, pose: tuple[float, float, float]) -> None:
     assert ring.locate(*pose) is None
+
+
+def crossing() -> RoadNetwork:
+    """Two straight lanes that cross in the middle at half a right angle."""
+    east: tuple[Point, ...] = tuple((float(x), 0.0) for x in range(-20, 21))
+    slant: tuple[Point, ...] = tuple((0.7071 * x, 0.7071 * x) for x in range(-20, 21))
+    lanes = tuple(
+        Lane(name, "road", p, 4.0, 4.0, False, ()) for name, p in (("east", east), ("slant", slant))
+    )
+    sections = tuple(Section(f"{name}/0", name, 0.0, 39.9, ()) for name in ("east", "slant"))
+    return RoadNetwork(with_version(RoadMap("x", "x", Origin(31.0, 121.0), lanes, sections, (), (), ())))
+
+
+@pytest.mark.parametrize(("yaw_rad", "lane_id"), [(0.0, "east"), (math.pi / 4, "slant")])
+def test_where_lanes_cross_a_vehicle_is_on_the_one_along_which_it_heads(yaw_rad: float, lane_id: str) -> None:
+    network = crossing()
+    for x_m, y_m in ((0.0, 0.0), (0.5, 0.1), (0.5, 0.4)):
+        found = network.locate(x_m, y_m, yaw_rad)
+        assert found is not None
+        assert found[0] == lane_id
+
+
+def test_between_two_lanes_a_vehicle_is_on_the_nearer_one() -> None:
+    network = crossing()
+    for y_m, lane_id in ((1.0, "east"), (9.0, "slant")):
+        found = network.locate(10.0, y_m, math.pi / 8)
+        assert found is not None
+        assert found[0] == lane_id
 
 
 def test_every_pose_on_a_lane_is_located_there(ring: RoadNetwork) -> None:

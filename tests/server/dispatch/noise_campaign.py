@@ -27,6 +27,7 @@ _BETWEEN_S = 75.0
 _LOOK_S = 5.0
 _IMPROVE_EVERY = 12
 _DAY_RIDES = 120
+_DAY_S = 86_400.0
 _BROKEN_RATIO_MAX = 0.01
 
 
@@ -107,6 +108,7 @@ class _Day:
     def play(self) -> None:
         next_booking_s, booked = 0.0, 0
         while booked < _DAY_RIDES or self._riders:
+            assert self._now_s < _DAY_S, self._riders
             self._now_s += _LOOK_S
             for shuttle in self._shuttles:
                 self._drive(shuttle)

@@ -82,6 +82,7 @@ def test_what_was_long_ago_counts_less() -> None:
 
 
 WAYS = arrays(np.float64, (6, 4), elements=st.floats(0.0, 1000.0))
+MOVES_MAX = 1000
 RATES = arrays(np.float64, 4, elements=st.floats(0.0, 5.0))
 
 
@@ -92,7 +93,7 @@ def test_moves_end_and_each_is_worth_its_gain(
     at = list(range(count))
     wait_s = first_s = mean_wait_s(at, ways_s, expected)
     moves = 0
-    while True:
+    for _ in range(MOVES_MAX):
         free = [place for place in range(6) if place not in at]
         move = best_move(at, free, ways_s, expected, gain_s)
         if move is None:
@@ -103,6 +104,7 @@ def test_moves_end_and_each_is_worth_its_gain(
         assert wait_s - now_s == pytest.approx(move.gain_s)
         assert move.gain_s >= gain_s
         wait_s, moves = now_s, moves + 1
+    assert moves < MOVES_MAX, "vehicles are moved for ever"
     assert moves * gain_s <= first_s + 1e-6
     assert len(set(at)) == count
 
@@ -112,8 +114,13 @@ def test_where_any_gain_will_do_vehicles_come_to_the_best_places_or_to_where_no_
     ways_s: Array, expected: Array, count: int
 ) -> None:
     at = list(range(count))
-    while move := best_move(at, [p for p in range(6) if p not in at], ways_s, expected, 1e-6):
+    for _ in range(MOVES_MAX):
+        move = best_move(at, [p for p in range(6) if p not in at], ways_s, expected, 1e-6)
+        if move is None:
+            break
         at[move.vehicle] = move.place
+    else:
+        raise AssertionError("vehicles are moved for ever")
     best_s = min(mean_wait_s(chosen, ways_s, expected) for chosen in combinations(range(6), count))
     if count == 1:
         assert mean_wait_s(at, ways_s, expected) == pytest.approx(best_s, abs=1e-5)

@@ -1,5 +1,7 @@
 """The link end to end: in-memory pipe, session, use cases, store; in virtual time."""
 
+from dataclasses import replace
+
 import pytest
 
 from contract.geometry import Pose2
@@ -112,6 +114,23 @@ def test_a_bad_frame_ends_the_session_and_loses_no_event(
     assert again.last(Welcome).acknowledged == (EventLogState("boot-1", 1, 1),)
     again.event(1, ModeChanged("held", "two"))
     assert events_stored(server) == 2
+
+
+def test_an_event_of_a_session_that_was_fenced_meanwhile_is_not_stored(server: ServerUnderTest) -> None:
+    """Another process of the server has welcomed the vehicle, and its word on the bus is lost."""
+    vehicle = SpokenVehicle(server).dial().hello()
+    vehicle.event(0, ModeChanged("held", "one"))
+
+    def welcomed_elsewhere(uow: UnitOfWork) -> None:
+        known = uow.vehicles.get("shuttle-1")
+        assert known is not None
+        uow.vehicles.save(replace(known, epoch=known.epoch + 1))
+
+    server.transact(welcomed_elsewhere)
+    vehicle.event(1, ModeChanged("autonomous", "two"))
+    assert vehicle.goodbye == "superseded"
+    assert events_stored(server) == 1
+    assert vehicle.acknowledged == [("boot-1", 1)]
 
 
 def test_a_newer_session_of_the_same_boot_fences_the_older(server: ServerUnderTest) -> None:
@@ -228,9 +247,10 @@ def test_positions_are_on_the_scene_at_once(server: ServerUnderTest) -> None:
     vehicle.status(12.5, -3.0, 0.5, speed_mps=1.5, screen="To the library")
     scene = server.services.feed.board.vehicle("shuttle-1")
     assert scene is not None
-    assert (scene.x_m, scene.y_m, scene.speed_mps, scene.screen) == (12.5, -3.0, 1.5, "To the library")
-    assert scene.located
-    assert scene.connected
+    assert scene.status is not None
+    assert scene.status.pose_map == Pose2(12.5, -3.0, 0.5)
+    assert (scene.status.speed_mps, scene.status.screen) == (1.5, "To the library")
+    assert scene.facts.connected
 
 
 def test_a_revoked_key_ends_the_session_and_opens_no_other(server: ServerUnderTest) -> None:

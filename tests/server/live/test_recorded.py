@@ -74,15 +74,15 @@ def test_the_way_ahead_begins_at_the_vehicle_and_ends_where_its_order_ends(
     network: RoadNetwork, lanes: tuple[str, str]
 ) -> None:
     shown = scene_of(network, lanes)
-    assert shown.next_stop == "library"
-    assert shown.route[0] == pytest.approx(network.pose(lanes[0], 5.0)[:2], abs=0.01)
-    assert shown.route[-1] == pytest.approx(network.pose(lanes[1], 3.0)[:2], abs=0.01)
+    assert shown.task.next_stop == "library"
+    assert shown.task.route[0] == pytest.approx(network.pose(lanes[0], 5.0)[:2], abs=0.01)
+    assert shown.task.route[-1] == pytest.approx(network.pose(lanes[1], 3.0)[:2], abs=0.01)
 
 
 def test_a_vehicle_on_its_way_to_rest_has_no_next_stop(network: RoadNetwork, lanes: tuple[str, str]) -> None:
     shown = scene_of(network, lanes, visit_id="visit-2", s_m=30.0)
-    assert shown.next_stop == ""
-    assert shown.route[0] == pytest.approx(network.pose(lanes[0], 30.0)[:2], abs=0.01)
+    assert shown.task.next_stop == ""
+    assert shown.task.route[0] == pytest.approx(network.pose(lanes[0], 30.0)[:2], abs=0.01)
 
 
 @pytest.mark.parametrize("other", [{"order_id": ""}, {"revision": 3}, {"visit_id": ""}])
@@ -90,8 +90,8 @@ def test_no_way_is_made_up_for_an_order_that_nobody_knows(
     network: RoadNetwork, lanes: tuple[str, str], other: dict[str, object]
 ) -> None:
     shown = scene_of(network, lanes, **other)
-    assert shown.route == ()
-    assert shown.next_stop == ""
+    assert shown.task.route == ()
+    assert shown.task.next_stop == ""
 
 
 def test_a_recorded_driving_view_is_shown_with_what_cameras_had_told_by_then(
@@ -100,5 +100,7 @@ def test_a_recorded_driving_view_is_shown_with_what_cameras_had_told_by_then(
     told = (AreaReport("zebra", 1, 3, 0.25), AreaReport("junction", 2))
     status = a_status(network, lanes, driving=DrivingView("yielding", (0.0, 0.0, 5.0, 0.0), (), told))
     scene = the_scene(network, lanes, status)
-    assert scene.vehicles[0].driving == status.driving
+    shown = scene.vehicles[0].status
+    assert shown is not None
+    assert shown.driving == status.driving
     assert scene.areas == (AreaScene("zebra", 3, 750),)

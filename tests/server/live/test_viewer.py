@@ -1,11 +1,46 @@
 import msgspec
 
-from server.live.scene import Delta, IncidentsScene, RideScene, SceneBoard, Snapshot, VehicleScene
+from contract.geometry import Pose2
+from contract.wire.messages import FaultReport, Status
+from server.live.scene import (
+    CommandScene,
+    Delta,
+    IncidentsScene,
+    RideScene,
+    SceneBoard,
+    Snapshot,
+    VehicleFacts,
+    VehicleScene,
+    VehicleTask,
+    VisitScene,
+)
 from server.live.viewer import HEARTBEAT_MS, EverythingScope, RideScope, Viewer
 
 
-def a_vehicle(vehicle_id: str = "shuttle-1", **changes: object) -> VehicleScene:
-    return msgspec.structs.replace(VehicleScene(vehicle_id, vehicle_id.title(), 6, located=True), **changes)
+def a_vehicle(vehicle_id: str = "shuttle-1", x_m: float = 0.0, **changes: object) -> VehicleScene:
+    status = Status(
+        epoch=1,
+        stamp_ns=0,
+        pose_map=Pose2(x_m, 0.0, 0.0),
+        speed_mps=3.0,
+        accel_mps2=0.0,
+        steer_rad=0.0,
+        mode="autonomous",
+        battery_ratio=0.8,
+        doors_open=False,
+        lane_id="lane",
+        s_m=0.0,
+        order_id="order-1",
+        revision=1,
+        visit_id="visit-1",
+    )
+    status = msgspec.structs.replace(status, **changes)
+    return VehicleScene(vehicle_id, VehicleFacts(vehicle_id.title(), 6), status=status)
+
+
+def x_of(vehicle: VehicleScene) -> float:
+    assert vehicle.status is not None
+    return vehicle.status.pose_map.x_m
 
 
 def a_ride(ride_id: str = "ride-1", state: str = "assigned", vehicle_id: str = "shuttle-1") -> RideScene:
@@ -36,7 +71,7 @@ def test_an_operator_gets_everything_then_only_what_changed() -> None:
     assert viewer.next_message(board, 2) is None
     board.put_vehicle(a_vehicle("shuttle-2", x_m=5.0))
     second = delta(viewer.next_message(board, 3))
-    assert [(vehicle.vehicle_id, vehicle.x_m) for vehicle in second.vehicles] == [("shuttle-2", 5.0)]
+    assert [(vehicle.vehicle_id, x_of(vehicle)) for vehicle in second.vehicles] == [("shuttle-2", 5.0)]
     assert second.rides == ()
     assert second.incidents is None
 
@@ -46,7 +81,7 @@ def test_a_slow_viewer_gets_the_newest_state_and_nothing_in_between() -> None:
     viewer.next_message(board, 1)
     for metre in range(100):
         board.put_vehicle(a_vehicle("shuttle-1", x_m=float(metre)))
-    assert [vehicle.x_m for vehicle in delta(viewer.next_message(board, 2)).vehicles] == [99.0]
+    assert [x_of(vehicle) for vehicle in delta(viewer.next_message(board, 2)).vehicles] == [99.0]
 
 
 def test_what_is_put_again_unchanged_is_no_news() -> None:
@@ -70,12 +105,23 @@ def test_what_is_gone_is_named_once() -> None:
 def test_a_passenger_sees_the_own_ride_and_its_shuttle_alone() -> None:
     board, viewer = a_board(), Viewer(RideScope("ride-1"))
     board.incidents = IncidentsScene(open=3)
-    board.put_vehicle(a_vehicle("shuttle-1", aboard=("ride-1", "ride-9"), faults=("gnss_lost",)))
+    secret = a_vehicle(
+        "shuttle-1", aboard=("ride-1", "ride-9"), faults=(FaultReport("gnss_lost", "stop", 0),)
+    )
+    command = CommandScene("command-1", "resume", "failed", "the door is open", "ann", 0)
+    task = VehicleTask(visits=(VisitScene("visit-1", "stop", "pending", "gate", 2, 0, 0, ""),))
+    board.put_vehicle(msgspec.structs.replace(secret, command=command, task=task))
     first = viewer.next_message(board, 1)
     assert isinstance(first, Snapshot)
     assert [ride.ride_id for ride in first.scene.rides] == ["ride-1"]
     (shuttle,) = first.scene.vehicles
-    assert (shuttle.vehicle_id, shuttle.aboard, shuttle.faults) == ("shuttle-1", ("ride-1",), ())
+    assert shuttle.status is not None
+    assert (shuttle.vehicle_id, shuttle.status.aboard, shuttle.status.faults) == (
+        "shuttle-1",
+        ("ride-1",),
+        (),
+    )
+    assert (shuttle.command, shuttle.task.visits) == (None, ())
     assert first.scene.incidents == IncidentsScene()
     board.put_vehicle(a_vehicle("shuttle-2", x_m=9.0))
     board.put_ride(a_ride("ride-2", "aboard", "shuttle-2"))

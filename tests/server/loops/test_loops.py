@@ -18,9 +18,9 @@ from server.loops.periodic_task import PeriodicTask
 from server.loops.retention import RetentionLoop
 from server.loops.silence import SilenceMonitor
 from server.loops.solver import InlineSolver, ProcessSolver
-from server.usecases.fleet import vehicles
 from server.usecases.planning import plans
 from server.usecases.planning.decisions import Search
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.shipped_maps import shipped_map
@@ -148,4 +148,4 @@ def test_silence_departures_and_retention_do_their_work_in_a_beat(fleet: FakeFle
     campus.wait_for(DepartureScheduler(campus.transactions, "somebody else").beat())
     assert len(campus.read(lambda uow: uow.views.departures())) > 0
     campus.wait_for(RetentionLoop(campus.transactions).beat())
-    assert campus.read(lambda uow: vehicles.vehicle_of(uow, "shuttle-1")).placed
+    assert campus.read(lambda uow: enrolled_vehicle(uow, "shuttle-1")).placed

@@ -1,8 +1,8 @@
 """One use case, one transaction: all or nothing, messages after the commit, conflicts decided again."""
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager
 from dataclasses import replace
 
 import pytest
@@ -27,6 +27,7 @@ from server.usecases.fleet.interventions import intervene
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import commands, incidents
 from server.usecases.rides import rides
+from tests.full_disk import full_disk
 from tests.server.usecases.campus_under_test import CampusUnderTest, HandClock, PlainHasher
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.shipped_maps import shipped_map
@@ -106,6 +107,60 @@ def test_a_caller_that_gives_up_does_not_undo_what_it_asked_for(engine: Engine) 
             payloads = {(await asyncio.wait_for(anext(heard), 5.0))[1] for _ in range(2)}
             assert len(payloads) == 2
             assert await transactions.read(count_open) == 2
+
+    asyncio.run(scenario())
+
+
+@contextmanager
+def refused_commits(engine: Engine) -> Iterator[None]:
+    """Every statement is taken, and every COMMIT is refused: a full disk, or a constraint checked late."""
+    if engine.dialect.name == "sqlite":
+        with full_disk():
+            yield
+        return
+    with engine.begin() as connection:
+        connection.exec_driver_sql(
+            "CREATE FUNCTION refuse() RETURNS trigger LANGUAGE plpgsql AS $$BEGIN RAISE 'no room'; END$$"
+        )
+        connection.exec_driver_sql(
+            "CREATE CONSTRAINT TRIGGER refuse AFTER INSERT ON incidents DEFERRABLE INITIALLY DEFERRED "
+            "FOR EACH ROW EXECUTE FUNCTION refuse()"
+        )
+    yield
+    with engine.begin() as connection:
+        connection.exec_driver_sql("DROP TRIGGER refuse ON incidents")
+
+
+def test_when_the_commit_fails_nobody_is_told_that_it_was_done(engine: Engine) -> None:
+    async def scenario() -> None:
+        async with live(engine) as (transactions, heard):
+            await transactions.run(opened("before"))
+            await anext(heard)
+            with refused_commits(engine):
+                answers = await asyncio.gather(
+                    *(transactions.run(opened(f"v{k}")) for k in range(5)), return_exceptions=True
+                )
+            assert all(isinstance(answer, DBAPIError) for answer in answers), answers
+            assert await transactions.read(count_open) == 1
+            stored = await transactions.run(opened("after"))
+            _, payload = await asyncio.wait_for(anext(heard), 5.0)
+            assert stored.encode() in payload, "what was not stored was told"
+
+    asyncio.run(scenario())
+
+
+def test_what_a_failed_commit_changed_is_unknown_to_the_next_use_case(engine: Engine) -> None:
+    def save_plan(uow: UnitOfWork) -> None:
+        uow.plans.save(Plan("snow-lion", "shuttle-1", 1, (), "rest-1"), 0)
+        opened("lost")(uow)
+
+    async def scenario() -> None:
+        async with live(engine) as (transactions, _):
+            await transactions.run(opened("before"))
+            with refused_commits(engine), pytest.raises(DBAPIError):
+                await transactions.run(save_plan)
+            assert await transactions.run(lambda uow: uow.plans.get("shuttle-1")) is None
+            assert await transactions.run(count_open) == 1
 
     asyncio.run(scenario())
 

@@ -1,6 +1,6 @@
 """Some fake shuttles on one campus, stepped together with the server's standing work."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
@@ -56,9 +56,15 @@ class FakeFleet:
             charging.look_after_batteries(uow)
 
     def run_until_idle(self, limit_s: float) -> None:
-        """AssertionError when somebody still has a visit to make after limit_s."""
+        """AssertionError when a shuttle still has a visit to make after limit_s."""
+        self.run_until(
+            lambda: not (any(shuttle.next_visit() for shuttle in self.shuttles) or self.waiting()), limit_s
+        )
+
+    def run_until(self, condition: Callable[[], bool], limit_s: float = 7200.0) -> None:
+        """AssertionError when the condition does not hold after limit_s."""
         waited_s = 0.0
-        while any(shuttle.next_visit() for shuttle in self.shuttles) or self.waiting():
+        while not condition():
             assert waited_s < limit_s, self.stuck()
             self.step()
             waited_s += STEP_S

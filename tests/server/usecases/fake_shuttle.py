@@ -26,13 +26,13 @@ from contract.wire.messages import (
     VisitState,
 )
 from server.domain.fleet.vehicles import StatusReport
+from server.domain.instants import ns_of
 from server.domain.orders.orders import OrderState
 from server.domain.record.events import RecordedEvent
 from server.usecases.fleet import events, vehicle_sessions
 from server.usecases.fleet.events import Effects
 from server.usecases.fleet.vehicle_sessions import HelloFacts
 from server.usecases.orders import orders, outbox
-from server.usecases.orders.order_payload import utc_ns
 from server.usecases.ports import topics
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from vehicle_agent.mission.memory import MissionMemory
@@ -153,7 +153,7 @@ class FakeShuttle:
             self.sequence += 1
 
     def send(self, sequence: int) -> Effects:
-        now = utc_ns(self.campus.clock.now())
+        now = ns_of(self.campus.clock.now())
         event = RecordedEvent(self.vehicle_id, self.boot_id, sequence, now, now, self.told[sequence])
         return self.campus.do(lambda uow: events.apply_event(uow, event))
 
@@ -169,7 +169,7 @@ class FakeShuttle:
         x_m, y_m, yaw_rad = self.network.pose(self.place.lane_id, self.place.s_m)
         return Status(
             epoch=self.epoch,
-            stamp_ns=utc_ns(self.campus.clock.now()),
+            stamp_ns=ns_of(self.campus.clock.now()),
             pose_map=self.astray or Pose2(x_m, y_m, yaw_rad),
             speed_mps=0.0 if self.mode == "held" or self.waited_for else self.speed_mps,
             accel_mps2=0.0,
@@ -294,7 +294,7 @@ class FakeShuttle:
                     del self.aboard[rider.ride_id]
                     self.say(RiderAlighted(rider.ride_id, "code"))
         self.dwelt_s += STEP_S
-        now_ns = utc_ns(self.campus.clock.now())
+        now_ns = ns_of(self.campus.clock.now())
         if self.dwelt_s >= visit.dwell_s and now_ns >= visit.not_before_ns:
             for rider in visit.board:
                 if rider.ride_id in self.no_shows:

@@ -45,6 +45,31 @@ def test_steering_and_speed_come_back_as_they_are() -> None:
     assert driver.motion.speed_mps == pytest.approx(truth.speed_mps, abs=0.06)
 
 
+def test_in_reverse_the_cart_goes_backwards_and_says_so() -> None:
+    driver = a_cart()
+    driver.run(4.0, Actuation(True, "reverse", 0.0, 0.3, 0.0))
+    truth = driver.fleet.truth("s1")
+    assert truth.speed_mps < -0.5
+    assert driver.motion.speed_mps == pytest.approx(truth.speed_mps, abs=0.06)
+
+
+def test_in_neutral_the_throttle_moves_nothing() -> None:
+    driver = a_cart()
+    driver.run(4.0, Actuation(True, "neutral", 0.0, 0.3, 0.0))
+    assert driver.fleet.truth("s1").speed_mps == 0.0
+
+
+def test_the_cart_turns_round_only_while_it_all_but_stands() -> None:
+    driver = a_cart()
+    driver.run(4.0, ROLL)
+    assert driver.fleet.truth("s1").speed_mps > 0.5
+    driver.run(0.5, Actuation(True, "reverse", 0.0, 0.3, 0.0))
+    assert driver.fleet.truth("s1").speed_mps > 0.5, "the relay does not switch at speed"
+    driver.run(3.0, Actuation(True, "reverse", 0.0, 0.0, 1.0))
+    driver.run(4.0, Actuation(True, "reverse", 0.0, 0.3, 0.0))
+    assert driver.fleet.truth("s1").speed_mps < -0.5
+
+
 def test_silence_disarms_and_coasts() -> None:
     driver = a_cart()
     driver.run(3.0, ROLL)

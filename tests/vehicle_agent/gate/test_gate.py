@@ -25,6 +25,7 @@ PROFILE = Profile()
 SETTINGS: GateSettings = gate_settings(PROFILE)
 TICK_NS = 20_000_000
 SILENT_NS = SETTINGS.fresh_ns + 1
+SILENT_FOR_EVER_NS = 10_000_000_000
 
 
 class Reporting:
@@ -108,6 +109,14 @@ def test_fresh_commands_pass_unchanged_and_once() -> None:
     gate.take_commands(frames, TICK_NS)
     assert gate.step(TICK_NS) == frames
     assert gate.step(TICK_NS + 1) == ()
+
+
+def test_a_gate_that_starts_under_way_does_not_take_its_first_step_for_a_jump_of_the_clock() -> None:
+    gate, now_ns = a_gate(), 3_600_000_000_000
+    frames = commands(3, now_ns)
+    gate.take_commands(frames, now_ns)
+    assert gate.step(now_ns) == frames
+    assert not gate.braking
 
 
 def test_before_the_first_tick_the_gate_sends_nothing() -> None:
@@ -243,6 +252,20 @@ def test_the_brake_is_not_released_while_the_vehicle_rolls() -> None:
     bench.report(speed_mps=1.0)
     bench.tick(phase="off"), bench.tick(phase="clear")
     assert brake_of(bench.tick(phase="enable")) > 0.0
+
+
+def test_an_enable_that_fell_while_the_vehicle_rolled_does_not_count_when_it_stands() -> None:
+    bench = Bench()
+    bench.drive()
+    bench.silence()
+    for speed_mps, phase in ((1.0, "off"), (0.0, "enable")):
+        bench.report(speed_mps=speed_mps)
+        bench.tick(phase=phase)
+    assert bench.gate.braking
+    for phase in ("off", "clear", "enable"):
+        bench.report(speed_mps=0.0)
+        bench.tick(phase=phase)
+    assert not bench.gate.braking
 
 
 def test_without_by_wire_a_silent_tick_causes_no_braking() -> None:
@@ -408,6 +431,7 @@ def test_the_gate_brakes_when_the_module_is_silent() -> None:
     while not bench.gate.braking:
         bench.tick()
         silent_ns += TICK_NS
+        assert silent_ns < SILENT_FOR_EVER_NS, "the gate never brakes"
     assert bench.gate.braking == "the module is silent"
     assert silent_ns <= 120_000_000
 

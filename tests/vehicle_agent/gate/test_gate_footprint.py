@@ -71,6 +71,12 @@ def test_a_standing_obstacle_is_met_within_the_stopping_distance(curvature: floa
     assert not met(3.5 + stopping_m + 0.3, 0.0, 0.0, 0.0, curvature)
 
 
+def test_what_stands_within_the_margin_beyond_the_stopping_way_is_met_too() -> None:
+    stopping_m = 4.0 * 0.27 + 4.0**2 / (2.0 * 5.6)
+    assert met(3.5 + stopping_m + 0.08, 0.0, 0.0, 0.0)
+    assert not met(3.5 + stopping_m + 0.12, 0.0, 0.0, 0.0)
+
+
 def test_a_person_who_leaves_the_way_before_the_bumper_arrives_is_not_met() -> None:
     assert not met(5.5, 0.2, 0.0, -4.0)
     assert not met(5.5, 0.2, 4.0, 0.0)

@@ -161,3 +161,32 @@ def test_a_cameras_word_is_stamped_in_the_vehicles_own_clock() -> None:
     assert (word.area_id, word.count) == ("zebra", 2)
     offset_ns = 105 * S - word.stamp_ns
     assert abs(offset_ns - 99 * S) <= S
+
+
+def test_a_new_connection_has_its_full_time_before_it_counts_as_silent() -> None:
+    session = opened()
+    session.disconnected(2 * S)
+    session.connected(100 * S)
+    assert not session.is_silent(100 * S + SILENT_AFTER_NS)
+    assert session.is_silent(100 * S + SILENT_AFTER_NS + 1)
+
+
+def test_the_clock_is_compared_every_ten_seconds() -> None:
+    session = opened()
+    session.take_outgoing()
+    for now_s, asks in ((10, False), (11, True), (12, False), (20, False), (21, True)):
+        session.elapsed(now_s * S)
+        assert [type(message) for message in sent(session)] == ([ClockProbe] if asks else []), now_s
+
+
+def test_what_is_not_acknowledged_is_repeated_every_three_seconds() -> None:
+    log = EventLog("boot-1")
+    session = opened(log)
+    session.take_outgoing()
+    log.append(5, CommandDone("a", True))
+    session.happened(2 * S)
+    repeats = []
+    for now_ns in range(2 * S, 9 * S, S // 2):
+        session.elapsed(now_ns)
+        repeats += [now_ns / S for message in sent(session) if isinstance(message, EventReport)]
+    assert repeats == [2.0, 5.0, 8.0]

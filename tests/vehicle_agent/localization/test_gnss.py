@@ -121,3 +121,14 @@ def test_values_that_are_no_numbers_are_told_and_never_taken_in(field: str) -> N
             assert not ego.valid
     assert ego.valid
     assert abs(ego.pose_map.x_m - x_m) < 0.02
+
+
+def test_a_deviation_that_is_no_number_is_a_poor_position_and_stops_the_vehicle() -> None:
+    now_ns = TICK_NS
+    ego, state = ROOM.step(
+        ROOM.initial(), a_motion(now_ns), (a_fix(now_ns, Pose2(0.0, 0.0, 0.0), math.nan),), now_ns
+    )
+    assert not ego.valid
+    assert [fault.code for fault in ego.faults] == ["pose_poor"]
+    ego, _ = ROOM.step(state, a_motion(2 * now_ns), (a_fix(2 * now_ns, Pose2(0.04, 0.0, 0.0)),), 2 * now_ns)
+    assert ego.valid

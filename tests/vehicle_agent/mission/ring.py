@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -193,6 +193,13 @@ class RingShuttle:
                 self.step(Grants(1, order.order_id, self.state.memory.grants))
             else:
                 self.step()
+
+    def run_until(self, condition: Callable[[], bool], limit_s: float = 300.0) -> None:
+        """Drive as `run` does; AssertionError when the condition does not hold after limit_s."""
+        until_ns = self.now_ns + round(limit_s * 1e9)
+        while not condition():
+            assert self.now_ns < until_ns, f"not after {limit_s} s: {self.state.stage}"
+            self.run(STEP_NS * 1e-9)
 
     def go(self, order: Order) -> None:
         self.step()

@@ -4,6 +4,7 @@ import pytest
 
 from contract.wire.messages import (
     CodeRefused,
+    Command,
     DoorsChanged,
     PassengerTap,
     RiderAlighted,
@@ -30,17 +31,14 @@ def at_the_stop(not_before_ns: int = 0, timed: bool = False) -> RingShuttle:
     )
     shuttle = RingShuttle()
     shuttle.go(an_order(visits))
-    while shuttle.state.doors.phase != "open":
-        shuttle.step()
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
     return shuttle
 
 
 def to_the_next_stop(shuttle: RingShuttle) -> None:
     shuttle.run(2)
-    while shuttle.state.doors.phase != "closed":
-        shuttle.step()
-    while shuttle.state.doors.phase != "open":
-        shuttle.run(0.1)
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "closed")
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
 
 
 def test_doors_open_only_while_standing_at_the_stop() -> None:
@@ -89,8 +87,7 @@ def test_a_tap_is_answered_once_and_only_with_open_doors() -> None:
         shuttle.step(PassengerTap(1, "t1", "ann", "board"))
     assert shuttle.of(TapAnswered) == [TapAnswered("t1", "ann", True)]
     assert shuttle.of(RiderBoarded) == [RiderBoarded("ann", "tap")]
-    while shuttle.state.doors.phase != "closed":
-        shuttle.step()
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "closed")
     shuttle.step(PassengerTap(1, "t2", "bob", "board"))
     answer = shuttle.of(TapAnswered)[-1]
     assert isinstance(answer, TapAnswered)
@@ -169,3 +166,61 @@ def test_without_a_door_sensor_the_doors_count_as_moved_after_their_travel_time(
     shuttle.go(an_order(visits))
     shuttle.run(60)
     assert [e.open for e in shuttle.of(DoorsChanged)] == [True, False]  # type: ignore[attr-defined]
+
+
+def on_the_way() -> RingShuttle:
+    """Ann and Bob aboard, driving to where they alight."""
+    shuttle = at_the_stop()
+    shuttle.step(CodeTyped(1, "1111"))
+    shuttle.step(CodeTyped(1, "2222"))
+    shuttle.run_until(lambda: shuttle.speed_mps > 1.0)
+    return shuttle
+
+
+def test_a_code_typed_behind_closed_doors_boards_nobody() -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order((a_visit("on", *ON, board=(ANN,)), rest(ON))))
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "opening")
+    shuttle.door_sensor = False
+    shuttle.step(CodeTyped(1, "1111"))
+    assert shuttle.of(RiderBoarded) == []
+    assert shuttle.of(CodeRefused) == [CodeRefused("on")]
+
+
+def test_a_code_typed_while_driving_lets_nobody_out() -> None:
+    shuttle = on_the_way()
+    shuttle.step(CodeTyped(1, "1111"))
+    assert shuttle.of(RiderAlighted) == []
+    assert shuttle.task is not None
+    assert shuttle.task.aboard == ("ann", "bob")
+
+
+def test_seats_that_change_behind_closed_doors_board_and_let_out_nobody() -> None:
+    shuttle = on_the_way()
+    for occupied in (0, 3, 0):
+        shuttle.step(SeatSensor(1, occupied))
+    assert shuttle.of(RiderAlighted) == []
+    assert len(shuttle.of(RiderBoarded)) == 2
+
+
+def test_an_empty_code_is_nobodys() -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order((a_visit("on", *ON, board=(RiderTask("eve", 1, ""),)), rest(ON))))
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
+    shuttle.step(CodeTyped(1, ""))
+    assert shuttle.of(RiderBoarded) == []
+
+
+def test_a_shuttle_that_is_held_at_a_stop_keeps_its_doors_open_until_it_is_resumed() -> None:
+    shuttle = at_the_stop()
+    shuttle.step(Command(1, "stay", "hold"))
+    shuttle.run(60)
+    assert shuttle.task is not None
+    assert shuttle.task.doors_open
+    assert shuttle.of(RiderNoShow) == []
+    shuttle.step(CodeTyped(1, "1111"))
+    assert shuttle.of(RiderBoarded) == [RiderBoarded("ann", "code")]
+    shuttle.step(Command(1, "go on", "resume"))
+    shuttle.run(5)
+    assert shuttle.task.mode == "drive"
+    assert not shuttle.task.doors_open

@@ -61,8 +61,7 @@ def test_another_occupied_stop_does_not_matter() -> None:
 
 def test_a_stop_occupied_at_the_last_moment_causes_no_hard_braking() -> None:
     shuttle = on_the_way()
-    while stop_s_m(shuttle) - shuttle.state.s_m > 7.0:
-        shuttle.step()
+    shuttle.run_until(lambda: stop_s_m(shuttle) - shuttle.state.s_m <= 7.0)
     shuttle.occupied_stops = ("a",)
     speed_mps = shuttle.speed_mps
     task = shuttle.step()
@@ -72,8 +71,7 @@ def test_a_stop_occupied_at_the_last_moment_causes_no_hard_braking() -> None:
 
 def test_at_its_own_stop_the_shuttle_waits_for_no_other_vehicle() -> None:
     shuttle = on_the_way()
-    while shuttle.state.stage != "serving":
-        shuttle.step()
+    shuttle.run_until(lambda: shuttle.state.stage == "serving")
     shuttle.occupied_stops = ("a",)
     shuttle.run(20.0)
     assert shuttle.state.memory.visit_state("a") == "done"

@@ -111,8 +111,7 @@ def test_a_malformed_order_is_refused(visits: tuple[Visit, ...]) -> None:
 def test_a_revision_must_keep_the_visit_at_which_the_vehicle_stands() -> None:
     shuttle = RingShuttle()
     shuttle.go(an_order(two_visits()))
-    while shuttle.state.memory.under_way == "":
-        shuttle.step()
+    shuttle.run_until(lambda: shuttle.state.memory.under_way != "")
     other = ("south", 60.0)
     shuttle.step(an_order((a_visit("b", *other), rest(other)), revision=2))
     answer = shuttle.answers[-1]
@@ -198,6 +197,56 @@ def test_hold_brakes_comfortably_and_stop_now_at_once() -> None:
         task = shuttle.step(Command(1, "c", kind))  # type: ignore[arg-type]
         assert task.mode == "hold"
         assert task.stop_s_m - at_m < most_m
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "reason"),
+    [
+        ("hold", "", "held by the operator"),
+        ("hold", "fire drill", "fire drill"),
+        ("stop_now", "", "stopped by the operator"),
+        ("stop_now", "child on the road", "child on the road"),
+    ],
+)
+def test_a_held_shuttle_says_why_in_the_operators_words(kind: str, text: str, reason: str) -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(two_visits()))
+    shuttle.run(6)
+    task = shuttle.step(Command(1, "c", kind, text))  # type: ignore[arg-type]
+    assert (task.mode, task.reason) == ("hold", reason)
+
+
+def test_a_hold_stops_where_comfortable_braking_ends_and_a_second_word_does_not_move_it() -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(two_visits()))
+    shuttle.run(6)
+    # Reaction 0.4 s, then 0.6 m/s2, from the speed that the mission sees in this step.
+    speed_mps, at_m = shuttle.speed_mps, shuttle.state.s_m
+    task = shuttle.step(Command(1, "c", "hold"))
+    assert task.stop_s_m == pytest.approx(shuttle.state.s_m + speed_mps * 0.4 + speed_mps**2 / 1.2, abs=0.02)
+    assert shuttle.state.s_m > at_m
+    shuttle.run(1)
+    again = shuttle.step(Command(1, "d", "hold", "still"))
+    assert (again.stop_s_m, again.reason) == (task.stop_s_m, "still")
+
+
+def test_a_command_is_obeyed_once_and_a_repeat_is_not_answered_again() -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(two_visits()))
+    shuttle.step(Command(1, "c", "hold"))
+    shuttle.step(Command(1, "d", "resume"))
+    shuttle.step(Command(1, "c", "hold"))
+    assert shuttle.task is not None
+    assert shuttle.task.mode == "drive"
+    assert [e.command_id for e in shuttle.of(CommandDone)][-2:] == ["c", "d"]  # type: ignore[attr-defined]
+
+
+def test_an_announcement_changes_nothing_but_what_is_said() -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(two_visits()))
+    shuttle.run(2)
+    task = shuttle.step(Command(1, "c", "announce", "Mind the step"))
+    assert (task.mode, task.announcement, task.announced_ns) == ("drive", "Mind the step", shuttle.now_ns)
 
 
 def test_a_vehicle_off_the_map_rejects_orders() -> None:

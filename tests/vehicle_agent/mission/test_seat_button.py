@@ -1,6 +1,7 @@
 """The seat button: where the shuttle stops, and when it goes on."""
 
 import numpy as np
+import pytest
 
 from contract.wire.messages import DoorsChanged, SeatButtonPressed
 from tests.vehicle_agent.mission.ring import NETWORK, RingShuttle, a_visit, all_sections, an_order, rest
@@ -31,12 +32,10 @@ def test_the_shuttle_stops_at_once_comfortably_dwells_eight_seconds_and_goes_on(
     assert answer.accepted
     assert answer.lane_id == "south"
     assert at_m + speed**2 / 1.2 <= answer.s_m <= at_m + speed**2 / 1.2 + 4.0
-    while shuttle.state.doors.phase != "open":
-        shuttle.step()
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
     assert abs(shuttle.state.s_m - answer.s_m) < 0.5
     opened_ns = shuttle.now_ns
-    while shuttle.state.doors.phase == "open":
-        shuttle.step()
+    shuttle.run_until(lambda: shuttle.state.doors.phase != "open")
     assert 7.9e9 <= shuttle.now_ns - opened_ns <= 8.3e9
     assert {e.visit_id for e in shuttle.of(DoorsChanged)} == {answer.visit_id}  # type: ignore[attr-defined]
     shuttle.run(10)
@@ -75,8 +74,7 @@ def test_just_before_the_next_stop_the_button_is_refused() -> None:
 def test_a_button_at_a_stop_or_while_held_is_refused() -> None:
     assert not pressed(RingShuttle()).accepted
     shuttle = driving(6)
-    while not shuttle.state.memory.under_way:
-        shuttle.step()
+    shuttle.run_until(lambda: shuttle.state.memory.under_way != "")
     assert pressed(shuttle).reason == "the shuttle stands at a stop"
 
 
@@ -88,8 +86,7 @@ def test_a_second_press_requests_the_same_stop() -> None:
 def test_the_shuttle_waits_for_people_alongside_but_not_for_ever() -> None:
     shuttle = driving(6)
     pressed(shuttle)
-    while shuttle.state.doors.phase != "open":
-        shuttle.step()
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
     pose = shuttle.pose
     shuttle.points = np.array([[pose.x_m + 1.0, pose.y_m + 1.5]])
     shuttle.run(25)
@@ -99,6 +96,34 @@ def test_the_shuttle_waits_for_people_alongside_but_not_for_ever() -> None:
     shuttle.points = np.empty((0, 2))
     shuttle.run(4)
     assert shuttle.speed_mps > 0.0
+
+
+# From the rear axle: the outline is 0.85 m back, 3.5 m ahead and 0.815 m to either side.
+@pytest.mark.parametrize(
+    ("ahead_m", "aside_m", "waits"),
+    [
+        (1.0, 0.815 + 1.4, True),
+        (1.0, -0.815 - 1.4, True),
+        (1.0, 0.815 + 1.6, False),
+        (3.5 + 1.4, 0.5, True),
+        (3.5 + 1.6, 0.5, False),
+        (-0.85 - 1.4, 0.0, True),
+        (-0.85 - 1.6, 0.0, False),
+        (3.5 + 1.2, 0.815 + 1.2, False),
+        (1.0, 12.0, False),
+    ],
+)
+def test_people_are_waited_for_within_a_metre_and_a_half_of_the_body_all_around(
+    ahead_m: float, aside_m: float, waits: bool
+) -> None:
+    shuttle = driving(6)
+    pressed(shuttle)
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
+    pose = shuttle.pose
+    assert pose.yaw_rad == 0.0
+    shuttle.points = np.array([[pose.x_m + ahead_m, pose.y_m + aside_m]])
+    shuttle.run(15)
+    assert (shuttle.speed_mps == 0.0) is waits
 
 
 def test_a_new_order_keeps_the_requested_stop() -> None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from contract.wire.messages import Grants, SectionGrant, SectionReleased
+from contract.wire.messages import Grants, OrderAccepted, SectionGrant, SectionReleased
 from tests.vehicle_agent.mission.ring import NETWORK, RingShuttle, a_visit, all_sections, an_order, rest
 from vehicle_agent.mission.sections import VehicleExtent, movement_authority
 
@@ -89,12 +89,21 @@ def test_every_section_is_released_once_with_its_fence_after_the_rear_has_left()
     assert len(told) >= 7
 
 
+def test_a_new_revision_cannot_bring_back_a_section_that_was_given_back() -> None:
+    shuttle = RingShuttle()
+    every = all_sections(VISITS)
+    shuttle.go(an_order(VISITS, sections=every))
+    shuttle.run_until(lambda: bool(shuttle.of(SectionReleased)))
+    shuttle.step(an_order(VISITS, revision=2, sections=every))
+    assert shuttle.answers[-1] == OrderAccepted(1, "o", 2)
+    assert shuttle.state.memory.grants == every[1:]
+
+
 def test_a_late_message_cannot_bring_back_a_released_section() -> None:
     shuttle = RingShuttle()
     every = all_sections(VISITS)
     shuttle.go(an_order(VISITS, sections=every))
-    while not shuttle.of(SectionReleased):
-        shuttle.step()
+    shuttle.run_until(lambda: bool(shuttle.of(SectionReleased)))
     shuttle.step(Grants(1, "o", every))
     assert every[0] not in shuttle.state.memory.grants
     shuttle.step(Grants(1, "o", (*every, SectionGrant(every[0].section_id, 99))))

@@ -74,3 +74,46 @@ def test_who_is_seen_again_nearby_is_not_doubled() -> None:
     _, state = told(ROOM.initial(), TICK_NS, a_percept(TICK_NS, (5.0, 0.3)))
     seen, _ = told(state, 6 * TICK_NS, a_percept(6 * TICK_NS, (5.2, 0.4)))
     assert len(seen.points_map) == 1
+
+
+def remembered(
+    near: tuple[float, float], *then: tuple[float, float], x_m: float = 0.0
+) -> list[tuple[float, float]]:
+    """What is known of a cell in the scan after the one that showed it, which shows `then`."""
+    _, state = told(ROOM.initial(), TICK_NS, a_percept(TICK_NS, near))
+    seen, _ = told(state, 6 * TICK_NS, a_percept(6 * TICK_NS, *then), x_m)
+    return [(round(float(x), 6), round(float(y), 6)) for x, y in seen.points_map]
+
+
+def test_what_was_hidden_counts_as_seen_again_within_sixty_centimetres() -> None:
+    assert remembered((5.0, 0.3), (5.58, 0.3)) == [(5.58, 0.3)]
+    assert remembered((5.0, 0.3), (5.62, 0.3)) == [(5.62, 0.3), (5.0, 0.3)]
+    assert remembered((5.0, 0.3), (5.0, 1.0)) == [(5.0, 1.0), (5.0, 0.3)]
+
+
+def test_the_blind_zone_is_where_the_lowest_ring_passes_over_a_child() -> None:
+    """A ring at -15 degrees from 2.28 m is down at 1.4 m after 3.28 m; 0.4 m more are for noise."""
+    reach_m = 0.88 / math.tan(math.radians(15.0)) + 0.4
+    for x, y in ((3.2 + reach_m, 0.0), (3.2, reach_m), (3.2, -reach_m)):
+        inside = (3.2 + 0.99 * (x - 3.2), 0.99 * y)
+        outside = (3.2 + 1.01 * (x - 3.2), 1.01 * y)
+        assert len(remembered(inside)) == 1
+        assert remembered(outside) == []
+
+
+def test_nobody_is_remembered_inside_the_own_body() -> None:
+    """The vehicle has driven over the place; what lies there now is itself."""
+    assert remembered((5.0, 0.3), x_m=1.0) == [(5.0, 0.3)]
+    assert remembered((5.0, 0.3), x_m=2.0) == []
+    assert remembered((5.0, 0.83), x_m=2.0) == [(5.0, 0.83)]
+
+
+def test_who_comes_into_the_blind_zone_because_the_vehicle_drives_on_is_remembered() -> None:
+    assert remembered((7.5, 0.2), x_m=0.7) == [(7.5, 0.2)]
+
+
+def test_two_scans_at_once_count_as_the_newer_one() -> None:
+    percepts = (a_percept(3 * TICK_NS, (20.0, 0.0)), a_percept(2 * TICK_NS, (10.0, 0.0)))
+    seen, _ = ROOM.step(ROOM.initial(), percepts, an_ego(3 * TICK_NS))
+    assert np.allclose(seen.points_map, [[20.0, 0.0]])
+    assert seen.stamp_ns == 3 * TICK_NS

@@ -78,6 +78,44 @@ def test_a_single_return_is_no_obstacle() -> None:
     assert len(percept_from_scan(lone, 1, PARAMS).cells_base) == 0
 
 
+def test_two_returns_of_different_height_make_a_cell_where_they_are() -> None:
+    pair = np.array([[8.05, 0.05, 0.5], [8.1, 0.1, 1.0]], dtype=np.float32)
+    percept = percept_from_scan(pair, 1, PARAMS)
+    assert percept.points_used == 2
+    assert percept.cells_base.tolist() == [[8.125, 0.125]]
+    assert percept.heights_m.tolist() == [0.5]
+
+
+def test_two_returns_of_one_ring_make_a_cell_where_the_ground_around_them_is_seen() -> None:
+    ring = [[8.05, 0.05, 0.6], [8.1, 0.1, 0.6]]
+    ground = [[9.0, 0.5, 0.0]]
+    assert len(percept_from_scan(np.array(ring, np.float32), 1, PARAMS).cells_base) == 0
+    percept = percept_from_scan(np.array(ring + ground, np.float32), 1, PARAMS)
+    assert percept.cells_base.tolist() == [[8.125, 0.125]]
+    assert percept.heights_m.tolist() == [pytest.approx(0.6)]
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_ground_counts_as_near_within_two_metres_and_not_beyond_four(side: float) -> None:
+    """Ground levels are kept in squares of two metres; those next to a return's own square count."""
+    for low_x_m, counts in ((12.5 + side * 2.0, True), (12.5 + side * 4.6, False)):
+        ring = [[12.05, 0.05, 0.6], [12.1, 0.1, 0.6], [low_x_m, 0.05, 0.0], [low_x_m, 0.1, 0.0]]
+        cells = percept_from_scan(np.array(ring, np.float32), 1, PARAMS).cells_base
+        assert len(cells) == counts, low_x_m
+
+
+def test_the_map_ends_where_it_should_and_what_is_just_inside_counts() -> None:
+    def used(*places: tuple[float, float, float]) -> int:
+        return percept_from_scan(np.array(places, np.float32), 1, PARAMS).points_used
+
+    assert used((34.9, 0.0, 0.5), (-11.9, 0.0, 0.5), (8.0, 14.9, 0.5), (8.0, -14.9, 0.5)) == 4
+    assert used((35.1, 0.0, 0.5), (-12.1, 0.0, 0.5), (8.0, 15.1, 0.5), (8.0, -15.1, 0.5)) == 0
+    assert used((8.0, 0.0, 2.39), (8.0, 0.0, -0.99)) == 2
+    assert used((8.0, 0.0, 2.41), (8.0, 0.0, -1.01)) == 0
+    assert used((3.55, 0.0, 0.5), (-0.9, 0.0, 0.5), (1.0, 0.9, 0.5), (1.0, -0.9, 0.5)) == 0, "the body"
+    assert used((3.65, 0.0, 0.5), (-1.0, 0.0, 0.5), (1.0, 0.93, 0.5), (1.0, -0.93, 0.5)) == 4
+
+
 def test_an_empty_scan_says_that_the_sensor_is_blind() -> None:
     percept = percept_from_scan(np.empty((0, 3), np.float32), 7, PARAMS)
     assert (percept.points_used, percept.stamp_ns, len(percept.cells_base)) == (0, 7, 0)

@@ -49,3 +49,31 @@ def test_a_car_beside_or_across_a_lane_goes_straight_on(row: tuple[int, float, f
     told = Predictor().predictions(some_tracks(row), a_bend())
     straight = np.array(row[1:3]) + told.times_s[:, None] * np.array(row[3:])
     np.testing.assert_allclose(told.poses_map[0, :, :2], straight)
+
+
+def test_how_uncertain_a_place_is_grows_with_time_by_who_moves_and_half_as_fast_for_who_stands() -> None:
+    rows = (
+        (PEDESTRIAN, 1.0, 30.0, 0.0, 1.4),
+        (VEHICLE, 1.0, 40.0, 0.0, 3.0),
+        (PEDESTRIAN, 1.0, 50.0, 0.1, 0.0),
+        (VEHICLE, 1.0, 60.0, 0.0, 0.0),
+    )
+    room = Predictor()
+    told = room.predictions(some_tracks(*rows), a_bend())
+    at = int(np.flatnonzero(told.times_s == 2.0)[0])
+    assert told.sigmas_m[:, 0].tolist() == [0.1] * 4
+    assert told.sigmas_m[:, at].tolist() == pytest.approx([0.5, 0.8, 0.3, 0.45])
+    assert told.sigmas_m.max() == room.std_m_max
+    assert told.times_s[-1] == room.horizon_s
+
+
+def test_beyond_the_end_of_the_road_a_car_goes_straight_on() -> None:
+    told = Predictor().predictions(some_tracks((VEHICLE, 50.0, 50.0, 0.0, 6.0)), a_bend())
+    assert told.poses_map[0, :, 0] == pytest.approx(50.0, abs=0.01)
+    assert told.poses_map[0, :, 1] == pytest.approx(50.0 + 6.0 * told.times_s, abs=0.01)
+
+
+@pytest.mark.parametrize(("speed_mps", "keeps"), [(0.9, False), (1.1, True)])
+def test_a_car_keeps_to_its_lane_once_it_clearly_drives(speed_mps: float, keeps: bool) -> None:
+    told = Predictor().predictions(some_tracks((VEHICLE, 28.0, 0.0, speed_mps, 0.0)), a_bend())
+    assert bool(told.poses_map[0, -1, 1] > 0.5) is keeps

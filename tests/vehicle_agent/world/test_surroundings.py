@@ -21,6 +21,16 @@ def test_a_fleet_mates_own_returns_are_not_obstacles() -> None:
     assert np.allclose(world.points_map, [[20.0, 3.0]])
 
 
+def test_returns_within_the_margin_all_around_a_mate_are_its_own_and_those_beyond_are_obstacles() -> None:
+    """It heads north: 3.5 m ahead of its rear axle, 0.85 m behind, 0.815 m to the sides, and 0.4 m more."""
+    mate = FleetVehicle(S, "b", Pose2(20.0, 10.0, np.pi / 2), 0.0)
+    reach = ((0.0, 3.9), (0.0, -1.25), (1.215, 0.0), (-1.215, 0.0))
+    own = [(20.0 + 0.99 * x, 10.0 + 0.99 * y) for x, y in reach]
+    beyond = [(20.0 + 1.01 * x, 10.0 + 1.01 * y) for x, y in reach]
+    world, _ = ROOM.step(ROOM.initial(), EGO, seen(*own, *beyond), (mate,), S)
+    assert np.allclose(world.points_map, beyond)
+
+
 def test_a_moving_mate_is_carried_along_its_heading() -> None:
     mate = FleetVehicle(S, "b", Pose2(20.0, 0.0, 0.0), 2.0)
     _, state = ROOM.step(ROOM.initial(), EGO, seen(), (mate,), S)

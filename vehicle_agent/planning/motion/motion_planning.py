@@ -136,7 +136,7 @@ class MotionPlanning:
             return 0.0, "no position"
         if world.blind:
             return 0.0, "blind"
-        if ego.position_std_m > self._poor_std_m:
+        if not ego.position_std_m <= self._poor_std_m:  # not a number is poor, too
             return self._poor_mps, "poor position"
         return self._speed_mps_max, "speed limit"
 

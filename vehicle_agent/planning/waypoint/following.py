@@ -57,7 +57,7 @@ class UncertainPositionRule(msgspec.Struct, frozen=True):
         commands = []
         if not ego.valid:
             commands.append(SpeedCommand("no position", 0.0, -decel_mps2))
-        elif ego.position_std_m > self.poor_std_m:
+        elif not ego.position_std_m <= self.poor_std_m:  # not a number is poor, too
             commands.append(SpeedCommand("poor position", self.poor_mps))
         if world.blind:
             commands.append(SpeedCommand("blind", 0.0, -decel_mps2))

@@ -5,6 +5,7 @@ worker and one link process; each keeps a tick and a gate of its own.
 """
 
 import asyncio
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,11 +22,12 @@ from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.devices.speaking import SpeakingProcess
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
 from vehicle_agent.runtime.processes.camera_link import CameraLink, SensorsAndCameras
+from vehicle_agent.runtime.processes.clock import MONOTONIC, Clock, ClockSource
 from vehicle_agent.runtime.processes.gate_process import GateProcess
 from vehicle_agent.runtime.processes.link_process import LinkedVehicle, serve_links
 from vehicle_agent.runtime.processes.planner_process import PlannerProcess
 from vehicle_agent.runtime.processes.supervisor import Job
-from vehicle_agent.runtime.processes.tick_process import TickProcess, utc_offset_now_ns
+from vehicle_agent.runtime.processes.tick_process import TickProcess
 from vehicle_agent.runtime.processes.worker_process import ScannedVehicle, serve_percepts
 from vehicle_agent.runtime.recording.recorder import Recorder
 from vehicle_agent.signals import HmiOutput
@@ -38,10 +40,14 @@ SOFTWARE = "0.1.0"
 
 @dataclass(frozen=True, slots=True)
 class AgentPlace:
-    """folder: the vehicle's folder on disk; mail: where its mailboxes are made (short paths)."""
+    """folder: the vehicle's folder on disk; mail: where its mailboxes are made (short paths).
+
+    clock: a vehicle's own; several vehicles on one machine may share another one.
+    """
 
     folder: Path
     mail: Path
+    clock: ClockSource = MONOTONIC
 
 
 def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
@@ -74,14 +80,17 @@ def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
 
 def run_gate(place: AgentPlace) -> None:
     files = AgentFolder(place.folder)
-    GateProcess(place.mail, files.vehicle().can_channel, files.profile()).run()
+    vehicle = files.vehicle()
+    with closing(place.clock.open(f"gate {vehicle.vehicle_id}")) as clock:
+        GateProcess(place.mail, vehicle.can_channel, files.profile(), clock).run()
 
 
 def run_planner(place: AgentPlace) -> None:
     files = AgentFolder(place.folder)
     planner = build_planner(files.profile(), files.road_map())
     assert planner is not None, "only stacks that plan beside the tick are given this process"
-    PlannerProcess(place.mail, planner).run()
+    with closing(place.clock.open(f"planner {files.vehicle().vehicle_id}")) as clock:
+        PlannerProcess(place.mail, planner, clock).run()
 
 
 def run_speaking(place: AgentPlace) -> None:
@@ -104,11 +113,13 @@ def run_worker(places: tuple[AgentPlace, ...]) -> None:
                 height_map(files.profile()),
             )
         )
-    serve_percepts(tuple(scanned))
+    with closing(places[0].clock.open("worker")) as clock:
+        serve_percepts(tuple(scanned), clock)
 
 
 def run_links(places: tuple[AgentPlace, ...]) -> None:
-    asyncio.run(serve_links([_linked(place) for place in places]))
+    clock = places[0].clock.open("link")
+    asyncio.run(serve_links([_linked(place, clock) for place in places]))
 
 
 def run_tick(place: AgentPlace) -> None:
@@ -119,7 +130,8 @@ def run_tick(place: AgentPlace) -> None:
     warm_tick(profile)
     state = initial_state(car)
     state = msgspec.structs.replace(state, mission=car.mission.initial(mission_memory(files)))
-    offset_ns = utc_offset_now_ns()
+    clock = place.clock.open(f"tick {vehicle.vehicle_id}")
+    offset_ns = clock.utc_offset_ns()
     header = RunHeader(
         vehicle_id=vehicle.vehicle_id,
         boot_id=files.next_boot_id(),
@@ -143,14 +155,15 @@ def run_tick(place: AgentPlace) -> None:
             speaker.send(port, DeviceOutputs(says))
 
     devices = DeviceSensors(vehicle.values_port)
-    if vehicle.cameras:
-        both = SensorsAndCameras(devices, CameraLink(vehicle.cameras))
-        TickProcess(place.mail, computer, both, show).run()
-    else:
-        TickProcess(place.mail, computer, devices, show).run()
+    with closing(clock):
+        if vehicle.cameras:
+            both = SensorsAndCameras(devices, CameraLink(vehicle.cameras, clock))
+            TickProcess(place.mail, computer, both, show, clock).run()
+        else:
+            TickProcess(place.mail, computer, devices, show, clock).run()
 
 
-def _linked(place: AgentPlace) -> LinkedVehicle:
+def _linked(place: AgentPlace, clock: Clock) -> LinkedVehicle:
     """The link numbers its own starts, and events are its: those of a killed link keep their number."""
     files = AgentFolder(place.folder)
     vehicle, profile, road_map = files.vehicle(), files.profile(), files.road_map()
@@ -170,6 +183,7 @@ def _linked(place: AgentPlace) -> LinkedVehicle:
         profile=msgspec.msgpack.encode(profile),
         road_map=encode_map(road_map),
         progress=order_progress(mission_memory(files)),
+        clock=clock,
     )
 
 

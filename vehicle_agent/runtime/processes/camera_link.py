@@ -6,12 +6,12 @@ infrastructure).
 """
 
 import socket
-import time
 
 import msgspec
 
 from contract.wire.messages import PresenceReport
 from vehicle_agent.device_feed import DeviceFeedError, DeviceSensors
+from vehicle_agent.runtime.processes.clock import MONOTONIC, Clock
 from vehicle_agent.signals import InboxBody, PedestrianPresence
 
 DATAGRAM_BYTES_MAX = 2_000
@@ -24,10 +24,11 @@ _decoder = msgspec.json.Decoder(PresenceReport)
 class CameraLink:
     """malformed: datagrams that were no word."""
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, clock: Clock = MONOTONIC) -> None:
         """address HOST:PORT of the vehicle on its own network. DeviceFeedError when it cannot be opened."""
         host, _, port = address.rpartition(":")
         self.malformed = 0
+        self._clock = clock
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
         try:
@@ -56,7 +57,7 @@ class CameraLink:
             except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
                 self.malformed += 1
                 continue
-            seen_ns = time.monotonic_ns() - round(word.age_s * 1e9)
+            seen_ns = self._clock.now_ns() - round(word.age_s * 1e9)
             heard.append(("camera", PedestrianPresence(seen_ns, word.area_id, word.count)))
         return heard
 

@@ -1,6 +1,5 @@
 """The gate as a process: the only one that opens the CAN bus."""
 
-import select
 import signal
 import time
 from pathlib import Path
@@ -15,6 +14,7 @@ from vehicle_agent.gate.footprint import warm_footprint
 from vehicle_agent.gate.gate import gate_of
 from vehicle_agent.gate.settings import TICK_NS
 from vehicle_agent.runtime.devices.can_bus import open_bus
+from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.mailbox import (
     Commands,
     Deliveries,
@@ -30,10 +30,11 @@ log = structlog.get_logger()
 class GateProcess:
     """Moves frames both ways; the deciding is `Gate`'s."""
 
-    def __init__(self, folder: Path, channel: str, profile: Profile) -> None:
+    def __init__(self, folder: Path, channel: str, profile: Profile, clock: Clock) -> None:
         """folder  where the vehicle's mailboxes are; channel: see `open_bus`."""
         by_wire = braking_of(profile)
         warm_footprint()
+        self._clock = clock
         self._gate = gate_of(profile)
         self._frame_gap_s = by_wire.frame_gap_ns / 1e9
         self._bus = open_bus(channel)
@@ -48,14 +49,13 @@ class GateProcess:
         signal.signal(signal.SIGTERM, self._stop)
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         ask_for_real_time("gate", GATE_PRIORITY)
-        due_ns = time.monotonic_ns() + TICK_NS
+        due_ns = self._clock.now_ns() + TICK_NS
         was_braking = ""
         while not self._stopping:
-            pause_s = max(0.0, (due_ns - time.monotonic_ns()) / 1e9)
-            select.select([self._bus.fileno(), self._mailbox.fileno()], [], [], pause_s)
+            self._clock.wait(due_ns, (self._bus.fileno(), self._mailbox.fileno()))
             self._pass_reports_on()
             took = self._take_commands()
-            now_ns = time.monotonic_ns()
+            now_ns = self._clock.now_ns()
             if took or now_ns >= due_ns:
                 self._send(self._gate.step(now_ns))
                 self._tell_tick(self._gate.report_frames(now_ns))
@@ -73,7 +73,7 @@ class GateProcess:
         took = False
         for mail in self._mailbox.take():
             if isinstance(mail, Commands):
-                self._gate.take_commands(mail.frames, time.monotonic_ns())
+                self._gate.take_commands(mail.frames, self._clock.now_ns())
                 took = True
             elif isinstance(mail, Deliveries):
                 self._see(mail)
@@ -90,7 +90,7 @@ class GateProcess:
         while (message := self._bus.recv(timeout=0)) is not None:
             if message.arbitration_id in self._own_ids:
                 continue
-            frames.append(CanFrame(time.monotonic_ns(), message.arbitration_id, bytes(message.data)))
+            frames.append(CanFrame(self._clock.now_ns(), message.arbitration_id, bytes(message.data)))
         if frames:
             self._gate.take_reports(tuple(frames), frames[-1].stamp_ns)
             self._tell_tick(tuple(frames))

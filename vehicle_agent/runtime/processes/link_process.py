@@ -6,7 +6,6 @@ The tick never waits for it: mail comes in over the vehicle's `link` mailbox, wo
 import asyncio
 import signal
 import ssl
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from vehicle_agent.link.keys import signature_text
 from vehicle_agent.link.session import Identity
 from vehicle_agent.link.upload import SegmentUploader
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
+from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.mailbox import (
     Deliveries,
     Delivery,
@@ -47,6 +47,7 @@ class LinkedVehicle:
     profile: bytes
     road_map: bytes
     progress: OrderProgress | None
+    clock: Clock
 
 
 class VehicleLink:
@@ -56,6 +57,7 @@ class VehicleLink:
         files = AgentFolder(vehicle.folder)
         config = files.vehicle()
         key = files.key()
+        self._clock = vehicle.clock
         self._identity = vehicle.identity
         self._tls = _tls_context(config.server_url, config.server_certificate)
         self._desk = LinkBridge(
@@ -75,7 +77,7 @@ class VehicleLink:
             vehicle.identity.vehicle_id, self._http, lambda text: signature_text(key, text)
         )
         url = config.server_url.replace("http", "ws", 1) + "/ws/vehicle"
-        self._client = LinkClient(url, self._desk, self._deliver, time.monotonic_ns, self._tls)
+        self._client = LinkClient(url, self._desk, self._deliver, self._clock.now_ns, self._tls)
 
     async def run(self) -> None:
         """Until cancelled; then the open segment is finished, so that it can be uploaded next time."""
@@ -133,14 +135,14 @@ class VehicleLink:
         lines = self._desk.number(news)
         if lines or news.memory is not None:
             await asyncio.to_thread(self._desk.write, news, lines)
-        self._desk.speak(news, time.monotonic_ns())
+        self._desk.speak(news, self._clock.now_ns())
         self._client.wake()
 
     def _write_log(self, entries: list[RunLogEntry]) -> None:
         self._log_files.write(entries)
 
     def _deliver(self, word: LinkMessage) -> None:
-        delivery = Delivery(time.monotonic_ns(), "link", word)
+        delivery = Delivery(self._clock.now_ns(), "link", word)
         if not self._mailbox.post(self._tick, Deliveries((delivery,))):
             log.warning("link.word_lost", vehicle_id=self._identity.vehicle_id, word=type(word).__name__)
 

@@ -1,13 +1,12 @@
 """The motion planner as a process: jobs in, trajectories out, for one vehicle."""
 
 import gc
-import select
 import signal
-import time
 from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
 
+from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.mailbox import (
     Deliveries,
     Delivery,
@@ -16,15 +15,16 @@ from vehicle_agent.runtime.processes.mailbox import (
 )
 from vehicle_agent.signals import PlanAnswer, PlanJob
 
-WAIT_S = 0.5
+WAIT_NS = 500_000_000
 
 
 class PlannerProcess:
     """Only the newest job is worked on: an older one starts where the vehicle no longer is."""
 
-    def __init__(self, mail: Path, planner: Callable[[PlanJob], PlanAnswer]) -> None:
+    def __init__(self, mail: Path, planner: Callable[[PlanJob], PlanAnswer], clock: Clock) -> None:
         """mail: the folder of the vehicle's mailboxes."""
         self._mail = mail
+        self._clock = clock
         self._mailbox = Mailbox(mail / "planner")
         self._planner = planner
         self._stopping = False
@@ -36,7 +36,7 @@ class PlannerProcess:
         gc.collect()
         gc.freeze()
         while not self._stopping:
-            select.select([self._mailbox.fileno()], [], [], WAIT_S)
+            self._clock.wait(self._clock.now_ns() + WAIT_NS, (self._mailbox.fileno(),))
             jobs = [job for mail in self._mailbox.take() if isinstance(mail, Work) for job in mail.jobs]
             if jobs:
                 self._answer(jobs[-1])
@@ -44,7 +44,7 @@ class PlannerProcess:
 
     def _answer(self, job: PlanJob) -> None:
         answer = self._planner(job)
-        delivery = Delivery(time.monotonic_ns(), "planner", answer)
+        delivery = Delivery(self._clock.now_ns(), "planner", answer)
         self._mailbox.post(self._mail / "tick", Deliveries((delivery,)))
 
     def _stop(self, _number: int, _frame: FrameType | None) -> None:

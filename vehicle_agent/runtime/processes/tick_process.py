@@ -2,7 +2,6 @@
 
 import gc
 import signal
-import time
 from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
@@ -17,6 +16,7 @@ from vehicle_agent.onboard.driving_view import report_with_driving_view
 from vehicle_agent.onboard.rates import LATE_TICK_FAULT_NS, REPORT_EVERY_TICKS
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.inbox import Inbox
+from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.mailbox import (
     Commands,
     Deliveries,
@@ -70,11 +70,14 @@ class TickUpdateWriter:
 
 
 class TickProcess:
-    """One vehicle's loop on the wall clock."""
+    """One vehicle's loop."""
 
-    def __init__(self, mail: Path, computer: VehicleComputer, sensors: Sensors, show: Show) -> None:
+    def __init__(
+        self, mail: Path, computer: VehicleComputer, sensors: Sensors, show: Show, clock: Clock
+    ) -> None:
         """mail: the folder of the vehicle's mailboxes."""
         self._mail = mail
+        self._clock = clock
         self._mailbox = Mailbox(mail / "tick")
         self._computer = computer
         self._sensors = sensors
@@ -92,7 +95,7 @@ class TickProcess:
         ask_for_real_time("tick", TICK_PRIORITY)
         gc.collect()
         gc.freeze()
-        pacer = Pacer()
+        pacer = Pacer(self._clock)
         while not self._stopping:
             now_ns = pacer.wait()
             if pacer.late_ns > LATE_TICK_FAULT_NS:
@@ -110,7 +113,7 @@ class TickProcess:
             if isinstance(mail, Deliveries):
                 for delivery in mail.items:
                     self._inbox.put(delivery.arrival_ns, delivery.source, delivery.body)
-        now_ns = time.monotonic_ns()
+        now_ns = self._clock.now_ns()
         for source, body in self._sensors.poll():
             self._inbox.put(now_ns, source, body)
 
@@ -126,8 +129,3 @@ class TickProcess:
         news = self._news.news(outputs, memory, now_ns)
         if news is not None or self._computer.entries:
             self._mailbox.post(self._mail / "link", TickReport(news, tuple(self._computer.entries)))
-
-
-def utc_offset_now_ns() -> int:
-    """UTC minus the monotonic clock, by this computer's own idea of UTC."""
-    return time.time_ns() - time.monotonic_ns()

@@ -1,8 +1,6 @@
 """The perception worker as a process: scans in, percepts out, for one vehicle or for all simulated ones."""
 
-import select
 import signal
-import time
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -11,11 +9,12 @@ import structlog
 
 from vehicle_agent.device_feed import DatagramPort, DeviceFeedError, ScanReady, ScanRing
 from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
+from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.mailbox import Deliveries, Delivery, Mailbox
 
 log = structlog.get_logger()
 
-WAIT_S = 0.5
+WAIT_NS = 500_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +31,9 @@ class ScannedVehicle:
 class _Feed:
     """One vehicle's scans. The ring is opened when the first scan is told, for the driver makes it."""
 
-    def __init__(self, vehicle: ScannedVehicle) -> None:
+    def __init__(self, vehicle: ScannedVehicle, clock: Clock) -> None:
         self.vehicle = vehicle
+        self._clock = clock
         self.port = DatagramPort(vehicle.scans_port)
         self.mailbox = Mailbox(vehicle.mail / "worker")
         self._ring: ScanRing | None = None
@@ -56,7 +56,7 @@ class _Feed:
             self._ring = None
             return
         percept = percept_from_scan(scan[0], ready.stamp_ns, self.vehicle.height_map)
-        delivery = Delivery(time.monotonic_ns(), "worker", percept)
+        delivery = Delivery(self._clock.now_ns(), "worker", percept)
         # The gate looks for itself: nobody in between may be wrong.
         for reader in ("tick", "gate"):
             self.mailbox.post(self.vehicle.mail / reader, Deliveries((delivery,)))
@@ -66,7 +66,7 @@ class _Feed:
         self.mailbox.close()
 
 
-def serve_percepts(vehicles: tuple[ScannedVehicle, ...]) -> None:
+def serve_percepts(vehicles: tuple[ScannedVehicle, ...], clock: Clock) -> None:
     """Until SIGTERM."""
     stopping = False
 
@@ -76,10 +76,11 @@ def serve_percepts(vehicles: tuple[ScannedVehicle, ...]) -> None:
 
     signal.signal(signal.SIGTERM, stop)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    feeds = {feed.port.fileno(): feed for feed in map(_Feed, vehicles)}
+    feeds = [_Feed(vehicle, clock) for vehicle in vehicles]
+    files = [feed.port.fileno() for feed in feeds]
     while not stopping:
-        ready, _, _ = select.select(list(feeds), [], [], WAIT_S)
-        for number in ready:
-            feeds[number].work()
-    for feed in feeds.values():
+        clock.wait(clock.now_ns() + WAIT_NS, files)
+        for feed in feeds:
+            feed.work()
+    for feed in feeds:
         feed.close()

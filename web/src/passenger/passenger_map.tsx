@@ -3,7 +3,7 @@ import type { Campus } from "../shared/campus/campus";
 import { CampusMap } from "../shared/map/campus_map";
 import type { MapContent } from "../shared/map/map_content";
 import { prefersReducedMotion } from "../shared/map/reduced_motion";
-import type { Point } from "../shared/scene/scene";
+import { poseOf, type Point } from "../shared/scene/scene";
 import { language } from "../shared/texts/language";
 import { destination, pickup, tapStop } from "./booking/ride_request";
 import { trackedRide } from "./ride/ride_tracker";
@@ -37,7 +37,8 @@ export function PassengerMap({ campus }: { readonly campus: Campus }) {
     );
     const points: Point[] = ends.map((stop) => [stop.x_m, stop.y_m]);
     const vehicle = shown?.progress.value?.ended === false ? shown.vehicle.value : null;
-    if (vehicle?.located === true) points.push([vehicle.x_m, vehicle.y_m]);
+    const pose = vehicle === null ? null : poseOf(vehicle);
+    if (pose !== null) points.push([pose.x_m, pose.y_m]);
     return points;
   });
   return (

@@ -18,6 +18,8 @@ from server.dispatch.engine.task import LOAD_KINDS, Task, drive_s
 # delivery).
 _ORDERS = np.array([0, 0, 0, 0, 1, 1, 2, 3, 3, 4, 4])
 
+# Written as `int(...)`: numba compiles a callee once more for each constant that a variable begins with.
+_NOWHERE = 0
 _OFFERS = 1 << 16
 _MARKS_SEED = 0x0FFE
 
@@ -104,7 +106,7 @@ def _in_order(
     _set_order(task, undo, rng)
     for k in range(n):
         r = undo.absent[undo.order[k]]
-        best, found, best_i, best_j = task.absent_cost[r], ABSENT, 0, 0
+        best, found, best_i, best_j = task.absent_cost[r], int(ABSENT), int(_NOWHERE), int(_NOWHERE)
         home = max(undo.home[undo.order[k]], 0)
         for turn in range(vehicles):
             # The vehicle that it had comes first: others then have to be better than a good offer.
@@ -127,12 +129,12 @@ def _by_regret(
     for k in range(n):
         waiting[k] = 1
     for _ in range(n):
-        chosen, chosen_v, most = -1, ABSENT, -np.inf
+        chosen, chosen_v, most = int(ABSENT), int(ABSENT), -np.inf
         for k in range(n):
             if waiting[k] == 0:
                 continue
             r = undo.absent[k]
-            best, second, best_v = task.absent_cost[r], task.absent_cost[r], ABSENT
+            best, second, best_v = task.absent_cost[r], task.absent_cost[r], int(ABSENT)
             home = max(undo.home[k], 0)
             for turn in range(vehicles):
                 v = home + turn if home + turn < vehicles else home + turn - vehicles

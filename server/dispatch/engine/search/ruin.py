@@ -44,8 +44,9 @@ def undo_for(before: Plan) -> Undo:
     return Undo(
         before=before,
         touched=np.zeros(vehicles, np.bool_),
-        touched_list=np.zeros(vehicles, np.int32),
-        absent=np.zeros(requests, np.int32),
+        # Vehicles and requests are 64-bit numbers wherever a kernel takes one, so that it is compiled once.
+        touched_list=np.zeros(vehicles, np.int64),
+        absent=np.zeros(requests, np.int64),
         home=np.zeros(requests, np.int32),
         counts=np.zeros(2, np.int64),
         order=np.zeros(requests, np.int32),
@@ -121,7 +122,7 @@ def ruin_strings(
         if strings == 0:
             return
         r = near[seed, index]
-        v = plan.vehicle_of[r]
+        v = int(np.int64(plan.vehicle_of[r]))
         if v == ABSENT or undo.touched[v] or not plan.movable[r]:
             continue
         touch(plan, undo, v)

@@ -109,7 +109,11 @@ def test_a_run_comes_back_as_scenes_in_the_live_views_shape(ready: ServerUnderTe
     start_ms = UTC_OFFSET_NS // 1_000_000
     assert [scene["at_ms"] - start_ms for scene in scenes] == [200, 1200, 2200, 3200, 4200, 5200]
     shuttle = scenes[0]["vehicles"][0]
-    assert (shuttle["vehicle_id"], shuttle["x_m"], shuttle["speed_mps"]) == ("shuttle-1", 1.0, 3.0)
+    assert (shuttle["vehicle_id"], shuttle["status"]["pose_map"][0], shuttle["status"]["speed_mps"]) == (
+        "shuttle-1",
+        1.0,
+        3.0,
+    )
     part = ready.get(f"{RUN}/scenes", params={"from_ms": start_ms + 3000, "to_ms": start_ms + 3500}).json()
     assert [scene["at_ms"] - start_ms for scene in part] == [3000, 3200, 3400]
     assert len(ready.get(f"{RUN}/scenes", params={"limit": 2}).json()) == 2

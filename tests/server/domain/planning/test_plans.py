@@ -2,7 +2,7 @@
 
 import pytest
 
-from contract.wire.messages import VisitState
+from contract.wire.messages import VisitKind, VisitState
 from server.domain.errors import IllegalTransition
 from server.domain.planning.plans import (
     VISIT_TRANSITIONS,
@@ -56,3 +56,24 @@ def test_word_of_a_visit_that_the_plan_no_longer_has_is_no_news() -> None:
 
 def test_the_rides_of_a_plan_are_named_once_in_driving_order() -> None:
     assert a_plan().ride_ids == ("ride-0", "ride-1", "ride-2")
+
+
+def a_visit(name: str, kind: VisitKind = "stop", state: VisitState = "pending") -> PlannedVisit:
+    return PlannedVisit(name, kind, "", "lane", 0.0, state=state)
+
+
+@pytest.mark.parametrize(
+    ("visits", "ordered"),
+    [
+        ((a_visit("a"), a_visit("b"), a_visit("r", "rest"), a_visit("c")), "abr"),
+        ((a_visit("r", "rest"), a_visit("a")), "r"),
+        ((a_visit("q", "rest", "under_way"), a_visit("a"), a_visit("r", "rest"), a_visit("b")), "qar"),
+        ((a_visit("a"), a_visit("b")), ""),
+        ((a_visit("q", "rest", "under_way"),), ""),
+    ],
+)
+def test_an_order_reaches_to_the_next_rest_and_no_farther(
+    visits: tuple[PlannedVisit, ...], ordered: str
+) -> None:
+    plan = Plan("campus", "shuttle-1", 1, visits)
+    assert "".join(visit.visit_id for visit in plan.ordered) == ordered

@@ -11,6 +11,7 @@ from server.domain.record.incidents import (
     closed,
 )
 
+K = IncidentKind
 NOW = datetime(2026, 11, 23, 8, 0, tzinfo=UTC)
 
 
@@ -22,6 +23,24 @@ def test_every_kind_has_its_own_urgency_and_a_help_call_comes_first() -> None:
     assert set(PRIORITY) == set(IncidentKind)
     assert len(set(PRIORITY.values())) == len(PRIORITY)
     assert min(PRIORITY, key=lambda kind: PRIORITY[kind]) is IncidentKind.HELP_CALL
+
+
+def test_people_come_before_danger_on_the_road_before_shuttles_that_stand_before_service() -> None:
+    order = sorted(PRIORITY, key=lambda kind: PRIORITY[kind])
+    assert order == [
+        K.HELP_CALL,
+        *(K.IMPOSSIBLE_POSITION, K.GROUND_CONFLICT, K.KEY_CONFLICT),
+        *(
+            K.MINIMAL_RISK_STOP,
+            K.TAKEOVER,
+            K.VEHICLE_BLOCKED,
+            K.VEHICLE_SILENT,
+            K.VEHICLE_FAULT,
+            K.BATTERY_LOW,
+        ),
+        *(K.RIDER_DID_NOT_ALIGHT, K.NO_RESTING_PLACE, K.ROAD_CLOSED, K.ORDER_REJECTED, K.RIDE_FAILED),
+        *(K.DEPARTURE_MISSED, K.PROMISE_BROKEN, K.SEAT_BUTTON),
+    ]
 
 
 def test_the_first_who_looks_after_it_is_remembered() -> None:

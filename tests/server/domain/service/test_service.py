@@ -163,3 +163,28 @@ def test_the_next_opening_is_open_and_nothing_before_it_is(
     assert (following == at) == calendar.is_open(at)
     closes = calendar.closes_after(following)
     assert closes is None or (closes > following and not calendar.is_open(closes))
+
+
+def test_hours_within_others_or_touching_them_close_when_the_last_of_them_close() -> None:
+    morning = datetime(2026, 11, 23, 1, 0, tzinfo=UTC)
+    for hours in (
+        ((7, 19), (8, 10)),
+        ((7, 12), (12, 19)),
+        ((7, 12), (11, 19)),
+        ((11, 19), (7, 11)),
+    ):
+        calendar = a_calendar(a_pattern(hours=tuple(Hours(a * 3600, b * 3600) for a, b in hours)))
+        closes = calendar.closes_after(morning)
+        assert closes is not None
+        assert closes.astimezone(calendar.zone).hour == 19, hours
+
+
+@pytest.mark.parametrize("hours", [(0, 36), (23, 24), (23, 36), (0, 1)])
+def test_hours_may_last_until_noon_of_the_next_day(hours: tuple[int, int]) -> None:
+    require_sound(a_pattern(hours=(Hours(hours[0] * 3600, hours[1] * 3600),)))
+
+
+@pytest.mark.parametrize("hours", [(24, 25), (9, 9), (9, 8), (-1, 5), (0, 37)])
+def test_hours_of_no_time_or_of_another_day_are_refused(hours: tuple[int, int]) -> None:
+    with pytest.raises(PatternInvalid):
+        require_sound(a_pattern(hours=(Hours(hours[0] * 3600, hours[1] * 3600),)))

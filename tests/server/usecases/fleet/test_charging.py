@@ -10,7 +10,8 @@ from contract.roads.model import RoadMap
 from server.domain.record.incidents import IncidentKind
 from server.domain.rides.rides import RideState
 from server.domain.rules import FleetRules
-from server.usecases.fleet import charging, vehicles
+from server.usecases.fleet import charging
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.fake_shuttle import FakeShuttle
@@ -52,7 +53,17 @@ def kinds(fleet: FakeFleet) -> set[IncidentKind]:
 
 
 def is_charging(fleet: FakeFleet, shuttle: FakeShuttle) -> bool:
-    return fleet.campus.read(lambda uow: vehicles.vehicle_of(uow, shuttle.vehicle_id)).charging
+    return fleet.campus.read(lambda uow: enrolled_vehicle(uow, shuttle.vehicle_id)).charging
+
+
+def charge_to(fleet: FakeFleet, shuttle: FakeShuttle, ratio: float) -> None:
+    """The shuttle charges all the time until its battery has so much."""
+    for _ in range(7200):
+        if shuttle.battery_ratio >= ratio:
+            return
+        assert is_charging(fleet, shuttle)
+        fleet.step()
+    raise AssertionError(f"{shuttle.battery_ratio} after 7,200 steps")
 
 
 def steps(fleet: FakeFleet, count: int) -> None:
@@ -89,9 +100,12 @@ def test_no_plan_takes_a_battery_below_its_reserve(fleet: FakeFleet, ratio: floa
         for _ in range(10):
             fleet.step()
             lowest = min(lowest, shuttle.battery_ratio)
-    while fleet.waiting() or shuttle.next_visit():
+    for _ in range(3600):
+        if not (fleet.waiting() or shuttle.next_visit()):
+            break
         fleet.step()
         lowest = min(lowest, shuttle.battery_ratio)
+    assert not fleet.waiting()
     assert lowest >= RULES.battery_reserve_ratio
     assert IncidentKind.BATTERY_LOW not in kinds(fleet)
     assert taken > 0
@@ -107,9 +121,7 @@ def test_an_idle_shuttle_with_little_charge_takes_rides_again_from_the_level_for
     steps(fleet, 4)
     assert is_charging(fleet, shuttle)
     assert fleet.book("stop-0", "stop-2").reason == "battery"
-    while shuttle.battery_ratio < RULES.battery_accept_ratio:
-        assert is_charging(fleet, shuttle)
-        fleet.step()
+    charge_to(fleet, shuttle, RULES.battery_accept_ratio)
     steps(fleet, 1)
     assert fleet.book("stop-0", "stop-2").state is RideState.ASSIGNED
     fleet.run_until_idle(2000.0)
@@ -121,9 +133,7 @@ def test_a_shuttle_charges_to_the_full_unless_somebody_wants_it(fleet: FakeFleet
     shuttle.charge_per_s = RULES.battery_per_charge_s
     with_charge(fleet, shuttle, 0.2)
     steps(fleet, 4)
-    while shuttle.battery_ratio < RULES.battery_full_ratio:
-        assert is_charging(fleet, shuttle)
-        fleet.step()
+    charge_to(fleet, shuttle, RULES.battery_full_ratio)
     steps(fleet, 4)
     assert not is_charging(fleet, shuttle)
 
@@ -181,8 +191,7 @@ def test_below_the_reserve_riders_aboard_are_finished_and_the_others_given_away(
     aboard = pair.book("stop-0", "stop-2")
     first = aboard.vehicle_id or ""
     shuttle = next(s for s in pair.shuttles if s.vehicle_id == first)
-    while pair.ride(aboard.ride_id).state is not RideState.ABOARD:
-        pair.step()
+    pair.run_until(lambda: pair.ride(aboard.ride_id).state is RideState.ABOARD)
     other = next(s for s in pair.shuttles if s.vehicle_id != first)
     other.hold()
     waiting = pair.book("stop-2", "stop-0")

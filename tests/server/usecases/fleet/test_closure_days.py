@@ -101,8 +101,9 @@ class Day:
 
     def settle(self) -> None:
         """Every road is open again: all rides come to their ends."""
-        while self.campus.read(closures.standing):
+        for _ in self.campus.read(closures.standing):
             self.lift(0)
+        assert not self.campus.read(closures.standing)
         for _ in range(SETTLED_WITHIN_STEPS):
             if not self.fleet.waiting():
                 return

@@ -96,6 +96,34 @@ def test_a_stop_on_closed_road_is_refused_with_another_one_instead_until_it_open
         lift(fleet, closure)
 
 
+def test_a_ride_during_which_its_destination_will_be_closed_is_told_before_the_closure_begins(
+    fleet: FakeFleet,
+) -> None:
+    ride = fleet.book("SE13", "C1")
+    assert ride.pickup_eta is not None
+    assert ride.arrival_eta is not None
+    begins = ride.pickup_eta + 0.5 * (ride.arrival_eta - ride.pickup_eta)
+    closure = close(fleet, AT_C1, starts_at=begins, ends_at=begins + timedelta(hours=1))
+    assert closure.state is ClosureState.SCHEDULED
+    told = fleet.ride(ride.ride_id)
+    assert told.promise_broken
+    assert told.promise is not None
+    assert closure.ends_at is not None
+    assert told.promise.pickup_from >= closure.ends_at
+
+
+def test_a_booking_is_refused_when_the_road_closes_while_it_would_be_under_way(fleet: FakeFleet) -> None:
+    free = fleet.book("SE13", "C1")
+    assert free.pickup_eta is not None
+    assert free.arrival_eta is not None
+    tomorrow = fleet.campus.clock.now() + timedelta(days=1)
+    half_way = 0.5 * (free.arrival_eta - free.pickup_eta)
+    close(fleet, AT_C1, starts_at=tomorrow + half_way, ends_at=tomorrow + timedelta(hours=1))
+    assert fleet.book("SE13", "C1", earliest=tomorrow).reason == "closed_road"
+    before = tomorrow - timedelta(hours=1)
+    assert fleet.book("SE13", "C1", earliest=before).state is RideState.ASSIGNED
+
+
 def test_a_ride_cannot_be_changed_to_a_closed_stop(fleet: FakeFleet) -> None:
     close(fleet, AT_C1)
     ride = fleet.book("SE13", "1B")

@@ -32,6 +32,7 @@ from server.usecases.fleet import campus as campuses
 from server.usecases.fleet import vehicles
 from server.usecases.planning import plans
 from server.usecases.record import identity, retention, runs
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.shipped_maps import shipped_map
@@ -124,7 +125,7 @@ def test_a_recalled_shuttle_gives_its_waiting_rides_away_and_gets_none(driven_fl
     driven_fleet.run_until_idle(6000.0)
     assert driven_fleet.ride(ride.ride_id).state is RideState.COMPLETED
     campus.do(lambda uow: vehicles.return_to_service(uow, first, "ann"))
-    assert campus.read(lambda uow: vehicles.vehicle_of(uow, first)).accepts_rides
+    assert campus.read(lambda uow: enrolled_vehicle(uow, first)).accepts_rides
 
 
 def test_a_shuttle_sent_to_a_stop_goes_there_after_what_it_promised(driven_fleet: FakeFleet) -> None:

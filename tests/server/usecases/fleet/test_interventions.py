@@ -22,11 +22,12 @@ from server.domain.rides.effects import Effects, Intervention
 from server.domain.rides.rides import Ride, RideState
 from server.domain.service.timetable import DepartureState
 from server.store.tables import metadata
-from server.usecases.fleet import departures, interventions, vehicles
+from server.usecases.fleet import departures, interventions
 from server.usecases.fleet.interventions import intervene
 from server.usecases.planning import plans
 from server.usecases.planning.decisions import Search
 from server.usecases.record import commands
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.fresh_database import fresh_database
@@ -150,13 +151,12 @@ def test_a_hold_until_resumed_gives_waiting_rides_to_others_at_once(fleet: FakeF
     assert [(e.vehicle_before, e.vehicle_after, e.breaks) for e in effects.rides] == [
         (first, moved.vehicle_id, False)
     ]
-    assert fleet.campus.read(lambda uow: vehicles.vehicle_of(uow, first)).held
+    assert fleet.campus.read(lambda uow: enrolled_vehicle(uow, first)).held
 
 
 def test_riders_of_a_held_shuttle_wait_until_it_is_resumed(fleet: FakeFleet) -> None:
     ride = assigned_rides(fleet, 1)[0]
-    while fleet.ride(ride.ride_id).state is not RideState.ABOARD:
-        fleet.step()
+    fleet.run_until(lambda: fleet.ride(ride.ride_id).state is RideState.ABOARD)
     (effect,) = preview(fleet.campus, ride.vehicle_id or "", Intervention("hold")).rides
     assert effect.waits
     assert (effect.vehicle_after, effect.arrival_after, effect.arrival_later_s) == (
@@ -235,9 +235,9 @@ def test_a_hold_for_a_while_of_a_shuttle_that_stands_already_ends_with_its_opera
 def test_a_hold_that_the_shuttle_refuses_leaves_it_in_use(fleet: FakeFleet) -> None:
     shuttle = fleet.shuttles[0]
     command = fleet.campus.do(lambda uow: interventions.hold(uow, shuttle.vehicle_id, "ann"))
-    assert not fleet.campus.read(lambda uow: vehicles.vehicle_of(uow, shuttle.vehicle_id)).accepts_rides
+    assert not fleet.campus.read(lambda uow: enrolled_vehicle(uow, shuttle.vehicle_id)).accepts_rides
     shuttle.say(CommandDone(command.command_id, False, "driven by hand"))
-    assert fleet.campus.read(lambda uow: vehicles.vehicle_of(uow, shuttle.vehicle_id)).accepts_rides
+    assert fleet.campus.read(lambda uow: enrolled_vehicle(uow, shuttle.vehicle_id)).accepts_rides
 
 
 def test_a_hold_that_was_taken_back_before_the_shuttle_heard_of_it_leaves_it_in_use(
@@ -248,7 +248,7 @@ def test_a_hold_that_was_taken_back_before_the_shuttle_heard_of_it_leaves_it_in_
     resume = campus.do(lambda uow: commands.send_command(uow, shuttle.vehicle_id, "resume", "ann"))
     for command in (hold, resume):
         shuttle.say(CommandDone(command.command_id, True))
-    vehicle = campus.read(lambda uow: vehicles.vehicle_of(uow, shuttle.vehicle_id))
+    vehicle = campus.read(lambda uow: enrolled_vehicle(uow, shuttle.vehicle_id))
     assert vehicle.accepts_rides
     assert vehicle.hold_ends is None
 
@@ -301,7 +301,7 @@ def test_reassigning_all_rides_empties_the_shuttle_and_leaves_it_in_service(flee
     assert {e.ride_id for e in effects.rides if e.vehicle_before == first} == set(mine)
     for ride_id in mine:
         assert fleet.ride(ride_id).vehicle_id not in (first, None)
-    assert fleet.campus.read(lambda uow: vehicles.vehicle_of(uow, first)).accepts_rides
+    assert fleet.campus.read(lambda uow: enrolled_vehicle(uow, first)).accepts_rides
     fleet.run_until_idle(6000.0)
     assert {fleet.ride(ride.ride_id).state for ride in rides} == {RideState.COMPLETED}
 
@@ -332,7 +332,6 @@ def test_only_a_ride_that_waits_for_the_shuttle_can_be_given_away(fleet: FakeFle
     ):
         with pytest.raises(error):
             done(fleet.campus, vehicle_id, wish)
-    while fleet.ride(ride.ride_id).state is not RideState.ABOARD:
-        fleet.step()
+    fleet.run_until(lambda: fleet.ride(ride.ride_id).state is RideState.ABOARD)
     with pytest.raises(RideAlreadyAboard):
         done(fleet.campus, first, Intervention("reassign", ride_id=ride.ride_id))

@@ -80,6 +80,21 @@ def test_a_ride_that_only_a_shuttle_far_away_could_make_in_time_is_refused_as_no
     assert "Tuesday 24 November" in ride.reason_detail
 
 
+def test_no_arrival_is_promised_for_after_closing(fleet: FakeFleet) -> None:
+    free = fleet.book("NN7", "C6")
+    assert free.arrival_eta is not None
+    assert free.promise is not None
+    planned_s = (free.arrival_eta - fleet.campus.clock.now()).total_seconds()
+    minutes = int(planned_s / 60) + 1
+    closes = fleet.campus.clock.now() + timedelta(minutes=minutes)
+    assert free.promise.arrive_by > closes, "the promise leaves room, which closing takes away"
+    open_for(fleet.campus, minutes)
+    ride = fleet.book("NN7", "C6")
+    assert ride.state is RideState.ASSIGNED
+    assert ride.promise is not None
+    assert ride.promise.arrive_by <= closes
+
+
 def test_a_promised_ride_is_kept_past_closing_when_its_shuttle_is_lost(driven_fleet: FakeFleet) -> None:
     fleet = driven_fleet
     open_for(fleet.campus, 30)

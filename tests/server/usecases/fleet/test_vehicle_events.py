@@ -28,6 +28,7 @@ from server.usecases.orders import orders, outbox
 from server.usecases.orders.orders import REJECTIONS_MAX
 from server.usecases.planning import plans
 from server.usecases.record import commands
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from server.usecases.rides import rides
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -77,7 +78,7 @@ def test_a_newer_session_fences_the_older(fleet: FakeFleet) -> None:
     with pytest.raises(SessionFenced):
         fleet.campus.read(lambda uow: vehicle_sessions.require_epoch(uow, shuttle.vehicle_id, old))
     fleet.campus.do(lambda uow: vehicle_sessions.close_session(uow, shuttle.vehicle_id, old))
-    assert fleet.campus.read(lambda uow: vehicles.vehicle_of(uow, shuttle.vehicle_id)).connected
+    assert fleet.campus.read(lambda uow: enrolled_vehicle(uow, shuttle.vehicle_id)).connected
 
 
 def test_boarding_wins_over_a_cancellation_that_crossed_with_it(driven_fleet: FakeFleet) -> None:
@@ -322,10 +323,10 @@ def test_a_vehicle_at_sea_is_an_incident_and_is_not_placed(campus: CampusUnderTe
     shuttle = fleet.shuttles[0]
     shuttle.connect_at(Pose2(9999.0, 9999.0, 0.0))
     assert kinds(campus) == {IncidentKind.IMPOSSIBLE_POSITION}
-    assert not campus.read(lambda uow: vehicles.vehicle_of(uow, shuttle.vehicle_id)).placed
+    assert not campus.read(lambda uow: enrolled_vehicle(uow, shuttle.vehicle_id)).placed
     shuttle.report()
     assert kinds(campus) == set()
-    assert campus.read(lambda uow: vehicles.vehicle_of(uow, shuttle.vehicle_id)).placed
+    assert campus.read(lambda uow: enrolled_vehicle(uow, shuttle.vehicle_id)).placed
 
 
 def test_two_vehicles_on_the_same_ground_are_an_incident_until_one_is_gone(campus: CampusUnderTest) -> None:
@@ -338,7 +339,7 @@ def test_two_vehicles_on_the_same_ground_are_an_incident_until_one_is_gone(campu
     campus.do(lambda uow: vehicles.retire(uow, one.vehicle_id, "ann"))
     two.report()
     assert kinds(campus) == set()
-    assert campus.read(lambda uow: vehicles.vehicle_of(uow, two.vehicle_id)).placed
+    assert campus.read(lambda uow: enrolled_vehicle(uow, two.vehicle_id)).placed
 
 
 def test_silence_is_an_incident_until_the_vehicle_is_heard_again(fleet: FakeFleet) -> None:

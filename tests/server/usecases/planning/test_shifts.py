@@ -106,12 +106,13 @@ def test_who_is_aboard_is_brought_home_after_the_shift_and_the_shuttle_rests(
 ) -> None:
     fleet = one_shuttle
     ride = fleet.book("NN7", "C6")
-    while fleet.ride(ride.ride_id).state is not RideState.ABOARD:
-        fleet.step()
+    fleet.run_until(lambda: fleet.ride(ride.ride_id).state is RideState.ABOARD)
     set_shifts(fleet, daily((4, 8)))
     assert fleet.book("NN20", "C1").reason == "no_vehicle_free"
     tomorrow = fleet.campus.clock.now() + timedelta(hours=21)
-    while not fleet.ride(ride.ride_id).has_ended:
+    for _ in range(3600):
+        if fleet.ride(ride.ride_id).has_ended:
+            break
         fleet.campus.do(plans.refresh_expected)
         fleet.step()
     assert fleet.ride(ride.ride_id).state is RideState.COMPLETED
@@ -133,8 +134,7 @@ def test_a_ride_of_the_next_shift_is_made_in_it(one_shuttle: FakeFleet) -> None:
         fleet.campus.do(plans.refresh_expected)
     assert fleet.ride(ride.ride_id).state is RideState.ASSIGNED
     fleet.campus.clock.advance((earliest - fleet.campus.clock.now()).total_seconds() - 900.0)
-    while not fleet.ride(ride.ride_id).has_ended:
-        fleet.step()
+    fleet.run_until(lambda: fleet.ride(ride.ride_id).has_ended)
     done = fleet.ride(ride.ride_id)
     assert done.state is RideState.COMPLETED
     assert not done.promise_broken

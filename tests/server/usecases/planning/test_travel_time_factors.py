@@ -43,8 +43,7 @@ def quick_fleet() -> Iterator[FakeFleet]:
 def test_drives_from_stop_to_stop_are_measured_and_learnt_from(quick_fleet: FakeFleet) -> None:
     fleet = quick_fleet
     ride = fleet.book("NN7", "C6")
-    while not fleet.ride(ride.ride_id).has_ended:
-        fleet.step()
+    fleet.run_until(lambda: fleet.ride(ride.ride_id).has_ended)
     driven = fleet.campus.read(lambda uow: uow.travel_time_factors.legs())
     assert [(leg.from_stop, leg.to_stop) for leg in driven] == [("NN7", "C6")]
     # The campus is in Shanghai, eight hours before the clock of the test.
@@ -61,14 +60,12 @@ def test_drives_from_stop_to_stop_are_measured_and_learnt_from(quick_fleet: Fake
 def test_a_drive_that_somebody_interrupted_is_not_measured(quick_fleet: FakeFleet) -> None:
     fleet = quick_fleet
     ride = fleet.book("NN7", "C6")
-    while fleet.ride(ride.ride_id).state is not RideState.ABOARD:
-        fleet.step()
+    fleet.run_until(lambda: fleet.ride(ride.ride_id).state is RideState.ABOARD)
     for _ in range(3):
         fleet.step()
     fleet.shuttles[0].hold()
     fleet.shuttles[0].resume()
-    while not fleet.ride(ride.ride_id).has_ended:
-        fleet.step()
+    fleet.run_until(lambda: fleet.ride(ride.ride_id).has_ended)
     assert fleet.campus.read(lambda uow: uow.travel_time_factors.legs()) == ()
 
 

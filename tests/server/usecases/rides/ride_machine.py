@@ -26,6 +26,7 @@ from contract.wire.messages import (
 )
 from contract.wire.sequence import SequenceGap
 from server.domain.errors import DomainError, SessionFenced
+from server.domain.instants import ns_of
 from server.domain.orders.orders import OrderState
 from server.domain.record.events import RecordedEvent
 from server.domain.rides.effects import Intervention
@@ -37,7 +38,6 @@ from server.usecases.fleet import (
     vehicles,
 )
 from server.usecases.orders import orders
-from server.usecases.orders.order_payload import utc_ns
 from server.usecases.rides import destinations, lost_vehicles, rides
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -379,7 +379,7 @@ class RideMachine(RuleBasedStateMachine):
         return known[number % len(known)] if known else None
 
     def send(self, shuttle: FakeShuttle, boot_id: str, sequence: int, body: VehicleEvent) -> None:
-        now_ns = utc_ns(self.campus.clock.now())
+        now_ns = ns_of(self.campus.clock.now())
         event = RecordedEvent(shuttle.vehicle_id, boot_id, sequence, now_ns, now_ns, body)
         self.campus.do(lambda uow: events.apply_event(uow, event))
 

@@ -160,8 +160,7 @@ def test_a_help_call_goes_to_the_top_of_the_incidents_and_is_kept_once(fleet: Fa
 
 def test_somebody_aboard_cannot_board_again_and_completes(driven_fleet: FakeFleet) -> None:
     ride = driven_fleet.book("NN20", "C6")
-    while driven_fleet.ride(ride.ride_id).state is not RideState.ABOARD:
-        driven_fleet.step()
+    driven_fleet.run_until(lambda: driven_fleet.ride(ride.ride_id).state is RideState.ABOARD)
     with pytest.raises(RideAlreadyAboard):
         driven_fleet.campus.do(lambda uow: rides.tap(uow, ride.ride_id, "board"))
     driven_fleet.run_until_idle(2500.0)

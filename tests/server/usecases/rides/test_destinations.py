@@ -155,8 +155,9 @@ def test_a_shuttle_that_is_almost_there_still_stops_for_its_party(driven_fleet: 
     ride = driven_fleet.book("NN20", "C6")
     shuttle = shuttle_of(driven_fleet, ride)
     visit_id = driven_fleet.campus.read(lambda uow: plans.plan_of(uow, shuttle.vehicle_id)).visits[0].visit_id
-    while shuttle.line is None or (shuttle.line.visit_s(visit_id) or 0.0) - shuttle.s_m > 8.0:
-        driven_fleet.step()
+    driven_fleet.run_until(
+        lambda: shuttle.line is not None and (shuttle.line.visit_s(visit_id) or 0.0) - shuttle.s_m <= 8.0
+    )
     change(driven_fleet, ride, "GYM")
     plan = driven_fleet.campus.read(lambda uow: plans.plan_of(uow, shuttle.vehicle_id))
     assert (plan.visits[0].visit_id, plan.visits[0].board) == (visit_id, (ride.ride_id,))

@@ -15,8 +15,7 @@ from tests.server.usecases.fake_shuttle import FakeShuttle
 def underway(fleet: FakeFleet, party: int = 2) -> tuple[Ride, FakeShuttle, FakeShuttle]:
     """A ride aboard and between stops, its shuttle, and the other one."""
     booked = fleet.book("NN20", "C6", party)
-    while fleet.ride(booked.ride_id).state is not RideState.ABOARD:
-        fleet.step()
+    fleet.run_until(lambda: fleet.ride(booked.ride_id).state is RideState.ABOARD)
     for _ in range(30):
         fleet.step()
     ride = fleet.ride(booked.ride_id)

@@ -30,6 +30,20 @@ def test_the_foot_is_on_one_pedal_only_and_stays_there_for_a_whim() -> None:
     assert len(set(sides)) == 1
 
 
+def test_when_the_vehicle_sets_off_the_brake_goes_only_while_the_throttle_comes() -> None:
+    pedals, foot = PedalController(), PedalState()
+    for _ in range(100):
+        foot = pedals.held(foot)
+    brakes = []
+    for _ in range(10):
+        foot = pedals.step(foot, 0.5, 0.0)
+        assert foot.throttle_ratio > 0.0
+        brakes.append(foot.brake_ratio)
+    assert brakes[:6] == pytest.approx([0.4, 0.3, 0.2, 0.1, 0.0, 0.0], abs=1e-9)
+    assert brakes[6:] == [0.0] * 4
+    assert not foot.holding
+
+
 def test_holding_comes_gently_and_stays() -> None:
     pedalling, foot = PedalController(), PedalState(holding=False)
     brakes = []

@@ -178,10 +178,11 @@ def test_without_a_position_or_sight_what_is_driven_becomes_a_stop(case: str) ->
     assert path.limited_by == {"lost": "no position", "blind": "blind"}[case]
 
 
-def test_a_poor_position_asks_for_half_a_metre_a_second() -> None:
+@pytest.mark.parametrize("std_m", [0.5, math.inf, math.nan])
+def test_a_poor_position_asks_for_half_a_metre_a_second(std_m: float) -> None:
     state = ROOM.initial()
     for k in range(1, 8):
-        ego = an_ego(k * TICK_NS, 20.0, std_m=0.5)
+        ego = an_ego(k * TICK_NS, 20.0, std_m=std_m)
         _, state = ROOM.step(state, ego, a_world(k * TICK_NS), a_task(20.0), ())
         for job in ROOM.jobs(state):
             assert (job.speed_mps_max, job.speed_reason) == (0.5, "poor position")

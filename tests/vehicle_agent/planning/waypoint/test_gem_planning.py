@@ -1,5 +1,7 @@
 """The planning room: who limits the speed, and when it goes on."""
 
+import math
+
 import msgspec
 import numpy as np
 
@@ -87,8 +89,9 @@ def test_a_missing_grant_is_named() -> None:
 
 
 def test_a_poor_position_means_half_a_metre_a_second_and_none_means_standing() -> None:
-    poor = ROOM.step(ROOM.initial(), an_ego(TICK_NS, std_m=0.5), a_world(), a_task())[0]
-    assert (poor.limited_by, poor.speed_mps) == ("poor position", 0.5)
+    for std_m in (0.5, math.nan):
+        poor = ROOM.step(ROOM.initial(), an_ego(TICK_NS, std_m=std_m), a_world(), a_task())[0]
+        assert (poor.limited_by, poor.speed_mps) == ("poor position", 0.5)
     lost = msgspec.structs.replace(an_ego(TICK_NS), valid=False)
     assert ROOM.step(ROOM.initial(), lost, a_world(), a_task())[0].speed_mps == 0.0
 

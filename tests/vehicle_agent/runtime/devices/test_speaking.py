@@ -52,7 +52,7 @@ class FakeMatrix:
 
     def frame(self) -> Pixels:
         """The next frame that is pushed; TimeoutError when none is."""
-        while True:
+        for _ in range(1000):
             packet = self._socket.recv(2000)
             flags, sequence, kind, output, offset, length = HEADER.unpack(packet[: HEADER.size])
             assert (flags & 0xC0, kind, output) == (0x40, 0x0B, 1)
@@ -61,6 +61,7 @@ class FakeMatrix:
             self.sequences.append(sequence)
             if flags & 1:
                 return np.frombuffer(bytes(self._store), np.uint8).reshape(self._shape)
+        raise AssertionError("no packet says that the frame is complete")
 
     def is_quiet(self) -> bool:
         self._socket.settimeout(0.05)
@@ -279,7 +280,9 @@ def test_a_player_that_fails_or_hangs_does_not_silence_the_next(tmp_path: Path) 
     speaker.say("one", "")
     speaker.look()
     assert speaker.is_speaking
+    until_s = time.monotonic() + 5.0
     while not (log.exists() and log.read_text()):
+        assert time.monotonic() < until_s, "the player was never started"
         time.sleep(0.01)
     player(tmp_path, 0.0, code=3)
     now_s[0] = 60.0

@@ -14,8 +14,7 @@ pytestmark = pytest.mark.real
 def stand(path: str) -> None:
     with Path(path).open("a") as file:
         file.write(f"{os.getpid()}\n")
-    while True:
-        time.sleep(0.05)
+    time.sleep(60.0)
 
 
 def until(supervisor: Supervisor, condition: Callable[[], bool]) -> None:

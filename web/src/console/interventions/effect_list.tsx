@@ -16,7 +16,9 @@ interface EffectListProps {
 export function EffectList({ effects, scene }: EffectListProps) {
   const t = texts.value;
   const name = (vehicle_id: string | null) =>
-    scene.vehicles.find((vehicle) => vehicle.vehicle_id === vehicle_id)?.name ?? vehicle_id ?? "";
+    scene.vehicles.find((vehicle) => vehicle.vehicle_id === vehicle_id)?.facts.name ??
+    vehicle_id ??
+    "";
   if (effects.rides.length === 0 && effects.departures.length === 0)
     return <p class="hint">{t.no_effects}</p>;
   return (

@@ -57,7 +57,8 @@ export function InterventionDialog({
   onClose,
 }: InterventionDialogProps) {
   const t = texts.value;
-  const { vehicle_id, name } = vehicle;
+  const { vehicle_id, facts } = vehicle;
+  const { name } = facts;
   const request = useSignal<InterventionRequest>({
     kind,
     for_s: null,
@@ -174,7 +175,7 @@ function ReassignmentFields({
         value={request.to_vehicle_id ?? ""}
         options={[
           ["", t.any_other],
-          ...others.map((other) => [other.vehicle_id, other.name] as const),
+          ...others.map((other) => [other.vehicle_id, other.facts.name] as const),
         ]}
         onChange={(to_vehicle_id) => change({ to_vehicle_id })}
       />

@@ -6,7 +6,7 @@ import { ConditionChip } from "../vehicles/condition_chip";
 
 export function VehicleList({ scene }: { readonly scene: Scene }) {
   const t = texts.value;
-  const vehicles = [...scene.vehicles].sort((a, b) => a.name.localeCompare(b.name));
+  const vehicles = [...scene.vehicles].sort((a, b) => a.facts.name.localeCompare(b.facts.name));
   return (
     <section class="block" aria-label={t.vehicles}>
       <h2>{t.vehicles}</h2>
@@ -31,18 +31,19 @@ export function VehicleList({ scene }: { readonly scene: Scene }) {
 
 function VehicleRow({ vehicle }: { readonly vehicle: VehicleScene }) {
   const t = texts.value;
+  const { facts, status, task } = vehicle;
   return (
     <button type="button" class="row" onClick={() => goTo("live", vehicle.vehicle_id)}>
       <span class="row-head">
-        <strong>{vehicle.name}</strong>
+        <strong>{facts.name}</strong>
         <ConditionChip vehicle={vehicle} />
       </span>
       <span class="row-facts">
-        {!vehicle.in_service && <span>{t.out_of_service}</span>}
-        <span>{t.kmh((vehicle.speed_mps * 3.6).toFixed(0))}</span>
-        <span>{t.seats_taken(vehicle.people_aboard, vehicle.seats)}</span>
-        <span>{(vehicle.battery_ratio * 100).toFixed(0)} %</span>
-        {vehicle.next_stop !== "" && <span>→ {stopName(vehicle.next_stop)}</span>}
+        {!facts.in_service && <span>{t.out_of_service}</span>}
+        <span>{t.kmh(((status?.speed_mps ?? 0) * 3.6).toFixed(0))}</span>
+        <span>{t.seats_taken(task.people_aboard, facts.seats)}</span>
+        <span>{((status?.battery_ratio ?? 0) * 100).toFixed(0)} %</span>
+        {task.next_stop !== "" && <span>→ {stopName(task.next_stop)}</span>}
       </span>
     </button>
   );

@@ -6,7 +6,7 @@ import type { Palette } from "../../shared/map/drawing/palette";
 import type { MapLayer } from "../../shared/map/map_content";
 import type { AreaObservation } from "../../shared/scene/observation_areas";
 import { areaObservations } from "../../shared/scene/observation_areas";
-import type { Scene, VehicleScene } from "../../shared/scene/scene";
+import type { DrivingView, Scene } from "../../shared/scene/scene";
 
 /** At this zoom and above, single people are drawn. */
 const PEOPLE_FROM_PX_PER_M = 1.5;
@@ -16,7 +16,7 @@ const PREDICTION_PX = 1.5;
 const AREA_PX = 2;
 const DASH_PX = 6;
 
-type Track = NonNullable<VehicleScene["driving"]>["tracks"][number];
+type Track = DrivingView["tracks"][number];
 
 /**
  * Draws observation areas with their state, planned paths, and tracks of people with their predicted paths.
@@ -69,8 +69,8 @@ function drawPlansAndTracks(
   selected_vehicle: string,
 ): void {
   for (const vehicle of scene.vehicles) {
-    const driving = vehicle.driving;
-    if (!driving || !vehicle.located || !vehicle.connected) continue;
+    const driving = vehicle.status?.driving;
+    if (!driving || !vehicle.facts.connected) continue;
     context.globalAlpha =
       vehicle.vehicle_id === selected_vehicle || selected_vehicle === "" ? 1 : 0.4;
     drawLine(context, camera, pointsOf(driving.path), palette.path, PATH_PX);

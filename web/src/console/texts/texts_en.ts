@@ -1,3 +1,4 @@
+import type { CommandKind, CommandState, DriveMode } from "../../shared/scene/scene";
 import type { Condition } from "../../shared/scene/condition";
 
 const conditions: Record<Condition, string> = {
@@ -60,7 +61,7 @@ export const en = {
     manual: "by hand",
     minimal_risk: "minimal risk",
     fault: "fault",
-  } as Readonly<Record<string, string>>,
+  } as Readonly<Record<DriveMode, string>>,
   battery: "Battery",
   doors: "Doors",
   doors_open: "open",
@@ -181,6 +182,18 @@ export const en = {
   announce: "Announce",
   announce_text: "Text to say and show on board",
   announced: "Sent to the shuttle.",
+  last_command: (command: string, time: string, by: string) => `${command} at ${time} by ${by}:`,
+  commands: {
+    hold: "Hold",
+    resume: "Resume",
+    announce: "Announcement",
+    stop_now: "Stop now",
+  } as Readonly<Record<CommandKind, string>>,
+  command_states: {
+    pending: "waiting for the shuttle's answer",
+    done: "done",
+    failed: "refused",
+  } as Readonly<Record<CommandState, string>>,
   commanded: (command: string) => `${command}: sent to the shuttle.`,
   send: "Send to a stop",
   sent: "The visit is in its plan.",

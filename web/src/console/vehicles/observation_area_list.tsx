@@ -11,7 +11,7 @@ interface ObservationAreaListProps {
 
 /** The areas that this shuttle watches, each with its camera's report and the report's age. */
 export function ObservationAreaList({ vehicle, scene, now_ms }: ObservationAreaListProps) {
-  const own_area_ids = new Set(vehicle.driving?.areas.map((area) => area.area_id));
+  const own_area_ids = new Set(vehicle.status?.driving?.areas.map((area) => area.area_id));
   const shown = areaObservations(scene, now_ms).filter((area) => own_area_ids.has(area.area_id));
   if (shown.length === 0) return null;
   return (

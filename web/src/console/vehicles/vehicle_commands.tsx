@@ -1,13 +1,14 @@
 import { useSignal } from "@preact/signals";
 import { api, resultOf } from "../../shared/api/client";
 import type { Problem, Result } from "../../shared/api/problem";
-import type { Scene, VehicleScene } from "../../shared/scene/scene";
+import { modeOf, type Scene, type VehicleScene } from "../../shared/scene/scene";
 import { ProblemAlert } from "../../shared/ui/alerts";
 import { ConfirmDialog } from "../../shared/ui/dialog";
 import type { InterventionKind } from "../interventions/intervention_dialog";
 import { InterventionDialog } from "../interventions/intervention_dialog";
 import { texts } from "../texts/texts";
 import { AnnouncementForm } from "./announcement_form";
+import { LastCommand } from "./last_command";
 import { SendToStopForm } from "./send_to_stop_form";
 
 type Command = "resume" | "stop-now" | "release" | "evacuate";
@@ -37,7 +38,8 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
   const open_dialog = useSignal<"stop-now" | "evacuate" | InterventionKind | null>(null);
   const dialog = open_dialog.value;
   const t = texts.value;
-  const { vehicle_id, name } = vehicle;
+  const { vehicle_id, facts, task } = vehicle;
+  const { name } = facts;
   const finish = (result: Result<unknown>, text: string) => {
     problem.value = result.ok ? null : result.problem;
     outcome.value = result.ok ? text : "";
@@ -47,7 +49,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
   const closeDialog = () => {
     open_dialog.value = null;
   };
-  const is_held = vehicle.held || vehicle.mode !== "autonomous";
+  const is_held = facts.held || modeOf(vehicle) !== "autonomous";
   return (
     <div class="commands">
       <div class="buttons">
@@ -62,7 +64,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
         <button
           type="button"
           class="button small"
-          disabled={vehicle.held}
+          disabled={facts.held}
           onClick={() => {
             open_dialog.value = "hold";
           }}
@@ -87,7 +89,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
         >
           {t.reassign}
         </button>
-        {vehicle.people_aboard > 0 && (
+        {task.people_aboard > 0 && (
           <button
             type="button"
             class="button small danger"
@@ -98,7 +100,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
             {t.evacuate}
           </button>
         )}
-        {vehicle.in_service ? (
+        {facts.in_service ? (
           <button
             type="button"
             class="button small"
@@ -119,6 +121,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
       <p class="command-outcome" role="status">
         {outcome.value}
       </p>
+      <LastCommand command={vehicle.command} />
       {problem.value !== null && <ProblemAlert problem={problem.value} />}
       {dialog === "evacuate" && (
         <ConfirmDialog

@@ -18,7 +18,7 @@ interface VehiclePanelProps {
 export function VehiclePanel({ vehicle, scene, now_ms }: VehiclePanelProps) {
   const t = texts.value;
   return (
-    <section class="block vehicle" aria-label={vehicle.name}>
+    <section class="block vehicle" aria-label={vehicle.facts.name}>
       <header class="block-head">
         <button type="button" class="button quiet small" onClick={() => goTo("live")}>
           <BackIcon />
@@ -26,9 +26,9 @@ export function VehiclePanel({ vehicle, scene, now_ms }: VehiclePanelProps) {
         </button>
       </header>
       <div class="row-head">
-        <h2>{vehicle.name}</h2>
+        <h2>{vehicle.facts.name}</h2>
         <ConditionChip vehicle={vehicle} />
-        {!vehicle.in_service && <span class="chip warning">{t.out_of_service}</span>}
+        {!vehicle.facts.in_service && <span class="chip warning">{t.out_of_service}</span>}
       </div>
       <VehicleCommands vehicle={vehicle} scene={scene} />
       <VehicleStatus vehicle={vehicle} scene={scene} now_ms={now_ms} />

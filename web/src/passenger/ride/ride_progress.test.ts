@@ -46,7 +46,7 @@ test("boarding opens when the shuttle stands at the pickup stop with open doors"
     phase: "at_pickup",
     can_tap_aboard: true,
   });
-  const closed = { ...at_gate, doors_open: false };
+  const closed = aVehicle({ next_stop: "gate", speed_mps: 0 });
   expect(rideProgress(ticket, null, closed).can_tap_aboard).toBe(false);
   expect(rideProgress(ticket, null, at_library).can_tap_aboard).toBe(false);
 });

@@ -8,7 +8,7 @@ import { minutesUntil } from "./ride_progress";
 import type { RideTracker, Ticket } from "./ride_tracker";
 
 export function vehicleName(ride: RideTracker, ticket: Ticket): string {
-  return ride.vehicle.value?.name ?? ticket.vehicle_id ?? texts.value.shuttle;
+  return ride.vehicle.value?.facts.name ?? ticket.vehicle_id ?? texts.value.shuttle;
 }
 
 /** The title without times. A screen reader announces it, so it changes only when the phase does. */

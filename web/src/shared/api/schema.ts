@@ -723,7 +723,7 @@ export interface paths {
         put?: never;
         /**
          * Recall Vehicle
-         * @description Take it out of service: it brings home who is aboard, then rests.
+         * @description Take it out of service: it first brings its riders home, then rests.
          */
         post: operations["recall_vehicle"];
         delete?: never;
@@ -1487,8 +1487,22 @@ export interface components {
             code: string;
         };
         /**
+         * CommandScene
+         * @description A command to a vehicle and how it ended; `detail` is the vehicle's reason for a refusal.
+         */
+        CommandScene: {
+            command_id: string;
+            /** @enum {unknown} */
+            kind: "announce" | "hold" | "resume" | "stop_now";
+            /** @enum {unknown} */
+            state: "done" | "failed" | "pending";
+            detail: string;
+            by: string;
+            made_ms: number;
+        };
+        /**
          * CommandView
-         * @description A word to a vehicle; it is repeated until the vehicle says that it is done.
+         * @description A command to a vehicle; it is repeated until the vehicle answers it.
          * @example {
          *       "command_id": "command-4",
          *       "detail": "",
@@ -1515,7 +1529,10 @@ export interface components {
              * @enum {string}
              */
             state: "pending" | "done" | "failed";
-            /** Detail */
+            /**
+             * Detail
+             * @description The vehicle's reason when it refused; empty otherwise.
+             */
             detail: string;
         };
         /**
@@ -1815,6 +1832,23 @@ export interface components {
             /** Made By */
             made_by: string;
         };
+        /** FaultReport */
+        FaultReport: {
+            code: string;
+            /** @enum {unknown} */
+            severity: "info" | "stop" | "warning";
+            since_ns: number;
+        };
+        /** FaultView */
+        FaultView: {
+            /** Code */
+            code: string;
+            /**
+             * Severity
+             * @enum {string}
+             */
+            severity: "info" | "warning" | "stop";
+        };
         /**
          * FieldProblem
          * @description One field of the payload that does not fit.
@@ -2020,47 +2054,6 @@ export interface components {
             name_en: string;
             /** Xy */
             xy: number[];
-        };
-        /**
-         * LiveView
-         * @description Its newest word.
-         */
-        LiveView: {
-            /**
-             * Heard At
-             * Format: date-time
-             */
-            heard_at: string;
-            /** X M */
-            x_m: number;
-            /** Y M */
-            y_m: number;
-            /** Yaw Rad */
-            yaw_rad: number;
-            /** Speed Mps */
-            speed_mps: number;
-            /** Lane Id */
-            lane_id: string;
-            /** S M */
-            s_m: number;
-            /** Battery Ratio */
-            battery_ratio: number;
-            /** Doors Open */
-            doors_open: boolean;
-            /** Visit Id */
-            visit_id: string;
-            /** Aboard */
-            aboard: string[];
-            /** Screen */
-            screen: string;
-            /** Spoken */
-            spoken: string;
-            /** Obstacle M */
-            obstacle_m: number | null;
-            /** Waiting For */
-            waiting_for: string;
-            /** Faults */
-            faults: string[];
         };
         /**
          * MapGeometry
@@ -2285,6 +2278,27 @@ export interface components {
             lane_id: string;
             /** S M */
             s_m: number;
+        };
+        /**
+         * Pose2
+         * @description A planar pose; the name of the variable that holds it says in which frame (`pose_map`).
+         */
+        Pose2: [
+            number,
+            number,
+            number
+        ];
+        /**
+         * PoseView
+         * @description Map frame: metres east (x) and north (y) of the origin, yaw counter-clockwise from east.
+         */
+        PoseView: {
+            /** X M */
+            x_m: number;
+            /** Y M */
+            y_m: number;
+            /** Yaw Rad */
+            yaw_rad: number;
         };
         /**
          * Problem
@@ -3242,6 +3256,74 @@ export interface components {
             closes_at: string;
         };
         /**
+         * Status
+         * @description Where the vehicle is and what it does; latest wins.
+         */
+        Status: {
+            /** @enum {unknown} */
+            type: "status";
+            epoch: number;
+            stamp_ns: number;
+            pose_map: components["schemas"]["Pose2"];
+            speed_mps: number;
+            accel_mps2: number;
+            steer_rad: number;
+            /** @enum {unknown} */
+            mode: "autonomous" | "fault" | "held" | "manual" | "minimal_risk";
+            battery_ratio: number;
+            doors_open: boolean;
+            lane_id: string;
+            s_m: number;
+            order_id: string;
+            revision: number;
+            visit_id: string;
+            /** @default [] */
+            aboard: string[];
+            /** @default  */
+            screen: string;
+            /** @default  */
+            spoken: string;
+            /** @default null */
+            obstacle_m: number | null;
+            /** @default  */
+            waiting_for: string;
+            /** @default [] */
+            faults: components["schemas"]["FaultReport"][];
+            /** @default null */
+            driving: components["schemas"]["DrivingView"] | null;
+        };
+        /**
+         * StatusView
+         * @description Its newest status.
+         */
+        StatusView: {
+            pose_map: components["schemas"]["PoseView"];
+            /** Speed Mps */
+            speed_mps: number;
+            /** Lane Id */
+            lane_id: string;
+            /** S M */
+            s_m: number;
+            /** Battery Ratio */
+            battery_ratio: number;
+            /** Doors Open */
+            doors_open: boolean;
+            /** Visit Id */
+            visit_id: string;
+            /** Aboard */
+            aboard: string[];
+            /** Screen */
+            screen: string;
+            /** Spoken */
+            spoken: string;
+            /** Obstacle M */
+            obstacle_m: number | null;
+            /** Waiting For */
+            waiting_for: string;
+            /** Faults */
+            faults: components["schemas"]["FaultView"][];
+        };
+        /**
          * StopView
          * @example {
          *       "lane_id": "lane-17",
@@ -3476,7 +3558,7 @@ export interface components {
         };
         /**
          * VehicleDetail
-         * @description Facts, newest word, plan and ground of one vehicle.
+         * @description Facts, newest status, plan, sections and newest command of one vehicle.
          * @example {
          *       "boot_id": "boot-7a1e",
          *       "charging": false,
@@ -3565,7 +3647,10 @@ export interface components {
              * Format: date-time
              */
             enrolled_at: string;
-            live: components["schemas"]["LiveView"] | null;
+            /** Heard At */
+            heard_at: string | null;
+            status: components["schemas"]["StatusView"] | null;
+            last_command: components["schemas"]["CommandView"] | null;
             /** Plan Version */
             plan_version: number;
             /** Visits */
@@ -3595,148 +3680,114 @@ export interface components {
         };
         /**
          * VehicleFacts
-         * @description What changes seldom.
-         * @example {
-         *       "boot_id": "boot-7a1e",
-         *       "charging": false,
-         *       "connected": true,
-         *       "enrolled_at": "2026-08-30T06:00:00Z",
-         *       "epoch": 7,
-         *       "held": false,
-         *       "in_service": true,
-         *       "map_version": "3f0c9a71d2e84b55",
-         *       "mode": "autonomous",
-         *       "name": "Shuttle 1",
-         *       "placed": true,
-         *       "seats": 6,
-         *       "software": "0.1.0",
-         *       "stack": "gem",
-         *       "vehicle_id": "shuttle-1",
-         *       "wheelchair_places": 1
-         *     }
+         * @description What the store holds of a vehicle; names and meanings are those of `domain.fleet.vehicles.Vehicle`.
          */
         VehicleFacts: {
-            /** Vehicle Id */
-            vehicle_id: string;
-            /** Name */
             name: string;
-            /** Seats */
             seats: number;
-            /** Wheelchair Places */
+            /** @default 0 */
             wheelchair_places: number;
-            /** Connected */
-            connected: boolean;
-            /**
-             * Held
-             * @description It stands until an operator resumes it.
-             */
-            held: boolean;
-            /**
-             * In Service
-             * @description It may get new rides.
-             */
-            in_service: boolean;
-            /**
-             * Placed
-             * @description It holds the ground under its body, so that it can be given a route.
-             */
-            placed: boolean;
-            /**
-             * Hold Ends
-             * @description When the server resumes it; null: an operator does.
-             */
-            hold_ends: string | null;
-            /**
-             * Charging
-             * @description It went to charge and has not charged to the full yet.
-             */
-            charging: boolean;
-            /** Mode */
-            mode: string;
-            /** Epoch */
-            epoch: number;
-            /** Boot Id */
-            boot_id: string;
-            /** Software */
-            software: string;
-            /** Stack */
-            stack: string;
-            /** Map Version */
-            map_version: string;
-            /**
-             * Enrolled At
-             * Format: date-time
-             */
-            enrolled_at: string;
-        };
-        /**
-         * VehicleScene
-         * @description One shuttle on the screen.
-         *
-         *         heard_ms    when the server last heard it; 0 for never
-         *         located     False while nobody knows where it is: the pose then means nothing
-         *         route       where it will drive, from where it was when its task last changed, simplified to 0.5 m
-         *         charging    it rests where it is charged
-         *         driving     what it sees and plans, for operators; null before its first report
-         *         next_stop   stop_id of the visit it drives to or stands at, "" when it only goes to rest
-         */
-        VehicleScene: {
-            vehicle_id: string;
-            name: string;
-            seats: number;
-            /** @default 0 */
-            x_m: number;
-            /** @default 0 */
-            y_m: number;
-            /** @default 0 */
-            yaw_rad: number;
-            /** @default 0 */
-            speed_mps: number;
-            /** @default false */
-            located: boolean;
-            /** @default held */
-            mode: string;
             /** @default false */
             connected: boolean;
             /** @default false */
             held: boolean;
             /** @default true */
             in_service: boolean;
-            /** @default 0 */
-            heard_ms: number;
-            /** @default 0 */
-            battery_ratio: number;
             /** @default false */
             charging: boolean;
-            /** @default false */
-            doors_open: boolean;
+            /**
+             * @default held
+             * @enum {unknown}
+             */
+            mode: "autonomous" | "fault" | "held" | "manual" | "minimal_risk";
+        };
+        /**
+         * VehicleScene
+         * @description One vehicle on the screen.
+         *
+         *         facts    from the store
+         *         task     from its plan and order
+         *         status   its newest status as it came over the wire, rounded; None before the first. Its `driving` is for
+         *                  operators, and reaches screens by the bus only
+         *         heard_ms when the server received that status; 0 for never
+         *         command  the newest command to it, None when there never was one
+         */
+        VehicleScene: {
+            vehicle_id: string;
+            facts: components["schemas"]["VehicleFacts"];
+            /**
+             * @default {
+             *       "next_stop": "",
+             *       "people_aboard": 0,
+             *       "at_charger": false,
+             *       "route": [],
+             *       "visits": [],
+             *       "order_waits": false,
+             *       "hold_ends_ms": 0,
+             *       "charged_at_ms": 0
+             *     }
+             */
+            task: components["schemas"]["VehicleTask"];
             /** @default null */
-            obstacle_m: number | null;
-            /** @default  */
-            waiting_for: string;
-            /** @default  */
-            screen: string;
-            /** @default  */
-            spoken: string;
-            /** @default  */
-            order_id: string;
-            /** @default  */
-            visit_id: string;
+            status: components["schemas"]["Status"] | null;
+            /** @default 0 */
+            heard_ms: number;
+            /** @default null */
+            command: components["schemas"]["CommandScene"] | null;
+        };
+        /**
+         * VehicleTask
+         * @description What a vehicle is going to do.
+         *
+         *         visits         in driving order, for operators
+         *         order_waits    the newest plan waits until its route is safe
+         *         hold_ends_ms   when the server resumes it, 0 when an operator does
+         *         charged_at_ms  when it will have charged, 0 when it does not charge
+         *         next_stop      stop_id of the visit it drives to or stands at, "" when it only goes to rest
+         *         people_aboard  people of the rides aboard
+         *         at_charger     it rests where it is charged
+         *         route          where it will drive, from where it was when its task last changed, simplified to 0.5 m
+         */
+        VehicleTask: {
             /** @default  */
             next_stop: string;
-            /** @default [] */
-            aboard: string[];
             /** @default 0 */
             people_aboard: number;
-            /** @default [] */
-            faults: string[];
+            /** @default false */
+            at_charger: boolean;
             /** @default [] */
             route: [
                 number,
                 number
             ][];
-            /** @default null */
-            driving: components["schemas"]["DrivingView"] | null;
+            /** @default [] */
+            visits: components["schemas"]["VisitScene"][];
+            /** @default false */
+            order_waits: boolean;
+            /** @default 0 */
+            hold_ends_ms: number;
+            /** @default 0 */
+            charged_at_ms: number;
+        };
+        /**
+         * VisitScene
+         * @description A visit of a vehicle's plan that is not done.
+         *
+         *         boarding, alighting  how many rides begin and end there
+         *         eta_ms  0 while the plan has none; why: a rest is made to charge or where riders are expected
+         */
+        VisitScene: {
+            visit_id: string;
+            /** @enum {unknown} */
+            kind: "rest" | "stop" | "temporary";
+            /** @enum {unknown} */
+            state: "done" | "pending" | "skipped" | "under_way";
+            stop_id: string;
+            boarding: number;
+            alighting: number;
+            eta_ms: number;
+            /** @enum {unknown} */
+            why: "" | "charge" | "demand";
         };
         /** VisitView */
         VisitView: {

@@ -2,7 +2,7 @@ import type { CampusGeometry } from "../campus/campus_geometry";
 import { stopName } from "../campus/campus_geometry";
 import { conditionOf } from "../scene/condition";
 import { PoseInterpolator } from "../scene/pose_interpolation";
-import type { Point, VehicleScene } from "../scene/scene";
+import { poseOf, type Point, type VehicleScene } from "../scene/scene";
 import type { Bounds, Camera, Padding, Size } from "./camera/camera";
 import { boundsOf, fitCamera, toScreen, zoomCamera } from "./camera/camera";
 import { Gestures } from "./camera/gestures";
@@ -164,12 +164,13 @@ export class MapView {
     if (!this.following) return;
     const vehicle = this.located().find((vehicle) => this.isSelected(vehicle));
     if (vehicle === undefined) return;
-    const { x_m, y_m } = this.poses.pose(vehicle, now_ms);
+    const pose = this.poses.pose(vehicle, now_ms);
+    if (pose === null) return;
     let { px_per_m } = this.camera;
     // A camera that shows the whole campus zooms in at once; a zoom that the user chose stays.
     if (this.fit_target !== null) px_per_m = Math.max(px_per_m, FOLLOW_PX_PER_M_MIN);
     this.fit_target = null;
-    this.camera = { x_m, y_m, px_per_m };
+    this.camera = { x_m: pose.x_m, y_m: pose.y_m, px_per_m };
   }
 
   /** Matches the canvas to the screen's pixels; returns the number of screen pixels per CSS pixel. */
@@ -187,8 +188,9 @@ export class MapView {
   private drawRoutes(now_ms: number): void {
     for (const vehicle of this.located()) {
       const selected = this.isSelected(vehicle);
-      const { x_m, y_m } = this.poses.pose(vehicle, now_ms);
-      const ahead = routeAhead(vehicle.route, x_m, y_m);
+      const pose = this.poses.pose(vehicle, now_ms);
+      if (pose === null) continue;
+      const ahead = routeAhead(vehicle.task.route, pose.x_m, pose.y_m);
       this.context.globalAlpha = selected ? 0.85 : 0.35;
       drawLine(this.context, this.camera, ahead, this.palette.route, selected ? 5 : 3);
     }
@@ -211,8 +213,9 @@ export class MapView {
 
   private drawVehicles(now_ms: number): Label[] {
     const length = bodyLength_px(this.camera.px_per_m);
-    return this.located().map((vehicle) => {
+    return this.located().flatMap((vehicle) => {
       const pose = this.poses.pose(vehicle, now_ms);
+      if (pose === null) return [];
       const [x, y] = toScreen(this.camera, this.size, pose.x_m, pose.y_m);
       const selected = this.isSelected(vehicle);
       drawVehicle(this.context, this.palette, {
@@ -224,12 +227,12 @@ export class MapView {
         selected,
       });
       const radius_px = vehicleRadius_px(length, selected);
-      return { text: vehicle.name, x_px: x, y_px: y, radius_px, strong: true };
+      return [{ text: vehicle.facts.name, x_px: x, y_px: y, radius_px, strong: true }];
     });
   }
 
   private located(): readonly VehicleScene[] {
-    return (this.content?.scene?.vehicles ?? []).filter((vehicle) => vehicle.located);
+    return (this.content?.scene?.vehicles ?? []).filter((vehicle) => vehicle.status !== null);
   }
 
   private isSelected(vehicle: VehicleScene): boolean {
@@ -252,7 +255,11 @@ export class MapView {
       const [x, y] = toScreen(this.camera, this.size, x_m, y_m);
       return Math.hypot(x - x_px, y - y_px);
     };
-    const vehicle = nearest(this.located(), (v) => distance_px(v.x_m, v.y_m), radius_px);
+    const distanceOfVehicle_px = (vehicle: VehicleScene) => {
+      const pose = poseOf(vehicle);
+      return pose === null ? Infinity : distance_px(pose.x_m, pose.y_m);
+    };
+    const vehicle = nearest(this.located(), distanceOfVehicle_px, radius_px);
     if (vehicle !== null) return { kind: "vehicle", id: vehicle.vehicle_id };
     const stop = nearest(this.geometry?.stops ?? [], (s) => distance_px(s.x_m, s.y_m), radius_px);
     return stop === null ? { kind: "nothing" } : { kind: "stop", id: stop.stop_id };

@@ -1,15 +1,14 @@
 import { expect, test } from "vitest";
 import type { Condition } from "./condition";
 import { conditionOf } from "./condition";
-import type { VehicleScene } from "./scene";
-import { aVehicle } from "./scene_builders";
+import { aVehicle, type VehicleChanges } from "./scene_builders";
 
-const cases: readonly (readonly [Condition, Partial<VehicleScene>])[] = [
+const cases: readonly (readonly [Condition, VehicleChanges])[] = [
   ["driving", {}],
   ["standing", { speed_mps: 0 }],
-  ["charging", { speed_mps: 0, charging: true }],
-  ["standing", { speed_mps: 0, charging: true, battery_ratio: 1 }],
-  ["driving", { charging: true }],
+  ["charging", { speed_mps: 0, at_charger: true }],
+  ["standing", { speed_mps: 0, at_charger: true, battery_ratio: 1 }],
+  ["driving", { at_charger: true }],
   ["boarding", { speed_mps: 0, doors_open: true }],
   ["blocked", { speed_mps: 0, obstacle_m: 3 }],
   ["standing", { speed_mps: 0, obstacle_m: 40 }],

@@ -1,4 +1,4 @@
-import type { VehicleScene } from "./scene";
+import { modeOf, type VehicleScene } from "./scene";
 
 /** The one state of a shuttle that decides its colour, its badge and its text. */
 export type Condition =
@@ -24,16 +24,19 @@ const BLOCKED_WITHIN_M = 6;
 const FULL_RATIO = 0.99;
 
 export function conditionOf(vehicle: VehicleScene): Condition {
-  if (!vehicle.connected) return "offline";
-  if (vehicle.mode === "fault") return "fault";
-  if (vehicle.mode === "minimal_risk") return "minimal_risk";
-  if (vehicle.mode === "manual") return "manual";
-  if (vehicle.held || vehicle.mode === "held") return "held";
-  if (vehicle.doors_open) return "boarding";
-  if (Math.abs(vehicle.speed_mps) >= MOVING_MPS) return "driving";
-  if (vehicle.waiting_for !== "") return "waiting";
-  if (vehicle.obstacle_m !== null && vehicle.obstacle_m <= BLOCKED_WITHIN_M) return "blocked";
-  if (vehicle.charging && vehicle.battery_ratio < FULL_RATIO) return "charging";
+  const { facts, status, task } = vehicle;
+  if (!facts.connected) return "offline";
+  const mode = modeOf(vehicle);
+  if (mode === "fault") return "fault";
+  if (mode === "minimal_risk") return "minimal_risk";
+  if (mode === "manual") return "manual";
+  if (facts.held || mode === "held") return "held";
+  if (status === null) return "standing";
+  if (status.doors_open) return "boarding";
+  if (Math.abs(status.speed_mps) >= MOVING_MPS) return "driving";
+  if (status.waiting_for !== "") return "waiting";
+  if (status.obstacle_m !== null && status.obstacle_m <= BLOCKED_WITHIN_M) return "blocked";
+  if (task.at_charger && status.battery_ratio < FULL_RATIO) return "charging";
   return "standing";
 }
 

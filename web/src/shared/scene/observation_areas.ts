@@ -21,7 +21,7 @@ export interface AreaObservation {
 export function areaObservations(scene: Scene, now_ms: number): AreaObservation[] {
   const seen = new Map<string, boolean>();
   for (const vehicle of scene.vehicles)
-    for (const area of vehicle.driving?.areas ?? [])
+    for (const area of vehicle.status?.driving?.areas ?? [])
       seen.set(area.area_id, (seen.get(area.area_id) ?? false) || area.track_count > 0);
   const reports = new Map(scene.areas.map((area) => [area.area_id, area]));
   const area_ids = [...new Set([...seen.keys(), ...reports.keys()])].sort();

@@ -1,10 +1,6 @@
-import type { Scene, VehicleScene } from "./scene";
+import { poseOf, type Pose, type Scene, type VehicleScene } from "./scene";
 
-export interface Pose {
-  readonly x_m: number;
-  readonly y_m: number;
-  readonly yaw_rad: number;
-}
+export type { Pose } from "./scene";
 
 interface PoseSegment {
   readonly from: Pose;
@@ -30,18 +26,20 @@ export class PoseInterpolator {
   update(scene: Scene, now_ms: number, interpolate: boolean): void {
     const segments = new Map<string, PoseSegment>();
     for (const vehicle of scene.vehicles) {
-      if (!vehicle.located) continue;
+      const pose = poseOf(vehicle);
+      if (pose === null) continue;
       const last = interpolate ? this.segments.get(vehicle.vehicle_id) : undefined;
-      const segment = nextSegment(last, vehicle, now_ms);
+      const segment = nextSegment(last, pose, now_ms);
       segments.set(vehicle.vehicle_id, segment);
       this.until_ms = Math.max(this.until_ms, segment.start_ms + segment.duration_ms);
     }
     this.segments = segments;
   }
 
-  pose(vehicle: VehicleScene, now_ms: number): Pose {
+  /** Null for a shuttle without a status. */
+  pose(vehicle: VehicleScene, now_ms: number): Pose | null {
     const segment = this.segments.get(vehicle.vehicle_id);
-    return segment === undefined ? vehicle : poseAt(segment, now_ms);
+    return segment === undefined ? poseOf(vehicle) : poseAt(segment, now_ms);
   }
 
   isMoving(now_ms: number): boolean {
@@ -49,8 +47,7 @@ export class PoseInterpolator {
   }
 }
 
-function nextSegment(last: PoseSegment | undefined, vehicle: Pose, now_ms: number): PoseSegment {
-  const to = { x_m: vehicle.x_m, y_m: vehicle.y_m, yaw_rad: vehicle.yaw_rad };
+function nextSegment(last: PoseSegment | undefined, to: Pose, now_ms: number): PoseSegment {
   const jump = { from: to, to, start_ms: now_ms, duration_ms: 0 };
   if (last === undefined) return jump;
   if (isSamePose(last.to, to)) return last;

@@ -36,13 +36,13 @@ test("changed items keep their order, new ones come last, removed ones disappear
   const scene = nextScene(
     two,
     aDelta({
-      vehicles: [aVehicle({ vehicle_id: "c" }), aVehicle({ vehicle_id: "a", x_m: 7 })],
+      vehicles: [aVehicle({ vehicle_id: "c" }), aVehicle({ vehicle_id: "a", speed_mps: 7 })],
       vehicles_gone: ["b"],
     }),
   )!;
-  expect(scene.vehicles.map((vehicle) => [vehicle.vehicle_id, vehicle.x_m])).toEqual([
+  expect(scene.vehicles.map((vehicle) => [vehicle.vehicle_id, vehicle.status?.speed_mps])).toEqual([
     ["a", 7],
-    ["c", 0],
+    ["c", 3],
   ]);
   expect(scene.at_ms).toBe(5);
 });

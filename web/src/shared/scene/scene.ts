@@ -12,7 +12,11 @@ export type VehicleScene = Readonly<Schemas["VehicleScene"]>;
 export type RideScene = Readonly<Schemas["RideScene"]>;
 export type IncidentsScene = Readonly<Schemas["IncidentsScene"]>;
 export type AreaScene = Readonly<Schemas["AreaScene"]>;
-export type PictureScene = Readonly<Schemas["DrivingView"]>;
+export type VehicleStatus = Readonly<Schemas["Status"]>;
+export type DrivingView = Readonly<Schemas["DrivingView"]>;
+export type DriveMode = VehicleStatus["mode"];
+export type CommandKind = Schemas["CommandScene"]["kind"];
+export type CommandState = Schemas["CommandScene"]["state"];
 export type SceneMessage = Schemas["Snapshot"] | Schemas["Delta"];
 export type RideState = Schemas["RideState"];
 
@@ -37,5 +41,23 @@ export function hasEnded(state: string): state is EndState {
 
 /** Whether the shuttle stands at the stop with open doors; only then does it accept a tap. */
 export function hasDoorsOpenAt(vehicle: VehicleScene, stop_id: string): boolean {
-  return vehicle.doors_open && vehicle.next_stop === stop_id;
+  return vehicle.status?.doors_open === true && vehicle.task.next_stop === stop_id;
+}
+
+export interface Pose {
+  readonly x_m: number;
+  readonly y_m: number;
+  readonly yaw_rad: number;
+}
+
+/** Where the shuttle is by its newest status; null before its first. */
+export function poseOf(vehicle: VehicleScene): Pose | null {
+  if (vehicle.status === null) return null;
+  const [x_m, y_m, yaw_rad] = vehicle.status.pose_map;
+  return { x_m, y_m, yaw_rad };
+}
+
+/** The mode of the newest status, or what the store knows. */
+export function modeOf(vehicle: VehicleScene): DriveMode {
+  return vehicle.status?.mode ?? vehicle.facts.mode;
 }

@@ -1,41 +1,79 @@
-import type { PictureScene, RideScene, Scene, VehicleScene } from "./scene";
+import type { DrivingView, RideScene, Scene, VehicleScene, VehicleStatus } from "./scene";
 
-/** A shuttle that drives, for tests. */
-export function aVehicle(changes: Partial<VehicleScene> = {}): VehicleScene {
-  return {
+type Facts = VehicleScene["facts"];
+type Task = VehicleScene["task"];
+export type VehicleChanges = Partial<Facts & Task & VehicleStatus & Omit<VehicleScene, "facts">>;
+
+const FACTS: Facts = {
+  name: "Shuttle 1",
+  seats: 6,
+  wheelchair_places: 1,
+  connected: true,
+  held: false,
+  in_service: true,
+  charging: false,
+  mode: "autonomous",
+};
+
+const TASK: Task = {
+  next_stop: "",
+  people_aboard: 0,
+  at_charger: false,
+  route: [],
+  visits: [],
+  order_waits: false,
+  hold_ends_ms: 0,
+  charged_at_ms: 0,
+};
+
+/** A shuttle that drives, for tests. Each change goes to every part that has a field of its name. */
+export function aVehicle(changes: VehicleChanges = {}): VehicleScene {
+  const vehicle = {
     vehicle_id: "shuttle-1",
-    name: "Shuttle 1",
-    seats: 6,
-    x_m: 0,
-    y_m: 0,
-    yaw_rad: 0,
-    speed_mps: 3,
-    located: true,
-    mode: "autonomous",
-    connected: true,
-    held: false,
-    in_service: true,
+    facts: changed(FACTS, changes),
+    task: changed(TASK, changes),
+    status: aStatus(changes),
     heard_ms: 0,
-    battery_ratio: 0.8,
-    charging: false,
-    doors_open: false,
-    obstacle_m: null,
-    waiting_for: "",
-    screen: "",
-    spoken: "",
-    order_id: "",
-    visit_id: "",
-    next_stop: "",
-    aboard: [],
-    people_aboard: 0,
-    faults: [],
-    route: [],
-    driving: null,
-    ...changes,
+    command: null,
   };
+  return changed<VehicleScene>(vehicle, changes);
 }
 
-export function aDrivingView(changes: Partial<PictureScene> = {}): PictureScene {
+function changed<Part extends object>(part: Part, changes: object): Part {
+  const names = Object.keys(part).filter((name) => name in changes);
+  const values = names.map((name) => [name, changes[name as keyof typeof changes]]);
+  return { ...part, ...Object.fromEntries(values) };
+}
+
+export function aStatus(changes: object = {}): VehicleStatus {
+  const status: VehicleStatus = {
+    type: "status",
+    epoch: 1,
+    stamp_ns: 0,
+    pose_map: [0, 0, 0],
+    speed_mps: 3,
+    accel_mps2: 0,
+    steer_rad: 0,
+    mode: "autonomous",
+    battery_ratio: 0.8,
+    doors_open: false,
+    lane_id: "",
+    s_m: 0,
+    order_id: "",
+    revision: 0,
+    visit_id: "",
+    aboard: [],
+    screen: "",
+    spoken: "",
+    obstacle_m: null,
+    waiting_for: "",
+    faults: [],
+    driving: null,
+  };
+  return changed(status, changes);
+}
+
+export function aDrivingView(changes: Partial<DrivingView> = {}): DrivingView {
   return { limited_by: "", path: [], tracks: [], areas: [], ...changes };
 }
 

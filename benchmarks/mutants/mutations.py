@@ -1,0 +1,110 @@
+"""Wrong changes to a file, one at a time: cosmic-ray's operators, those that look like a slip of a person."""
+
+import ast
+import difflib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from cosmic_ray.ast import ast_nodes, get_ast
+from cosmic_ray.mutating import mutate_code
+from cosmic_ray.operators.provider import OperatorProvider
+
+_ARITHMETIC = (
+    ("Add", "Sub"),
+    ("Sub", "Add"),
+    ("Mul", "Div"),
+    ("Div", "Mul"),
+    ("FloorDiv", "Mul"),
+    ("Pow", "Mul"),
+)
+# Each comparison at its boundary and turned round.
+_COMPARISONS = (
+    ("Lt", "LtE"), ("Lt", "GtE"), ("LtE", "Lt"), ("LtE", "Gt"),
+    ("Gt", "GtE"), ("Gt", "LtE"), ("GtE", "Gt"), ("GtE", "Lt"),
+    ("Eq", "NotEq"), ("NotEq", "Eq"), ("Is", "IsNot"), ("IsNot", "Is"),
+)  # fmt: skip
+OPERATORS: tuple[str, ...] = (
+    *(f"ReplaceBinaryOperator_{one}_{other}" for one, other in _ARITHMETIC),
+    *(f"ReplaceComparisonOperator_{one}_{other}" for one, other in _COMPARISONS),
+    "AddNot",
+    "ExceptionReplacer",
+    "NumberReplacer",
+    "ReplaceAndWithOr",
+    "ReplaceOrWithAnd",
+    "ReplaceBreakWithContinue",
+    "ReplaceContinueWithBreak",
+    "ReplaceFalseWithTrue",
+    "ReplaceTrueWithFalse",
+    "ReplaceUnaryOperator_Delete_Not",
+    "ReplaceUnaryOperator_Delete_USub",
+    "ZeroIterationForLoop",
+)
+# One more or less of so many is a change that nothing can show.
+_NUMBER_MAX = 1000
+_PROVIDER = OperatorProvider()
+
+
+@dataclass(frozen=True, slots=True)
+class Mutation:
+    """The n-th place in a file where an operator applies."""
+
+    path: str
+    operator: str
+    occurrence: int
+
+
+@dataclass(frozen=True, slots=True)
+class MutatedFile:
+    """text is the whole file after the change; line, was and now are the first line that differs."""
+
+    text: str
+    line: int
+    was: str
+    now: str
+
+    def key(self, path: str) -> str:
+        """The same for the same change, wherever in the file its line has moved."""
+        return f"{path}: {self.was} -> {self.now}"
+
+
+def mutations_of(path: str, text: str) -> Iterator[Mutation]:
+    """Every mutation of the file."""
+    nodes = list(ast_nodes(get_ast(text)))
+    for name in OPERATORS:
+        operator: Any = _PROVIDER[name]()
+        occurrence = 0
+        for node in nodes:
+            for _ in operator.mutation_positions(node):
+                if not _is_declared(node) and (name != "NumberReplacer" or _is_noticeable(node)):
+                    yield Mutation(path, name, occurrence)
+                occurrence += 1
+
+
+def mutated(mutation: Mutation, text: str) -> MutatedFile:
+    """The file with the mutation in it."""
+    changed = mutate_code(text, _PROVIDER[mutation.operator](), mutation.occurrence)
+    assert changed is not None, mutation
+    before, after = text.splitlines(), changed.splitlines()
+    matcher = difflib.SequenceMatcher(None, before, after, autojunk=False)
+    _, a_from, a_to, b_from, b_to = next(code for code in matcher.get_opcodes() if code[0] != "equal")
+    return MutatedFile(changed, a_from + 1, _joined(before[a_from:a_to]), _joined(after[b_from:b_to]))
+
+
+def _is_declared(node: Any) -> bool:
+    """In a decorator or in the head of a class: how a kernel is compiled, that a struct is frozen. No test is
+    to notice that; mypy and the linter do."""
+    below = None
+    while node is not None:
+        if node.type == "decorator" or (node.type == "classdef" and below is not node.children[-1]):
+            return True
+        node, below = node.parent, node
+    return False
+
+
+def _is_noticeable(number: Any) -> bool:
+    return abs(ast.literal_eval(number.value)) < _NUMBER_MAX
+
+
+def _joined(lines: list[str]) -> str:
+    return " ".join(" ".join(lines).split())

@@ -1,0 +1,15 @@
+"""Instants as numbers since the Unix epoch, and back. Moments are aware datetimes."""
+
+from datetime import UTC, datetime, timedelta
+
+EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+
+
+def ns_of(moment: datetime) -> int:
+    """Nanoseconds, exact to the microsecond that datetimes hold; what the wire uses."""
+    return (moment - EPOCH) // timedelta(microseconds=1) * 1000
+
+
+def ms_of(moment: datetime | None) -> int:
+    """Milliseconds, exact in a JavaScript number; 0 for None."""
+    return 0 if moment is None else (moment - EPOCH) // timedelta(milliseconds=1)

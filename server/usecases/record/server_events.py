@@ -1,0 +1,16 @@
+"""The server's own record of what happened: who did what to which ride, vehicle, map or calendar."""
+
+from server.domain.record.events import ServerEvent
+from server.usecases.ports.unit_of_work import UnitOfWork
+
+THE_SERVER = "server"
+
+
+def record_event(uow: UnitOfWork, name: str, subject: str, by: str, detail: str = "") -> None:
+    """Append an event to the record of this transaction.
+
+    name     `noun.verb`, e.g. `ride.cancelled`
+    subject  id of the ride, vehicle, incident, map or calendar that it is about
+    by       operator, vehicle or token that caused it; THE_SERVER or "" when nothing outside did
+    """
+    uow.events.add_server_event(ServerEvent(uow.campus_id, uow.now, name, subject, by, detail))

@@ -1,0 +1,20 @@
+import type { VehicleScene } from "../../shared/scene/scene";
+import { texts } from "../texts/texts";
+import { formatTimeWithSeconds } from "../texts/times";
+
+/** The newest command to a shuttle and how it ended: a refused one says why. */
+export function LastCommand({ command }: { readonly command: VehicleScene["command"] }) {
+  if (command === null) return null;
+  const t = texts.value;
+  const given = t.last_command(
+    t.commands[command.kind],
+    formatTimeWithSeconds(command.made_ms),
+    command.by,
+  );
+  return (
+    <p class={`last-command ${command.state}`}>
+      {given} <strong>{t.command_states[command.state]}</strong>
+      {command.state === "failed" && command.detail !== "" && `: ${command.detail}`}
+    </p>
+  );
+}
