@@ -283,7 +283,10 @@ def _risk(
 
 @njit(cache=True)
 def _distance_to_road_user(at: BoxPose, box: Box, mover: Array, px: float, py: float) -> float:
-    """Distance to the edge of one moving road user (8,) with its middle at (px, py); a long one is three discs."""
+    """Distance to the edge of one moving road user (8,) with its middle at (px, py).
+
+    A long one is three discs.
+    """
     reach = 0.5 * mover[M_WIDTH] + mover[M_WIDER]
     distance: float = box_distance(at, box, px, py) - reach
     if mover[M_LENGTH] > 1.5 * mover[M_WIDTH]:

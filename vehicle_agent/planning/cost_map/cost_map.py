@@ -1,7 +1,10 @@
-"""The rolling cost map: free, occupied and unknown space around the vehicle, a byte a cell (NUS, section IV-B).
+"""The rolling cost map: free, occupied and unknown space around the vehicle, a byte a cell.
+
+After NUS, section IV-B.
 
 50 x 50 m in cells of 0.2 m, with the axes of the map frame and the vehicle in the middle. 255 is unknown, 254
-an obstacle. 0..253 is the cost near obstacles, which falls off exponentially with the distance to the nearest.
+an obstacle. 0..253 is the cost near obstacles, which falls off exponentially with the distance to the
+nearest.
 
 """
 

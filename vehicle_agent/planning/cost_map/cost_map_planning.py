@@ -103,7 +103,10 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
         task: Task,
         plans: tuple[PlanAnswer, ...] = (),
     ) -> tuple[Path, CostMapPlanningState]:
-        """The waypoints ahead and the speed to follow now. Without a line the vehicle stands. It needs no planner."""
+        """The waypoints ahead and the speed to follow now.
+
+        Without a line the vehicle stands. It needs no planner.
+        """
         state = next_tick(state, ego)
         if task.line is None:
             return no_path(ego), msgspec.structs.replace(state, line_id=0, waypoints=NOTHING, areas=())
@@ -192,7 +195,9 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
         number, area = found
         outline = self._outline(area.area_id)
         reported, stop_m = _reported(world, area.area_id), self._stop_m(area, task)
-        return self.crossings.observe(state.passing, number, area, outline, costs, reported, stop_m, ego.speed_mps)
+        return self.crossings.observe(
+            state.passing, number, area, outline, costs, reported, stop_m, ego.speed_mps
+        )
 
     def _outline(self, area_id: str) -> Array:
         areas = self.network.road_map.observation_areas

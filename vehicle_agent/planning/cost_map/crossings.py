@@ -1,4 +1,6 @@
-"""Crossings: what an infrastructure camera's report may change, and when a stop may be skipped (NUS, section V).
+"""Crossings: what an infrastructure camera's report may change, and when a stop may be skipped.
+
+After NUS, section V.
 
 Where the vehicle cannot see for itself, a camera's report never makes it go faster than without the camera.
 
@@ -33,7 +35,8 @@ class CrossingState(msgspec.Struct, frozen=True):
 class CrossingRule(msgspec.Struct, frozen=True):
     """stops "never": go as the cost map allows, slower where a camera reports people.
     "always": stop before every crossing, and go when it is observed free (the paper's baseline).
-    "untold": the same, but a fresh report that it is free spares the stop where the vehicle observes it free too.
+    "untold": the same, but a fresh report that it is free spares the stop where the vehicle observes it free
+    too.
 
     reported_mps  past an occupied crossing, from its stop line on
     known_min     share of a crossing's ground that must be known to call it free
@@ -61,13 +64,21 @@ class CrossingRule(msgspec.Struct, frozen=True):
         stop_m: float,
         speed_mps: float,
     ) -> CrossingState:
-        """The state after one observation. stop_m: bumper to stop line; beyond the line the decision stands."""
+        """The state after one observation.
+
+        stop_m: bumper to stop line; beyond the line the decision stands.
+        """
         if state.number != number:
             state = CrossingState(number)
         if stop_m < -0.3:
             return msgspec.structs.replace(state, spared=True)
         known, taken = seen_in(costs.cells, costs.column, costs.row, outline)
-        free = costs.known and known >= self.known_min and taken == 0 and (reported is None or reported.count == 0)
+        free = (
+            costs.known
+            and known >= self.known_min
+            and taken == 0
+            and (reported is None or reported.count == 0)
+        )
         clear = state.clear + 1 if free else 0
         has_stopped = speed_mps < self.standing_mps and stop_m < self.near_m
         is_told = self.stops == "untold" and reported is not None and stop_m < self.spare_m

@@ -20,7 +20,7 @@ class Cadence(msgspec.Struct, frozen=True):
 
     beside_m, ahead_s, ahead_m  a road user this near to the line, this far ahead, is a reason to plan
     left_s                      a trajectory that lasts no longer than this is renewed
-    deviation_m, deviation_mps  this far from the trajectory, or this much faster or slower, the vehicle is off it
+    deviation_m, deviation_mps  farther from the trajectory, or from its speed, the vehicle is off it
     stopped_mps                 also when it brakes from more than this while the vehicle stands already
     every_ticks                 plan at most this often: 10 Hz
     """

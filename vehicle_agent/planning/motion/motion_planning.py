@@ -120,7 +120,9 @@ class MotionPlanning:
         state = self._with_job_if_due(state, ego, world, task, limit_mps, reason)
         return self._path(state, ego, task, reason if limit_mps <= 0.0 else "")
 
-    def _with_newest_plan(self, state: MotionPlanningState, plans: tuple[PlanAnswer, ...]) -> MotionPlanningState:
+    def _with_newest_plan(
+        self, state: MotionPlanningState, plans: tuple[PlanAnswer, ...]
+    ) -> MotionPlanningState:
         """The newest plan for this line replaces the one before."""
         newest = state.answer
         for plan in plans:
@@ -155,7 +157,13 @@ class MotionPlanning:
         if not (near_road_users or state.near_road_users or self._has_changed(state, ego, task, limit_mps)):
             return state
         return self._with_job(
-            msgspec.structs.replace(state, near_road_users=near_road_users), near, ego, world, task, limit_mps, reason
+            msgspec.structs.replace(state, near_road_users=near_road_users),
+            near,
+            ego,
+            world,
+            task,
+            limit_mps,
+            reason,
         )
 
     def _has_changed(self, state: MotionPlanningState, ego: Ego, task: Task, limit_mps: float) -> bool:
@@ -225,7 +233,8 @@ class MotionPlanning:
     def _next_start(self, state: MotionPlanningState, ego: Ego, begin_ns: int) -> StartState:
         """The state at which the next trajectory begins.
 
-        On the present trajectory while the vehicle follows it closely, else where the vehicle is predicted to be.
+        On the present trajectory while the vehicle follows it closely, else where the vehicle is predicted to
+        be.
         """
         driven = _driven(state)
         if driven is not None:

@@ -76,7 +76,7 @@ def _refined(
     start: Array,
     moving: MovingDiscs,
 ) -> tuple[MotionCandidate, int]:
-    """(best candidate, iterations): refines the path by what the last speed profile showed, and tries again."""
+    """(best candidate, iterations). Refines the path by the last speed profile, and tries again."""
     limits = params.limits
     weights = params.path.factors()
     obstacles = np.vstack([request.static_discs, _standing(moving, params.moving_m)])

@@ -87,9 +87,9 @@ class ClearanceLaw(NamedTuple):
 class StoppingRoom(NamedTuple):
     """The room that the guard requires before a person whom the body passes nearer than aside_m.
 
-    The vehicle must be able to drive on for response_s, brake with decel_mps2 and stop ahead_m before the person;
-    the guard brakes for a plan that keeps less. Or it must creep by the time the person could be at the body's
-    side, so that it can pass people who stand beside the way.
+    The vehicle must be able to drive on for response_s, brake with decel_mps2 and stop ahead_m before the
+    person; the guard brakes for a plan that keeps less. Or it must creep by the time the person could be at
+    the body's side, so that it can pass people who stand beside the way.
     speed_mps_min  of the creep
     step_mps2      how hard a person may accelerate into the way
     late_s         from a person's first step to braking: detection, tracking, response and pedal delay
@@ -187,7 +187,7 @@ class MotionParams(msgspec.Struct, frozen=True):
     stop_gap_m         between the bumper and what the vehicle stops for
     gap_s              this many seconds' way stay free before a moving agent, as the guard requires
     early_s            an agent may come this much earlier than predicted
-    walk_mps           a person slower than this, but faster than moving_mps_min, may be about to walk this fast
+    walk_mps           a person who moves, but slower than this, may be about to walk this fast
     iterations_max     of path and speed together; path_iterations_max: of one path
     nodes_max          of one s-t search
     moving_m           an agent that moves less than this in the horizon is a static obstacle to the path

@@ -24,7 +24,10 @@ class Approach(msgspec.Struct, frozen=True):
     arrived_m: float = 0.06
 
     def command(self, stop_m: float, speed_mps: float, name: str = "stop") -> SpeedCommand:
-        """The speed with `stop_m` still to go; v = sqrt(2 a d), with d less the way driven during the delay."""
+        """The speed with `stop_m` still to go.
+
+        v = sqrt(2 a d), with d less the way driven during the delay.
+        """
         if stop_m <= self.arrived_m:
             firm = self.decel_mps2_firm if stop_m < -0.5 else self.decel_mps2
             return SpeedCommand(name, 0.0, -firm)

@@ -30,8 +30,8 @@ class WaypointState(msgspec.Struct, frozen=True):
 
 
 class ResumeRule(msgspec.Struct, frozen=True):
-    """No creeping: below yield_mps the vehicle stands, until the path has been free for resume_m in clear_looks
-    observations in a row.
+    """No creeping: below yield_mps the vehicle stands, until the path has been free for resume_m in
+    clear_looks observations in a row.
     """
 
     yield_mps: float = 0.3

@@ -25,7 +25,10 @@ class GapRule(msgspec.Struct, frozen=True):
     def lead(
         self, points: Array, s: Array, s_m: float, first: int, others: tuple[FleetVehicle, ...]
     ) -> LeadVehicle | None:
-        """The nearest fleet vehicle ahead. points (n, 2) and s (n,) of the line; `first` the segment of s_m."""
+        """The nearest fleet vehicle ahead.
+
+        points (n, 2) and s (n,) of the line; `first` the segment of s_m.
+        """
         found: LeadVehicle | None = None
         last = first
         while last < len(s) - 1 and s[last] < s_m + self.look_m:
@@ -42,7 +45,8 @@ class GapRule(msgspec.Struct, frozen=True):
     def _tail_m(
         self, points: Array, s: Array, s_m: float, segments: tuple[int, int], other: FleetVehicle
     ) -> float | None:
-        """Where along the line the vehicle's outline begins; None when it is beside the line, behind or beyond.
+        """Where along the line the vehicle's outline begins; None when it is beside the line, behind or
+        beyond.
 
         A vehicle that crosses the line has corners on both sides of it, or one near it.
         """

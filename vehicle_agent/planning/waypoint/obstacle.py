@@ -61,7 +61,10 @@ class ObstacleRule(msgspec.Struct, frozen=True):
         return SpeedCommand("obstacle", allowed_mps, slope_mps2, emergency=obstacle_m < self.stop_m)
 
     def free_m(self, points_map: Array, sweep: "Sweep", clearance_m: float) -> float:
-        """How far the bumper can move before the body, widened by the clearance, covers a point; inf for none."""
+        """How far the bumper can move before the body, widened by the clearance, covers a point.
+
+        inf: it never does.
+        """
         return float(
             first_contact(
                 points_map,

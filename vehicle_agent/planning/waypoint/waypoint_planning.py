@@ -73,7 +73,10 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
         task: Task,
         plans: tuple[PlanAnswer, ...] = (),
     ) -> tuple[Path, WaypointPlanningState]:
-        """The waypoints ahead and the speed to follow now. Without a line the vehicle stands. It needs no planner."""
+        """The waypoints ahead and the speed to follow now.
+
+        Without a line the vehicle stands. It needs no planner.
+        """
         state = next_tick(state, ego)
         if task.line is None:
             return no_path(ego), msgspec.structs.replace(state, line_id=0, waypoints=NOTHING)

@@ -25,10 +25,10 @@ _GAP, _SLOPE = 1e5, 1e6
 class SpeedWeights(msgspec.Struct, frozen=True):
     """Costs and penalties of the program.
 
-    Costs of one second of: (v - wish)^2, a^2, jerk^2. Penalties, linear and squared, of a metre beyond the hard
-    corridor, beyond the soft corridor, and of 1 m/s above a limit of the place.
+    Costs of one second of: (v - wish)^2, a^2, jerk^2. Penalties, linear and squared, of a metre beyond the
+    hard corridor, beyond the soft corridor, and of 1 m/s above a limit of the place.
 
-    gap_s  this many seconds' way stay free before the soft corridor's end, as reserve for what is not predicted
+    gap_s  this many seconds' way stay free before the soft corridor's end, as a reserve
     """
 
     speed: float = 1.0
@@ -200,8 +200,8 @@ def started(
 ) -> SpeedStart:
     """A start that a plan within the bounds can continue from.
 
-    A start that would roll back comes to rest instead, with a jerk above the bound. A held jerk that leads out of
-    the bounds is dropped.
+    A start that would roll back comes to rest instead, with a jerk above the bound. A held jerk that leads
+    out of the bounds is dropped.
     """
     v = max(speed_mps, 0.0)
     a = max(accel_mps2, _least_accel_mps2(v, bounds))

@@ -47,9 +47,9 @@ def graph(
 ) -> StGraph:
     """Occupancy at the knots.
 
-    Each knot takes what is occupied half a knot before it, and half a knot and `early` (a,) slots after it: an
-    agent faster than predicted comes earlier. An agent with PASS_YIELD blocks its stretch, and all beyond it,
-    from now until it has left.
+    Each knot takes what is occupied half a knot before it, and half a knot and `early` (a,) slots after it:
+    an agent faster than predicted comes earlier. An agent with PASS_YIELD blocks its stretch, and all beyond
+    it, from now until it has left.
     """
     low, high, soft_low, soft_high = merged(
         occupancy.hard_low_m,
