@@ -3,7 +3,6 @@ crossings.
 
 Predictions alone are too noisy to thread through crossing traffic. The vehicle stops at the stop line for
 every moving road user in an observation area whose way may meet its own there at about the same time.
-
 """
 
 import msgspec
@@ -24,7 +23,7 @@ class CrossingRules(msgspec.Struct, frozen=True):
     front_m           from the rear axle to the bumper
     decel_mps2        the vehicle stops at a stop line as long as this deceleration is enough
     pass_mps          assumed speed through the area
-    occupied_mps, reported_mps  speed at a crossing with tracked people, with people that only its camera reports
+    occupied_mps, reported_mps  speed at a crossing with tracked people, with people seen by its camera only
     """
 
     front_m: float

@@ -2,7 +2,6 @@
 
 A job gives a decision: the lateral offset, speed limits by place, the road users to yield to, and where to
 stop. Each plan has a new decision; what must persist is in the job's memory.
-
 """
 
 import math

@@ -2,7 +2,6 @@
 
 d_t = argmin over the candidates of J_s + J_d + J_o + J_dyn. The paper uses d_t and d_0 for two things each;
 here `chosen` is the choice and `now` the vehicle's offset.
-
 """
 
 import math

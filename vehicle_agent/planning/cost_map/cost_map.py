@@ -5,7 +5,6 @@ After NUS, section IV-B.
 50 x 50 m in cells of 0.2 m, with the axes of the map frame and the vehicle in the middle. 255 is unknown, 254
 an obstacle. 0..253 is the cost near obstacles, which falls off exponentially with the distance to the
 nearest.
-
 """
 
 import math

@@ -3,7 +3,6 @@
 After NUS, section V.
 
 Where the vehicle cannot see for itself, a camera's report never makes it go faster than without the camera.
-
 """
 
 import math

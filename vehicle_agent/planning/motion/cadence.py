@@ -3,7 +3,6 @@
 Planning too often passes the noise of localization and perception on to the wheels. Planning too rarely makes
 the vehicle respond late. So a vehicle on a free road keeps its trajectory until that nears its end, and one
 with road users near its way plans at every opportunity.
-
 """
 
 import math

@@ -1,7 +1,6 @@
 """An independent checker of trajectories: plain numpy, and none of the planner's kernels.
 
 It uses the request and the rows alone.
-
 """
 
 import numpy as np

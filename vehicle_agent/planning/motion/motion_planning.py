@@ -2,7 +2,6 @@
 
 The tick itself neither searches nor optimizes. It keeps a trajectory, requests a new one, or, when no planner
 answers, turns it into a stop.
-
 """
 
 import math

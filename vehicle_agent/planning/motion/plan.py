@@ -2,7 +2,6 @@
 
 Budgets are counts. There is always an answer: the plan, or the mildest stop without a violation on the new
 path, on the previous path, or on the present steering arc.
-
 """
 
 import math

@@ -2,7 +2,6 @@
 
 Layers are time slots and a node is (u, v, a). Each cell of u and v keeps only its cheapest node. The result
 is a corridor for the speed program: which agents the vehicle yields to and which it passes before.
-
 """
 
 import math
