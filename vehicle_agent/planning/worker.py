@@ -74,7 +74,7 @@ def _agents(job: PlanJob, decision: Decision, rules: BehaviourRules) -> Agents:
     )
 
 
-# How many stations ahead the slowest place is looked for when a limit is told.
+# The slowest place within this many stations ahead gives the reason for a limit.
 _LOOK_STATIONS = 20
 # The motion planner's words for what behaviour knows more of, and for people in the way.
 _BY_PLACE, _AT_END = "speed limit", "stop"
@@ -82,7 +82,7 @@ _FOR_PEOPLE = frozenset({"yielding", "footprint", "blocked", "emergency"})
 
 
 def _reason(decision: Decision, motion: Motion) -> str:
-    """What keeps the vehicle from going faster, in the words of behaviour where it was behaviour's doing."""
+    """What keeps the vehicle from going faster, as the behavioral planner names it where it caused it."""
     if motion.limited_by in _FOR_PEOPLE:
         return "obstacle"
     if motion.limited_by == _AT_END and motion.quality == "planned":

@@ -1,7 +1,8 @@
-"""Stopping at a line for those who cross (Snow Lion, unprotected intersections), and slowing at crossings.
+"""Yielding to crossing traffic at a stop line (Snow Lion, unprotected intersections), and slowing at
+crossings.
 
-Predictions alone are too noisy to thread through crossing traffic by: whoever moves in an observation area,
-and may be on our way while we are, is let go first, at the stop line.
+Predictions alone are too noisy to thread through crossing traffic. The vehicle stops at the stop line for
+every moving road user in an observation area whose way may meet its own there at about the same time.
 """
 
 import msgspec
@@ -14,13 +15,15 @@ from vehicle_agent.signals import Corridor, PlanJob, WatchedArea
 
 
 class CrossingRules(msgspec.Struct, frozen=True):
-    """apart_s        both ways through the area must be this far apart in time, to go
-    resume_apart_s    and this far to go on once the vehicle has stopped or begun to
-    beside_m          who comes this near to the line is on it
+    """Rules at observation areas.
+
+    apart_s           to go, both ways through the area must be this far apart in time
+    resume_apart_s    the same to drive on, once the vehicle has stopped or begun to
+    beside_m          a road user this near to the line is on it
     front_m           from the rear axle to the bumper
-    decel_mps2        a stop line is stopped at while this is enough
-    pass_mps          the speed through the area that is reckoned with
-    occupied_mps, told_mps  at a crossing where somebody is seen, or where only its camera tells of somebody
+    decel_mps2        the vehicle stops at a stop line as long as this deceleration is enough
+    pass_mps          assumed speed through the area
+    occupied_mps, reported_mps  speed at a crossing with tracked people, with people seen by its camera only
     """
 
     front_m: float
@@ -30,12 +33,16 @@ class CrossingRules(msgspec.Struct, frozen=True):
     decel_mps2: float = 1.6
     pass_mps: float = 2.5
     occupied_mps: float = 2.2
-    told_mps: float = 1.5
+    reported_mps: float = 1.5
 
 
 class YieldDecision(msgspec.Struct, frozen=True):
-    """end_s_m: where the rear axle stops for an area, inf for nowhere; to: the ids it lets go first;
-    stopping_for: see `PlanMemory`; slow (from_s_m, to_s_m, speed_mps) where it goes slower."""
+    """end_s_m: where the rear axle stops for an area, inf for nowhere.
+
+    to            ids of the tracks that the vehicle yields to
+    stopping_for  see `PlanMemory`
+    slow          (from_s_m, to_s_m, speed_mps) where it drives slower
+    """
 
     end_s_m: float
     to: tuple[int, ...]
@@ -53,7 +60,7 @@ def yielding(job: PlanJob, s_m: float, rules: CrossingRules) -> YieldDecision:
             continue
         if area.kind == "crossing":
             if seen.track_ids or seen.reported:
-                speed_mps = rules.occupied_mps if seen.track_ids else rules.told_mps
+                speed_mps = rules.occupied_mps if seen.track_ids else rules.reported_mps
                 slow.append((area.enter_s_m - rules.front_m - 2.0, area.leave_s_m, speed_mps))
             continue
         stop_s_m = area.stop_s_m - rules.front_m
@@ -71,7 +78,7 @@ def yielding(job: PlanJob, s_m: float, rules: CrossingRules) -> YieldDecision:
 def _conflicts(
     job: PlanJob, area: AreaAhead, seen: WatchedArea, s_m: float, rules: CrossingRules
 ) -> tuple[int, ...]:
-    """Who is on our way through the area at about the time that we are."""
+    """Ids of the tracks that are on our way through the area at about the same time."""
     apart_s = rules.resume_apart_s if area.area_id in job.memory.stopping_for else rules.apart_s
     speed_mps = max(job.speed_mps, rules.pass_mps)
     enter_s = max(0.0, area.enter_s_m - rules.front_m - s_m) / speed_mps - apart_s

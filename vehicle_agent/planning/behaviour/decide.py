@@ -1,7 +1,7 @@
-"""What to do, before how to move: the page of the behavioral planner (Snow Lion, behavioral planning).
+"""The behavioral planner: what to do, before how to move (Snow Lion, behavioral planning).
 
-From the job comes a decision: which offset to drive at, how fast at most where, whom to let go first, where
-to stop. It is made anew for each plan; what has to last is in the job's memory.
+A job gives a decision: the lateral offset, speed limits by place, the road users to yield to, and where to
+stop. Each plan has a new decision; what must persist is in the job's memory.
 """
 
 import math
@@ -27,7 +27,7 @@ from vehicle_agent.planning.behaviour.offsets import (
     choose,
     rate,
 )
-from vehicle_agent.planning.behaviour.scenarios import MANNERS, ScenarioRules
+from vehicle_agent.planning.behaviour.scenarios import SCENARIO_RULES, ScenarioRules
 from vehicle_agent.planning.motion.clearance import Box
 from vehicle_agent.signals import PEDESTRIAN, Corridor, PlanJob
 
@@ -37,13 +37,14 @@ _DISC_REACH_M = 6.0
 
 
 class BehaviourRules(msgspec.Struct, frozen=True):
-    """front_m, back_m, half_width_m of the body about the rear axle; wall_m: room to walls and kerbs
+    """The behavioral planner's parameters.
 
-    standing_mps   who is slower is an obstacle to drive around
-    gap_m          between the bumper and something that stands on the way
-    sensor_x_m     the sensor before the rear axle
-    run_mps, react_s, decel_mps2  who comes from a hidden place runs so fast; how the vehicle can stop
-    creep_mps      no hidden place makes the vehicle go slower than this
+    front_m, back_m, half_width_m  of the body about the rear axle; wall_m: margin to walls and kerbs
+    standing_mps   a slower road user is an obstacle to drive around
+    gap_m          between the bumper and an obstacle on the way
+    sensor_x_m     the sensor ahead of the rear axle
+    run_mps, react_s, decel_mps2  speed of a person who comes from a hidden place; how the vehicle can stop
+    creep_mps      hidden places do not lower the speed below this
     inflation_growth, inflation_m_max  share of a prediction's deviation that is added to the inflation
     """
 
@@ -82,11 +83,12 @@ class BehaviourRules(msgspec.Struct, frozen=True):
 
 
 class Decision(msgspec.Struct, frozen=True):
-    """s_m, l_m: the start on the line; arrays (n,) by station of the job's corridor, at stations_m.
+    """One decision; arrays (n,) by station of the job's corridor, at stations_m.
 
+    s_m, l_m  the start on the line
     end_s_m   where the rear axle stops at the latest, and end_reason
-    cut_s_m   where something that stands blocks the way, inf for nowhere
-    discs     (m, 3) what stands; inflation_m (a, k) of the job's predictions
+    cut_s_m   where a stationary obstacle blocks the way, inf for nowhere
+    discs     (m, 3) stationary obstacles; inflation_m (a, k) of the job's predictions
     """
 
     s_m: float
@@ -110,7 +112,7 @@ def decide(job: PlanJob, rules: BehaviourRules) -> Decision:
     """One decision. The job's corridor must have stations around the start."""
     corridor = job.corridor
     start = _start(job)
-    scenario = MANNERS[int(corridor.scenario[start.station])]
+    scenario = SCENARIO_RULES[int(corridor.scenario[start.station])]
     upper = np.maximum(corridor.left_m - rules.half_width_m - rules.wall_m, 0.0)
     lower = -np.maximum(corridor.right_m - rules.half_width_m - rules.wall_m, 0.0)
     discs = standing_discs(job, rules)
@@ -173,7 +175,7 @@ def _end(
     job: PlanJob, rules: BehaviourRules, chosen: OffsetChoice, yields: YieldDecision, s_m: float
 ) -> tuple[float, float, str]:
     """(where the way is blocked, inf for nowhere; where the rear axle stops at the latest; why)."""
-    # The way is free up to the station before the one that touches.
+    # The way is free up to the station before the one at which the body touches.
     free_m = max(0.0, chosen.free_m - rules.offsets.step_m)
     cut_s_m = s_m + free_m if math.isfinite(free_m) else math.inf
     end_s_m, end_reason = min(
@@ -260,7 +262,7 @@ def _rated(
 
 
 def _moving(job: PlanJob, rules: BehaviourRules, scenario: ScenarioRules) -> Array:
-    """(a, 8) those who move, as `rate` takes them, carried to the job's start."""
+    """(a, 8) the moving road users, as `rate` takes them, extrapolated to the job's start."""
     tracks = job.tracks
     velocities = tracks.velocities_map_mps
     moves = np.hypot(velocities[:, 0], velocities[:, 1]) >= rules.standing_mps
@@ -283,7 +285,7 @@ def _speeds(
 ) -> tuple[Array, tuple[str, ...]]:
     """(n,) the lowest limit by station, and the reason of each."""
     corridor: Corridor = job.corridor
-    scenario_mps = np.array([rule.speed_mps_max for rule in MANNERS])
+    scenario_mps = np.array([rule.speed_mps_max for rule in SCENARIO_RULES])
     slow = np.full(len(corridor.s_m), np.inf)
     for from_s_m, to_s_m, speed_mps in yields.slow:
         held = (corridor.s_m >= from_s_m) & (corridor.s_m <= to_s_m)
@@ -319,7 +321,7 @@ def _occlusion_limits(
 
 
 def _inflation(job: PlanJob, rules: BehaviourRules, scenario: ScenarioRules) -> Array:
-    """(a, k) w_o of the scenario, and more the less is known of where somebody will be."""
+    """(a, k) w_o of the scenario, and a share of the growth of each prediction's deviation."""
     growth = rules.inflation_growth * (job.predictions.sigmas_m - job.predictions.sigmas_m[:, :1])
     inflation: Array = np.minimum(scenario.inflation_m + growth, rules.inflation_m_max)
     return inflation

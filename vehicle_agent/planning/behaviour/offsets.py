@@ -1,7 +1,7 @@
-"""Which lateral offset the reference route shall have (Snow Lion, behavioral planning, Fig. 6).
+"""The lateral offset of the reference route (Snow Lion, behavioral planning, Fig. 6).
 
 d_t = argmin over the candidates of J_s + J_d + J_o + J_dyn. The paper uses d_t and d_0 for two things each;
-here `chosen` is the choice, `now` the vehicle's offset.
+here `chosen` is the choice and `now` the vehicle's offset.
 """
 
 import math
@@ -19,21 +19,21 @@ DISC_X, DISC_Y, DISC_R = range(3)
 M_X, M_Y, M_YAW, M_VX, M_VY, M_LENGTH, M_WIDTH, M_WIDER = range(8)
 COST, FREE_M, CLEARANCE_MIN, CLEARANCE_MEAN, RISK = range(5)
 RATINGS = 5
-# Who stands at the flank may come so much nearer: the tail swings a little, and tracks wander.
+# An obstacle at the flank may come this much nearer: the tail swings a little, and tracks wander.
 _NEARER_M = 0.05
 
 
 class OffsetRules(NamedTuple):
-    """The weights of the paper's cost, and what keeps the vehicle from weaving.
+    """The weights of the paper's cost, and hysteresis against weaving.
 
     A tuple, so that kernels take it as it is.
 
     free_weight w_s; from_now_weight w_d1, from_centre_weight w_d2; mean_clearance_weight w_o1,
     least_clearance_weight w_o2; dynamic_weight of J_dyn
-    clearance_floor_m  clearances below this count as this, so that a touch does not cost infinitely much
-    touch_m            a clearance below this ends the free way; who is nearer already must not come nearer
-    threshold_m        a step larger than this is a change of lane: it waits for `patience` plans in a row
-    better_by          and it must lower the cost by this much
+    clearance_floor_m  smaller clearances count as this, so that a touch has a finite cost
+    touch_m            a smaller clearance ends the free way; an obstacle nearer already must not come nearer
+    threshold_m        a larger step is a lane change: it must be better for `patience` plans in a row
+    better_by          and lower the cost by this much
     """
 
     free_weight: float = 10.0
@@ -58,7 +58,7 @@ class OffsetRules(NamedTuple):
 class Stations(NamedTuple):
     """The road by station, every step_m: points (n, 2), yaws, curvatures, lower, upper (n,).
 
-    first, last  the vehicle's station, and the last one to look at; stride: every so many are looked at
+    first, last  the vehicle's station, and the last one to rate; stride: every stride-th station is rated
     """
 
     points: Array
@@ -103,8 +103,8 @@ def choose(
 ) -> OffsetChoice:
     """The candidate to follow; ratings (c, 5) from `rate`, inf cost where the road has no room.
 
-    before_m: what was chosen last; better_m, count: what has been better for how many plans in a row.
-    When no candidate has room the vehicle keeps to what it had, with no free way.
+    before_m: the last choice; better_m, count: the better candidate so far, and for how many plans in a row.
+    When no candidate has room, the vehicle keeps the last choice, with no free way.
     """
     costs = ratings[:, COST]
     if not np.isfinite(costs).any():
@@ -155,7 +155,7 @@ def rate(
 ) -> Array:
     """(c, 5) cost, free way, least and mean clearance, and risk of each candidate offset (c,).
 
-    discs (m, 3) of what stands; moving (a, 8) of what moves.
+    discs (m, 3) of stationary obstacles; moving (a, 8) of moving road users.
     """
     out = np.zeros((candidates.shape[0], RATINGS))
     touch = _touch_distances(stations, blend, box, discs, rules.touch_m)
@@ -282,7 +282,10 @@ def _risk(
 
 @njit(cache=True)
 def _distance_to_road_user(at: BoxPose, box: Box, mover: Array, px: float, py: float) -> float:
-    """To the edge of one moving thing (8,) whose middle is at (px, py); a long one is three discs."""
+    """Distance to the edge of one moving road user (8,) with its middle at (px, py).
+
+    A long one is three discs.
+    """
     reach = 0.5 * mover[M_WIDTH] + mover[M_WIDER]
     distance: float = box_distance(at, box, px, py) - reach
     if mover[M_LENGTH] > 1.5 * mover[M_WIDTH]:

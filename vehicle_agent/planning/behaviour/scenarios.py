@@ -1,4 +1,4 @@
-"""What each of the map's scenario tags means for driving (Snow Lion, behavioral planning)."""
+"""Driving rules by the map's scenario tags (Snow Lion, behavioral planning)."""
 
 import msgspec
 
@@ -6,10 +6,10 @@ from contract.roads.model import SCENARIOS
 
 
 class ScenarioRules(msgspec.Struct, frozen=True):
-    """How to drive where one scenario tag holds.
+    """The rules of one scenario tag.
 
     offsets_m       lateral offsets of the reference route to choose from, left positive, 0 among them
-    inflation_m     w_o: what others' outlines are widened by
+    inflation_m     w_o: road users' outlines are widened by this
     speed_mps_max   v_r: the reference speed
     """
 
@@ -21,8 +21,8 @@ class ScenarioRules(msgspec.Struct, frozen=True):
 COMMON_ROAD = ScenarioRules((-1.2, -0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9, 1.2), 0.12, 12.0)
 # A parked car may pull out at any moment: slower, wider, and no weaving.
 PARKING_LOT = ScenarioRules((-0.6, -0.3, 0.0, 0.3, 0.6), 0.25, 2.8)
-# In a junction others rely on the lane: keep to it.
+# In a junction other road users rely on the lane: keep to it.
 UNPROTECTED_INTERSECTION = ScenarioRules((-0.3, 0.0, 0.3), 0.18, 3.4)
 
-MANNERS: tuple[ScenarioRules, ...] = (COMMON_ROAD, PARKING_LOT, UNPROTECTED_INTERSECTION)
-assert len(MANNERS) == len(SCENARIOS)
+SCENARIO_RULES: tuple[ScenarioRules, ...] = (COMMON_ROAD, PARKING_LOT, UNPROTECTED_INTERSECTION)
+assert len(SCENARIO_RULES) == len(SCENARIOS)

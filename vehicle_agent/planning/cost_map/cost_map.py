@@ -1,7 +1,10 @@
-"""The rolling cost map: what is known around the vehicle, one byte a cell (NUS, section IV-B).
+"""The rolling cost map: free, occupied and unknown space around the vehicle, a byte a cell.
 
-50 x 50 m in cells of 0.2 m, its axes those of the map frame, the vehicle in the middle. 255 unknown, 254
-obstacle, 0..253 what stands near costs: it falls off exponentially with the distance to the next obstacle.
+After NUS, section IV-B.
+
+50 x 50 m in cells of 0.2 m, with the axes of the map frame and the vehicle in the middle. 255 is unknown, 254
+an obstacle. 0..253 is the cost near obstacles, which falls off exponentially with the distance to the
+nearest.
 """
 
 import math
@@ -49,8 +52,8 @@ class CostRules(msgspec.Struct, frozen=True):
     def updated(self, before: CostMap, x_m: float, y_m: float, eye: Array, points_map: Array) -> CostMap:
         """The map about the vehicle at (x, y) after a scan.
 
-        eye         (2,) where the sensor is, map frame
-        points_map  (n, 2) obstacles seen; what lies before them or where nothing is seen is free
+        eye         (2,) the sensor's position, map frame
+        points_map  (n, 2) detected obstacles; space before them, and up to the range without one, is free
         """
         column, row = math.floor(x_m / CELL_M) - SIDE // 2, math.floor(y_m / CELL_M) - SIDE // 2
         cells = rolled(before.cells, column - before.column, row - before.row)
@@ -63,7 +66,7 @@ class CostRules(msgspec.Struct, frozen=True):
 
 @njit(cache=True)
 def rolled(cells: Cells, columns: int, rows: int) -> Cells:
-    """A copy whose first cell lies so many columns and rows farther; what comes in is unknown."""
+    """A copy whose first cell lies this many columns and rows farther; new cells are unknown."""
     side = cells.shape[0]
     out = np.full((side, side), np.uint8(255), np.uint8)
     for i in range(max(0, -rows), min(side, side - rows)):
@@ -74,7 +77,7 @@ def rolled(cells: Cells, columns: int, rows: int) -> Cells:
 
 @njit(cache=True)
 def forget_costs(cells: Cells) -> None:
-    """Only what is known is kept: free, obstacle, unknown."""
+    """Sets every cost to free; obstacle and unknown cells stay."""
     for i in range(cells.shape[0]):
         for j in range(cells.shape[1]):
             if cells[i, j] < 254:
@@ -147,7 +150,7 @@ def ahead_of(
 ) -> float:
     """Mean cost, 0..1, of the ground that the body's front edge sweeps along (k, 3) poses.
 
-    An obstacle counts 1, an unknown cell `unknown`; what lies outside the map is unknown.
+    An obstacle counts 1, and an unknown cell, or one outside the map, `unknown`.
     """
     side = cells.shape[0]
     across = max(1, math.ceil(2.0 * half_width_m / CELL_M))

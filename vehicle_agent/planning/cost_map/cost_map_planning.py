@@ -22,7 +22,7 @@ from vehicle_agent.planning.waypoint.following import (
     ResumeRule,
     UncertainPositionRule,
     WaypointState,
-    moved_on,
+    next_tick,
     no_path,
     path_along,
     standing_commands,
@@ -53,7 +53,7 @@ class CostMapPlanningState(WaypointState, frozen=True, kw_only=True):
     costs: CostMap
     areas: tuple[AreaAhead, ...] = ()
     passing: CrossingState = CrossingState()
-    looked: PathCheck = PathCheck()
+    check: PathCheck = PathCheck()
 
 
 class CostMapPlanning(msgspec.Struct, frozen=True):
@@ -79,7 +79,7 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
     crossings: CrossingRule = CrossingRule()
     approach: Approach = Approach()
     patience: ResumeRule = ResumeRule(resume_m=4.0)
-    poor_sight: UncertainPositionRule = UncertainPositionRule()
+    uncertainty: UncertainPositionRule = UncertainPositionRule()
     sweep_m: float = 10.0
     clearance_m: float = 0.3
     side_clearance_m: float = 0.15
@@ -103,8 +103,11 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
         task: Task,
         plans: tuple[PlanAnswer, ...] = (),
     ) -> tuple[Path, CostMapPlanningState]:
-        """The waypoints ahead and the speed to obey now. Without a line: stand still. Nobody plans for it."""
-        state = moved_on(state, ego)
+        """The waypoints ahead and the speed to follow now.
+
+        Without a line the vehicle stands. It needs no planner.
+        """
+        state = next_tick(state, ego)
         if task.line is None:
             return no_path(ego), msgspec.structs.replace(state, line_id=0, waypoints=NOTHING, areas=())
         if task.line_id != state.line_id:
@@ -114,9 +117,9 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
                 waypoints=waypoints_from_line(task.line, self.waypoints),
                 areas=areas_ahead(self.network, task.line),
                 passing=CrossingState(),
-                looked=PathCheck(),
+                check=PathCheck(),
             )
-        is_new = world.detections_stamp_ns not in (0, state.looked.seen_ns)
+        is_new = world.detections_stamp_ns not in (0, state.check.seen_ns)
         if is_new or state.ticks % self.look_every == 0:
             state = self._look(state, ego, world, task, is_new)
         return self._path(state, ego, world, task), state
@@ -134,14 +137,14 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
                 ]
             )
             costs = self.cost_rules.updated(costs, pose.x_m, pose.y_m, eye, world.points_map)
-        looked = self._looked(state, costs, ego, world, task)
-        yielding, clear = self.patience.waits(state, looked.free_m, self._obstacle_mps(looked.free_m))
+        check = self._check(state, costs, ego, world, task)
+        yielding, clear = self.patience.waits(state, check.free_m, self._obstacle_mps(check.free_m))
         passing = self._passing(state, costs, ego, world, task)
         return msgspec.structs.replace(
-            state, costs=costs, looked=looked, yielding=yielding, clear=clear, passing=passing
+            state, costs=costs, check=check, yielding=yielding, clear=clear, passing=passing
         )
 
-    def _looked(
+    def _check(
         self, state: CostMapPlanningState, costs: CostMap, ego: Ego, world: World, task: Task
     ) -> PathCheck:
         waypoints, pose = state.waypoints, ego.pose_map
@@ -173,7 +176,7 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
         return math.sqrt(2.0 * self.approach.decel_mps2 * max(free_m - self.standoff_m, 0.0))
 
     def _next_area(self, state: CostMapPlanningState, task: Task) -> tuple[int, AreaAhead] | None:
-        """The first pass whose ground the cart's tail has not left yet."""
+        """The first pass whose area the cart's tail has not left yet."""
         tail_s_m = task.s_m - self.body_back_m
         for number, area in enumerate(state.areas):
             if area.leave_s_m > tail_s_m:
@@ -191,16 +194,18 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
             return CrossingState()
         number, area = found
         outline = self._outline(area.area_id)
-        told, stop_m = _told(world, area.area_id), self._stop_m(area, task)
-        return self.crossings.looked(state.passing, number, area, outline, costs, told, stop_m, ego.speed_mps)
+        reported, stop_m = _reported(world, area.area_id), self._stop_m(area, task)
+        return self.crossings.observe(
+            state.passing, number, area, outline, costs, reported, stop_m, ego.speed_mps
+        )
 
     def _outline(self, area_id: str) -> Array:
         areas = self.network.road_map.observation_areas
         return next(outline_array(area) for area in areas if area.area_id == area_id)
 
     def _path(self, state: CostMapPlanningState, ego: Ego, world: World, task: Task) -> Path:
-        since_m = state.odometer_m - state.looked.odometer_m
-        free_m = max(0.0, state.looked.free_m - since_m)
+        since_m = state.odometer_m - state.check.odometer_m
+        free_m = max(0.0, state.check.free_m - since_m)
         command = lowest(self._commands(state, ego, world, task, free_m))
         return path_along(state.waypoints, ego, task, command, free_m, self.ahead_m)
 
@@ -212,7 +217,7 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
         commands = [
             SpeedCommand("waypoints", limit_mps),
             self.speeds.by_steering(self._steer_rad(ego, task)),
-            self.speeds.by_cost(state.looked.mean_cost),
+            self.speeds.by_cost(state.check.mean_cost),
             self.approach.command(task.stop_s_m - task.s_m, ego.speed_mps, stop_name(task)),
             *standing_commands(task, decel_mps2),
         ]
@@ -222,13 +227,13 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
             commands.append(msgspec.structs.replace(command, emergency=is_near))
         if state.yielding:
             commands.append(SpeedCommand("obstacle", 0.0, -decel_mps2))
-        commands += self._for_others(state, ego, world, task)
-        return commands + self.poor_sight.commands(ego, world, decel_mps2)
+        commands += self._road_user_commands(state, ego, world, task)
+        return commands + self.uncertainty.commands(ego, world, decel_mps2)
 
-    def _for_others(
+    def _road_user_commands(
         self, state: CostMapPlanningState, ego: Ego, world: World, task: Task
     ) -> list[SpeedCommand]:
-        """For the fleet mate ahead, and for people that a camera tells of."""
+        """For the fleet vehicle ahead, and for people that a camera reports."""
         points, s = state.waypoints.points_map, state.waypoints.s_m
         first = max(0, int(np.searchsorted(s, task.s_m)) - 1)
         gap = self.gap.command(self.gap.lead(points, s, task.s_m, first, world.fleet_vehicles))
@@ -238,7 +243,7 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
             area, stop_m = found[1], self._stop_m(found[1], task)
             passing = state.passing if area.kind == "crossing" else CrossingState(spared=True)
             crossing = self.crossings.command(
-                passing, _told(world, area.area_id), stop_m, ego.speed_mps, self.approach
+                passing, _reported(world, area.area_id), stop_m, ego.speed_mps, self.approach
             )
         return [command for command in (gap, crossing) if command is not None]
 
@@ -252,6 +257,6 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
         return max(abs(ego.steer_rad), needed_rad)
 
 
-def _told(world: World, area_id: str) -> PedestrianPresence | None:
-    """The camera's word on the area; the world has dropped it when it is stale."""
+def _reported(world: World, area_id: str) -> PedestrianPresence | None:
+    """The camera's report on the area, if it is not stale."""
     return next((word for word in world.presence if word.area_id == area_id), None)

@@ -15,8 +15,8 @@ class SafeSpeeds(msgspec.Struct, frozen=True):
     steer_scale_rad  v = v_max exp(-|steer| / scale): at 1 rad a cart with 1.65 m of wheelbase keeps 0.5 m/s2
                      of lateral acceleration up to its lock
     cost_scale       v = v_max exp(-mean cost / scale); one person on the path makes a mean of about 0.12
-    ahead_m          the fixed distance before the bumper over which costs are averaged
-    unknown_cost     of a cell that nobody has seen into
+    ahead_m          the fixed distance ahead of the bumper over which costs are averaged
+    unknown_cost     of a cell that has not been seen
     side_m           by which the projected cart is wider than the cart
     """
 

@@ -1,4 +1,4 @@
-"""Predicted agents as moving discs on the planner's own clock, and which of them can be believed."""
+"""Predicted agents as moving discs on the planner's own clock; implausible predictions are marked."""
 
 import math
 from typing import NamedTuple
@@ -47,8 +47,8 @@ def check_agents(agents: Agents) -> None:
 def moving_discs(agents: Agents, times_s: Array, speed_mps_max: float) -> MovingDiscs:
     """Agents as discs at times_s (T,); a long outline becomes a row of discs that covers it.
 
-    Beyond the last prediction an agent keeps its last velocity. One that is faster than speed_mps_max is held
-    where it was first seen; one without a finite place is left out; both are told in `doubted`.
+    Beyond the last prediction an agent keeps its last velocity. An agent faster than speed_mps_max stays at
+    its first place; an agent without a finite place is left out. Both are listed in `doubted`.
     """
     first = agents.poses_map[:, 0]
     sizes_ok = np.isfinite(agents.sizes_m).all(axis=1) & (agents.sizes_m > 0.0).all(axis=1)
@@ -67,10 +67,10 @@ def moving_discs(agents: Agents, times_s: Array, speed_mps_max: float) -> Moving
 
 
 def early_slots(agents: Agents, params: MotionParams) -> IntArray:
-    """(a,) So many slots of row_s sooner than predicted each may come.
+    """(a,) how many slots of row_s earlier than predicted each agent may come.
 
-    A person who moves slower than others walk may just have begun to: the slower they still are, the more
-    time they can make up, and early_s walk_mps / speed is granted to them.
+    A person who moves slower than people walk may just have begun to. The slower they still are, the more
+    time they can make up: early_s walk_mps / speed.
     """
     slots = np.full(len(agents.ids), round(params.early_s / params.row_s))
     second = int(np.searchsorted(agents.times_s, 1.0))

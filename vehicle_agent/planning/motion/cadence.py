@@ -1,8 +1,8 @@
-"""When to plan anew (Snow Lion, motion planning): as rarely as the road allows.
+"""When to plan again (Snow Lion, motion planning): as rarely as the road allows.
 
-Planning again too often passes the noise of localization and perception on to the wheels; too rarely, and
-the vehicle answers late. So a free vehicle keeps its trajectory until that nears its end, and one that may
-meet somebody plans at every chance it gets.
+Planning too often passes the noise of localization and perception on to the wheels. Planning too rarely makes
+the vehicle respond late. So a vehicle on a free road keeps its trajectory until that nears its end, and one
+with road users near its way plans at every opportunity.
 """
 
 import math
@@ -15,24 +15,26 @@ from vehicle_agent.signals import Corridor, Ego, Tracks, Trajectory, World
 
 
 class Cadence(msgspec.Struct, frozen=True):
-    """beside_m, ahead_s, ahead_m  somebody this near to the line, this far ahead, is met
+    """When to plan.
+
+    beside_m, ahead_s, ahead_m  a road user this near to the line, this far ahead, is a reason to plan
     left_s                      a trajectory that lasts no longer than this is renewed
-    astray_m, astray_mps        so far from the trajectory, or so much faster or slower, it is no longer ours
-    stopped_mps                 nor is one that brakes from more than this while the vehicle stands already
-    every_ticks                 plan at most so often: 10 Hz
+    deviation_m, deviation_mps  farther from the trajectory, or from its speed, the vehicle is off it
+    stopped_mps                 also when it brakes from more than this while the vehicle stands already
+    every_ticks                 plan at most this often: 10 Hz
     """
 
     beside_m: float = 5.0
     ahead_s: float = 5.0
     ahead_m: float = 12.0
     left_s: float = 3.5
-    astray_m: float = 0.4
-    astray_mps: float = 0.7
+    deviation_m: float = 0.4
+    deviation_mps: float = 0.7
     stopped_mps: float = 0.15
     every_ticks: int = 5
 
-    def is_meeting(self, world: World, corridor: Corridor, ego: Ego) -> bool:
-        """Somebody, or something on the line itself, is near enough to change what to do."""
+    def is_near_road_users(self, world: World, corridor: Corridor, ego: Ego) -> bool:
+        """A road user, or an obstacle on the line itself, is near enough to change the plan."""
         reach_m = self.ahead_m + self.ahead_s * ego.speed_mps
         if _near(corridor, world.points_map, reach_m, 0.5 * self.beside_m):
             return True
@@ -44,12 +46,12 @@ class Cadence(msgspec.Struct, frozen=True):
         left_s = float(rows[-1, 0]) - (now_ns - trajectory.stamp_ns) * 1e-9
         return left_s < self.left_s and float(rows[-1, 5]) > 0.05
 
-    def is_astray(self, here: Array, ego: Ego) -> bool:
+    def is_off_trajectory(self, here: Array, ego: Ego) -> bool:
         """here (8,): the trajectory's row of now."""
         off_m = math.hypot(here[1] - ego.pose_map.x_m, here[2] - ego.pose_map.y_m)
         speed_mps, accel_mps2 = float(here[5]), float(here[6])
         stopped = ego.speed_mps < 0.05 and speed_mps > self.stopped_mps and accel_mps2 < 0.0
-        return stopped or off_m > self.astray_m or abs(speed_mps - ego.speed_mps) > self.astray_mps
+        return stopped or off_m > self.deviation_m or abs(speed_mps - ego.speed_mps) > self.deviation_mps
 
 
 def _soon(tracks: Tracks) -> Array:

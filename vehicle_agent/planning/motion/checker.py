@@ -1,6 +1,6 @@
-"""An independent judge of trajectories: plain numpy, and nothing of the planner's own kernels.
+"""An independent checker of trajectories: plain numpy, and none of the planner's kernels.
 
-It knows the request and the rows, not how they came about.
+It uses the request and the rows alone.
 """
 
 import numpy as np
@@ -15,11 +15,11 @@ _STILL_MPS = 0.3
 def violations(
     rows: Array, request: MotionRequest, vehicle: Vehicle, limits: DrivingLimits, *, emergency: bool = False
 ) -> tuple[str, ...]:
-    """What is wrong with rows (k, 8) as an answer to the request; empty when nothing is.
+    """The names of the violations of rows (k, 8) as an answer to the request; empty for none.
 
-    emergency  judged by the hardest braking and its jerk instead of the ordinary ones
+    emergency  check against the hardest braking and its jerk instead of the ordinary ones
     Names: empty, not_finite, start, kinematics, speed, accel, jerk, curvature, lateral, wall, static, agent,
-    footprint (somebody is inside the outline at the start and the answer is not a stop), end.
+    footprint (a person or obstacle is inside the outline at the start and the answer is not a stop), end.
     """
     if len(rows) < 2:
         return ("empty",)
@@ -153,7 +153,7 @@ def _hits_static(rows: Array, request: MotionRequest, vehicle: Vehicle) -> bool:
 
 
 def _known(agents: Agents) -> BoolArray:
-    """Agents with a place and a size; the others cannot be judged."""
+    """Agents with a finite place and a valid size; the others cannot be checked."""
     known: BoolArray = np.isfinite(agents.poses_map).all(axis=(1, 2)) & np.isfinite(agents.sizes_m).all(
         axis=1
     )
@@ -167,7 +167,7 @@ def _known(agents: Agents) -> BoolArray:
 def _agent_gaps(rows: Array, agents: Agents, vehicle: Vehicle, nose_m: float = np.inf) -> Array:
     """(k, a) clearance to each agent's nominal outline: people as discs, others as boxes (exact overlap).
 
-    nose_m: people are looked at from so much of the body alone, the bumper's end.
+    nose_m: clearances to people are of this length of the body alone, from the bumper back.
     """
     known = _known(agents)
     poses, sizes = agents.poses_map[known], agents.sizes_m[known]
@@ -213,7 +213,7 @@ def _box_gaps(rows: Array, vehicle: Vehicle, x: Array, y: Array, yaw: Array, siz
 
 
 def _hits_agent(rows: Array, agents: Agents, vehicle: Vehicle) -> bool:
-    """Touches somebody's nominal place while moving; who is inside already is `footprint`'s matter."""
+    """The body touches an agent's nominal place while moving; agents inside at the start are `footprint`."""
     if not len(agents.ids):
         return False
     gaps = _agent_gaps(rows, agents, vehicle, vehicle.nose_m)
@@ -222,7 +222,7 @@ def _hits_agent(rows: Array, agents: Agents, vehicle: Vehicle) -> bool:
 
 
 def _drives_on(rows: Array, request: MotionRequest, vehicle: Vehicle) -> bool:
-    """Somebody or something is inside the outline and the rows do not come to a stop at once."""
+    """A person or obstacle is inside the outline and the rows do not stop at once."""
     discs = request.static_discs
     discs = discs[~_is_behind(rows, vehicle, discs[:, 0], discs[:, 1])]
     inside = len(discs) > 0 and bool(

@@ -1,4 +1,4 @@
-"""The task's line at even steps, with what the map says beside it: what motion plans are made of."""
+"""The task's line at even steps, with map data by station: the input of motion plans."""
 
 import math
 
@@ -13,7 +13,8 @@ from contract.roads.width import drivable_width
 from vehicle_agent.signals import Corridor
 
 STEP_M = 0.5
-# Straight on before the line's start and after its end, so that a body on either still has a frame.
+# The line continues straight this far before its start and after its end, so that a body on either still has
+# a frame.
 BEYOND_M = 12.0
 _SCENARIO_NUMBER = {name: number for number, name in enumerate(SCENARIOS)}
 

@@ -24,7 +24,7 @@ _CONTACT = frozenset({"agent", "static", "footprint"})
 
 
 class MotionCandidate(msgspec.Struct, frozen=True):
-    """A path with its speed, rows, and what is wrong with them; `instead`: what was with the plan before."""
+    """A path with its speed, rows and violations; `instead`: the violations of the plan that it replaces."""
 
     path: SolvedPath
     samples: PathSamples

@@ -1,7 +1,7 @@
-"""The Snow Lion stack's planning in the tick: asks the motion planner, and drives what it last answered.
+"""The Snow Lion stack's planning in the tick: requests motion plans, and follows the last answer.
 
-Within the tick nothing is searched or optimized: a trajectory is kept, asked for anew or, when no planner
-answers, turned into a stop.
+The tick itself neither searches nor optimizes. It keeps a trajectory, requests a new one, or, when no planner
+answers, turns it into a stop.
 """
 
 import math
@@ -30,8 +30,8 @@ from vehicle_agent.signals import (
 )
 
 _AHEAD_ROWS_S = 6.0
-# From a pedal to its effect a vehicle does what it was told before; a plan that begins otherwise is missed,
-# and control would brake harder later to make up for it. The motion planner's first piece is as long.
+# Until a pedal takes effect the vehicle follows earlier commands. It misses a plan that begins otherwise, and
+# control would brake harder later to make up for it. The motion planner's first piece is as long.
 _HELD_NS, _MOVES_MPS = 200_000_000, 0.5
 _NOWHERE = np.empty((0, 2))
 _NO_SPEEDS = np.empty(0)
@@ -54,9 +54,9 @@ class MotionPlanningState(msgspec.Struct, frozen=True):
     answer: PlanAnswer | None = None
     stopping: Trajectory | None = None
     waiting_ns: int = 0
-    asked_stop_m: float = math.inf
-    asked_limit_mps: float = math.inf
-    meeting: bool = False
+    job_stop_m: float = math.inf
+    job_limit_mps: float = math.inf
+    near_road_users: bool = False
     job: PlanJob | None = None
 
 
@@ -112,14 +112,16 @@ class MotionPlanning:
             corridor = corridor_of(task.line, self._network)
             areas = areas_ahead(self._network, task.line)
             kept = MotionPlanningState(task.line_id, corridor, areas, ticks=state.ticks, jobs=state.jobs)
-            # What is being driven stays good until there is a plan for the new line.
+            # The present trajectory stays valid until there is a plan for the new line.
             state = msgspec.structs.replace(kept, stopping=_moving_stop(state, ego, self._stop_mps2))
-        state = self._taken(state, plans)
+        state = self._with_newest_plan(state, plans)
         limit_mps, reason = self._limit(ego, world)
-        state = self._asked(state, ego, world, task, limit_mps, reason)
+        state = self._with_job_if_due(state, ego, world, task, limit_mps, reason)
         return self._path(state, ego, task, reason if limit_mps <= 0.0 else "")
 
-    def _taken(self, state: MotionPlanningState, plans: tuple[PlanAnswer, ...]) -> MotionPlanningState:
+    def _with_newest_plan(
+        self, state: MotionPlanningState, plans: tuple[PlanAnswer, ...]
+    ) -> MotionPlanningState:
         """The newest plan for this line replaces the one before."""
         newest = state.answer
         for plan in plans:
@@ -139,7 +141,7 @@ class MotionPlanning:
             return self._poor_mps, "poor position"
         return self._speed_mps_max, "speed limit"
 
-    def _asked(
+    def _with_job_if_due(
         self, state: MotionPlanningState, ego: Ego, world: World, task: Task, limit_mps: float, reason: str
     ) -> MotionPlanningState:
         """With a job when there is reason to plan."""
@@ -150,24 +152,30 @@ class MotionPlanning:
         if stands and (task.mode in ("idle", "dwell") or task.stop_s_m - task.s_m < 0.05):
             return state
         near = window(state.corridor, task.s_m, self._behind_m, self._ahead_m)
-        meeting = self._cadence.is_meeting(world, near, ego)
-        if not (meeting or state.meeting or self._has_changed(state, ego, task, limit_mps)):
+        near_road_users = self._cadence.is_near_road_users(world, near, ego)
+        if not (near_road_users or state.near_road_users or self._has_changed(state, ego, task, limit_mps)):
             return state
         return self._with_job(
-            msgspec.structs.replace(state, meeting=meeting), near, ego, world, task, limit_mps, reason
+            msgspec.structs.replace(state, near_road_users=near_road_users),
+            near,
+            ego,
+            world,
+            task,
+            limit_mps,
+            reason,
         )
 
     def _has_changed(self, state: MotionPlanningState, ego: Ego, task: Task, limit_mps: float) -> bool:
         answer = state.answer
         if answer is None or state.stopping is not None:
             return True
-        if abs(task.stop_s_m - state.asked_stop_m) > 0.02 or limit_mps != state.asked_limit_mps:
+        if abs(task.stop_s_m - state.job_stop_m) > 0.02 or limit_mps != state.job_limit_mps:
             return True
         driven = Trajectory(answer.stamp_ns, answer.trajectory)
         if self._cadence.is_running_out(driven, ego.stamp_ns):
             return True
         here = trajectory_lookup.row_at(driven, ego.stamp_ns)
-        if self._cadence.is_astray(here, ego):
+        if self._cadence.is_off_trajectory(here, ego):
             return True
         ended = ego.stamp_ns - answer.stamp_ns > answer.trajectory[-1, 0] * 1e9
         return bool(ended and task.stop_s_m - task.s_m > 0.05)
@@ -183,7 +191,7 @@ class MotionPlanning:
         reason: str,
     ) -> MotionPlanningState:
         begin_ns = ego.stamp_ns + self._lead_ns
-        start = self._expected(state, ego, begin_ns)
+        start = self._next_start(state, ego, begin_ns)
         low, high = near.points_map.min(axis=0) - 8.0, near.points_map.max(axis=0) + 8.0
         boxed = ((low <= world.points_map) & (world.points_map <= high)).all(axis=1)
         job = PlanJob(
@@ -216,18 +224,21 @@ class MotionPlanning:
             state,
             jobs=state.jobs + 1,
             waiting_ns=state.waiting_ns or ego.stamp_ns,
-            asked_stop_m=task.stop_s_m,
-            asked_limit_mps=limit_mps,
+            job_stop_m=task.stop_s_m,
+            job_limit_mps=limit_mps,
             job=job,
         )
 
-    def _expected(self, state: MotionPlanningState, ego: Ego, begin_ns: int) -> StartState:
-        """The state at which the next trajectory begins: on the one being driven while that is followed
-        closely, else where the vehicle itself is going to be."""
+    def _next_start(self, state: MotionPlanningState, ego: Ego, begin_ns: int) -> StartState:
+        """The state at which the next trajectory begins.
+
+        On the present trajectory while the vehicle follows it closely, else where the vehicle is predicted to
+        be.
+        """
         driven = _driven(state)
         if driven is not None:
             here = trajectory_lookup.row_at(driven, ego.stamp_ns)
-            if not self._cadence.is_astray(here, ego):
+            if not self._cadence.is_off_trajectory(here, ego):
                 row = trajectory_lookup.row_at(driven, begin_ns)
                 pose = Pose2(
                     float(row[trajectory_lookup.X]),
@@ -293,7 +304,7 @@ class MotionPlanning:
         return path, state
 
     def _obstacle_m(self, state: MotionPlanningState, task: Task) -> float | None:
-        """Free way of the bumper to what the line is blocked by."""
+        """Free way of the bumper to the obstacle that blocks the line; None without one."""
         if state.answer is None or math.isinf(state.answer.cut_s_m):
             return None
         return max(0.0, state.answer.cut_s_m - task.s_m - self._front_m)
@@ -306,7 +317,7 @@ def _driven(state: MotionPlanningState) -> Trajectory | None:
 
 
 def _moving_stop(state: MotionPlanningState, ego: Ego, decel_mps2: float) -> Trajectory | None:
-    """What was driven, as a stop; None when nothing was, or the vehicle stands."""
+    """The present trajectory as a stop; None without one, or when the vehicle stands."""
     driven = _driven(state)
     if driven is None or ego.speed_mps < 0.05:
         return None

@@ -1,7 +1,7 @@
-"""One motion: path, then speed, then path again until nothing is wrong with them (Snow Lion, Fig. 5).
+"""One motion: path, then speed, then path again until neither has a violation (Snow Lion, Fig. 5).
 
-The room and its budgets know counts only. There is always an answer: the plan, or the mildest stop on the new
-path, on the path before, or on the present steering arc that an independent check finds nothing wrong with.
+Budgets are counts. There is always an answer: the plan, or the mildest stop without a violation on the new
+path, on the previous path, or on the present steering arc.
 """
 
 import math
@@ -75,7 +75,7 @@ def _refined(
     start: Array,
     moving: MovingDiscs,
 ) -> tuple[MotionCandidate, int]:
-    """(best draft, iterations): the path is bent to what the last speed profile showed, and tried again."""
+    """(best candidate, iterations). Refines the path by the last speed profile, and tries again."""
     limits = params.limits
     weights = params.path.factors()
     obstacles = np.vstack([request.static_discs, _standing(moving, params.moving_m)])
@@ -97,7 +97,7 @@ def _refined(
             best = draft
         if not _PATH_FAULTS.intersection(draft.wrong):
             break
-        # What was breached gets a wider margin, and the lateral factor the speeds that were planned.
+        # The next path has wider margins, and lateral limits by the speeds planned on this one.
         warm = WarmStart(problem.support_m(), path.states)
         if draft.speed.plan is not None:
             wish = np.interp(road.s_m, draft.rows[:, 7], np.maximum(draft.rows[:, 5], 0.5))
@@ -148,7 +148,7 @@ def _draft(
 
 
 def _why_stopped(draft: MotionCandidate) -> str:
-    """A stop in a word or two: for whom, or what was wrong with the plan that it replaces."""
+    """The reason for a stop: the agent, or the violations of the plan that it replaces."""
     if draft.speed.inside:
         return "footprint"
     if "agent" in draft.instead:

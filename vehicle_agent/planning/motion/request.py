@@ -1,4 +1,4 @@
-"""What the motion planner is asked, by what parameters, and what it answers."""
+"""The motion planner's requests, parameters and answers."""
 
 from typing import Literal, NamedTuple
 
@@ -19,9 +19,9 @@ class MotionRequestError(ValueError):
 
 
 class StartState(msgspec.Struct, frozen=True):
-    """Where the rear-axle centre is and how it moves at time 0.
+    """The rear-axle centre's pose and motion at time 0.
 
-    held_jerk_mps3  of the next 0.2 s, whose pedals are given already; None for a vehicle that is free
+    held_jerk_mps3  of the first 0.2 s, whose pedals are already commanded; None without such a bound
     """
 
     pose_map: Pose2
@@ -34,8 +34,8 @@ class StartState(msgspec.Struct, frozen=True):
 class Vehicle(msgspec.Struct, frozen=True):
     """The vehicle's outline and steering; rear_overhang_m from the rear axle to the rear bumper.
 
-    nose_m          so much of the body, from the bumper back, can run into a person; beside the rest of it
-                    people look out for themselves
+    nose_m          this length of the body, from the bumper back, can run into a person; people alongside the
+                    rest of it keep clear themselves
     curvature_rate  how fast the path's curvature may change in time (1/m/s): steering rate / wheelbase
     """
 
@@ -85,13 +85,14 @@ class ClearanceLaw(NamedTuple):
 
 
 class StoppingRoom(NamedTuple):
-    """What the guard wants to have before a person whom the body would pass nearer than aside_m: to drive on
-    for response_s, brake with decel_mps2 and stand ahead_m before them. It brakes for a plan that keeps less.
+    """The room that the guard requires before a person whom the body passes nearer than aside_m.
 
-    Or else to creep by the time they could be at the body's side: who stands beside the way can be passed.
+    The vehicle must be able to drive on for response_s, brake with decel_mps2 and stop ahead_m before the
+    person; the guard brakes for a plan that keeps less. Or it must creep by the time the person could be at
+    the body's side, so that it can pass people who stand beside the way.
     speed_mps_min  of the creep
-    step_mps2      how hard somebody may begin to walk into the way
-    late_s         from their first step to braking: they are seen, tracked and answered, and pedals are late
+    step_mps2      how hard a person may accelerate into the way
+    late_s         from a person's first step to braking: detection, tracking, response and pedal delay
 
     A tuple, so that kernels take it as it is.
     """
@@ -123,12 +124,12 @@ class ProjectionParams(NamedTuple):
 
 
 class Agents(msgspec.Struct, frozen=True):
-    """Where those who move are expected to be; arrays in the same order, a agents at k times.
+    """Predicted road users; arrays in the same order, a agents at k times.
 
-    ids (a,), kinds (a,) as TRACK_KINDS; times_s (k,) rising from 0; poses_map (a, k, 3) of the outline's
-    middle;
-    sizes_m (a, 2) length, width (a person is a disc of that diameter); inflation_m (a, k) softly kept extra;
-    pass_rule (a,): PASS_FREE, or PASS_YIELD when the vehicle may not go before it
+    ids (a,), kinds (a,) as TRACK_KINDS; times_s (k,) rising from 0
+    poses_map (a, k, 3) of the outline's middle
+    sizes_m (a, 2) length, width (a person is a disc of that diameter); inflation_m (a, k) softly kept extra
+    pass_rule (a,): PASS_FREE, or PASS_YIELD when the vehicle may not pass before the agent
     """
 
     ids: np.ndarray
@@ -141,7 +142,7 @@ class Agents(msgspec.Struct, frozen=True):
 
 
 def no_agents() -> Agents:
-    """Nobody."""
+    """No agents."""
     none = np.empty(0, np.int64)
     return Agents(none, none, np.zeros(1), np.empty((0, 1, 3)), np.empty((0, 2)), np.empty((0, 1)), none)
 
@@ -180,17 +181,17 @@ class MotionRequest(msgspec.Struct, frozen=True):
 class MotionParams(msgspec.Struct, frozen=True):
     """The planner's parameters; see docs/vehicle/planning.md.
 
-    step_m, checks     support states this far apart, with so many check points a step
-    sample_m           of the path, for limits and projections
-    hard_margin_m      kept to every nominal place, soft_margin_m kept where it costs little
+    step_m, checks     distance of the support states, and check points a step
+    sample_m           spacing of the path's samples, for limits and projections
+    hard_margin_m      kept to every nominal place; soft_margin_m: kept where it costs little
     stop_gap_m         between the bumper and what the vehicle stops for
-    gap_s              so many seconds' way stay free before who moves: what the guard needs to trust us
-    early_s            so much sooner than predicted somebody may come, who must not be passed before
-    walk_mps           a person who is slower, but faster than moving_mps_min, may be about to walk so
-    iterations_max     of path and speed together; path_iterations_max of one path
+    gap_s              this many seconds' way stay free before a moving agent, as the guard requires
+    early_s            an agent may come this much earlier than predicted
+    walk_mps           a person who moves, but slower than this, may be about to walk this fast
+    iterations_max     of path and speed together; path_iterations_max: of one path
     nodes_max          of one s-t search
-    moving_m           who moves less than this in the horizon is a static obstacle to the path
-    doubt_mps          the speed while a track cannot be believed
+    moving_m           an agent that moves less than this in the horizon is a static obstacle to the path
+    doubt_mps          speed limit while a prediction is implausible
     """
 
     vehicle: Vehicle = Vehicle()
@@ -223,7 +224,7 @@ class MotionParams(msgspec.Struct, frozen=True):
 
     @property
     def projection(self) -> ProjectionParams:
-        """What the projection of agents on the path takes."""
+        """The parameters of the projection of agents on the path."""
         return ProjectionParams(
             self.vehicle.box,
             self.hard_margin_m,
@@ -238,15 +239,15 @@ Quality = Literal["planned", "stop", "emergency"]
 
 
 class Motion(msgspec.Struct, frozen=True):
-    """The answer; there are always rows.
+    """The answer; it always has rows.
 
     rows          (k, 8) as in signals.Trajectory: every 0.1 s until the horizon or rest
-    path          to be handed back as `warm` next time
-    feasible      no violations; violations are names from the independent check, or why nothing was planned
+    path          the warm start of the next request
+    feasible      no violations; violations: names from the independent check, or why nothing was planned
     limited_by    what keeps the vehicle from going faster
     quality       planned, stop (a comfortable one instead of a plan) or emergency
-    yields_to, passes  ids of the agents that it lets go first, and goes before
-    cut_s_m       something that stands blocks the path from here on (rear axle); inf when nothing does
+    yields_to, passes  ids of the agents that the vehicle yields to, and passes before
+    cut_s_m       a stationary obstacle blocks the path from here on (rear axle); inf without one
     diagnostics   figures for the record, by name
     """
 

@@ -34,9 +34,9 @@ def interpolated(rows: Array, t_s: float) -> Array:
 
 
 def stopping(trajectory: Trajectory, now_ns: int, decel_mps2: float) -> Trajectory:
-    """From now on along the same path, to rest at an even deceleration; what comes after its end is straight.
+    """A stop from now on along the same path, at constant deceleration; straight beyond the path's end.
 
-    The fallback when nobody plans: it exists for every trajectory.
+    The fallback when no planner answers; it exists for every trajectory.
     """
     return Trajectory(now_ns, _stopped(trajectory.rows, (now_ns - trajectory.stamp_ns) * 1e-9, decel_mps2))
 

@@ -9,7 +9,7 @@ from vehicle_agent.planning.motion.request import MotionRequest, MotionRequestEr
 
 
 def check_request(request: MotionRequest) -> None:
-    """Raises MotionRequestError with what is wrong."""
+    """Raises MotionRequestError with the defect of the request."""
     corridor = request.corridor
     n = len(corridor.s_m)
     if n == 0:

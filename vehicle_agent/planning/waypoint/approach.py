@@ -10,10 +10,10 @@ from vehicle_agent.planning.waypoint.selector import SpeedCommand
 class Approach(msgspec.Struct, frozen=True):
     """Constant comfortable deceleration to the stop.
 
-    delay_s           from a brake command to its effect: the vehicle still rolls on meanwhile
-    ramp_s            what the limit on jerk adds to it at ramp_mps and above; a slow vehicle brakes already
+    delay_s           from a brake command to its effect; the vehicle rolls on meanwhile
+    ramp_s            what the jerk limit adds to it at ramp_mps and above; a slow vehicle brakes already
     decel_mps2_firm   for a stop that is nearer than comfort allows, or already behind
-    arrived_m         nearer than this the vehicle just stands still
+    arrived_m         nearer than this the vehicle stands still
     """
 
     decel_mps2: float = 0.6
@@ -24,7 +24,10 @@ class Approach(msgspec.Struct, frozen=True):
     arrived_m: float = 0.06
 
     def command(self, stop_m: float, speed_mps: float, name: str = "stop") -> SpeedCommand:
-        """The speed to have with `stop_m` still to go; v = sqrt(2 a d), d less what the delay uses up."""
+        """The speed with `stop_m` still to go.
+
+        v = sqrt(2 a d), with d less the way driven during the delay.
+        """
         if stop_m <= self.arrived_m:
             firm = self.decel_mps2_firm if stop_m < -0.5 else self.decel_mps2
             return SpeedCommand(name, 0.0, -firm)

@@ -1,4 +1,4 @@
-"""Following waypoints at the lowest of some speed commands: what the GEM and the NUS stack do alike."""
+"""Following waypoints at the lowest of several speed commands: shared by the GEM and the NUS stack."""
 
 import math
 from typing import TypeVar
@@ -16,8 +16,8 @@ NOTHING = Waypoints(np.empty((0, 2)), np.empty(0), np.empty(0))
 class WaypointState(msgspec.Struct, frozen=True):
     """What is remembered of the way.
 
-    yielding  standing, or coming to a stand, for something in the path
-    clear     looks in a row that found it free again
+    yielding  standing, or stopping, for an obstacle in the path
+    clear     observations in a row that found it free again
     """
 
     line_id: int = 0
@@ -30,8 +30,9 @@ class WaypointState(msgspec.Struct, frozen=True):
 
 
 class ResumeRule(msgspec.Struct, frozen=True):
-    """Nobody is crept at: below yield_mps the vehicle stands, until the path has been free for resume_m in
-    clear_looks looks in a row."""
+    """No creeping: below yield_mps the vehicle stands, until the path has been free for resume_m in
+    clear_looks observations in a row.
+    """
 
     yield_mps: float = 0.3
     resume_m: float = 8.0
@@ -52,7 +53,7 @@ class UncertainPositionRule(msgspec.Struct, frozen=True):
     poor_mps: float = 0.5
 
     def commands(self, ego: Ego, world: World, decel_mps2: float) -> list[SpeedCommand]:
-        """For what the vehicle does not know of itself, or does not see."""
+        """Commands for an unknown or poor position and for blind sensors."""
         commands = []
         if not ego.valid:
             commands.append(SpeedCommand("no position", 0.0, -decel_mps2))
@@ -66,7 +67,7 @@ class UncertainPositionRule(msgspec.Struct, frozen=True):
 State = TypeVar("State", bound=WaypointState)
 
 
-def moved_on(state: State, ego: Ego) -> State:
+def next_tick(state: State, ego: Ego) -> State:
     """A tick later."""
     travelled_m = abs(ego.speed_mps) * (ego.stamp_ns - state.stamp_ns) * 1e-9 if state.stamp_ns else 0.0
     return msgspec.structs.replace(
@@ -98,7 +99,7 @@ def path_along(
 
 
 def stop_name(task: Task) -> str:
-    """What the task's stop is for, as people read it."""
+    """The reason for the task's stop, as text."""
     if task.mode != "drive":
         return task.mode
     if task.waiting_for:

@@ -1,4 +1,4 @@
-"""Keeping away from the fleet mate ahead on the same line."""
+"""The gap to the fleet vehicle ahead on the same line."""
 
 import msgspec
 import numpy as np
@@ -11,7 +11,7 @@ from vehicle_agent.signals import FleetVehicle, LeadVehicle
 class GapRule(msgspec.Struct, frozen=True):
     """v = (gap - standstill) / time gap.
 
-    beside_m  a mate whose whole outline is farther than this from the line is not in the way
+    beside_m  a fleet vehicle whose whole outline is farther than this from the line is not in the way
     """
 
     body_front_m: float
@@ -25,7 +25,10 @@ class GapRule(msgspec.Struct, frozen=True):
     def lead(
         self, points: Array, s: Array, s_m: float, first: int, others: tuple[FleetVehicle, ...]
     ) -> LeadVehicle | None:
-        """The nearest fleet mate ahead. points (n, 2) and s (n,) of the line; `first` the segment of s_m."""
+        """The nearest fleet vehicle ahead.
+
+        points (n, 2) and s (n,) of the line; `first` the segment of s_m.
+        """
         found: LeadVehicle | None = None
         last = first
         while last < len(s) - 1 and s[last] < s_m + self.look_m:
@@ -42,9 +45,10 @@ class GapRule(msgspec.Struct, frozen=True):
     def _tail_m(
         self, points: Array, s: Array, s_m: float, segments: tuple[int, int], other: FleetVehicle
     ) -> float | None:
-        """Where along the line the mate's outline begins; None when it is beside the line, behind or beyond.
+        """Where along the line the vehicle's outline begins; None when it is beside the line, behind or
+        beyond.
 
-        A mate that crosses the line has corners on both sides of it, or one near it.
+        A vehicle that crosses the line has corners on both sides of it, or one near it.
         """
         pose = other.pose_map
         outline = transform_points(pose, self._outline())
@@ -61,7 +65,7 @@ class GapRule(msgspec.Struct, frozen=True):
         return np.array([[back_m, half_m], [back_m, -half_m], [front_m, -half_m], [front_m, half_m]])
 
     def command(self, lead: LeadVehicle | None) -> SpeedCommand | None:
-        """The speed that keeps the gap; None without a mate ahead."""
+        """The speed that keeps the gap; None without a vehicle ahead."""
         if lead is None:
             return None
         return SpeedCommand("gap", max(0.0, (lead.gap_m - self.standstill_m) / self.time_gap_s))

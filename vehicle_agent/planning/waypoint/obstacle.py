@@ -13,14 +13,14 @@ _STEP_M = 0.5
 
 
 class ObstacleRule(msgspec.Struct, frozen=True):
-    """v = d / 5 - 1, and 0 at the hardest deceleration from 5 m on.
+    """v = d / 5 - 1; below 5 m, a stop at the hardest deceleration.
 
     clearance_m        by which the swept body is widened on each side
-    side_clearance_m   the same for what stands beside the vehicle already and would only be grazed
+    side_clearance_m   the same for points alongside the vehicle already, which it would only graze
     check_m_fixed      how far the path is checked; 0 means 5 (v + 1), where the rule reaches the speed v
     along              "line": sweep the route ahead, and the present steering arc for `arc_m`;
                        "arc": the present steering arc alone, as in the paper
-    passing_*          how slowly to go by something beside the path
+    passing_*          speed past obstacles beside the path
     """
 
     body_front_m: float
@@ -61,7 +61,10 @@ class ObstacleRule(msgspec.Struct, frozen=True):
         return SpeedCommand("obstacle", allowed_mps, slope_mps2, emergency=obstacle_m < self.stop_m)
 
     def free_m(self, points_map: Array, sweep: "Sweep", clearance_m: float) -> float:
-        """How far the bumper can move before the body, widened by the clearance, meets a point; or inf."""
+        """How far the bumper can move before the body, widened by the clearance, covers a point.
+
+        inf: it never does.
+        """
         return float(
             first_contact(
                 points_map,

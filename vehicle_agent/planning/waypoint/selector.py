@@ -1,4 +1,4 @@
-"""The lowest of all speed commands wins (GEM, section II), and says who it is."""
+"""The lowest of all speed commands wins (GEM, section II), and names its source."""
 
 from collections.abc import Iterable
 

@@ -11,7 +11,7 @@ from vehicle_agent.planning.waypoint.following import (
     ResumeRule,
     UncertainPositionRule,
     WaypointState,
-    moved_on,
+    next_tick,
     no_path,
     path_along,
     standing_commands,
@@ -25,9 +25,9 @@ from vehicle_agent.signals import Ego, Path, PlanAnswer, PlanJob, Task, World
 
 
 class PathCheck(msgspec.Struct, frozen=True):
-    """The last look along the path: at which scan and place, and how far the bumper could go.
+    """The last check along the path: at which scan and odometer, and how far the bumper could go.
 
-    beside_m  distance to the nearest thing just beside the path
+    beside_m  distance to the nearest point just beside the path
     """
 
     seen_ns: int = -1
@@ -39,7 +39,7 @@ class PathCheck(msgspec.Struct, frozen=True):
 class WaypointPlanningState(WaypointState, frozen=True):
     """What planning remembers."""
 
-    looked: PathCheck = PathCheck()
+    check: PathCheck = PathCheck()
 
 
 class WaypointPlanning(msgspec.Struct, frozen=True):
@@ -54,7 +54,7 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
     gap: GapRule
     approach: Approach = Approach()
     patience: ResumeRule = ResumeRule()
-    poor_sight: UncertainPositionRule = UncertainPositionRule()
+    uncertainty: UncertainPositionRule = UncertainPositionRule()
     look_every: int = 5
     delay_s: float = 0.25
     ahead_m: float = 30.0
@@ -73,8 +73,11 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
         task: Task,
         plans: tuple[PlanAnswer, ...] = (),
     ) -> tuple[Path, WaypointPlanningState]:
-        """The waypoints ahead and the speed to obey now. Without a line: stand still. Nobody plans for it."""
-        state = moved_on(state, ego)
+        """The waypoints ahead and the speed to follow now.
+
+        Without a line the vehicle stands. It needs no planner.
+        """
+        state = next_tick(state, ego)
         if task.line is None:
             return no_path(ego), msgspec.structs.replace(state, line_id=0, waypoints=NOTHING)
         if task.line_id != state.line_id:
@@ -82,7 +85,7 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
                 state,
                 line_id=task.line_id,
                 waypoints=waypoints_from_line(task.line, self.waypoints),
-                looked=PathCheck(),
+                check=PathCheck(),
             )
         state = self._look(state, ego, world, task)
         return self._path(state, ego, world, task), state
@@ -91,14 +94,14 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
         self, state: WaypointPlanningState, ego: Ego, world: World, task: Task
     ) -> WaypointPlanningState:
         """Sweep the path again when there is a new scan, or when the last look is some ticks old."""
-        if world.detections_stamp_ns == state.looked.seen_ns and state.ticks % self.look_every:
+        if world.detections_stamp_ns == state.check.seen_ns and state.ticks % self.look_every:
             return state
-        looked = self._looked(state, ego, world, task)
-        allowed_mps = self.obstacle.allowed_mps(looked.free_m)
-        yielding, clear = self.patience.waits(state, looked.free_m, allowed_mps)
-        return msgspec.structs.replace(state, looked=looked, yielding=yielding, clear=clear)
+        check = self._check(state, ego, world, task)
+        allowed_mps = self.obstacle.allowed_mps(check.free_m)
+        yielding, clear = self.patience.waits(state, check.free_m, allowed_mps)
+        return msgspec.structs.replace(state, check=check, yielding=yielding, clear=clear)
 
-    def _looked(self, state: WaypointPlanningState, ego: Ego, world: World, task: Task) -> PathCheck:
+    def _check(self, state: WaypointPlanningState, ego: Ego, world: World, task: Task) -> PathCheck:
         rule, points = self.obstacle, world.points_map
         check_m = rule.check_m(max(self.waypoints.speed_mps_max, ego.speed_mps))
         beside_m = math.inf
@@ -118,8 +121,8 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
         return PathCheck(world.detections_stamp_ns, state.odometer_m, free_m, beside_m)
 
     def _path(self, state: WaypointPlanningState, ego: Ego, world: World, task: Task) -> Path:
-        since_m = state.odometer_m - state.looked.odometer_m
-        free_m = max(0.0, state.looked.free_m - since_m)
+        since_m = state.odometer_m - state.check.odometer_m
+        free_m = max(0.0, state.check.free_m - since_m)
         command = lowest(self._commands(state, ego, world, task, free_m))
         return path_along(state.waypoints, ego, task, command, free_m, self.ahead_m)
 
@@ -137,7 +140,7 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
             commands.append(obstacle)
         if state.yielding:
             commands.append(SpeedCommand("obstacle", 0.0, -decel_mps2))
-        if state.looked.beside_m < ego.speed_mps * self.obstacle.passing_time_s:
+        if state.check.beside_m < ego.speed_mps * self.obstacle.passing_time_s:
             commands.append(SpeedCommand("passing", self.obstacle.passing_mps))
         first = max(0, int(np.searchsorted(state.waypoints.s_m, task.s_m)) - 1)
         lead = self.gap.lead(
@@ -146,7 +149,7 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
         gap = self.gap.command(lead)
         if gap is not None:
             commands.append(gap)
-        return commands + self.poor_sight.commands(ego, world, decel_mps2)
+        return commands + self.uncertainty.commands(ego, world, decel_mps2)
 
 
 def cruise(waypoints: Waypoints, s_m: float, speed_mps: float, delay_s: float) -> SpeedCommand:

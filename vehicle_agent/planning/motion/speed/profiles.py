@@ -23,10 +23,10 @@ def profile_from_plan(plan: SpeedPlan, row_s: float) -> Array:
     a0, v0, j = plan.a_mps2[piece], plan.v_mps[piece], plan.jerk_mps3[piece]
     a = a0 + j * h
     v = v0 + a0 * h + 0.5 * j * h**2
-    # Who sets off has no speed yet, but an acceleration that the next plan goes on with.
+    # A vehicle that sets off has no speed yet, but an acceleration that the next plan continues.
     still = (v <= 0.01) & (a <= 0.0)
     v, a = np.where(still, 0.0, np.maximum(v, 0.0)), np.where(still, 0.0, a)
-    # The way follows from what is left of the speed, so that the rows fit each other.
+    # The way is integrated from the remaining speed, so that the rows are consistent.
     bend = np.where(still[1:] | still[:-1], 0.0, np.diff(a)) * row_s**2 / 12.0
     u = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * row_s - bend)])
     return np.stack([t, u, v, a], axis=1)

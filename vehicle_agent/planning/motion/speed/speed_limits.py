@@ -36,7 +36,7 @@ def place_limits(
     """
     curve = np.sqrt(limits.lateral_accel_mps2_max / np.maximum(np.abs(samples.curvature_1pm), 1e-6))
     steering = vehicle.curvature_rate_1pmps_max / np.maximum(np.abs(samples.curvature_slope_1pm2), 1e-6)
-    # Somebody who stands must be able to set off: steering at a crawl is no matter of comfort.
+    # A vehicle at rest must be able to set off: steering at a crawl is no matter of comfort.
     steering = np.maximum(steering, 0.6)
     given = np.minimum(np.minimum(np.maximum(given_mps, 0.0), limits.speed_mps_max), cap_mps)
     lag_m = v0_mps * limits.decel_mps2_comfort / limits.jerk_mps3_max

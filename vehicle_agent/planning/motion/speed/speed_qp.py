@@ -23,11 +23,12 @@ _GAP, _SLOPE = 1e5, 1e6
 
 
 class SpeedWeights(msgspec.Struct, frozen=True):
-    """Cost of one second of: (v - wish)^2, a^2, jerk^2; and the penalties, linear and squared, of a metre
-    beyond the hard corridor, the soft corridor, and of 1 m/s above a limit of the place.
+    """Costs and penalties of the program.
 
-    gap_s  so many seconds' way stay free before the soft corridor's end: who follows, or comes near, needs
-           them to answer what nobody expects
+    Costs of one second of: (v - wish)^2, a^2, jerk^2. Penalties, linear and squared, of a metre beyond the
+    hard corridor, beyond the soft corridor, and of 1 m/s above a limit of the place.
+
+    gap_s  this many seconds' way stay free before the soft corridor's end, as a reserve
     """
 
     speed: float = 1.0
@@ -95,7 +96,7 @@ class SpeedPlan(msgspec.Struct, frozen=True):
 class _Form(NamedTuple):
     """What all programs of one size and weights share, ordered as in `solve_speed`.
 
-    below   the inequality rows; its data at `gaps` and `slopes` (n,) are each program's own
+    below   the inequality rows; the data at `gaps` and `slopes` (n,) are each program's own
     linear  (8 n,) the costs' linear part, without the wish
     """
 
@@ -190,17 +191,17 @@ def _accel_after(v: float, a: float, decel: float, jerk: float, dt: float) -> fl
 
 
 def _least_accel_mps2(speed_mps: float, bounds: SpeedBounds) -> float:
-    """Whoever brakes harder rolls back before the jerk bound lets go of the brake."""
+    """Harder braking would roll the vehicle back before the jerk bound lets the brake be released."""
     return -0.95 * math.sqrt(2.0 * bounds.jerk_mps3_max * speed_mps)
 
 
 def started(
     speed_mps: float, accel_mps2: float, held_jerk_mps3: float | None, bounds: SpeedBounds, dt_s: float
 ) -> SpeedStart:
-    """A start that a plan within the bounds can go on from.
+    """A start that a plan within the bounds can continue from.
 
-    One that would roll back comes to rest instead: it lets go sooner than the jerk allows. What it would hold
-    must not lead out of the bounds.
+    A start that would roll back comes to rest instead, with a jerk above the bound. A held jerk that leads
+    out of the bounds is dropped.
     """
     v = max(speed_mps, 0.0)
     a = max(accel_mps2, _least_accel_mps2(v, bounds))
@@ -232,8 +233,8 @@ def solve_speed(
 ) -> SpeedPlan:
     """The smoothest speed near the wish inside the corridor; from u = 0 at the start (see `started`).
 
-    Hard bounds are widened where the start itself is outside: a start above the limit may come down as
-    `brake_envelope` does, one that brakes harder than allowed may let go at the jerk bound.
+    Hard bounds are widened where the start itself is outside. A start above the limit may come down as
+    `brake_envelope` does. A start that brakes harder than allowed may release the brake at the jerk bound.
     """
     n = len(corridor.high_m)
     form = _form(n, dt_s, weights)
@@ -309,7 +310,8 @@ def _solver() -> piqp.SparseSolver:
     solver.settings.max_iter = 60
     solver.settings.eps_abs = 1e-5
     solver.settings.eps_rel = 1e-6
-    # Where the corridor cannot be kept its penalties cost 1e5 and more: the gap is judged beside that.
+    # Where the corridor cannot be kept its penalties cost 1e5 and more; the duality gap is judged relative to
+    # that.
     solver.settings.eps_duality_gap_abs = 1e-6
     solver.settings.eps_duality_gap_rel = 1e-6
     return solver

@@ -1,4 +1,4 @@
-"""The speed along one path: limits by place, agents on the s-t graph, who goes first, and the program."""
+"""The speed along one path: limits by place, agents on the s-t graph, the search and the program."""
 
 from typing import NamedTuple
 
@@ -29,13 +29,13 @@ _FAR_M = 1e3
 
 
 class SpeedSolution(msgspec.Struct, frozen=True):
-    """A speed plan and what shaped it.
+    """A speed plan and its causes.
 
     plan         None when the program failed
     limits       by place; occupancy of the path
     yields_to, passes  rows of the request's agents
     cut_s_m      static blockage on the line, inf for none
-    limited_by   in words; inside: somebody or something is inside the outline now
+    limited_by   as text; inside: a person or obstacle is inside the outline now
     """
 
     plan: SpeedPlan | None

@@ -1,4 +1,4 @@
-"""The s-t graph: who is on the path where and when, and the room that a way through it leaves."""
+"""The s-t graph: which agent is on the path where and when, and the corridor of a way through it."""
 
 import msgspec
 import numpy as np
@@ -13,7 +13,7 @@ _BEYOND_M = 1e4
 
 
 class StGraph(msgspec.Struct, frozen=True):
-    """The s-t graph at knots of dt_s: who is where, merged over the slots around each knot.
+    """The s-t graph at knots of dt_s: occupied stretches, merged over the slots around each knot.
 
     low_m, high_m, soft_low_m, soft_high_m (K, a); of relevant agents only, `who` (a,) their rows
     """
@@ -27,10 +27,10 @@ class StGraph(msgspec.Struct, frozen=True):
 
 
 class StCorridor(msgspec.Struct, frozen=True):
-    """What the speed program shall keep, (K,) by knot; yields_to, passes rows of Agents.
+    """The speed program's corridor, (K,) by knot; yields_to, passes: rows of Agents.
 
-    stands         (K,) the way stands while somebody walks by or into it: no motion then
-    end_speed_mps  of the one ahead at the last knot, along the path
+    stands         (K,) the vehicle stands at this knot while an agent walks by or into it
+    end_speed_mps  of the agent ahead at the last knot, along the path
     """
 
     low_m: np.ndarray
@@ -45,10 +45,11 @@ class StCorridor(msgspec.Struct, frozen=True):
 def graph(
     occupancy: Occupancy, pass_rule: IntArray, slots_per_knot: int, early: IntArray, dt_s: float, gap_m: float
 ) -> StGraph:
-    """Occupancy at the knots: each takes what is taken half a knot before it, and half a knot and `early`
-    (a,) slots after it: who walks faster than expected comes sooner.
+    """Occupancy at the knots.
 
-    Who must be yielded to blocks its stretch, and all beyond it, from now until it has left.
+    Each knot takes what is occupied half a knot before it, and half a knot and `early` (a,) slots after it:
+    an agent faster than predicted comes earlier. An agent with PASS_YIELD blocks its stretch, and all beyond
+    it, from now until it has left.
     """
     low, high, soft_low, soft_high = merged(
         occupancy.hard_low_m,
@@ -95,9 +96,9 @@ def merged(
 
 
 def corridor(graph: StGraph, way_u_m: Array) -> StCorridor:
-    """Which side of everybody the way u (K,) keeps, and the room that leaves.
+    """The side of every agent that the way u (K,) keeps, and the corridor that remains.
 
-    A soft stretch that the way itself enters is given up: the search has found that waiting costs more.
+    A soft stretch that the way itself enters is dropped: the search has found that waiting costs more.
     """
     low, high, soft, stands, side = sides(
         graph.low_m, graph.high_m, graph.soft_low_m, graph.soft_high_m, way_u_m

@@ -1,4 +1,4 @@
-"""Who goes first: a breadth-first search on the s-t graph (Snow Lion, "Motion planning").
+"""Passing order by a breadth-first search on the s-t graph (Snow Lion, "Motion planning").
 
 Layers are time slots and a node is (u, v, a). Each cell of u and v keeps only its cheapest node. The result
 is a corridor for the speed program: which agents the vehicle yields to and which it passes before.
