@@ -124,10 +124,10 @@ class DemoProgress:
 
 def doing_of(vehicle: dict[str, Any]) -> str:
     """Where a shuttle is and what it does, from the API's words for it."""
-    live = vehicle["live"]
+    status = vehicle["status"]
     if not vehicle["connected"]:
         return "is not connected"
-    if live is None:
+    if status is None:
         return "is starting"
     if vehicle["held"]:
         return "stands until an operator lets it drive"
@@ -137,7 +137,7 @@ def doing_of(vehicle: dict[str, Any]) -> str:
     place = visit["stop_id"] or "its resting place"
     if visit["state"] == "under_way":
         return f"is at {place}"
-    if visit["kind"] == "rest" and abs(live["speed_mps"]) < _SLOW and not vehicle["route"]:
+    if visit["kind"] == "rest" and abs(status["speed_mps"]) < _SLOW and not vehicle["route"]:
         return "rests"
     return f"drives to {place}"
 
@@ -157,7 +157,7 @@ def ride_words(journey: Journey) -> str:
 
 
 def _speed_of(vehicle: dict[str, Any]) -> str:
-    live = vehicle["live"]
-    if live is None or abs(live["speed_mps"]) < _SLOW:
+    status = vehicle["status"]
+    if status is None or abs(status["speed_mps"]) < _SLOW:
         return ""
-    return f", {3.6 * live['speed_mps']:.0f} km/h"
+    return f", {3.6 * status['speed_mps']:.0f} km/h"

@@ -20,7 +20,7 @@ def vehicle(number: int = 1, **changes: Any) -> dict[str, Any]:
         "connected": True,
         "held": False,
         "route": ["lane-1"],
-        "live": {"speed_mps": 2.5},
+        "status": {"speed_mps": 2.5},
         "visits": [{"state": "pending", "kind": "stop", "stop_id": "stop-7"}],
     } | changes
 
@@ -54,7 +54,7 @@ def shown(progress: DemoProgress) -> str:
         ({"visits": [{"state": "done", "kind": "stop", "stop_id": "stop-7"}]}, "rests"),
         ({"visits": [{"state": "pending", "kind": "rest", "stop_id": ""}]}, "drives to its resting place"),
         ({"held": True}, "stands until an operator lets it drive"),
-        ({"live": None}, "is starting"),
+        ({"status": None}, "is starting"),
         ({"connected": False}, "is not connected"),
     ],
 )
@@ -66,7 +66,7 @@ def test_without_a_terminal_a_shuttle_gets_a_line_when_it_does_something_else() 
     progress, out = a_progress()
     with progress:
         progress.vehicles([vehicle(1), vehicle(2)])
-        progress.vehicles([vehicle(1, live={"speed_mps": 1.0}), vehicle(2, visits=[])])
+        progress.vehicles([vehicle(1, status={"speed_mps": 1.0}), vehicle(2, visits=[])])
     assert out.getvalue().splitlines() == [
         "16:00:00  shuttle-1 drives to stop-7",
         "16:00:00  shuttle-2 drives to stop-7",
