@@ -64,7 +64,7 @@ class MutatedFile:
     now: str
 
     def key(self, path: str) -> str:
-        """The same for the same change, wherever in the file its line has moved."""
+        """The same for the same change, also after its line has moved within the file."""
         return f"{path}: {self.was} -> {self.now}"
 
 

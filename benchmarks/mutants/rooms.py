@@ -42,7 +42,7 @@ ROOMS: tuple[Room, ...] = (
         ),
         (f"tests/{_MOTION}",),
     ),
-    # What Foxglove draws is left out: nobody can tell a shade of grey from the next one.
+    # What Foxglove draws is left out: a shade of grey has no effect that a test could claim.
     Room(
         "contract",
         (

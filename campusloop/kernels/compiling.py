@@ -1,4 +1,4 @@
-"""Compiling what is missing, on all cores, while somebody watches."""
+"""Compiles the kernels that are missing, on all cores, and shows the progress."""
 
 import ctypes
 import multiprocessing

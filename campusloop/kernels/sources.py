@@ -1,7 +1,7 @@
 """What a module's kernels are compiled from, by reading sources: nothing is imported.
 
 A compiled kernel holds the kernels that it calls, the constants it names and the fields of its arguments'
-classes, wherever they are written. Numba looks at the kernel's own file alone.
+classes, in whichever file. Numba looks at the kernel's own file alone.
 """
 
 import ast

@@ -99,7 +99,7 @@ class LiveDemo:
         await DemoOperator(self._campus.operator, self._say, self._progress.released).run()
 
     async def _follow(self) -> None:
-        """Where the shuttles are, for whoever watches the terminal."""
+        """Show on the terminal where the shuttles are."""
         while True:
             try:
                 self._progress.vehicles(await self._campus.operator.vehicles())

@@ -40,7 +40,7 @@ class PacedClocks:
     folder: Path
 
     def make(self) -> None:
-        """Begin now, with the computer's clocks; until somebody keeps it, it runs with them."""
+        """Begin now. The clock runs with the computer's clocks until a process keeps it."""
         self.folder.mkdir(parents=True, exist_ok=True)
         fields = _fields(self._clock, 3)
         fields[_UTC_OFFSET] = time.time_ns() - time.monotonic_ns()
