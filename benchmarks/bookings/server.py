@@ -79,7 +79,7 @@ async def enter_shuttle(
         vehicle_sessions.open_session(uow, hello)
         vehicle_sessions.record_status(uow, [_status(uow, road_map, network, number)])
         now = ns_of(uow.now)
-        said = ModeChanged("autonomous", "resumed")
+        said = ModeChanged("autonomous", detail="resumed")
         events.apply_event(uow, RecordedEvent(vehicle_id, _BOOT, 0, now, now, said))
 
     await transactions.run(work)

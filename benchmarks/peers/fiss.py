@@ -79,7 +79,7 @@ class Fiss:
     def rows(self, found: Any) -> tuple[list[tuple[float, ...]], str]:
         """With the planner's own fail-safes (the rest of the last plan, a shorter horizon, then braking)."""
         states = ("emergency", "fallback", "degraded")
-        words = next((word for word in states if getattr(found, word)), "" if found.success else "no plan")
+        words = next((word for word in states if getattr(found, word)), "" if found.success else "no_plan")
         plan = found.trajectory
         t, x, y, yaw, v, a, kappa = (
             np.asarray(c) for c in (plan.t, plan.x, plan.y, plan.yaw, plan.v, plan.a, plan.kappa)

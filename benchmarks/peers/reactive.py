@@ -112,7 +112,7 @@ class Reactive:
 
     def rows(self, found: Any) -> tuple[list[tuple[float, ...]], str]:
         if found is None:
-            return [], "no plan"
+            return [], "no_plan"
         trajectory, along, across = found
         self._next = (along[1], across[1])
         rows = []

@@ -140,7 +140,7 @@ def _job(scene: Scene) -> PlanJob:
     memory = scene.memory if isinstance(scene.memory, PlanMemory) else PlanMemory()
     return PlanJob(
         1, 1, 1, start.pose_map, start.speed_mps, start.accel_mps2, start.curvature_1pm, scene.corridor(),
-        scene.stop_s_m, "stop", PARAMS.limits.speed_mps_max, "speed limit", scene.static_points, tracks,
+        scene.stop_s_m, "stop", PARAMS.limits.speed_mps_max, "speed_limit", scene.static_points, tracks,
         Predictions(1, t, poses, sigmas), NO_VIEW, (), (), memory,
     )  # fmt: skip
 

@@ -11,7 +11,6 @@ from datetime import datetime
 from typing import Any, Literal, Protocol
 
 import httpx
-import numpy as np
 
 POLL_EVERY_S = 2.0
 # Whom no shuttle can take now asks again after a while, so often at most.
@@ -184,21 +183,3 @@ def _body(answer: httpx.Response, what: str) -> dict[str, Any]:
     if answer.is_error:
         raise ApiError(f"{what}: {body.get('title', answer.status_code)}: {body.get('detail', '')}")
     return body
-
-
-def wishes(
-    count: int,
-    pairs: list[tuple[str, str]],
-    spacing_s: float,
-    rng: np.random.Generator,
-) -> list[RideDemand]:
-    """Random rides between the given pairs of stops, about spacing_s apart."""
-    made = []
-    after_s = 0.0
-    for number in range(1, count + 1):
-        from_stop, to_stop = pairs[int(rng.integers(len(pairs)))]
-        party = int(rng.choice([1, 1, 1, 2, 2, 3]))
-        how = HOWS[int(rng.integers(len(HOWS)))]
-        made.append(RideDemand(number, round(after_s, 1), from_stop, to_stop, party, how))
-        after_s += float(rng.exponential(spacing_s))
-    return made

@@ -14,22 +14,21 @@ from rich.console import Console
 
 from campusloop.clients.demo_operator import DemoOperator
 from campusloop.clients.operator_client import OperatorError
-from campusloop.clients.passengers import Journey, Passengers, wishes
+from campusloop.clients.passengers import Journey, Passengers, RideDemand
+from campusloop.clients.ride_demand import RIDE_M_MAX, RIDE_M_MIN, nearest_pairs, random_rides, stop_pairs
 from campusloop.clients.simulated_people import SimulatedPeople
 from campusloop.live.campus import OPERATOR, LiveCampus, LiveOptions
 from campusloop.live.certificate import local_addresses
 from campusloop.live.progress import DemoProgress
-from campusloop.virtual.headless import (
-    RIDE_M_MAX,
-    RIDE_M_MIN,
-    ride_pairs,
-)
+from contract.roads.model import RoadMap
 from simulator.live.ports import control_port
 
 FOLLOW_EVERY_S = 2.0
 PEOPLE = 10_000
 SPACING_S = 100.0
 SPACING_S_MIN = 20.0
+# The first rides may be shorter than the others.
+FIRST_M_MIN = 250.0
 
 
 class LiveDemo:
@@ -86,11 +85,10 @@ class LiveDemo:
         options = self._campus.options
         people = SimulatedPeople(self._campus.road_map, control_port(options.base_port))
         passengers = Passengers(self._campus.client, people, self._campus.now, self._progress.ride)
-        pairs = ride_pairs(self._campus.road_map, RIDE_M_MIN, RIDE_M_MAX)
         rng = np.random.default_rng(options.seed)
         async with people.listening(passengers.tap), asyncio.TaskGroup() as lives:
-            for wish in wishes(PEOPLE, pairs, SPACING_S, rng):
-                lives.create_task(passengers.live(Journey(replace(wish, after_s=0.0))))
+            for ride in first_rides(self._campus.road_map, options.vehicles, rng):
+                lives.create_task(passengers.live(Journey(replace(ride, after_s=0.0))))
                 await asyncio.sleep(max(SPACING_S_MIN, float(rng.exponential(SPACING_S))))
 
     async def _operate(self) -> None:
@@ -124,3 +122,12 @@ class LiveDemo:
 
     def _say(self, text: str) -> None:
         self._progress.say(text)
+
+
+def first_rides(road_map: RoadMap, vehicles: int, rng: np.random.Generator) -> list[RideDemand]:
+    """Random rides. The first ones are near the waiting shuttles: a visitor soon sees a whole ride."""
+    short = stop_pairs(road_map, FIRST_M_MIN, RIDE_M_MAX)
+    near = nearest_pairs(road_map, short, road_map.resting_places[:vehicles])
+    rides = random_rides(PEOPLE, stop_pairs(road_map, RIDE_M_MIN, RIDE_M_MAX), SPACING_S, rng)
+    first = [replace(ride, from_stop=a, to_stop=b) for ride, (a, b) in zip(rides, near, strict=False)]
+    return first + rides[len(first) :]

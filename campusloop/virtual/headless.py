@@ -14,18 +14,13 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from campusloop.clients.passengers import Journey, wishes
+from campusloop.clients.passengers import Journey
+from campusloop.clients.ride_demand import RIDE_M_MAX, RIDE_M_MIN, random_rides, stop_pairs
 from campusloop.virtual.run_proof import RunProof, SpacedWord, flaws, virtual_progress
-from contract.roads.model import RoadMap
-from contract.roads.network import RoadNetwork
-from contract.roads.routing import find_route
 
 if TYPE_CHECKING:
     from campusloop.virtual.campus import CampusOptions, VirtualCampus
 
-RIDE_M_MIN = 500.0
-# Who has farther to go than this does not wait for a shuttle that drives 3 m/s.
-RIDE_M_MAX = 1000.0
 SPACING_S = 90.0
 RIDE_TIMEOUT_S = 3600.0
 STEPS_PER_REFRESH = 250
@@ -60,18 +55,6 @@ class RideScores:
         return self._ended[number][1] - self._begun[number][1] if number in self._ended else 0
 
 
-def ride_pairs(road_map: RoadMap, least_m: float, most_m: float) -> list[tuple[str, str]]:
-    """Pairs of stops with so much road between them, in map order."""
-    network = RoadNetwork(road_map)
-    pairs = []
-    for origin in road_map.stops:
-        for target in road_map.stops:
-            route = find_route(network, origin.lane_id, origin.s_m, target.lane_id, target.s_m)
-            if origin is not target and route is not None and least_m <= route.length_m <= most_m:
-                pairs.append((origin.stop_id, target.stop_id))
-    return pairs
-
-
 def run_headless(
     options: "CampusOptions",
     rides: int,
@@ -101,8 +84,8 @@ def run_headless(
         console.print(timeline_line(journey, campus.now(), clock), highlight=False, soft_wrap=True)
 
     campus.start()
-    pairs = pairs or ride_pairs(options.road_map, RIDE_M_MIN, RIDE_M_MAX)
-    wanted = wishes(rides, pairs, spacing_s, campus.conductor.rng("passengers"))
+    pairs = pairs or stop_pairs(options.road_map, RIDE_M_MIN, RIDE_M_MAX)
+    wanted = random_rides(rides, pairs, spacing_s, campus.conductor.rng("passengers"))
     passengers = campus.passengers(tell)
     tasks = [campus.conductor.loop.create_task(passengers.live(Journey(wish))) for wish in wanted]
     with RunProof(options.folder) as proof:

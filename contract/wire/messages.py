@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from contract.geometry import Pose2
+from contract.wire.reasons import FaultCode, FaultSeverity, HoldReason, SpeedLimitReason
 
 PROTOCOL_VERSION = 1
 OLDEST_PROTOCOL_VERSION = 1
@@ -232,8 +233,8 @@ class Goodbye(Message, frozen=True, tag="goodbye"):
 
 
 class FaultReport(msgspec.Struct, frozen=True):
-    code: str
-    severity: Literal["info", "warning", "stop"]
+    code: FaultCode
+    severity: FaultSeverity
     since_ns: int
 
 
@@ -273,19 +274,23 @@ class AreaReport(msgspec.Struct, frozen=True):
 class DrivingView(msgspec.Struct, frozen=True):
     """What the vehicle sees and plans, for screens only. No decision uses it; the run log alone stores it.
 
-    limited_by  what keeps the vehicle from going faster
+    limited_by  what keeps the vehicle from going faster; a section that is not granted is in `waiting_for`
     path        x0, y0, x1, y1, ... of the rear axle's planned way, thinned
     tracks      the nearest ones
     """
 
-    limited_by: str = ""
+    limited_by: SpeedLimitReason | None = None
     path: tuple[float, ...] = ()
     tracks: tuple[TrackReport, ...] = ()
     areas: tuple[AreaReport, ...] = ()
 
 
 class Status(Message, frozen=True, tag="status"):
-    """Where the vehicle is and what it does; latest wins."""
+    """Where the vehicle is and what it does; latest wins.
+
+    hold_reason, hold_detail  why the vehicle does not drive by itself, None when it does; detail: the
+                              operator's own text, or which visit is unreachable
+    """
 
     epoch: int
     stamp_ns: int
@@ -308,6 +313,8 @@ class Status(Message, frozen=True, tag="status"):
     waiting_for: str = ""
     faults: tuple[FaultReport, ...] = ()
     driving: DrivingView | None = None
+    hold_reason: HoldReason | None = None
+    hold_detail: str = ""
 
 
 class OrderAccepted(Message, frozen=True, tag="order_accepted"):
@@ -385,8 +392,12 @@ class SectionReleased(Event, frozen=True, tag="section_released"):
 
 
 class ModeChanged(Event, frozen=True, tag="mode_changed"):
+    """reason: why the vehicle does not drive by itself; detail: see `Status`; faults: those that hold it."""
+
     mode: DriveMode
-    reason: str
+    reason: HoldReason | None = None
+    detail: str = ""
+    faults: tuple[FaultCode, ...] = ()
 
 
 class Blocked(Event, frozen=True, tag="blocked"):

@@ -46,7 +46,7 @@ def test_without_a_plan_the_vehicle_brakes_to_a_stand_and_stays() -> None:
     assert speeds[-1] == 0.0
     braked_m = run.driven_m - 2.0
     assert braked_m == pytest.approx(2.0**2 / (2.0 * 0.9 * 5.6), abs=0.06)
-    assert dict(run.limited_by)["no plan"] == 50
+    assert dict(run.limited_by)["no_plan"] == 50
 
 
 def test_a_plan_that_begins_elsewhere_is_none() -> None:
@@ -175,7 +175,7 @@ class _Mute:
     def plan(self, ask: Ask) -> Plan:
         self._left -= 1
         if self._left < 0:
-            return Plan([], "no plan", self._cycle_ms, 0.0, 0.0)
+            return Plan([], "no_plan", self._cycle_ms, 0.0, 0.0)
         rows = [(t, ask.x_m + 2.0 * t, ask.y_m, 0.0, 2.0, 0.0, 0.0) for t in (0.0, 0.5, 1.0)]
         return Plan(rows, "", self._cycle_ms, 0.0, 0.0)
 

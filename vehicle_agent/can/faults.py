@@ -1,13 +1,12 @@
 """Since when each fault has been there."""
 
-from typing import Literal
-
+from contract.wire.reasons import FaultCode, FaultSeverity
 from vehicle_agent.signals import Fault
 
-Severity = Literal["info", "warning", "stop"]
+ActiveFault = tuple[FaultCode, FaultSeverity]
 
 
-def since(active: list[tuple[str, Severity]], before: tuple[Fault, ...], now_ns: int) -> tuple[Fault, ...]:
+def since(active: list[ActiveFault], before: tuple[Fault, ...], now_ns: int) -> tuple[Fault, ...]:
     """Active faults with the time each began, taken from the last tick where it was there already."""
     if not active:
         return ()

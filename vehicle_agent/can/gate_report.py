@@ -4,18 +4,28 @@ from typing import Literal, get_args
 
 import msgspec
 
-from vehicle_agent.can.faults import Severity
-from vehicle_agent.signals import GATE_BRAKING, CanFrame
+from contract.wire.reasons import FaultCode
+from vehicle_agent.can.faults import ActiveFault
+from vehicle_agent.signals import CanFrame
 
 # Free on both buses that we know.
 GATE_REPORT_ID = 0x5F0
 GATE_LOST_NS = 150_000_000
 
-# Why it brakes, as the end of the fault's code; numbered from 1 in this order.
+# Why it brakes, numbered from 1 in this order.
 GateCause = Literal[
     "tick_late", "commands_refused", "module_lost", "clock_jumped", "footprint", "too_fast", "steering_stuck"
 ]
 CAUSES: tuple[GateCause, ...] = get_args(GateCause)
+FAULTS: dict[GateCause, FaultCode] = {
+    "tick_late": "gate_braking_tick_late",
+    "commands_refused": "gate_braking_commands_refused",
+    "module_lost": "gate_braking_module_lost",
+    "clock_jumped": "gate_braking_clock_jumped",
+    "footprint": "gate_braking_footprint",
+    "too_fast": "gate_braking_too_fast",
+    "steering_stuck": "gate_braking_steering_stuck",
+}
 
 
 class GateStatus(msgspec.Struct, frozen=True):
@@ -24,10 +34,10 @@ class GateStatus(msgspec.Struct, frozen=True):
     stamp_ns: int = 0
     cause: GateCause | None = None
 
-    def active(self, now_ns: int) -> list[tuple[str, Severity]]:
+    def active(self, now_ns: int) -> list[ActiveFault]:
         """The gate brakes by itself, as far as was heard lately."""
         fresh = now_ns - self.stamp_ns <= GATE_LOST_NS
-        return [(f"{GATE_BRAKING}_{self.cause}", "stop")] if self.cause is not None and fresh else []
+        return [(FAULTS[self.cause], "stop")] if self.cause is not None and fresh else []
 
 
 def gate_report(cause: GateCause | None, stamp_ns: int) -> CanFrame:

@@ -4,7 +4,8 @@ from typing import TypeVar
 
 import msgspec
 
-from vehicle_agent.can.faults import Severity, since
+from contract.wire.reasons import FaultCode
+from vehicle_agent.can.faults import ActiveFault, since
 from vehicle_agent.can.gate_report import GateStatus, heard_gate
 from vehicle_agent.can.handshake import Handshake
 from vehicle_agent.signals import CanFrame, Fault
@@ -30,7 +31,7 @@ class ModuleStatus(msgspec.Struct, frozen=True):
     """What a module's reports say of the module itself.
 
     enabled, enabled_ns  by-wire has the vehicle, as reported when
-    stamps_ns            arrival of each report that must keep coming, by the name used in fault codes
+    stamps_ns            arrival of each report that must keep coming, by the fault of its loss
     malformed_ns         arrival of the last report that could not be read, 0 before the first
     """
 
@@ -40,7 +41,7 @@ class ModuleStatus(msgspec.Struct, frozen=True):
     stop_pressed: bool
     faulted: bool
     timed_out: bool
-    stamps_ns: tuple[tuple[str, int], ...]
+    stamps_ns: tuple[tuple[FaultCode, int], ...]
     malformed_ns: int
 
     def has_vehicle(self, now_ns: int) -> bool:
@@ -65,14 +66,14 @@ def watched(state: State, word: ModuleStatus, frames: tuple[CanFrame, ...], now_
     )
 
 
-def _active(word: ModuleStatus, shake: Handshake, boot_ns: int, now_ns: int) -> list[tuple[str, Severity]]:
+def _active(word: ModuleStatus, shake: Handshake, boot_ns: int, now_ns: int) -> list[ActiveFault]:
     """(code, severity) of everything wrong now, in a fixed order."""
     driving = shake.phase == "on"
-    faults: list[tuple[str, Severity]] = []
+    faults: list[ActiveFault] = []
     if now_ns - boot_ns > BOOT_GRACE_NS:
-        for name, stamp_ns in word.stamps_ns:
+        for lost, stamp_ns in word.stamps_ns:
             if now_ns - stamp_ns > REPORT_LOST_NS:
-                faults.append((f"can_{name}_report_lost", "stop"))
+                faults.append((lost, "stop"))
     if word.stop_pressed:
         faults.append(("emergency_stop_pressed", "stop"))
     if word.faulted:

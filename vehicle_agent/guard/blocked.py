@@ -3,9 +3,10 @@
 import msgspec
 
 from contract.wire.messages import Blocked
+from contract.wire.reasons import SpeedLimitReason
 from vehicle_agent.signals import Ego, Path, Task
 
-_FOR_SOMETHING = ("obstacle", "gap")
+_FOR_SOMETHING: tuple[SpeedLimitReason, ...] = ("obstacle", "gap")
 
 
 class BlockedState(msgspec.Struct, frozen=True):

@@ -5,6 +5,7 @@ import math
 import msgspec
 
 from contract.wire.messages import DriveMode, FaultRaised
+from contract.wire.reasons import FaultCode, FaultSeverity
 from vehicle_agent.guard.road_users import are_finite
 from vehicle_agent.signals import Ages, Ego, Fault, VehicleMotion, World, fault_report
 
@@ -31,27 +32,28 @@ def current_faults(
     world: World,
     command_is_finite: bool,
     by_wire_late: bool,
-) -> dict[str, Fault]:
+) -> dict[FaultCode, Fault]:
     """The present faults by code. tick_ns: time since the last tick, 0 in the first one."""
-    found = {fault.code: fault for fault in (*motion.faults, *ego.faults)}
+    found: dict[FaultCode, Fault] = {fault.code: fault for fault in (*motion.faults, *ego.faults)}
     now_ns = ego.stamp_ns
     pose = (ego.pose_map.x_m, ego.pose_map.y_m, ego.pose_map.yaw_rad, ego.speed_mps)
 
-    def add(code: str, severity: str, since_ns: int = now_ns) -> None:
-        found.setdefault(code, Fault(code, severity, since_ns))  # type: ignore[arg-type]
+    def add(code: FaultCode, severity: FaultSeverity, since_ns: int = now_ns) -> None:
+        found.setdefault(code, Fault(code, severity, since_ns))
 
-    for name, age_ns, stale_ns in (
-        ("motion", ages.motion_ns, limits.motion_ns),
-        ("pose", ages.pose_ns, limits.pose_ns),
-        ("percept", ages.percept_ns, limits.percept_ns),
-        ("path", ages.path_ns, limits.path_ns),
-    ):
+    inputs: tuple[tuple[FaultCode, FaultCode, int, int], ...] = (
+        ("motion_missing", "motion_stale", ages.motion_ns, limits.motion_ns),
+        ("pose_missing", "pose_stale", ages.pose_ns, limits.pose_ns),
+        ("percept_missing", "percept_stale", ages.percept_ns, limits.percept_ns),
+        ("path_missing", "path_stale", ages.path_ns, limits.path_ns),
+    )
+    for missing, stale, age_ns, stale_ns in inputs:
         if stale_ns == 0:
             continue
         if age_ns < 0:
-            add(f"{name}_missing", "stop")
+            add(missing, "stop")
         elif age_ns > stale_ns:
-            add(f"{name}_stale", "stop", now_ns - age_ns)
+            add(stale, "stop", now_ns - age_ns)
     if not all(map(math.isfinite, pose)):
         add("pose_not_finite", "stop")
     if not are_finite(world.tracks):
@@ -71,7 +73,9 @@ def current_faults(
     return found
 
 
-def with_start_times(found: dict[str, Fault], before: tuple[Fault, ...], now_ns: int) -> tuple[Fault, ...]:
+def with_start_times(
+    found: dict[FaultCode, Fault], before: tuple[Fault, ...], now_ns: int
+) -> tuple[Fault, ...]:
     """The faults in order of their codes; one that was there before keeps its start time."""
     known = {fault.code: fault.since_ns for fault in before}
     return tuple(

@@ -13,6 +13,7 @@ import math
 import msgspec
 
 from contract.wire.messages import DriveMode, ModeChanged, VehicleEvent
+from contract.wire.reasons import FaultCode, HoldReason
 from vehicle_agent.guard.blocked import BlockedState, watch_blocked
 from vehicle_agent.guard.collision import Avoidance
 from vehicle_agent.guard.faults import (
@@ -55,7 +56,8 @@ class GuardState(msgspec.Struct, frozen=True):
     """
 
     mode: DriveMode = "held"
-    reason: str = ""
+    reason: HoldReason | None = "just_started"
+    detail: str = ""
     faults: tuple[Fault, ...] = ()
     reported: tuple[Fault, ...] = ()
     latched: tuple[Fault, ...] = ()
@@ -120,17 +122,18 @@ class Guard(msgspec.Struct, frozen=True):
         new = self._latched(state, faults, motion, ego, task)
         allowed_mps = self.limits.speed_mps(state.allowed_mps, ego.position_std_m, dt_s)
         new = msgspec.structs.replace(new, faults=faults, allowed_mps=allowed_mps)
-        mode, reason = _mode(new, task, motion)
+        mode, reason, detail = _mode(new, task, motion)
         actuation, intervened = self._actuation(
             new, mode, command if finite else None, motion, ego, world, task, path
         )
         blocked, blocked_events = watch_blocked(state.blocked, ego, task, path, self.blocked_after_ns)
         reported, raised = fault_events(state.reported, faults, mode, ego.stamp_ns, self.report_after_ns)
-        changed = () if (mode, reason) == (state.mode, state.reason) else (ModeChanged(mode, reason),)
+        changed = _mode_changed(state, new, mode, reason, detail)
         new = msgspec.structs.replace(
             new,
             mode=mode,
             reason=reason,
+            detail=detail,
             reported=reported,
             requested_since_ns=_requested_since(state, actuation, motion, ego.stamp_ns),
             stamp_ns=ego.stamp_ns,
@@ -139,7 +142,11 @@ class Guard(msgspec.Struct, frozen=True):
             blocked=blocked,
             events=(*changed, *raised, *blocked_events),
         )
-        return actuation, GuardStatus(mode, intervened, reported_faults(faults, new.latched)), new
+        return (
+            actuation,
+            GuardStatus(mode, intervened, reported_faults(faults, new.latched), reason, detail),
+            new,
+        )
 
     def _faults(
         self, state: GuardState, motion: VehicleMotion, ego: Ego, world: World, ages: Ages, finite: bool
@@ -288,15 +295,28 @@ def _is_of_gate(fault: Fault) -> bool:
     return fault.code.startswith(GATE_BRAKING)
 
 
-def _mode(state: GuardState, task: Task, motion: VehicleMotion) -> tuple[DriveMode, str]:
+def _mode(state: GuardState, task: Task, motion: VehicleMotion) -> tuple[DriveMode, HoldReason | None, str]:
+    """(mode, why the vehicle does not drive by itself, detail of that)."""
     if state.manual:
-        return "manual", "takeover: the safety driver has the vehicle"
+        return "manual", "takeover", ""
     if state.latched:
-        codes = ", ".join(fault.code for fault in state.latched)
-        return ("minimal_risk" if motion.enabled else "fault"), codes
+        return ("minimal_risk" if motion.enabled else "fault"), "fault", ""
     if task.mode == "hold":
-        return "held", task.reason
-    return "autonomous", ""
+        return "held", task.hold_reason, task.hold_detail
+    return "autonomous", None, ""
+
+
+def _mode_changed(
+    before: GuardState, now: GuardState, mode: DriveMode, reason: HoldReason | None, detail: str
+) -> tuple[ModeChanged, ...]:
+    """The event of another mode, or of other reasons for the same one."""
+    if (mode, reason, detail, _codes(now)) == (before.mode, before.reason, before.detail, _codes(before)):
+        return ()
+    return (ModeChanged(mode, reason, detail, _codes(now) if reason == "fault" else ()),)
+
+
+def _codes(state: GuardState) -> tuple[FaultCode, ...]:
+    return tuple(fault.code for fault in state.latched)
 
 
 def _requested_since(state: GuardState, actuation: Actuation, motion: VehicleMotion, now_ns: int) -> int:

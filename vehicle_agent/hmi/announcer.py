@@ -140,7 +140,7 @@ class Announcer(msgspec.Struct, frozen=True):
         return found
 
     def _on_the_way(self, task: Task, path: Path) -> list[_Occasion]:
-        if task.reason == "requested stop":
+        if task.reason == "requested_stop":
             return [("requested", task.visit_id, texts.SAY_REQUESTED, NEWS)]
         if not (task.stop_name or task.stop_name_en):
             return []

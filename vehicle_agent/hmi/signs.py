@@ -5,7 +5,7 @@ import msgspec
 from vehicle_agent.hmi import texts
 from vehicle_agent.hmi.texts import Words
 from vehicle_agent.hmi.yielding import YieldingState
-from vehicle_agent.signals import STOP_OCCUPIED, GuardStatus, Path, Task
+from vehicle_agent.signals import GuardStatus, Path, Task
 
 # Ranks: a warning replaces what ranks lower at once; everything else waits until the text has been read.
 TEXT, WARNING, DOORS, STOPPED, BY_HAND = range(5)
@@ -61,7 +61,7 @@ def sign_for(
 
 def is_arriving(task: Task, path: Path, near_m: float) -> bool:
     """Near to the stop whose name the task gives, with the road to it granted and nobody on it."""
-    return path.stop_m < near_m and not task.waiting_for and task.reason != STOP_OCCUPIED
+    return path.stop_m < near_m and not task.waiting_for and task.reason != "stop_occupied"
 
 
 def _on_the_way(task: Task, path: Path, near_m: float) -> SignText:
@@ -69,9 +69,9 @@ def _on_the_way(task: Task, path: Path, near_m: float) -> SignText:
         return SignText(texts.RESTING, texts.REAR_STANDING)
     if task.waiting_for and path.stop_m < near_m:
         return SignText(texts.WAITING, texts.REAR_STOPPING)
-    if task.reason == STOP_OCCUPIED and path.stop_m < near_m:
+    if task.reason == "stop_occupied" and path.stop_m < near_m:
         return SignText(texts.WAITING_FOR_STOP, texts.REAR_STOPPING)
-    if task.reason == "requested stop":
+    if task.reason == "requested_stop":
         return SignText(texts.REQUESTED, texts.REAR_STOPPING)
     if not (task.stop_name or task.stop_name_en):
         standing = path.speed_mps <= 0.0

@@ -5,11 +5,14 @@ Planning decides ten times a second and may change its reason each time; what is
 
 import msgspec
 
+from contract.wire.reasons import SpeedLimitReason
 from vehicle_agent.signals import GuardStatus, Path, Task
 
 # What the stacks' planners name when somebody or something in the way holds the vehicle back.
-YIELDS = frozenset({"obstacle", "blocked", "footprint", "yielding", "crossing", "crossing traffic"})
-PASSES = frozenset({"passing", "pedestrian clearance"})
+YIELDS: frozenset[SpeedLimitReason] = frozenset(
+    {"obstacle", "blocked", "footprint", "yielding", "crossing", "crossing_traffic"}
+)
+PASSES: frozenset[SpeedLimitReason] = frozenset({"passing", "pedestrian_clearance"})
 # A vehicle slower than this stands.
 STANDS_MPS = 0.05
 

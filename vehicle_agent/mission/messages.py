@@ -4,6 +4,7 @@ import msgspec
 
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import Command, CommandDone, Grants, Order, OrderRejected, PassengerTap
+from contract.wire.reasons import HoldReason
 from vehicle_agent.mission import boarding
 from vehicle_agent.mission.memory import MissionMemory, remembered
 from vehicle_agent.mission.order_line import LanePoint, OrderLine, VisitUnreachable, locate, order_line
@@ -80,9 +81,9 @@ def execute_command(
             braking_m = ego.speed_mps * rules.hold_reaction_s + ego.speed_mps**2 / (
                 2.0 * rules.hold_decel_mps2
             )
-            state = _hold(state, command.text or "held by the operator", state.s_m + braking_m)
+            state = _hold(state, "operator_hold", command.text, state.s_m + braking_m)
         case "stop_now":
-            state = _hold(state, command.text or "stopped by the operator", state.s_m)
+            state = _hold(state, "operator_stop", command.text, state.s_m)
         case "announce":
             state = state.after(announcement=command.text, announced_ns=state.stamp_ns)
         case "resume":
@@ -100,39 +101,41 @@ def take_tap(state: MissionState, message: PassengerTap) -> MissionState:
     return state.after(*events, memory=memory, seats=seats)
 
 
-def find_line(state: MissionState, network: RoadNetwork, ego: Ego) -> tuple[MissionState, str]:
-    """(state with the stored order as a line from here, ""), or (state, the reason why there is no line)."""
+def find_line(
+    state: MissionState, network: RoadNetwork, ego: Ego
+) -> tuple[MissionState, HoldReason | None, str]:
+    """(state with the stored order as a line from here, None, ""); without a line (state, reason, detail)."""
     visits = state.memory.open_visits()
     start = _start(state, network, ego, visits[0].route if visits else ())
     if start is None:
-        return state, "the vehicle is not on a lane of the map: drive it onto one by hand"
+        return state, "off_map", "the vehicle is not on a lane of the map: drive it onto one by hand"
     if not visits:
-        return state.after(place=start, is_off_route=False, route=None), ""
+        return state.after(place=start, is_off_route=False, route=None), None, ""
     try:
         route = order_line(network, visits, start, state.line_count + 1)
     except VisitUnreachable as error:
-        return state, str(error)
+        return state, "unreachable_visit", str(error)
     if not state.occupied_sections:
         leaving_m = state.odometer_m + 1.0
         occupied_sections = tuple(OccupiedSection(grant, leaving_m) for grant in state.memory.occupied)
         state = state.after(occupied_sections=occupied_sections)
-    return on_line(state, route, start), ""
+    return on_line(state, route, start), None, ""
 
 
-def _hold(state: MissionState, reason: str, stop_s_m: float) -> MissionState:
+def _hold(state: MissionState, reason: HoldReason, detail: str, stop_s_m: float) -> MissionState:
     if state.held:
-        return state.after(hold_reason=reason)
-    return state.after(held=True, hold_reason=reason, hold_s_m=stop_s_m)
+        return state.after(hold_reason=reason, hold_detail=detail)
+    return state.after(held=True, hold_reason=reason, hold_detail=detail, hold_s_m=stop_s_m)
 
 
 def _resume(state: MissionState, network: RoadNetwork, ego: Ego) -> tuple[MissionState, str]:
     if not ego.valid:
         return state, "the vehicle does not know where it is: wait for a good position, then resume again"
     if state.is_off_route or state.route is None:
-        state, trouble = find_line(state, network, ego)
-        if trouble:
-            return state, trouble
-    return state.after(held=False, hold_reason="", resumed_ns=state.stamp_ns), ""
+        state, reason, detail = find_line(state, network, ego)
+        if reason is not None:
+            return state, detail
+    return state.after(held=False, hold_reason=None, hold_detail="", resumed_ns=state.stamp_ns), ""
 
 
 def _start(

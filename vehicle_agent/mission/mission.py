@@ -13,6 +13,7 @@ from contract.wire.messages import (
     OrderRejected,
     VehicleEvent,
 )
+from contract.wire.reasons import HoldReason
 from vehicle_agent.mission.cabin_events import take_cabin_event
 from vehicle_agent.mission.memory import MissionMemory
 from vehicle_agent.mission.messages import (
@@ -34,13 +35,13 @@ from vehicle_agent.mission.sections import (
 )
 from vehicle_agent.mission.state import MissionState
 from vehicle_agent.signals import (
-    STOP_OCCUPIED,
     CabinEvent,
     Ego,
     LinkState,
     MissionMessage,
     Task,
     TaskMode,
+    TaskReason,
     VehicleMotion,
     World,
 )
@@ -94,9 +95,9 @@ class Mission(msgspec.Struct, frozen=True):
         if not ego.valid or state.route is not None:
             return state
         if not state.place.lane_id:
-            state, trouble = find_line(state, self.network, ego)
-            if trouble:
-                return state.after(hold_reason=trouble) if state.held else state
+            state, reason, detail = find_line(state, self.network, ego)
+            if reason is not None:
+                return state.after(hold_reason=reason, hold_detail=detail) if state.held else state
         elif not state.standing_since_ns:
             place = locate(self.network, ego.pose_map, ())
             state = state.after(place=place) if place is not None else state
@@ -143,9 +144,10 @@ class Mission(msgspec.Struct, frozen=True):
 
     def _task(self, state: MissionState, authority: MovementAuthority) -> Task:
         mode, reason = _mode(state)
+        hold_reason, hold_detail = _hold_reason(state)
         stop_s_m, waiting_for = _stop(state, authority, mode)
         if mode == "drive" and state.wait_s_m is not None and not waiting_for:
-            reason = STOP_OCCUPIED
+            reason = "stop_occupied"
         visit = state.visit()
         temporary = state.temporary
         order = state.memory.order
@@ -168,6 +170,8 @@ class Mission(msgspec.Struct, frozen=True):
             aboard=tuple(rider.ride_id for rider in state.memory.aboard),
             waiting_for=waiting_for,
             reason=reason,
+            hold_reason=hold_reason,
+            hold_detail=hold_detail,
             resumed_ns=state.resumed_ns,
             announcement=state.announcement,
             announced_ns=state.announced_ns,
@@ -182,18 +186,25 @@ def persistent(state: MissionState) -> MissionMemory:
     return state.memory
 
 
-def _mode(state: MissionState) -> tuple[TaskMode, str]:
+def _hold_reason(state: MissionState) -> tuple[HoldReason | None, str]:
+    """(why the vehicle holds, None when it does not; detail for people)."""
     if state.held:
-        return "hold", state.hold_reason
+        return state.hold_reason, state.hold_detail
     if state.is_off_route:
-        return "hold", "off the route: drive the shuttle back by hand, then resume"
+        return "off_route", "drive the shuttle back by hand, then resume"
+    return None, ""
+
+
+def _mode(state: MissionState) -> tuple[TaskMode, TaskReason | None]:
+    if state.held or state.is_off_route:
+        return "hold", None
     if state.stage != "driving":
         if state.temporary is None:
-            return "dwell", ""
-        return "dwell", "people near" if state.near_since_ns else "requested stop"
+            return "dwell", None
+        return "dwell", "people_near" if state.near_since_ns else "requested_stop"
     if state.target_s_m() is None:
-        return "idle", "no order"
-    return "drive", "requested stop" if state.temporary is not None else ""
+        return "idle", "no_order"
+    return "drive", "requested_stop" if state.temporary is not None else None
 
 
 def _stop(state: MissionState, authority: MovementAuthority, mode: TaskMode) -> tuple[float, str]:

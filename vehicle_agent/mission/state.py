@@ -5,6 +5,7 @@ from typing import Literal
 import msgspec
 
 from contract.wire.messages import Order, OrderAccepted, OrderRejected, VehicleEvent, Visit
+from contract.wire.reasons import HoldReason
 from vehicle_agent.mission.boarding import SeatState
 from vehicle_agent.mission.doors import Doors
 from vehicle_agent.mission.memory import MissionMemory
@@ -34,7 +35,8 @@ class MissionState(msgspec.Struct, frozen=True):
 
     memory: MissionMemory
     held: bool = True
-    hold_reason: str = "just started"
+    hold_reason: HoldReason | None = "just_started"
+    hold_detail: str = ""
     hold_s_m: float = 0.0
     resumed_ns: int = 0
     route: OrderLine | None = None

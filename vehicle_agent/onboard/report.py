@@ -60,4 +60,6 @@ def status(
         obstacle_m=path.obstacle_m,
         waiting_for=task.waiting_for,
         faults=tuple(fault_report(fault) for fault in verdict.faults),
+        hold_reason=verdict.reason,
+        hold_detail=verdict.detail,
     )

@@ -3,6 +3,7 @@
 import numpy as np
 
 from contract.geometry import Array
+from contract.wire.reasons import SpeedLimitReason
 from vehicle_agent.planning.behaviour.decide import BehaviourRules, Decision, decide
 from vehicle_agent.planning.motion.plan import plan_motion
 from vehicle_agent.planning.motion.request import (
@@ -77,11 +78,12 @@ def _agents(job: PlanJob, decision: Decision, rules: BehaviourRules) -> Agents:
 # The slowest place within this many stations ahead gives the reason for a limit.
 _LOOK_STATIONS = 20
 # The motion planner's words for what behaviour knows more of, and for people in the way.
-_BY_PLACE, _AT_END = "speed limit", "stop"
-_FOR_PEOPLE = frozenset({"yielding", "footprint", "blocked", "emergency"})
+_BY_PLACE: SpeedLimitReason = "speed_limit"
+_AT_END: SpeedLimitReason = "stop"
+_FOR_PEOPLE: frozenset[SpeedLimitReason] = frozenset({"yielding", "footprint", "blocked", "emergency"})
 
 
-def _reason(decision: Decision, motion: Motion) -> str:
+def _reason(decision: Decision, motion: Motion) -> SpeedLimitReason:
     """What keeps the vehicle from going faster, as the behavioral planner names it where it caused it."""
     if motion.limited_by in _FOR_PEOPLE:
         return "obstacle"

@@ -40,7 +40,6 @@ from vehicle_agent.signals.inbox import (
 )
 from vehicle_agent.signals.outputs import Flow, Outputs
 from vehicle_agent.signals.plans import (
-    STOP_OCCUPIED,
     Corridor,
     Path,
     PlanAnswer,
@@ -48,6 +47,7 @@ from vehicle_agent.signals.plans import (
     PlanMemory,
     Task,
     TaskMode,
+    TaskReason,
     Trajectory,
 )
 from vehicle_agent.signals.surroundings import (
@@ -72,7 +72,6 @@ __all__ = [
     "NO_VIEW",
     "OTHER",
     "PEDESTRIAN",
-    "STOP_OCCUPIED",
     "TRACK_KINDS",
     "VEHICLE",
     "Actuation",
@@ -114,6 +113,7 @@ __all__ = [
     "SeatSensor",
     "Task",
     "TaskMode",
+    "TaskReason",
     "TrackPercept",
     "Tracks",
     "Trajectory",

@@ -5,6 +5,7 @@ from typing import Literal
 import msgspec
 
 from contract.wire.messages import DriveMode
+from contract.wire.reasons import HoldReason
 from vehicle_agent.signals.vehicle import Fault
 
 
@@ -32,11 +33,13 @@ class Actuation(msgspec.Struct, frozen=True):
 
 
 class GuardStatus(msgspec.Struct, frozen=True):
-    """guard: the drive mode, the intervention and the faults."""
+    """guard: the drive mode, the intervention, the faults, and why the vehicle does not drive by itself."""
 
     mode: DriveMode
     intervened: str
     faults: tuple[Fault, ...]
+    reason: HoldReason | None = None
+    detail: str = ""
 
 
 class HmiOutput(msgspec.Struct, frozen=True):

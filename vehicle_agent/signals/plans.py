@@ -8,11 +8,12 @@ import numpy as np
 from contract.geometry import Pose2
 from contract.roads.areas import AreaAhead
 from contract.roads.routing import ReferenceLine
+from contract.wire.reasons import HoldReason, SpeedLimitReason
 from vehicle_agent.signals.surroundings import Predictions, Tracks, View, WatchedArea
 
 TaskMode = Literal["idle", "drive", "dwell", "hold"]
-# The task's reason while it waits short of a stop that another vehicle stands on.
-STOP_OCCUPIED = "stop taken"
+# stop_occupied: waits short of a stop that another vehicle stands on.
+TaskReason = Literal["no_order", "requested_stop", "people_near", "stop_occupied"]
 
 
 class Task(msgspec.Struct, frozen=True):
@@ -23,6 +24,7 @@ class Task(msgspec.Struct, frozen=True):
     s_m           the rear axle's place on the line
     stop_s_m      where the rear axle must stand, at the latest: visit, hold point or temporary stop
     waiting_for   section without a grant, when that is the reason for stop_s_m
+    hold_reason, hold_detail  why the mode is hold; the operator's own text, or which visit is unreachable
     resumed_ns    stamp of an operator's last resume, 0 before; it releases older latched stops
     announcement  an operator's announcement, new when announced_ns grows
     refused_ns    when the seat button was last refused under way, 0 before
@@ -44,7 +46,9 @@ class Task(msgspec.Struct, frozen=True):
     doors_open: bool
     aboard: tuple[str, ...]
     waiting_for: str
-    reason: str
+    reason: TaskReason | None
+    hold_reason: HoldReason | None = None
+    hold_detail: str = ""
     resumed_ns: int = 0
     announcement: str = ""
     announced_ns: int = 0
@@ -119,9 +123,9 @@ class PlanJob(msgspec.Struct, frozen=True, tag="plan_job"):
     curvature_1pm: float
     corridor: Corridor
     stop_s_m: float
-    stop_name: str
+    stop_reason: SpeedLimitReason
     speed_mps_max: float
-    speed_reason: str
+    speed_reason: SpeedLimitReason
     points_map: np.ndarray
     tracks: Tracks
     predictions: Predictions
@@ -148,7 +152,7 @@ class PlanAnswer(msgspec.Struct, frozen=True, tag="plan_answer"):
     stamp_ns: int
     line_id: int
     trajectory: np.ndarray
-    limited_by: str
+    limited_by: SpeedLimitReason
     cut_s_m: float
     yields_to: np.ndarray
     violations: tuple[str, ...]
@@ -174,7 +178,7 @@ class Path(msgspec.Struct, frozen=True):
     points_map: np.ndarray
     speeds_mps: np.ndarray
     speed_mps: float
-    limited_by: str
+    limited_by: SpeedLimitReason
     obstacle_m: float | None
     stop_m: float
     emergency: bool

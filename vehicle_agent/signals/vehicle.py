@@ -1,18 +1,17 @@
 """can, localization: the vehicle's own motion and pose, and their faults."""
 
-from typing import Literal
-
 import msgspec
 
 from contract.geometry import Pose2
 from contract.wire.messages import FaultReport
+from contract.wire.reasons import FaultCode, FaultSeverity
 
 
 class Fault(msgspec.Struct, frozen=True):
     """A fault; one of severity `stop` ends in a minimal-risk stop."""
 
-    code: str
-    severity: Literal["info", "warning", "stop"]
+    code: FaultCode
+    severity: FaultSeverity
     since_ns: int
 
 

@@ -17,10 +17,10 @@ from zoneinfo import ZoneInfo
 import numpy as np
 import structlog
 
-from campusloop.clients.passengers import Journey, wishes
+from campusloop.clients.passengers import Journey
+from campusloop.clients.ride_demand import RIDE_M_MIN, random_rides, stop_pairs
 from campusloop.scenes.stacks import profile_of
 from campusloop.virtual.campus import CampusOptions, VirtualCampus
-from campusloop.virtual.headless import RIDE_M_MIN, ride_pairs
 from contract.geometry import Array
 from contract.roads.load import load_map
 from contract.wire.messages import Blocked, ModeChanged
@@ -76,8 +76,8 @@ def run_stint(stint: EnduranceShift) -> ShiftFigures:
         campus = VirtualCampus(options)
         campus.start()
         watch = _Watch(campus)
-        pairs = ride_pairs(road_map, RIDE_M_MIN, _RIDE_M_MAX)
-        wanted = wishes(
+        pairs = stop_pairs(road_map, RIDE_M_MIN, _RIDE_M_MAX)
+        wanted = random_rides(
             max(1, round(stint.duration_s / _RIDES_EVERY_S)),
             pairs,
             _RIDES_EVERY_S,

@@ -236,7 +236,7 @@ class CrossingLoop:
             cart.laps += 1
         return Task(
             "drive", line, cart.laps + 1, cart.at_m, float(aside_m), float(line.s[-1]) + 100.0, "", 0.0,
-            "", 0, "", "", "", False, (), "", "",
+            "", 0, "", "", "", False, (), "", None,
         )  # fmt: skip
 
     def _walk(self) -> None:

@@ -6,6 +6,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.config import JsonDict
 
+from contract.wire.reasons import FaultCode, FaultSeverity, HoldReason
 from server.api.formats import FreeText, Name
 from server.domain.fleet.vehicles import Vehicle, VehicleCommand
 from server.domain.rules import FleetRules
@@ -69,8 +70,8 @@ class PoseView(BaseModel):
 class FaultView(BaseModel):
     model_config = ConfigDict(from_attributes=True)
 
-    code: str
-    severity: Literal["info", "warning", "stop"]
+    code: FaultCode
+    severity: FaultSeverity
 
 
 class StatusView(BaseModel):
@@ -91,6 +92,8 @@ class StatusView(BaseModel):
     obstacle_m: float | None
     waiting_for: str
     faults: tuple[FaultView, ...]
+    hold_reason: HoldReason | None
+    hold_detail: str
 
 
 class VisitView(BaseModel):

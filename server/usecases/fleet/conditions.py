@@ -34,13 +34,14 @@ def mode_changed(uow: UnitOfWork, vehicle: Vehicle, event: ModeChanged) -> None:
     vehicle_id = vehicle.vehicle_id
     after = with_mode(uow, vehicle, event.mode)
     uow.vehicles.save(after)
-    record_event(uow, f"vehicle.{event.mode}", vehicle_id, vehicle_id, event.reason)
+    cause = ", ".join(event.faults) or event.detail or event.reason or ""
+    record_event(uow, f"vehicle.{event.mode}", vehicle_id, vehicle_id, cause)
     uow.publish(topics.vehicle(uow.campus_id, vehicle_id), mode=event.mode)
     if event.mode != "autonomous":
         travel_time_factors.interrupted(uow, vehicle_id)
     kind = _INCIDENT_OF_MODE.get(event.mode)
     if kind is not None:
-        open_incident(uow, kind, vehicle_id, event.reason or event.mode, vehicle_id=vehicle_id)
+        open_incident(uow, kind, vehicle_id, cause or event.mode, vehicle_id=vehicle_id)
     if event.mode == "autonomous":
         for cleared in _INCIDENT_OF_MODE.values():
             clear_incident(uow, cleared, vehicle_id)

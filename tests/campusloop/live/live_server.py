@@ -112,7 +112,7 @@ class ObedientVehicle:
     async def _stand_ready(self) -> None:
         rest = snow_lion().resting_places[0]
         pose = Pose2(*RoadNetwork(snow_lion()).pose(rest.lane_id, rest.s_m))
-        await self._event(ModeChanged("autonomous", "resumed"))
+        await self._event(ModeChanged("autonomous", detail="resumed"))
         status = Status(
             self._epoch, 5, pose, 0.0, 0.0, 0.0, "autonomous", 0.9, False, rest.lane_id, rest.s_m, "", 0, ""
         )

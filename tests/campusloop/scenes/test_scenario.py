@@ -35,7 +35,7 @@ def driven(found: ScenarioFile, runs: Path | None = None) -> Outcome:
 def test_expectations_that_hold_and_that_do_not() -> None:
     hard = Expectations(
         reaches_goal=False, time_s_max=3.0, stops_before_s_m=20.0, never_passes_s_m=10.0, stands_s_min=5.0,
-        decel_mps2_max=0.001, says=("minimal_risk",), never_says=("waypoints",),
+        decel_mps2_max=0.001, says=("minimal_risk",), never_says=("waypoint_speed",),
     )  # fmt: skip
     good = driven(
         msgspec.structs.replace(EASY, expect=Expectations(reaches_goal=True, never_says=("fault",)))

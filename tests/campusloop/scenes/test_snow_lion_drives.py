@@ -113,7 +113,7 @@ def test_a_planner_that_never_answers_again_ends_in_a_stop_that_says_why() -> No
     run = drive.run()
     assert run.time_s is None
     assert speeds(run)[-1] == 0.0
-    assert "no plan" in dict(run.limited_by)
+    assert "no_plan" in dict(run.limited_by)
     assert run.trace.array()[:, 5].min() > -2.5
 
 

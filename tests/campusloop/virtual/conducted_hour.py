@@ -47,7 +47,7 @@ class EmptyHead:
         self.run_log.update(msgspec.msgpack.encode((now_ns, self.inbox)))
         self.inbox.clear()
         if self.rng.random() < 0.004:
-            self.log.append(now_ns, ModeChanged("held", f"thought {self.rng.integers(1000)}"))
+            self.log.append(now_ns, ModeChanged("held", detail=f"thought {self.rng.integers(1000)}"))
         if now_ns % 1_000_000_000 == 0:
             for event in self.log.pending():
                 report = EventReport(1, event.boot_id, event.sequence, event.stamp_ns, event.body)

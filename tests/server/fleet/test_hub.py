@@ -47,7 +47,7 @@ def at_rest(server: ServerUnderTest, vehicle: SpokenVehicle, place: int = 0) -> 
     """Standing at a resting place of the map, free to drive."""
     rest = snow_lion().resting_places[place]
     x_m, y_m, yaw_rad = ROADS.pose(rest.lane_id, rest.s_m)
-    vehicle.event(0, ModeChanged("autonomous", "resumed"))
+    vehicle.event(0, ModeChanged("autonomous", detail="resumed"))
     vehicle.status(x_m, y_m, yaw_rad, lane_id=rest.lane_id, s_m=rest.s_m)
     server.elapse(1.5)
 
@@ -107,19 +107,19 @@ def test_a_bad_frame_ends_the_session_and_loses_no_event(
     server: ServerUnderTest, frame: bytes, code: str
 ) -> None:
     vehicle = SpokenVehicle(server).dial().hello()
-    vehicle.event(0, ModeChanged("held", "one"))
+    vehicle.event(0, ModeChanged("held", detail="one"))
     vehicle.say(frame)
     assert vehicle.goodbye == code
     again = SpokenVehicle(server).dial().hello(logs=(EventLogState("boot-1", 0, 2),))
     assert again.last(Welcome).acknowledged == (EventLogState("boot-1", 1, 1),)
-    again.event(1, ModeChanged("held", "two"))
+    again.event(1, ModeChanged("held", detail="two"))
     assert events_stored(server) == 2
 
 
 def test_an_event_of_a_session_that_was_fenced_meanwhile_is_not_stored(server: ServerUnderTest) -> None:
     """Another process of the server has welcomed the vehicle, and its word on the bus is lost."""
     vehicle = SpokenVehicle(server).dial().hello()
-    vehicle.event(0, ModeChanged("held", "one"))
+    vehicle.event(0, ModeChanged("held", detail="one"))
 
     def welcomed_elsewhere(uow: UnitOfWork) -> None:
         known = uow.vehicles.get("shuttle-1")
@@ -127,7 +127,7 @@ def test_an_event_of_a_session_that_was_fenced_meanwhile_is_not_stored(server: S
         uow.vehicles.save(replace(known, epoch=known.epoch + 1))
 
     server.transact(welcomed_elsewhere)
-    vehicle.event(1, ModeChanged("autonomous", "two"))
+    vehicle.event(1, ModeChanged("autonomous", detail="two"))
     assert vehicle.goodbye == "superseded"
     assert events_stored(server) == 1
     assert vehicle.acknowledged == [("boot-1", 1)]
@@ -138,7 +138,7 @@ def test_a_newer_session_of_the_same_boot_fences_the_older(server: ServerUnderTe
     newer = SpokenVehicle(server).dial().hello()
     assert (older.goodbye, newer.goodbye) == ("superseded", "")
     assert newer.epoch == older.epoch + 1
-    newer.event(0, ModeChanged("held", "still heard"))
+    newer.event(0, ModeChanged("held", detail="still heard"))
     assert events_stored(server) == 1
     assert incident_kinds(server) == []
 
@@ -159,11 +159,11 @@ def test_a_restart_after_a_silence_is_no_conflict(server: ServerUnderTest) -> No
 
 def test_events_are_stored_once_in_order_and_a_gap_is_asked_for(server: ServerUnderTest) -> None:
     vehicle = SpokenVehicle(server).dial().hello()
-    vehicle.event(0, ModeChanged("held", "a"))
-    vehicle.event(2, ModeChanged("held", "c"))
-    vehicle.event(1, ModeChanged("held", "b"))
-    vehicle.event(1, ModeChanged("held", "b"))
-    vehicle.event(2, ModeChanged("held", "c"))
+    vehicle.event(0, ModeChanged("held", detail="a"))
+    vehicle.event(2, ModeChanged("held", detail="c"))
+    vehicle.event(1, ModeChanged("held", detail="b"))
+    vehicle.event(1, ModeChanged("held", detail="b"))
+    vehicle.event(2, ModeChanged("held", detail="c"))
     assert vehicle.acknowledged == [("boot-1", n) for n in (1, 1, 2, 2, 3)]
     assert events_stored(server) == 3
 
@@ -171,7 +171,7 @@ def test_events_are_stored_once_in_order_and_a_gap_is_asked_for(server: ServerUn
 def test_an_earlier_boots_events_keep_their_boot(server: ServerUnderTest) -> None:
     logs = (EventLogState("boot-0", 0, 1), EventLogState("boot-1", 0, 0))
     vehicle = SpokenVehicle(server).dial().hello(logs=logs)
-    vehicle.event(0, ModeChanged("held", "before"), boot_id="boot-0")
+    vehicle.event(0, ModeChanged("held", detail="before"), boot_id="boot-0")
     assert vehicle.acknowledged == [("boot-0", 1)]
     assert (events_stored(server, "boot-0"), events_stored(server, "boot-1")) == (1, 0)
 
@@ -227,9 +227,9 @@ def test_the_order_waits_for_the_events_that_the_hello_announced(server: ServerU
     first.pipe.cut()
     server.elapse(1.0)
     back = SpokenVehicle(server).dial().hello(logs=(EventLogState("boot-1", 1, 3),))
-    back.event(1, ModeChanged("autonomous", "x"))
+    back.event(1, ModeChanged("autonomous", detail="x"))
     assert back.all(Order) == []
-    back.event(2, ModeChanged("autonomous", "y"))
+    back.event(2, ModeChanged("autonomous", detail="y"))
     assert len(back.all(Order)) == 1
 
 

@@ -35,7 +35,7 @@ def a_status(epoch: int = 7) -> Status:
 
 
 def an_event(epoch: int = 7, sequence: int = 0) -> EventReport:
-    return EventReport(epoch, "boot-1", sequence, 9, ModeChanged("held", "operator"))
+    return EventReport(epoch, "boot-1", sequence, 9, ModeChanged("held", detail="operator"))
 
 
 def an_open_session() -> VehicleSession:

@@ -51,7 +51,7 @@ def ready(server: ServerUnderTest) -> SpokenVehicle:
     """At its resting place, free to drive."""
     vehicle = SpokenVehicle(server).dial().hello()
     x_m, y_m, yaw_rad = server.transact(lambda uow: uow.network().pose(REST.lane_id, REST.s_m))
-    vehicle.event(0, ModeChanged("autonomous", "resumed"))
+    vehicle.event(0, ModeChanged("autonomous", detail="resumed"))
     vehicle.status(x_m, y_m, yaw_rad, lane_id=REST.lane_id, s_m=REST.s_m)
     server.elapse(1.5)
     return vehicle

@@ -106,7 +106,7 @@ def test_a_passenger_sees_the_own_ride_and_its_shuttle_alone() -> None:
     board, viewer = a_board(), Viewer(RideScope("ride-1"))
     board.incidents = IncidentsScene(open=3)
     secret = a_vehicle(
-        "shuttle-1", aboard=("ride-1", "ride-9"), faults=(FaultReport("gnss_lost", "stop", 0),)
+        "shuttle-1", aboard=("ride-1", "ride-9"), faults=(FaultReport("pose_missing", "stop", 0),)
     )
     command = CommandScene("command-1", "resume", "failed", "the door is open", "ann", 0)
     task = VehicleTask(visits=(VisitScene("visit-1", "stop", "pending", "gate", 2, 0, 0, ""),))

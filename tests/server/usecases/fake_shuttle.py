@@ -128,11 +128,11 @@ class FakeShuttle:
 
     def resume(self) -> None:
         self.mode = "autonomous"
-        self.say(ModeChanged("autonomous", "resumed"))
+        self.say(ModeChanged("autonomous", detail="resumed"))
 
     def hold(self) -> None:
         self.mode = "held"
-        self.say(ModeChanged("held", "test"))
+        self.say(ModeChanged("held", detail="test"))
 
     def recover(self) -> None:
         """Be there again, and driving."""

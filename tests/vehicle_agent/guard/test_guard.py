@@ -58,7 +58,7 @@ class Bench:
         ego = Ego(self.now_ns, Pose2(0, 0, 0), 2.0, 0.0, 0.0, 0.0, 0.02, self.now_ns, True)
         motion = VehicleMotion(self.now_ns, 2.0, 0.0, 0.0, 0.0, True, False, True, 0.9)
         task = Task(
-            "drive", None, 1, 0.0, 0.0, 50.0, "l", 0.0, "o", 1, "v", "", "", False, (), "", "", resumed_ns=1
+            "drive", None, 1, 0.0, 0.0, 50.0, "l", 0.0, "o", 1, "v", "", "", False, (), "", None, resumed_ns=1
         )
         path = Path(self.now_ns, np.empty((0, 2)), np.empty(0), 2.0, "waypoints", None, 50.0, False)
         values = {"ego": ego, "motion": motion, "task": task, "path": path}

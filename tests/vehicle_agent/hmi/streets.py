@@ -21,10 +21,10 @@ def line(length_m: float = 120.0) -> ReferenceLine:
 
 
 TASK = Task(
-    "drive", line(), 1, 10.0, 0.0, 90.0, "l", 10.0, "o", 1, "v1", "图书馆", "Library", False, (), "", "",
+    "drive", line(), 1, 10.0, 0.0, 90.0, "l", 10.0, "o", 1, "v1", "图书馆", "Library", False, (), "", None,
     resumed_ns=1,
 )  # fmt: skip
-PATH = Path(0, np.empty((0, 2)), np.empty(0), 3.0, "waypoints", None, 80.0, False)
+PATH = Path(0, np.empty((0, 2)), np.empty(0), 3.0, "waypoint_speed", None, 80.0, False)
 
 
 def world(stamp_ns: int, people: list[tuple[float, float, float, float, float]]) -> World:

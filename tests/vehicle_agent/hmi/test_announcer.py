@@ -28,10 +28,10 @@ TASK = Task(
     False,
     (),
     "",
-    "",
+    None,
     resumed_ns=1,
 )
-PATH = Path(0, np.empty((0, 2)), np.empty(0), 3.0, "waypoints", None, 90.0, False)
+PATH = Path(0, np.empty((0, 2)), np.empty(0), 3.0, "waypoint_speed", None, 90.0, False)
 
 
 WORLD = World(0, 0, np.empty((0, 2)), (), (), False)
@@ -46,7 +46,7 @@ class Street:
         self.spoken: list[tuple[str, str]] = []
 
     def run(
-        self, seconds: float, mode: str = "autonomous", limited_by: str = "waypoints", **task: Any
+        self, seconds: float, mode: str = "autonomous", limited_by: str = "waypoint_speed", **task: Any
     ) -> HmiOutput:
         path = msgspec.structs.replace(PATH, limited_by=limited_by, stop_m=task.pop("stop_m", 90.0))
         if limited_by == "obstacle":
@@ -88,7 +88,7 @@ def test_the_vehicle_lets_people_go_first_and_asks_them_after_ten_seconds() -> N
 def test_the_screen_does_not_flicker() -> None:
     street, shown = Street(), []
     for k in range(100):
-        shown.append(street.run(0.02, limited_by="passing" if k % 2 else "waypoints").screen)
+        shown.append(street.run(0.02, limited_by="passing" if k % 2 else "waypoint_speed").screen)
     changes = sum(a != b for a, b in itertools.pairwise(shown))
     assert changes <= 2
 

@@ -30,14 +30,14 @@ situations = st.fixed_dictionaries(
         "mode": st.sampled_from(("autonomous",) * 6 + ("held", "manual", "minimal_risk")),
         "task_mode": st.sampled_from(("drive",) * 5 + ("dwell", "hold")),
         "limited_by": st.sampled_from(
-            ("waypoints", "obstacle", "passing", "yielding", "pedestrian clearance")
+            ("waypoint_speed", "obstacle", "passing", "yielding", "pedestrian_clearance")
         ),
         "speed_mps": st.sampled_from((0.0, 0.02, 1.5, 3.0)),
         "yields_to": st.sampled_from(((), (), (1,))),
         "doors_open": st.sampled_from((False, False, False, True)),
         "visit_id": st.sampled_from(("v1", "v1", "v2")),
         "stop_m": st.sampled_from((80.0, 10.0)),
-        "reason": st.sampled_from(("", "", "requested stop")),
+        "reason": st.sampled_from((None, None, "requested_stop")),
         "people": st.sampled_from(((), (), (BACK_TURNED,))),
     }
 )

@@ -2,7 +2,6 @@
 
 from tests.vehicle_agent.mission.ring import RingShuttle, a_visit, an_order, rest
 from vehicle_agent.mission.rules import MissionRules
-from vehicle_agent.signals import STOP_OCCUPIED
 
 STOP = ("north", 40.0)
 VISITS = (a_visit("a", *STOP), rest(STOP))
@@ -28,7 +27,7 @@ def test_the_shuttle_waits_behind_a_docked_vehicle_and_gives_the_reason() -> Non
     shuttle.run(40.0)
     assert shuttle.speed_mps == 0.0
     assert shuttle.task is not None
-    assert shuttle.task.reason == STOP_OCCUPIED
+    assert shuttle.task.reason == "stop_occupied"
     bumper_m = shuttle.state.s_m + RULES.body.front_m
     rear_m = stop_s_m(shuttle) - RULES.body.back_m
     assert 1.5 <= rear_m - bumper_m <= 2.5

@@ -202,10 +202,10 @@ def test_hold_brakes_comfortably_and_stop_now_at_once() -> None:
 @pytest.mark.parametrize(
     ("kind", "text", "reason"),
     [
-        ("hold", "", "held by the operator"),
-        ("hold", "fire drill", "fire drill"),
-        ("stop_now", "", "stopped by the operator"),
-        ("stop_now", "child on the road", "child on the road"),
+        ("hold", "", "operator_hold"),
+        ("hold", "fire drill", "operator_hold"),
+        ("stop_now", "", "operator_stop"),
+        ("stop_now", "child on the road", "operator_stop"),
     ],
 )
 def test_a_held_shuttle_says_why_in_the_operators_words(kind: str, text: str, reason: str) -> None:
@@ -213,7 +213,7 @@ def test_a_held_shuttle_says_why_in_the_operators_words(kind: str, text: str, re
     shuttle.go(an_order(two_visits()))
     shuttle.run(6)
     task = shuttle.step(Command(1, "c", kind, text))  # type: ignore[arg-type]
-    assert (task.mode, task.reason) == ("hold", reason)
+    assert (task.mode, task.hold_reason, task.hold_detail) == ("hold", reason, text)
 
 
 def test_a_hold_stops_where_comfortable_braking_ends_and_a_second_word_does_not_move_it() -> None:
@@ -227,7 +227,7 @@ def test_a_hold_stops_where_comfortable_braking_ends_and_a_second_word_does_not_
     assert shuttle.state.s_m > at_m
     shuttle.run(1)
     again = shuttle.step(Command(1, "d", "hold", "still"))
-    assert (again.stop_s_m, again.reason) == (task.stop_s_m, "still")
+    assert (again.stop_s_m, again.hold_detail) == (task.stop_s_m, "still")
 
 
 def test_a_command_is_obeyed_once_and_a_repeat_is_not_answered_again() -> None:

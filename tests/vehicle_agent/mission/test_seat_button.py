@@ -92,7 +92,7 @@ def test_the_shuttle_waits_for_people_alongside_but_not_for_ever() -> None:
     shuttle.run(25)
     assert shuttle.speed_mps == 0.0
     assert shuttle.task is not None
-    assert shuttle.task.reason == "people near"
+    assert shuttle.task.reason == "people_near"
     shuttle.points = np.empty((0, 2))
     shuttle.run(4)
     assert shuttle.speed_mps > 0.0

@@ -37,5 +37,5 @@ def a_world(*points: tuple[float, float], seen_ns: int = 1, others: tuple[FleetV
 
 def a_task(s_m: float = 20.0, stop_s_m: float = 90.0, mode: TaskMode = "drive", waiting: str = "") -> Task:
     return Task(
-        mode, a_line(), 1, s_m, 0.0, stop_s_m, "east", s_m, "o", 1, "v", "", "", False, (), waiting, ""
+        mode, a_line(), 1, s_m, 0.0, stop_s_m, "east", s_m, "o", 1, "v", "", "", False, (), waiting, None
     )

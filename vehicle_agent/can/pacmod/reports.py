@@ -4,6 +4,7 @@ from functools import cache
 
 import msgspec
 
+from contract.wire.reasons import FaultCode
 from vehicle_agent.can.dbc import FrameError, MessageLayout, SignalLayout, layouts
 from vehicle_agent.can.speed_plausibility import is_doubted
 from vehicle_agent.signals import CanFrame
@@ -67,14 +68,14 @@ class Reports(msgspec.Struct, frozen=True):
     doubted_mps: float = 0.0
     doubted_ns: int = 0
 
-    def stamps_ns(self) -> tuple[tuple[str, int], ...]:
-        """Arrival of each report that must keep coming, by the name used in fault codes."""
+    def stamps_ns(self) -> tuple[tuple[FaultCode, int], ...]:
+        """Arrival of each report that must keep coming, by the fault of its loss."""
         return (
-            ("global", self.global_ns),
-            ("accelerator", self.accelerator_ns),
-            ("brake", self.brake_ns),
-            ("steering", self.steering_ns),
-            ("speed", self.speed_ns),
+            ("can_global_report_lost", self.global_ns),
+            ("can_accelerator_report_lost", self.accelerator_ns),
+            ("can_brake_report_lost", self.brake_ns),
+            ("can_steering_report_lost", self.steering_ns),
+            ("can_speed_report_lost", self.speed_ns),
         )
 
 

@@ -5,6 +5,7 @@ from functools import cache
 
 import msgspec
 
+from contract.wire.reasons import FaultCode
 from vehicle_agent.can.dbc import SERVO, FrameError, MessageLayout, layouts
 from vehicle_agent.can.speed_plausibility import is_doubted
 from vehicle_agent.signals import CanFrame
@@ -54,9 +55,15 @@ class ServoReports(msgspec.Struct, frozen=True):
     doubted_mps: float = 0.0
     doubted_ns: int = 0
 
-    def stamps_ns(self) -> tuple[tuple[str, int], ...]:
-        """Arrival of each report that must keep coming, by the name used in fault codes."""
-        return tuple((name, getattr(self, f"{name}_ns")) for name in STAMPED)
+    def stamps_ns(self) -> tuple[tuple[FaultCode, int], ...]:
+        """Arrival of each report that must keep coming, by the fault of its loss."""
+        return (
+            ("can_drive_report_lost", self.drive_ns),
+            ("can_brake_report_lost", self.brake_ns),
+            ("can_throttle_report_lost", self.throttle_ns),
+            ("can_steering_report_lost", self.steering_ns),
+            ("can_encoder_report_lost", self.encoder_ns),
+        )
 
 
 @cache

@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Array, project
+from contract.wire.reasons import SpeedLimitReason
 from vehicle_agent.planning.behaviour.crossing_traffic import CrossingRules, YieldDecision, yielding
 from vehicle_agent.planning.behaviour.occlusion import (
     OcclusionRules,
@@ -98,9 +99,9 @@ class Decision(msgspec.Struct, frozen=True):
     lower_l_m: np.ndarray
     upper_l_m: np.ndarray
     speed_mps_max: np.ndarray
-    reasons: tuple[str, ...]
+    reasons: tuple[SpeedLimitReason, ...]
     end_s_m: float
-    end_reason: str
+    end_reason: SpeedLimitReason
     cut_s_m: float
     discs: np.ndarray
     inflation_m: np.ndarray
@@ -173,14 +174,14 @@ def _start(job: PlanJob) -> _Start:
 
 def _end(
     job: PlanJob, rules: BehaviourRules, chosen: OffsetChoice, yields: YieldDecision, s_m: float
-) -> tuple[float, float, str]:
+) -> tuple[float, float, SpeedLimitReason]:
     """(where the way is blocked, inf for nowhere; where the rear axle stops at the latest; why)."""
     # The way is free up to the station before the one at which the body touches.
     free_m = max(0.0, chosen.free_m - rules.offsets.step_m)
     cut_s_m = s_m + free_m if math.isfinite(free_m) else math.inf
     end_s_m, end_reason = min(
-        (job.stop_s_m, job.stop_name),
-        (yields.end_s_m, "crossing traffic"),
+        (job.stop_s_m, job.stop_reason),
+        (yields.end_s_m, "crossing_traffic"),
         (max(s_m, cut_s_m - rules.gap_m), "obstacle"),
     )
     return cut_s_m, end_s_m, end_reason
@@ -282,7 +283,7 @@ def _speeds(
     discs: Array,
     yields: YieldDecision,
     first: int,
-) -> tuple[Array, tuple[str, ...]]:
+) -> tuple[Array, tuple[SpeedLimitReason, ...]]:
     """(n,) the lowest limit by station, and the reason of each."""
     corridor: Corridor = job.corridor
     scenario_mps = np.array([rule.speed_mps_max for rule in SCENARIO_RULES])
@@ -290,12 +291,12 @@ def _speeds(
     for from_s_m, to_s_m, speed_mps in yields.slow:
         held = (corridor.s_m >= from_s_m) & (corridor.s_m <= to_s_m)
         slow[held] = np.minimum(slow[held], speed_mps)
-    layers = (
-        ("speed limit", corridor.limit_mps),
+    layers: tuple[tuple[SpeedLimitReason, Array], ...] = (
+        ("speed_limit", corridor.limit_mps),
         (job.speed_reason, np.full(len(corridor.s_m), job.speed_mps_max)),
         ("scenario", scenario_mps[corridor.scenario]),
         ("crossing", slow),
-        ("hidden place", _occlusion_limits(job, rules, reference, discs, first)),
+        ("occlusion", _occlusion_limits(job, rules, reference, discs, first)),
     )
     table = np.vstack([limits for _, limits in layers])
     lowest = np.argmin(table, axis=0)

@@ -26,7 +26,7 @@ from vehicle_agent.planning.waypoint.following import (
     no_path,
     path_along,
     standing_commands,
-    stop_name,
+    stop_reason,
 )
 from vehicle_agent.planning.waypoint.gap import GapRule
 from vehicle_agent.planning.waypoint.obstacle import first_contact, poses_on_line
@@ -215,10 +215,10 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
         decel_mps2 = self.approach.decel_mps2
         limit_mps = float(np.interp(task.s_m, state.waypoints.s_m, state.waypoints.speeds_mps))
         commands = [
-            SpeedCommand("waypoints", limit_mps),
+            SpeedCommand("waypoint_speed", limit_mps),
             self.speeds.by_steering(self._steer_rad(ego, task)),
             self.speeds.by_cost(state.check.mean_cost),
-            self.approach.command(task.stop_s_m - task.s_m, ego.speed_mps, stop_name(task)),
+            self.approach.command(task.stop_s_m - task.s_m, ego.speed_mps, stop_reason(task)),
             *standing_commands(task, decel_mps2),
         ]
         if not math.isinf(free_m):

@@ -106,4 +106,4 @@ class CrossingRule(msgspec.Struct, frozen=True):
         needed_mps2 = max(speed_mps**2 - self.reported_mps**2, 0.0) / (2.0 * max(free_m, 0.3))
         share = min(max(2.0 * needed_mps2 / approach.decel_mps2 - 1.0, 0.0), 1.0)
         slope_mps2 = -share * min(needed_mps2, 1.5 * approach.decel_mps2)
-        return SpeedCommand("pedestrians told", allowed_mps, slope_mps2)
+        return SpeedCommand("reported_pedestrians", allowed_mps, slope_mps2)

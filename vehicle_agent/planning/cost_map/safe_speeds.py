@@ -33,7 +33,7 @@ class SafeSpeeds(msgspec.Struct, frozen=True):
 
     def by_cost(self, mean_cost: float) -> SpeedCommand:
         """The speed for a normalized mean cost of 0..1."""
-        return SpeedCommand("cost", self.speed_mps_max * math.exp(-mean_cost / self.cost_scale))
+        return SpeedCommand("cost_map", self.speed_mps_max * math.exp(-mean_cost / self.cost_scale))
 
     def mean_cost(self, costs: CostMap, poses: Array, front_m: float, half_width_m: float) -> float:
         """Over the ground that the cart will cover along (k, 3) base poses, 0..1."""

@@ -118,7 +118,7 @@ def on_arc(request: MotionRequest, params: MotionParams, why: str, moving: Movin
         None,
         False,
         (why,),
-        why,
+        "infeasible",
         best[2],
         0,
         none,

@@ -12,11 +12,12 @@ import numpy as np
 from contract.geometry import Pose2
 from contract.roads.areas import AreaAhead, areas_ahead
 from contract.roads.network import RoadNetwork
+from contract.wire.reasons import SpeedLimitReason
 from vehicle_agent.planning.motion import trajectory_lookup
 from vehicle_agent.planning.motion.cadence import Cadence
 from vehicle_agent.planning.motion.corridor import NO_CORRIDOR, corridor_of, window
 from vehicle_agent.planning.motion.request import StartState
-from vehicle_agent.planning.waypoint.following import stop_name
+from vehicle_agent.planning.waypoint.following import stop_reason
 from vehicle_agent.signals import (
     Corridor,
     Ego,
@@ -107,7 +108,7 @@ class MotionPlanning:
         """The trajectory to follow now. Without a line, or with nothing to drive to: stand still."""
         state = msgspec.structs.replace(state, ticks=state.ticks + 1, job=None)
         if task.line is None:
-            return _standing(ego, "no order", 0.0), MotionPlanningState(ticks=state.ticks, jobs=state.jobs)
+            return _standing(ego, "no_order", 0.0), MotionPlanningState(ticks=state.ticks, jobs=state.jobs)
         if task.line_id != state.line_id:
             corridor = corridor_of(task.line, self._network)
             areas = areas_ahead(self._network, task.line)
@@ -117,7 +118,7 @@ class MotionPlanning:
         state = self._with_newest_plan(state, plans)
         limit_mps, reason = self._limit(ego, world)
         state = self._with_job_if_due(state, ego, world, task, limit_mps, reason)
-        return self._path(state, ego, task, reason if limit_mps <= 0.0 else "")
+        return self._path(state, ego, task, reason if limit_mps <= 0.0 else None)
 
     def _with_newest_plan(
         self, state: MotionPlanningState, plans: tuple[PlanAnswer, ...]
@@ -131,18 +132,24 @@ class MotionPlanning:
             return state
         return msgspec.structs.replace(state, answer=newest, stopping=None, waiting_ns=0)
 
-    def _limit(self, ego: Ego, world: World) -> tuple[float, str]:
+    def _limit(self, ego: Ego, world: World) -> tuple[float, SpeedLimitReason]:
         """The speed that holds wherever the vehicle is, and what for."""
         if not ego.valid:
-            return 0.0, "no position"
+            return 0.0, "no_position"
         if world.blind:
             return 0.0, "blind"
         if not ego.position_std_m <= self._poor_std_m:  # not a number is poor, too
-            return self._poor_mps, "poor position"
-        return self._speed_mps_max, "speed limit"
+            return self._poor_mps, "poor_position"
+        return self._speed_mps_max, "speed_limit"
 
     def _with_job_if_due(
-        self, state: MotionPlanningState, ego: Ego, world: World, task: Task, limit_mps: float, reason: str
+        self,
+        state: MotionPlanningState,
+        ego: Ego,
+        world: World,
+        task: Task,
+        limit_mps: float,
+        reason: SpeedLimitReason,
     ) -> MotionPlanningState:
         """With a job when there is reason to plan."""
         every = self._cadence.every_ticks
@@ -188,7 +195,7 @@ class MotionPlanning:
         world: World,
         task: Task,
         limit_mps: float,
-        reason: str,
+        reason: SpeedLimitReason,
     ) -> MotionPlanningState:
         begin_ns = ego.stamp_ns + self._lead_ns
         start = self._next_start(state, ego, begin_ns)
@@ -204,7 +211,7 @@ class MotionPlanning:
             curvature_1pm=start.curvature_1pm,
             corridor=near,
             stop_s_m=task.s_m if task.mode in ("idle", "dwell") else task.stop_s_m,
-            stop_name=stop_name(task),
+            stop_reason=stop_reason(task),
             speed_mps_max=limit_mps,
             speed_reason=reason,
             points_map=world.points_map[boxed],
@@ -269,7 +276,7 @@ class MotionPlanning:
         return StartState(pose, speed_mps, ego.accel_mps2, math.tan(ego.steer_rad) / self._wheelbase_m)
 
     def _path(
-        self, state: MotionPlanningState, ego: Ego, task: Task, halt: str
+        self, state: MotionPlanningState, ego: Ego, task: Task, halt: SpeedLimitReason | None
     ) -> tuple[Path, MotionPlanningState]:
         stop_m = task.stop_s_m - task.s_m
         driven = _driven(state)
@@ -279,10 +286,10 @@ class MotionPlanning:
             state = msgspec.structs.replace(state, stopping=stopping)
             driven = stopping
         if driven is None or (task.mode in ("idle", "dwell") and ego.speed_mps < 0.05):
-            reason = task.mode if task.mode != "drive" else halt or "no plan yet"
+            reason: SpeedLimitReason = task.mode if task.mode != "drive" else halt or "no_plan"
             return _standing(ego, reason, stop_m), state
         answer = state.answer
-        limited_by = halt or "no plan"
+        limited_by: SpeedLimitReason = halt or "no_plan"
         if not halt and answer is not None and state.stopping is None:
             limited_by = answer.limited_by
         row = trajectory_lookup.row_at(driven, ego.stamp_ns)
@@ -324,7 +331,7 @@ def _moving_stop(state: MotionPlanningState, ego: Ego, decel_mps2: float) -> Tra
     return trajectory_lookup.stopping(driven, ego.stamp_ns, decel_mps2)
 
 
-def _standing(ego: Ego, reason: str, stop_m: float) -> Path:
+def _standing(ego: Ego, reason: SpeedLimitReason, stop_m: float) -> Path:
     return Path(ego.stamp_ns, _NOWHERE, _NO_SPEEDS, 0.0, reason, None, stop_m, False)
 
 

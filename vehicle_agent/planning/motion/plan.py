@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from contract.geometry import Array
+from contract.wire.reasons import SpeedLimitReason
 from vehicle_agent.planning.motion.agents import MovingDiscs, moving_discs
 from vehicle_agent.planning.motion.fallback import MotionCandidate, badness, judge, on_arc, safest, stops
 from vehicle_agent.planning.motion.path.factors import FactorWeights, PathProblem
@@ -147,13 +148,13 @@ def _draft(
     return MotionCandidate(path, samples, speed, rows, "planned", judge(rows, request, params, "planned"))
 
 
-def _why_stopped(draft: MotionCandidate) -> str:
-    """The reason for a stop: the agent, or the violations of the plan that it replaces."""
+def _why_stopped(draft: MotionCandidate) -> SpeedLimitReason:
+    """The reason for a stop: the agent, or a plan that violates its limits."""
     if draft.speed.inside:
         return "footprint"
     if "agent" in draft.instead:
         return "emergency" if draft.quality == "emergency" else "yielding"
-    return " ".join((draft.quality, *draft.instead))
+    return "infeasible"
 
 
 def _answer(draft: MotionCandidate, request: MotionRequest, used: int, moving: MovingDiscs) -> Motion:
@@ -182,4 +183,5 @@ def _answer(draft: MotionCandidate, request: MotionRequest, used: int, moving: M
         request.agents.ids[speed.passes],
         speed.cut_s_m,
         figures,
+        draft.instead,
     )

@@ -6,6 +6,7 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Pose2
+from contract.wire.reasons import SpeedLimitReason
 from vehicle_agent.planning.motion.clearance import Box
 from vehicle_agent.planning.motion.path.gp_path import PathWeights
 from vehicle_agent.planning.motion.speed.speed_qp import SpeedWeights
@@ -249,16 +250,18 @@ class Motion(msgspec.Struct, frozen=True):
     yields_to, passes  ids of the agents that the vehicle yields to, and passes before
     cut_s_m       a stationary obstacle blocks the path from here on (rear axle); inf without one
     diagnostics   figures for the record, by name
+    replaced      violations of the plan that a stop replaces, empty for a plan
     """
 
     rows: np.ndarray
     path: WarmStart | None
     feasible: bool
     violations: tuple[str, ...]
-    limited_by: str
+    limited_by: SpeedLimitReason
     quality: Quality
     iterations: int
     yields_to: np.ndarray
     passes: np.ndarray
     cut_s_m: float
     diagnostics: tuple[tuple[str, float], ...]
+    replaced: tuple[str, ...] = ()

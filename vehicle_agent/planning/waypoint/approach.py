@@ -4,6 +4,7 @@ import math
 
 import msgspec
 
+from contract.wire.reasons import SpeedLimitReason
 from vehicle_agent.planning.waypoint.selector import SpeedCommand
 
 
@@ -23,7 +24,7 @@ class Approach(msgspec.Struct, frozen=True):
     ramp_mps: float = 2.0
     arrived_m: float = 0.06
 
-    def command(self, stop_m: float, speed_mps: float, name: str = "stop") -> SpeedCommand:
+    def command(self, stop_m: float, speed_mps: float, name: SpeedLimitReason = "stop") -> SpeedCommand:
         """The speed with `stop_m` still to go.
 
         v = sqrt(2 a d), with d less the way driven during the delay.

@@ -6,9 +6,10 @@ from typing import TypeVar
 import msgspec
 import numpy as np
 
+from contract.wire.reasons import SpeedLimitReason
 from vehicle_agent.planning.waypoint.selector import SpeedCommand
 from vehicle_agent.planning.waypoint.waypoints import Waypoints
-from vehicle_agent.signals import STOP_OCCUPIED, Ego, Path, Task, World
+from vehicle_agent.signals import Ego, Path, Task, World
 
 NOTHING = Waypoints(np.empty((0, 2)), np.empty(0), np.empty(0))
 
@@ -56,9 +57,9 @@ class UncertainPositionRule(msgspec.Struct, frozen=True):
         """Commands for an unknown or poor position and for blind sensors."""
         commands = []
         if not ego.valid:
-            commands.append(SpeedCommand("no position", 0.0, -decel_mps2))
+            commands.append(SpeedCommand("no_position", 0.0, -decel_mps2))
         elif not ego.position_std_m <= self.poor_std_m:  # not a number is poor, too
-            commands.append(SpeedCommand("poor position", self.poor_mps))
+            commands.append(SpeedCommand("poor_position", self.poor_mps))
         if world.blind:
             commands.append(SpeedCommand("blind", 0.0, -decel_mps2))
         return commands
@@ -77,7 +78,7 @@ def next_tick(state: State, ego: Ego) -> State:
 
 def no_path(ego: Ego) -> Path:
     """Without a line: stand still."""
-    return Path(ego.stamp_ns, NOTHING.points_map, NOTHING.speeds_mps, 0.0, "no order", None, 0.0, False)
+    return Path(ego.stamp_ns, NOTHING.points_map, NOTHING.speeds_mps, 0.0, "no_order", None, 0.0, False)
 
 
 def path_along(
@@ -98,13 +99,13 @@ def path_along(
     )
 
 
-def stop_name(task: Task) -> str:
-    """The reason for the task's stop, as text."""
+def stop_reason(task: Task) -> SpeedLimitReason:
+    """The reason for the task's stop."""
     if task.mode != "drive":
         return task.mode
     if task.waiting_for:
-        return f"section {task.waiting_for}"
-    return STOP_OCCUPIED if task.reason == STOP_OCCUPIED else "stop"
+        return "section"
+    return "stop_occupied" if task.reason == "stop_occupied" else "stop"
 
 
 def standing_commands(task: Task, decel_mps2: float) -> list[SpeedCommand]:

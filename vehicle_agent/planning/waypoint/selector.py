@@ -4,11 +4,13 @@ from collections.abc import Iterable
 
 import msgspec
 
+from contract.wire.reasons import SpeedLimitReason
+
 
 class SpeedCommand(msgspec.Struct, frozen=True):
     """One voice: go no faster than this. accel_mps2 is the command's own slope as the vehicle moves on it."""
 
-    name: str
+    name: SpeedLimitReason
     speed_mps: float
     accel_mps2: float = 0.0
     emergency: bool = False

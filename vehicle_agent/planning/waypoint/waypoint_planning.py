@@ -15,7 +15,7 @@ from vehicle_agent.planning.waypoint.following import (
     no_path,
     path_along,
     standing_commands,
-    stop_name,
+    stop_reason,
 )
 from vehicle_agent.planning.waypoint.gap import GapRule
 from vehicle_agent.planning.waypoint.obstacle import ObstacleRule, sweep_arc, sweep_line
@@ -132,7 +132,7 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
         decel_mps2 = self.approach.decel_mps2
         commands = [
             cruise(state.waypoints, task.s_m, ego.speed_mps, self.delay_s),
-            self.approach.command(task.stop_s_m - task.s_m, ego.speed_mps, stop_name(task)),
+            self.approach.command(task.stop_s_m - task.s_m, ego.speed_mps, stop_reason(task)),
             *standing_commands(task, decel_mps2),
         ]
         obstacle = self.obstacle.command(free_m)
@@ -159,4 +159,4 @@ def cruise(waypoints: Waypoints, s_m: float, speed_mps: float, delay_s: float) -
     wanted_mps = float(np.interp(ahead_m, s, v))
     i = min(max(int(np.searchsorted(s, ahead_m, side="right")) - 1, 0), len(s) - 2)
     slope_1ps = float((v[i + 1] - v[i]) / max(s[i + 1] - s[i], 1e-6))
-    return SpeedCommand("waypoints", wanted_mps, min(0.0, wanted_mps * slope_1ps))
+    return SpeedCommand("waypoint_speed", wanted_mps, min(0.0, wanted_mps * slope_1ps))

@@ -207,7 +207,7 @@ def test_a_shuttle_that_stands_for_another_reason_is_not_resumed_by_the_clock(
     shuttle = fleet.shuttles[0]
     done(fleet.campus, shuttle.vehicle_id, Intervention("hold", for_s=60.0))
     shuttle.hold()
-    shuttle.say(ModeChanged(mode, "test"))  # type: ignore[arg-type]
+    shuttle.say(ModeChanged(mode, detail="test"))  # type: ignore[arg-type]
     shuttle.hold()
     fleet.campus.clock.advance(100.0)
     assert fleet.campus.do(interventions.end_holds) == ()

@@ -55,11 +55,11 @@ def until(fleet: FakeFleet, ride: Ride, state: RideState, limit: int = 1500) -> 
 
 def test_a_repeated_event_has_its_effect_once_and_a_gap_is_not_taken(fleet: FakeFleet) -> None:
     shuttle = fleet.shuttles[0]
-    shuttle.say(ModeChanged("manual", "driver"))
+    shuttle.say(ModeChanged("manual", detail="driver"))
     again = shuttle.send(shuttle.sequence - 1)
     assert (again.is_new, again.next_sequence) == (False, shuttle.sequence)
     assert len(fleet.campus.read(lambda uow: uow.views.incidents())) == 1
-    shuttle.told += [ModeChanged("autonomous", ""), ModeChanged("held", "")]
+    shuttle.told += [ModeChanged("autonomous"), ModeChanged("held")]
     with pytest.raises(SequenceGap) as gap:
         shuttle.send(shuttle.sequence + 1)
     assert gap.value.expected == shuttle.sequence
@@ -164,10 +164,10 @@ def test_a_visit_that_was_skipped_out_of_reach_gives_its_riders_to_another_shutt
 @pytest.mark.parametrize(
     ("event", "cleared", "kind"),
     [
-        (ModeChanged("manual", "driver"), ModeChanged("autonomous", ""), IncidentKind.TAKEOVER),
+        (ModeChanged("manual", detail="driver"), ModeChanged("autonomous"), IncidentKind.TAKEOVER),
         (
-            ModeChanged("minimal_risk", "blind"),
-            ModeChanged("autonomous", ""),
+            ModeChanged("minimal_risk", detail="blind"),
+            ModeChanged("autonomous"),
             IncidentKind.MINIMAL_RISK_STOP,
         ),
         (
@@ -176,8 +176,8 @@ def test_a_visit_that_was_skipped_out_of_reach_gives_its_riders_to_another_shutt
             IncidentKind.VEHICLE_BLOCKED,
         ),
         (
-            FaultRaised(FaultReport("lidar_dead", "stop", 0)),
-            FaultRaised(FaultReport("lidar_dead", "stop", 0), cleared=True),
+            FaultRaised(FaultReport("lidar_blind", "stop", 0)),
+            FaultRaised(FaultReport("lidar_blind", "stop", 0), cleared=True),
             IncidentKind.VEHICLE_FAULT,
         ),
     ],

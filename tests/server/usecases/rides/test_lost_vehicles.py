@@ -32,7 +32,7 @@ def causes(fleet: FakeFleet, ride: Ride) -> dict[IncidentKind, str]:
 def test_a_fault_that_lasts_sends_the_riders_to_another_shuttle(fleet: FakeFleet) -> None:
     ride, lost, other = underway(fleet)
     lost.mode = "fault"
-    lost.say(ModeChanged("fault", "motor"))
+    lost.say(ModeChanged("fault", detail="motor"))
     fleet.step()
     assert fleet.ride(ride.ride_id).state is RideState.ABOARD
     fleet.campus.clock.advance(fleet.campus.rules.reassign_after_s)

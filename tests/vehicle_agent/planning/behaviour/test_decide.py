@@ -71,4 +71,4 @@ def test_a_place_that_nobody_can_see_into_is_approached_slowly() -> None:
     view = View(Pose2(23.2, 0.0, 0.0), ranges)
     blind, clear = decide(a_job(view=view), RULES), decide(a_job(), RULES)
     assert blind.speed_mps_max.min() < clear.speed_mps_max.min() - 0.5
-    assert "hidden place" in blind.reasons
+    assert "occlusion" in blind.reasons

@@ -48,7 +48,9 @@ def an_ego(now_ns: int, x_m: float, speed_mps: float = 3.0, std_m: float = 0.02,
 
 def a_task(s_m: float, mode: TaskMode = "drive", stop_s_m: float = 150.0, line_id: int = 1) -> Task:
     line = LINE if mode != "idle" or line_id else None
-    return Task(mode, line, line_id, s_m, 0.0, stop_s_m, LANE_ID, s_m, "o", 1, "v", "", "", False, (), "", "")
+    return Task(
+        mode, line, line_id, s_m, 0.0, stop_s_m, LANE_ID, s_m, "o", 1, "v", "", "", False, (), "", None
+    )
 
 
 def a_world(now_ns: int, tracks: Tracks | None = None) -> World:
@@ -63,7 +65,7 @@ def an_answer(job: PlanJob, speed_mps: float = 3.0, lasts_s: float = 8.0) -> Pla
     zero, speed = np.zeros(len(t)), np.full(len(t), speed_mps)
     rows: Array = np.column_stack((t, x, zero, zero, zero, speed, zero, x))
     return PlanAnswer(
-        job.number, job.stamp_ns, job.line_id, rows, "speed limit", math.inf, np.empty(0, np.int64), (),
+        job.number, job.stamp_ns, job.line_id, rows, "speed_limit", math.inf, np.empty(0, np.int64), (),
         PlanMemory(),
     )  # fmt: skip
 
@@ -135,7 +137,7 @@ def test_a_planner_that_falls_silent_ends_in_a_comfortable_stop() -> None:
         path = driver.step(somebody)
         speeds.append(driver.speed_mps)
     assert speeds[-1] == 0.0
-    assert path.limited_by == "no plan"
+    assert path.limited_by == "no_plan"
     assert np.diff(speeds).min() > -1.5 * 0.02
 
 
@@ -159,7 +161,7 @@ def test_without_a_line_it_stands() -> None:
         (),
     )
     assert path.speed_mps == 0.0
-    assert path.limited_by == "no order"
+    assert path.limited_by == "no_order"
     assert path.trajectory is None
 
 
@@ -175,7 +177,7 @@ def test_without_a_position_or_sight_what_is_driven_becomes_a_stop(case: str) ->
     path, _ = ROOM.step(driver.state, ego, world, a_task(driver.x_m), ())
     assert path.trajectory is not None
     assert path.trajectory.rows[-1, 5] == 0.0
-    assert path.limited_by == {"lost": "no position", "blind": "blind"}[case]
+    assert path.limited_by == {"lost": "no_position", "blind": "blind"}[case]
 
 
 @pytest.mark.parametrize("std_m", [0.5, math.inf, math.nan])
@@ -185,7 +187,7 @@ def test_a_poor_position_asks_for_half_a_metre_a_second(std_m: float) -> None:
         ego = an_ego(k * TICK_NS, 20.0, std_m=std_m)
         _, state = ROOM.step(state, ego, a_world(k * TICK_NS), a_task(20.0), ())
         for job in ROOM.jobs(state):
-            assert (job.speed_mps_max, job.speed_reason) == (0.5, "poor position")
+            assert (job.speed_mps_max, job.speed_reason) == (0.5, "poor_position")
             return
     raise AssertionError("nothing was asked")
 

@@ -5,11 +5,20 @@ import numpy as np
 from numba import njit
 
 from contract.geometry import Array, IntArray
+from contract.wire.reasons import SpeedLimitReason
 from vehicle_agent.planning.motion.path.path_samples import PathSamples
 from vehicle_agent.planning.motion.request import ClearanceLaw, DrivingLimits, Vehicle
 
 # Why a limit holds, by number.
-CAUSES = ("speed limit", "curve", "steering rate", "stop", "doubt", "pedestrian clearance", "yielding")
+CAUSES: tuple[SpeedLimitReason, ...] = (
+    "speed_limit",
+    "curve",
+    "steering",
+    "stop",
+    "implausible_prediction",
+    "pedestrian_clearance",
+    "yielding",
+)
 LIMIT, CURVE, STEERING, STOP, DOUBT, CLEARANCE, YIELDING = range(len(CAUSES))
 
 

@@ -6,6 +6,7 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Array
+from contract.wire.reasons import SpeedLimitReason
 from vehicle_agent.planning.motion.agents import MovingDiscs, early_slots
 from vehicle_agent.planning.motion.clearance import first_touch
 from vehicle_agent.planning.motion.path.path_problem import Road
@@ -44,7 +45,7 @@ class SpeedSolution(msgspec.Struct, frozen=True):
     yields_to: np.ndarray
     passes: np.ndarray
     cut_s_m: float
-    limited_by: str
+    limited_by: SpeedLimitReason
     inside: bool
     nodes: int
 
@@ -210,10 +211,10 @@ def _end_ahead(limit: Array, slope: Array, at: Array, high: Array, end_speed: fl
 
 def _limited_by(
     plan: SpeedPlan | None, place: PlaceLimits, limits: _KnotLimits, high: Array, stop: _Stop
-) -> str:
+) -> SpeedLimitReason:
     """The first cause along the plan that holds the vehicle back."""
     if plan is None:
-        return "no speed"
+        return "infeasible"
     u, clearance_limit = limits.u_m, limits.clearance_mps
     for k in range(1, len(plan.u_m)):
         j = min(int(np.searchsorted(u, plan.u_m[k])), len(u) - 1)

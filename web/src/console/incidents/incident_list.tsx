@@ -48,7 +48,7 @@ function IncidentCard({ incident }: { readonly incident: Incident }) {
       data-kind={incident.kind}
     >
       <header>
-        <h3>{t.kinds[incident.kind] ?? incident.kind}</h3>
+        <h3>{t.kinds[incident.kind]}</h3>
         <time>{formatTimeOrDateTime(incident.opened_at)}</time>
       </header>
       {incident.cause !== "" && <p>{incident.cause}</p>}

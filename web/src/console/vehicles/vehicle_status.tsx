@@ -4,8 +4,6 @@ import { texts } from "../texts/texts";
 import { HmiOutput } from "./hmi_output";
 import { ObservationAreaList } from "./observation_area_list";
 
-const SECTION = "section ";
-
 interface VehicleStatusProps {
   readonly vehicle: VehicleScene;
   readonly scene: Scene;
@@ -22,10 +20,12 @@ export function VehicleStatus({ vehicle, scene, now_ms }: VehicleStatusProps) {
     (ride_id) => scene.rides.find((ride) => ride.ride_id === ride_id)?.ride_code ?? ride_id,
   );
   const next = task.next_stop === "" ? t.to_resting_place : stopName(task.next_stop);
+  const held = holdText(vehicle);
   const obstacle_m = status?.obstacle_m ?? null;
   const rows: readonly (readonly [string, string])[] = [
     [t.speed, t.kmh(((status?.speed_mps ?? 0) * 3.6).toFixed(1))],
     [t.mode, t.modes[modeOf(vehicle)]],
+    ...(held === "" ? [] : [[t.held_because, held] as const]),
     [t.battery, `${((status?.battery_ratio ?? 0) * 100).toFixed(0)} %`],
     [t.last_heard, vehicle.heard_ms === 0 ? t.never : t.ago(age_s)],
     [t.doors, status?.doors_open === true ? t.doors_open : t.doors_closed],
@@ -55,7 +55,7 @@ export function VehicleStatus({ vehicle, scene, now_ms }: VehicleStatusProps) {
         <div class="alert danger">
           <div>
             <strong>{t.faults}</strong>
-            <p>{status.faults.map((fault) => fault.code).join(", ")}</p>
+            <p>{status.faults.map((fault) => t.fault_codes[fault.code]).join(", ")}</p>
           </div>
         </div>
       )}
@@ -63,11 +63,17 @@ export function VehicleStatus({ vehicle, scene, now_ms }: VehicleStatusProps) {
   );
 }
 
-/** What limits the shuttle's speed, as text; an unknown reason is shown as it is. */
+/** What keeps the shuttle from going faster, as text. */
 function speedLimitText(vehicle: VehicleScene): string {
   const t = texts.value;
-  const reason = vehicle.status?.driving?.limited_by ?? "";
-  if (reason === "") return t.none;
-  if (reason.startsWith(SECTION)) return `${t.section_ahead} (${reason.slice(SECTION.length)})`;
-  return t.limits[reason] ?? reason;
+  const reason = vehicle.status?.driving?.limited_by ?? null;
+  return reason === null ? t.none : t.limits[reason];
+}
+
+/** Why the shuttle does not drive by itself, as text; empty while it does. */
+function holdText(vehicle: VehicleScene): string {
+  const { hold_reason = null, hold_detail = "" } = vehicle.status ?? {};
+  if (hold_reason === null) return "";
+  const reason = texts.value.hold_reasons[hold_reason];
+  return hold_detail === "" ? reason : `${reason}: ${hold_detail}`;
 }

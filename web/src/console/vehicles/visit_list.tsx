@@ -20,7 +20,7 @@ export function VisitList({ vehicle }: { readonly vehicle: VehicleScene }) {
             <span>
               {visit.stop_id === "" ? t.visit_kinds[visit.kind] : stopName(visit.stop_id)}
               <small>
-                {[t.visit_states[visit.state], t.rest_reasons[visit.why]]
+                {[t.visit_states[visit.state], visit.why === "" ? "" : t.rest_reasons[visit.why]]
                   .filter((text) => text)
                   .join(" · ")}
               </small>

@@ -1697,13 +1697,13 @@ export interface components {
          * DrivingView
          * @description What the vehicle sees and plans, for screens only. No decision uses it; the run log alone stores it.
          *
-         *         limited_by  what keeps the vehicle from going faster
+         *         limited_by  what keeps the vehicle from going faster; a section that is not granted is in `waiting_for`
          *         path        x0, y0, x1, y1, ... of the rear axle's planned way, thinned
          *         tracks      the nearest ones
          */
         DrivingView: {
-            /** @default  */
-            limited_by: string;
+            /** @default null */
+            limited_by: ("acceleration" | "blind" | "blocked" | "cost_map" | "crossing" | "crossing_traffic" | "curve" | "dwell" | "emergency" | "footprint" | "gap" | "hold" | "idle" | "implausible_prediction" | "infeasible" | "no_order" | "no_plan" | "no_position" | "obstacle" | "occlusion" | "passing" | "pedestrian_clearance" | "poor_position" | "reported_pedestrians" | "scenario" | "section" | "speed_limit" | "steering" | "stop" | "stop_occupied" | "waypoint_speed" | "yielding") | null;
             /** @default [] */
             path: number[];
             /** @default [] */
@@ -1834,15 +1834,19 @@ export interface components {
         };
         /** FaultReport */
         FaultReport: {
-            code: string;
+            /** @enum {unknown} */
+            code: "by_wire_not_given" | "bywire_fault" | "bywire_lost" | "bywire_refuses_enable" | "bywire_timeout" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_frame_malformed" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "clock_went_back" | "command_not_finite" | "emergency_stop_pressed" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast" | "lidar_blind" | "motion_missing" | "motion_stale" | "path_missing" | "path_stale" | "percept_missing" | "percept_stale" | "pose_jump" | "pose_missing" | "pose_not_finite" | "pose_poor" | "pose_stale" | "tick_late" | "tick_lost" | "tracks_not_finite";
             /** @enum {unknown} */
             severity: "info" | "stop" | "warning";
             since_ns: number;
         };
         /** FaultView */
         FaultView: {
-            /** Code */
-            code: string;
+            /**
+             * Code
+             * @enum {string}
+             */
+            code: "motion_missing" | "motion_stale" | "pose_missing" | "pose_stale" | "pose_poor" | "pose_jump" | "pose_not_finite" | "percept_missing" | "percept_stale" | "path_missing" | "path_stale" | "tracks_not_finite" | "lidar_blind" | "command_not_finite" | "clock_went_back" | "tick_late" | "tick_lost" | "by_wire_not_given" | "bywire_fault" | "bywire_lost" | "bywire_refuses_enable" | "bywire_timeout" | "emergency_stop_pressed" | "can_frame_malformed" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast";
             /**
              * Severity
              * @enum {string}
@@ -3258,6 +3262,9 @@ export interface components {
         /**
          * Status
          * @description Where the vehicle is and what it does; latest wins.
+         *
+         *         hold_reason, hold_detail  why the vehicle does not drive by itself, None when it does; detail: the
+         *                                   operator's own text, or which visit is unreachable
          */
         Status: {
             /** @enum {unknown} */
@@ -3291,6 +3298,10 @@ export interface components {
             faults: components["schemas"]["FaultReport"][];
             /** @default null */
             driving: components["schemas"]["DrivingView"] | null;
+            /** @default null */
+            hold_reason: ("fault" | "just_started" | "off_map" | "off_route" | "operator_hold" | "operator_stop" | "takeover" | "unreachable_visit") | null;
+            /** @default  */
+            hold_detail: string;
         };
         /**
          * StatusView
@@ -3322,6 +3333,10 @@ export interface components {
             waiting_for: string;
             /** Faults */
             faults: components["schemas"]["FaultView"][];
+            /** Hold Reason */
+            hold_reason: ("just_started" | "operator_hold" | "operator_stop" | "off_map" | "off_route" | "unreachable_visit" | "takeover" | "fault") | null;
+            /** Hold Detail */
+            hold_detail: string;
         };
         /**
          * StopView

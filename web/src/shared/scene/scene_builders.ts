@@ -68,13 +68,15 @@ export function aStatus(changes: object = {}): VehicleStatus {
     obstacle_m: null,
     waiting_for: "",
     faults: [],
+    hold_reason: null,
+    hold_detail: "",
     driving: null,
   };
   return changed(status, changes);
 }
 
 export function aDrivingView(changes: Partial<DrivingView> = {}): DrivingView {
-  return { limited_by: "", path: [], tracks: [], areas: [], ...changes };
+  return { limited_by: null, path: [], tracks: [], areas: [], ...changes };
 }
 
 export function aRide(changes: Partial<RideScene> = {}): RideScene {

@@ -1,0 +1,109 @@
+"""Why a vehicle goes no faster, why it is held, and what is wrong with it: closed vocabularies.
+
+They are types on the wire. The pages' translations are generated from them and do not compile while one is
+missing.
+"""
+
+from typing import Literal
+
+# What keeps the vehicle from going faster.
+SpeedLimitReason = Literal[
+    # nothing to drive to, or riders get on and off
+    "idle",
+    "dwell",
+    "hold",
+    "no_order",
+    # the vehicle cannot plan
+    "no_plan",
+    "no_position",
+    "poor_position",
+    "blind",
+    "infeasible",
+    # the road
+    "speed_limit",
+    "waypoint_speed",
+    "scenario",
+    "curve",
+    "steering",
+    "occlusion",
+    "implausible_prediction",
+    # where it has to stop or to slow
+    "stop",
+    "stop_occupied",
+    "section",
+    "crossing",
+    "crossing_traffic",
+    "reported_pedestrians",
+    # what is in its way or beside it
+    "obstacle",
+    "blocked",
+    "cost_map",
+    "gap",
+    "footprint",
+    "yielding",
+    "emergency",
+    "passing",
+    "pedestrian_clearance",
+    # the vehicle itself
+    "acceleration",
+]
+
+# Why the vehicle does not drive by itself.
+HoldReason = Literal[
+    "just_started",
+    "operator_hold",
+    "operator_stop",
+    "off_map",
+    "off_route",
+    "unreachable_visit",
+    "takeover",
+    "fault",
+]
+
+FaultSeverity = Literal["info", "warning", "stop"]
+
+FaultCode = Literal[
+    # inputs of the tick
+    "motion_missing",
+    "motion_stale",
+    "pose_missing",
+    "pose_stale",
+    "pose_poor",
+    "pose_jump",
+    "pose_not_finite",
+    "percept_missing",
+    "percept_stale",
+    "path_missing",
+    "path_stale",
+    "tracks_not_finite",
+    "lidar_blind",
+    "command_not_finite",
+    # the computer
+    "clock_went_back",
+    "tick_late",
+    "tick_lost",
+    # drive-by-wire
+    "by_wire_not_given",
+    "bywire_fault",
+    "bywire_lost",
+    "bywire_refuses_enable",
+    "bywire_timeout",
+    "emergency_stop_pressed",
+    "can_frame_malformed",
+    "can_accelerator_report_lost",
+    "can_brake_report_lost",
+    "can_drive_report_lost",
+    "can_encoder_report_lost",
+    "can_global_report_lost",
+    "can_speed_report_lost",
+    "can_steering_report_lost",
+    "can_throttle_report_lost",
+    # the gate brakes by itself
+    "gate_braking_clock_jumped",
+    "gate_braking_commands_refused",
+    "gate_braking_footprint",
+    "gate_braking_module_lost",
+    "gate_braking_steering_stuck",
+    "gate_braking_tick_late",
+    "gate_braking_too_fast",
+]
