@@ -25,7 +25,7 @@ from campusloop.live.process_fault_rig import (
 )
 from campusloop.scenes.faulted_drive import BRAKES_FROM
 from vehicle_agent.config import LidarMount, Profile
-from vehicle_agent.gate.settings import TICK_NS
+from vehicle_agent.signals.rates import TICK_NS
 
 SPEED_MPS = 15.0 / 3.6
 BASE_PORT = 52_100

@@ -16,13 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.planner.clearance_grid import clearance_grid
 from benchmarks.planner.scenes import Scene, SceneMaker
 from benchmarks.reporting.report import Row, RunReport
 from contract.geometry import Array
 from vehicle_agent.planning.behaviour.crossing_traffic import CrossingRules
 from vehicle_agent.planning.behaviour.decide import BehaviourRules, Decision, decide
 from vehicle_agent.planning.motion.checker import violations
-from vehicle_agent.planning.motion.clearance import clearance_grid
 from vehicle_agent.planning.motion.plan import plan_motion
 from vehicle_agent.planning.motion.request import Motion, MotionParams, MotionRequest
 from vehicle_agent.signals import NO_VIEW, PlanJob, PlanMemory, Predictions, Tracks

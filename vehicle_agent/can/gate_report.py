@@ -7,10 +7,11 @@ import msgspec
 from contract.wire.reasons import FaultCode
 from vehicle_agent.can.faults import ActiveFault
 from vehicle_agent.signals import CanFrame
+from vehicle_agent.signals.rates import CAN_FRAME_AGE_NS_MAX
 
 # Free on both buses that we know.
 GATE_REPORT_ID = 0x5F0
-GATE_LOST_NS = 150_000_000
+GATE_LOST_NS = CAN_FRAME_AGE_NS_MAX
 
 # Why it brakes, numbered from 1 in this order.
 GateCause = Literal[

@@ -9,8 +9,9 @@ from vehicle_agent.can.faults import ActiveFault, since
 from vehicle_agent.can.gate_report import GateStatus, heard_gate
 from vehicle_agent.can.handshake import Handshake
 from vehicle_agent.signals import CanFrame, Fault
+from vehicle_agent.signals.rates import CAN_FRAME_AGE_NS_MAX
 
-REPORT_LOST_NS = 150_000_000
+REPORT_LOST_NS = CAN_FRAME_AGE_NS_MAX
 BOOT_GRACE_NS = 1_000_000_000
 REFUSALS_MAX = 3
 MALFORMED_SHOWN_NS = 1_000_000_000

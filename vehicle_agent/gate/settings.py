@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 from vehicle_agent.brake_map import BrakeMap
 from vehicle_agent.config import Profile
-
-TICK_NS = 20_000_000
+from vehicle_agent.signals.rates import PERCEPT_AGE_NS_MAX, TICK_NS
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +57,7 @@ class GateSettings:
     brake_mps2: float = 5.6
     margin_m: float = 0.1
     braked_ratio: float = 0.3
-    percept_ns: int = 400_000_000
+    percept_ns: int = PERCEPT_AGE_NS_MAX
 
 
 def gate_settings(profile: Profile) -> GateSettings:

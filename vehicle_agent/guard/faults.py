@@ -8,6 +8,14 @@ from contract.wire.messages import DriveMode, FaultRaised
 from contract.wire.reasons import FaultCode, FaultSeverity
 from vehicle_agent.guard.road_users import are_finite
 from vehicle_agent.signals import Ages, Ego, Fault, VehicleMotion, World, fault_report
+from vehicle_agent.signals.rates import (
+    CAN_FRAME_AGE_NS_MAX,
+    LATE_TICK_FAULT_NS,
+    LOST_TICK_FAULT_NS,
+    PATH_AGE_NS_MAX,
+    PERCEPT_AGE_NS_MAX,
+    POSE_AGE_NS_MAX,
+)
 
 _INPUT_FAULTS = ("pose_", "percept_", "path_", "lidar_", "command_")
 
@@ -15,12 +23,12 @@ _INPUT_FAULTS = ("pose_", "percept_", "path_", "lidar_", "command_")
 class AgeLimits(msgspec.Struct, frozen=True):
     """When an input is too old to drive by, ns; percept_ns 0 where the vehicle has no lidar."""
 
-    motion_ns: int = 150_000_000
-    pose_ns: int = 300_000_000
-    percept_ns: int = 400_000_000
-    path_ns: int = 200_000_000
-    late_tick_ns: int = 60_000_000
-    lost_tick_ns: int = 500_000_000
+    motion_ns: int = CAN_FRAME_AGE_NS_MAX
+    pose_ns: int = POSE_AGE_NS_MAX
+    percept_ns: int = PERCEPT_AGE_NS_MAX
+    path_ns: int = PATH_AGE_NS_MAX
+    late_tick_ns: int = LATE_TICK_FAULT_NS
+    lost_tick_ns: int = LOST_TICK_FAULT_NS
 
 
 def current_faults(

@@ -2,6 +2,8 @@
 
 import msgspec
 
+from vehicle_agent.signals.poor_position import position_limit_mps
+
 # Tolerance above the limit: the overshoot of a healthy speed controller, and some slack.
 _OVER_SHARE, _OVER_MPS = 0.15, 0.3
 
@@ -13,15 +15,11 @@ class Limits(msgspec.Struct, frozen=True):
     steer_rate_radps_max: float
     speed_mps_max: float
     throttle_ratio_max: float = 0.7
-    poor_std_m: float = 0.3
-    poor_mps: float = 0.5
     slow_mps2: float = 0.8
 
     def speed_mps(self, before_mps: float, position_std_m: float, dt_s: float) -> float:
         """The speed allowed now, given the one allowed in the last tick."""
-        # A deviation that is not a number counts as poor.
-        allowed = self.speed_mps_max if position_std_m <= self.poor_std_m else self.poor_mps
-        allowed = min(allowed, self.speed_mps_max)
+        allowed = min(position_limit_mps(position_std_m), self.speed_mps_max)
         return max(allowed, before_mps - self.slow_mps2 * max(dt_s, 0.0))
 
     def is_over(self, speed_mps: float, allowed_mps: float) -> bool:

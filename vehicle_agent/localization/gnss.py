@@ -8,6 +8,7 @@ from contract.geometry import Pose2, wrap_angle
 from contract.roads.model import Origin
 from contract.roads.projection import project
 from vehicle_agent.signals import Ego, Fault, GnssFix, ImuSample, VehicleMotion
+from vehicle_agent.signals.rates import POSE_AGE_NS_MAX
 
 _NOWHERE = Pose2(0.0, 0.0, 0.0)
 
@@ -47,7 +48,7 @@ class GnssLocalization(msgspec.Struct, frozen=True):
     jump_m: float = 1.0
     strays_max: int = 10
     jump_shown_ns: int = 2_000_000_000
-    age_ns_max: int = 300_000_000
+    age_ns_max: int = POSE_AGE_NS_MAX
     position_std_m_max: float = 1.0
     accel_filter_s: float = 0.2
 

@@ -179,13 +179,6 @@ class Mission(msgspec.Struct, frozen=True):
         )
 
 
-def persistent(state: MissionState) -> MissionMemory:
-    """The memory to write to disk before this tick's answers and events go out; the same object until it
-    changes.
-    """
-    return state.memory
-
-
 def _hold_reason(state: MissionState) -> tuple[HoldReason | None, str]:
     """(why the vehicle holds, None when it does not; detail for people)."""
     if state.held:

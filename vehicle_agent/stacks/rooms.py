@@ -18,7 +18,6 @@ from vehicle_agent.hmi.attention import Attention
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.seat_button import StopRules
 from vehicle_agent.mission.sections import VehicleExtent
-from vehicle_agent.onboard.rates import LATE_TICK_FAULT_NS, STALE_AFTER_NS, TICK_NS
 from vehicle_agent.perception.cells import HeightMapPerception
 from vehicle_agent.perception.height_map import HeightMap
 from vehicle_agent.planning.waypoint.approach import Approach
@@ -26,6 +25,7 @@ from vehicle_agent.planning.waypoint.gap import GapRule
 from vehicle_agent.planning.waypoint.obstacle import ObstacleRule
 from vehicle_agent.planning.waypoint.waypoint_planning import WaypointPlanning
 from vehicle_agent.planning.waypoint.waypoints import WaypointRules
+from vehicle_agent.signals.rates import TICK_NS
 
 _TICK_S = TICK_NS * 1e-9
 # What the guard chooses from before it brakes fully.
@@ -138,12 +138,7 @@ def guard(profile: Profile) -> Guard:
         stop_ratio=brakes.brake_ratio(0.4 * limits.decel_mps2_max),
         firm_ratio=brakes.brake_ratio(0.85 * limits.decel_mps2_max),
         slow_ratio=brakes.brake_ratio(limits.decel_mps2_comfort),
-        ageing=AgeLimits(
-            motion_ns=STALE_AFTER_NS["can_frame"],
-            pose_ns=STALE_AFTER_NS["gnss_fix"],
-            percept_ns=STALE_AFTER_NS["obstacle_percept"] if profile.lidar.rate_hz > 0.0 else 0,
-            late_tick_ns=LATE_TICK_FAULT_NS,
-        ),
+        ageing=AgeLimits() if profile.lidar.rate_hz > 0.0 else AgeLimits(percept_ns=0),
     )
 
 

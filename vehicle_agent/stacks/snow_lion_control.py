@@ -12,7 +12,7 @@ from vehicle_agent.control.trajectory.pedals import PedalController
 from vehicle_agent.control.trajectory.speed_control import SpeedControl
 from vehicle_agent.control.trajectory.steer_control import SteerControl
 from vehicle_agent.control.trajectory.trajectory_control import TrajectoryControl
-from vehicle_agent.onboard.rates import TICK_NS
+from vehicle_agent.signals.rates import TICK_NS
 
 _TICK_S = TICK_NS * 1e-9
 # Of the hardest braking: what control plans with. More is for emergencies.

@@ -32,10 +32,10 @@ from vehicle_agent.signals import (
     VehicleMotion,
     World,
 )
+from vehicle_agent.signals.rates import TICK_NS
 from vehicle_agent.stacks.choice import build_car, build_planner
 from vehicle_agent.stacks.rooms import guard, height_map
 
-_TICK_NS = 20_000_000
 _TICKS = 60
 
 
@@ -70,7 +70,7 @@ def warm_tick(profile: Profile) -> None:
 def warm_guard(profile: Profile) -> None:
     """The guard's kernels, which a vehicle needs only once it drives among others: by then it is too late to
     load them."""
-    now_ns = _TICK_NS
+    now_ns = TICK_NS
     avoidance = guard(profile).avoidance
     ego = Ego(now_ns, Pose2(0.0, 0.0, 0.0), 2.0, 0.0, 0.0, 0.0, 0.02, now_ns, True)
     motion = VehicleMotion(now_ns, 2.0, 0.0, 0.0, 0.0, True, False, True, 1.0)
@@ -91,7 +91,7 @@ def _drive(profile: Profile, road_map: RoadMap) -> None:
     points = np.array([[9.0, 0.0, z] for z in (0.0, 0.8, 1.6)] * 3, dtype=np.float32)
     messages: tuple[MissionMessage, ...] = (_order(road_map), Command(1, "go", "resume"))
     for number in range(1, _TICKS):
-        now_ns = number * _TICK_NS
+        now_ns = number * TICK_NS
         percepts: tuple[Percept, ...] = ()
         if number % 5 == 0:
             percepts = (percept_from_scan(points, now_ns, params), _tracks(now_ns))

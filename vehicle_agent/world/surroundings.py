@@ -14,6 +14,7 @@ from vehicle_agent.signals import (
     PedestrianPresence,
     World,
 )
+from vehicle_agent.signals.rates import FLEET_VEHICLE_AGE_NS_MAX, PRESENCE_AGE_NS_MAX
 
 
 class SurroundingsState(msgspec.Struct, frozen=True):
@@ -35,8 +36,8 @@ class Surroundings(msgspec.Struct, frozen=True):
     body_back_m: float
     body_half_width_m: float
     mate_margin_m: float = 0.4
-    other_age_ns_max: int = 1_500_000_000
-    presence_age_ns_max: int = 2_500_000_000
+    other_age_ns_max: int = FLEET_VEHICLE_AGE_NS_MAX
+    presence_age_ns_max: int = PRESENCE_AGE_NS_MAX
 
     def initial(self) -> SurroundingsState:
         return SurroundingsState((), (), 0, np.empty((0, 2)))

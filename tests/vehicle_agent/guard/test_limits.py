@@ -5,13 +5,14 @@ import math
 import pytest
 
 from vehicle_agent.guard.limits import Limits
+from vehicle_agent.signals.poor_position import POOR_POSITION_MPS
 
 LIMITS = Limits(steer_rad_max=0.5, steer_rate_radps_max=1.0, speed_mps_max=4.0)
 
 
 @pytest.mark.parametrize("std_m", [0.31, 50.0, math.inf, math.nan])
 def test_with_a_poor_position_or_a_deviation_that_is_no_number_the_vehicle_creeps(std_m: float) -> None:
-    assert LIMITS.speed_mps(0.0, std_m, 0.02) == LIMITS.poor_mps
+    assert LIMITS.speed_mps(0.0, std_m, 0.02) == POOR_POSITION_MPS
 
 
 @pytest.mark.parametrize("std_m", [0.0, 0.02, 0.3])
@@ -22,7 +23,7 @@ def test_with_a_good_position_the_vehicle_may_go_at_its_full_speed(std_m: float)
 def test_a_limit_that_falls_is_come_down_to_gently() -> None:
     assert LIMITS.speed_mps(4.0, 1.0, 0.5) == pytest.approx(4.0 - 0.8 * 0.5)
     assert LIMITS.speed_mps(4.0, 1.0, -1.0) == 4.0, "a clock that goes back takes nothing away"
-    assert LIMITS.speed_mps(0.6, 1.0, 1.0) == LIMITS.poor_mps
+    assert LIMITS.speed_mps(0.6, 1.0, 1.0) == POOR_POSITION_MPS
 
 
 def test_a_slow_vehicle_is_not_sped_up_by_a_poor_position() -> None:

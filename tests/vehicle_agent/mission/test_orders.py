@@ -7,7 +7,6 @@ from contract.geometry import Pose2
 from contract.wire.messages import Command, CommandDone, OrderAccepted, OrderRejected, Visit, VisitChanged
 from tests.vehicle_agent.mission.ring import NETWORK, OFFSET_NS, RingShuttle, a_visit, an_order, rest
 from vehicle_agent.mission.memory import order_progress
-from vehicle_agent.mission.mission import persistent
 
 STOP = ("south", 40.0)
 
@@ -162,7 +161,7 @@ def test_after_a_crash_the_order_is_still_there_and_the_vehicle_held() -> None:
     shuttle = RingShuttle()
     shuttle.go(an_order(two_visits()))
     shuttle.run(8)
-    again = RingShuttle(persistent(shuttle.state))
+    again = RingShuttle(shuttle.state.memory)
     again.pose = shuttle.pose
     again.run(3)
     assert again.task is not None

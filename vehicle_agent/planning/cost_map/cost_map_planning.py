@@ -20,13 +20,13 @@ from vehicle_agent.planning.waypoint.approach import Approach
 from vehicle_agent.planning.waypoint.following import (
     NOTHING,
     ResumeRule,
-    UncertainPositionRule,
     WaypointState,
     next_tick,
     no_path,
     path_along,
     standing_commands,
     stop_reason,
+    uncertainty_commands,
 )
 from vehicle_agent.planning.waypoint.gap import GapRule
 from vehicle_agent.planning.waypoint.obstacle import first_contact, poses_on_line
@@ -79,7 +79,6 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
     crossings: CrossingRule = CrossingRule()
     approach: Approach = Approach()
     patience: ResumeRule = ResumeRule(resume_m=4.0)
-    uncertainty: UncertainPositionRule = UncertainPositionRule()
     sweep_m: float = 10.0
     clearance_m: float = 0.3
     side_clearance_m: float = 0.15
@@ -228,7 +227,7 @@ class CostMapPlanning(msgspec.Struct, frozen=True):
         if state.yielding:
             commands.append(SpeedCommand("obstacle", 0.0, -decel_mps2))
         commands += self._road_user_commands(state, ego, world, task)
-        return commands + self.uncertainty.commands(ego, world, decel_mps2)
+        return commands + uncertainty_commands(ego, world, decel_mps2)
 
     def _road_user_commands(
         self, state: CostMapPlanningState, ego: Ego, world: World, task: Task

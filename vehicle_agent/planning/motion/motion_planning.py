@@ -29,6 +29,8 @@ from vehicle_agent.signals import (
     Trajectory,
     World,
 )
+from vehicle_agent.signals.poor_position import position_limit_mps
+from vehicle_agent.signals.rates import PLAN_ANSWER_AGE_NS_MAX
 
 _AHEAD_ROWS_S = 6.0
 # Until a pedal takes effect the vehicle follows earlier commands. It misses a plan that begins otherwise, and
@@ -62,9 +64,7 @@ class MotionPlanningState(msgspec.Struct, frozen=True):
 
 
 class MotionPlanning:
-    """poor_std_m, poor_mps: above this position deviation, no faster (Snow Lion: 0.5 m/s).
-
-    lead_ns        from a job to the moment its trajectory begins: the planner and the way to it and back
+    """lead_ns        from a job to the moment its trajectory begins: the planner and the way to it and back
     answer_ns_max  a plan that was asked for and does not come within this time ends in a stop
     """
 
@@ -76,10 +76,8 @@ class MotionPlanning:
         wheelbase_m: float,
         cadence: Cadence | None = None,
         stop_mps2: float = 1.2,
-        poor_std_m: float = 0.3,
-        poor_mps: float = 0.5,
         lead_ns: int = 60_000_000,
-        answer_ns_max: int = 400_000_000,
+        answer_ns_max: int = PLAN_ANSWER_AGE_NS_MAX,
         behind_m: float = 8.0,
         ahead_m: float = 55.0,
     ) -> None:
@@ -89,8 +87,6 @@ class MotionPlanning:
         self._wheelbase_m = wheelbase_m
         self._cadence = cadence or Cadence()
         self._stop_mps2 = stop_mps2
-        self._poor_std_m = poor_std_m
-        self._poor_mps = poor_mps
         self._lead_ns = lead_ns
         self._answer_ns_max = answer_ns_max
         self._behind_m = behind_m
@@ -138,8 +134,9 @@ class MotionPlanning:
             return 0.0, "no_position"
         if world.blind:
             return 0.0, "blind"
-        if not ego.position_std_m <= self._poor_std_m:  # not a number is poor, too
-            return self._poor_mps, "poor_position"
+        limit_mps = position_limit_mps(ego.position_std_m)
+        if limit_mps < self._speed_mps_max:
+            return limit_mps, "poor_position"
         return self._speed_mps_max, "speed_limit"
 
     def _with_job_if_due(

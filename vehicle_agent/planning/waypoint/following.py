@@ -10,6 +10,7 @@ from contract.wire.reasons import SpeedLimitReason
 from vehicle_agent.planning.waypoint.selector import SpeedCommand
 from vehicle_agent.planning.waypoint.waypoints import Waypoints
 from vehicle_agent.signals import Ego, Path, Task, World
+from vehicle_agent.signals.poor_position import position_limit_mps
 
 NOTHING = Waypoints(np.empty((0, 2)), np.empty(0), np.empty(0))
 
@@ -47,22 +48,17 @@ class ResumeRule(msgspec.Struct, frozen=True):
         return clear < self.clear_looks, clear
 
 
-class UncertainPositionRule(msgspec.Struct, frozen=True):
-    """Above poor_std_m of position deviation the vehicle goes at most poor_mps (Snow Lion, 0.5 m/s)."""
-
-    poor_std_m: float = 0.3
-    poor_mps: float = 0.5
-
-    def commands(self, ego: Ego, world: World, decel_mps2: float) -> list[SpeedCommand]:
-        """Commands for an unknown or poor position and for blind sensors."""
-        commands = []
-        if not ego.valid:
-            commands.append(SpeedCommand("no_position", 0.0, -decel_mps2))
-        elif not ego.position_std_m <= self.poor_std_m:  # not a number is poor, too
-            commands.append(SpeedCommand("poor_position", self.poor_mps))
-        if world.blind:
-            commands.append(SpeedCommand("blind", 0.0, -decel_mps2))
-        return commands
+def uncertainty_commands(ego: Ego, world: World, decel_mps2: float) -> list[SpeedCommand]:
+    """Commands for an unknown or poor position and for blind sensors."""
+    commands = []
+    limit_mps = position_limit_mps(ego.position_std_m)
+    if not ego.valid:
+        commands.append(SpeedCommand("no_position", 0.0, -decel_mps2))
+    elif math.isfinite(limit_mps):
+        commands.append(SpeedCommand("poor_position", limit_mps))
+    if world.blind:
+        commands.append(SpeedCommand("blind", 0.0, -decel_mps2))
+    return commands
 
 
 State = TypeVar("State", bound=WaypointState)

@@ -9,13 +9,13 @@ from vehicle_agent.planning.waypoint.approach import Approach
 from vehicle_agent.planning.waypoint.following import (
     NOTHING,
     ResumeRule,
-    UncertainPositionRule,
     WaypointState,
     next_tick,
     no_path,
     path_along,
     standing_commands,
     stop_reason,
+    uncertainty_commands,
 )
 from vehicle_agent.planning.waypoint.gap import GapRule
 from vehicle_agent.planning.waypoint.obstacle import ObstacleRule, sweep_arc, sweep_line
@@ -54,7 +54,6 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
     gap: GapRule
     approach: Approach = Approach()
     patience: ResumeRule = ResumeRule()
-    uncertainty: UncertainPositionRule = UncertainPositionRule()
     look_every: int = 5
     delay_s: float = 0.25
     ahead_m: float = 30.0
@@ -149,7 +148,7 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
         gap = self.gap.command(lead)
         if gap is not None:
             commands.append(gap)
-        return commands + self.uncertainty.commands(ego, world, decel_mps2)
+        return commands + uncertainty_commands(ego, world, decel_mps2)
 
 
 def cruise(waypoints: Waypoints, s_m: float, speed_mps: float, delay_s: float) -> SpeedCommand:

@@ -12,7 +12,6 @@ from vehicle_agent.can.by_wire import braking_of
 from vehicle_agent.config import Profile
 from vehicle_agent.gate.footprint import warm_footprint
 from vehicle_agent.gate.gate import gate_of
-from vehicle_agent.gate.settings import TICK_NS
 from vehicle_agent.runtime.devices.can_bus import open_bus
 from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.mailbox import (
@@ -23,6 +22,7 @@ from vehicle_agent.runtime.processes.mailbox import (
 )
 from vehicle_agent.runtime.processes.priority import GATE_PRIORITY, ask_for_real_time
 from vehicle_agent.signals import CanFrame, ObstaclePercept, TrackPercept
+from vehicle_agent.signals.rates import TICK_NS
 
 log = structlog.get_logger()
 

@@ -1,7 +1,7 @@
 """A beat of 20 ms: late beats run once, and no burst catches up."""
 
-from vehicle_agent.onboard.rates import TICK_NS
 from vehicle_agent.runtime.processes.clock import MONOTONIC, Clock
+from vehicle_agent.signals.rates import TICK_NS
 
 
 class Pacer:

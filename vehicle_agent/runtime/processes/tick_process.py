@@ -13,7 +13,6 @@ import structlog
 from vehicle_agent.link.bridge import TickUpdate
 from vehicle_agent.mission.memory import MissionMemory, order_progress
 from vehicle_agent.onboard.driving_view import report_with_driving_view
-from vehicle_agent.onboard.rates import LATE_TICK_FAULT_NS, REPORT_EVERY_TICKS
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.runtime.processes.clock import Clock
@@ -27,6 +26,7 @@ from vehicle_agent.runtime.processes.mailbox import (
 from vehicle_agent.runtime.processes.pacing import Pacer
 from vehicle_agent.runtime.processes.priority import TICK_PRIORITY, ask_for_real_time
 from vehicle_agent.signals import HmiOutput, InboxBody, Outputs
+from vehicle_agent.signals.rates import LATE_TICK_FAULT_NS, REPORT_EVERY_TICKS
 
 log = structlog.get_logger()
 

@@ -30,11 +30,11 @@ from contract.runlog.records import (
 from contract.wire.codec import encode
 from vehicle_agent.config import Body
 from vehicle_agent.onboard.driving_view import report_with_driving_view
-from vehicle_agent.onboard.rates import PLAN_EVERY_TICKS, REPORT_EVERY_TICKS
 from vehicle_agent.onboard.state import OnboardState
 from vehicle_agent.runtime.recording.snapshot import encode_state
 from vehicle_agent.runtime.recording.viewer_scene import ViewerScene
 from vehicle_agent.signals import Detections, Flow, GnssFix, InboxItem, Outputs
+from vehicle_agent.signals.rates import REPORT_EVERY_TICKS, TRANSFORM_EVERY_TICKS
 
 SEGMENT_TICKS = 5 * 60 * 50
 SIGNALS = (*Flow.__struct_fields__, "frames", "events", "answers")
@@ -145,7 +145,7 @@ class Recorder:
             entries.append(LogEntry(REPORT_TOPIC, stamp_ns, encode(report_with_driving_view(outputs))))
         if self._ticks % REPORT_EVERY_TICKS == 0:
             entries.append(LogEntry(SCENE_TOPIC, stamp_ns, self._scene.scene(flow, utc_ns)))
-        if self._ticks % PLAN_EVERY_TICKS == 0:
+        if self._ticks % TRANSFORM_EVERY_TICKS == 0:
             pose_map = flow.ego.pose_map
             transform = foxglove.frame_transform(utc_ns, pose_map)
             entries.append(LogEntry(TRANSFORM_TOPIC, stamp_ns, transform))

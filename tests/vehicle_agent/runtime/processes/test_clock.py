@@ -5,9 +5,9 @@ import pickle
 import time
 from collections.abc import Sequence
 
-from vehicle_agent.onboard.rates import TICK_NS
 from vehicle_agent.runtime.processes.clock import MONOTONIC
 from vehicle_agent.runtime.processes.pacing import Pacer
+from vehicle_agent.signals.rates import TICK_NS
 
 
 class SteppedClock:
