@@ -67,7 +67,7 @@ class LinkClient:
             except (OSError, TimeoutError, InvalidHandshake, InvalidURI) as error:
                 log.warning("link.unreachable", vehicle_id=vehicle_id, url=self._url, error=str(error))
             self._ended(vehicle_id)
-            wait_s = FIRST_WAIT_S if welcomed else min(2.0 * wait_s, LONGEST_WAIT_S)
+            wait_s = next_wait_s(wait_s, welcomed=welcomed)
             await asyncio.sleep(wait_s)
 
     def _ended(self, vehicle_id: str) -> None:
@@ -123,3 +123,8 @@ class LinkClient:
     def _deliver_words(self) -> None:
         for word in self._desk.take_words():
             self._deliver(word)
+
+
+def next_wait_s(wait_s: float, *, welcomed: bool) -> float:
+    """How long to wait before the next connection: twice as long after a failure, short after a welcome."""
+    return FIRST_WAIT_S if welcomed else min(2.0 * wait_s, LONGEST_WAIT_S)

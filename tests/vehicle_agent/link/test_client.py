@@ -19,7 +19,7 @@ from contract.wire.messages import (
     Welcome,
 )
 from vehicle_agent.link.bridge import LinkBridge, TickUpdate
-from vehicle_agent.link.client import LinkClient
+from vehicle_agent.link.client import FIRST_WAIT_S, LONGEST_WAIT_S, LinkClient, next_wait_s
 from vehicle_agent.link.session import Identity
 from vehicle_agent.signals import LinkMessage, LinkState
 
@@ -152,3 +152,13 @@ def test_a_goodbye_is_no_reason_to_stop_trying(tmp_path: Path) -> None:
         await campus.until(lambda: len(campus.hellos) == 2)
 
     with_campus(tmp_path, claim)
+
+
+def test_a_server_that_is_away_is_dialled_ever_less_often_and_at_once_again_after_a_good_connection() -> None:
+    waits_s = [FIRST_WAIT_S]
+    for _ in range(8):
+        waits_s.append(next_wait_s(waits_s[-1], welcomed=False))
+    assert waits_s[1] == 2.0 * FIRST_WAIT_S
+    assert waits_s == sorted(waits_s)
+    assert waits_s[-1] == LONGEST_WAIT_S
+    assert next_wait_s(waits_s[-1], welcomed=True) == FIRST_WAIT_S

@@ -73,3 +73,26 @@ def test_memory_is_replaced_whole(tmp_path: Path) -> None:
     outbox.save_memory(b"one")
     outbox.save_memory(b"two")
     assert read_memory(tmp_path) == b"two"
+
+
+def test_a_file_of_which_most_is_still_needed_is_not_written_anew(tmp_path: Path) -> None:
+    """Rewriting thousands of events at every new one would stop the link on a long tunnel."""
+    outbox = Outbox(tmp_path, "first", sync=False)
+    file = tmp_path / "events.jsonl"
+    append(outbox, 0, *(an_event(number) for number in range(REWRITE_AFTER_LINES + 10)))
+    written = file.stat().st_ino
+    append(outbox, 1, an_event(9999))
+    assert file.stat().st_ino == written
+    outbox.log.acknowledge("first", REWRITE_AFTER_LINES)
+    append(outbox, 2, an_event(10_000))
+    assert file.stat().st_ino != written
+    assert len(names(Outbox(tmp_path, "second", sync=False))) == 12
+
+
+def test_a_small_file_is_not_written_anew_at_every_acknowledgement(tmp_path: Path) -> None:
+    outbox = Outbox(tmp_path, "first", sync=False)
+    written = (tmp_path / "events.jsonl").stat().st_ino
+    append(outbox, 0, an_event(0), an_event(1))
+    outbox.log.acknowledge("first", 2)
+    append(outbox, 1, an_event(2))
+    assert (tmp_path / "events.jsonl").stat().st_ino == written

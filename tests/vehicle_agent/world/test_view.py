@@ -2,6 +2,9 @@ import math
 
 import numpy as np
 import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from contract.geometry import Pose2
 from tests.vehicle_agent.world.builders import some_tracks
@@ -47,3 +50,21 @@ def test_walls_become_cells_no_farther_apart_than_the_step() -> None:
     assert steps.max() <= 0.4 + 1e-9
     assert cells[:, 0].min() == 0.0
     assert cells[:, 0].max() == 10.0
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10_000))
+def test_the_sight_ends_where_a_ray_first_meets_a_wall(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    walls = random.uniform(-30.0, 30.0, (4, 4))
+    x, y, yaw = random.uniform(-5.0, 5.0), random.uniform(-5.0, 5.0), random.uniform(-math.pi, math.pi)
+    view = SIGHT.view(Pose2(x, y, yaw), NOTHING, some_tracks(), walls)
+    here = shapely.Point(x, y)
+    lines = [shapely.LineString([(x0, y0), (x1, y1)]) for x0, y0, x1, y1 in walls]
+    step = 2.0 * math.pi / len(view.ranges_m)
+    for k in range(0, len(view.ranges_m), 7):
+        angle = yaw - math.pi + (k + 0.5) * step
+        end = (x + SIGHT.range_m * math.cos(angle), y + SIGHT.range_m * math.sin(angle))
+        ray = shapely.LineString([(x, y), end])
+        meets = [here.distance(line.intersection(ray)) for line in lines if line.intersects(ray)]
+        assert view.ranges_m[k] == pytest.approx(min([SIGHT.range_m, *meets]), abs=1e-6)

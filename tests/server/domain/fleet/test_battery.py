@@ -1,9 +1,10 @@
 import math
+from datetime import UTC, datetime, timedelta
 
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.domain.fleet.battery import charge_s, drive_left_s
+from server.domain.fleet.battery import charge_s, charged_at, drive_left_s, is_measured
 from server.domain.rules import FleetRules
 
 RULES = FleetRules()
@@ -64,3 +65,37 @@ def test_the_defaults_fit_an_hour_of_driving_and_an_hour_of_charging() -> None:
         RULES.battery_full_ratio,
     )
     assert list(levels) == sorted(levels)
+
+
+@given(
+    ratio=st.floats(0.3, 1.0), drive_s=st.floats(0.0, 3000.0), home_s=st.floats(0.0, 1000.0),
+    idle_s=st.floats(0.0, RULES.battery_rest_s_min),
+)  # fmt: skip
+def test_without_a_long_rest_the_level_only_falls(
+    ratio: float, drive_s: float, home_s: float, idle_s: float
+) -> None:
+    left_s = drive_left_s(ratio, [(drive_s, idle_s)], home_s, RULES, charging=False)
+    whole_s = (ratio - RULES.battery_reserve_ratio) / RULES.battery_per_drive_s - home_s
+    assert math.isclose(left_s, max(drive_s, whole_s), rel_tol=1e-9, abs_tol=1e-6)
+
+
+def test_a_rest_long_enough_charges_and_never_beyond_full() -> None:
+    drive_s, long_s = 600.0, RULES.battery_rest_s_min + 7200.0
+    left_s = drive_left_s(0.5, [(0.0, long_s), (drive_s, 0.0)], 0.0, RULES, charging=False)
+    spare = (0.5 - RULES.battery_reserve_ratio) / RULES.battery_per_drive_s
+    full = (RULES.battery_full_ratio - RULES.battery_reserve_ratio) / RULES.battery_per_drive_s
+    assert math.isclose(left_s, drive_s + min(spare, full - drive_s), rel_tol=1e-9)
+    # A battery above the level at which charging ends is not emptied by a rest.
+    assert drive_left_s(1.0, [(0.0, long_s)], 0.0, RULES, charging=False) > full
+
+
+def test_charging_ends_when_the_missing_charge_has_flowed() -> None:
+    plugged_at = datetime(2026, 11, 23, 8, 0, tzinfo=UTC)
+    missing = RULES.battery_full_ratio - 0.5
+    full_at = plugged_at + timedelta(seconds=missing / RULES.battery_per_charge_s)
+    assert abs(charged_at(0.5, plugged_at, RULES) - full_at) < timedelta(milliseconds=1)
+    assert charged_at(1.0, plugged_at, RULES) == plugged_at
+
+
+def test_a_vehicle_without_a_battery_sensor_reports_nought() -> None:
+    assert (is_measured(0.0), is_measured(0.01)) == (False, True)

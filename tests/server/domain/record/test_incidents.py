@@ -45,7 +45,14 @@ def test_people_come_before_danger_on_the_road_before_shuttles_that_stand_before
 
 def test_the_first_who_looks_after_it_is_remembered() -> None:
     once = acknowledged(an_incident(), "ann", NOW)
+    assert (once.acknowledged_by, once.acknowledged_at, once.is_open) == ("ann", NOW, True)
     assert acknowledged(once, "bob", NOW) is once
+
+
+def test_a_closed_incident_names_who_closed_it_and_when() -> None:
+    done = closed(acknowledged(an_incident(), "ann", NOW), "bob", NOW)
+    assert (done.closed_by, done.closed_at, done.is_open) == ("bob", NOW, False)
+    assert done.acknowledged_by == "ann"
 
 
 def test_a_closed_incident_is_neither_acknowledged_nor_closed_again() -> None:

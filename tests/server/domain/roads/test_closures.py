@@ -4,6 +4,8 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from server.domain.errors import ClosureInvalid, ClosureOver
 from server.domain.roads.closures import Closure, ClosureState, due, ends_of, lifted, require_sound
@@ -77,3 +79,21 @@ def test_ends_come_in_order_each_once() -> None:
 def test_incidents_name_the_closure_and_its_reason() -> None:
     assert CLOSURE.words == "closure c-1 (water main)"
     assert replace(CLOSURE, reason="").words == "closure c-1"
+
+
+@given(
+    starts_h=st.integers(0, 6),
+    lasts_h=st.one_of(st.none(), st.integers(1, 6)),
+    begins_h=st.integers(0, 8),
+    takes_h=st.integers(0, 4),
+    state=st.sampled_from(list(ClosureState)),
+)
+def test_a_drive_meets_a_closure_that_holds_at_some_time_of_it(
+    starts_h: int, lasts_h: int | None, begins_h: int, takes_h: int, state: ClosureState
+) -> None:
+    ends_at = None if lasts_h is None else NOON + (starts_h + lasts_h) * HOUR
+    closure = replace(CLOSURE, starts_at=NOON + starts_h * HOUR, ends_at=ends_at, state=state)
+    hours = range(begins_h, begins_h + takes_h + 1)
+    holds = any(starts_h <= hour and (lasts_h is None or hour < starts_h + lasts_h) for hour in hours)
+    met = closure.overlaps(NOON + begins_h * HOUR, NOON + (begins_h + takes_h) * HOUR)
+    assert met == (holds and state is not ClosureState.OVER)

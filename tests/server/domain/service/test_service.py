@@ -188,3 +188,42 @@ def test_hours_may_last_until_noon_of_the_next_day(hours: tuple[int, int]) -> No
 def test_hours_of_no_time_or_of_another_day_are_refused(hours: tuple[int, int]) -> None:
     with pytest.raises(PatternInvalid):
         require_sound(a_pattern(hours=(Hours(hours[0] * 3600, hours[1] * 3600),)))
+
+
+def test_the_end_of_an_opening_is_known_from_its_first_moment_to_its_last() -> None:
+    morning, afternoon = Hours(8 * 3600, 12 * 3600), Hours(13 * 3600, 18 * 3600)
+    calendar = a_calendar(a_pattern(hours=(morning, afternoon)))
+    noon, second = MONDAY_NOON, timedelta(seconds=1)
+    evening = noon + timedelta(hours=6)
+    ends = {
+        noon - timedelta(hours=4) - second: None,
+        noon - timedelta(hours=4): noon,
+        noon - second: noon,
+        noon: None,
+        noon + timedelta(hours=1) - second: None,
+        noon + timedelta(hours=1): evening,
+        evening - second: evening,
+        evening: None,
+    }
+    assert {at: calendar.closes_after(at) for at in ends} == ends
+
+
+def test_a_campus_that_is_open_save_on_holidays_closes_at_the_midnight_before_the_next_one() -> None:
+    holiday = MONDAY + timedelta(days=2)
+    calendar = ServiceCalendar(SHANGHAI, exceptions=(an_exception(holiday),))
+    midnight = MONDAY_NOON - timedelta(hours=12)
+    assert calendar.spans(MONDAY) == ((midnight, midnight + timedelta(days=1)),)
+    assert calendar.closes_after(MONDAY_NOON) == midnight + timedelta(days=2)
+    assert calendar.next_opening(midnight + timedelta(days=2)) == midnight + timedelta(days=3)
+
+
+def test_on_a_saturday_evening_the_next_opening_is_on_monday_morning() -> None:
+    saturday = MONDAY_NOON - timedelta(days=2) + timedelta(hours=8)
+    assert a_calendar(a_pattern()).next_opening(saturday) == MONDAY_NOON - timedelta(hours=5)
+
+
+def test_a_campus_without_hours_or_holidays_never_closes() -> None:
+    calendar = ServiceCalendar(SHANGHAI)
+    assert calendar.is_open(MONDAY_NOON)
+    assert calendar.closes_after(MONDAY_NOON) is None
+    assert not a_calendar(a_pattern(), exceptions=(an_exception(MONDAY),)).is_open(MONDAY_NOON)
