@@ -80,6 +80,15 @@ def test_a_long_vehicle_is_not_given_much_more_room_than_it_takes() -> None:
     assert np.abs(discs[:, 1]).max() == 0.0
 
 
+@pytest.mark.parametrize(
+    ("size_m", "count"), [((1.8, 1.8), 1), ((3.6, 1.8), 2), ((3.7, 1.8), 3), ((40.0, 2.0), 8)]
+)
+def test_a_long_outline_has_a_disc_for_every_width_and_eight_at_most(
+    size_m: tuple[float, float], count: int
+) -> None:
+    assert len(discs_of(an_agent(size_m)).discs[0]) == count
+
+
 def test_a_person_is_one_disc_of_their_own_width() -> None:
     discs = discs_of(an_agent((0.6, 0.5), PEDESTRIAN, (1.0, 2.0, 0.3)))
     assert discs.discs[0].tolist() == [[1.0, 2.0, 0.3]]
