@@ -8,6 +8,8 @@ import httpx
 import typer
 from rich.console import Console
 
+from campusloop.kernels.compiling import ready_kernels
+from campusloop.kernels.groups import for_vehicle
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import ProfileError, load_profile
 from vehicle_agent.link.keys import VehicleKeyError, load_or_make_key, public_key_text
@@ -86,6 +88,8 @@ def run(
             speaking = files.speaking()
             for outlet in outlets(speaking) if speaking is not None else ():
                 outlet.close()
+        stacks = {AgentFolder(folder).profile().stack for folder in folders}
+        ready_kernels(tuple(sorted({group for stack in stacks for group in for_vehicle(stack)})))
         with tempfile.TemporaryDirectory(prefix="campusloop-") as mail:
             places = tuple(
                 AgentPlace(folder.resolve(), Path(mail) / str(number))

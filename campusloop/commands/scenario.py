@@ -7,6 +7,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from campusloop.kernels.compiling import ready_kernels
+from campusloop.kernels.groups import SIMULATOR, for_vehicle
 from campusloop.scenes.scenario import Outcome, drive
 from campusloop.scenes.scenario_file import ScenarioError, ScenarioFile, load_scenario
 from campusloop.scenes.stacks import profile_of
@@ -43,6 +45,7 @@ def run(
     except (ScenarioError, ProfileError) as error:
         console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
+    ready_kernels((*SIMULATOR, *sorted({group for name in profiles for group in for_vehicle(name)})))
     table = Table(title="Scenarios", title_justify="left")
     for heading in ("scenario", "stack", "time s", "contacts", "clearance m", "result"):
         table.add_column(heading, overflow="fold")

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from campusloop.kernels.compiling import ready_kernels
+from campusloop.kernels.groups import SERVER
 from campusloop.live.server import serve_campus
 
 
@@ -18,4 +20,5 @@ def serve(
     campus_map: Annotated[Path | None, typer.Option("--map", help="Campus map to serve.")] = None,
 ) -> None:
     """Serve passengers, operators, vehicles and developers of one campus."""
+    ready_kernels(SERVER)
     serve_campus(host, port, tls_cert, tls_key, campus_map, tls_self_signed=tls_self_signed, no_tls=no_tls)

@@ -8,7 +8,10 @@ from typing import Annotated, NoReturn
 import typer
 from rich.console import Console
 
+from campusloop.kernels.compiling import ready_kernels
+from campusloop.kernels.groups import SIMULATOR, for_campus
 from campusloop.live.simulation import simulate_vehicles
+from campusloop.scenes.stacks import profile_of
 from campusloop.shipped import SHIPPED_MAPS
 from contract.roads.load import MapError
 from simulator.live.ports import BASE_PORT
@@ -45,6 +48,7 @@ def simulate(
         return
     if map_path is None:
         _refuse(console, "give a campus map: --map maps/shanghai-university/map.json")
+    ready_kernels(SIMULATOR)
     vehicle_ids = tuple(name.strip() for name in vehicles.split(",") if name.strip())
     simulate_vehicles(map_path, vehicle_ids, profile_path, seed, base_port, folder, people, lidar)
 
@@ -64,6 +68,7 @@ def _drive_km(
     from campusloop.studies.endurance.ride_quality_report import NothingDriven, tell_km
 
     try:
+        ready_kernels(for_campus(profile_of(stack).stack))
         contacts = tell_km(console, maps, stack, km, seed, workers, stint_s, out)
     except (MapError, ProfileError, NothingDriven) as error:
         _refuse(console, str(error))

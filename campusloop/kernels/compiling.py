@@ -52,6 +52,14 @@ def compile_kernels(groups: tuple[str, ...], console: Console) -> None:
         _compile(missing, caches.note, console)
 
 
+def ready_kernels(groups: tuple[str, ...]) -> None:
+    """`compile_kernels` for a command whose own output goes to stdout; ends the process when that fails."""
+    try:
+        compile_kernels(groups, Console(stderr=True))
+    except KernelError as error:
+        raise SystemExit(str(error)) from error
+
+
 def _compile(groups: tuple[str, ...], note: Callable[[str], None], console: Console) -> None:
     started = time.perf_counter()
     spawning = multiprocessing.get_context("spawn")

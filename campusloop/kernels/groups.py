@@ -33,6 +33,7 @@ GROUPS = {
 }
 EVERYTHING = tuple(GROUPS)
 SERVER = ("search", "bookings")
+SIMULATOR = ("simulator",)
 
 
 def for_vehicle(stack: str) -> tuple[str, ...]:
@@ -42,4 +43,4 @@ def for_vehicle(stack: str) -> tuple[str, ...]:
 
 def for_campus(stack: str) -> tuple[str, ...]:
     """What a server, a simulator and agents with this stack need."""
-    return (*SERVER, "simulator", *for_vehicle(stack))
+    return (*SERVER, *SIMULATOR, *for_vehicle(stack))
