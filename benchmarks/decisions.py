@@ -17,7 +17,7 @@ import numpy as np
 from benchmarks.reporting.report import RunReport
 from server.dispatch.answer import Answer, PromiseRules, answer_all
 from server.dispatch.problem import Problem, Request, VehicleState, Walk
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 
 _STOPS = 200
 _SPEED_MPS = 4.0

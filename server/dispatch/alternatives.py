@@ -7,7 +7,7 @@ from typing import Literal
 
 from server.dispatch.decide import earliest_quotes, offers_for, take
 from server.dispatch.problem import Request, Walk
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 
 Kind = Literal["later", "other_stops", "split_party"]
 OFFERED_MAX = 3
@@ -48,8 +48,8 @@ class _Try:
 
 
 def alternatives(
-    board: Schedule,
-    wish: Request,
+    schedule: Schedule,
+    request: Request,
     pickups: tuple[Walk, ...],
     dropoffs: tuple[Walk, ...],
     later_s_max: float,
@@ -60,12 +60,12 @@ def alternatives(
     pickups, dropoffs  stops within walking distance
     later_s_max  how much later the pickup window may end
     """
-    plain = replace(wish, request_id=f"{wish.request_id}/instead", pickup_walks=(), dropoff_walks=())
-    later = _Try("later", Walk(wish.pickup, 0.0), Walk(wish.dropoff, 0.0), later_s_max)
-    near_by = _near_by(wish, pickups, dropoffs)
-    found = [*_quoted(board, plain, [later, *near_by]), *_split(board, plain)]
+    plain = replace(request, request_id=f"{request.request_id}/instead", pickup_walks=(), dropoff_walks=())
+    later = _Try("later", Walk(request.pickup, 0.0), Walk(request.dropoff, 0.0), later_s_max)
+    near_by = _near_by(request, pickups, dropoffs)
+    found = [*_quoted(schedule, plain, [later, *near_by]), *_split(schedule, plain)]
     if len(found) < OFFERED_MAX:
-        found += _quoted(board, plain, [replace(near, later_s=later_s_max) for near in near_by])
+        found += _quoted(schedule, plain, [replace(near, later_s=later_s_max) for near in near_by])
     found.sort(key=lambda alternative: alternative.penalty_s)
     distinct: dict[object, Alternative] = {}
     for alternative in found:
@@ -73,30 +73,30 @@ def alternatives(
     return list(distinct.values())[:OFFERED_MAX]
 
 
-def _near_by(wish: Request, pickups: tuple[Walk, ...], dropoffs: tuple[Walk, ...]) -> list[_Try]:
+def _near_by(request: Request, pickups: tuple[Walk, ...], dropoffs: tuple[Walk, ...]) -> list[_Try]:
     """Every pair of stops but the one that was asked for. Nobody walks all the way to ride back."""
     return [
         _Try("other_stops", up, down, 0.0)
-        for up in (Walk(wish.pickup, 0.0), *pickups)
-        for down in (Walk(wish.dropoff, 0.0), *dropoffs)
-        if up.place not in (down.place, wish.dropoff)
-        and down.place != wish.pickup
+        for up in (Walk(request.pickup, 0.0), *pickups)
+        for down in (Walk(request.dropoff, 0.0), *dropoffs)
+        if up.place not in (down.place, request.dropoff)
+        and down.place != request.pickup
         and up.walk_s + down.walk_s > 0.0
     ]
 
 
-def _quoted(board: Schedule, wish: Request, tries: list[_Try]) -> list[Alternative]:
+def _quoted(schedule: Schedule, request: Request, tries: list[_Try]) -> list[Alternative]:
     """Those that somebody can carry, each as early as that is possible."""
     quotes = earliest_quotes(
-        board,
-        wish,
+        schedule,
+        request,
         [
             (
                 one.up.place,
                 one.down.place,
-                wish.pickup_from_s + one.up.walk_s,
-                wish.pickup_to_s + one.up.walk_s + one.later_s,
-                wish.arrive_by_s - one.down.walk_s + one.later_s,
+                request.pickup_from_s + one.up.walk_s,
+                request.pickup_to_s + one.up.walk_s + one.later_s,
+                request.arrive_by_s - one.down.walk_s + one.later_s,
             )
             for one in tries
         ],
@@ -104,12 +104,12 @@ def _quoted(board: Schedule, wish: Request, tries: list[_Try]) -> list[Alternati
     found = []
     for one, (pickup_s, arrival_s) in zip(tries, quotes, strict=True):
         walk_s = one.up.walk_s + one.down.walk_s
-        late_s = max(0.0, pickup_s - wish.pickup_from_s - one.up.walk_s)
+        late_s = max(0.0, pickup_s - request.pickup_from_s - one.up.walk_s)
         if math.isfinite(pickup_s):
             found.append(
                 Alternative(
                     one.kind,
-                    (wish.party,),
+                    (request.party,),
                     one.up.place,
                     one.down.place,
                     walk_s,
@@ -121,36 +121,36 @@ def _quoted(board: Schedule, wish: Request, tries: list[_Try]) -> list[Alternati
     return found
 
 
-def _split(board: Schedule, wish: Request) -> Iterator[Alternative]:
+def _split(schedule: Schedule, request: Request) -> Iterator[Alternative]:
     """The party in two rides, either of which anybody may carry."""
-    if wish.party < 2:
+    if request.party < 2:
         return
-    first = max(wish.wheelchairs, (wish.party + 1) // 2)
-    second = wish.party - first
+    first = max(request.wheelchairs, (request.party + 1) // 2)
+    second = request.party - first
     if second == 0:
         return
     halves = (
-        replace(wish, request_id=f"{wish.request_id}/1", party=first),
-        replace(wish, request_id=f"{wish.request_id}/2", party=second, wheelchairs=0),
+        replace(request, request_id=f"{request.request_id}/1", party=first),
+        replace(request, request_id=f"{request.request_id}/2", party=second, wheelchairs=0),
     )
     times = []
     for half in halves:
-        board.add(half)
-        offer = offers_for(board, half.request_id).best
+        schedule.add(half)
+        offer = offers_for(schedule, half.request_id).best
         if offer is not None:
-            take(board, offer)
-            planned = board.planned(half.request_id)
+            take(schedule, offer)
+            planned = schedule.planned(half.request_id)
             times.append((planned.pickup_s, planned.arrival_s))
     for half in reversed(halves):
-        board.remove(half.request_id)
+        schedule.remove(half.request_id)
     if len(times) == 2:
         pickups_s, arrivals_s = zip(*times, strict=True)
-        late_s = max(0.0, max(pickups_s) - wish.pickup_from_s)
+        late_s = max(0.0, max(pickups_s) - request.pickup_from_s)
         yield Alternative(
             "split_party",
             (first, second),
-            wish.pickup,
-            wish.dropoff,
+            request.pickup,
+            request.dropoff,
             0.0,
             pickups_s,
             arrivals_s,

@@ -30,7 +30,7 @@ PUSH_EVERY_S = 1.0
 # Whoever was heard within this time still runs: a second boot beside it is a second agent.
 ALIVE_NS = 2_000_000_000
 # Shuttles hear of each other within this distance: as far as a shuttle looks ahead, and both bodies.
-MATES_M = 60.0
+FLEET_VEHICLES_M = 60.0
 
 log = structlog.get_logger("fleet.hub")
 
@@ -66,7 +66,7 @@ class Hub:
         )
         self._links: dict[str, Link] = {}
         self._greeting: list[Link] = []
-        self._nearby = Nearby(MATES_M)
+        self._nearby = Nearby(FLEET_VEHICLES_M)
         self._statuses: dict[str, StatusReport] = {}
         self._tasks: dict[asyncio.Task[None], _Job] = {}
         self._subscriptions: list[Subscription] = []
@@ -165,15 +165,15 @@ class Hub:
         for other in self._nearby.move(vehicle_id, pose.x_m, pose.y_m):
             link = self._links.get(other)
             if link is not None:
-                link.tell_mate(vehicle_id, pose, status.speed_mps)
+                link.tell_fleet_vehicle(vehicle_id, pose, status.speed_mps)
 
     def _presence_seen(self, _: str, payload: bytes) -> None:
         """Tell the shuttles around the area, whichever replica the camera talks to."""
-        word = msgspec.json.decode(payload, type=AreaPresence)
-        for vehicle_id in self._nearby.around(word.x_m, word.y_m):
+        presence = msgspec.json.decode(payload, type=AreaPresence)
+        for vehicle_id in self._nearby.around(presence.x_m, presence.y_m):
             link = self._links.get(vehicle_id)
             if link is not None:
-                link.tell_presence(word.area_id, word.count, word.stamp_ns)
+                link.tell_presence(presence.area_id, presence.count, presence.stamp_ns)
 
     # ---------------------------------------------------------------- standing tasks
 

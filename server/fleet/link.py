@@ -119,7 +119,7 @@ class Link:
             self._push_due = True
             self._frames.put_nowait(_OutgoingMessage.PUSH)
 
-    def tell_mate(self, vehicle_id: str, pose_map: Pose2, speed_mps: float) -> None:
+    def tell_fleet_vehicle(self, vehicle_id: str, pose_map: Pose2, speed_mps: float) -> None:
         """Where a fleet mate is now; lost without harm while nobody listens."""
         self._tell(FleetVehicle(self.session.epoch, vehicle_id, self._now_ns(), pose_map, speed_mps))
 
@@ -127,8 +127,8 @@ class Link:
         """Who is in an area, by its camera; lost without harm while nobody listens."""
         self._tell(Presence(self.session.epoch, area_id, seen_ns, count))
 
-    def _tell(self, word: FleetVehicle | Presence) -> None:
-        for action in self.session.tell(word):
+    def _tell(self, message: FleetVehicle | Presence) -> None:
+        for action in self.session.tell(message):
             assert isinstance(action, Send)
             self._transport.send(encode(action.message))
 

@@ -23,18 +23,18 @@ class SentMessages:
             if sent_ns is None or now_ns - sent_ns >= REPEAT_AFTER_NS:
                 messages.append(message)
                 sent_ns = now_ns
-                self._note_grants(message)
+                self._remember_grants(message)
             still[key] = sent_ns
         if outbox.grants is not None and self._are_news(outbox.grants):
             messages.append(outbox.grants)
-            self._note_grants(outbox.grants)
+            self._remember_grants(outbox.grants)
         self._sent_ns, self.unanswered = still, bool(still)
         return messages
 
     def _are_news(self, grants: Grants) -> bool:
         return self._grants != (grants.order_id, grants.sections)
 
-    def _note_grants(self, message: ServerMessage) -> None:
+    def _remember_grants(self, message: ServerMessage) -> None:
         if isinstance(message, Order | Grants):
             self._grants = (message.order_id, message.sections)
 

@@ -29,7 +29,7 @@ LEASE = "dispatcher"
 PERIOD_S = 1.0
 LEASE_S = 10.0
 # Expected times and improvement, every so many beats.
-SLOW_BEATS = 5
+SLOW_PERIODS = 5
 
 
 class Dispatcher:
@@ -50,15 +50,15 @@ class Dispatcher:
         self._budget = Budget(slices)
         self._holder = ids.new_id("dispatcher")
         self._token = 0
-        self._beats = 0
+        self._periods = 0
         self._demand: relocation.Demand | None = None
         heard = (topics.dispatch(campus_id),)
-        self._pulse = PeriodicTask("dispatcher", self.beat, PERIOD_S, bus, heard)
+        self._task = PeriodicTask("dispatcher", self.run_once, PERIOD_S, bus, heard)
 
     async def run(self) -> None:
-        await self._pulse.run()
+        await self._task.run()
 
-    async def beat(self) -> None:
+    async def run_once(self) -> None:
         """Keep the lease, then do everything that is due."""
         token = await self._transactions.run(
             lambda uow: uow.leases.take(LEASE, self._holder, uow.now, LEASE_S)
@@ -66,15 +66,15 @@ class Dispatcher:
         if token is None:
             return
         self._token = token
-        await self._fenced(closures.keep_time)
+        await self._fenced(closures.update_closures)
         await self._fenced(lost_vehicles.rescue_riders)
         await self._fenced(interventions.end_holds)
         await self._fenced(plans.assign_waiting)
         await self._fenced(sections.extend_grants)
         await self._fenced(promises.check_promises)
-        self._beats += 1
-        if self._beats % SLOW_BEATS == 0:
-            await self._fenced(charging.look_after_batteries)
+        self._periods += 1
+        if self._periods % SLOW_PERIODS == 0:
+            await self._fenced(charging.manage_charging)
             await self._fenced(plans.refresh_expected)
             await self._improve()
             await self._relocate()
@@ -96,7 +96,7 @@ class Dispatcher:
         demand = self._demand
         if demand is None:
             return
-        move = await self._transactions.read(lambda uow: relocation.proposed(uow, demand))
+        move = await self._transactions.read(lambda uow: relocation.best_relocation(uow, demand))
         if move is not None:
             await self._fenced(lambda uow: relocation.relocate(uow, move))
 

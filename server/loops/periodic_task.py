@@ -21,13 +21,13 @@ class PeriodicTask:
     def __init__(
         self,
         name: str,
-        beat: Callable[[], Awaitable[None]],
+        work: Callable[[], Awaitable[None]],
         period_s: float,
         bus: Bus | None = None,
         topics: tuple[str, ...] = (),
     ) -> None:
         self._name = name
-        self._beat = beat
+        self._work = work
         self._period_s = period_s
         self._bus = bus
         self._topics = topics
@@ -50,7 +50,7 @@ class PeriodicTask:
     async def _once(self) -> None:
         self._woken.clear()
         try:
-            await self._beat()
+            await self._work()
         except DomainError as error:
             log.warning("loop.refused", loop=self._name, code=error.code, detail=error.detail)
 

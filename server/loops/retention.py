@@ -11,11 +11,11 @@ PERIOD_S = 3600.0
 class RetentionLoop:
     def __init__(self, transactions: Transactions) -> None:
         self._transactions = transactions
-        self._pulse = PeriodicTask("retention", self.beat, PERIOD_S)
+        self._task = PeriodicTask("retention", self.run_once, PERIOD_S)
 
     async def run(self) -> None:
-        await self._pulse.run()
+        await self._task.run()
 
-    async def beat(self) -> None:
+    async def run_once(self) -> None:
         await self._transactions.run(retention.forget_old)
         await self._transactions.run(travel_time_factors.learn)

@@ -15,12 +15,12 @@ class SeriesScheduler:
     def __init__(self, transactions: Transactions, holder: str) -> None:
         self._transactions = transactions
         self._holder = holder
-        self._pulse = PeriodicTask("series", self.beat, PERIOD_S)
+        self._task = PeriodicTask("series", self.run_once, PERIOD_S)
 
     async def run(self) -> None:
-        await self._pulse.run()
+        await self._task.run()
 
-    async def beat(self) -> None:
+    async def run_once(self) -> None:
         """One replica at a time; a second one would find each day booked already."""
         held = await self._transactions.run(
             lambda uow: uow.leases.take(LEASE, self._holder, uow.now, LEASE_S)

@@ -151,11 +151,11 @@ class FleetRoads:
             through = np.where(np.isfinite(self.every_road._stop_times_with(own)), np.inf, through)
         return np.where(np.isfinite(times), times, through)
 
-    def terms(self, rules: FleetRules) -> PromiseRules:
+    def promise_rules(self, rules: FleetRules) -> PromiseRules:
         """What promises leave room for, and the stops that can be walked to from each stop."""
         if self._walks is None:
             if self.closed:
-                self._walks = self.every_road.terms(rules).walks
+                self._walks = self.every_road.promise_rules(rules).walks
             else:
                 self._walks = walks_between_stops(self.network, rules.walk_m_max, rules.walk_mps)
         return PromiseRules(

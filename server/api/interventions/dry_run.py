@@ -8,7 +8,7 @@ from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 T = TypeVar("T")
 
 
-class _Undone(Exception):
+class _RolledBack(Exception):
     """Raised inside the transaction, which is rolled back for it, to carry the answer out."""
 
     def __init__(self, answer: object) -> None:
@@ -16,15 +16,15 @@ class _Undone(Exception):
         self.answer = answer
 
 
-async def rehearsed(transactions: Transactions, work: Callable[[UnitOfWork], T]) -> T:
+async def dry_run(transactions: Transactions, work: Callable[[UnitOfWork], T]) -> T:
     """What `work` would answer now. Its transaction is rolled back, and nothing is published."""
 
     def tried(uow: UnitOfWork) -> T:
         answer = work(uow)
-        raise _Undone(answer)
+        raise _RolledBack(answer)
 
     try:
         return await transactions.run(tried)
-    except _Undone as undone:
+    except _RolledBack as undone:
         answer: T = undone.answer  # type: ignore[assignment]
         return answer

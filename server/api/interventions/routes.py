@@ -3,7 +3,7 @@
 from fastapi import APIRouter
 
 from server.api.formats import VehicleId
-from server.api.interventions.dry_run import rehearsed
+from server.api.interventions.dry_run import dry_run
 from server.api.interventions.schemas import (
     EffectsView,
     InterventionRequest,
@@ -51,7 +51,7 @@ async def preview_intervention(
 ) -> EffectsView:
     """Whom it would delay by how much. Nothing changes; doing it then yields this, if nothing else does."""
     previewed = intervention(request)
-    result = await rehearsed(
+    result = await dry_run(
         services.transactions, lambda uow: intervene(uow, vehicle_id, previewed, operator.name)
     )
     return effects_view(result.effects)

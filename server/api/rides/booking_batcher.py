@@ -17,10 +17,10 @@ class BookingBatcher:
         self._waiting: list[tuple[BookRide, asyncio.Future[rides.BookingResult]]] = []
         self._worker: asyncio.Task[None] | None = None
 
-    async def book(self, wish: BookRide) -> rides.BookingResult:
+    async def book(self, request: BookRide) -> rides.BookingResult:
         """See `rides.book` for what it raises."""
         answer: asyncio.Future[rides.BookingResult] = asyncio.get_running_loop().create_future()
-        self._waiting.append((wish, answer))
+        self._waiting.append((request, answer))
         if self._worker is None:
             self._worker = asyncio.get_running_loop().create_task(self._work(), name="booking-desk")
         return await answer
@@ -36,8 +36,8 @@ class BookingBatcher:
 
     async def _decide(self, together: list[tuple[BookRide, asyncio.Future[rides.BookingResult]]]) -> None:
         """All in one transaction; where that fails, each on its own, so that one harms no other."""
-        wishes = [wish for wish, _ in together]
-        work = self._transactions.run(lambda uow: rides.book_all(uow, wishes))
+        requests = [request for request, _ in together]
+        work = self._transactions.run(lambda uow: rides.book_all(uow, requests))
         (booked,) = await asyncio.gather(work, return_exceptions=True)
         if isinstance(booked, list):
             for (_, answer), result in zip(together, booked, strict=True):

@@ -101,8 +101,8 @@ async def book_ride(
     """Answered at once, with a vehicle and a promise; or as a ride in state `refused` whose `reason` names
     the rule that binds."""
     services.limits.bookings.take(client, now_ns(services))
-    wish = booking(request, idempotency_key)
-    booked = await services.bookings.book(wish)
+    booking_request = booking(request, idempotency_key)
+    booked = await services.bookings.book(booking_request)
     return ride_ticket(booked.ride, booked.alternatives)
 
 

@@ -48,8 +48,8 @@ async def _taken(services: Services, data: bytes | str) -> PresenceRefused | Non
     if len(data) > FRAME_BYTES_MAX:
         return PresenceRefused("malformed", f"a word has at most {FRAME_BYTES_MAX} bytes")
     try:
-        word = _decoder.decode(data)
-        await services.presence.seen(word)
+        report = _decoder.decode(data)
+        await services.presence.seen(report)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         return PresenceRefused("malformed", f"{error}; see docs/protocol/infrastructure.asyncapi.yaml")
     except (AreaUnknown, CampusUnknown) as error:

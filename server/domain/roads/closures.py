@@ -37,7 +37,7 @@ class Closure:
     lifted_by: str = ""
 
     @property
-    def words(self) -> str:
+    def label(self) -> str:
         """How incidents name it."""
         return f"closure {self.closure_id}" + (f" ({self.reason})" if self.reason else "")
 

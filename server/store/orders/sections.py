@@ -13,7 +13,7 @@ _held = tables.held_sections.c
 _route = tables.section_routes.c
 
 
-class Sections(Repository):
+class SqlSectionRepository(Repository):
     def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
         super().__init__(connection, campus_id, locks)
         self._counters = Counters(connection, campus_id)

@@ -12,7 +12,7 @@ from server.store.repository import AnyRow, Repository
 _plan = tables.plans.c
 
 
-class Plans(Repository):
+class SqlPlanRepository(Repository):
     def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
         super().__init__(connection, campus_id, locks)
         self._all: dict[str, Plan] | None = None

@@ -8,7 +8,7 @@ _run = tables.runs.c
 _segment = tables.segments.c
 
 
-class Runs(Repository):
+class SqlRunRepository(Repository):
     def get(self, vehicle_id: str, boot_id: str) -> Run | None:
         row = self._find(tables.runs, vehicle_id=vehicle_id, boot_id=boot_id)
         return None if row is None else self.with_segments(row)

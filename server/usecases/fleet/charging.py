@@ -18,7 +18,7 @@ from server.usecases.record.server_events import THE_SERVER, record_event
 _TAKEN = (RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
 
 
-def look_after_batteries(uow: UnitOfWork) -> tuple[str, ...]:
+def manage_charging(uow: UnitOfWork) -> tuple[str, ...]:
     """Send idle vehicles with little charge to a charger, take rides from those that cannot make them.
 
     Answers the vehicles for which something has changed.
@@ -90,7 +90,7 @@ def _go_to_chargers(uow: UnitOfWork) -> None:
             continue
         free = chargers - {other.resting_place_id for other in uow.plans.all()}
         if plan.resting_place_id not in chargers and free:
-            _planned(uow, vehicle.vehicle_id, plans.go_to_rest)
+            _planned(uow, vehicle.vehicle_id, plans.choose_resting_place)
 
 
 def _planned(uow: UnitOfWork, vehicle_id: str, plan_anew: Callable[[UnitOfWork, str], None]) -> None:

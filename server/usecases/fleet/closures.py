@@ -33,26 +33,26 @@ class CloseRoad:
     ends_at: datetime | None = None
 
 
-def close(uow: UnitOfWork, wish: CloseRoad, by: str) -> Closure:
+def close(uow: UnitOfWork, request: CloseRoad, by: str) -> Closure:
     """From its time on nobody is sent there; whom that concerns is told at once.
 
     Raises LaneUnknown, SectionUnknown, ClosureInvalid, CampusUnknown.
     """
     network = uow.network()
-    for lane_id in wish.lane_ids:
+    for lane_id in request.lane_ids:
         if lane_id not in network.lanes:
             raise LaneUnknown(f"the map has no lane {lane_id}")
-    for section_id in wish.section_ids:
+    for section_id in request.section_ids:
         if section_id not in network.sections:
             raise SectionUnknown(f"the map has no section {section_id}")
     closure = Closure(
         uow.campus_id,
         uow.ids.new_id("closure"),
-        tuple(dict.fromkeys(wish.lane_ids)),
-        tuple(dict.fromkeys(wish.section_ids)),
-        wish.reason,
-        wish.starts_at or uow.now,
-        wish.ends_at,
+        tuple(dict.fromkeys(request.lane_ids)),
+        tuple(dict.fromkeys(request.section_ids)),
+        request.reason,
+        request.starts_at or uow.now,
+        request.ends_at,
         by,
         uow.now,
     )
@@ -60,7 +60,7 @@ def close(uow: UnitOfWork, wish: CloseRoad, by: str) -> Closure:
     uow.closures.add(closure)
     _note(uow, "road.closed", closure, by)
     uow.roads_changed()
-    keep_time(uow)
+    update_closures(uow)
     plans.assign_waiting(uow)
     return uow.closures.get(closure.closure_id) or closure
 
@@ -82,7 +82,7 @@ def standing(uow: UnitOfWork) -> tuple[Closure, ...]:
     return uow.closures.standing()
 
 
-def keep_time(uow: UnitOfWork) -> None:
+def update_closures(uow: UnitOfWork) -> None:
     """Closures whose time has come or passed, and all that follows from the roads being as they are."""
     if not uow.has_closures():
         return
@@ -92,7 +92,7 @@ def keep_time(uow: UnitOfWork) -> None:
         _opened(uow)
     left = [closure for closure in closures if closure.state is not ClosureState.OVER]
     if any(closure.state is ClosureState.IN_FORCE for closure in left):
-        detours.turn_away(uow, left)
+        detours.reroute_vehicles(uow, left)
     if any(closure.state is ClosureState.SCHEDULED for closure in left):
         _look_ahead(uow, left)
 
@@ -124,7 +124,7 @@ def _look_ahead(uow: UnitOfWork, standing: Sequence[Closure]) -> None:
         for ride in uow.rides.in_states(_PROMISED)
         if unreachable_rides.will_be_cut_off(uow, ride, standing)
     ]
-    for vehicle_id in unreachable_rides.put_off(uow, concerned):
+    for vehicle_id in unreachable_rides.postpone(uow, concerned):
         detours.replan(uow, vehicle_id)
 
 

@@ -40,7 +40,7 @@ def assign_planned(uow: UnitOfWork) -> tuple[Departure, ...]:
             assigned.append(uow.departures.get(departure.departure_id) or departure)
             uow.publish(topics.dispatch(uow.campus_id), departure_id=departure.departure_id)
         else:
-            _give_up_late(uow, departure)
+            _miss_late_departure(uow, departure)
     return tuple(assigned)
 
 
@@ -102,7 +102,7 @@ def _enter_due(uow: UnitOfWork) -> None:
                 uow.departures.save(departure)
 
 
-def _give_up_late(uow: UnitOfWork, departure: Departure) -> None:
+def _miss_late_departure(uow: UnitOfWork, departure: Departure) -> None:
     latest = departure.calls[0].leave_at + timedelta(seconds=uow.rules.departure_tolerance_s)
     if uow.now <= latest:
         return

@@ -27,7 +27,7 @@ from server.usecases.record.server_events import THE_SERVER, record_event
 from server.usecases.rides import destinations
 
 
-def turn_away(uow: UnitOfWork, standing: Sequence[Closure]) -> tuple[str, ...]:
+def reroute_vehicles(uow: UnitOfWork, standing: Sequence[Closure]) -> tuple[str, ...]:
     """Give every vehicle whose plan leads to where no road does a plan that it can drive; their ids.
 
     Riders who wait there go back to those without a vehicle; who is aboard is let out elsewhere.
@@ -37,7 +37,7 @@ def turn_away(uow: UnitOfWork, standing: Sequence[Closure]) -> tuple[str, ...]:
     for vehicle in snapshot.problem.vehicles:
         reached, lost = _reachable(snapshot.problem, vehicle)
         if lost:
-            _turn(uow, vehicle, reached, lost, unreachable_rides.words_of(standing))
+            _turn(uow, vehicle, reached, lost, unreachable_rides.names_of(standing))
             turned.append(vehicle.vehicle_id)
     return tuple(turned)
 

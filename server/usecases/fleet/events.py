@@ -103,17 +103,17 @@ def _visit_changed(uow: UnitOfWork, vehicle_id: str, event: VisitChanged) -> Non
     if event.state not in ("done", "skipped"):
         return
     if visit is None:
-        _mend(uow, vehicle_id)
+        _replan_after_hello(uow, vehicle_id)
         return
     # Who was told of and did not come is a no-show by now: these it had not heard of, or passed by.
     plans.requeue(uow, vehicle_id, visit.board)
     if _left_somebody(uow, vehicle_id, visit):
         plans.replan(uow, vehicle_id)
-    plans.go_on(uow, vehicle_id)
+    plans.extend_order(uow, vehicle_id)
     sections.extend_grants(uow)
 
 
-def _mend(uow: UnitOfWork, vehicle_id: str) -> None:
+def _replan_after_hello(uow: UnitOfWork, vehicle_id: str) -> None:
     """The vehicle's hello told of the visit before this event came: whom it left out is planned for now."""
     plan = uow.plans.get(vehicle_id)
     if plan is None:

@@ -33,7 +33,7 @@ from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.commands import send_command
 from server.usecases.record.enrolled_vehicles import active_vehicle, enrolled_vehicle
-from server.usecases.record.refusals import WORDS
+from server.usecases.record.refusals import REFUSAL_TEXTS
 from server.usecases.record.server_events import THE_SERVER, record_event
 
 _UNDER_WAY = (RideState.REQUESTED, RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
@@ -47,7 +47,7 @@ class InterventionResult:
     command: VehicleCommand | None = None
 
 
-def intervene(uow: UnitOfWork, vehicle_id: str, wish: Intervention, by: str) -> InterventionResult:
+def intervene(uow: UnitOfWork, vehicle_id: str, intervention: Intervention, by: str) -> InterventionResult:
     """Carry it out, and tell what it does to whom.
 
     Raises VehicleUnknown; for a reassignment also RideUnknown, RideNotAssigned, RideAlreadyAboard, RideEnded,
@@ -59,13 +59,13 @@ def intervene(uow: UnitOfWork, vehicle_id: str, wish: Intervention, by: str) -> 
     before = _departures(uow)
     stood = enrolled_vehicle(uow, vehicle_id).held
     command = None
-    match wish.kind:
+    match intervention.kind:
         case "hold":
-            command = hold(uow, vehicle_id, by, wish.for_s)
+            command = hold(uow, vehicle_id, by, intervention.for_s)
         case "recall":
             recall(uow, vehicle_id, by)
         case "reassign":
-            reassign(uow, vehicle_id, by, wish.ride_id, wish.to_vehicle_id)
+            reassign(uow, vehicle_id, by, intervention.ride_id, intervention.to_vehicle_id)
     plans.refresh_expected(uow)
     after = enrolled_vehicle(uow, vehicle_id)
     stands = after.held and after.hold_ends is None and not stood
@@ -136,7 +136,9 @@ def reassign(uow: UnitOfWork, vehicle_id: str, by: str, ride_id: str = "", to_ve
     if ride_id and rules:
         rule = rules[ride_id]
         whom = to_vehicle_id or "another shuttle"
-        raise ReassignmentRefused(f"the ride cannot be given to {whom}: {WORDS.get(rule, rule)}", rule)
+        raise ReassignmentRefused(
+            f"the ride cannot be given to {whom}: {REFUSAL_TEXTS.get(rule, rule)}", rule
+        )
     detail = f"{ride_id or len(waiting)} to {to_vehicle_id or 'any other'}"
     record_event(uow, "vehicle.reassigned", vehicle_id, by, detail)
 
@@ -171,13 +173,13 @@ def _give(uow: UnitOfWork, waiting: Sequence[Ride], to: set[str]) -> dict[str, s
 
 
 def _taken(uow: UnitOfWork, waiting: Sequence[Ride], to: set[str], *, in_time: bool) -> dict[str, str]:
-    free = [plans.asked_anew(uow, ride, in_time=in_time) for ride in waiting]
+    free = [plans.as_new_request(uow, ride, in_time=in_time) for ride in waiting]
     left: dict[str, str] = {}
     for ride, answer in zip(waiting, assign_rides(uow, free, "reassignment", to), strict=True):
         if answer.rule:
             left[ride.ride_id] = answer.rule
             continue
-        taken = answer.ride if in_time else plans.keep_later(uow, ride, answer.ride)
+        taken = answer.ride if in_time else plans.save_late_promise(uow, ride, answer.ride)
         uow.rides.save(replace(taken, pinned=True))
     return left
 

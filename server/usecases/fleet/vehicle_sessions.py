@@ -104,7 +104,7 @@ def record_status(uow: UnitOfWork, reports: Sequence[StatusReport]) -> None:
     uow.vehicles.save_status(known)
     newest = {report.vehicle_id: report for report in known}
     for vehicle_id, report in sorted(newest.items()):
-        _look_at(uow, vehicles[vehicle_id], report.status)
+        _check_position(uow, vehicles[vehicle_id], report.status)
         uow.publish(topics.vehicle_status(uow.campus_id, vehicle_id))
 
 
@@ -155,13 +155,13 @@ def _reconcile(uow: UnitOfWork, hello: HelloFacts) -> None:
         orders.repeat(uow, hello.vehicle_id)
 
 
-def _look_at(uow: UnitOfWork, vehicle: Vehicle, status: Status) -> None:
+def _check_position(uow: UnitOfWork, vehicle: Vehicle, status: Status) -> None:
     vehicle_id = vehicle.vehicle_id
     try:
         network = uow.network()
     except CampusUnknown:
         return
-    if _is_at_sea(network, status):
+    if _is_off_the_roads(network, status):
         pose = status.pose_map
         open_incident(
             uow,
@@ -176,7 +176,7 @@ def _look_at(uow: UnitOfWork, vehicle: Vehicle, status: Status) -> None:
         _place_by(uow, vehicle, network, status)
 
 
-def _is_at_sea(network: RoadNetwork, status: Status) -> bool:
+def _is_off_the_roads(network: RoadNetwork, status: Status) -> bool:
     pose = status.pose_map
     return all(network.locate(pose.x_m, pose.y_m, pose.yaw_rad + turned) is None for turned in (0.0, math.pi))
 

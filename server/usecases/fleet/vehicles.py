@@ -133,7 +133,7 @@ def stand_on(uow: UnitOfWork, vehicle: Vehicle, lane_id: str, s_m: float) -> Veh
     clear_incident(uow, IncidentKind.GROUND_CONFLICT, vehicle.vehicle_id)
     uow.publish(topics.vehicle(uow.campus_id, vehicle.vehicle_id))
     try:
-        plans.send_home(uow, vehicle.vehicle_id)
+        plans.plan_first_rest(uow, vehicle.vehicle_id)
     except NoRestingPlaceFree as error:
         open_incident(
             uow,
@@ -160,7 +160,7 @@ def retire(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
     )
     uow.vehicles.save(gone)
     _give_away(uow, vehicle_id)
-    lost_vehicles.strand(uow, gone, f"{vehicle_id} has been taken off the road")
+    lost_vehicles.strand_riders(uow, gone, f"{vehicle_id} has been taken off the road")
     orders.withdraw(uow, vehicle_id)
     plan = uow.plans.get(vehicle_id)
     if plan is not None:

@@ -17,7 +17,7 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from server.usecases.record.incidents import clear_incident, open_incident
 from server.usecases.record.server_events import record_event
-from server.usecases.roads.road_positions import RoadPosition, footing
+from server.usecases.roads.road_positions import RoadPosition, road_position
 from server.usecases.roads.routing import (
     DrivingRoute,
     blocked_for,
@@ -29,7 +29,9 @@ from server.usecases.roads.section_reservations import SectionReservations
 REJECTIONS_MAX = 3
 
 
-def reissue(uow: UnitOfWork, vehicle_id: str, desk: SectionReservations | None = None) -> IssuedOrder | None:
+def reissue(
+    uow: UnitOfWork, vehicle_id: str, reservations: SectionReservations | None = None
+) -> IssuedOrder | None:
     """Make the vehicle's order carry out its plan, if its new route is safe now; None when nothing changed.
 
     While the route is not safe the old order stays in force; the next release tries again.
@@ -41,8 +43,8 @@ def reissue(uow: UnitOfWork, vehicle_id: str, desk: SectionReservations | None =
     if plan is None or not plan.ordered or not vehicle.placed:
         return None
     if uow.roads().closed:
-        desk = desk or SectionReservations(uow)
-    turns = desk is not None and leads_through_closed(uow.roads(), desk, vehicle_id)
+        reservations = reservations or SectionReservations(uow)
+    turns = reservations is not None and leads_through_closed(uow.roads(), reservations, vehicle_id)
     if not turns and not _is_behind(present, plan):
         return None
     if not turns and present is not None and _says_the_same(present, plan):
@@ -51,15 +53,15 @@ def reissue(uow: UnitOfWork, vehicle_id: str, desk: SectionReservations | None =
     where = uow.vehicles.whereabouts(vehicle_id)
     if where is None or where.status is None:
         return None
-    desk = desk or SectionReservations(uow)
-    held = desk.occupancy(vehicle_id).held_ids
-    here = footing(uow.network(), held, where.status)
+    reservations = reservations or SectionReservations(uow)
+    held = reservations.occupancy(vehicle_id).held_ids
+    here = road_position(uow.network(), held, where.status)
     if _is_held_back(uow, plan, present, here):
         return None
-    way = _way(uow, plan, present, desk, here, where.status.speed_mps)
-    if way is None or not desk.adopt(vehicle_id, way.sections):
+    way = _way(uow, plan, present, reservations, here, where.status.speed_mps)
+    if way is None or not reservations.adopt(vehicle_id, way.sections):
         return None
-    return _issue(uow, vehicle, plan, present, way, desk)
+    return _issue(uow, vehicle, plan, present, way, reservations)
 
 
 def accepted(uow: UnitOfWork, vehicle_id: str, order_id: str, revision: int) -> None:
@@ -157,12 +159,12 @@ def _way(
     uow: UnitOfWork,
     plan: Plan,
     present: IssuedOrder | None,
-    desk: SectionReservations,
+    reservations: SectionReservations,
     here: RoadPosition,
     speed_mps: float,
 ) -> DrivingRoute | None:
     roads, rules = uow.roads(), uow.rules
-    occupancy = desk.occupancy(plan.vehicle_id)
+    occupancy = reservations.occupancy(plan.vehicle_id)
     going = present is not None and present.state is not OrderState.DONE
     heading_for = ""
     if going and present is not None and plan.visits[0].visit_id in _visit_ids(present):
@@ -190,12 +192,12 @@ def _issue(
     plan: Plan,
     present: IssuedOrder | None,
     way: DrivingRoute,
-    desk: SectionReservations,
+    reservations: SectionReservations,
 ) -> IssuedOrder:
     continues = present is not None and present.state is not OrderState.DONE
     order_id = present.order_id if continues and present is not None else uow.ids.new_id("order")
     revision = present.revision + 1 if continues and present is not None else 1
-    payload = order_payload(uow, vehicle, plan, way.legs, order_id, revision, desk)
+    payload = order_payload(uow, vehicle, plan, way.legs, order_id, revision, reservations)
     order = IssuedOrder(
         campus_id=uow.campus_id,
         vehicle_id=vehicle.vehicle_id,

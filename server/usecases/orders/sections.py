@@ -12,7 +12,7 @@ from server.usecases.orders import orders
 from server.usecases.orders.order_payload import grants_on_the_wire
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.roads.road_positions import footing, sections_to_ask
+from server.usecases.roads.road_positions import road_position, sections_to_ask
 from server.usecases.roads.section_reservations import SectionReservations
 
 # With nobody within this distance a shuttle gets so many times as much road ahead.
@@ -22,20 +22,20 @@ ALONE_FACTOR = 2.0
 
 def extend_grants(uow: UnitOfWork) -> tuple[str, ...]:
     """Retry routes that were not safe, then grant every vehicle the road ahead; the vehicles that gained."""
-    desk = SectionReservations(uow)
+    reservations = SectionReservations(uow)
     for vehicle in uow.vehicles.all():
         if vehicle.placed:
-            orders.reissue(uow, vehicle.vehicle_id, desk)
-    return grant_ahead(uow, desk)
+            orders.reissue(uow, vehicle.vehicle_id, reservations)
+    return grant_ahead(uow, reservations)
 
 
-def grant_ahead(uow: UnitOfWork, desk: SectionReservations) -> tuple[str, ...]:
+def grant_ahead(uow: UnitOfWork, reservations: SectionReservations) -> tuple[str, ...]:
     """Grant every vehicle that can drive the road ahead of it; the vehicles that gained."""
     gained = []
     for vehicle in uow.vehicles.all():
         if vehicle.placed and vehicle.connected and not vehicle.held:
-            count = _wanted(uow, vehicle, desk)
-            if count and desk.grant(vehicle.vehicle_id, count):
+            count = _wanted(uow, vehicle, reservations)
+            if count and reservations.grant(vehicle.vehicle_id, count):
                 gained.append(vehicle.vehicle_id)
                 uow.publish(topics.vehicle_outbox(uow.campus_id, vehicle.vehicle_id))
     return tuple(gained)
@@ -52,15 +52,15 @@ def released(uow: UnitOfWork, vehicle_id: str, section_id: str, fence: int) -> N
         extend_grants(uow)
 
 
-def _wanted(uow: UnitOfWork, vehicle: Vehicle, desk: SectionReservations) -> int:
-    occupancy = desk.occupancy(vehicle.vehicle_id)
+def _wanted(uow: UnitOfWork, vehicle: Vehicle, reservations: SectionReservations) -> int:
+    occupancy = reservations.occupancy(vehicle.vehicle_id)
     if not occupancy.ahead:
         return 0
     where = uow.vehicles.whereabouts(vehicle.vehicle_id)
     if where is None or where.status is None:
         return 0
     network = uow.network()
-    here = footing(network, occupancy.held_ids, where.status)
+    here = road_position(network, occupancy.held_ids, where.status)
     distance_m = uow.rules.grant_ahead_m
     if _is_alone(uow, vehicle.vehicle_id):
         distance_m *= ALONE_FACTOR

@@ -9,7 +9,7 @@ from server.dispatch.alternatives import Alternative as Found
 from server.dispatch.answer import Answer, PromiseRules, Quote, answer_all
 from server.dispatch.problem import Request
 from server.dispatch.problem_codec import encode_problem
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 from server.domain.planning.decisions import (
     Alternative,
     Decision,
@@ -19,7 +19,7 @@ from server.domain.planning.decisions import (
 from server.domain.planning.decisions import Quote as ToldQuote
 from server.domain.rides.rides import Promise, Ride
 from server.travel.fleet_roads import FleetRoads
-from server.usecases.planning.issue_orders import commit
+from server.usecases.planning.issue_orders import adopt_routes
 from server.usecases.planning.snapshot import Snapshot, moment, take_snapshot
 from server.usecases.ports.unit_of_work import UnitOfWork
 
@@ -65,17 +65,17 @@ def assign_rides(
     snapshot = take_snapshot(uow, wanted=wanted)
     if only is not None:
         snapshot = _taken_only_by(snapshot, only)
-    terms = uow.roads().terms(uow.rules)
+    terms = uow.roads().promise_rules(uow.rules)
     requests = snapshot.problem.requests
     for ride_id in walking:
         requests[ride_id] = _with_walks(requests[ride_id], terms)
-    board = Schedule(snapshot.problem)
+    schedule = Schedule(snapshot.problem)
     for ride in wanted:
-        board.add(requests[ride.ride_id])
+        schedule.add(requests[ride.ride_id])
     if kind != "booking":
         terms = replace(terms, later_s_max=0.0)
     promised = {ride.ride_id for ride in wanted if ride.promise is not None}
-    answers = answer_all(board, [ride.ride_id for ride in wanted], terms, promised)
+    answers = answer_all(schedule, [ride.ride_id for ride in wanted], terms, promised)
     stay = _still_held(snapshot, answers)
     if stay:
         return _without(uow, wanted, kind, stay, only)
@@ -83,10 +83,10 @@ def assign_rides(
     problem = encode_problem(snapshot.problem) if is_kept else b""
     for ride, answer in zip(wanted, answers, strict=True):
         if answer.best is not None:
-            _promise(uow.roads(), snapshot, board, ride, answer)
+            _promise(uow.roads(), snapshot, schedule, ride, answer)
     # A ride that comes from another vehicle leaves that one's route as well.
     taken = {answer.best.vehicle_id for answer in answers if answer.best is not None}
-    commit(uow, snapshot, board.routes(taken if kind == "booking" else None))
+    adopt_routes(uow, snapshot, schedule.routes(taken if kind == "booking" else None))
     instead = [tuple(_alternative(uow.roads(), found) for found in answer.alternatives) for answer in answers]
     if is_kept:
         given = msgspec.json.encode(AssignmentRequest(terms, tuple(sorted(promised))))
@@ -136,13 +136,13 @@ def _with_walks(request: Request, terms: PromiseRules) -> Request:
     )
 
 
-def _promise(roads: FleetRoads, snapshot: Snapshot, board: Schedule, ride: Ride, answer: Answer) -> None:
+def _promise(roads: FleetRoads, snapshot: Snapshot, schedule: Schedule, ride: Ride, answer: Answer) -> None:
     """Into the snapshot before the plan is stored, so that the visits already keep its window."""
     if ride.promise is not None or answer.windows is None:
         return
     from_s, to_s, by_s = answer.windows
     promise = Promise(moment(from_s), moment(to_s), moment(by_s))
-    taken = board.requests[board.rows[ride.ride_id]]
+    taken = schedule.requests[schedule.rows[ride.ride_id]]
     snapshot.rides[ride.ride_id] = replace(
         ride, promise=promise, from_stop=roads.stop_ids[taken.pickup], to_stop=roads.stop_ids[taken.dropoff]
     )

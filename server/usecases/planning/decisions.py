@@ -8,7 +8,7 @@ import msgspec
 from server.dispatch.answer import answer_all
 from server.dispatch.problem import Problem
 from server.dispatch.problem_codec import ProblemUnreadable, decode_problem, encode_problem
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 from server.dispatch.solve import Budget, Solution, solve
 from server.domain.planning.decisions import Decision, Quote, RideDecision
 from server.domain.rides.rides import Ride
@@ -65,10 +65,10 @@ def repeated(decision: Decision) -> bytes:
         given = msgspec.json.decode(decision.given, type=AssignmentRequest)
     except (ProblemUnreadable, msgspec.MsgspecError) as error:
         raise DecisionUnreadable(str(error)) from error
-    board = Schedule(problem)
+    schedule = Schedule(problem)
     for request_id in problem.open_requests:
-        board.add(problem.requests[request_id])
-    answers = answer_all(board, problem.open_requests, given.terms, frozenset(given.promised))
+        schedule.add(problem.requests[request_id])
+    answers = answer_all(schedule, problem.open_requests, given.terms, frozenset(given.promised))
     return msgspec.json.encode(answers)
 
 

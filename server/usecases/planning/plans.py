@@ -31,13 +31,13 @@ from server.domain.service.timetable import Departure, without_vehicle
 from server.usecases.planning import promises, unreachable_rides
 from server.usecases.planning.assign import assign_rides
 from server.usecases.planning.decisions import Search, keep_improvement
-from server.usecases.planning.issue_orders import carry_out, commit
-from server.usecases.planning.routes import is_news, refresh_times, save_route
+from server.usecases.planning.issue_orders import adopt_routes, issue_orders
+from server.usecases.planning.routes import differs_from_plan, refresh_times, save_route
 from server.usecases.planning.snapshot import Snapshot, take_snapshot
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
-from server.usecases.record.failed_rides import give_up_late
+from server.usecases.record.failed_rides import fail_late_ride
 from server.usecases.record.server_events import record_event
 
 _INSERT_ONLY = Budget()
@@ -56,14 +56,14 @@ def insert_departures(uow: UnitOfWork, departures: Sequence[Departure]) -> froze
     """Give each departure a vehicle that can keep it; the ids of those that got one."""
     snapshot = take_snapshot(uow, departures=departures)
     solution = _solved(snapshot)
-    commit(uow, snapshot, solution.routes)
+    adopt_routes(uow, snapshot, solution.routes)
     return frozenset(d.departure_id for d in departures) - solution.refused.keys()
 
 
 def replan(uow: UnitOfWork, vehicle_id: str) -> None:
     """Make a vehicle's plan fit what has happened: ended rides leave it, riders aboard are let out."""
     snapshot = take_snapshot(uow)
-    if vehicle_id not in snapshot.footings:
+    if vehicle_id not in snapshot.positions:
         return
     solution = _solved(snapshot)
     if vehicle_id in solution.impossible:
@@ -71,10 +71,10 @@ def replan(uow: UnitOfWork, vehicle_id: str) -> None:
         snapshot = take_snapshot(uow)
         solution = _solved(snapshot)
     mine = tuple(route for route in solution.routes if route.vehicle_id == vehicle_id)
-    commit(uow, snapshot, mine)
+    adopt_routes(uow, snapshot, mine)
 
 
-def send_home(uow: UnitOfWork, vehicle_id: str) -> None:
+def plan_first_rest(uow: UnitOfWork, vehicle_id: str) -> None:
     """Give a vehicle that has just been placed a plan: to the nearest free resting place, or to stay there.
 
     Raises NoRestingPlaceFree.
@@ -83,7 +83,7 @@ def send_home(uow: UnitOfWork, vehicle_id: str) -> None:
     for route in _solved(snapshot).routes:
         if route.vehicle_id == vehicle_id:
             save_route(uow, snapshot, route)
-            carry_out(uow, snapshot, (vehicle_id,))
+            issue_orders(uow, snapshot, (vehicle_id,))
 
 
 def assign_waiting(uow: UnitOfWork, also: Sequence[Ride] = ()) -> tuple[Ride, ...]:
@@ -98,34 +98,34 @@ def assign_waiting(uow: UnitOfWork, also: Sequence[Ride] = ()) -> tuple[Ride, ..
     waiting = list({ride.ride_id: ride for ride in wanted}.values())
     if not waiting:
         return ()
-    free = [asked_anew(uow, ride, in_time=True) for ride in waiting]
+    free = [as_new_request(uow, ride, in_time=True) for ride in waiting]
     answers = assign_rides(uow, free, "reassignment")
     found = [answer.ride for answer in answers if not answer.rule]
     left = [
-        (ride, wish)
-        for ride, wish, answer in zip(waiting, free, answers, strict=True)
+        (ride, request)
+        for ride, request, answer in zip(waiting, free, answers, strict=True)
         if answer.rule and (ride.state is RideState.REQUESTED or _has_lapsed(uow, ride))
     ]
     cut_off_rides: list[Ride] = []
-    late = [asked_anew(uow, ride, in_time=False) for ride, _ in left]
+    late = [as_new_request(uow, ride, in_time=False) for ride, _ in left]
     for (ride, _), answer in zip(left, assign_rides(uow, late, "reassignment"), strict=True):
         if not answer.rule:
-            found.append(keep_later(uow, ride, answer.ride))
+            found.append(save_late_promise(uow, ride, answer.ride))
         elif ride.state is RideState.REQUESTED and answer.rule == CLOSED and uow.roads().closed:
             cut_off_rides.append(ride)
         elif ride.state is RideState.REQUESTED:
-            give_up_late(uow, ride, answer.rule)
-    unreachable_rides.put_off(uow, cut_off_rides)
+            fail_late_ride(uow, ride, answer.rule)
+    unreachable_rides.postpone(uow, cut_off_rides)
     return tuple(found)
 
 
-def asked_anew(uow: UnitOfWork, ride: Ride, *, in_time: bool) -> Ride:
+def as_new_request(uow: UnitOfWork, ride: Ride, *, in_time: bool) -> Ride:
     """A waiting ride as a wish for another vehicle, with its promise; or without, as early as can be."""
     free = ride if ride.state is RideState.REQUESTED else unassigned(ride)
     return free if in_time else replace(free, promise=None, requested_at=uow.now, arrive_before=None)
 
 
-def keep_later(uow: UnitOfWork, ride: Ride, taken: Ride) -> Ride:
+def save_late_promise(uow: UnitOfWork, ride: Ride, taken: Ride) -> Ride:
     """Keep a ride that another vehicle took without regard to its promise, and tell the party the new one."""
     kept = _promised_later(ride, taken)
     uow.rides.save(kept)
@@ -205,16 +205,23 @@ def send_to_stop(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> Pla
     rests = tuple(v for v in plan.visits if v.kind == "rest" and v.state == "pending")
     uow.plans.save(next_version(plan, (*stops, visit, *rests)), plan.version)
     record_event(uow, "vehicle.sent", vehicle_id, by, stop_id)
-    _resettle(uow, vehicle_id)
+    choose_resting_place(uow, vehicle_id)
     return plan_of(uow, vehicle_id)
 
 
-def go_to_rest(uow: UnitOfWork, vehicle_id: str) -> None:
-    """Choose the vehicle's resting place anew. Raises NoRestingPlaceFree."""
-    _resettle(uow, vehicle_id)
+def choose_resting_place(uow: UnitOfWork, vehicle_id: str) -> None:
+    """Choose the resting place and the times of a changed plan, and reissue its order.
+
+    Raises NoRestingPlaceFree.
+    """
+    snapshot = take_snapshot(uow)
+    for route in _solved(snapshot).routes:
+        if route.vehicle_id == vehicle_id:
+            save_route(uow, snapshot, route)
+    issue_orders(uow, snapshot, (vehicle_id,))
 
 
-def go_on(uow: UnitOfWork, vehicle_id: str) -> None:
+def extend_order(uow: UnitOfWork, vehicle_id: str) -> None:
     """A stop is behind the vehicle: move its rest on behind the next ones, so that its order goes on."""
     plan = uow.plans.get(vehicle_id)
     if plan is None:
@@ -223,7 +230,7 @@ def go_on(uow: UnitOfWork, vehicle_id: str) -> None:
     ordered = [visit for visit in plan.ordered if visit.kind == "stop"]
     if len(ordered) < min(len(stops), uow.rules.order_stops):
         try:
-            _resettle(uow, vehicle_id)
+            choose_resting_place(uow, vehicle_id)
         except NoRestingPlaceFree as error:
             record_event(uow, "plan.waits", vehicle_id, "", error.detail)
 
@@ -232,7 +239,7 @@ def refresh_expected(uow: UnitOfWork) -> None:
     """Bring expected times up to where the vehicles are now."""
     snapshot = take_snapshot(uow)
     for route in _solved(snapshot).routes:
-        if not is_news(snapshot.plans[route.vehicle_id], route):
+        if not differs_from_plan(snapshot.plans[route.vehicle_id], route):
             refresh_times(uow, snapshot, route)
 
 
@@ -270,7 +277,7 @@ def adopt_improvement(
     if versions != improvement.versions:
         return ()
     before = dict(snapshot.rides)
-    changed = commit(uow, snapshot, solution.routes)
+    changed = adopt_routes(uow, snapshot, solution.routes)
     if changed:
         keep_improvement(uow, improvement.problem, search, solution, before)
     return changed
@@ -282,15 +289,6 @@ def adopt_improvement(
 def _from_its_last_call_s(problem: Problem, vehicle: VehicleState, place: int) -> float:
     row = problem.times[vehicle.calls[-1].place] if vehicle.calls else vehicle.to_places_s
     return float(row[place])
-
-
-def _resettle(uow: UnitOfWork, vehicle_id: str) -> None:
-    """A plan that was extended by hand: choose its resting place and times anew, and carry it out."""
-    snapshot = take_snapshot(uow)
-    for route in _solved(snapshot).routes:
-        if route.vehicle_id == vehicle_id:
-            save_route(uow, snapshot, route)
-    carry_out(uow, snapshot, (vehicle_id,))
 
 
 def _solved(snapshot: Snapshot) -> Solution:

@@ -64,7 +64,7 @@ def _missed(uow: UnitOfWork, ride: Ride) -> tuple[str, Promise | None]:
         what = f"will arrive {_minutes(arrival_eta - promise.arrive_by)} later than promised"
     if not what:
         return "", None
-    terms = uow.roads().terms(rules)
+    terms = uow.roads().promise_rules(rules)
     begins = pickup_eta or ride.pickup_eta or uow.now
     pickup_from, pickup_to = promise.pickup_from, promise.pickup_to
     if pickup_eta is not None:

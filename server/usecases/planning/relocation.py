@@ -68,7 +68,7 @@ class Relocation:
     gain_s: float
 
 
-def proposed(uow: UnitOfWork, demand: Demand) -> Relocation | None:
+def best_relocation(uow: UnitOfWork, demand: Demand) -> Relocation | None:
     """The idle vehicle whose move lowers the expected wait most, by as much as the rules ask for. Reads only.
 
     One at a time: while one is on such a way nobody else sets out.
@@ -99,17 +99,17 @@ def relocate(uow: UnitOfWork, move: Relocation) -> bool:
     vehicle, plan = uow.vehicles.get(move.vehicle_id), uow.plans.get(move.vehicle_id)
     if vehicle is None or plan is None or plan.version != move.plan_version:
         return False
-    desk = SectionReservations(uow)
-    if not _is_idle(uow, vehicle, plan) or move.place_id not in _free_places(uow, desk):
+    reservations = SectionReservations(uow)
+    if not _is_idle(uow, vehicle, plan) or move.place_id not in _free_places(uow, reservations):
         return False
     place = uow.network().resting_places[move.place_id]
     after = next_version(plan, (rest_visit(uow, place.lane_id, place.s_m, "demand"),), place.place_id)
     uow.plans.save(after, plan.version)
-    if orders.reissue(uow, vehicle.vehicle_id, desk) is None:
+    if orders.reissue(uow, vehicle.vehicle_id, reservations) is None:
         # It keeps its own place, and the next look tries again.
         uow.plans.save(next_version(after, (), plan.resting_place_id), after.version)
         return False
-    sections.grant_ahead(uow, desk)
+    sections.grant_ahead(uow, reservations)
     detail = f"to {move.place_id}: {move.gain_s:.0f} s less to wait"
     record_event(uow, "vehicle.relocated", vehicle.vehicle_id, THE_SERVER, detail)
     uow.publish(topics.vehicle(uow.campus_id, vehicle.vehicle_id))
@@ -156,11 +156,11 @@ def _is_idle(uow: UnitOfWork, vehicle: Vehicle, plan: Plan) -> bool:
     return not is_measured(ratio) or ratio >= uow.rules.battery_accept_ratio
 
 
-def _free_places(uow: UnitOfWork, desk: SectionReservations) -> list[str]:
+def _free_places(uow: UnitOfWork, reservations: SectionReservations) -> list[str]:
     """Reserved for nobody, and nobody stands there."""
     network = uow.network()
     reserved = {plan.resting_place_id for plan in uow.plans.all()}
-    occupied = desk.held_by_others("")
+    occupied = reservations.held_by_others("")
     return [
         place.place_id
         for place in network.road_map.resting_places

@@ -29,7 +29,7 @@ from server.usecases.roads.resting import rest_visit, resting_place_for, rests_a
 _NEWS_S = 10.0
 
 
-def is_news(plan: Plan, route: VehicleRoute) -> bool:
+def differs_from_plan(plan: Plan, route: VehicleRoute) -> bool:
     """The route differs from the plan in its stops, their order or their riders."""
     stops = [(v.visit_id, v.board, v.alight) for v in plan.visits if v.kind == "stop"]
     return [(c.call_id, c.board, c.alight) for c in route.calls] != stops
@@ -107,7 +107,7 @@ def _ended(uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[Planne
 
     A shuttle that stands at rest but was ordered away, for a ride that is no more, is ordered to stay.
     """
-    here = snapshot.footings[plan.vehicle_id]
+    here = snapshot.positions[plan.vehicle_id]
     place_here = (here.lane_id, here.s_m)
     resting = tuple(visit for visit in plan.visits if visit.kind == "rest")
     arriving = tuple(visit for visit in resting if visit.state == "under_way")
@@ -168,11 +168,11 @@ def _rest_after(
     uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[PlannedVisit, ...], count: int
 ) -> tuple[RestingPlace, float]:
     """The resting place behind the first `count` stops, and the seconds by way of it to the next stop."""
-    here = snapshot.footings[plan.vehicle_id]
+    here = snapshot.positions[plan.vehicle_id]
     last = (visits[count - 1].lane_id, visits[count - 1].s_m) if count else (here.lane_id, here.s_m)
     onward = visits[count] if count < len(visits) else None
     charges = onward is None and plan.vehicle_id in snapshot.charging
-    return resting_place_for(uow, plan, last, onward, snapshot.desk, charges=charges)
+    return resting_place_for(uow, plan, last, onward, snapshot.reservations, charges=charges)
 
 
 def _assign(uow: UnitOfWork, snapshot: Snapshot, route: VehicleRoute) -> None:
@@ -220,6 +220,6 @@ def _differs(old: PlannedVisit, new: PlannedVisit) -> bool:
     return abs((new.eta - old.eta).total_seconds()) >= _NEWS_S
 
 
-def visits_of(plans: Sequence[Plan], ride_id: str) -> list[str]:
+def vehicles_with_ride(plans: Sequence[Plan], ride_id: str) -> list[str]:
     """The vehicles whose plans name this ride."""
     return [plan.vehicle_id for plan in plans if ride_id in plan.ride_ids]

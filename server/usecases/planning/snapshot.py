@@ -23,7 +23,7 @@ from server.usecases.planning.battery_limits import ChargeLimits, within_battery
 from server.usecases.planning.shift_limits import with_shifts
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.roads.resting import can_rest
-from server.usecases.roads.road_positions import ARRIVED_M, RoadPosition, footing
+from server.usecases.roads.road_positions import ARRIVED_M, RoadPosition, road_position
 from server.usecases.roads.section_reservations import SectionReservations
 
 ON_THE_WAY = (RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
@@ -37,9 +37,9 @@ class Snapshot:
     problem: Problem
     plans: dict[str, Plan]
     rides: dict[str, Ride]
-    footings: dict[str, RoadPosition]
+    positions: dict[str, RoadPosition]
     chained: dict[str, tuple[Departure, int]]
-    desk: SectionReservations
+    reservations: SectionReservations
     charging: frozenset[str]
 
 
@@ -56,14 +56,14 @@ def take_snapshot(
     uow: UnitOfWork, wanted: Sequence[Ride] = (), departures: Sequence[Departure] = ()
 ) -> Snapshot:
     """Everything under way, and the rides and departures that want a vehicle, in the order given."""
-    desk = SectionReservations(uow)
+    reservations = SectionReservations(uow)
     plans = {plan.vehicle_id: plan for plan in uow.plans.all()}
     rides = {ride.ride_id: ride for ride in (*uow.rides.in_states(ON_THE_WAY), *wanted)}
     riders: dict[str, dict[str, Ride]] = defaultdict(dict)
     for ride in rides.values():
         riders[ride.vehicle_id or ""][ride.ride_id] = ride
     vehicles: list[VehicleState] = []
-    footings: dict[str, RoadPosition] = {}
+    positions: dict[str, RoadPosition] = {}
     charges: list[ChargeLimits] = []
     for vehicle in uow.vehicles.all():
         status = _status(uow, vehicle)
@@ -71,9 +71,9 @@ def take_snapshot(
             continue
         charges.append(ChargeLimits(status.battery_ratio, vehicle.charging))
         plan = plans.setdefault(vehicle.vehicle_id, Plan(uow.campus_id, vehicle.vehicle_id, 0))
-        occupancy = desk.occupancy(vehicle.vehicle_id)
+        occupancy = reservations.occupancy(vehicle.vehicle_id)
         drives = _drive(uow, vehicle.vehicle_id, occupancy, status)
-        footings[vehicle.vehicle_id] = drives.here
+        positions[vehicle.vehicle_id] = drives.here
         state = _vehicle(uow, vehicle, plan, occupancy, drives, riders[vehicle.vehicle_id])
         if vehicle.shifts is not None:
             planned_s = _planned_s(uow, plan, state.calls)
@@ -96,7 +96,7 @@ def take_snapshot(
     charging = frozenset(
         vehicle.vehicle_id for vehicle, charge in zip(vehicles, charges, strict=True) if charge.charging
     )
-    return Snapshot(problem, plans, rides, footings, chained, desk, charging)
+    return Snapshot(problem, plans, rides, positions, chained, reservations, charging)
 
 
 def _planned_s(uow: UnitOfWork, plan: Plan, calls: Sequence[Call]) -> list[float]:
@@ -131,7 +131,7 @@ def _status(uow: UnitOfWork, vehicle: Vehicle) -> Status | None:
 
 def _drive(uow: UnitOfWork, vehicle_id: str, occupancy: Occupancy, status: Status) -> _Drive:
     def make() -> _Drive:
-        here = footing(uow.network(), occupancy.held_ids, status)
+        here = road_position(uow.network(), occupancy.held_ids, status)
         return _Drive(here, uow.rules.stopping_m(status.speed_mps), status.visit_id)
 
     return uow.roads().kept(f"drive {vehicle_id}", (occupancy, status, uow.rules), make)

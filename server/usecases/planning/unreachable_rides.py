@@ -8,7 +8,7 @@ from datetime import datetime, timedelta
 from server.dispatch.answer import Answer, PromiseRules, answer_all
 from server.dispatch.problem import Problem, Request, VehicleState
 from server.dispatch.refusal import CLOSED
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 from server.domain.rides.rides import (
     Promise,
     Ride,
@@ -29,7 +29,7 @@ from server.usecases.record.failed_rides import fail_ride
 Assign = Callable[[UnitOfWork, Sequence[Ride]], list[AssignmentResult]]
 
 
-def booked_around(uow: UnitOfWork, rides: Sequence[Ride], assign: Assign) -> list[AssignmentResult]:
+def book_around_closures(uow: UnitOfWork, rides: Sequence[Ride], assign: Assign) -> list[AssignmentResult]:
     """New rides, with regard to closures of other times than now.
 
     A ride for a time at which its stops will be cut off is refused. One for a time at which they will not be
@@ -50,7 +50,7 @@ def booked_around(uow: UnitOfWork, rides: Sequence[Ride], assign: Assign) -> lis
     return [answers.get(ride.ride_id) or AssignmentResult(ride, CLOSED) for ride in rides]
 
 
-def put_off(uow: UnitOfWork, rides: Sequence[Ride]) -> tuple[str, ...]:
+def postpone(uow: UnitOfWork, rides: Sequence[Ride]) -> tuple[str, ...]:
     """Rides that no vehicle can fetch or bring there at their time; the vehicles that lost one of them.
 
     Where a closure ends in time they keep their promise, or get a new one for the time after it. With no
@@ -125,27 +125,27 @@ def _promised_at(
         times=roads.stop_times(frozenset()),
         dwell_s=uow.rules.dwell_s,
     )
-    board = Schedule(problem, spare=len(rides))
-    terms = replace(roads.terms(uow.rules), later_s_max=0.0)
+    schedule = Schedule(problem, spare=len(rides))
+    terms = replace(roads.promise_rules(uow.rules), later_s_max=0.0)
     found: dict[str, Promise] = {}
     for ride in rides:
         if ride.promise is not None and _taken(
-            board, request_of(uow, replace(ride, vehicle_id=None)), terms, promised=True
+            schedule, request_of(uow, replace(ride, vehicle_id=None)), terms, promised=True
         ):
             found[ride.ride_id] = ride.promise
             continue
         free = replace(ride, promise=None, earliest=max(ride.earliest, opens), arrive_before=None)
-        answer = _taken(board, request_of(uow, free), terms, promised=False)
+        answer = _taken(schedule, request_of(uow, free), terms, promised=False)
         if answer is not None and answer.windows is not None:
             found[ride.ride_id] = Promise(*(moment(at_s) for at_s in answer.windows))
     return found
 
 
-def _taken(board: Schedule, request: Request, terms: PromiseRules, *, promised: bool) -> Answer | None:
+def _taken(schedule: Schedule, request: Request, terms: PromiseRules, *, promised: bool) -> Answer | None:
     """The answer with the request in some route; None where nobody can carry it, and it leaves the board."""
-    board.add(request)
+    schedule.add(request)
     keeps = {request.request_id} if promised else frozenset[str]()
-    answer = answer_all(board, [request.request_id], terms, keeps)[0]
+    answer = answer_all(schedule, [request.request_id], terms, keeps)[0]
     return None if answer.best is None else answer
 
 
@@ -174,7 +174,7 @@ def _tell_later(uow: UnitOfWork, ride: Ride, promise: Promise, standing: Sequenc
     later = promised_anew(free, promise)
     uow.rides.save(later)
     minutes = math.ceil((promise.pickup_to - (ride.promise or promise).pickup_to).total_seconds() / 60.0)
-    promises.tell(uow, later, f"will be picked up {minutes} minutes later than promised", words_of(standing))
+    promises.tell(uow, later, f"will be picked up {minutes} minutes later than promised", names_of(standing))
     return True
 
 
@@ -187,11 +187,11 @@ def _give_up(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
     certain = will_be_cut_off(uow, ride, standing) or not stands
     if not (soon and certain):
         return False
-    fail_ride(uow, ride, CLOSED, f"no shuttle can come: {words_of(standing)}")
+    fail_ride(uow, ride, CLOSED, f"no shuttle can come: {names_of(standing)}")
     return True
 
 
-def words_of(standing: Sequence[Closure]) -> str:
+def names_of(standing: Sequence[Closure]) -> str:
     """The closures that hold now, or will if there are none, by name."""
     in_force = [closure for closure in standing if closure.state is ClosureState.IN_FORCE]
-    return ", ".join(closure.words for closure in in_force or standing)
+    return ", ".join(closure.label for closure in in_force or standing)

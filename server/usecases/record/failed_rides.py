@@ -23,7 +23,7 @@ def fail_ride(uow: UnitOfWork, ride: Ride, reason: str, detail: str, cause: str 
     )
 
 
-def give_up_late(uow: UnitOfWork, ride: Ride, rule: str) -> None:
+def fail_late_ride(uow: UnitOfWork, ride: Ride, rule: str) -> None:
     """A ride that nobody could take within the longest wait fails, whatever the rule."""
     wanted = ride.earliest if ride.promise is None else ride.promise.pickup_to
     if uow.now > wanted + timedelta(seconds=uow.rules.wait_s_max):

@@ -4,7 +4,7 @@ from datetime import datetime
 
 from server.domain.service.service import ServiceCalendar
 
-WORDS = {
+REFUSAL_TEXTS = {
     "no_vehicle_free": "no shuttle is in service at that time",
     "seats": "no shuttle has so many seats",
     "wheelchair": "no shuttle has so many wheelchair places",
@@ -19,7 +19,7 @@ WORDS = {
 IN_TIME = ("pickup_window", "ride_time", "arrival")
 
 
-def closing_words(calendar: ServiceCalendar, closes: datetime) -> str:
+def closing_text(calendar: ServiceCalendar, closes: datetime) -> str:
     """Why a ride that would end after closing is refused, and what to book instead."""
     local = closes.astimezone(calendar.zone)
     return f"the service closes at {local:%H:%M}, before you could be there; {calendar.advice(closes)}"

@@ -53,11 +53,11 @@ def learn(uow: UnitOfWork) -> TravelTimeFactors:
     """Work the paces out anew from the last weeks' legs, and forget older ones."""
     oldest = uow.now - timedelta(days=_LEARNT_FROM_DAYS)
     uow.travel_time_factors.forget_before(oldest)
-    paces = learned_from(uow.travel_time_factors.legs(), uow.now)
-    if paces.factors != present(uow).factors or paces.legs != present(uow).legs:
-        uow.travel_time_factors.save(paces)
+    factors = learned_from(uow.travel_time_factors.legs(), uow.now)
+    if factors.factors != present(uow).factors or factors.legs != present(uow).legs:
+        uow.travel_time_factors.save(factors)
         uow.roads_changed()
-    return paces
+    return factors
 
 
 def present(uow: UnitOfWork) -> TravelTimeFactors:

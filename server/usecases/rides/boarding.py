@@ -12,7 +12,7 @@ from server.domain.rides.rides import (
     ended,
 )
 from server.usecases.planning import plans
-from server.usecases.planning.routes import visits_of
+from server.usecases.planning.routes import vehicles_with_ride
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.incidents import clear_incident, open_incident
@@ -35,7 +35,7 @@ def rider_boarded(uow: UnitOfWork, vehicle_id: str, event: RiderBoarded) -> None
     uow.rides.save(replace(aboard, vehicle_id=vehicle_id))
     _tell(uow, ride, "ride.boarded", vehicle_id, event.how)
     if not expected:
-        for other in visits_of(uow.plans.all(), ride.ride_id):
+        for other in vehicles_with_ride(uow.plans.all(), ride.ride_id):
             if other != vehicle_id:
                 plans.replan(uow, other)
         plans.replan(uow, vehicle_id)
@@ -50,7 +50,7 @@ def rider_alighted(uow: UnitOfWork, vehicle_id: str, event: RiderAlighted) -> No
     if ride.state is RideState.COMPLETED:
         return None
     if ride.stranded_by == vehicle_id and not ride.has_ended and ride.vehicle_id != vehicle_id:
-        return lost_vehicles.left(uow, vehicle_id, ride)
+        return lost_vehicles.rider_left_lost_vehicle(uow, vehicle_id, ride)
     if ride.state is not RideState.ABOARD:
         return _contradiction(uow, vehicle_id, ride, "alighted")
     plan = uow.plans.get(vehicle_id)

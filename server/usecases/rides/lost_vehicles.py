@@ -21,7 +21,7 @@ from server.domain.rides.rides import (
 )
 from server.travel.walking import on_foot_s
 from server.usecases.planning import plans
-from server.usecases.planning.routes import visits_of
+from server.usecases.planning.routes import vehicles_with_ride
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
@@ -41,7 +41,7 @@ def rescue_riders(uow: UnitOfWork) -> tuple[Ride, ...]:
     for vehicle in uow.vehicles.all():
         since = vehicle.unavailable_since
         if vehicle.mode in LOST_MODES and since is not None and since <= limit:
-            moved += strand(uow, vehicle, f"{vehicle.vehicle_id} stands ({vehicle.mode})")
+            moved += strand_riders(uow, vehicle, f"{vehicle.vehicle_id} stands ({vehicle.mode})")
     return tuple(moved)
 
 
@@ -52,14 +52,14 @@ def evacuate(uow: UnitOfWork, vehicle_id: str, by: str) -> tuple[Ride, ...]:
     """
     vehicle = enrolled_vehicle(uow, vehicle_id)
     record_event(uow, "vehicle.evacuated", vehicle_id, by, "")
-    moved = strand(uow, vehicle, f"an operator has {vehicle_id} evacuated")
+    moved = strand_riders(uow, vehicle, f"an operator has {vehicle_id} evacuated")
     if not moved:
         raise NobodyAboard(f"nobody is aboard {vehicle_id}")
     plans.assign_waiting(uow)
     return tuple(uow.rides.get(ride.ride_id) or ride for ride in moved)
 
 
-def strand(uow: UnitOfWork, vehicle: Vehicle, cause: str) -> list[Ride]:
+def strand_riders(uow: UnitOfWork, vehicle: Vehicle, cause: str) -> list[Ride]:
     """Send everybody aboard to the nearest stop, where they wait for another shuttle; an incident for each.
 
     Where nobody knows where the shuttle stands, or the nearest stop is where they are going, the ride ends.
@@ -83,7 +83,7 @@ def strand(uow: UnitOfWork, vehicle: Vehicle, cause: str) -> list[Ride]:
     return moved
 
 
-def left(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> None:
+def rider_left_lost_vehicle(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> None:
     """The lost shuttle says that a stranded party has got off: at its destination after all, or as told."""
     if not _is_near(uow, vehicle_id, ride.to_stop):
         record_event(uow, "ride.left_lost_vehicle", ride.ride_id, vehicle_id, "")
@@ -92,7 +92,7 @@ def left(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> None:
     uow.rides.save(ended(aboard, RideState.COMPLETED, uow.now))
     record_event(uow, "ride.completed", ride.ride_id, vehicle_id, "with the shuttle that was given up")
     uow.publish(topics.ride(uow.campus_id, ride.ride_id))
-    for other in visits_of(uow.plans.all(), ride.ride_id):
+    for other in vehicles_with_ride(uow.plans.all(), ride.ride_id):
         plans.replan(uow, other)
 
 

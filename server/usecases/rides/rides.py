@@ -41,7 +41,7 @@ from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import calendar_of
 from server.usecases.record.incidents import open_incident
-from server.usecases.record.refusals import IN_TIME, WORDS, closing_words
+from server.usecases.record.refusals import IN_TIME, REFUSAL_TEXTS, closing_text
 from server.usecases.record.server_events import record_event
 from server.usecases.rides import destinations
 
@@ -91,8 +91,10 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[BookingResul
         if answer.rule:
             booked = _refused(uow, ride, answer.rule)
             uow.rides.save(booked)
-        wish = f"{request.from_stop} to {request.to_stop}, party of {request.party} {booked.reason}".rstrip()
-        _tell(uow, booked, "ride.refused" if answer.rule else "ride.booked", request.source, wish)
+        detail = (
+            f"{request.from_stop} to {request.to_stop}, party of {request.party} {booked.reason}".rstrip()
+        )
+        _tell(uow, booked, "ride.refused" if answer.rule else "ride.booked", request.source, detail)
         decided[ride.ride_id] = BookingResult(booked, answer.alternatives)
     return [
         answer
@@ -107,7 +109,7 @@ def _assigned(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -
         return _assigned_now(uow, rides, walking)
 
     if rides and uow.has_closures():
-        return unreachable_rides.booked_around(uow, rides, now)
+        return unreachable_rides.book_around_closures(uow, rides, now)
     return now(uow, rides)
 
 
@@ -217,9 +219,9 @@ def _refused(uow: UnitOfWork, ride: Ride, rule: str) -> Ride:
     if rule in IN_TIME and ride.arrive_before is not None:
         patience_s = uow.rules.wait_s_max + uow.roads().direct_s(ride.from_stop, ride.to_stop)
         if ride.arrive_before <= ride.earliest + timedelta(seconds=patience_s):
-            detail = closing_words(calendar_of(uow), ride.arrive_before)
+            detail = closing_text(calendar_of(uow), ride.arrive_before)
             return ended(ride, RideState.REFUSED, uow.now, NoService.code, detail)
-    return ended(ride, RideState.REFUSED, uow.now, rule, WORDS[rule])
+    return ended(ride, RideState.REFUSED, uow.now, rule, REFUSAL_TEXTS[rule])
 
 
 def require_bookable(uow: UnitOfWork, request: BookRide) -> None:
@@ -254,7 +256,7 @@ def _closing(uow: UnitOfWork, request: BookRide, calendar: ServiceCalendar) -> d
     closes = calendar.closes_after(earliest)
     direct_s = uow.travel_time_factor_at(earliest) * uow.roads().direct_s(request.from_stop, request.to_stop)
     if closes is not None and earliest + timedelta(seconds=direct_s) > closes:
-        raise NoService(closing_words(calendar, closes))
+        raise NoService(closing_text(calendar, closes))
     return closes
 
 

@@ -51,7 +51,7 @@ def book_series(uow: UnitOfWork, request: BookSeries) -> Series:
     known = _booked_before(uow, request)
     if known is not None:
         return known
-    rides.require_bookable(uow, _wish(request, None))
+    rides.require_bookable(uow, _ride_request(request, None))
     calendar = calendar_of(uow)
     made = Series(
         campus_id=uow.campus_id,
@@ -128,7 +128,7 @@ def cancel_occurrence(uow: UnitOfWork, series_id: str, day: date, by: str) -> Se
     require_active(series)
     if not series.has_day(day, zone):
         raise SeriesUnknown(f"this recurring booking has no ride on {day:%A %d %B %Y}")
-    present = uow.series.occurrence(series_id, day) or _fresh(series, day, zone_leave(uow, series, day))
+    present = uow.series.occurrence(series_id, day) or _fresh(series, day, _leave_at(uow, series, day))
     gone = domain.taken_out(present, by)
     if present.ride_id is not None:
         rides.cancel(uow, present.ride_id, by)
@@ -173,7 +173,7 @@ def book_occurrence(uow: UnitOfWork, due: DueRide) -> Occurrence:
         reason = (present.reason, present.reason_detail) if present.reason else _TOO_LATE
         done = domain.not_taken(present, *reason, uow.now)
     else:
-        ride = rides.book(uow, _wish(series, present))
+        ride = rides.book(uow, _ride_request(series, present))
         if ride.state is RideState.REFUSED:
             raise RideRefused(ride.reason_detail, ride.reason)
         done = domain.booked(present, ride.ride_id, uow.now)
@@ -210,7 +210,7 @@ def finish_past(uow: UnitOfWork) -> None:
 # ---------------------------------------------------------------- parts
 
 
-def zone_leave(uow: UnitOfWork, series: Series, day: date) -> datetime:
+def _leave_at(uow: UnitOfWork, series: Series, day: date) -> datetime:
     return series.leaves_at(day, calendar_of(uow).zone)
 
 
@@ -238,7 +238,7 @@ def _require_days(series: Series, calendar: ServiceCalendar) -> None:
         raise NoService(f"no shuttle runs at that time on any of its days; {calendar.advice(moments[0])}")
 
 
-def _wish(series: Series | BookSeries, occurrence: Occurrence | None) -> BookRide:
+def _ride_request(series: Series | BookSeries, occurrence: Occurrence | None) -> BookRide:
     return BookRide(
         from_stop=series.from_stop,
         to_stop=series.to_stop,
@@ -264,7 +264,7 @@ def _expected(uow: UnitOfWork, calendar: ServiceCalendar, series: Series, day: d
 
 def _present(uow: UnitOfWork, series: Series, day: date) -> Occurrence:
     known = uow.series.occurrence(series.series_id, day)
-    return known or _fresh(series, day, zone_leave(uow, series, day))
+    return known or _fresh(series, day, _leave_at(uow, series, day))
 
 
 def _fresh(series: Series, day: date, leave_at: datetime) -> Occurrence:

@@ -17,7 +17,7 @@ def resting_place_for(
     plan: Plan,
     last: Place,
     onward: PlannedVisit | None,
-    desk: SectionReservations,
+    reservations: SectionReservations,
     *,
     charges: bool = False,
 ) -> tuple[RestingPlace, float]:
@@ -30,7 +30,7 @@ def resting_place_for(
     network = uow.network()
     chargers = {place.place_id for place in network.road_map.charging_places}
     reserved = {other.resting_place_id for other in uow.plans.all() if other.vehicle_id != plan.vehicle_id}
-    occupied = desk.held_by_others(plan.vehicle_id)
+    occupied = reservations.held_by_others(plan.vehicle_id)
     best: tuple[tuple[bool, bool, float, str], RestingPlace] | None = None
     for place in network.road_map.resting_places:
         if place.place_id in reserved:

@@ -44,7 +44,7 @@ def under_body(network: RoadNetwork, lane_id: str, s_m: float) -> tuple[str, ...
     return tuple(dict.fromkeys(found))
 
 
-def footing(network: RoadNetwork, held: Sequence[str], status: Status) -> RoadPosition:
+def road_position(network: RoadNetwork, held: Sequence[str], status: Status) -> RoadPosition:
     """Where a vehicle is on what it holds. A position beside it is moved to the nearest held place."""
     for index, section_id in enumerate(held):
         section = network.sections[section_id]

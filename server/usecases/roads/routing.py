@@ -129,9 +129,9 @@ def blocked_for(roads: FleetRoads, own: Own, held: Sequence[str], ahead: Sequenc
     return rests | roads.shut_for(held[-1]) if roads.closed else rests
 
 
-def leads_through_closed(roads: FleetRoads, desk: SectionReservations, vehicle_id: str) -> bool:
+def leads_through_closed(roads: FleetRoads, reservations: SectionReservations, vehicle_id: str) -> bool:
     """The vehicle's present route goes over closed road that it is not just leaving."""
     if not roads.closed:
         return False
-    occupancy = desk.occupancy(vehicle_id)
+    occupancy = reservations.occupancy(vehicle_id)
     return not roads.shut_for(occupancy.held_ids[-1]).isdisjoint(occupancy.ahead)

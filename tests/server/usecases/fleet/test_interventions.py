@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contract.wire.messages import CommandDone, ModeChanged
-from server.api.interventions.dry_run import rehearsed
+from server.api.interventions.dry_run import dry_run
 from server.dispatch.solve import Budget, solve
 from server.domain.errors import (
     DomainError,
@@ -52,9 +52,7 @@ def everything(campus: CampusUnderTest) -> dict[str, list[tuple[object, ...]]]:
 
 
 def preview(campus: CampusUnderTest, vehicle_id: str, wish: Intervention) -> Effects:
-    done = campus.wait_for(
-        rehearsed(campus.transactions, lambda uow: intervene(uow, vehicle_id, wish, "ann"))
-    )
+    done = campus.wait_for(dry_run(campus.transactions, lambda uow: intervene(uow, vehicle_id, wish, "ann")))
     return done.effects
 
 

@@ -41,7 +41,7 @@ def book(campus: CampusUnderTest, **changes: object) -> Series:
 
 
 def beat(campus: CampusUnderTest) -> None:
-    campus.wait_for(SeriesScheduler(campus.transactions, "clerk").beat())
+    campus.wait_for(SeriesScheduler(campus.transactions, "clerk").run_once())
 
 
 def days(campus: CampusUnderTest, made: Series) -> dict[date, Occurrence]:
