@@ -41,8 +41,8 @@ _VISITS_MAX = 200
 
 @dataclass(frozen=True, slots=True)
 class DispatchPolicy:
-    """patience, see Board; every how many seconds of the day what number of vehicles is searched around one,
-    with so many attempts; 0 vehicles for never."""
+    """patience, see Schedule; every how many seconds of the day what number of vehicles is searched around
+    one, with so many attempts; 0 vehicles for never."""
 
     name: str
     patience: float

@@ -53,7 +53,7 @@ def main() -> None:
 
 
 class _Day:
-    """A board and the clock that goes on with it."""
+    """A schedule and the clock that goes on with it."""
 
     def __init__(self, vehicles: int, rides: int, seed: int) -> None:
         self._rng = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""What could be offered instead: later, from or to a stop near by, or in two parties. Nothing is reserved."""
+"""What can be offered instead: a later time, a stop near by, or two rides. Nothing is reserved."""
 
 import math
 from collections.abc import Iterator
@@ -11,9 +11,9 @@ from server.dispatch.schedule.schedule import Schedule
 
 Kind = Literal["later", "other_stops", "split_party"]
 OFFERED_MAX = 3
-# A party that rides in two shuttles minds it about as much as waiting so long.
+# A party in two shuttles counts as much as so long a wait.
 _SPLIT_PENALTY_S = 300.0
-# Walking is minded more than waiting.
+# A second on foot counts more than a second of waiting.
 _WALK_PENALTY = 1.5
 
 
@@ -39,7 +39,7 @@ class Alternative:
 
 @dataclass(frozen=True, slots=True)
 class _Try:
-    """The wish from this stop to that one, with its window ending so much later."""
+    """The request from this stop to that one, with its window ending so much later."""
 
     kind: Kind
     up: Walk
@@ -54,9 +54,9 @@ def alternatives(
     dropoffs: tuple[Walk, ...],
     later_s_max: float,
 ) -> list[Alternative]:
-    """The nearest few to what was asked for, the nearest first. The board stays as it is.
+    """The few nearest to the request, the nearest first. The schedule stays unchanged.
 
-    wish      a request that nobody can carry; it need not be on the board
+    request   that no vehicle can carry; it need not be in the schedule
     pickups, dropoffs  stops within walking distance
     later_s_max  how much later the pickup window may end
     """
@@ -74,7 +74,7 @@ def alternatives(
 
 
 def _near_by(request: Request, pickups: tuple[Walk, ...], dropoffs: tuple[Walk, ...]) -> list[_Try]:
-    """Every pair of stops but the one that was asked for. Nobody walks all the way to ride back."""
+    """Every pair of stops except the requested one and those whose walk passes the other end."""
     return [
         _Try("other_stops", up, down, 0.0)
         for up in (Walk(request.pickup, 0.0), *pickups)
@@ -86,7 +86,7 @@ def _near_by(request: Request, pickups: tuple[Walk, ...], dropoffs: tuple[Walk, 
 
 
 def _quoted(schedule: Schedule, request: Request, tries: list[_Try]) -> list[Alternative]:
-    """Those that somebody can carry, each as early as that is possible."""
+    """Those that some vehicle can carry, each as early as possible."""
     quotes = earliest_quotes(
         schedule,
         request,
@@ -122,7 +122,7 @@ def _quoted(schedule: Schedule, request: Request, tries: list[_Try]) -> list[Alt
 
 
 def _split(schedule: Schedule, request: Request) -> Iterator[Alternative]:
-    """The party in two rides, either of which anybody may carry."""
+    """The party in two rides, in any vehicles."""
     if request.party < 2:
         return
     first = max(request.wheelchairs, (request.party + 1) // 2)

@@ -1,4 +1,4 @@
-"""Answers to those who ask for a ride, one after the other: who comes and when, or why nobody can."""
+"""Answers bookings one after the other: which vehicle comes and when, or why no vehicle can come."""
 
 from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
@@ -37,7 +37,7 @@ class PromiseRules:
         return pickup_s + self.pickup_slack_s + self._uncertain_s(pickup_s, now_s)
 
     def arrive_by_s(self, pickup_s: float, arrival_s: float, now_s: float) -> float:
-        """The latest arrival that is promised now with these times planned: who is picked up late arrives
+        """The latest arrival that is promised now with these times planned. A late pickup makes the arrival
         late as well."""
         slack_s = self.arrival_slack_s + self.arrival_slack_ratio * max(0.0, arrival_s - pickup_s)
         return arrival_s + slack_s + self._uncertain_s(pickup_s, now_s)
@@ -60,7 +60,8 @@ class Quote:
 class Answer:
     """best     what the request got, None for a refusal; runner_up: the best that any other vehicle offered
     windows     promised from now on: pickup from, pickup to, arrival by
-    rule        that binds, "" for who is taken; alternatives: the nearest that would be accepted now
+    rule        that binds, "" for a request that got a vehicle; alternatives: the nearest that would be
+                accepted now
     """
 
     request_id: str
@@ -74,9 +75,9 @@ class Answer:
 def answer_all(
     schedule: Schedule, request_ids: Sequence[str], terms: PromiseRules, promised: Set[str] = frozenset()
 ) -> tuple[Answer, ...]:
-    """Answer in this order, each with the ones before it in place; who is refused leaves the board.
+    """Answer in this order, each with the earlier ones in place. Refused requests leave the schedule.
 
-    The requests are on the board and in no route. The windows of those in `promised` stay as they are.
+    The requests are in the schedule and in no route. The windows of those in `promised` stay unchanged.
     """
     return tuple(_answer(schedule, request_id, terms, request_id in promised) for request_id in request_ids)
 
@@ -105,7 +106,8 @@ def _answer(schedule: Schedule, request_id: str, terms: PromiseRules, promised: 
 def _promised(
     request: Request, quote: Quote, terms: PromiseRules, now_s: float
 ) -> tuple[float, float, float]:
-    """The planned times, with room for later riders, people in the way and waiting for the road."""
+    """Windows around the planned times, with room for later riders, people in the way and waiting for
+    sections."""
     opens_s = max(request.pickup_from_s, quote.pickup_s - terms.pickup_early_s)
     closes_s = terms.pickup_to_s(quote.pickup_s, now_s)
     by_s = terms.arrive_by_s(quote.pickup_s, quote.arrival_s, now_s)

@@ -41,7 +41,7 @@ class Offers:
 
 
 def offers_for(schedule: Schedule, request_id: str) -> Offers:
-    """What the fleet can offer a request on the board that is in no route. The board stays as it is."""
+    """What the fleet can offer a request that is in no route. The schedule stays unchanged."""
     r = schedule.rows[request_id]
     wish = schedule.requests[r]
     choices = _choices(wish) if wish.pickup_walks or wish.dropoff_walks else [(wish, 0.0)]
@@ -67,7 +67,7 @@ def offers_for(schedule: Schedule, request_id: str) -> Offers:
 
 
 def take(schedule: Schedule, offer: Offer) -> None:
-    """Put the request where it was offered, unless the board has changed since."""
+    """Insert the request where it was offered. The schedule must not have changed since."""
     r = schedule.rows[offer.request.request_id]
     if schedule.requests[r] is not offer.request:
         schedule.write(r, offer.request)
@@ -77,10 +77,10 @@ def take(schedule: Schedule, offer: Offer) -> None:
 def earliest_quotes(
     schedule: Schedule, wish: Request, tries: Sequence[tuple[int, int, float, float, float]]
 ) -> list[tuple[float, float]]:
-    """Pickup and arrival of the wish in each of several ways, where an early pickup counts above everything.
+    """Pickup and arrival of a request in each of several ways, where an early pickup counts most.
 
-    The board stays as it is; the wish is not on it.
-    tries  pickup place, drop-off place, pickup from, pickup to, arrival by. Infinite where nobody can.
+    The schedule stays unchanged; the request is not in it.
+    tries  pickup place, drop-off place, pickup from, pickup to, arrival by. Infinite where no vehicle can.
     """
     ways, quotes = np.array(tries).reshape(-1, 5), np.zeros((len(tries), 2))
     ways[:, 2:] -= schedule.origin_s
@@ -115,7 +115,7 @@ def quoted_times(schedule: Schedule, offer: Offer) -> tuple[float, float]:
 
 
 def _choices(wish: Request) -> list[tuple[Request, float]]:
-    """The request at every pair of stops that would do, and how far there is to walk in all."""
+    """The request at every possible pair of stops, and the seconds on foot in all."""
     plain = replace(wish, pickup_walks=(), dropoff_walks=())
     return [
         (
@@ -136,7 +136,7 @@ def _choices(wish: Request) -> list[tuple[Request, float]]:
 
 
 _URGENT = 1000.0
-# Without blinks nothing is drawn; the kernel wants a generator all the same.
+# Without blinks nothing is drawn, but the kernel needs a generator.
 _NO_DRAWS = seeded(0)
 
 
@@ -152,7 +152,7 @@ def _two_cheapest(
     costs: AnyArray,
 ) -> None:
     """Fill (2, 3) rows with vehicle, i, j and (2,) costs with the extra cost of the two vehicles that serve r
-    most cheaply; NOBODY and inf where there are fewer."""
+    most cheaply; NO_OFFER and inf where there are fewer."""
     for k in range(2):
         rows[k, 0], costs[k] = NO_OFFER, np.inf
     for v in range(len(plan.length)):

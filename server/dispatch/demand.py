@@ -10,13 +10,13 @@ from contract.geometry import Array
 
 WORKDAY, FREE_DAY = 0, 1
 HOURS = 24
-# Somebody who came at 8:55 might have come at 9:05 as well.
+# A rider of 8:55 might have come at 9:05 as well.
 _BLUR = (0.25, 0.5, 0.25)
 
 
 @dataclass(frozen=True, slots=True)
 class Pickup:
-    """Somebody wanted to be picked up at this stop, whatever became of it; local day and hour."""
+    """A requested pickup at this stop, refused ones included; local day and hour."""
 
     stop: int
     day: date
@@ -25,7 +25,7 @@ class Pickup:
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """How the past is weighed.
+    """How past days are weighted.
 
     half_life_days  a day counts half as much as one so many days later
     prior_days      so many days without a single pickup are added to what has been seen: with little data

@@ -1,4 +1,4 @@
-"""Why a request cannot be carried: the rule that binds, in one word."""
+"""Names the rule that keeps a request from being carried."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,17 +15,16 @@ from server.dispatch.schedule.schedule import Schedule
 NO_VEHICLE, SEATS_RULE, WHEELCHAIR, WINDOW = "no_vehicle_free", "seats", "wheelchair", "pickup_window"
 RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, CLOSED = "ride_time", "arrival", "timetable", "battery", "closed_road"
 RULES = (NO_VEHICLE, SEATS_RULE, WHEELCHAIR, WINDOW, RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, CLOSED)
-# Asked in this order: the first rule without which somebody could carry the request is the one that binds.
-# With more time nearly everything passes, so the window comes last. A shuttle whose shift is over, or has not
-# begun, is not free.
+# In this order, the first rule without which a vehicle could carry the request is the one that binds. With
+# more time nearly every request passes, so the window comes last. A shuttle off duty is not free.
 _LOOSENED = (NO_VEHICLE, SEATS_RULE, WHEELCHAIR, RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, WINDOW)
 
 
 def binding_rule(schedule: Schedule, request_id: str) -> str:
-    """One of RULES, for a request on the board that nobody can carry.
+    """One of RULES, for a request of the schedule that no vehicle can carry.
 
-    Rules that no time can change come first. Then each of the others is lifted alone; where no single one
-    would help, the pickup window is named.
+    Rules that no time can change are tested first. Then each of the others is lifted alone. If no single one
+    helps, the pickup window is named.
     """
     task, r = schedule.task, schedule.rows[request_id]
     request = schedule.requests[r]
@@ -50,7 +49,7 @@ def binding_rule(schedule: Schedule, request_id: str) -> str:
 
 
 def _in_play(schedule: Schedule, request: Request) -> list[str]:
-    """The rules that could be in the way at all, in the order in which they are asked."""
+    """The rules that can apply here, in the order in which they are tested."""
     idle = {
         NO_VEHICLE: not _on_shifts(schedule).any(),
         WHEELCHAIR: request.wheelchairs == 0,
@@ -63,7 +62,7 @@ def _in_play(schedule: Schedule, request: Request) -> list[str]:
 
 
 def _on_shifts(schedule: Schedule) -> AnyArray:
-    """(V,) whose duty ends at some time."""
+    """(V,) bool: vehicles with shifts."""
     task = schedule.task
     ends = slice(2 * task.requests + 1, 2 * (task.requests + task.vehicles), 2)
     return np.asarray(task.late_s[ends] < CUT_OFF_S)
@@ -87,7 +86,7 @@ def _fixed(schedule: Schedule) -> slice:
 
 @contextmanager
 def _without(schedule: Schedule, r: int, rule: str) -> Iterator[None]:
-    """The board with one rule lifted, put back at the end."""
+    """The schedule with one rule lifted; the rule is restored at the end."""
     task, request = schedule.task, schedule.requests[r]
     kept = task.load[2 * r : 2 * r + 2].copy()
     drive_s_max = task.drive_s_max.copy()

@@ -1,4 +1,4 @@
-"""The dispatcher's door: a snapshot in, routes out. Same problem, budget and seed: the same answer."""
+"""A snapshot in, routes out. The same problem, budget and seed give the same answer."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ class Budget:
     """Counts, never seconds, so that a decision can be repeated.
 
     slices      of improvement, each of so many attempts to take a few requests out and put them back
-    stop_after  slices after which it ended all the same: what the edge writes down when its time was out
+    stop_after  slices after which it ended before: the caller records it when its time was over
     """
 
     slices: int = 0
@@ -43,19 +43,19 @@ class Solution:
 
 
 def without_deadline() -> bool:
-    """For those who have no deadline."""
+    """For callers without a deadline."""
     return True
 
 
 def solve(
     problem: Problem, budget: Budget, seed: int, may_continue: Callable[[], bool] = without_deadline
 ) -> Solution:
-    """Routes that carry every request and departure they can, none of the present ones dropped.
+    """Routes that carry as many requests and departures as possible. No present one is dropped.
 
     Departures first, then requests, each in the order given, by cheapest insertion; then improvement as the
-    budget allows, which also tries again to carry what was left over.
+    budget allows, which also tries the requests that were left over.
 
-    go_on  asked before each slice; the answer says after how many it was no
+    may_continue  asked before each slice; the solution says how many slices ran
     """
     schedule = Schedule(problem, spare=0)
     refused: dict[str, str] = {}

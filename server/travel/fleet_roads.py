@@ -1,8 +1,8 @@
 """The active map as the fleet uses it: travel times, and ways that keep clear of others' resting places.
 
-A shuttle drives only where it could go if every resting place but its own were taken; such a way can be
-driven to its end whatever the others do (docs/contract/roads.md). Travel times are those of such ways, and
-of roads that nobody has closed.
+A shuttle drives only where it could drive if every resting place but its own were taken. Such a way can be
+driven to its end whatever the others do (docs/contract/roads.md). Travel times are those of such ways, on
+roads that are not closed.
 """
 
 import math
@@ -88,9 +88,9 @@ class FleetRoads:
         return view
 
     def kept(self, name: str, parts: tuple[object, ...], make: Callable[[], T]) -> T:
-        """What was made of these very objects, which never change; made anew when one is another now.
+        """What was made of these immutable objects. It is made again when one of them is another object.
 
-        A store that keeps its objects in memory hands out the same ones until they change.
+        A store that keeps its objects in memory returns the same ones until they change.
         """
         known = self._kept.get(name)
         if known is not None and all(a is b for a, b in zip(known[0], parts, strict=True)):
@@ -103,7 +103,7 @@ class FleetRoads:
         return made
 
     def reservations(self) -> Reservations:
-        """A controller for this map with nobody on it."""
+        """A controller for this map without any vehicle."""
         return self._empty.emptied()
 
     def kept_clear(self, own: Own) -> frozenset[str]:
@@ -129,7 +129,7 @@ class FleetRoads:
         return direct_s
 
     def is_cut_off(self, from_stop: str, to_stop: str) -> bool:
-        """Closed roads keep everybody from riding from the one stop to the other."""
+        """Closed roads make a ride from the one stop to the other impossible."""
         if not self.closed:
             return False
         pickup, dropoff = self.stop_numbers[from_stop], self.stop_numbers[to_stop]
@@ -152,7 +152,7 @@ class FleetRoads:
         return np.where(np.isfinite(times), times, through)
 
     def promise_rules(self, rules: FleetRules) -> PromiseRules:
-        """What promises leave room for, and the stops that can be walked to from each stop."""
+        """The room that promises leave, and the stops within walking distance of each stop."""
         if self._walks is None:
             if self.closed:
                 self._walks = self.every_road.promise_rules(rules).walks
@@ -265,7 +265,7 @@ class FleetRoads:
         return self._to_charger_s
 
     def route(self, origin: Place, destination: Place, blocked: frozenset[str]) -> Route | None:
-        """Most begin where a section ends or at a stop, so that the same ones are asked for again."""
+        """The fastest route. Most begin where a section ends or at a stop, so routes are kept."""
         key = origin, destination, blocked
         if key not in self._routes:
             if len(self._routes) >= _ROUTES_KEPT:
@@ -330,7 +330,7 @@ class FleetRoads:
         return self._stop_times[own]
 
     def _allow_for_closures(self, times: Array, blocked: frozenset[str]) -> None:
-        """Stops that closures leave out are driven to by nobody; from one on closed road a way leads off."""
+        """No vehicle drives to a stop that closures cut off; from a stop on closed road a way leads off."""
         for number, place in enumerate(self._stop_places):
             if self.network.section_at(*place).section_id in self.closed:
                 times[number] = self._from_place(place, blocked)

@@ -21,7 +21,7 @@ from simulator.demand.day import WantedRide
 
 _ATTEMPTS = 50
 _IMPROVED_EVERY_S = 30.0
-# Nobody is on the board for longer than the longest wait and ride, and what promises add to them.
+# No request is in the schedule for longer than the longest wait and ride, and what promises add to them.
 _MARGIN_S = 1800.0
 # Long after everybody has been set down.
 _THE_END_S = 1e6
@@ -216,7 +216,7 @@ def _board(
 
 
 def _most_at_once(rides: Sequence[WantedRide], wishes: Mapping[str, Request]) -> int:
-    """Rows that the board needs: improvement takes longer with every row."""
+    """Rows that the schedule needs: improvement takes longer with every row."""
     changes = [(seconds(ride.announced_at), 1) for ride in rides]
     for request in wishes.values():
         longest_s = min(request.ride_s_max, _THE_END_S)

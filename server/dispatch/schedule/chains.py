@@ -1,4 +1,5 @@
-"""A timetable departure in the routes: its calls in order, in one vehicle, others between them allowed."""
+"""Inserts a timetable departure: its calls in order, in one vehicle, with other calls allowed between
+them."""
 
 import numpy as np
 from numba import njit
@@ -12,7 +13,7 @@ from server.dispatch.schedule.schedule import Schedule
 
 
 def insert_chain(schedule: Schedule, chain: Chain) -> bool:
-    """Give the departure to the vehicle that makes it most cheaply; whether one can.
+    """Give the departure to the vehicle that makes it at the least cost. Returns whether one can.
 
     Every position of the first call is tried; each further call takes the cheapest one after it.
     """

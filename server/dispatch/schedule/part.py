@@ -15,7 +15,7 @@ _ROOM = 40
 
 
 class _Rows(NamedTuple):
-    """Of the board: vehicles (V,), requests (R,), and the node of each node of the part (N,)."""
+    """Rows of the schedule: vehicles (V,), requests (R,), and the node for each node of the part (N,)."""
 
     vehicles: AnyArray
     requests: AnyArray
@@ -24,7 +24,7 @@ class _Rows(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Subproblem:
-    """task, plan  of the part alone, numbered anew; `put_back` needs the rest."""
+    """task, plan  of the part alone, with numbers of its own; `put_back` needs the rest."""
 
     task: Task
     plan: Plan
@@ -32,8 +32,8 @@ class Subproblem:
 
 
 def part_of(schedule: Schedule, vehicles: AnyArray, absent: AnyArray) -> Subproblem:
-    """These vehicles (rows of the board) with everything in their routes and aboard, and some requests that
-    nobody carries."""
+    """These vehicles (rows of the schedule) with everything in their routes and aboard, and some requests
+    without a vehicle."""
     whole, plan = schedule.task, schedule.plan
     inside = np.zeros(whole.vehicles + 1, np.bool_)
     inside[vehicles] = True

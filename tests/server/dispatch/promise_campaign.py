@@ -1,4 +1,4 @@
-"""Days of random events on one board, driven as planned: who was promised what, and what came of it.
+"""Days of random events in one schedule, driven as planned: each promise and what came of it.
 
 python -m tests.server.dispatch.promise_campaign --events 1000000 --seed 1
 """
@@ -20,7 +20,7 @@ from server.dispatch.solve import without_deadline
 _TERMS = PromiseRules(60.0, 300.0, 300.0, 0.5, 3600.0)
 _STOPS = 12
 _DWELL_S = 15.0
-# A board for so many events; then another day begins.
+# A schedule for so many events; then another day begins.
 _DAY_EVENTS = 400
 _TOLERANCE_S = 1e-3
 

@@ -1,4 +1,5 @@
-"""A board that is kept while time goes on: nobody who was taken is ever picked up late or rides too long."""
+"""A schedule that is kept while time goes on: no accepted request is ever picked up late or rides too
+long."""
 
 import numpy as np
 from hypothesis import HealthCheck, given, settings
