@@ -2,7 +2,8 @@
 
 A schedule is filled once from a problem and then kept. Requests are added and removed, vehicles move on, and
 a decision touches only the rows that it changes. A promise that cannot be kept is extended to what the
-present route still reaches. So every route of the schedule is feasible, and no late ride is made later."""
+present route still reaches. So every route of the schedule is feasible, and no late ride is made later.
+"""
 
 from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass

@@ -88,4 +88,4 @@ def _require_sound(uow: UnitOfWork, road_map: RoadMap) -> None:
 def _require_nobody_under_way(uow: UnitOfWork) -> None:
     busy = [plan.vehicle_id for plan in uow.plans.all() if plan.visits]
     if busy:
-        raise MapInUse(f"{', '.join(busy)} still drive by the present map; recall them first")
+        raise MapInUse(f"{', '.join(busy)} still drive with the present map; recall them first")

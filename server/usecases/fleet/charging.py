@@ -1,4 +1,4 @@
-"""Batteries looked after: who goes to charge, who drives again, what is done about one too low."""
+"""Manages batteries: which vehicles go to charge, which drive again, and what happens below the reserve."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -19,9 +19,9 @@ _TAKEN = (RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
 
 
 def manage_charging(uow: UnitOfWork) -> tuple[str, ...]:
-    """Send idle vehicles with little charge to a charger, take rides from those that cannot make them.
+    """Send idle vehicles with little charge to a charger, and take rides from those that cannot make them.
 
-    Answers the vehicles for which something has changed.
+    Returns the vehicles that changed.
     """
     ratios = {
         where.vehicle_id: where.status.battery_ratio
@@ -50,7 +50,7 @@ def manage_charging(uow: UnitOfWork) -> tuple[str, ...]:
 
 
 def _noted(uow: UnitOfWork, vehicle: Vehicle, ratio: float, *, is_busy: bool) -> bool:
-    """Take down that a vehicle goes to charge, or has charged."""
+    """Record that a vehicle goes to charge, or has charged."""
     rules = uow.rules
     charging = vehicle.charging
     if not charging:
@@ -63,11 +63,13 @@ def _noted(uow: UnitOfWork, vehicle: Vehicle, ratio: float, *, is_busy: bool) ->
 
 
 def _spare(uow: UnitOfWork, vehicle: Vehicle, ratio: float) -> bool:
-    """Below the reserve in spite of all estimates: who is aboard is brought home, nobody else is fetched."""
+    """Below the reserve in spite of all estimates: riders aboard reach their stops, all other work is
+    given away."""
     vehicle_id = vehicle.vehicle_id
     is_news = uow.incidents.open_about(IncidentKind.BATTERY_LOW, vehicle_id) is None
     cause = (
-        f"battery at {100.0 * ratio:.0f} %, below the reserve; its riders are finished, others get the rest"
+        f"battery at {100.0 * ratio:.0f} %, below the reserve; its riders reach their stops, "
+        "other shuttles get the rest"
     )
     open_incident(uow, IncidentKind.BATTERY_LOW, vehicle_id, cause, vehicle_id=vehicle_id)
     _keep(uow, vehicle, "vehicle.battery_low", ratio, charging=True)
@@ -81,7 +83,7 @@ def _spare(uow: UnitOfWork, vehicle: Vehicle, ratio: float) -> bool:
 
 
 def _go_to_chargers(uow: UnitOfWork) -> None:
-    """Vehicles that have nothing to do but charge, and stand or head elsewhere, go to a free charger."""
+    """Send vehicles that only have to charge, and are not at a charger, to a free one."""
     chargers = {place.place_id for place in uow.network().road_map.charging_places}
     known = {plan.vehicle_id: plan for plan in uow.plans.all()}
     for vehicle in uow.vehicles.all():
@@ -94,7 +96,7 @@ def _go_to_chargers(uow: UnitOfWork) -> None:
 
 
 def _planned(uow: UnitOfWork, vehicle_id: str, plan_anew: Callable[[UnitOfWork, str], None]) -> None:
-    """The next look tries again where no resting place is free now; what has been found out stays."""
+    """Replan a vehicle. If no resting place is free now, the next period tries again."""
     try:
         plan_anew(uow, vehicle_id)
     except NoRestingPlaceFree as error:

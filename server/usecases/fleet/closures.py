@@ -1,4 +1,4 @@
-"""Roads closed and opened by operators, and what that means for the fleet."""
+"""Roads that operators close and open, and the effects on the fleet."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ _PROMISED = (RideState.REQUESTED, RideState.ASSIGNED)
 
 @dataclass(frozen=True, slots=True)
 class CloseRoad:
-    """What an operator asks for. starts_at None means now, ends_at None until it is lifted."""
+    """An operator's request. starts_at None means now, ends_at None until it is lifted."""
 
     lane_ids: tuple[str, ...] = ()
     section_ids: tuple[str, ...] = ()
@@ -34,7 +34,7 @@ class CloseRoad:
 
 
 def close(uow: UnitOfWork, request: CloseRoad, by: str) -> Closure:
-    """From its time on nobody is sent there; whom that concerns is told at once.
+    """Close a road: from its beginning on no vehicle is sent there. Affected rides change at once.
 
     Raises LaneUnknown, SectionUnknown, ClosureInvalid, CampusUnknown.
     """
@@ -83,7 +83,7 @@ def standing(uow: UnitOfWork) -> tuple[Closure, ...]:
 
 
 def update_closures(uow: UnitOfWork) -> None:
-    """Closures whose time has come or passed, and all that follows from the roads being as they are."""
+    """Begin and end closures whose time has come, and change the plans that they affect."""
     if not uow.has_closures():
         return
     closures = tuple(due(closure, uow.now) for closure in uow.closures.standing())
@@ -111,14 +111,14 @@ def _stored(uow: UnitOfWork, closures: Sequence[Closure]) -> bool:
 
 
 def _opened(uow: UnitOfWork) -> None:
-    """Those who wait for a vehicle may get one now; the loop looks at once."""
+    """Waiting rides may get a vehicle now: wake the dispatcher."""
     uow.roads_changed()
     uow.publish(topics.dispatch(uow.campus_id))
     uow.publish(topics.sections(uow.campus_id))
 
 
 def _look_ahead(uow: UnitOfWork, standing: Sequence[Closure]) -> None:
-    """Rides that a closure will cut off at their time: told before it begins."""
+    """Postpone rides that a closure will cut off at their time, before it begins."""
     concerned = [
         ride
         for ride in uow.rides.in_states(_PROMISED)

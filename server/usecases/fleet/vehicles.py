@@ -57,7 +57,7 @@ def key_of(uow: UnitOfWork, vehicle_id: str) -> str:
 
 
 def revoke_key(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
-    """The key opens nothing any more, and the open session ends. Raises KeyUnknown."""
+    """Revoke the key and end the open session. Raises KeyUnknown."""
     key = _key(uow, vehicle_id)
     vehicle = enrolled_vehicle(uow, vehicle_id)
     uow.identity.save_vehicle_key(replace(key, revoked_at=uow.now))
@@ -69,7 +69,7 @@ def revoke_key(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
 
 
 def recall(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
-    """Take it out of service: it brings home who is aboard, then rests; others get its waiting rides.
+    """Take it out of service: it takes its riders to their stops, then rests. Others get its waiting rides.
 
     Raises VehicleUnknown.
     """
@@ -109,7 +109,7 @@ def set_shifts(uow: UnitOfWork, vehicle_id: str, shifts: Shifts | None, by: str)
 
 
 def place(uow: UnitOfWork, vehicle_id: str, lane_id: str, s_m: float, by: str) -> Vehicle:
-    """Say by hand where a held vehicle stands; it then holds the ground under its body.
+    """Place a held vehicle by hand; it then holds the sections under its body.
 
     Raises VehicleUnknown, VehicleNotPlaced (no such lane), SectionsTaken.
     """
@@ -150,9 +150,7 @@ def stand_on(uow: UnitOfWork, vehicle: Vehicle, lane_id: str, s_m: float) -> Veh
 def retire(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
     """Take it off the roads for good: its sections become free, its waiting rides are given to others.
 
-    Who is aboard goes on with another one, from the nearest stop.
-
-    Raises VehicleUnknown.
+    Riders aboard go on with another vehicle, from the nearest stop. Raises VehicleUnknown.
     """
     vehicle = enrolled_vehicle(uow, vehicle_id)
     gone = replace(

@@ -62,5 +62,5 @@ def _tasks(uow: UnitOfWork, ride_ids: tuple[str, ...]) -> tuple[RiderTask, ...]:
 
 
 def expiry_ns(uow: UnitOfWork) -> int:
-    """Until when a vehicle may accept what is sent now."""
+    """The time until which a vehicle may accept what is sent now."""
     return ns_of(uow.now + timedelta(seconds=uow.rules.order_valid_s))

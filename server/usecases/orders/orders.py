@@ -1,4 +1,4 @@
-"""Plans made into orders on the wire, and the vehicle's answers to them."""
+"""Turns plans into orders on the wire, and handles the vehicle's answers."""
 
 from dataclasses import replace
 from datetime import timedelta
@@ -32,7 +32,7 @@ REJECTIONS_MAX = 3
 def reissue(
     uow: UnitOfWork, vehicle_id: str, reservations: SectionReservations | None = None
 ) -> IssuedOrder | None:
-    """Make the vehicle's order carry out its plan, if its new route is safe now; None when nothing changed.
+    """Issue an order for the vehicle's plan, if its new route is safe now; None if nothing changed.
 
     While the route is not safe the old order stays in force; the next release tries again.
     Raises VehicleUnknown.
@@ -74,9 +74,9 @@ def accepted(uow: UnitOfWork, vehicle_id: str, order_id: str, revision: int) -> 
 
 
 def rejected(uow: UnitOfWork, vehicle_id: str, answer: OrderRejected) -> IssuedOrder | None:
-    """The vehicle keeps what it had: take over its word on its visits and issue anew.
+    """The vehicle keeps its previous order: take over its visit states and issue another revision.
 
-    An order that came too late is sent again as it is. Rejections that go on open an incident, and then
+    An order that arrived too late is sent again unchanged. Repeated rejections open an incident, and then
     only a changed plan is tried. Raises OrderUnknown.
     """
     order = _found(uow, vehicle_id, answer.order_id, answer.revision)
@@ -103,7 +103,7 @@ def current_order(uow: UnitOfWork, vehicle_id: str) -> IssuedOrder | None:
 
 
 def withdraw(uow: UnitOfWork, vehicle_id: str) -> None:
-    """The vehicle does not hold the present order and never will: the next one begins afresh."""
+    """The vehicle does not have the present order and will not get it: the next order gets a new id."""
     order = uow.orders.current(vehicle_id)
     if order is not None and order.state is not OrderState.DONE:
         uow.orders.save(replace(order, state=OrderState.DONE, reason="withdrawn", plan_version=-1))
@@ -126,7 +126,8 @@ def _is_behind(present: IssuedOrder | None, plan: Plan) -> bool:
 
 
 def _says_the_same(present: IssuedOrder, plan: Plan) -> bool:
-    """The plan has changed behind what the order in force holds: the vehicle need not hear of it yet."""
+    """The plan has changed only behind the visits of the order in force: the vehicle needs no new
+    revision."""
     if present.state not in (OrderState.ISSUED, OrderState.ACCEPTED) or present.plan_version < 0:
         return False
     ahead = plan.ordered
@@ -141,7 +142,7 @@ def _says_the_same(present: IssuedOrder, plan: Plan) -> bool:
 
 
 def _is_held_back(uow: UnitOfWork, plan: Plan, present: IssuedOrder | None, here: RoadPosition) -> bool:
-    """A resting vehicle whose first visit is timed does not go and stand in the road long before."""
+    """A resting vehicle whose first visit is timed must not leave yet: it would block the road."""
     first = plan.visits[0]
     at_rest = present is None or present.state is OrderState.DONE
     if not at_rest or first.not_before is None or first.stop_id == "":
@@ -217,7 +218,7 @@ def _issue(
 def _found(uow: UnitOfWork, vehicle_id: str, order_id: str, revision: int) -> IssuedOrder:
     order = uow.orders.find(vehicle_id, order_id, revision)
     if order is None:
-        raise OrderUnknown(f"{vehicle_id} speaks of order {order_id}/{revision}, which was never issued")
+        raise OrderUnknown(f"{vehicle_id} names order {order_id}/{revision}, which was never issued")
     return order
 
 

@@ -1,4 +1,4 @@
-"""Leave to enter the road ahead. Every grant and every route goes through the reservation controller."""
+"""Grants the road ahead. Every grant and every route goes through the reservation controller."""
 
 import math
 
@@ -15,13 +15,13 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.roads.road_positions import road_position, sections_to_ask
 from server.usecases.roads.section_reservations import SectionReservations
 
-# With nobody within this distance a shuttle gets so many times as much road ahead.
+# With no other shuttle within this distance, a shuttle gets so many times as much road ahead.
 ALONE_M = 200.0
 ALONE_FACTOR = 2.0
 
 
 def extend_grants(uow: UnitOfWork) -> tuple[str, ...]:
-    """Retry routes that were not safe, then grant every vehicle the road ahead; the vehicles that gained."""
+    """Retry routes that were not safe, then grant the road ahead. Returns the vehicles with new grants."""
     reservations = SectionReservations(uow)
     for vehicle in uow.vehicles.all():
         if vehicle.placed:
@@ -30,7 +30,7 @@ def extend_grants(uow: UnitOfWork) -> tuple[str, ...]:
 
 
 def grant_ahead(uow: UnitOfWork, reservations: SectionReservations) -> tuple[str, ...]:
-    """Grant every vehicle that can drive the road ahead of it; the vehicles that gained."""
+    """Grant the road ahead to every vehicle that can drive. Returns the vehicles with new grants."""
     gained = []
     for vehicle in uow.vehicles.all():
         if vehicle.placed and vehicle.connected and not vehicle.held:
@@ -47,7 +47,7 @@ def grants_of(uow: UnitOfWork, vehicle_id: str) -> tuple[SectionGrant, ...]:
 
 
 def released(uow: UnitOfWork, vehicle_id: str, section_id: str, fence: int) -> None:
-    """The vehicle has left a section: it is free for others, whose routes and grants are tried again."""
+    """The vehicle has left a section: the routes and grants of others are tried again."""
     if SectionReservations(uow).release(vehicle_id, section_id, fence):
         extend_grants(uow)
 
@@ -70,7 +70,7 @@ def _wanted(uow: UnitOfWork, vehicle: Vehicle, reservations: SectionReservations
 
 
 def _open_ahead(roads: FleetRoads, occupancy: Occupancy) -> tuple[str, ...]:
-    """The road ahead as far as nobody has closed it."""
+    """The road ahead, up to the first closed section."""
     if not roads.closed:
         return occupancy.ahead
     shut = roads.shut_for(occupancy.held_ids[-1])

@@ -1,4 +1,4 @@
-"""What vehicles say about their visits; it wins over what the plan says."""
+"""Takes over what vehicles report about their visits; it overrides the plan."""
 
 import math
 from collections.abc import Iterable
@@ -22,9 +22,9 @@ NEAR_M = 15.0
 
 
 def change(uow: UnitOfWork, vehicle_id: str, visit_id: str, state: VisitState) -> PlannedVisit | None:
-    """Take over one visit's state; the visit, or None when that was no news.
+    """Take over one visit's state. Returns the visit, or None if nothing changed.
 
-    A visit going backwards is no news either: the plan keeps the later state.
+    A visit cannot go back: the plan keeps the later state.
     """
     plan = uow.plans.get(vehicle_id)
     if plan is None:
@@ -48,16 +48,16 @@ def change(uow: UnitOfWork, vehicle_id: str, visit_id: str, state: VisitState) -
 
 
 def take_over(uow: UnitOfWork, vehicle_id: str, progress: Iterable[VisitProgress]) -> None:
-    """All of a vehicle's word on its visits, in its order."""
+    """Take over all visit states that a vehicle reports, in its order."""
     for visit in progress:
         if visit.state != "pending":
             change(uow, vehicle_id, visit.visit_id, visit.state)
 
 
 def follow(uow: UnitOfWork, before: Plan, after: Plan) -> None:
-    """The plan went on by the vehicle's own word: the order that it follows needs no revision for that.
+    """After a vehicle's report, mark the order as up to date with the plan: it needs no revision for that.
 
-    One that it has not accepted yet, and that still names a visit which is behind it, does.
+    An order that the vehicle has not accepted yet does, if it still names a completed visit.
     """
     order = uow.orders.current(before.vehicle_id)
     if order is None or order.plan_version != before.version or order.state is OrderState.DONE:
@@ -71,7 +71,7 @@ def follow(uow: UnitOfWork, before: Plan, after: Plan) -> None:
 
 
 def _measure(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitState) -> None:
-    """How long the fleet drives from stop to stop, for the plans of other days."""
+    """Record how long the fleet drives from stop to stop, for the plans of other days."""
     if state == "under_way":
         travel_time_factors.arrived(uow, vehicle_id, visit)
     elif state == "done":
@@ -79,9 +79,10 @@ def _measure(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: Visit
 
 
 def _stand_at(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> None:
-    """Positions come in batches, so the newest may be from before the stop: the vehicle stands at the visit.
+    """Move the stored position to the visit. Positions come in batches, so the newest may be older than the
+    stop.
 
-    One farther away is left as it is: the event is an old one, told late.
+    A position farther away is not changed: the event is old and came late.
     """
     where = uow.vehicles.whereabouts(vehicle_id)
     if where is None or where.status is None:

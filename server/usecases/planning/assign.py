@@ -1,4 +1,4 @@
-"""Rides that want a shuttle, decided one after the other on one look at the fleet."""
+"""Assigns rides to shuttles, one after the other, on one snapshot of the fleet."""
 
 from collections.abc import Collection, Sequence, Set
 from dataclasses import dataclass, replace
@@ -54,11 +54,11 @@ def assign_rides(
     only: Collection[str] | None = None,
     walking: Set[str] = frozenset(),
 ) -> list[AssignmentResult]:
-    """What becomes of each ride, in the order given; `only` these vehicles may take them. Those of `walking`
-    may begin and end at other stops within walking distance: their rides have these then.
+    """Assign each ride, in the given order; `only` these vehicles may take them. The rides of `walking` may
+    begin and end at other stops within walking distance, and then have these stops.
 
-    A ride that has its promise keeps it. The decision is stored with all that it rests on; one that changed
-    nothing for a ride which goes on waiting is not.
+    A ride that has a promise keeps it. The decision is stored with its snapshot, unless it changed nothing
+    for a ride that goes on waiting.
     """
     if not wanted:
         return []
@@ -98,7 +98,7 @@ def assign_rides(
 
 
 def _still_held(snapshot: Snapshot, answers: Sequence[Answer]) -> dict[str, str]:
-    """Refused rides that are in some vehicle's plan, and the rule: they may not leave it for nothing."""
+    """Refused rides that are in some vehicle's plan, with the rule: they must stay there."""
     refused = {answer.request_id: answer.rule for answer in answers if answer.best is None}
     planned = {ride_id for plan in snapshot.plans.values() for ride_id in plan.ride_ids}
     return {ride_id: rule for ride_id, rule in refused.items() if ride_id in planned}
@@ -119,7 +119,7 @@ def _without(
     stay: dict[str, str],
     only: Collection[str] | None,
 ) -> list[AssignmentResult]:
-    """Decide again on a fleet in which these rides stay where they are."""
+    """Decide again, with these rides left in their plans."""
     others = assign_rides(uow, [ride for ride in wanted if ride.ride_id not in stay], kind, only)
     decided = iter(others)
     return [
@@ -137,7 +137,7 @@ def _with_walks(request: Request, terms: PromiseRules) -> Request:
 
 
 def _promise(roads: FleetRoads, snapshot: Snapshot, schedule: Schedule, ride: Ride, answer: Answer) -> None:
-    """Into the snapshot before the plan is stored, so that the visits already keep its window."""
+    """Put the promise into the snapshot before the plan is stored, so that the visits keep its window."""
     if ride.promise is not None or answer.windows is None:
         return
     from_s, to_s, by_s = answer.windows

@@ -1,4 +1,4 @@
-"""Decisions as they were made: improvements are kept like answers, and all of them can be made again."""
+"""Stored decisions: improvements are stored like answers, and every decision can be repeated."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class Search:
 def keep_improvement(
     uow: UnitOfWork, problem: Problem, search: Search, solution: Solution, before: dict[str, Ride]
 ) -> None:
-    """Store an improvement that was adopted; rides that changed their shuttle can be told why.
+    """Store an adopted improvement, so that a ride that changed its shuttle can be explained.
 
     before  the rides as they were, with the times that were expected then
     """
@@ -75,7 +75,7 @@ def repeated(decision: Decision) -> bytes:
 def _moved(
     solution: Solution, before: dict[str, Ride], more_s: float
 ) -> Iterator[tuple[Ride, Quote, Quote | None]]:
-    """Rides that another shuttle fetches now: how it will, and how the one before would have."""
+    """Rides that changed their shuttle: the new times, and the times with the previous shuttle."""
     for route in solution.routes:
         gets_off = {
             ride_id: time.arrive_s
@@ -92,7 +92,7 @@ def _moved(
 
 
 def _as_expected(ride: Ride) -> Quote | None:
-    """Leaving the ride where it was would have cost nothing more."""
+    """The ride with its previous shuttle, at no extra cost."""
     if ride.vehicle_id is None or ride.pickup_eta is None or ride.arrival_eta is None:
         return None
     return Quote(ride.vehicle_id, 0.0, ride.pickup_eta, ride.arrival_eta)

@@ -1,4 +1,4 @@
-"""Decided routes made real: stored as plans by compare and set, and sent as orders where that is safe."""
+"""Stores decided routes as plans by compare and set, and sends them as orders if that is safe."""
 
 from collections.abc import Iterable, Sequence
 
@@ -10,7 +10,8 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 
 
 def adopt_routes(uow: UnitOfWork, snapshot: Snapshot, routes: Iterable[VehicleRoute]) -> tuple[str, ...]:
-    """Store the routes that differ from the plans, and issue the orders that are safe; the changed vehicles.
+    """Store the routes that differ from the plans, and issue orders that are safe. Returns the changed
+    vehicles.
 
     Raises PlanChanged, NoRestingPlaceFree.
     """

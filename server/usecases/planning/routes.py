@@ -1,4 +1,4 @@
-"""A route that the dispatcher decided, made into a vehicle's plan and its riders' expected times."""
+"""Turns a decided route into a vehicle's plan and the expected times of its riders."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -25,7 +25,7 @@ from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.roads.resting import rest_visit, resting_place_for, rests_at
 
-# A party's expected times are told again when they have moved by this much.
+# Expected times are published again when they have moved by this much.
 _NEWS_S = 10.0
 
 
@@ -103,9 +103,9 @@ def _new_visit(uow: UnitOfWork, snapshot: Snapshot, call: Call) -> PlannedVisit:
 
 
 def _ended(uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[PlannedVisit, ...]) -> Plan:
-    """The plan with its rest behind the first stops; without one when it rests there already.
+    """The plan with its rest visit behind the first stops; without one if the vehicle rests there already.
 
-    A shuttle that stands at rest but was ordered away, for a ride that is no more, is ordered to stay.
+    A shuttle at rest that was ordered away for a ride that has ended is ordered to stay.
     """
     here = snapshot.positions[plan.vehicle_id]
     place_here = (here.lane_id, here.s_m)
@@ -135,9 +135,9 @@ def _is_ordered_away(uow: UnitOfWork, plan: Plan) -> bool:
 def _stops_ahead(
     uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[PlannedVisit, ...], at_rest: bool
 ) -> int:
-    """How many stops the next order holds: none where a shuttle can rest before it has to be at the first.
+    """How many stops the next order contains: none if the shuttle can rest before the first one is due.
 
-    A shuttle that stands at a stop before its time keeps the road from those behind it.
+    A shuttle that waits at a stop before its time blocks the road for those behind it.
     """
     most = min(len(visits), uow.rules.order_stops)
     for number, visit in enumerate(visits[:most]):
@@ -157,7 +157,7 @@ def _stops_ahead(
 
 
 def _left_at(visit: PlannedVisit) -> datetime:
-    """When a visit is left as planned."""
+    """The planned departure from a visit."""
     if visit.eta is None:
         raise ValueError(f"visit {visit.visit_id} has no expected time")
     leaves = visit.eta + timedelta(seconds=visit.dwell_s)

@@ -1,4 +1,4 @@
-"""The fleet as the dispatcher sees it: rows of the store made into a problem of numbers."""
+"""The fleet as the dispatcher sees it: rows of the store turned into a problem of numbers."""
 
 import math
 from collections import defaultdict
@@ -55,7 +55,7 @@ class _Drive:
 def take_snapshot(
     uow: UnitOfWork, wanted: Sequence[Ride] = (), departures: Sequence[Departure] = ()
 ) -> Snapshot:
-    """Everything under way, and the rides and departures that want a vehicle, in the order given."""
+    """Everything under way, and the rides and departures that need a vehicle, in the given order."""
     reservations = SectionReservations(uow)
     plans = {plan.vehicle_id: plan for plan in uow.plans.all()}
     rides = {ride.ride_id: ride for ride in (*uow.rides.in_states(ON_THE_WAY), *wanted)}
@@ -170,7 +170,7 @@ def _vehicle(
 
 
 def _is_needed(visit: PlannedVisit, mine: dict[str, Ride]) -> bool:
-    """Not only made for riders who are no longer this vehicle's."""
+    """The visit still has a purpose: riders of this vehicle, a departure, or no riders from the start."""
     riders = (*visit.board, *visit.alight)
     return (
         visit.state == "under_way"
@@ -181,7 +181,7 @@ def _is_needed(visit: PlannedVisit, mine: dict[str, Ride]) -> bool:
 
 
 def _forgotten(uow: UnitOfWork, visits: Sequence[PlannedVisit], mine: dict[str, Ride]) -> list[Call]:
-    """Calls for riders aboard whom no visit lets out any more."""
+    """Calls for riders aboard who have no visit to get out."""
     let_out = {ride_id for visit in visits for ride_id in visit.alight}
     places, dwell_s, pace = uow.roads().stop_numbers, uow.rules.dwell_s, uow.travel_time_factor_at(uow.now)
     return [
@@ -215,7 +215,7 @@ def _to_stops_s(
 
 
 def _is_there(visit: PlannedVisit, here: RoadPosition) -> bool:
-    """It stands at the visit, or has come to it within the noise of its position."""
+    """The vehicle stands at the visit, or is past it within the noise of its position."""
     beyond_m = here.s_m - visit.s_m if here.lane_id == visit.lane_id else -1.0
     return visit.state == "under_way" or 0.0 <= beyond_m <= ARRIVED_M
 
@@ -251,7 +251,7 @@ def _request(roads: FleetRoads, rules: FleetRules, ride: Ride, pace: float) -> R
     pickup_to_s, arrive_by_s = earliest_s + rules.wait_s_max, _arrive_by_s(ride)
     if promise is not None:
         ahead_s = (promise.pickup_to - ride.requested_at).total_seconds()
-        # The reserve is kept from others: whoever looks for a vehicle may use the whole promise.
+        # The reserve is kept from others: a ride without a vehicle may use its whole promise.
         is_planned = ride.vehicle_id is not None
         reserve_s = rules.reserve_s(ahead_s, told_anew=ride.promise_broken) if is_planned else 0.0
         pickup_to_s, arrive_by_s = seconds(promise.pickup_to) - reserve_s, arrive_by_s - reserve_s
@@ -271,7 +271,7 @@ def _request(roads: FleetRoads, rules: FleetRules, ride: Ride, pace: float) -> R
 
 
 def _arrive_by_s(ride: Ride) -> float:
-    """What is promised is kept even past the closing of the service."""
+    """The latest arrival. A promise is kept even after the service closes."""
     latest = ride.arrive_before if ride.promise is None else ride.promise.arrive_by
     return math.inf if latest is None else seconds(latest)
 
@@ -281,8 +281,8 @@ def _chains(
 ) -> tuple[tuple[Chain, ...], dict[str, tuple[Departure, int]]]:
     """Each departure as timed calls.
 
-    The first one has to be made within the tolerance. Where planned driving is slower than the timetable the
-    later ones follow as fast as it allows: a timetable is not refused for a careful plan.
+    The first call has to be made within the tolerance. If planned driving is slower than the timetable, the
+    later calls follow as fast as it allows, so that a careful plan does not refuse a timetable.
     """
     roads, dwell_s = uow.roads(), uow.rules.dwell_s
     tolerance_s = uow.rules.departure_tolerance_s

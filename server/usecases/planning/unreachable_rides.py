@@ -1,4 +1,4 @@
-"""Rides that a closed road cuts off: for when the road opens again, or told that nobody can come."""
+"""Rides that a closed road cuts off: they get a promise for the time after the closure, or they fail."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -30,10 +30,10 @@ Assign = Callable[[UnitOfWork, Sequence[Ride]], list[AssignmentResult]]
 
 
 def book_around_closures(uow: UnitOfWork, rides: Sequence[Ride], assign: Assign) -> list[AssignmentResult]:
-    """New rides, with regard to closures of other times than now.
+    """Book new rides with regard to closures at other times than now.
 
-    A ride for a time at which its stops will be cut off is refused. One for a time at which they will not be
-    any more gets its promise now, and its vehicle when the road is open.
+    A ride for a time at which its stops will be cut off is refused. If its stops are cut off now but not at
+    its time, it gets its promise now, and its vehicle when the road is open.
     """
     standing = uow.closures.standing()
     refused = {ride.ride_id for ride in rides if _is_cut_off_then(uow, ride, standing)}
@@ -51,10 +51,10 @@ def book_around_closures(uow: UnitOfWork, rides: Sequence[Ride], assign: Assign)
 
 
 def postpone(uow: UnitOfWork, rides: Sequence[Ride]) -> tuple[str, ...]:
-    """Rides that no vehicle can fetch or bring there at their time; the vehicles that lost one of them.
+    """Postpone rides that no vehicle can serve at their time. Returns the vehicles that lost one of them.
 
-    Where a closure ends in time they keep their promise, or get a new one for the time after it. With no
-    such end they fail as soon as their time comes near.
+    If a closure ends in time, they keep their promise or get a new one for the time after it. Otherwise they
+    fail as soon as their time comes near.
     """
     if not rides:
         return ()
@@ -73,7 +73,7 @@ def postpone(uow: UnitOfWork, rides: Sequence[Ride]) -> tuple[str, ...]:
 
 
 def will_be_cut_off(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
-    """Some closure will hold in the time for which the ride is promised, and cut its stops off."""
+    """A closure at the promised time of the ride will cut its stops off."""
     if ride.promise is None:
         return False
     begins = max(uow.now, ride.pickup_eta or ride.promise.pickup_from)
@@ -84,7 +84,7 @@ def will_be_cut_off(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) ->
 
 
 def _is_cut_off_then(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
-    """At the time that is asked for, which the fleet's roads as they are now need not tell."""
+    """The stops are cut off at the requested time, as far as present closures tell."""
     roads = uow.roads()
     soonest = ride.earliest + timedelta(seconds=roads.direct_s(ride.from_stop, ride.to_stop))
     closed = sections_closed_within(standing, roads.network, ride.earliest, soonest)
@@ -99,7 +99,7 @@ def _is_cut_off_then(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -
 def _after_reopening(
     uow: UnitOfWork, rides: Sequence[Ride], standing: Sequence[Closure], latest: datetime | None = None
 ) -> dict[str, Promise]:
-    """The promises that can be kept or made once closures have ended, the earliest end first.
+    """The promises that can be kept or made after closures have ended, the earliest end first.
 
     latest  no end after this helps
     """
@@ -118,7 +118,7 @@ def _after_reopening(
 def _promised_at(
     uow: UnitOfWork, roads: FleetRoads, opens: datetime, rides: Sequence[Ride]
 ) -> dict[str, Promise]:
-    """What a fleet that waits at its resting places until the road opens can promise; nothing is reserved."""
+    """What the fleet could promise if it waited at its resting places until then; nothing is reserved."""
     problem = Problem(
         vehicles=_rested(uow, roads, seconds(max(opens, uow.now))),
         requests={},
@@ -142,7 +142,7 @@ def _promised_at(
 
 
 def _taken(schedule: Schedule, request: Request, terms: PromiseRules, *, promised: bool) -> Answer | None:
-    """The answer with the request in some route; None where nobody can carry it, and it leaves the board."""
+    """The answer with the request in some route. None if no vehicle can carry it: it leaves the schedule."""
     schedule.add(request)
     keeps = {request.request_id} if promised else frozenset[str]()
     answer = answer_all(schedule, [request.request_id], terms, keeps)[0]
@@ -179,7 +179,8 @@ def _tell_later(uow: UnitOfWork, ride: Ride, promise: Promise, standing: Sequenc
 
 
 def _give_up(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
-    """Whether the ride fails: not long before its time, and not while a shuttle that stands could come."""
+    """Fail the ride if its time is near and no standing shuttle could still come. Returns whether it
+    failed."""
     soon = ride.promise is None or ride.promise.pickup_from <= uow.now + timedelta(
         seconds=uow.rules.wait_s_max
     )
@@ -192,6 +193,6 @@ def _give_up(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
 
 
 def names_of(standing: Sequence[Closure]) -> str:
-    """The closures that hold now, or will if there are none, by name."""
+    """The names of the closures in force, or of the scheduled ones if there are none."""
     in_force = [closure for closure in standing if closure.state is ClosureState.IN_FORCE]
     return ", ".join(closure.label for closure in in_force or standing)

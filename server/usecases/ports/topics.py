@@ -32,7 +32,7 @@ def vehicle_event(campus_id: str, vehicle_id: str) -> str:
 
 
 def area_presence(campus_id: str, area_id: str) -> str:
-    """A camera's word on an observation area as it came in: the payload is an `AreaPresence`."""
+    """A camera's report on an observation area as it arrived: the payload is an `AreaPresence`."""
     return f"campus/{campus_id}/area/{area_id}/presence"
 
 

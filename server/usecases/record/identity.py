@@ -20,7 +20,7 @@ from server.usecases.record.server_events import record_event
 
 @dataclass(frozen=True, slots=True)
 class CreatedSession:
-    """token is known to nobody else: it goes into the operator's cookie."""
+    """token is a secret: it is stored only in the operator's cookie."""
 
     token: str
     session: OperatorSession

@@ -38,7 +38,7 @@ def open_incident(
 
 
 def clear_incident(uow: UnitOfWork, kind: IncidentKind, subject: str) -> None:
-    """The cause is gone: close the incident by the server's own word, if it is open."""
+    """The cause is gone: the server closes the incident, if it is open."""
     known = uow.incidents.open_about(kind, subject)
     if known is not None:
         _close(uow, known, THE_SERVER)

@@ -1,4 +1,4 @@
-"""Why a ride cannot be had, in words that say what to do."""
+"""Texts that say why a ride is refused and what to do."""
 
 from datetime import datetime
 
@@ -15,7 +15,7 @@ REFUSAL_TEXTS = {
     "battery": "no shuttle has enough charge left for this ride",
     "closed_road": "a road closure cuts these stops off from each other",
 }
-# The rules that a closing can be behind.
+# Rules that may bind because the service closes.
 IN_TIME = ("pickup_window", "ride_time", "arrival")
 
 

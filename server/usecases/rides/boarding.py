@@ -1,4 +1,4 @@
-"""Who got in and out, by the vehicle's word."""
+"""Applies boardings, alightings and no-shows that vehicles report."""
 
 from dataclasses import replace
 
@@ -21,7 +21,8 @@ from server.usecases.rides import lost_vehicles
 
 
 def rider_boarded(uow: UnitOfWork, vehicle_id: str, event: RiderBoarded) -> None:
-    """Aboard, whatever the server thought; another vehicle that was to fetch the ride need not."""
+    """The party is on board, whatever the server has stored. Another vehicle that was to pick it up is
+    replanned."""
     ride = uow.rides.get(event.ride_id)
     if ride is None:
         return _unknown(uow, vehicle_id, "rider_boarded", event.ride_id)
@@ -43,7 +44,7 @@ def rider_boarded(uow: UnitOfWork, vehicle_id: str, event: RiderBoarded) -> None
 
 
 def rider_alighted(uow: UnitOfWork, vehicle_id: str, event: RiderAlighted) -> None:
-    """Out: the ride is completed, early where the vehicle does not stand at the ride's own stop."""
+    """The ride is completed; early, if the vehicle does not stand at the ride's own stop."""
     ride = uow.rides.get(event.ride_id)
     if ride is None:
         return _unknown(uow, vehicle_id, "rider_alighted", event.ride_id)
@@ -72,7 +73,7 @@ def rider_no_show(uow: UnitOfWork, vehicle_id: str, event: RiderNoShow) -> None:
         return _unknown(uow, vehicle_id, "rider_no_show", event.ride_id)
     if ride.vehicle_id != vehicle_id or ride.state not in (RideState.ASSIGNED, RideState.BOARDING):
         return None
-    detail = "nobody boarded before the shuttle had to leave"
+    detail = "the party did not board before the shuttle had to leave"
     uow.rides.save(ended(ride, RideState.NO_SHOW, uow.now, "no_show", detail))
     _tell(uow, ride, "ride.no_show", vehicle_id)
     plans.replan(uow, vehicle_id)

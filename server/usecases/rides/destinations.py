@@ -1,6 +1,6 @@
 """Another destination for a ride that waits or is under way, and getting off as soon as possible.
 
-Nobody else's promise is touched: a change is inserted like a booking, or refused with the rule that binds.
+No other promise changes: a change is inserted like a booking, or refused with the rule that binds.
 """
 
 import math
@@ -44,16 +44,16 @@ from server.usecases.record.calendars import calendar_of
 from server.usecases.record.refusals import REFUSAL_TEXTS, closing_text
 from server.usecases.record.server_events import record_event
 
-# How many of the soonest stops are tried for somebody who wants to get off.
+# How many of the soonest stops are tried for a rider who wants to get off.
 _EXITS_TRIED = 6
-# Later than this is later.
+# Differences below this do not count as later.
 _LATER_S = 1.0
 
 
 def change_destination(uow: UnitOfWork, ride: Ride, to_stop: str, by: str) -> Ride:
-    """The ride to another stop, its latest arrival promised anew; the pickup promise stays.
+    """The ride to another stop, with a new latest arrival; the pickup promise stays.
 
-    Its present destination is no change. Raises RideEnded, StopUnknown, SameStop,
+    The present destination changes nothing. Raises RideEnded, StopUnknown, SameStop,
     StopUnreachable, NoService (it would end after closing), DestinationRefused (`rule` says what binds).
     """
     _require_possible(uow, ride, to_stop)
@@ -69,14 +69,14 @@ def change_destination(uow: UnitOfWork, ride: Ride, to_stop: str, by: str) -> Ri
 
 
 def let_out_elsewhere(uow: UnitOfWork, ride: Ride, to_stop: str) -> Ride | None:
-    """Somebody aboard is let out at another stop, wherever that costs least; None where it would break a
-    promise."""
+    """Let a party aboard out at another stop, at the least cost; None if that breaks a promise."""
     return _let_out_there(uow, replace(redirected(ride, to_stop), let_out=ride.let_out))
 
 
 def let_out(uow: UnitOfWork, ride: Ride, by: str) -> Ride:
-    """Somebody aboard wants to get off: at the first stop that breaks nobody's promise, else at the next
-    one of the plan. The ride goes on until the vehicle says that they are out.
+    """Let a party aboard out at the first stop that breaks no promise, else at the next stop of the plan.
+
+    The ride goes on until the vehicle reports that the party is out.
     """
     snapshot = take_snapshot(uow)
     vehicle = _vehicle_of(snapshot, ride)
@@ -133,7 +133,7 @@ def _vehicle_of(snapshot: Snapshot, ride: Ride) -> VehicleState:
 
 
 def _inserted_anew(uow: UnitOfWork, wanted: Ride) -> Ride:
-    """By whichever vehicle can. Its pickup window stays promised, its arrival is promised anew."""
+    """Insert the ride into any vehicle. Its pickup window is kept, and it gets a new latest arrival."""
     if wanted.state in (RideState.BOARDING, RideState.ABOARD):
         raise DestinationRefused(
             "others in the shuttle, or waiting for it, could not be there in time; your ride stays as it was",
@@ -163,7 +163,7 @@ def _ride_s_max(uow: UnitOfWork, ride: Ride) -> float:
 
 
 def _let_out_there(uow: UnitOfWork, wanted: Ride) -> Ride | None:
-    """By the vehicle that comes or has come for it, whose way to the pickup stays; None where that fails."""
+    """Let the party out with its present vehicle, whose way to the pickup stays; None if that fails."""
     if wanted.vehicle_id is None:
         return None
     snapshot = take_snapshot(uow)
@@ -172,7 +172,7 @@ def _let_out_there(uow: UnitOfWork, wanted: Ride) -> Ride | None:
     vehicle = _vehicle_of(snapshot, wanted)
     place = uow.roads().stop_numbers[wanted.to_stop]
     if not np.isfinite([*snapshot.problem.times[:, place], vehicle.to_places_s[place]]).any():
-        raise StopUnreachable("the shuttle finds no way to that stop")
+        raise StopUnreachable("no road leads the shuttle to that stop")
     count = len(_without(vehicle, wanted.ride_id)) + 1
     route = _dropping(uow, snapshot, vehicle, wanted, range(count))
     return None if route is None else _carried_out(uow, snapshot, wanted, route)
@@ -181,7 +181,7 @@ def _let_out_there(uow: UnitOfWork, wanted: Ride) -> Ride | None:
 def _dropping(
     uow: UnitOfWork, snapshot: Snapshot, vehicle: VehicleState, wanted: Ride, indices: Sequence[int]
 ) -> VehicleRoute | None:
-    """The vehicle's cheapest route that lets the party out before one of these calls; None when each one
+    """The vehicle's cheapest route that lets the party out before one of these calls; None if each one
     breaks a promise."""
     place = uow.roads().stop_numbers[wanted.to_stop]
     request = snapshot.problem.requests[wanted.ride_id]
@@ -220,8 +220,7 @@ def _routes(
 
 
 def _times_of(problem: Problem, before: Schedule, wanted: Ride) -> Schedule | None:
-    """The route as it stands, timed; None when it breaks a promise, or makes somebody else's later that is
-    late already."""
+    """The given route, timed; None if it breaks a promise, or makes another late ride later."""
     schedule = Schedule(problem)
     if schedule.impossible or schedule.overdue - before.overdue:
         return None
@@ -232,7 +231,7 @@ def _times_of(problem: Problem, before: Schedule, wanted: Ride) -> Schedule | No
 
 
 def _without(vehicle: VehicleState, ride_id: str) -> tuple[Call, ...]:
-    """The vehicle's calls without letting this ride out; one that was made for that alone is left out."""
+    """The vehicle's calls without the drop-off of this ride; a call that was only for it is left out."""
     kept = []
     for number, call in enumerate(vehicle.calls):
         if ride_id not in call.alight:

@@ -1,7 +1,8 @@
-"""Riders aboard a shuttle that cannot go on: another one fetches them at the nearest stop.
+"""Riders aboard a shuttle that cannot go on: another one picks them up at the nearest stop.
 
 A shuttle is lost when it has stood with a fault for long, when an operator says so, or when it is taken off
-the road. One that is merely silent may still be driving: its riders stay with it until somebody decides.
+the road. A shuttle that is only silent may still be driving: its riders stay with it until an operator
+decides.
 """
 
 import math
@@ -30,12 +31,12 @@ from server.usecases.record.incidents import open_incident
 from server.usecases.record.server_events import record_event
 
 LOST_MODES: tuple[DriveMode, ...] = ("minimal_risk", "fault")
-# Who has come so near to the destination on foot or by hand is there.
+# A party within this distance of the destination has arrived.
 _THERE_M = 30.0
 
 
 def rescue_riders(uow: UnitOfWork) -> tuple[Ride, ...]:
-    """The riders of shuttles that have stood with a fault for too long, sent to stops near by."""
+    """Send the riders of shuttles that have stood with a fault for too long to stops near by."""
     limit = uow.now - timedelta(seconds=uow.rules.reassign_after_s)
     moved: list[Ride] = []
     for vehicle in uow.vehicles.all():
@@ -46,23 +47,24 @@ def rescue_riders(uow: UnitOfWork) -> tuple[Ride, ...]:
 
 
 def evacuate(uow: UnitOfWork, vehicle_id: str, by: str) -> tuple[Ride, ...]:
-    """An operator decides that a shuttle cannot go on: whoever is aboard goes on with others.
+    """An operator decides that a shuttle cannot go on: its riders go on with others.
 
-    The rides as they are planned now. Raises VehicleUnknown, NobodyAboard.
+    Returns the rides as planned now. Raises VehicleUnknown, NobodyAboard.
     """
     vehicle = enrolled_vehicle(uow, vehicle_id)
     record_event(uow, "vehicle.evacuated", vehicle_id, by, "")
     moved = strand_riders(uow, vehicle, f"an operator has {vehicle_id} evacuated")
     if not moved:
-        raise NobodyAboard(f"nobody is aboard {vehicle_id}")
+        raise NobodyAboard(f"no rider is aboard {vehicle_id}")
     plans.assign_waiting(uow)
     return tuple(uow.rides.get(ride.ride_id) or ride for ride in moved)
 
 
 def strand_riders(uow: UnitOfWork, vehicle: Vehicle, cause: str) -> list[Ride]:
-    """Send everybody aboard to the nearest stop, where they wait for another shuttle; an incident for each.
+    """Send all riders aboard to the nearest stop, where they wait for another shuttle; an incident for each
+    ride.
 
-    Where nobody knows where the shuttle stands, or the nearest stop is where they are going, the ride ends.
+    If the position is not known, or if the nearest stop is their destination, the ride ends.
     `plans.assign_waiting` finds the other shuttle.
     """
     moved = []
@@ -84,7 +86,8 @@ def strand_riders(uow: UnitOfWork, vehicle: Vehicle, cause: str) -> list[Ride]:
 
 
 def rider_left_lost_vehicle(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> None:
-    """The lost shuttle says that a stranded party has got off: at its destination after all, or as told."""
+    """The lost shuttle reports that a stranded party has got off: at its destination, or where it was
+    sent."""
     if not _is_near(uow, vehicle_id, ride.to_stop):
         record_event(uow, "ride.left_lost_vehicle", ride.ride_id, vehicle_id, "")
         return
@@ -97,7 +100,7 @@ def rider_left_lost_vehicle(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> Non
 
 
 def _nearest_stop(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> tuple[str, float]:
-    """The stop and the seconds on foot; "" where there is none, or nobody knows where the shuttle is."""
+    """The stop and the seconds on foot; "" if there is none, or if the shuttle's position is not known."""
     where = uow.vehicles.whereabouts(vehicle_id)
     if where is None or where.status is None:
         return "", 0.0
@@ -122,8 +125,8 @@ def _is_near(uow: UnitOfWork, vehicle_id: str, stop_id: str) -> bool:
 def _give_up(uow: UnitOfWork, ride: Ride, cause: str, walk_s: float) -> None:
     detail = f"{cause}; your stop is {max(1, round(walk_s / 60.0))} minutes away on foot"
     if walk_s == 0.0:
-        detail = f"{cause}, and nobody knows where"
-    fail_ride(uow, ride, "vehicle_lost", detail, f"{detail}; see to it that they get on")
+        detail = f"{cause}, and its position is not known"
+    fail_ride(uow, ride, "vehicle_lost", detail, f"{detail}; make sure that the party gets on")
     record_event(uow, "ride.failed", ride.ride_id, "", detail)
 
 

@@ -57,10 +57,10 @@ class BookingResult:
 def book(uow: UnitOfWork, request: BookRide) -> Ride:
     """The ride with its vehicle and its promise; or the ride in state `refused` with the rule that binds.
 
-    A repeated idempotency_key gives the earlier ride. A refused ride is kept, so that operators see what
-    was asked for in vain; its `reason` is one of `dispatch.refusal.RULES`, or no_service (it would end after
-    closing). Raises what cannot even be asked: StopUnknown, SameStop, StopUnreachable, PartyInvalid,
-    PartyTooLarge, NoService, BookingTooFarAhead, IdempotencyMismatch, CampusUnknown.
+    A repeated idempotency_key gives the earlier ride. A refused ride is stored, so that operators see it;
+    its `reason` is one of `dispatch.refusal.RULES`, or no_service (it would end after closing). Raises, if
+    the request is not possible at all: StopUnknown, SameStop, StopUnreachable, PartyInvalid, PartyTooLarge,
+    NoService, BookingTooFarAhead, IdempotencyMismatch, CampusUnknown.
     """
     answer = book_all(uow, [request])[0]
     if isinstance(answer, DomainError):
@@ -69,7 +69,8 @@ def book(uow: UnitOfWork, request: BookRide) -> Ride:
 
 
 def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[BookingResult | DomainError]:
-    """`book` for several at once, in this order, on one look at the fleet: a ride or an error for each."""
+    """`book` for several requests in this order, on one snapshot of the fleet: a ride or an error for
+    each."""
     answers: list[Ride | DomainError] = []
     calendar = calendar_of(uow)
     asked: dict[str, tuple[Ride, BookRide]] = {}
@@ -123,7 +124,7 @@ def _assigned_now(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str
 
 
 def alternatives_for(uow: UnitOfWork, ride: Ride) -> tuple[Alternative, ...]:
-    """What would have been accepted when this ride was refused; nothing for any other ride."""
+    """What would have been accepted when this ride was refused; empty for any other ride."""
     if ride.state is not RideState.REFUSED:
         return ()
     decided = uow.decisions.of_ride(ride.ride_id)
@@ -131,7 +132,7 @@ def alternatives_for(uow: UnitOfWork, ride: Ride) -> tuple[Alternative, ...]:
 
 
 def cancel(uow: UnitOfWork, ride_id: str, by: str) -> Ride:
-    """Nobody has to come; who is aboard is let out as soon as possible, and the ride ends there.
+    """Cancel the ride. A party aboard is let out as soon as possible, and the ride ends there.
 
     by: "passenger" | "operator" | "developer". Raises RideUnknown, RideEnded, DestinationRefused (aboard a
     shuttle that cannot be given a way).
@@ -165,7 +166,7 @@ def tap(uow: UnitOfWork, ride_id: str, kind: TapKind) -> Tap:
 
 
 def call_help(uow: UnitOfWork, ride_id: str, text: str) -> Incident:
-    """Put the passenger's call on top of the incidents; an open call is kept. Raises RideUnknown."""
+    """Open an incident of the highest priority; an open call is kept. Raises RideUnknown."""
     ride = ride_of(uow, ride_id)
     said = text.strip() or "no words"
     incident = open_incident(
@@ -186,9 +187,9 @@ def ride_of(uow: UnitOfWork, ride_id: str) -> Ride:
 
 
 def ride_by_code(uow: UnitOfWork, ride_code: str) -> Ride:
-    """Codes are read without regard to case and spaces. Raises RideUnknown."""
+    """Case and spaces in the code do not matter. Raises RideUnknown."""
     code = "".join(ride_code.split()).upper()
-    return _found(uow.rides.by_code(code), f"no ride has the code {code}; look at it again")
+    return _found(uow.rides.by_code(code), f"no ride has the code {code}; check it")
 
 
 def ride_by_token(uow: UnitOfWork, token: str) -> Ride:
@@ -225,7 +226,7 @@ def _refused(uow: UnitOfWork, ride: Ride, rule: str) -> Ride:
 
 
 def require_bookable(uow: UnitOfWork, request: BookRide) -> None:
-    """Raises what cannot be asked at any time: StopUnknown, SameStop, PartyInvalid, PartyTooLarge,
+    """Raises, if the request is possible at no time: StopUnknown, SameStop, PartyInvalid, PartyTooLarge,
     StopUnreachable."""
     roads, rules = uow.roads(), uow.rules
     for stop_id in (request.from_stop, request.to_stop):

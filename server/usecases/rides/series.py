@@ -107,7 +107,7 @@ def occurrences_of(uow: UnitOfWork, series: Series) -> tuple[OccurrenceView, ...
 
 
 def cancel_series(uow: UnitOfWork, series_id: str, by: str) -> Series:
-    """No further rides, and those booked already are cancelled, save one that is under way.
+    """No further rides. Booked rides are cancelled, except one that is under way.
 
     Raises SeriesUnknown, SeriesEnded.
     """
@@ -141,7 +141,7 @@ def cancel_occurrence(uow: UnitOfWork, series_id: str, day: date, by: str) -> Se
 
 
 def due_rides(uow: UnitOfWork) -> tuple[DueRide, ...]:
-    """The days that want a ride now: come within the horizon, or due for another try."""
+    """The days that need a ride now: within the horizon, or due for another attempt."""
     calendar = calendar_of(uow)
     horizon = uow.now + timedelta(seconds=uow.rules.series_ahead_s)
     first, last = calendar.day_of(uow.now) - timedelta(days=1), calendar.day_of(horizon)
@@ -158,7 +158,7 @@ def due_rides(uow: UnitOfWork) -> tuple[DueRide, ...]:
 
 
 def book_occurrence(uow: UnitOfWork, due: DueRide) -> Occurrence:
-    """The day's ride, once: whoever asks again gets what has become of it.
+    """Book the day's ride once; a repeat returns its present state.
 
     Raises RideRefused and what a booking raises; then `note_not_taken` keeps the reason.
     """
@@ -185,7 +185,8 @@ def book_occurrence(uow: UnitOfWork, due: DueRide) -> Occurrence:
 
 
 def note_not_taken(uow: UnitOfWork, due: DueRide, reason: str, detail: str) -> Occurrence:
-    """Keep why a day has no ride yet, and when it was tried. The passenger reads it on the booking's page."""
+    """Store why a day has no ride yet, and when it was tried. The passenger reads it on the booking's
+    page."""
     series = series_of(uow, due.series_id)
     present = _present(uow, series, due.day)
     if series.state is not SeriesState.ACTIVE or not _is_open(present):
@@ -198,7 +199,7 @@ def note_not_taken(uow: UnitOfWork, due: DueRide, reason: str, detail: str) -> O
 
 
 def finish_past(uow: UnitOfWork) -> None:
-    """Close the recurring bookings whose last day is behind."""
+    """Close the recurring bookings whose last day is over."""
     yesterday = calendar_of(uow).day_of(uow.now) - timedelta(days=1)
     for series in uow.series.listed([SeriesState.ACTIVE]):
         if series.ends_on < yesterday:
@@ -254,7 +255,7 @@ def _ride_request(series: Series | BookSeries, occurrence: Occurrence | None) ->
 
 
 def _expected(uow: UnitOfWork, calendar: ServiceCalendar, series: Series, day: date) -> Occurrence:
-    """What will come of a day that is too far ahead, as far as it is known."""
+    """The occurrence of a day that is too far ahead, as far as it is known."""
     fresh = _fresh(series, day, series.leaves_at(day, calendar.zone))
     holiday = calendar.holiday(day)
     if holiday is not None:
@@ -283,7 +284,7 @@ def _wants_a_try(uow: UnitOfWork, leave_at: datetime, known: Occurrence | None) 
 
 
 def _cancel_ride(uow: UnitOfWork, occurrence: Occurrence, by: str) -> bool:
-    """False where the ride is under way or over: it stays what it is."""
+    """Cancel the ride; False if it is under way or over, and stays unchanged."""
     ride = None if occurrence.ride_id is None else uow.rides.get(occurrence.ride_id)
     if ride is None:
         return True

@@ -1,4 +1,4 @@
-"""A vehicle on its sections: which ground its body covers, and how far its leave should reach."""
+"""A vehicle on its sections: which of them its body covers, and how many more it should get."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ def under_body(network: RoadNetwork, lane_id: str, s_m: float) -> tuple[str, ...
 
 
 def road_position(network: RoadNetwork, held: Sequence[str], status: Status) -> RoadPosition:
-    """Where a vehicle is on what it holds. A position beside it is moved to the nearest held place."""
+    """Where a vehicle is on its held sections. A position beside them is moved to the nearest held place."""
     for index, section_id in enumerate(held):
         section = network.sections[section_id]
         inside = section.s_from_m - _ON_SECTION_M <= status.s_m <= section.s_to_m + _ON_SECTION_M
@@ -65,14 +65,14 @@ def road_position(network: RoadNetwork, held: Sequence[str], status: Status) -> 
         if best is None or away2 < best[0]:
             best = away2, RoadPosition(index, section.lane_id, s_m)
     if best is None:
-        raise ValueError("a vehicle that holds nothing stands nowhere")
+        raise ValueError("a vehicle without held sections has no road position")
     return best[1]
 
 
 def ahead_of(
     network: RoadNetwork, held: Sequence[str], here: RoadPosition, distance_m: float
 ) -> RoadPosition:
-    """The place so much farther along the held sections; their end where they end before."""
+    """The place so much farther along the held sections, or their end if they end before."""
     section = network.sections[held[here.index]]
     if here.s_m + distance_m <= section.s_to_m or here.index == len(held) - 1:
         return RoadPosition(here.index, here.lane_id, min(here.s_m + distance_m, section.s_to_m))

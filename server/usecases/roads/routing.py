@@ -1,4 +1,4 @@
-"""The way of a vehicle from where it is, over its visits, to its resting place."""
+"""The route of a vehicle from its position, over its visits, to its resting place."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ def way_through(
 ) -> DrivingRoute | None:
     """The way from `start` over all visits, or None where there is none.
 
-    What is granted already is driven to its end: a vehicle cannot turn off it. A visit on it is served in
+    Granted sections are driven to their end: a vehicle cannot turn off them. A visit on them is served in
     passing if it lies at least stopping_m ahead; `heading_for` names the visit that the vehicle drives to or
     stands at already, which needs no such distance. The last visit, where it rests, ends the way.
     """
@@ -123,8 +123,8 @@ class _RouteBuilder:
 
 
 def blocked_for(roads: FleetRoads, own: Own, held: Sequence[str], ahead: Sequence[str]) -> frozenset[str]:
-    """What a vehicle may not drive through: others' resting places, save on its present route, and closed
-    road, save to leave it."""
+    """What a vehicle may not drive through: others' resting places, except on its present route, and closed
+    road, except to leave it."""
     rests = roads.every_road.kept_clear(own).difference(held, ahead)
     return rests | roads.shut_for(held[-1]) if roads.closed else rests
 

@@ -71,7 +71,8 @@ def settings_for(task: Task) -> Settings:
     With narrow windows, many short cycles, half of them from nothing, fill a pool whose routes combine well.
     With wide windows such cycles freeze at once and far too high, so cycles are hotter and longer. They end
     in local optima of very different cost, and heating does not lead out of them, so each one starts from
-    nothing."""
+    nothing.
+    """
     free = freedom(task)
     if free < _WIDE:
         return Settings()
