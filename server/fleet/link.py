@@ -1,4 +1,4 @@
-"""One vehicle's connection: a session, its transport, and the one task that performs what it asks."""
+"""One vehicle's connection: a session, its transport, and the task that performs the session's actions."""
 
 import asyncio
 import base64
@@ -44,7 +44,7 @@ log = structlog.get_logger("fleet.link")
 
 
 class _OutgoingMessage(enum.Enum):
-    """What else stands in the line of frames."""
+    """Items in the queue of frames that are not frames."""
 
     PUSH = "push"
     GONE = "gone"
@@ -60,9 +60,9 @@ class Transport(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class LinkPorts:
-    """What a link needs from the hub: the outside, and whom to tell.
+    """What a link needs from the hub: ports and callbacks.
 
-    opened  takes the link in; True when another agent was speaking with the same key just now
+    opened  registers the link; True if another agent used the same key just now
     """
 
     clock: Clock
@@ -75,7 +75,7 @@ class LinkPorts:
 
 
 class Link:
-    """Frames come in by `received`, in order; everything else is done by `run`, one thing at a time."""
+    """`received` takes the frames, in order; `run` handles them and everything else, one at a time."""
 
     def __init__(self, nonce: str, transport: Transport, ports: LinkPorts) -> None:
         self.session = VehicleSession(nonce)
@@ -114,17 +114,17 @@ class Link:
             await self._room.wait()
 
     def push(self) -> None:
-        """There may be something to tell the vehicle; asking twice costs nothing."""
+        """Send the outbox soon; repeated calls before that have no further effect."""
         if not self._push_due:
             self._push_due = True
             self._frames.put_nowait(_OutgoingMessage.PUSH)
 
     def tell_fleet_vehicle(self, vehicle_id: str, pose_map: Pose2, speed_mps: float) -> None:
-        """Where a fleet mate is now; lost without harm while nobody listens."""
+        """Tell where a fleet vehicle is now; dropped while the session is not open."""
         self._tell(FleetVehicle(self.session.epoch, vehicle_id, self._now_ns(), pose_map, speed_mps))
 
     def tell_presence(self, area_id: str, count: int, seen_ns: int) -> None:
-        """Who is in an area, by its camera; lost without harm while nobody listens."""
+        """Tell a camera's report on an area; dropped while the session is not open."""
         self._tell(Presence(self.session.epoch, area_id, seen_ns, count))
 
     def _tell(self, message: FleetVehicle | Presence) -> None:
@@ -257,7 +257,7 @@ class Link:
         try:
             await self._ports.transactions.run(work)
         except OrderUnknown as error:
-            # An answer changes nothing by itself: what the server wants is in the outbox and goes out again.
+            # The answer is dropped: the present order is in the outbox and is sent again.
             log.warning("order.unknown", vehicle_id=self.vehicle_id, detail=error.detail)
 
     async def _push_outbox(self) -> None:

@@ -1,4 +1,4 @@
-"""From an infrastructure camera's word to whoever is near its area: vehicles of any replica, and screens."""
+"""Passes reports of infrastructure cameras on to the vehicles near their area, and to screens."""
 
 import msgspec
 
@@ -11,7 +11,7 @@ from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock
 from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 
-# A camera that talks faster than this is not listened to in between.
+# Reports of one area that come faster are dropped.
 SOONEST_NS = 80_000_000
 
 
@@ -26,7 +26,7 @@ class AreaPresence(msgspec.Struct, frozen=True):
 
 
 class PresenceRelay:
-    """Takes the cameras' words. Latest wins: nothing is stored, nothing is repeated."""
+    """Takes the cameras' reports. The latest one counts: none is stored or repeated."""
 
     def __init__(self, campus_id: str, clock: Clock, transactions: Transactions, bus: Bus) -> None:
         self._campus_id, self._clock = campus_id, clock

@@ -1,6 +1,6 @@
-"""How the fleet is assigned, beat by beat. One dispatcher a campus: it holds a lease, others stand by.
+"""How the fleet is assigned between bookings. One dispatcher a campus holds a lease; others stand by.
 
-A booking is decided at once by whoever takes it (`usecases.rides.book`); this loop does what remains:
+A booking is decided in its own request (`usecases.rides.book`). This loop does what remains:
 roads that close and open, rides that have lost their vehicle, routes and grants that were not safe yet,
 expected times and promises, and moving waiting rides to where they cost less.
 """
@@ -28,12 +28,12 @@ T = TypeVar("T")
 LEASE = "dispatcher"
 PERIOD_S = 1.0
 LEASE_S = 10.0
-# Expected times and improvement, every so many beats.
+# Expected times and improvement, every so many periods.
 SLOW_PERIODS = 5
 
 
 class Dispatcher:
-    """slices: of improvement in one slot, a count and never a time."""
+    """slices: of one improvement, a count and not a time."""
 
     def __init__(
         self,
@@ -80,7 +80,7 @@ class Dispatcher:
             await self._relocate()
 
     async def _improve(self) -> None:
-        """Solve outside any transaction; an answer that comes too late is dropped."""
+        """Solve outside of transactions; an answer that comes too late is dropped."""
         improvement = await self._transactions.read(plans.improvement_of)
         if improvement is None or self._budget.slices == 0:
             return
@@ -90,7 +90,7 @@ class Dispatcher:
         await self._fenced(lambda uow: plans.adopt_improvement(uow, improvement, solution, search))
 
     async def _relocate(self) -> None:
-        """What is expected is learned anew every hour, outside the transactions that write."""
+        """Move one idle vehicle. Expected pickups are learned every hour, by reads."""
         if await self._transactions.read(lambda uow: relocation.is_stale(uow, self._demand)):
             self._demand = await self._transactions.read(relocation.learn_demand)
         demand = self._demand

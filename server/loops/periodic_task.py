@@ -1,4 +1,4 @@
-"""What every standing task shares: something to do now and then, or sooner when the bus says so."""
+"""The base of every standing task: work that runs every period, or sooner after a message."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -12,10 +12,10 @@ log = structlog.get_logger("loops")
 
 
 class PeriodicTask:
-    """Calls `beat` every period_s, and soon after a message on one of the topics.
+    """Runs `work` every period_s, and soon after a message on one of the topics.
 
-    A rule of the house that says no to one beat is logged; the next beat comes all the same. Anything else
-    is a defect and ends the task.
+    A refusal (DomainError) is logged, and the next period comes all the same. Any other exception is a defect
+    and ends the task.
     """
 
     def __init__(

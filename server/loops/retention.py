@@ -1,5 +1,5 @@
-"""Telemetry and sessions are kept for a bounded time; events, rides and runs are kept. Travel times by the
-hour are learnt anew as often."""
+"""Deletes old telemetry, decisions and sessions, and learns the travel time factors. Events, rides and runs
+are kept."""
 
 from server.loops.periodic_task import PeriodicTask
 from server.usecases.ports.unit_of_work import Transactions

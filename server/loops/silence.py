@@ -1,4 +1,4 @@
-"""Vehicles that are not heard any more."""
+"""Notices vehicles that are silent."""
 
 from server.loops.periodic_task import PeriodicTask
 from server.usecases.fleet import vehicle_sessions

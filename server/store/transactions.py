@@ -34,7 +34,7 @@ _REPEATABLE = frozenset({"40001", "40P01"})
 
 
 class InlineTransactions:
-    """Everything at once, on one connection, in the caller's own step."""
+    """Runs everything at once, on one connection, in the caller's own step."""
 
     def __init__(self, engine: Engine, context: Context, bus: Bus) -> None:
         self._connection = engine.connect()
@@ -95,9 +95,9 @@ class PooledTransactions:
 
 
 class _Job(Generic[T]):
-    """A use case waiting for its turn, and the way back to who waits for it.
+    """A use case that waits for its turn, and the future of its caller.
 
-    As a context it keeps what goes wrong inside for the waiting caller, whose business it is.
+    As a context it keeps an exception from inside for the waiting caller.
     """
 
     def __init__(self, work: Work[T], loop: asyncio.AbstractEventLoop) -> None:
@@ -130,7 +130,7 @@ class _Job(Generic[T]):
 
 
 class GroupCommit:
-    """One thread writes; whatever came in while it was committing shares the next commit."""
+    """One thread writes; use cases that arrive while it commits share the next commit."""
 
     def __init__(self, engine: Engine, context: Context, bus: Bus) -> None:
         self._engine = engine
@@ -150,7 +150,7 @@ class GroupCommit:
         return await loop.run_in_executor(self._readers, lambda: _read(self._engine, self._context, work))
 
     async def close(self) -> None:
-        """After everything that was asked for has been written."""
+        """Close after every job has been written."""
         self._jobs.put(None)
         await asyncio.get_running_loop().run_in_executor(None, self._writer.join)
         self._readers.shutdown(wait=True)
@@ -172,7 +172,7 @@ class GroupCommit:
                     self._write(connection, jobs)
 
     def _next_group(self) -> tuple[list[_Job[Any]], bool]:
-        """Wait for one job, take along what else is there; False when the store is being closed."""
+        """Wait for one job and take all others that wait; False if the store is being closed."""
         group: list[_Job[Any]] = []
         job = self._jobs.get()
         while job is not None:

@@ -67,7 +67,7 @@ from server.usecases.ports.views import Views
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """What every transaction of one campus is given."""
+    """What every transaction of one campus needs."""
 
     campus_id: str
     clock: Clock
@@ -87,7 +87,7 @@ class Published:
 
 @dataclass(slots=True)
 class Outgoing:
-    """What a transaction wants published, each message once, in the order it was first said."""
+    """The messages of a transaction, each one once, in the order in which they were first published."""
 
     messages: dict[tuple[str, bytes], Published] = field(default_factory=dict)
 

@@ -1,4 +1,4 @@
-"""Reads for people's eyes: joined and sorted in SQL, past the domain."""
+"""Reads for pages, joined and sorted in SQL."""
 
 from collections.abc import Sequence, Set
 from datetime import datetime

@@ -1,4 +1,4 @@
-"""A shuttle as the server knows it, and the commands given to it."""
+"""Vehicles as the server stores them, and the commands to them."""
 
 from dataclasses import dataclass
 from datetime import datetime

@@ -1,4 +1,4 @@
-"""What the dispatcher decided, kept so that it can be explained to people and made again bit for bit."""
+"""Decisions of the dispatcher, stored so that they can be explained and repeated bit for bit."""
 
 from dataclasses import dataclass
 from datetime import datetime
@@ -59,7 +59,7 @@ class RideDecision:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """One look at the fleet and what came of it.
+    """A snapshot of the fleet and the decision made from it.
 
     problem   the snapshot as `dispatch.problem_codec` writes it
     given     what else the answer depends on; answer: what came out: both JSON, compared when it is repeated

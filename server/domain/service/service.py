@@ -133,7 +133,7 @@ class ServiceCalendar:
     def require_open(self, at: datetime) -> None:
         """Raises NoService, naming in local time when rides can be had next."""
         if not self.is_open(at):
-            raise NoService(f"no shuttle runs at that time{self._holiday_words(at)}; {self.advice(at)}")
+            raise NoService(f"no shuttle runs at that time{self._holiday_note(at)}; {self.advice(at)}")
 
     def advice(self, at: datetime) -> str:
         """What to book instead of `at`, at which rides cannot be had."""
@@ -166,7 +166,7 @@ class ServiceCalendar:
     def _exception(self, service_id: str, day: date) -> ServiceException | None:
         return next((e for e in self.exceptions if e.day == day and e.service_id == service_id), None)
 
-    def _holiday_words(self, at: datetime) -> str:
+    def _holiday_note(self, at: datetime) -> str:
         holiday = self.holiday(self.day_of(at))
         return "" if holiday is None else f" ({holiday.note or 'holiday'})"
 

@@ -1,4 +1,5 @@
-"""The map in force, its closures and paces, in memory: they change seldom, every transaction asks."""
+"""The active map, its closures and travel time factors, in memory: they change seldom, and every transaction
+reads them."""
 
 from sqlalchemy import Connection
 

@@ -1,4 +1,4 @@
-"""Who holds which section, in memory."""
+"""Sections held by vehicles, in memory."""
 
 from sqlalchemy import Connection
 

@@ -1,4 +1,4 @@
-"""Service patterns and exceptions, in memory: they change seldom, every booking asks."""
+"""Service patterns and exceptions, in memory: they change seldom, and every booking reads them."""
 
 from datetime import date
 

@@ -1,4 +1,5 @@
-"""Who holds which section, as rows. Writers of one campus take turns: safety is a property of all of them."""
+"""Sections held by vehicles, as rows. Writers of one campus take turns: safety is a property of all
+vehicles."""
 
 from sqlalchemy import Connection
 

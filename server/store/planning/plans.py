@@ -22,7 +22,7 @@ class SqlPlanRepository(Repository):
         return None if row is None else plan_from_row(row)
 
     def all(self) -> tuple[Plan, ...]:
-        """Read once a transaction: what others commit meanwhile shows when this one saves."""
+        """Read once a transaction: a concurrent change is detected when this one saves."""
         if self._all is None:
             self._all = {plan.vehicle_id: plan for plan in self._read_all()}
         return tuple(self._all[vehicle_id] for vehicle_id in sorted(self._all))

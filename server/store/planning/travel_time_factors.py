@@ -1,4 +1,4 @@
-"""Driven legs and the paces learnt from them, as rows."""
+"""Driven legs and the travel time factors learnt from them, as rows."""
 
 from datetime import datetime
 

@@ -1,4 +1,4 @@
-"""What has happened, append-only."""
+"""Events of vehicles and of the server, append-only."""
 
 import msgspec
 from sqlalchemy import Connection, func, select
