@@ -52,8 +52,8 @@ async def list_closures(services: InjectedServices, _: ReadingOperator) -> list[
 async def close_road(
     body: ClosureBody, services: InjectedServices, operator: ChangingOperator
 ) -> ClosureView:
-    """Nobody is sent there from its beginning on. Rides that this cuts off are put off, let out elsewhere or
-    ended, and told so at once."""
+    """From its beginning on, no vehicle is sent there. Rides that this cuts off are postponed, let out at
+    another stop, or ended; their passengers see it at once."""
 
     def work(uow: UnitOfWork) -> ClosureView:
         return closure_view(closures.close(uow, wish_of(body), operator.name), uow.network())

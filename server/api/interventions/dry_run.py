@@ -1,4 +1,4 @@
-"""A use case tried out: what it would answer, with nothing of it kept."""
+"""Runs a use case in a transaction that is rolled back."""
 
 from collections.abc import Callable
 from typing import TypeVar
@@ -9,7 +9,7 @@ T = TypeVar("T")
 
 
 class _RolledBack(Exception):
-    """Raised inside the transaction, which is rolled back for it, to carry the answer out."""
+    """Carries the answer out of the transaction, which is rolled back because of it."""
 
     def __init__(self, answer: object) -> None:
         super().__init__()
@@ -17,7 +17,7 @@ class _RolledBack(Exception):
 
 
 async def dry_run(transactions: Transactions, work: Callable[[UnitOfWork], T]) -> T:
-    """What `work` would answer now. Its transaction is rolled back, and nothing is published."""
+    """The answer that `work` would give now. Nothing is stored or published."""
 
     def tried(uow: UnitOfWork) -> T:
         answer = work(uow)

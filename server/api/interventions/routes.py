@@ -1,4 +1,4 @@
-"""Operators' interventions: previewed before anybody is told, and reassignments."""
+"""Operators' interventions: previews, and reassignments."""
 
 from fastapi import APIRouter
 
@@ -49,7 +49,8 @@ async def preview_intervention(
     services: InjectedServices,
     operator: ChangingOperator,
 ) -> EffectsView:
-    """Whom it would delay by how much. Nothing changes; doing it then yields this, if nothing else does."""
+    """The effects that it would have. Nothing changes. The intervention has these effects if the fleet does
+    not change in between."""
     previewed = intervention(request)
     result = await dry_run(
         services.transactions, lambda uow: intervene(uow, vehicle_id, previewed, operator.name)

@@ -47,7 +47,7 @@ class PatternBody(BaseModel):
 
     name: Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)]
     weekdays: list[Weekday] = Field(max_length=7)
-    starts_on: date | None = Field(None, description="First day; null: since ever.")
+    starts_on: date | None = Field(None, description="First day; null: no limit.")
     ends_on: date | None = Field(None, description="Last day, included; null: until further notice.")
     hours: list[HoursModel] = Field(
         [], max_length=12, description="When rides can be had; empty for a service of timetable trips alone."
@@ -102,7 +102,7 @@ class ExceptionView(BaseModel):
 
 
 class ServiceView(BaseModel):
-    """Everything that decides on which days and at which hours the campus runs."""
+    """The days and hours at which the campus runs."""
 
     timezone: str
     patterns: list[PatternView]

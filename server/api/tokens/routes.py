@@ -1,4 +1,4 @@
-"""Tokens: what a script may do on /ws/developer, or an infrastructure camera on /ws/infrastructure."""
+"""Tokens for scripts on /ws/developer and for cameras on /ws/infrastructure."""
 
 from fastapi import APIRouter
 
