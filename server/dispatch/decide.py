@@ -43,12 +43,12 @@ class Offers:
 def offers_for(schedule: Schedule, request_id: str) -> Offers:
     """What the fleet can offer a request that is in no route. The schedule stays unchanged."""
     r = schedule.rows[request_id]
-    wish = schedule.requests[r]
-    choices = _choices(wish) if wish.pickup_walks or wish.dropoff_walks else [(wish, 0.0)]
+    original = schedule.requests[r]
+    choices = _choices(original) if original.pickup_walks or original.dropoff_walks else [(original, 0.0)]
     found: list[Offer] = []
     rows, costs = np.zeros((2, 3), np.int64), np.zeros(2)
     for request, walk_s in choices:
-        if request is not wish:
+        if request is not original:
             schedule.write(r, request)
         walked = walk_s * request.party * schedule.problem.weights.walk
         _two_cheapest(
@@ -60,7 +60,7 @@ def offers_for(schedule: Schedule, request_id: str) -> Offers:
             if v != NO_OFFER
         ]
     if len(choices) > 1:
-        schedule.write(r, wish)
+        schedule.write(r, original)
     found.sort(key=lambda offer: offer.cost)
     others = (offer for offer in found if offer.vehicle != found[0].vehicle)
     return Offers(found[0] if found else None, next(others, None))
@@ -75,7 +75,7 @@ def take(schedule: Schedule, offer: Offer) -> None:
 
 
 def earliest_quotes(
-    schedule: Schedule, wish: Request, tries: Sequence[tuple[int, int, float, float, float]]
+    schedule: Schedule, request: Request, tries: Sequence[tuple[int, int, float, float, float]]
 ) -> list[tuple[float, float]]:
     """Pickup and arrival of a request in each of several ways, where an early pickup counts most.
 
@@ -85,7 +85,7 @@ def earliest_quotes(
     ways, quotes = np.array(tries).reshape(-1, 5), np.zeros((len(tries), 2))
     ways[:, 2:] -= schedule.origin_s
     ways[:, 4] = np.minimum(ways[:, 4], 0.5 * CUT_OFF_S)
-    r = schedule.add(wish)
+    r = schedule.add(request)
     schedule.task.delay_cost[2 * r] *= _URGENT
     rows, costs = np.zeros((2, 3), np.int64), np.zeros(2)
     _earliest(
@@ -100,7 +100,7 @@ def earliest_quotes(
         rows,
         costs,
     )
-    schedule.remove(wish.request_id)
+    schedule.remove(request.request_id)
     quotes += schedule.origin_s
     return [(float(pickup_s), float(arrival_s)) for pickup_s, arrival_s in quotes]
 
@@ -114,23 +114,23 @@ def quoted_times(schedule: Schedule, offer: Offer) -> tuple[float, float]:
     return at_s[0] + schedule.origin_s, at_s[1] + schedule.origin_s
 
 
-def _choices(wish: Request) -> list[tuple[Request, float]]:
+def _choices(request: Request) -> list[tuple[Request, float]]:
     """The request at every possible pair of stops, and the seconds on foot in all."""
-    plain = replace(wish, pickup_walks=(), dropoff_walks=())
+    plain = replace(request, pickup_walks=(), dropoff_walks=())
     return [
         (
             replace(
                 plain,
                 pickup=up.place,
                 dropoff=down.place,
-                pickup_from_s=wish.pickup_from_s + up.walk_s,
-                pickup_to_s=wish.pickup_to_s + up.walk_s,
-                arrive_by_s=wish.arrive_by_s - down.walk_s,
+                pickup_from_s=request.pickup_from_s + up.walk_s,
+                pickup_to_s=request.pickup_to_s + up.walk_s,
+                arrive_by_s=request.arrive_by_s - down.walk_s,
             ),
             up.walk_s + down.walk_s,
         )
-        for up in (Walk(wish.pickup, 0.0), *wish.pickup_walks)
-        for down in (Walk(wish.dropoff, 0.0), *wish.dropoff_walks)
+        for up in (Walk(request.pickup, 0.0), *request.pickup_walks)
+        for down in (Walk(request.dropoff, 0.0), *request.dropoff_walks)
         if up.place != down.place
     ]
 

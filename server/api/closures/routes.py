@@ -7,8 +7,8 @@ from fastapi import APIRouter, Path
 from server.api.closures.schemas import (
     ClosureBody,
     ClosureView,
+    closure_request,
     closure_view,
-    wish_of,
 )
 from server.api.formats import NAME_PATTERN
 from server.api.problems import CsrfMissing, problems
@@ -56,7 +56,7 @@ async def close_road(
     another stop, or ended; their passengers see it at once."""
 
     def work(uow: UnitOfWork) -> ClosureView:
-        return closure_view(closures.close(uow, wish_of(body), operator.name), uow.network())
+        return closure_view(closures.close(uow, closure_request(body), operator.name), uow.network())
 
     return await services.transactions.run(work)
 

@@ -69,7 +69,7 @@ class ClosureView(BaseModel):
     )
 
 
-def wish_of(body: ClosureBody) -> CloseRoad:
+def closure_request(body: ClosureBody) -> CloseRoad:
     return CloseRoad(tuple(body.lane_ids), tuple(body.section_ids), body.reason, body.starts_at, body.ends_at)
 
 

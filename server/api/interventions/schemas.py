@@ -109,8 +109,8 @@ class EffectsView(BaseModel):
     departures: list[DepartureEffectView]
 
 
-def intervention(wish: InterventionRequest) -> Intervention:
-    return Intervention(wish.kind, wish.for_s, wish.ride_id, wish.to_vehicle_id)
+def intervention(request: InterventionRequest) -> Intervention:
+    return Intervention(request.kind, request.for_s, request.ride_id, request.to_vehicle_id)
 
 
 def effects_view(effects: Effects) -> EffectsView:

@@ -130,7 +130,7 @@ class RideView(BaseModel):
 class AlternativeView(BaseModel):
     """What would have been accepted when a ride was refused: one ride, or two with a part of the party each.
 
-    Nothing is reserved: book it anew, with these stops and `earliest` at the pickup.
+    Nothing is reserved: book it again, with these stops and `earliest` at the pickup.
     """
 
     kind: Literal["later", "other_stops", "split_party"]

@@ -81,8 +81,8 @@ async def book_series(
 ) -> SeriesTicket:
     """Each day becomes a ride one day ahead. A day that cannot be booked has a reason, and is tried again."""
     services.limits.bookings.take(client, now_ns(services))
-    wish = series_request(request, idempotency_key)
-    return await services.transactions.run(lambda uow: _ticket(uow, series.book_series(uow, wish)))
+    booking = series_request(request, idempotency_key)
+    return await services.transactions.run(lambda uow: _ticket(uow, series.book_series(uow, booking)))
 
 
 @router.get("", operation_id="list_series", responses=problems(SessionExpired, CampusUnknown))

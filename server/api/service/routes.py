@@ -86,8 +86,8 @@ async def put_service_pattern(
     """Enter a service's days and hours, or change them. Departures on days without service are withdrawn."""
 
     def work(uow: UnitOfWork) -> PatternView:
-        wish = pattern_of(uow.campus_id, service_id, body)
-        return pattern_view(service.save_pattern(uow, wish, operator.name), _trips(uow, service_id))
+        pattern = pattern_of(uow.campus_id, service_id, body)
+        return pattern_view(service.save_pattern(uow, pattern, operator.name), _trips(uow, service_id))
 
     return await services.transactions.run(work)
 

@@ -81,7 +81,7 @@ class Ride:
     ride_code     six unambiguous characters, to be said aloud
     token         the secret in the passenger's link
     boarding_code four digits, typed on the onboard screen
-    reason        stable code of a refusal, cancellation or failure, "" otherwise; reason_detail in words
+    reason        stable code of a refusal, cancellation or failure, "" otherwise; reason_detail as a sentence
     pickup_eta, arrival_eta  what the plan says now; the promise changes only with the destination
     arrive_before  no promise is made beyond this moment: the service closes then
     first_to_stop  the destination it was booked to, None while that is the present one

@@ -168,7 +168,7 @@ def tap(uow: UnitOfWork, ride_id: str, kind: TapKind) -> Tap:
 def call_help(uow: UnitOfWork, ride_id: str, text: str) -> Incident:
     """Open an incident of the highest priority; an open call is kept. Raises RideUnknown."""
     ride = ride_of(uow, ride_id)
-    said = text.strip() or "no words"
+    said = text.strip() or "no message"
     incident = open_incident(
         uow,
         IncidentKind.HELP_CALL,
