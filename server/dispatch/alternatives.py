@@ -22,9 +22,9 @@ class Alternative:
     """One or two rides that would be accepted now.
 
     parties     people in each ride, with those in wheelchairs in the first
-    pickup, dropoff  places; walk_s  from or to the stops that were asked for
+    pickup, dropoff  places; walk_s  from or to the requested stops
     pickup_s, arrival_s  of each ride as it would be planned
-    penalty_s   how far it is from what was asked for, in seconds of waiting
+    penalty_s   how far it is from the request, in seconds of waiting
     """
 
     kind: Kind

@@ -19,7 +19,7 @@ class PromiseRules:
                  to so many seconds
     arrival_slack_s, arrival_slack_ratio  the promised latest arrival after the planned one, the second as a
                  share of the planned time on board
-    later_s_max  how much later than asked for an alternative may be
+    later_s_max  how much later than requested an alternative may be
     walks        for each place the others within walking distance
     """
 

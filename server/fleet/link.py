@@ -139,7 +139,7 @@ class Link:
             self._say_goodbye(action)
 
     async def run(self) -> None:
-        """Until the session is closed or the transport is gone."""
+        """Run until the session is closed or the transport is gone."""
         for action in self.session.begin(self._now_ns()):
             await self._perform(action)
         try:

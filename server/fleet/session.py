@@ -101,7 +101,7 @@ class VehicleSession:
         return (OpenSession(self._hello),)
 
     def welcomed(self, epoch: int, acknowledged: tuple[EventLogState, ...], server_ns: int) -> Actions:
-        """The server opened session `epoch`; acknowledged tells where each boot's events go on."""
+        """The server opened session `epoch`; acknowledged: the next event of each boot."""
         if self.state != "opening":
             return ()
         self.state, self.epoch = "open", epoch

@@ -223,7 +223,7 @@ class FleetRoads:
         times: Array = np.where(np.isfinite(passed), passed * self._slack, beyond)
         return times
 
-    def taking_on_nobody_new(self, row: Array, planned: Sequence[str]) -> Array:
+    def without_closed_stops(self, row: Array, planned: Sequence[str]) -> Array:
         """(n,) times of which those to stops on closed road are left out, save to these planned ones."""
         known = np.isin(self.stop_ids, planned) if planned else np.zeros(len(self.stop_ids), np.bool_)
         return np.where(self._served_stops() | known, row, np.inf)

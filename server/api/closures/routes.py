@@ -36,7 +36,7 @@ async def list_closures(services: InjectedServices, _: ReadingOperator) -> list[
     """Those that hold now and those to come, by their beginning."""
 
     def work(uow: UnitOfWork) -> list[ClosureView]:
-        return [closure_view(closure, uow.network()) for closure in closures.standing(uow)]
+        return [closure_view(closure, uow.network()) for closure in uow.closures.standing()]
 
     return await services.transactions.read(work)
 

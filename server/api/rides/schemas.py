@@ -92,8 +92,8 @@ class PromiseView(BaseModel):
 class RideView(BaseModel):
     """A ride as everyone with its code may see it.
 
-    The promise changes only with the destination; pickup_eta and arrival_eta are what the plan says now. A
-    refused ride has no promise, and `reason` names the rule that binds.
+    The promise changes only with the destination; pickup_eta and arrival_eta are the times of the present
+    plan. A refused ride has no promise, and `reason` names the rule that binds.
     """
 
     model_config = ConfigDict(json_schema_extra={"example": RIDE_EXAMPLE})

@@ -41,7 +41,7 @@ class HoursModel(BaseModel):
 
 
 class PatternBody(BaseModel):
-    """The days on which a service runs (calendar.txt of GTFS), and when rides can be had on them."""
+    """The days on which a service runs (calendar.txt of GTFS), and when rides can be booked on them."""
 
     model_config = ConfigDict(extra="forbid", json_schema_extra={"example": PATTERN_EXAMPLE})
 
@@ -50,7 +50,7 @@ class PatternBody(BaseModel):
     starts_on: date | None = Field(None, description="First day; null: no limit.")
     ends_on: date | None = Field(None, description="Last day, included; null: until further notice.")
     hours: list[HoursModel] = Field(
-        [], max_length=12, description="When rides can be had; empty for a service of timetable trips alone."
+        [], max_length=12, description="When rides can be booked; empty for a service of trips only."
     )
 
 
@@ -162,7 +162,7 @@ class TimetableDay(BaseModel):
     day: date
     timezone: str
     holiday: str | None = Field(description="The holiday's name, or null on an ordinary day.")
-    hours: list[SpanView] = Field(description="When rides can be had, of what begins on this day.")
+    hours: list[SpanView] = Field(description="When rides can be booked: spans that begin on this day.")
     trips: list[TripView]
 
 

@@ -35,7 +35,7 @@ class Task(NamedTuple):
     vehicle_cost (V,) for having any visit at all
     absent_cost (R,) for leaving a request out
     travel_s    (P, P) between places; empty where coordinates are used instead
-    pace        (N,) what driving to the node takes, over what travel_s says: roads are slower at some hours
+    pace        (N,) travel time factor of driving to the node, on travel_s: roads are slower at some hours
     paced       whether any pace is not 1; detours may then be quicker than the direct way
     xy          (P, 2) used with `slowness` (seconds per unit) where travel_s is empty
     joined      whether visits at one place that follow each other share one dwell

@@ -25,7 +25,7 @@ class Alternative:
     """What would have been accepted instead of a refused ride: one or two rides.
 
     parties  people in each ride; pickup_at, arrival_at: of each as planned
-    walk_s   to the pickup and from the drop-off, compared with the stops asked for
+    walk_s   to the pickup and from the drop-off, compared with the requested stops
     """
 
     kind: Literal["later", "other_stops", "split_party"]
@@ -43,7 +43,7 @@ class RideDecision:
 
     rule      that binds, "" for a ride that was taken
     runner_up the best that any other shuttle offered
-    vehicles  that were asked
+    vehicles  that were considered
     """
 
     campus_id: str

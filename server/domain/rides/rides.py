@@ -82,10 +82,10 @@ class Ride:
     token         the secret in the passenger's link
     boarding_code four digits, typed on the onboard screen
     reason        stable code of a refusal, cancellation or failure, "" otherwise; reason_detail as a sentence
-    pickup_eta, arrival_eta  what the plan says now; the promise changes only with the destination
+    pickup_eta, arrival_eta  the times of the present plan; the promise changes only with the destination
     arrive_before  no promise is made beyond this moment: the service closes then
     first_to_stop  the destination it was booked to, None while that is the present one
-    let_out       the party asked to get off as soon as possible; to_stop is where that is
+    let_out       the party wants to get off as soon as possible; to_stop is where
     series_id     the recurring booking that it is a day of
     stranded_by   the shuttle that carried the party and cannot go on; another one comes to from_stop
     pinned        an operator chose its vehicle: no improvement moves it to another one

@@ -83,7 +83,7 @@ class Series:
         return within and self.leaves_at(day, zone) >= self.made_at
 
     def leaves_at(self, day: date, zone: ZoneInfo) -> datetime:
-        """The local time on that day, whatever the clocks did in between."""
+        """The local time on that day, independent of clock changes."""
         return local_moment(day, self.leave_s, zone)
 
 

@@ -1,4 +1,4 @@
-"""Runs and their segments as rows; the segments' bytes lie in files."""
+"""Runs and their segments as rows; the segments' bytes are in files."""
 
 from server.domain.record.runs import Run, Segment
 from server.store import tables

@@ -43,11 +43,6 @@ def activate_map(uow: UnitOfWork, map_version: str, by: str) -> StoredMap:
     return stored if activated is None else activated
 
 
-def active_map(uow: UnitOfWork) -> RoadMap:
-    """Raises CampusUnknown."""
-    return uow.network().road_map
-
-
 def stops(uow: UnitOfWork) -> tuple[CampusStop, ...]:
     """The active map's stops in map order. Raises CampusUnknown."""
     return stops_of(uow.network())

@@ -77,11 +77,6 @@ def lift(uow: UnitOfWork, closure_id: str, by: str) -> Closure:
     return gone
 
 
-def standing(uow: UnitOfWork) -> tuple[Closure, ...]:
-    """Scheduled or in force, by beginning."""
-    return uow.closures.standing()
-
-
 def update_closures(uow: UnitOfWork) -> None:
     """Begin and end closures whose time has come, and change the plans that they affect."""
     if not uow.has_closures():

@@ -26,7 +26,7 @@ from server.usecases.record.server_events import record_event
 
 @dataclass(frozen=True, slots=True)
 class HelloFacts:
-    """What a verified hello says."""
+    """The content of a verified hello."""
 
     vehicle_id: str
     boot_id: str

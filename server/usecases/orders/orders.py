@@ -97,11 +97,6 @@ def rejected(uow: UnitOfWork, vehicle_id: str, answer: OrderRejected) -> IssuedO
     return repeat(uow, vehicle_id)
 
 
-def current_order(uow: UnitOfWork, vehicle_id: str) -> IssuedOrder | None:
-    """The order in force, whatever its state."""
-    return uow.orders.current(vehicle_id)
-
-
 def withdraw(uow: UnitOfWork, vehicle_id: str) -> None:
     """The vehicle does not have the present order and will not get it: the next order gets a new id."""
     order = uow.orders.current(vehicle_id)

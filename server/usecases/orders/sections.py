@@ -12,7 +12,7 @@ from server.usecases.orders import orders
 from server.usecases.orders.order_payload import grants_on_the_wire
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.roads.road_positions import road_position, sections_to_ask
+from server.usecases.roads.road_positions import road_position, sections_to_request
 from server.usecases.roads.section_reservations import SectionReservations
 
 # With no other shuttle within this distance, a shuttle gets so many times as much road ahead.
@@ -66,7 +66,7 @@ def _wanted(uow: UnitOfWork, vehicle: Vehicle, reservations: SectionReservations
         distance_m *= ALONE_FACTOR
     halt = _next_halt(uow.plans.get(vehicle.vehicle_id), uow.orders.current(vehicle.vehicle_id))
     ahead = _open_ahead(uow.roads(), occupancy)
-    return sections_to_ask(network, occupancy.held_ids, ahead, here, distance_m, halt)
+    return sections_to_request(network, occupancy.held_ids, ahead, here, distance_m, halt)
 
 
 def _open_ahead(roads: FleetRoads, occupancy: Occupancy) -> tuple[str, ...]:

@@ -111,7 +111,7 @@ def _planned_s(uow: UnitOfWork, plan: Plan, calls: Sequence[Call]) -> list[float
 
 
 def _until(wanted: Sequence[Ride], departures: Sequence[Departure]) -> datetime:
-    """The latest moment at which one of these wants to begin."""
+    """The latest requested beginning of these."""
     begins = [ride.earliest if ride.promise is None else ride.promise.pickup_from for ride in wanted]
     return max([EPOCH, *begins, *(departure.calls[-1].leave_at for departure in departures)])
 
@@ -208,7 +208,7 @@ def _to_stops_s(
     place = (here.lane_id, here.s_m)
     row = roads.times_over_held(held, place, own, opened, drives.stopping_m, heading_for)
     if roads.closed:
-        row = roads.taking_on_nobody_new(row, [visit.stop_id for visit in visits])
+        row = roads.without_closed_stops(row, [visit.stop_id for visit in visits])
     if visits and _is_there(visits[0], here):
         row[roads.stop_numbers[visits[0].stop_id]] = 0.0
     return row

@@ -1,4 +1,5 @@
-"""The topics on which changes are told after a commit. Payloads name what changed; readers read the store."""
+"""The topics on which changes are published after a commit. Payloads name what changed; readers read the
+store."""
 
 
 def vehicle_outbox(campus_id: str, vehicle_id: str) -> str:

@@ -158,11 +158,6 @@ def developer_of(uow: UnitOfWork, secret: str, scope: Scope) -> DeveloperToken:
     return token
 
 
-def developer_tokens(uow: UnitOfWork) -> tuple[DeveloperToken, ...]:
-    """Newest first, revoked and expired ones included."""
-    return uow.identity.developer_tokens()
-
-
 def revoke_developer_token(uow: UnitOfWork, token_id: str, by: str) -> DeveloperToken:
     """Raises TokenInvalid."""
     token = uow.identity.developer_token_by_id(token_id)

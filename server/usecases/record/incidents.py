@@ -1,4 +1,4 @@
-"""What operators look at: opened by the server, acknowledged and closed by people."""
+"""Incidents: the server opens them, and operators acknowledge and close them."""
 
 from server.domain.errors import IncidentUnknown
 from server.domain.record.incidents import Incident, IncidentKind
@@ -55,11 +55,6 @@ def acknowledge(uow: UnitOfWork, incident_id: str, by: str) -> Incident:
 def close(uow: UnitOfWork, incident_id: str, by: str) -> Incident:
     """Raises IncidentUnknown, IncidentClosed."""
     return _close(uow, _incident(uow, incident_id), by)
-
-
-def list_open(uow: UnitOfWork) -> tuple[Incident, ...]:
-    """Most urgent first, then oldest."""
-    return uow.incidents.all_open()
 
 
 def _close(uow: UnitOfWork, incident: Incident, by: str) -> Incident:

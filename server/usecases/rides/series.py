@@ -36,7 +36,7 @@ class OccurrenceView:
 
 @dataclass(frozen=True, slots=True)
 class DueRide:
-    """One day of a recurring booking that wants its ride now."""
+    """One day of a recurring booking that needs its ride now."""
 
     series_id: str
     day: date
@@ -45,7 +45,7 @@ class DueRide:
 def book_series(uow: UnitOfWork, request: BookSeries) -> Series:
     """A repeated idempotency_key gives the earlier one.
 
-    Raises SeriesInvalid, IdempotencyMismatch, and what no ride could be asked with: StopUnknown, SameStop,
+    Raises SeriesInvalid, IdempotencyMismatch, and if a ride is never possible: StopUnknown, SameStop,
     StopUnreachable, PartyInvalid, PartyTooLarge.
     """
     known = _booked_before(uow, request)

@@ -28,7 +28,7 @@ def under_body(network: RoadNetwork, lane_id: str, s_m: float) -> tuple[str, ...
     """The sections under a standing body, rear to front.
 
     Before the lane's start or beyond its end they are those of the only lane that leads there; at a fork
-    or a merge the body is taken to be on the section of the rear axle and what lies on its own lane.
+    or a merge, only the sections on the lane of the rear axle count.
     """
     first, last = s_m - REAR_OVERHANG_M, s_m + FRONT_REACH_M
     found = [
@@ -82,7 +82,7 @@ def ahead_of(
     return ahead_of(network, held, start, rest_m)
 
 
-def sections_to_ask(
+def sections_to_request(
     network: RoadNetwork,
     held: Sequence[str],
     ahead: Sequence[str],
@@ -90,9 +90,10 @@ def sections_to_ask(
     distance_m: float,
     halt: PlannedVisit | None,
 ) -> int:
-    """How many sections ahead to ask for: distance_m of road, or as far as the nose reaches at the next halt.
+    """How many sections ahead to request: distance_m of road, or up to the front of the vehicle at the next
+    halt.
 
-    A section that is still held is not asked for again: the vehicle has to leave it first.
+    A section that is still held is not requested again: the vehicle has to leave it first.
     """
     room_m = network.sections[held[here.index]].s_to_m - here.s_m
     room_m += sum(_length_m(network, section_id) for section_id in held[here.index + 1 :])

@@ -59,7 +59,8 @@ class _RouteBuilder:
         self._legs: list[tuple[str, ...]] = []
 
     def extend(self, visit: PlannedVisit, tolerance_m: float, *, must_end: bool) -> bool:
-        """Go on to the visit; tolerance_m: how far behind it may lie (negative: how far ahead it must)."""
+        """Extend the route to the visit. tolerance_m: how far behind it may be (negative: how far ahead it
+        must be)."""
         if self._at is not None:
             found = self._on_held(visit, self._at, tolerance_m, must_end)
             if found is not None:

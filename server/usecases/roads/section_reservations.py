@@ -70,7 +70,7 @@ class SectionReservations:
     def release(self, vehicle_id: str, section_id: str, fence: int) -> bool:
         """Take back a section that the vehicle has left; False for a grant that is no longer in force.
 
-        The last section is kept: a vehicle stands somewhere.
+        The last section is kept: every vehicle stands on one.
         """
         occupancy = self._occupancies.get(vehicle_id)
         gone = HeldSection(section_id, fence)

@@ -319,5 +319,5 @@ def _lanes(order: Order, here: str) -> tuple[str, ...]:
 
 
 def states_of_order(campus: CampusUnderTest, vehicle_id: str) -> OrderState | None:
-    order = campus.read(lambda uow: orders.current_order(uow, vehicle_id))
+    order = campus.read(lambda uow: uow.orders.current(vehicle_id))
     return None if order is None else order.state

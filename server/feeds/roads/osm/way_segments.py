@@ -35,7 +35,7 @@ class RoadPlan:
     last_new_key: int
 
     def new_key(self, position: Position) -> int:
-        """A key for a place that is no OSM node of its own."""
+        """A key for a place that is not an OSM node."""
         self.last_new_key -= 1
         self.positions[self.last_new_key] = position
         return self.last_new_key
