@@ -88,8 +88,8 @@ def _answer(schedule: Schedule, request_id: str, terms: PromiseRules, promised: 
     if offers.best is None:
         rule = binding_rule(schedule, request_id)
         schedule.remove(request_id)
-        return Answer(request_id, rule=rule, alternatives=_instead(schedule, request, terms))
-    runner_up = None if offers.runner_up is None else _offered(schedule, offers.runner_up)
+        return Answer(request_id, rule=rule, alternatives=_alternatives_for(schedule, request, terms))
+    runner_up = None if offers.runner_up is None else _quote_of_offer(schedule, offers.runner_up)
     take(schedule, offers.best)
     best = _quote(schedule, offers.best)
     windows = (request.pickup_from_s, request.pickup_to_s, request.arrive_by_s)
@@ -119,13 +119,13 @@ def _quote(schedule: Schedule, offer: Offer) -> Quote:
     return Quote(schedule.vehicle_ids[offer.vehicle], offer.cost, planned.pickup_s, planned.arrival_s)
 
 
-def _offered(schedule: Schedule, offer: Offer) -> Quote:
+def _quote_of_offer(schedule: Schedule, offer: Offer) -> Quote:
     """The ride that was not taken."""
     pickup_s, arrival_s = quoted_times(schedule, offer)
     return Quote(schedule.vehicle_ids[offer.vehicle], offer.cost, pickup_s, arrival_s)
 
 
-def _instead(schedule: Schedule, request: Request, terms: PromiseRules) -> tuple[Alternative, ...]:
+def _alternatives_for(schedule: Schedule, request: Request, terms: PromiseRules) -> tuple[Alternative, ...]:
     if terms.later_s_max <= 0.0:
         return ()
     near = terms.walks or ((),) * len(schedule.problem.times)

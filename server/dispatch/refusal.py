@@ -17,7 +17,7 @@ RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, CLOSED = "ride_time", "arrival", "timeta
 RULES = (NO_VEHICLE, SEATS_RULE, WHEELCHAIR, WINDOW, RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, CLOSED)
 # In this order, the first rule without which a vehicle could carry the request is the one that binds. With
 # more time nearly every request passes, so the window comes last. A shuttle off duty is not free.
-_LOOSENED = (NO_VEHICLE, SEATS_RULE, WHEELCHAIR, RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, WINDOW)
+_LIFTED = (NO_VEHICLE, SEATS_RULE, WHEELCHAIR, RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, WINDOW)
 
 
 def binding_rule(schedule: Schedule, request_id: str) -> str:
@@ -41,14 +41,14 @@ def binding_rule(schedule: Schedule, request_id: str) -> str:
     to_pickup_s = task.travel_s[task.place[starts], request.pickup]
     if task.travel_s[request.pickup, request.dropoff] >= CUT_OFF_S or to_pickup_s.min() >= CUT_OFF_S:
         return CLOSED
-    for rule in _in_play(schedule, request):
-        with _without(schedule, r, rule):
+    for rule in _applicable_rules(schedule, request):
+        with _rule_lifted(schedule, r, rule):
             if offers_for(schedule, request_id).best is not None:
                 return rule
     return WINDOW
 
 
-def _in_play(schedule: Schedule, request: Request) -> list[str]:
+def _applicable_rules(schedule: Schedule, request: Request) -> list[str]:
     """The rules that can apply here, in the order in which they are tested."""
     idle = {
         NO_VEHICLE: not _on_shifts(schedule).any(),
@@ -58,7 +58,7 @@ def _in_play(schedule: Schedule, request: Request) -> list[str]:
         TIMETABLE: not len(schedule.task.late_s[_fixed(schedule)]),
         BATTERY: bool(np.isinf(schedule.task.drive_s_max).all()),
     }
-    return [rule for rule in _LOOSENED if not idle.get(rule, False)]
+    return [rule for rule in _LIFTED if not idle.get(rule, False)]
 
 
 def _on_shifts(schedule: Schedule) -> AnyArray:
@@ -85,7 +85,7 @@ def _fixed(schedule: Schedule) -> slice:
 
 
 @contextmanager
-def _without(schedule: Schedule, r: int, rule: str) -> Iterator[None]:
+def _rule_lifted(schedule: Schedule, r: int, rule: str) -> Iterator[None]:
     """The schedule with one rule lifted; the rule is restored at the end."""
     task, request = schedule.task, schedule.requests[r]
     kept = task.load[2 * r : 2 * r + 2].copy()
@@ -95,7 +95,7 @@ def _without(schedule: Schedule, r: int, rule: str) -> Iterator[None]:
     service_s = task.service_s[fixed].copy()
     duty = slice(2 * task.requests, 2 * (task.requests + task.vehicles))
     duty_s = task.early_s[duty].copy(), task.late_s[duty].copy()
-    schedule.write(r, _lifted(request, rule))
+    schedule.write(r, _request_without(request, rule))
     if rule == SEATS_RULE:
         task.load[2 * r : 2 * r + 2, SEATS] = 0
     elif rule == WHEELCHAIR:
@@ -121,7 +121,7 @@ def _without(schedule: Schedule, r: int, rule: str) -> Iterator[None]:
             schedule.retime()
 
 
-def _lifted(request: Request, rule: str) -> Request:
+def _request_without(request: Request, rule: str) -> Request:
     far_s = request.pickup_from_s + 0.25 * CUT_OFF_S
     if rule == WINDOW:
         return replace(request, pickup_to_s=far_s)

@@ -39,4 +39,4 @@ class SeriesScheduler:
             return  # other writers were faster; the next period tries again
         except DomainError as error:
             reason, detail = error.rule or error.code, error.detail
-            await self._transactions.run(lambda uow: series.note_not_taken(uow, due, reason, detail))
+            await self._transactions.run(lambda uow: series.record_failed_attempt(uow, due, reason, detail))

@@ -65,7 +65,7 @@ class FleetRoads:
         self._from_rest: dict[str, Array] = {}
         self._routes: dict[tuple[Place, Place, frozenset[str]], Route | None] = {}
         self._to_charger_s: float | None = None
-        self._kept: dict[str, tuple[tuple[object, ...], Any]] = {}
+        self._cached: dict[str, tuple[tuple[object, ...], Any]] = {}
         self._empty: Reservations = (
             Reservations(network.road_map.sections) if every_road is None else every_road._empty
         )
@@ -87,19 +87,19 @@ class FleetRoads:
             views[closed] = view
         return view
 
-    def kept(self, name: str, parts: tuple[object, ...], make: Callable[[], T]) -> T:
+    def cached(self, name: str, parts: tuple[object, ...], make: Callable[[], T]) -> T:
         """What was made of these immutable objects. It is made again when one of them is another object.
 
         A store that keeps its objects in memory returns the same ones until they change.
         """
-        known = self._kept.get(name)
+        known = self._cached.get(name)
         if known is not None and all(a is b for a, b in zip(known[0], parts, strict=True)):
             found: T = known[1]
             return found
-        if len(self._kept) >= _KEPT:
-            self._kept.clear()
+        if len(self._cached) >= _KEPT:
+            self._cached.clear()
         made = make()
-        self._kept[name] = parts, made
+        self._cached[name] = parts, made
         return made
 
     def reservations(self) -> Reservations:
@@ -112,7 +112,7 @@ class FleetRoads:
             self._kept_clear[own] = self.network.kept_clear(own) | self.closed
         return self._kept_clear[own]
 
-    def shut_for(self, section_id: str) -> frozenset[str]:
+    def closed_for(self, section_id: str) -> frozenset[str]:
         """The closed sections that a vehicle which stands in this one may not enter: on closed road it may
         drive on to leave it."""
         return self.closed - self._way_out(section_id) if self.closed else self.closed
@@ -217,7 +217,7 @@ class FleetRoads:
             travelled_m += section.s_to_m - s_m
             s_m = section.s_to_m
         beyond = self.times_to_stops((lane_id, s_m), own, opened) + clock_s * self._slack
-        if self.closed and self.network.section_at(lane_id, s_m).section_id in self.shut_for(held[-1]):
+        if self.closed and self.network.section_at(lane_id, s_m).section_id in self.closed_for(held[-1]):
             # What it holds ends in mid-lane, before closed road.
             beyond = np.full(len(self.stop_ids), np.inf)
         times: Array = np.where(np.isfinite(passed), passed * self._slack, beyond)
@@ -232,7 +232,7 @@ class FleetRoads:
         """Planned seconds from a place to a resting place; infinite where the others are in the way."""
         key = (place, rest.place_id)
         if key not in self._to_rest:
-            closed = self._shut_from(place, self.kept_clear(frozenset({rest.place_id})))
+            closed = self._closed_from(place, self.kept_clear(frozenset({rest.place_id})))
             there = TimesToPlaces(self.network, [(rest.lane_id, rest.s_m)], self._speed_cap_mps, closed)
             self._to_rest[key] = self._slack * float(there.from_place(place)[0])
         return self._to_rest[key]
@@ -277,7 +277,7 @@ class FleetRoads:
 
     def _from_place(self, place: Place, blocked: frozenset[str]) -> Array:
         """(n,) free-flow seconds to every stop; the section of the place itself is open."""
-        closed = self._shut_from(place, blocked)
+        closed = self._closed_from(place, blocked)
         times = self._to_stops.get(closed)
         if times is None:
             if len(self._to_stops) >= _CLOSURES_KEPT:
@@ -288,7 +288,7 @@ class FleetRoads:
             return times.from_place(place)
         return np.where(self._served_stops(), times.from_place(place), np.inf)
 
-    def _shut_from(self, place: Place, blocked: frozenset[str]) -> frozenset[str]:
+    def _closed_from(self, place: Place, blocked: frozenset[str]) -> frozenset[str]:
         """What may not be entered on a way from a place: its own section is open, and the way off closed
         road."""
         section_id = self.network.section_at(*place).section_id

@@ -35,13 +35,13 @@ def manage_charging(uow: UnitOfWork) -> tuple[str, ...]:
         if ratio is None or not vehicle.placed:
             continue
         if ratio < uow.rules.battery_reserve_ratio:
-            if _spare(uow, vehicle, ratio):
+            if _relieve(uow, vehicle, ratio):
                 changed.append(vehicle.vehicle_id)
                 gave_away = True
             continue
         if ratio >= uow.rules.battery_charge_below_ratio:
             clear_incident(uow, IncidentKind.BATTERY_LOW, vehicle.vehicle_id)
-        if _noted(uow, vehicle, ratio, is_busy=vehicle.vehicle_id in busy):
+        if _update_charging(uow, vehicle, ratio, is_busy=vehicle.vehicle_id in busy):
             changed.append(vehicle.vehicle_id)
     if gave_away:
         plans.assign_waiting(uow)
@@ -49,7 +49,7 @@ def manage_charging(uow: UnitOfWork) -> tuple[str, ...]:
     return tuple(changed)
 
 
-def _noted(uow: UnitOfWork, vehicle: Vehicle, ratio: float, *, is_busy: bool) -> bool:
+def _update_charging(uow: UnitOfWork, vehicle: Vehicle, ratio: float, *, is_busy: bool) -> bool:
     """Record that a vehicle goes to charge, or has charged."""
     rules = uow.rules
     charging = vehicle.charging
@@ -59,10 +59,12 @@ def _noted(uow: UnitOfWork, vehicle: Vehicle, ratio: float, *, is_busy: bool) ->
         charging = ratio < rules.battery_charge_below_ratio and is_idle
     elif ratio >= rules.battery_full_ratio or (is_busy and ratio >= rules.battery_accept_ratio):
         charging = False
-    return _keep(uow, vehicle, "vehicle.charging" if charging else "vehicle.charged", ratio, charging)
+    return _save_charging(
+        uow, vehicle, "vehicle.charging" if charging else "vehicle.charged", ratio, charging
+    )
 
 
-def _spare(uow: UnitOfWork, vehicle: Vehicle, ratio: float) -> bool:
+def _relieve(uow: UnitOfWork, vehicle: Vehicle, ratio: float) -> bool:
     """Below the reserve in spite of all estimates: riders aboard reach their stops, all other work is
     given away."""
     vehicle_id = vehicle.vehicle_id
@@ -72,13 +74,13 @@ def _spare(uow: UnitOfWork, vehicle: Vehicle, ratio: float) -> bool:
         "other shuttles get the rest"
     )
     open_incident(uow, IncidentKind.BATTERY_LOW, vehicle_id, cause, vehicle_id=vehicle_id)
-    _keep(uow, vehicle, "vehicle.battery_low", ratio, charging=True)
+    _save_charging(uow, vehicle, "vehicle.battery_low", ratio, charging=True)
     waiting = uow.rides.of_vehicle(vehicle_id, [RideState.ASSIGNED])
     if not is_news and not waiting:
         return False
     plans.requeue(uow, vehicle_id, [ride.ride_id for ride in waiting])
     plans.release_departures(uow, vehicle_id)
-    _planned(uow, vehicle_id, plans.replan)
+    _try_replanning(uow, vehicle_id, plans.replan)
     return True
 
 
@@ -92,10 +94,10 @@ def _go_to_chargers(uow: UnitOfWork) -> None:
             continue
         free = chargers - {other.resting_place_id for other in uow.plans.all()}
         if plan.resting_place_id not in chargers and free:
-            _planned(uow, vehicle.vehicle_id, plans.choose_resting_place)
+            _try_replanning(uow, vehicle.vehicle_id, plans.choose_resting_place)
 
 
-def _planned(uow: UnitOfWork, vehicle_id: str, plan_anew: Callable[[UnitOfWork, str], None]) -> None:
+def _try_replanning(uow: UnitOfWork, vehicle_id: str, plan_anew: Callable[[UnitOfWork, str], None]) -> None:
     """Replan a vehicle. If no resting place is free now, the next period tries again."""
     try:
         plan_anew(uow, vehicle_id)
@@ -107,7 +109,7 @@ def _has_stops(plan: Plan) -> bool:
     return any(visit.kind == "stop" for visit in plan.visits)
 
 
-def _keep(uow: UnitOfWork, vehicle: Vehicle, name: str, ratio: float, charging: bool) -> bool:
+def _save_charging(uow: UnitOfWork, vehicle: Vehicle, name: str, ratio: float, charging: bool) -> bool:
     if vehicle.charging == charging:
         return False
     vehicle_id = vehicle.vehicle_id

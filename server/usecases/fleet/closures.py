@@ -58,7 +58,7 @@ def close(uow: UnitOfWork, request: CloseRoad, by: str) -> Closure:
     )
     require_sound(closure)
     uow.closures.add(closure)
-    _note(uow, "road.closed", closure, by)
+    _record_and_publish(uow, "road.closed", closure, by)
     uow.roads_changed()
     update_closures(uow)
     plans.assign_waiting(uow)
@@ -72,8 +72,8 @@ def lift(uow: UnitOfWork, closure_id: str, by: str) -> Closure:
         raise ClosureUnknown(f"there is no closure {closure_id}")
     gone = lifted(closure, by)
     uow.closures.save(gone)
-    _note(uow, "road.opened", gone, by)
-    _opened(uow)
+    _record_and_publish(uow, "road.opened", gone, by)
+    _wake_dispatcher(uow)
     return gone
 
 
@@ -82,37 +82,37 @@ def update_closures(uow: UnitOfWork) -> None:
     if not uow.has_closures():
         return
     closures = tuple(due(closure, uow.now) for closure in uow.closures.standing())
-    ended = _stored(uow, closures)
+    ended = _save_due(uow, closures)
     if ended:
-        _opened(uow)
+        _wake_dispatcher(uow)
     left = [closure for closure in closures if closure.state is not ClosureState.OVER]
     if any(closure.state is ClosureState.IN_FORCE for closure in left):
         detours.reroute_vehicles(uow, left)
     if any(closure.state is ClosureState.SCHEDULED for closure in left):
-        _look_ahead(uow, left)
+        _postpone_cut_off_rides(uow, left)
 
 
-def _stored(uow: UnitOfWork, closures: Sequence[Closure]) -> bool:
+def _save_due(uow: UnitOfWork, closures: Sequence[Closure]) -> bool:
     """Whether one of them has ended."""
     before = {closure.closure_id: closure.state for closure in uow.closures.standing()}
     changed = [closure for closure in closures if closure.state is not before[closure.closure_id]]
     for closure in changed:
         uow.closures.save(closure)
         in_force = closure.state is ClosureState.IN_FORCE
-        _note(uow, "road.closure_began" if in_force else "road.opened", closure, "")
+        _record_and_publish(uow, "road.closure_began" if in_force else "road.opened", closure, "")
     if changed:
         uow.roads_changed()
     return any(closure.state is ClosureState.OVER for closure in changed)
 
 
-def _opened(uow: UnitOfWork) -> None:
+def _wake_dispatcher(uow: UnitOfWork) -> None:
     """Waiting rides may get a vehicle now: wake the dispatcher."""
     uow.roads_changed()
     uow.publish(topics.dispatch(uow.campus_id))
     uow.publish(topics.sections(uow.campus_id))
 
 
-def _look_ahead(uow: UnitOfWork, standing: Sequence[Closure]) -> None:
+def _postpone_cut_off_rides(uow: UnitOfWork, standing: Sequence[Closure]) -> None:
     """Postpone rides that a closure will cut off at their time, before it begins."""
     concerned = [
         ride
@@ -123,7 +123,7 @@ def _look_ahead(uow: UnitOfWork, standing: Sequence[Closure]) -> None:
         detours.replan(uow, vehicle_id)
 
 
-def _note(uow: UnitOfWork, name: str, closure: Closure, by: str) -> None:
+def _record_and_publish(uow: UnitOfWork, name: str, closure: Closure, by: str) -> None:
     roads = ", ".join((*closure.lane_ids, *closure.section_ids))
     detail = f"{roads}: {closure.reason}" if closure.reason else roads
     record_event(uow, name, closure.closure_id, by, detail)

@@ -37,7 +37,7 @@ def reroute_vehicles(uow: UnitOfWork, standing: Sequence[Closure]) -> tuple[str,
     for vehicle in snapshot.problem.vehicles:
         reached, lost = _reachable(snapshot.problem, vehicle)
         if lost:
-            _turn(uow, vehicle, reached, lost, unreachable_rides.names_of(standing))
+            _reroute(uow, vehicle, reached, lost, unreachable_rides.names_of(standing))
             turned.append(vehicle.vehicle_id)
     return tuple(turned)
 
@@ -59,7 +59,7 @@ def _reachable(problem: Problem, vehicle: VehicleState) -> tuple[Array, list[int
     return first, lost
 
 
-def _turn(uow: UnitOfWork, vehicle: VehicleState, row: Array, lost: list[int], cause: str) -> None:
+def _reroute(uow: UnitOfWork, vehicle: VehicleState, row: Array, lost: list[int], cause: str) -> None:
     vehicle_id = vehicle.vehicle_id
     plan = plans.plan_of(uow, vehicle_id)
     calls = [vehicle.calls[number] for number in lost]
@@ -73,7 +73,9 @@ def _turn(uow: UnitOfWork, vehicle: VehicleState, row: Array, lost: list[int], c
     if gone or waiting:
         kept = [visit for visit in plan.visits if visit.visit_id not in gone]
         uow.plans.save(next_version(plan, _without(kept, waiting)), plan.version)
-        _note(uow, vehicle_id, [visit.stop_id for visit in plan.visits if visit.visit_id in gone], cause)
+        _record_detour(
+            uow, vehicle_id, [visit.stop_id for visit in plan.visits if visit.visit_id in gone], cause
+        )
     plans.requeue(uow, vehicle_id, sorted(waiting))
     for ride in rides:
         if ride.ride_id in exits:
@@ -208,6 +210,6 @@ def _departures_given_up(uow: UnitOfWork, plan: Plan, lost: Sequence[PlannedVisi
     return gone
 
 
-def _note(uow: UnitOfWork, vehicle_id: str, stop_ids: Sequence[str], cause: str) -> None:
+def _record_detour(uow: UnitOfWork, vehicle_id: str, stop_ids: Sequence[str], cause: str) -> None:
     detail = f"{', '.join(stop_ids)}: {cause}"
     record_event(uow, "plan.turned_away", vehicle_id, "", detail)

@@ -133,7 +133,7 @@ def reassign(uow: UnitOfWork, vehicle_id: str, by: str, ride_id: str = "", to_ve
         waiting: Sequence[Ride] = [_waiting_ride(uow, vehicle_id, ride_id)]
     else:
         waiting = uow.rides.of_vehicle(vehicle_id, [RideState.ASSIGNED])
-    rules = _give(uow, waiting, others)
+    rules = _give_rides(uow, waiting, others)
     if ride_id and rules:
         rule = rules[ride_id]
         whom = to_vehicle_id or "another shuttle"
@@ -167,13 +167,13 @@ def _waiting_ride(uow: UnitOfWork, vehicle_id: str, ride_id: str) -> Ride:
     return ride
 
 
-def _give(uow: UnitOfWork, waiting: Sequence[Ride], to: set[str]) -> dict[str, str]:
+def _give_rides(uow: UnitOfWork, waiting: Sequence[Ride], to: set[str]) -> dict[str, str]:
     """Give the rides to these vehicles, in time if possible. Returns the rules for those they cannot take."""
-    left = _taken(uow, waiting, to, in_time=True)
-    return _taken(uow, [ride for ride in waiting if ride.ride_id in left], to, in_time=False)
+    left = _try_to_give(uow, waiting, to, in_time=True)
+    return _try_to_give(uow, [ride for ride in waiting if ride.ride_id in left], to, in_time=False)
 
 
-def _taken(uow: UnitOfWork, waiting: Sequence[Ride], to: set[str], *, in_time: bool) -> dict[str, str]:
+def _try_to_give(uow: UnitOfWork, waiting: Sequence[Ride], to: set[str], *, in_time: bool) -> dict[str, str]:
     free = [plans.as_new_request(uow, ride, in_time=in_time) for ride in waiting]
     left: dict[str, str] = {}
     for ride, answer in zip(waiting, assign_rides(uow, free, "reassignment", to), strict=True):

@@ -76,7 +76,7 @@ def recall(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
     vehicle = replace(enrolled_vehicle(uow, vehicle_id), in_service=False)
     uow.vehicles.save(vehicle)
     record_event(uow, "vehicle.recalled", vehicle_id, by)
-    _give_away(uow, vehicle_id)
+    _release_work(uow, vehicle_id)
     plans.replan(uow, vehicle_id)
     plans.assign_waiting(uow)
     departures.assign_planned(uow)
@@ -157,7 +157,7 @@ def retire(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
         vehicle, retired=True, in_service=False, placed=False, connected=False, epoch=vehicle.epoch + 1
     )
     uow.vehicles.save(gone)
-    _give_away(uow, vehicle_id)
+    _release_work(uow, vehicle_id)
     lost_vehicles.strand_riders(uow, gone, f"{vehicle_id} has been taken off the road")
     orders.withdraw(uow, vehicle_id)
     plan = uow.plans.get(vehicle_id)
@@ -170,7 +170,7 @@ def retire(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
     return gone
 
 
-def _give_away(uow: UnitOfWork, vehicle_id: str) -> None:
+def _release_work(uow: UnitOfWork, vehicle_id: str) -> None:
     plans.release_waiting(uow, vehicle_id)
     plans.release_departures(uow, vehicle_id)
 

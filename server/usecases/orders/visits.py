@@ -40,10 +40,10 @@ def change(uow: UnitOfWork, vehicle_id: str, visit_id: str, state: VisitState) -
     follow(uow, plan, after)
     visit = plan.visit(visit_id)
     if visit is not None:
-        _measure(uow, vehicle_id, visit, state)
+        _measure_leg(uow, vehicle_id, visit, state)
         if state != "skipped":
-            _stand_at(uow, vehicle_id, visit)
-        _tell(uow, vehicle_id, visit, state)
+            _move_position_to(uow, vehicle_id, visit)
+        _publish_state(uow, vehicle_id, visit, state)
     return visit
 
 
@@ -70,7 +70,7 @@ def follow(uow: UnitOfWork, before: Plan, after: Plan) -> None:
         uow.orders.save(replace(order, plan_version=after.version))
 
 
-def _measure(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitState) -> None:
+def _measure_leg(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitState) -> None:
     """Record how long the fleet drives from stop to stop, for the plans of other days."""
     if state == "under_way":
         travel_time_factors.arrived(uow, vehicle_id, visit)
@@ -78,7 +78,7 @@ def _measure(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: Visit
         travel_time_factors.left(uow, vehicle_id, visit)
 
 
-def _stand_at(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> None:
+def _move_position_to(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> None:
     """Move the stored position to the visit. Positions come in batches, so the newest may be older than the
     stop.
 
@@ -100,7 +100,7 @@ def _stand_at(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> None:
         uow.vehicles.save_position(vehicle_id, stands)
 
 
-def _tell(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitState) -> None:
+def _publish_state(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitState) -> None:
     if state == "under_way":
         for ride_id in visit.board:
             ride = uow.rides.get(ride_id)
@@ -108,11 +108,11 @@ def _tell(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitSta
                 uow.rides.save(moved(ride, RideState.BOARDING))
                 uow.publish(topics.ride(uow.campus_id, ride_id), vehicle_id=vehicle_id)
     elif state == "done" and visit.departure_id:
-        _call_made(uow, visit)
+        _complete_call(uow, visit)
     uow.publish(topics.vehicle(uow.campus_id, vehicle_id), visit_id=visit.visit_id, visit_state=state)
 
 
-def _call_made(uow: UnitOfWork, visit: PlannedVisit) -> None:
+def _complete_call(uow: UnitOfWork, visit: PlannedVisit) -> None:
     departure = uow.departures.get(visit.departure_id)
     if departure is not None and visit.call == len(departure.calls) - 1:
         uow.departures.save(replace(departure, state=DepartureState.DONE))

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import msgspec
 
-from server.dispatch.alternatives import Alternative as Found
+from server.dispatch.alternatives import Alternative as DispatchAlternative
 from server.dispatch.answer import Answer, PromiseRules, Quote, answer_all
 from server.dispatch.problem import Request
 from server.dispatch.problem_codec import encode_problem
@@ -16,7 +16,7 @@ from server.domain.planning.decisions import (
     DecisionKind,
     RideDecision,
 )
-from server.domain.planning.decisions import Quote as ToldQuote
+from server.domain.planning.decisions import Quote as StoredQuote
 from server.domain.rides.rides import Promise, Ride
 from server.travel.fleet_roads import FleetRoads
 from server.usecases.planning.issue_orders import adopt_routes
@@ -64,7 +64,7 @@ def assign_rides(
         return []
     snapshot = take_snapshot(uow, wanted=wanted)
     if only is not None:
-        snapshot = _taken_only_by(snapshot, only)
+        snapshot = _with_only_vehicles(snapshot, only)
     terms = uow.roads().promise_rules(uow.rules)
     requests = snapshot.problem.requests
     for ride_id in walking:
@@ -76,9 +76,9 @@ def assign_rides(
         terms = replace(terms, later_s_max=0.0)
     promised = {ride.ride_id for ride in wanted if ride.promise is not None}
     answers = answer_all(schedule, [ride.ride_id for ride in wanted], terms, promised)
-    stay = _still_held(snapshot, answers)
+    stay = _planned_but_refused(snapshot, answers)
     if stay:
-        return _without(uow, wanted, kind, stay, only)
+        return _assign_others(uow, wanted, kind, stay, only)
     is_kept = kind == "booking" or any(answer.best for answer in answers)
     problem = encode_problem(snapshot.problem) if is_kept else b""
     for ride, answer in zip(wanted, answers, strict=True):
@@ -90,21 +90,21 @@ def assign_rides(
     instead = [tuple(_alternative(uow.roads(), found) for found in answer.alternatives) for answer in answers]
     if is_kept:
         given = msgspec.json.encode(AssignmentRequest(terms, tuple(sorted(promised))))
-        _keep(uow, snapshot, problem, answers, instead, kind, given)
+        _store_decision(uow, snapshot, problem, answers, instead, kind, given)
     return [
         AssignmentResult(snapshot.rides[ride.ride_id] if answer.best else ride, answer.rule, others)
         for ride, answer, others in zip(wanted, answers, instead, strict=True)
     ]
 
 
-def _still_held(snapshot: Snapshot, answers: Sequence[Answer]) -> dict[str, str]:
+def _planned_but_refused(snapshot: Snapshot, answers: Sequence[Answer]) -> dict[str, str]:
     """Refused rides that are in some vehicle's plan, with the rule: they must stay there."""
     refused = {answer.request_id: answer.rule for answer in answers if answer.best is None}
     planned = {ride_id for plan in snapshot.plans.values() for ride_id in plan.ride_ids}
     return {ride_id: rule for ride_id, rule in refused.items() if ride_id in planned}
 
 
-def _taken_only_by(snapshot: Snapshot, only: Collection[str]) -> Snapshot:
+def _with_only_vehicles(snapshot: Snapshot, only: Collection[str]) -> Snapshot:
     vehicles = tuple(
         replace(vehicle, accepts=vehicle.accepts and vehicle.vehicle_id in only)
         for vehicle in snapshot.problem.vehicles
@@ -112,7 +112,7 @@ def _taken_only_by(snapshot: Snapshot, only: Collection[str]) -> Snapshot:
     return replace(snapshot, problem=replace(snapshot.problem, vehicles=vehicles))
 
 
-def _without(
+def _assign_others(
     uow: UnitOfWork,
     wanted: Sequence[Ride],
     kind: DecisionKind,
@@ -149,7 +149,7 @@ def _promise(roads: FleetRoads, snapshot: Snapshot, schedule: Schedule, ride: Ri
     snapshot.problem.requests[ride.ride_id] = taken
 
 
-def _keep(
+def _store_decision(
     uow: UnitOfWork,
     snapshot: Snapshot,
     problem: bytes,
@@ -172,8 +172,8 @@ def _keep(
                 decision_id,
                 uow.now,
                 answer.rule,
-                _told(answer.best),
-                _told(answer.runner_up),
+                _stored_quote(answer.best),
+                _stored_quote(answer.runner_up),
                 others,
                 vehicles,
             )
@@ -182,15 +182,15 @@ def _keep(
     )
 
 
-def _told(quote: Quote | None) -> ToldQuote | None:
+def _stored_quote(quote: Quote | None) -> StoredQuote | None:
     if quote is None:
         return None
-    return ToldQuote(
+    return StoredQuote(
         quote.vehicle_id, round(quote.extra_cost, 1), moment(quote.pickup_s), moment(quote.arrival_s)
     )
 
 
-def _alternative(roads: FleetRoads, found: Found) -> Alternative:
+def _alternative(roads: FleetRoads, found: DispatchAlternative) -> Alternative:
     return Alternative(
         found.kind,
         roads.stop_ids[found.pickup],

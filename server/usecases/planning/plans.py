@@ -55,7 +55,7 @@ def plan_of(uow: UnitOfWork, vehicle_id: str) -> Plan:
 def insert_departures(uow: UnitOfWork, departures: Sequence[Departure]) -> frozenset[str]:
     """Give each departure a vehicle that can make it. Returns the ids of those that got one."""
     snapshot = take_snapshot(uow, departures=departures)
-    solution = _solved(snapshot)
+    solution = _solve_insertions(snapshot)
     adopt_routes(uow, snapshot, solution.routes)
     return frozenset(d.departure_id for d in departures) - solution.refused.keys()
 
@@ -65,11 +65,11 @@ def replan(uow: UnitOfWork, vehicle_id: str) -> None:
     snapshot = take_snapshot(uow)
     if vehicle_id not in snapshot.positions:
         return
-    solution = _solved(snapshot)
+    solution = _solve_insertions(snapshot)
     if vehicle_id in solution.impossible:
         release_waiting(uow, vehicle_id)
         snapshot = take_snapshot(uow)
-        solution = _solved(snapshot)
+        solution = _solve_insertions(snapshot)
     mine = tuple(route for route in solution.routes if route.vehicle_id == vehicle_id)
     adopt_routes(uow, snapshot, mine)
 
@@ -81,7 +81,7 @@ def plan_first_rest(uow: UnitOfWork, vehicle_id: str) -> None:
     Raises NoRestingPlaceFree.
     """
     snapshot = take_snapshot(uow)
-    for route in _solved(snapshot).routes:
+    for route in _solve_insertions(snapshot).routes:
         if route.vehicle_id == vehicle_id:
             save_route(uow, snapshot, route)
             issue_orders(uow, snapshot, (vehicle_id,))
@@ -95,7 +95,7 @@ def assign_waiting(uow: UnitOfWork, also: Sequence[Ride] = ()) -> tuple[Ride, ..
     vehicle could take within the longest wait fails, with an incident. So does a ride that a closed road
     cuts off, unless the road opens in time (`unreachable_rides`).
     """
-    wanted = [*uow.rides.in_states([RideState.REQUESTED]), *_stranded(uow), *also]
+    wanted = [*uow.rides.in_states([RideState.REQUESTED]), *_rides_of_unavailable_vehicles(uow), *also]
     waiting = list({ride.ride_id: ride for ride in wanted}.values())
     if not waiting:
         return ()
@@ -105,7 +105,7 @@ def assign_waiting(uow: UnitOfWork, also: Sequence[Ride] = ()) -> tuple[Ride, ..
     left = [
         (ride, request)
         for ride, request, answer in zip(waiting, free, answers, strict=True)
-        if answer.rule and (ride.state is RideState.REQUESTED or _has_lapsed(uow, ride))
+        if answer.rule and (ride.state is RideState.REQUESTED or _promise_has_lapsed(uow, ride))
     ]
     cut_off_rides: list[Ride] = []
     late = [as_new_request(uow, ride, in_time=False) for ride, _ in left]
@@ -129,10 +129,10 @@ def as_new_request(uow: UnitOfWork, ride: Ride, *, in_time: bool) -> Ride:
 
 def save_late_promise(uow: UnitOfWork, ride: Ride, taken: Ride) -> Ride:
     """Save a ride that another vehicle took without regard to its promise, and publish the new promise."""
-    kept = _promised_later(ride, taken)
+    kept = _with_late_promise(ride, taken)
     uow.rides.save(kept)
     if kept.promise_broken:
-        promises.tell(uow, kept, "goes with another shuttle, later than promised")
+        promises.publish_broken_promise(uow, kept, "goes with another shuttle, later than promised")
     return kept
 
 
@@ -177,7 +177,7 @@ def release_departures(uow: UnitOfWork, vehicle_id: str, call_ids: frozenset[str
 
 def overdue(uow: UnitOfWork) -> frozenset[str]:
     """Rides, and visits of departures, that the present plans serve too late."""
-    return _solved(take_snapshot(uow)).overdue
+    return _solve_insertions(take_snapshot(uow)).overdue
 
 
 def send_to_stop(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> Plan:
@@ -217,7 +217,7 @@ def choose_resting_place(uow: UnitOfWork, vehicle_id: str) -> None:
     Raises NoRestingPlaceFree.
     """
     snapshot = take_snapshot(uow)
-    for route in _solved(snapshot).routes:
+    for route in _solve_insertions(snapshot).routes:
         if route.vehicle_id == vehicle_id:
             save_route(uow, snapshot, route)
     issue_orders(uow, snapshot, (vehicle_id,))
@@ -240,7 +240,7 @@ def extend_order(uow: UnitOfWork, vehicle_id: str) -> None:
 def refresh_expected(uow: UnitOfWork) -> None:
     """Update expected times to the present positions of the vehicles."""
     snapshot = take_snapshot(uow)
-    for route in _solved(snapshot).routes:
+    for route in _solve_insertions(snapshot).routes:
         if not differs_from_plan(snapshot.plans[route.vehicle_id], route):
             refresh_times(uow, snapshot, route)
 
@@ -293,17 +293,17 @@ def _from_its_last_call_s(problem: Problem, vehicle: VehicleState, place: int) -
     return float(row[place])
 
 
-def _solved(snapshot: Snapshot) -> Solution:
+def _solve_insertions(snapshot: Snapshot) -> Solution:
     # Without improvement nothing is drawn, so that the seed does not matter.
     return solve(snapshot.problem, _INSERT_ONLY, 0)
 
 
-def _has_lapsed(uow: UnitOfWork, ride: Ride) -> bool:
+def _promise_has_lapsed(uow: UnitOfWork, ride: Ride) -> bool:
     """The promise cannot be kept: the vehicle that comes first is better than further waiting."""
     return ride.promise is not None and (ride.promise_broken or uow.now > ride.promise.pickup_to)
 
 
-def _promised_later(ride: Ride, taken: Ride) -> Ride:
+def _with_late_promise(ride: Ride, taken: Ride) -> Ride:
     """A ride that another vehicle has taken over, its old promise kept beside the new one."""
     kept = replace(taken, requested_at=ride.requested_at, arrive_before=ride.arrive_before)
     if ride.promise is None or taken.promise is None:
@@ -312,7 +312,7 @@ def _promised_later(ride: Ride, taken: Ride) -> Ride:
     return promised_anew(before, taken.promise)
 
 
-def _stranded(uow: UnitOfWork) -> list[Ride]:
+def _rides_of_unavailable_vehicles(uow: UnitOfWork) -> list[Ride]:
     """Rides that wait for a vehicle which has been unavailable for too long."""
     limit = uow.now - timedelta(seconds=uow.rules.reassign_after_s)
     return [

@@ -31,7 +31,7 @@ def check_promises(uow: UnitOfWork) -> tuple[Ride, ...]:
     """
     told = []
     for ride in uow.rides.in_states(_UNDER_WAY):
-        what, promise = _missed(uow, ride)
+        what, promise = _missed_promise(uow, ride)
         if promise is not None:
             late = promised_anew(ride, promise)
         elif what and not ride.promise_broken:
@@ -39,23 +39,23 @@ def check_promises(uow: UnitOfWork) -> tuple[Ride, ...]:
         else:
             continue
         uow.rides.save(late)
-        tell(uow, late, what)
+        publish_broken_promise(uow, late, what)
         told.append(late)
     return tuple(told)
 
 
-def _missed(uow: UnitOfWork, ride: Ride) -> tuple[str, Promise | None]:
+def _missed_promise(uow: UnitOfWork, ride: Ride) -> tuple[str, Promise | None]:
     """How the plan misses the promise now, and what can be promised instead; "" if it does not."""
     promise, rules = ride.promise, uow.rules
     if promise is None or ride.vehicle_id is None or ride.arrival_eta is None:
-        return _broken(uow, ride), None
+        return _missed_time(uow, ride), None
     room = timedelta(seconds=rules.promise_lapse_s)
     waits = ride.state in (RideState.REQUESTED, RideState.ASSIGNED)
     pickup_eta = ride.pickup_eta if waits else None
     # Times in the past belong to a plan that was not refreshed since.
     arrival_eta = max(ride.arrival_eta, uow.now)
     if (arrival_eta - uow.now).total_seconds() > _CUT_OFF_S:
-        return _broken(uow, ride), None
+        return _missed_time(uow, ride), None
     pickup_eta = None if pickup_eta is None else max(pickup_eta, uow.now)
     what = ""
     if pickup_eta is not None and pickup_eta > promise.pickup_to + room:
@@ -79,7 +79,7 @@ def _minutes(late: timedelta) -> str:
     return f"{minutes} minute{'s' if minutes != 1 else ''}"
 
 
-def _broken(uow: UnitOfWork, ride: Ride) -> str:
+def _missed_time(uow: UnitOfWork, ride: Ride) -> str:
     if ride.promise is None:
         return ""
     if uow.now > ride.promise.arrive_by:
@@ -89,7 +89,7 @@ def _broken(uow: UnitOfWork, ride: Ride) -> str:
     return "not picked up within the window" if waiting and uow.now > ride.promise.pickup_to else ""
 
 
-def tell(uow: UnitOfWork, ride: Ride, what: str, reason: str = "") -> None:
+def publish_broken_promise(uow: UnitOfWork, ride: Ride, what: str, reason: str = "") -> None:
     """Open an incident that names the cause, and publish the ride, so that the phone shows it."""
     cause = f"ride {ride.ride_code} {what}: {reason or _reason(uow, ride)}"
     open_incident(

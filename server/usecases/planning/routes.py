@@ -44,7 +44,7 @@ def save_route(uow: UnitOfWork, snapshot: Snapshot, route: VehicleRoute) -> Plan
     visits = tuple(
         _visit(uow, snapshot, plan, call, time) for call, time in zip(route.calls, route.times, strict=True)
     )
-    after = _ended(uow, snapshot, plan, visits)
+    after = _with_rest(uow, snapshot, plan, visits)
     uow.plans.save(after, plan.version)
     snapshot.plans[route.vehicle_id] = after
     _assign(uow, snapshot, route)
@@ -102,7 +102,7 @@ def _new_visit(uow: UnitOfWork, snapshot: Snapshot, call: Call) -> PlannedVisit:
     )
 
 
-def _ended(uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[PlannedVisit, ...]) -> Plan:
+def _with_rest(uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[PlannedVisit, ...]) -> Plan:
     """The plan with its rest visit behind the first stops; without one if the vehicle rests there already.
 
     A shuttle at rest that was ordered away for a ride that has ended is ordered to stay.

@@ -134,7 +134,7 @@ def _drive(uow: UnitOfWork, vehicle_id: str, occupancy: Occupancy, status: Statu
         here = road_position(uow.network(), occupancy.held_ids, status)
         return _Drive(here, uow.rules.stopping_m(status.speed_mps), status.visit_id)
 
-    return uow.roads().kept(f"drive {vehicle_id}", (occupancy, status, uow.rules), make)
+    return uow.roads().cached(f"drive {vehicle_id}", (occupancy, status, uow.rules), make)
 
 
 def _vehicle(
@@ -151,7 +151,7 @@ def _vehicle(
     inside = tuple(ride_id for ride_id, ride in mine.items() if ride.state is RideState.ABOARD)
     return VehicleState(
         vehicle_id=vehicle.vehicle_id,
-        to_places_s=roads.kept(
+        to_places_s=roads.cached(
             f"to stops {vehicle.vehicle_id}",
             (plan, occupancy, drives, visits[0] if visits else None),
             lambda: _to_stops_s(roads, plan, visits, occupancy, drives),
@@ -162,7 +162,7 @@ def _vehicle(
         aboard=inside,
         calls=(
             *(_call(uow, visit, mine) for visit in visits),
-            *_forgotten(uow, visits, mine),
+            *_missing_drop_offs(uow, visits, mine),
         ),
         locked=1 if visits and visits[0].state == "under_way" else 0,
         accepts=vehicle.accepts_rides and (not roads.closed or can_rest(uow, plan, drives.here)),
@@ -180,7 +180,7 @@ def _is_needed(visit: PlannedVisit, mine: dict[str, Ride]) -> bool:
     )
 
 
-def _forgotten(uow: UnitOfWork, visits: Sequence[PlannedVisit], mine: dict[str, Ride]) -> list[Call]:
+def _missing_drop_offs(uow: UnitOfWork, visits: Sequence[PlannedVisit], mine: dict[str, Ride]) -> list[Call]:
     """Calls for riders aboard who have no visit to get out."""
     let_out = {ride_id for visit in visits for ride_id in visit.alight}
     places, dwell_s, pace = uow.roads().stop_numbers, uow.rules.dwell_s, uow.travel_time_factor_at(uow.now)
@@ -238,7 +238,7 @@ def _call(uow: UnitOfWork, visit: PlannedVisit, mine: dict[str, Ride]) -> Call:
 def request_of(uow: UnitOfWork, ride: Ride) -> Request:
     begins = ride.earliest if ride.promise is None else ride.promise.pickup_from
     pace = uow.travel_time_factor_at(max(uow.now, begins))
-    known = uow.roads().kept(
+    known = uow.roads().cached(
         f"request {ride.ride_id}", (ride, uow.rules), lambda: _request(uow.roads(), uow.rules, ride, pace)
     )
     return known if known.pace == pace else _request(uow.roads(), uow.rules, ride, pace)

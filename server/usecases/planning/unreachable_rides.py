@@ -64,9 +64,9 @@ def postpone(uow: UnitOfWork, rides: Sequence[Ride]) -> tuple[str, ...]:
     for ride in rides:
         promise = found.get(ride.ride_id)
         if promise is None:
-            ended_now = _give_up(uow, ride, standing)
+            ended_now = _fail_if_certain(uow, ride, standing)
         else:
-            ended_now = promise != ride.promise and _tell_later(uow, ride, promise, standing)
+            ended_now = promise != ride.promise and _promise_later(uow, ride, promise, standing)
         if ended_now and ride.vehicle_id is not None:
             changed.append(ride.vehicle_id)
     return tuple(dict.fromkeys(changed))
@@ -110,17 +110,17 @@ def _after_reopening(
             break
         closed = sections_closed_within(standing, uow.network(), opens, opens)
         roads = uow.roads().closed_to(closed)
-        found |= _promised_at(uow, roads, opens, left)
+        found |= _promises_from(uow, roads, opens, left)
         left = [ride for ride in left if ride.ride_id not in found]
     return found
 
 
-def _promised_at(
+def _promises_from(
     uow: UnitOfWork, roads: FleetRoads, opens: datetime, rides: Sequence[Ride]
 ) -> dict[str, Promise]:
     """What the fleet could promise if it waited at its resting places until then; nothing is reserved."""
     problem = Problem(
-        vehicles=_rested(uow, roads, seconds(max(opens, uow.now))),
+        vehicles=_resting_fleet(uow, roads, seconds(max(opens, uow.now))),
         requests={},
         times=roads.stop_times(frozenset()),
         dwell_s=uow.rules.dwell_s,
@@ -129,19 +129,19 @@ def _promised_at(
     terms = replace(roads.promise_rules(uow.rules), later_s_max=0.0)
     found: dict[str, Promise] = {}
     for ride in rides:
-        if ride.promise is not None and _taken(
+        if ride.promise is not None and _answered(
             schedule, request_of(uow, replace(ride, vehicle_id=None)), terms, promised=True
         ):
             found[ride.ride_id] = ride.promise
             continue
         free = replace(ride, promise=None, earliest=max(ride.earliest, opens), arrive_before=None)
-        answer = _taken(schedule, request_of(uow, free), terms, promised=False)
+        answer = _answered(schedule, request_of(uow, free), terms, promised=False)
         if answer is not None and answer.windows is not None:
             found[ride.ride_id] = Promise(*(moment(at_s) for at_s in answer.windows))
     return found
 
 
-def _taken(schedule: Schedule, request: Request, terms: PromiseRules, *, promised: bool) -> Answer | None:
+def _answered(schedule: Schedule, request: Request, terms: PromiseRules, *, promised: bool) -> Answer | None:
     """The answer with the request in some route. None if no vehicle can carry it: it leaves the schedule."""
     schedule.add(request)
     keeps = {request.request_id} if promised else frozenset[str]()
@@ -149,7 +149,7 @@ def _taken(schedule: Schedule, request: Request, terms: PromiseRules, *, promise
     return None if answer.best is None else answer
 
 
-def _rested(uow: UnitOfWork, roads: FleetRoads, ready_s: float) -> tuple[VehicleState, ...]:
+def _resting_fleet(uow: UnitOfWork, roads: FleetRoads, ready_s: float) -> tuple[VehicleState, ...]:
     """The shuttles that take rides, each at its own resting place."""
     places = roads.network.resting_places
     rests = {plan.vehicle_id: places.get(plan.resting_place_id) for plan in uow.plans.all()}
@@ -169,16 +169,18 @@ def _rested(uow: UnitOfWork, roads: FleetRoads, ready_s: float) -> tuple[Vehicle
 # ---------------------------------------------------------------- telling
 
 
-def _tell_later(uow: UnitOfWork, ride: Ride, promise: Promise, standing: Sequence[Closure]) -> bool:
+def _promise_later(uow: UnitOfWork, ride: Ride, promise: Promise, standing: Sequence[Closure]) -> bool:
     free = ride if ride.state is RideState.REQUESTED else unassigned(ride)
     later = promised_anew(free, promise)
     uow.rides.save(later)
     minutes = math.ceil((promise.pickup_to - (ride.promise or promise).pickup_to).total_seconds() / 60.0)
-    promises.tell(uow, later, f"will be picked up {minutes} minutes later than promised", names_of(standing))
+    promises.publish_broken_promise(
+        uow, later, f"will be picked up {minutes} minutes later than promised", names_of(standing)
+    )
     return True
 
 
-def _give_up(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
+def _fail_if_certain(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
     """Fail the ride if its time is near and no standing shuttle could still come. Returns whether it
     failed."""
     soon = ride.promise is None or ride.promise.pickup_from <= uow.now + timedelta(

@@ -33,7 +33,7 @@ def open_incident(
         ride_id=ride_id,
     )
     uow.incidents.add(incident)
-    _tell(uow, incident, "incident.opened", THE_SERVER)
+    _record_and_publish(uow, incident, "incident.opened", THE_SERVER)
     return incident
 
 
@@ -48,7 +48,7 @@ def acknowledge(uow: UnitOfWork, incident_id: str, by: str) -> Incident:
     """Raises IncidentUnknown, IncidentClosed."""
     incident = as_acknowledged(_incident(uow, incident_id), by, uow.now)
     uow.incidents.save(incident)
-    _tell(uow, incident, "incident.acknowledged", by)
+    _record_and_publish(uow, incident, "incident.acknowledged", by)
     return incident
 
 
@@ -60,7 +60,7 @@ def close(uow: UnitOfWork, incident_id: str, by: str) -> Incident:
 def _close(uow: UnitOfWork, incident: Incident, by: str) -> Incident:
     done = as_closed(incident, by, uow.now)
     uow.incidents.save(done)
-    _tell(uow, done, "incident.closed", by)
+    _record_and_publish(uow, done, "incident.closed", by)
     return done
 
 
@@ -71,7 +71,7 @@ def _incident(uow: UnitOfWork, incident_id: str) -> Incident:
     return incident
 
 
-def _tell(uow: UnitOfWork, incident: Incident, name: str, by: str) -> None:
+def _record_and_publish(uow: UnitOfWork, incident: Incident, name: str, by: str) -> None:
     detail = f"{incident.kind} {incident.subject}: {incident.cause}"
     record_event(uow, name, incident.incident_id, by, detail)
     uow.publish(topics.incidents(uow.campus_id), incident_id=incident.incident_id, kind=str(incident.kind))

@@ -30,11 +30,11 @@ def rider_boarded(uow: UnitOfWork, vehicle_id: str, event: RiderBoarded) -> None
         return None
     planned_by = ride.vehicle_id
     expected = planned_by == vehicle_id and not ride.has_ended
-    aboard = _moved(uow, ride, event.how)
+    aboard = _boarded(uow, ride, event.how)
     if aboard is None:
         return None
     uow.rides.save(replace(aboard, vehicle_id=vehicle_id))
-    _tell(uow, ride, "ride.boarded", vehicle_id, event.how)
+    _record_and_publish(uow, ride, "ride.boarded", vehicle_id, event.how)
     if not expected:
         for other in vehicles_with_ride(uow.plans.all(), ride.ride_id):
             if other != vehicle_id:
@@ -60,7 +60,7 @@ def rider_alighted(uow: UnitOfWork, vehicle_id: str, event: RiderAlighted) -> No
     done = ended(ride, RideState.COMPLETED, uow.now)
     uow.rides.save(replace(done, left_early=early or ride.let_out))
     clear_incident(uow, IncidentKind.RIDER_DID_NOT_ALIGHT, ride.ride_id)
-    _tell(uow, ride, "ride.completed", vehicle_id, event.how)
+    _record_and_publish(uow, ride, "ride.completed", vehicle_id, event.how)
     if early:
         plans.replan(uow, vehicle_id)
     return None
@@ -75,7 +75,7 @@ def rider_no_show(uow: UnitOfWork, vehicle_id: str, event: RiderNoShow) -> None:
         return None
     detail = "the party did not board before the shuttle had to leave"
     uow.rides.save(ended(ride, RideState.NO_SHOW, uow.now, "no_show", detail))
-    _tell(uow, ride, "ride.no_show", vehicle_id)
+    _record_and_publish(uow, ride, "ride.no_show", vehicle_id)
     plans.replan(uow, vehicle_id)
     return None
 
@@ -99,11 +99,11 @@ def rider_did_not_alight(uow: UnitOfWork, vehicle_id: str, event: RiderDidNotAli
     if again:
         detail = "stayed in the shuttle, or left without being seen"
         uow.rides.save(ended(ride, RideState.FAILED, uow.now, "did_not_alight", detail))
-    _tell(uow, ride, "ride.did_not_alight", vehicle_id)
+    _record_and_publish(uow, ride, "ride.did_not_alight", vehicle_id)
     return None
 
 
-def _moved(uow: UnitOfWork, ride: Ride, how: BoardedHow) -> Ride | None:
+def _boarded(uow: UnitOfWork, ride: Ride, how: BoardedHow) -> Ride | None:
     try:
         return boarded(ride, how, uow.now)
     except IllegalTransition:
@@ -120,6 +120,6 @@ def _contradiction(uow: UnitOfWork, vehicle_id: str, ride: Ride, what: str) -> N
     record_event(uow, "ride.contradiction", ride.ride_id, vehicle_id, detail)
 
 
-def _tell(uow: UnitOfWork, ride: Ride, name: str, vehicle_id: str, detail: str = "") -> None:
+def _record_and_publish(uow: UnitOfWork, ride: Ride, name: str, vehicle_id: str, detail: str = "") -> None:
     record_event(uow, name, ride.ride_id, vehicle_id, detail)
     uow.publish(topics.ride(uow.campus_id, ride.ride_id), vehicle_id=vehicle_id)

@@ -60,17 +60,17 @@ def change_destination(uow: UnitOfWork, ride: Ride, to_stop: str, by: str) -> Ri
     if to_stop == ride.to_stop and not ride.let_out:
         return ride
     wanted = redirected(ride, to_stop)
-    changed = _let_out_there(uow, wanted)
+    changed = _insert_into_present_vehicle(uow, wanted)
     if changed is None:
-        changed = _inserted_anew(uow, wanted)
+        changed = _insert_into_any_vehicle(uow, wanted)
     _require_before_closing(uow, changed)
-    _tell(uow, changed, "ride.destination_changed", by, f"{ride.to_stop} to {to_stop}")
+    _record_and_publish(uow, changed, "ride.destination_changed", by, f"{ride.to_stop} to {to_stop}")
     return changed
 
 
 def let_out_elsewhere(uow: UnitOfWork, ride: Ride, to_stop: str) -> Ride | None:
     """Let a party aboard out at another stop, at the least cost; None if that breaks a promise."""
-    return _let_out_there(uow, replace(redirected(ride, to_stop), let_out=ride.let_out))
+    return _insert_into_present_vehicle(uow, replace(redirected(ride, to_stop), let_out=ride.let_out))
 
 
 def let_out(uow: UnitOfWork, ride: Ride, by: str) -> Ride:
@@ -82,14 +82,14 @@ def let_out(uow: UnitOfWork, ride: Ride, by: str) -> Ride:
     vehicle = _vehicle_of(snapshot, ride)
     for to_stop, index in _exits(uow, snapshot.problem.times, vehicle, ride):
         wanted = replace(redirected(ride, to_stop), let_out=True)
-        route = _dropping(uow, snapshot, vehicle, wanted, [index])
+        route = _route_with_drop_off(uow, snapshot, vehicle, wanted, [index])
         if route is not None:
-            changed = _carried_out(uow, snapshot, wanted, route)
-            _tell(uow, changed, "ride.let_out", by, to_stop)
+            changed = _adopt_route(uow, snapshot, wanted, route)
+            _record_and_publish(uow, changed, "ride.let_out", by, to_stop)
             return changed
     changed = replace(ride, let_out=True)
     uow.rides.save(changed)
-    _tell(uow, changed, "ride.let_out", by, ride.to_stop)
+    _record_and_publish(uow, changed, "ride.let_out", by, ride.to_stop)
     return changed
 
 
@@ -132,7 +132,7 @@ def _vehicle_of(snapshot: Snapshot, ride: Ride) -> VehicleState:
 # ---------------------------------------------------------------- on another vehicle: inserted like a booking
 
 
-def _inserted_anew(uow: UnitOfWork, wanted: Ride) -> Ride:
+def _insert_into_any_vehicle(uow: UnitOfWork, wanted: Ride) -> Ride:
     """Insert the ride into any vehicle. Its pickup window is kept, and it gets a new latest arrival."""
     if wanted.state in (RideState.BOARDING, RideState.ABOARD):
         raise DestinationRefused(
@@ -151,7 +151,7 @@ def _inserted_anew(uow: UnitOfWork, wanted: Ride) -> Ride:
         raise DestinationRefused(error.detail, "no_vehicle_free") from error
     if answer.rule:
         raise DestinationRefused(f"{REFUSAL_TEXTS[answer.rule]}; your ride stays as it was", answer.rule)
-    return _promised_anew(uow, answer.ride)
+    return _with_new_arrival(uow, answer.ride)
 
 
 def _ride_s_max(uow: UnitOfWork, ride: Ride) -> float:
@@ -162,7 +162,7 @@ def _ride_s_max(uow: UnitOfWork, ride: Ride) -> float:
 # ---------------------------------------------------------------- on the vehicle that has it
 
 
-def _let_out_there(uow: UnitOfWork, wanted: Ride) -> Ride | None:
+def _insert_into_present_vehicle(uow: UnitOfWork, wanted: Ride) -> Ride | None:
     """Let the party out with its present vehicle, whose way to the pickup stays; None if that fails."""
     if wanted.vehicle_id is None:
         return None
@@ -174,11 +174,11 @@ def _let_out_there(uow: UnitOfWork, wanted: Ride) -> Ride | None:
     if not np.isfinite([*snapshot.problem.times[:, place], vehicle.to_places_s[place]]).any():
         raise StopUnreachable("no road leads the shuttle to that stop")
     count = len(_without(vehicle, wanted.ride_id)) + 1
-    route = _dropping(uow, snapshot, vehicle, wanted, range(count))
-    return None if route is None else _carried_out(uow, snapshot, wanted, route)
+    route = _route_with_drop_off(uow, snapshot, vehicle, wanted, range(count))
+    return None if route is None else _adopt_route(uow, snapshot, wanted, route)
 
 
-def _dropping(
+def _route_with_drop_off(
     uow: UnitOfWork, snapshot: Snapshot, vehicle: VehicleState, wanted: Ride, indices: Sequence[int]
 ) -> VehicleRoute | None:
     """The vehicle's cheapest route that lets the party out before one of these calls; None if each one
@@ -260,17 +260,17 @@ def _exits(uow: UnitOfWork, times: Array, vehicle: VehicleState, ride: Ride) -> 
     return [(stop_id, index) for _, stop_id in first] + planned
 
 
-def _carried_out(uow: UnitOfWork, snapshot: Snapshot, wanted: Ride, route: VehicleRoute) -> Ride:
+def _adopt_route(uow: UnitOfWork, snapshot: Snapshot, wanted: Ride, route: VehicleRoute) -> Ride:
     uow.rides.save(wanted)
     snapshot.rides[wanted.ride_id] = wanted
     try:
         adopt_routes(uow, snapshot, (route,))
     except NoRestingPlaceFree as error:
         raise DestinationRefused(error.detail, "no_vehicle_free") from error
-    return _promised_anew(uow, snapshot.rides[wanted.ride_id])
+    return _with_new_arrival(uow, snapshot.rides[wanted.ride_id])
 
 
-def _promised_anew(uow: UnitOfWork, ride: Ride) -> Ride:
+def _with_new_arrival(uow: UnitOfWork, ride: Ride) -> Ride:
     """The latest arrival after the one planned now, with the slack of a booking."""
     if ride.promise is None or ride.arrival_eta is None:
         uow.rides.save(ride)
@@ -283,6 +283,6 @@ def _promised_anew(uow: UnitOfWork, ride: Ride) -> Ride:
     return promised
 
 
-def _tell(uow: UnitOfWork, ride: Ride, name: str, by: str, detail: str) -> None:
+def _record_and_publish(uow: UnitOfWork, ride: Ride, name: str, by: str, detail: str) -> None:
     record_event(uow, name, ride.ride_id, by, detail)
     uow.publish(topics.ride(uow.campus_id, ride.ride_id), to_stop=ride.to_stop)

@@ -71,14 +71,14 @@ def strand_riders(uow: UnitOfWork, vehicle: Vehicle, cause: str) -> list[Ride]:
     for ride in uow.rides.of_vehicle(vehicle.vehicle_id, [RideState.ABOARD]):
         stop_id, walk_s = _nearest_stop(uow, vehicle.vehicle_id, ride)
         if stop_id in ("", ride.to_stop):
-            _give_up(uow, ride, cause, walk_s)
+            _fail_lost_ride(uow, ride, cause, walk_s)
             continue
         after = stranded(ride, stop_id, uow.now + timedelta(seconds=walk_s), uow.now)
         uow.rides.save(after)
         moved.append(after)
         stop = uow.network().stops[stop_id].name
         detail = f"{cause}; another shuttle comes to {stop}, {walk_s / 60.0:.0f} minutes on foot"
-        _tell_stranded(uow, ride, detail)
+        _record_stranded(uow, ride, detail)
     if moved and not vehicle.retired:
         plans.replan(uow, vehicle.vehicle_id)
         uow.publish(topics.dispatch(uow.campus_id))
@@ -122,7 +122,7 @@ def _is_near(uow: UnitOfWork, vehicle_id: str, stop_id: str) -> bool:
     return uow.network().apart_m(stop_id, pose.x_m, pose.y_m) <= _THERE_M
 
 
-def _give_up(uow: UnitOfWork, ride: Ride, cause: str, walk_s: float) -> None:
+def _fail_lost_ride(uow: UnitOfWork, ride: Ride, cause: str, walk_s: float) -> None:
     detail = f"{cause}; your stop is {max(1, round(walk_s / 60.0))} minutes away on foot"
     if walk_s == 0.0:
         detail = f"{cause}, and its position is not known"
@@ -130,7 +130,7 @@ def _give_up(uow: UnitOfWork, ride: Ride, cause: str, walk_s: float) -> None:
     record_event(uow, "ride.failed", ride.ride_id, "", detail)
 
 
-def _tell_stranded(uow: UnitOfWork, ride: Ride, detail: str) -> None:
+def _record_stranded(uow: UnitOfWork, ride: Ride, detail: str) -> None:
     open_incident(
         uow,
         IncidentKind.PROMISE_BROKEN,

@@ -76,9 +76,9 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[BookingResul
     asked: dict[str, tuple[Ride, BookRide]] = {}
     for request in requests:
         try:
-            ride = _booked_before(uow, request)
+            ride = _earlier_booking(uow, request)
             if ride is None:
-                ride = _requested(uow, request, _closing(uow, request, calendar))
+                ride = _new_ride(uow, request, _closing_time(uow, request, calendar))
                 uow.rides.add(ride)
                 asked[ride.ride_id] = ride, request
             answers.append(ride)
@@ -86,16 +86,18 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[BookingResul
             answers.append(error)
     decided: dict[str, BookingResult] = {}
     walking = frozenset(ride_id for ride_id, (_, request) in asked.items() if request.may_walk)
-    assigned = _assigned(uow, [ride for ride, _ in asked.values()], walking)
+    assigned = _assign(uow, [ride for ride, _ in asked.values()], walking)
     for (ride, request), answer in zip(asked.values(), assigned, strict=True):
         booked = answer.ride
         if answer.rule:
-            booked = _refused(uow, ride, answer.rule)
+            booked = _refused_ride(uow, ride, answer.rule)
             uow.rides.save(booked)
         detail = (
             f"{request.from_stop} to {request.to_stop}, party of {request.party} {booked.reason}".rstrip()
         )
-        _tell(uow, booked, "ride.refused" if answer.rule else "ride.booked", request.source, detail)
+        _record_and_publish(
+            uow, booked, "ride.refused" if answer.rule else "ride.booked", request.source, detail
+        )
         decided[ride.ride_id] = BookingResult(booked, answer.alternatives)
     return [
         answer
@@ -105,16 +107,16 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[BookingResul
     ]
 
 
-def _assigned(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[AssignmentResult]:
+def _assign(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[AssignmentResult]:
     def now(uow: UnitOfWork, rides: Sequence[Ride]) -> list[AssignmentResult]:
-        return _assigned_now(uow, rides, walking)
+        return _assign_now(uow, rides, walking)
 
     if rides and uow.has_closures():
         return unreachable_rides.book_around_closures(uow, rides, now)
     return now(uow, rides)
 
 
-def _assigned_now(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[AssignmentResult]:
+def _assign_now(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[AssignmentResult]:
     try:
         return assign_rides(uow, rides, "booking", walking=walking)
     except NoRestingPlaceFree:
@@ -142,7 +144,7 @@ def cancel(uow: UnitOfWork, ride_id: str, by: str) -> Ride:
         return ride if ride.let_out else destinations.let_out(uow, ride, by)
     gone = cancelled(ride, by, uow.now)
     uow.rides.save(gone)
-    _tell(uow, gone, "ride.cancelled", by)
+    _record_and_publish(uow, gone, "ride.cancelled", by)
     if ride.vehicle_id is not None:
         plans.replan(uow, ride.vehicle_id)
     return gone
@@ -177,33 +179,33 @@ def call_help(uow: UnitOfWork, ride_id: str, text: str) -> Incident:
         vehicle_id=ride.vehicle_id,
         ride_id=ride_id,
     )
-    _tell(uow, ride, "ride.help_called", "passenger", said)
+    _record_and_publish(uow, ride, "ride.help_called", "passenger", said)
     return incident
 
 
 def ride_of(uow: UnitOfWork, ride_id: str) -> Ride:
     """Raises RideUnknown."""
-    return _found(uow.rides.get(ride_id), f"there is no ride {ride_id}")
+    return _require_found(uow.rides.get(ride_id), f"there is no ride {ride_id}")
 
 
 def ride_by_code(uow: UnitOfWork, ride_code: str) -> Ride:
     """Case and spaces in the code do not matter. Raises RideUnknown."""
     code = "".join(ride_code.split()).upper()
-    return _found(uow.rides.by_code(code), f"no ride has the code {code}; check it")
+    return _require_found(uow.rides.by_code(code), f"no ride has the code {code}; check it")
 
 
 def ride_by_token(uow: UnitOfWork, token: str) -> Ride:
     """Raises RideUnknown."""
-    return _found(uow.rides.by_token(token), "this link belongs to no ride")
+    return _require_found(uow.rides.by_token(token), "this link belongs to no ride")
 
 
-def _found(ride: Ride | None, detail: str) -> Ride:
+def _require_found(ride: Ride | None, detail: str) -> Ride:
     if ride is None:
         raise RideUnknown(detail)
     return ride
 
 
-def _booked_before(uow: UnitOfWork, request: BookRide) -> Ride | None:
+def _earlier_booking(uow: UnitOfWork, request: BookRide) -> Ride | None:
     if request.idempotency_key is None:
         return None
     ride = uow.rides.by_idempotency_key(request.idempotency_key)
@@ -216,7 +218,7 @@ def _booked_before(uow: UnitOfWork, request: BookRide) -> Ride | None:
     return ride
 
 
-def _refused(uow: UnitOfWork, ride: Ride, rule: str) -> Ride:
+def _refused_ride(uow: UnitOfWork, ride: Ride, rule: str) -> Ride:
     if rule in IN_TIME and ride.arrive_before is not None:
         patience_s = uow.rules.wait_s_max + uow.roads().direct_s(ride.from_stop, ride.to_stop)
         if ride.arrive_before <= ride.earliest + timedelta(seconds=patience_s):
@@ -242,7 +244,7 @@ def require_bookable(uow: UnitOfWork, request: BookRide) -> None:
         raise StopUnreachable("no road leads from the one stop to the other")
 
 
-def _closing(uow: UnitOfWork, request: BookRide, calendar: ServiceCalendar) -> datetime | None:
+def _closing_time(uow: UnitOfWork, request: BookRide, calendar: ServiceCalendar) -> datetime | None:
     """When the service closes after the ride; None when it does not.
 
     Raises NoService, BookingTooFarAhead and what require_bookable does.
@@ -261,7 +263,7 @@ def _closing(uow: UnitOfWork, request: BookRide, calendar: ServiceCalendar) -> d
     return closes
 
 
-def _requested(uow: UnitOfWork, request: BookRide, closes: datetime | None) -> Ride:
+def _new_ride(uow: UnitOfWork, request: BookRide, closes: datetime | None) -> Ride:
     code = uow.ids.ride_code()
     while uow.rides.code_in_use(code):
         code = uow.ids.ride_code()
@@ -297,6 +299,6 @@ def _tapped_vehicle(ride: Ride, kind: TapKind) -> str:
     return ride.vehicle_id
 
 
-def _tell(uow: UnitOfWork, ride: Ride, name: str, by: str, detail: str = "") -> None:
+def _record_and_publish(uow: UnitOfWork, ride: Ride, name: str, by: str, detail: str = "") -> None:
     record_event(uow, name, ride.ride_id, by, detail)
     uow.publish(topics.ride(uow.campus_id, ride.ride_id), state=str(ride.state))

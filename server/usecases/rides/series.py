@@ -48,7 +48,7 @@ def book_series(uow: UnitOfWork, request: BookSeries) -> Series:
     Raises SeriesInvalid, IdempotencyMismatch, and if a ride is never possible: StopUnknown, SameStop,
     StopUnreachable, PartyInvalid, PartyTooLarge.
     """
-    known = _booked_before(uow, request)
+    known = _earlier_booking(uow, request)
     if known is not None:
         return known
     rides.require_bookable(uow, _ride_request(request, None))
@@ -71,7 +71,7 @@ def book_series(uow: UnitOfWork, request: BookSeries) -> Series:
     )
     _require_days(made, calendar)
     uow.series.add(made)
-    _tell(uow, made, "series.booked", request.source)
+    _record_and_publish(uow, made, "series.booked", request.source)
     return made
 
 
@@ -118,7 +118,7 @@ def cancel_series(uow: UnitOfWork, series_id: str, by: str) -> Series:
             uow.series.save_occurrence(domain.taken_out(occurrence, by))
     gone = replace(series, state=SeriesState.CANCELLED, ended_at=uow.now)
     uow.series.save(gone)
-    _tell(uow, gone, "series.cancelled", by)
+    _record_and_publish(uow, gone, "series.cancelled", by)
     return gone
 
 
@@ -128,12 +128,14 @@ def cancel_occurrence(uow: UnitOfWork, series_id: str, day: date, by: str) -> Se
     require_active(series)
     if not series.has_day(day, zone):
         raise SeriesUnknown(f"this recurring booking has no ride on {day:%A %d %B %Y}")
-    present = uow.series.occurrence(series_id, day) or _fresh(series, day, _leave_at(uow, series, day))
+    present = uow.series.occurrence(series_id, day) or _new_occurrence(
+        series, day, _local_leave_at(uow, series, day)
+    )
     gone = domain.taken_out(present, by)
     if present.ride_id is not None:
         rides.cancel(uow, present.ride_id, by)
     uow.series.save_occurrence(gone)
-    _tell(uow, series, "series.day_cancelled", by, day.isoformat())
+    _record_and_publish(uow, series, "series.day_cancelled", by, day.isoformat())
     return series
 
 
@@ -152,7 +154,7 @@ def due_rides(uow: UnitOfWork) -> tuple[DueRide, ...]:
             day = first + timedelta(days=offset)
             leave_at = series.leaves_at(day, calendar.zone)
             within = series.has_day(day, calendar.zone) and leave_at <= horizon
-            if within and _wants_a_try(uow, leave_at, known.get((series.series_id, day))):
+            if within and _needs_attempt(uow, leave_at, known.get((series.series_id, day))):
                 due.append(DueRide(series.series_id, day))
     return tuple(due)
 
@@ -163,7 +165,7 @@ def book_occurrence(uow: UnitOfWork, due: DueRide) -> Occurrence:
     Raises RideRefused and what a booking raises; then `note_not_taken` keeps the reason.
     """
     series, calendar = series_of(uow, due.series_id), calendar_of(uow)
-    present = _present(uow, series, due.day)
+    present = _occurrence(uow, series, due.day)
     if series.state is not SeriesState.ACTIVE or not _is_open(present):
         return present
     holiday = calendar.holiday(due.day)
@@ -178,23 +180,25 @@ def book_occurrence(uow: UnitOfWork, due: DueRide) -> Occurrence:
             raise RideRefused(ride.reason_detail, ride.reason)
         done = domain.booked(present, ride.ride_id, uow.now)
     uow.series.save_occurrence(done)
-    _tell(
+    _record_and_publish(
         uow, series, f"series.day_{done.state}", THE_SERVER, f"{due.day.isoformat()} {done.reason}".rstrip()
     )
     return done
 
 
-def note_not_taken(uow: UnitOfWork, due: DueRide, reason: str, detail: str) -> Occurrence:
+def record_failed_attempt(uow: UnitOfWork, due: DueRide, reason: str, detail: str) -> Occurrence:
     """Store why a day has no ride yet, and when it was tried. The passenger reads it on the booking's
     page."""
     series = series_of(uow, due.series_id)
-    present = _present(uow, series, due.day)
+    present = _occurrence(uow, series, due.day)
     if series.state is not SeriesState.ACTIVE or not _is_open(present):
         return present
     done = domain.not_taken(present, reason, detail, uow.now)
     uow.series.save_occurrence(done)
     if (present.state, present.reason) != (done.state, done.reason):
-        _tell(uow, series, f"series.day_{done.state}", THE_SERVER, f"{due.day.isoformat()} {reason}")
+        _record_and_publish(
+            uow, series, f"series.day_{done.state}", THE_SERVER, f"{due.day.isoformat()} {reason}"
+        )
     return done
 
 
@@ -205,17 +209,17 @@ def finish_past(uow: UnitOfWork) -> None:
         if series.ends_on < yesterday:
             done = replace(series, state=SeriesState.FINISHED, ended_at=uow.now)
             uow.series.save(done)
-            _tell(uow, done, "series.finished", THE_SERVER)
+            _record_and_publish(uow, done, "series.finished", THE_SERVER)
 
 
 # ---------------------------------------------------------------- parts
 
 
-def _leave_at(uow: UnitOfWork, series: Series, day: date) -> datetime:
+def _local_leave_at(uow: UnitOfWork, series: Series, day: date) -> datetime:
     return series.leaves_at(day, calendar_of(uow).zone)
 
 
-def _booked_before(uow: UnitOfWork, request: BookSeries) -> Series | None:
+def _earlier_booking(uow: UnitOfWork, request: BookSeries) -> Series | None:
     key = request.idempotency_key
     known = None if key is None else uow.series.by_idempotency_key(key)
     if known is None:
@@ -256,19 +260,19 @@ def _ride_request(series: Series | BookSeries, occurrence: Occurrence | None) ->
 
 def _expected(uow: UnitOfWork, calendar: ServiceCalendar, series: Series, day: date) -> Occurrence:
     """The occurrence of a day that is too far ahead, as far as it is known."""
-    fresh = _fresh(series, day, series.leaves_at(day, calendar.zone))
+    fresh = _new_occurrence(series, day, series.leaves_at(day, calendar.zone))
     holiday = calendar.holiday(day)
     if holiday is not None:
         return domain.skipped(fresh, holiday.note, uow.now)
     return fresh if fresh.leave_at >= uow.now else domain.not_taken(fresh, *_TOO_LATE, uow.now)
 
 
-def _present(uow: UnitOfWork, series: Series, day: date) -> Occurrence:
+def _occurrence(uow: UnitOfWork, series: Series, day: date) -> Occurrence:
     known = uow.series.occurrence(series.series_id, day)
-    return known or _fresh(series, day, _leave_at(uow, series, day))
+    return known or _new_occurrence(series, day, _local_leave_at(uow, series, day))
 
 
-def _fresh(series: Series, day: date, leave_at: datetime) -> Occurrence:
+def _new_occurrence(series: Series, day: date, leave_at: datetime) -> Occurrence:
     return Occurrence(series.campus_id, series.series_id, day, leave_at)
 
 
@@ -276,7 +280,7 @@ def _is_open(occurrence: Occurrence) -> bool:
     return occurrence.state in (OccurrenceState.PLANNED, OccurrenceState.TRYING)
 
 
-def _wants_a_try(uow: UnitOfWork, leave_at: datetime, known: Occurrence | None) -> bool:
+def _needs_attempt(uow: UnitOfWork, leave_at: datetime, known: Occurrence | None) -> bool:
     if known is None or known.tried_at is None:
         return known is None or _is_open(known)
     waited_s = (uow.now - known.tried_at).total_seconds()
@@ -294,6 +298,6 @@ def _cancel_ride(uow: UnitOfWork, occurrence: Occurrence, by: str) -> bool:
     return True
 
 
-def _tell(uow: UnitOfWork, series: Series, name: str, by: str, detail: str = "") -> None:
+def _record_and_publish(uow: UnitOfWork, series: Series, name: str, by: str, detail: str = "") -> None:
     record_event(uow, name, series.series_id, by, detail)
     uow.publish(topics.series(uow.campus_id, series.series_id))

@@ -53,7 +53,7 @@ class _RouteBuilder:
         self._held = list(held)
         self._sections = list(held)
         self._blocked = blocked
-        self._shut = roads.shut_for(held[-1])
+        self._shut = roads.closed_for(held[-1])
         self._at: RoadPosition | None = start
         self._place = (start.lane_id, start.s_m)
         self._legs: list[tuple[str, ...]] = []
@@ -127,7 +127,7 @@ def blocked_for(roads: FleetRoads, own: Own, held: Sequence[str], ahead: Sequenc
     """What a vehicle may not drive through: others' resting places, except on its present route, and closed
     road, except to leave it."""
     rests = roads.every_road.kept_clear(own).difference(held, ahead)
-    return rests | roads.shut_for(held[-1]) if roads.closed else rests
+    return rests | roads.closed_for(held[-1]) if roads.closed else rests
 
 
 def leads_through_closed(roads: FleetRoads, reservations: SectionReservations, vehicle_id: str) -> bool:
@@ -135,4 +135,4 @@ def leads_through_closed(roads: FleetRoads, reservations: SectionReservations, v
     if not roads.closed:
         return False
     occupancy = reservations.occupancy(vehicle_id)
-    return not roads.shut_for(occupancy.held_ids[-1]).isdisjoint(occupancy.ahead)
+    return not roads.closed_for(occupancy.held_ids[-1]).isdisjoint(occupancy.ahead)
