@@ -73,7 +73,7 @@ class Journey:
     states: dict[str, VisitState] = field(default_factory=dict)
     grants: tuple[SectionGrant, ...] = ()
     gone: tuple[SectionGrant, ...] = ()
-    road_position: tuple[OccupiedSection, ...] = ()
+    footing: tuple[OccupiedSection, ...] = ()
 
     def next_visit(self) -> Visit | None:
         visits = () if self.order is None else self.order.visits
@@ -240,10 +240,10 @@ class ScriptedShuttle:
     def _release(self, spans: tuple[tuple[str, float, float], ...]) -> None:
         journey = self._journey
         standing = find_occupied_sections(
-            journey.road_position, spans, journey.grants, journey.s_m, journey.driven_m, BODY
+            journey.footing, spans, journey.grants, journey.s_m, journey.driven_m, BODY
         )
         memory = MissionMemory(grants=journey.grants, released=journey.gone)
-        memory, journey.road_position, said = release_sections(memory, standing, journey.driven_m, SLACK_M)
+        memory, journey.footing, said = release_sections(memory, standing, journey.driven_m, SLACK_M)
         journey.grants, journey.gone = memory.grants, memory.released
         self._events += said
 
