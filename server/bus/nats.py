@@ -1,5 +1,4 @@
-"""The bus between replicas: NATS core, without acknowledgements. A reader that misses a message reads the
-store."""
+"""The bus between replicas: NATS core. Messages may be lost; the store has the facts."""
 
 from nats.aio.client import Client
 from nats.aio.subscription import Subscription as NatsFeed

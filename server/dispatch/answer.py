@@ -37,8 +37,7 @@ class PromiseRules:
         return pickup_s + self.pickup_slack_s + self._uncertain_s(pickup_s, now_s)
 
     def arrive_by_s(self, pickup_s: float, arrival_s: float, now_s: float) -> float:
-        """The latest arrival that is promised now with these times planned. A late pickup makes the arrival
-        late as well."""
+        """The latest arrival that is promised for these planned times."""
         slack_s = self.arrival_slack_s + self.arrival_slack_ratio * max(0.0, arrival_s - pickup_s)
         return arrival_s + slack_s + self._uncertain_s(pickup_s, now_s)
 
@@ -106,8 +105,7 @@ def _answer(schedule: Schedule, request_id: str, terms: PromiseRules, promised: 
 def _promised(
     request: Request, quote: Quote, terms: PromiseRules, now_s: float
 ) -> tuple[float, float, float]:
-    """Windows around the planned times, with room for later riders, people in the way and waiting for
-    sections."""
+    """Windows around the planned times, with room for later riders and for delays on the road."""
     opens_s = max(request.pickup_from_s, quote.pickup_s - terms.pickup_early_s)
     closes_s = terms.pickup_to_s(quote.pickup_s, now_s)
     by_s = terms.arrive_by_s(quote.pickup_s, quote.arrival_s, now_s)

@@ -65,8 +65,7 @@ def best_move(
 
 
 def _best_places(at: Sequence[int], free: Sequence[int], ways_s: Array, rates: Array) -> set[int]:
-    """One for each vehicle: the best of all choices if there are few, else a local optimum under changes of
-    one place."""
+    """One for each vehicle: the best choice of all if there are few, else a local optimum."""
     places = sorted({*at, *free})
     if comb(len(places), len(at)) <= _EXACT_UP_TO:
         choices = combinations(places, len(at))

@@ -7,8 +7,7 @@ Cell = tuple[int, int]
 
 
 class Nearby:
-    """Positions in square cells, so that a message about one vehicle costs its neighbourhood, not the
-    fleet."""
+    """Positions in square cells, so that a search looks at near cells only."""
 
     def __init__(self, radius_m: float) -> None:
         self._radius_m = radius_m

@@ -1,5 +1,4 @@
-"""Run segments as files named by the hash of their content. A repeat finds its file; no file is
-overwritten."""
+"""Run segments as files named by the hash of their content. No file is overwritten."""
 
 import hashlib
 import os

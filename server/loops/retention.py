@@ -1,5 +1,4 @@
-"""Deletes old telemetry, decisions and sessions, and learns the travel time factors. Events, rides and runs
-are kept."""
+"""Deletes old telemetry, decisions and sessions, and learns the travel time factors."""
 
 from server.loops.periodic_task import PeriodicTask
 from server.usecases.ports.unit_of_work import Transactions

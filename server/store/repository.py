@@ -64,8 +64,7 @@ class Repository:
         return self._connection.execute(statement).all()
 
     def _find(self, table: Table, **equal: Any) -> AnyRow | None:
-        """The row whose columns equal these. Its statement is made once: making one takes as long as
-        running it."""
+        """The row whose columns equal these. Its statement is made once, which saves half the time."""
         statement = _finding(table, tuple(equal))
         if self._locks:
             statement = statement.with_for_update()

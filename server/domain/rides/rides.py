@@ -183,8 +183,7 @@ def stranded(ride: Ride, from_stop: str, earliest: datetime, at: datetime) -> Ri
 
 
 def promised_anew(ride: Ride, promise: Promise) -> Ride:
-    """The ride with a new promise, because the old one cannot be kept. The first promise is stored beside
-    it."""
+    """The ride with a new promise, because the old one cannot be kept. The first one is kept."""
     return replace(
         ride, promise=promise, first_promise=ride.first_promise or ride.promise, promise_broken=True
     )

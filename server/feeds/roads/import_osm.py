@@ -90,8 +90,7 @@ def import_osm(path: Path, options: ImportOptions = ImportOptions()) -> ImportRe
 
 
 def _network(plan: RoadPlan, ground: Ground, options: ImportOptions, log: ImportLog) -> list[LaneDraft]:
-    """Lanes of the largest loop. Cut-off edges are removed and the rest is drawn again, until none is
-    lost."""
+    """Lanes of the largest loop. Edges outside of it are removed and the rest is drawn again."""
     segments = plan.segments
     while True:
         told = ImportLog()

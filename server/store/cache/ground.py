@@ -1,5 +1,4 @@
-"""The active map, its closures and travel time factors, in memory: they change seldom, and every transaction
-reads them."""
+"""The active map, its closures and travel time factors, in memory: they change seldom."""
 
 from sqlalchemy import Connection
 

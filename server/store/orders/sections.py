@@ -1,5 +1,4 @@
-"""Sections held by vehicles, as rows. Writers of one campus take turns: safety is a property of all
-vehicles."""
+"""Sections held by vehicles, as rows. Writers of one campus take turns."""
 
 from sqlalchemy import Connection
 

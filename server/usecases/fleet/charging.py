@@ -65,8 +65,7 @@ def _update_charging(uow: UnitOfWork, vehicle: Vehicle, ratio: float, *, is_busy
 
 
 def _relieve(uow: UnitOfWork, vehicle: Vehicle, ratio: float) -> bool:
-    """Below the reserve in spite of all estimates: riders aboard reach their stops, all other work is
-    given away."""
+    """Below the reserve: riders aboard reach their stops, and all other work is given away."""
     vehicle_id = vehicle.vehicle_id
     is_news = uow.incidents.open_about(IncidentKind.BATTERY_LOW, vehicle_id) is None
     cause = (

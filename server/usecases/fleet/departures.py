@@ -21,8 +21,7 @@ from server.usecases.record.incidents import open_incident
 
 
 def plan_departures(uow: UnitOfWork) -> tuple[Departure, ...]:
-    """Enter the timetable's departures that begin soon and give each one a vehicle. Returns those assigned
-    now.
+    """Enter departures that begin soon and give each one a vehicle. Returns those assigned now.
 
     A departure that no vehicle can make within its tolerance is retried until its first call is over. Then it
     is missed, with an incident.

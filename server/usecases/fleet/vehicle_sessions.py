@@ -115,8 +115,7 @@ def _without_driving_view(report: StatusReport) -> StatusReport:
 
 
 def note_silence(uow: UnitOfWork) -> tuple[str, ...]:
-    """Open an incident for each silent vehicle, and close those of vehicles that are heard. Returns the
-    silent ones."""
+    """Open or close the incident of each silent vehicle. Returns the silent vehicles."""
     limit = uow.now - timedelta(seconds=uow.rules.silent_after_s)
     heard_at = {where.vehicle_id: where.heard_at for where in uow.vehicles.all_whereabouts()}
     silent = []

@@ -121,8 +121,7 @@ def _is_behind(present: IssuedOrder | None, plan: Plan) -> bool:
 
 
 def _says_the_same(present: IssuedOrder, plan: Plan) -> bool:
-    """The plan has changed only behind the visits of the order in force: the vehicle needs no new
-    revision."""
+    """The plan has changed only behind the visits of the order: no new revision is needed."""
     if present.state not in (OrderState.ISSUED, OrderState.ACCEPTED) or present.plan_version < 0:
         return False
     ahead = plan.ordered

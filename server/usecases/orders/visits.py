@@ -79,8 +79,7 @@ def _measure_leg(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: V
 
 
 def _move_position_to(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> None:
-    """Move the stored position to the visit. Positions come in batches, so the newest may be older than the
-    stop.
+    """Move the stored position to the visit: positions come in batches and may be older.
 
     A position farther away is not changed: the event is old and came late.
     """

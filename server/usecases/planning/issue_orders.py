@@ -10,8 +10,7 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 
 
 def adopt_routes(uow: UnitOfWork, snapshot: Snapshot, routes: Iterable[VehicleRoute]) -> tuple[str, ...]:
-    """Store the routes that differ from the plans, and issue orders that are safe. Returns the changed
-    vehicles.
+    """Store routes that differ from the plans, and issue safe orders. Returns the changed vehicles.
 
     Raises PlanChanged, NoRestingPlaceFree.
     """

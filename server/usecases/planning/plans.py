@@ -75,8 +75,7 @@ def replan(uow: UnitOfWork, vehicle_id: str) -> None:
 
 
 def plan_first_rest(uow: UnitOfWork, vehicle_id: str) -> None:
-    """Give a vehicle that has just been placed a plan: to drive to the nearest free resting place, or to
-    stay.
+    """Give a newly placed vehicle a plan: to drive to the nearest free resting place, or to stay.
 
     Raises NoRestingPlaceFree.
     """
@@ -121,8 +120,7 @@ def assign_waiting(uow: UnitOfWork, also: Sequence[Ride] = ()) -> tuple[Ride, ..
 
 
 def as_new_request(uow: UnitOfWork, ride: Ride, *, in_time: bool) -> Ride:
-    """A waiting ride as a request for another vehicle: with its promise, or without it as early as
-    possible."""
+    """A waiting ride as a request for another vehicle. in_time: with its promise."""
     free = ride if ride.state is RideState.REQUESTED else unassigned(ride)
     return free if in_time else replace(free, promise=None, requested_at=uow.now, arrive_before=None)
 

@@ -95,8 +95,7 @@ def best_relocation(uow: UnitOfWork, demand: Demand) -> Relocation | None:
 
 
 def relocate(uow: UnitOfWork, move: Relocation) -> bool:
-    """Send the vehicle there, unless its plan has changed or the route is not safe. Returns whether it
-    goes."""
+    """Send the vehicle there if its plan is unchanged and the route is safe. Returns whether it goes."""
     vehicle, plan = uow.vehicles.get(move.vehicle_id), uow.plans.get(move.vehicle_id)
     if vehicle is None or plan is None or plan.version != move.plan_version:
         return False

@@ -181,8 +181,7 @@ def _promise_later(uow: UnitOfWork, ride: Ride, promise: Promise, standing: Sequ
 
 
 def _fail_if_certain(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
-    """Fail the ride if its time is near and no standing shuttle could still come. Returns whether it
-    failed."""
+    """Fail the ride if its time is near and no shuttle can come. Returns whether it failed."""
     soon = ride.promise is None or ride.promise.pickup_from <= uow.now + timedelta(
         seconds=uow.rules.wait_s_max
     )

@@ -1,5 +1,4 @@
-"""The topics on which changes are published after a commit. Payloads name what changed; readers read the
-store."""
+"""The topics of changes, published after a commit. Payloads name what has changed."""
 
 
 def vehicle_outbox(campus_id: str, vehicle_id: str) -> str:

@@ -21,8 +21,7 @@ from server.usecases.rides import lost_vehicles
 
 
 def rider_boarded(uow: UnitOfWork, vehicle_id: str, event: RiderBoarded) -> None:
-    """The party is on board, whatever the server has stored. Another vehicle that was to pick it up is
-    replanned."""
+    """The party is on board, whatever the server has stored. Its planned vehicle is replanned."""
     ride = uow.rides.get(event.ride_id)
     if ride is None:
         return _unknown(uow, vehicle_id, "rider_boarded", event.ride_id)

@@ -181,8 +181,7 @@ def _insert_into_present_vehicle(uow: UnitOfWork, wanted: Ride) -> Ride | None:
 def _route_with_drop_off(
     uow: UnitOfWork, snapshot: Snapshot, vehicle: VehicleState, wanted: Ride, indices: Sequence[int]
 ) -> VehicleRoute | None:
-    """The vehicle's cheapest route that lets the party out before one of these calls; None if each one
-    breaks a promise."""
+    """The vehicle's cheapest route with a drop-off before one of these calls; None if none is possible."""
     place = uow.roads().stop_numbers[wanted.to_stop]
     request = snapshot.problem.requests[wanted.ride_id]
     longest_s = math.inf if wanted.state is RideState.ABOARD else _ride_s_max(uow, wanted)

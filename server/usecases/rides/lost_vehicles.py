@@ -61,8 +61,7 @@ def evacuate(uow: UnitOfWork, vehicle_id: str, by: str) -> tuple[Ride, ...]:
 
 
 def strand_riders(uow: UnitOfWork, vehicle: Vehicle, cause: str) -> list[Ride]:
-    """Send all riders aboard to the nearest stop, where they wait for another shuttle; an incident for each
-    ride.
+    """Send all riders aboard to the nearest stop, to wait for another shuttle. Each ride is an incident.
 
     If the position is not known, or if the nearest stop is their destination, the ride ends.
     `plans.assign_waiting` finds the other shuttle.
@@ -86,8 +85,7 @@ def strand_riders(uow: UnitOfWork, vehicle: Vehicle, cause: str) -> list[Ride]:
 
 
 def rider_left_lost_vehicle(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> None:
-    """The lost shuttle reports that a stranded party has got off: at its destination, or where it was
-    sent."""
+    """The lost shuttle reports that a stranded party has got off."""
     if not _is_near(uow, vehicle_id, ride.to_stop):
         record_event(uow, "ride.left_lost_vehicle", ride.ride_id, vehicle_id, "")
         return

@@ -69,8 +69,7 @@ def book(uow: UnitOfWork, request: BookRide) -> Ride:
 
 
 def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[BookingResult | DomainError]:
-    """`book` for several requests in this order, on one snapshot of the fleet: a ride or an error for
-    each."""
+    """`book` for several requests on one snapshot of the fleet: a ride or an error for each."""
     answers: list[Ride | DomainError] = []
     calendar = calendar_of(uow)
     asked: dict[str, tuple[Ride, BookRide]] = {}

@@ -187,8 +187,7 @@ def book_occurrence(uow: UnitOfWork, due: DueRide) -> Occurrence:
 
 
 def record_failed_attempt(uow: UnitOfWork, due: DueRide, reason: str, detail: str) -> Occurrence:
-    """Store why a day has no ride yet, and when it was tried. The passenger reads it on the booking's
-    page."""
+    """Store why a day has no ride yet, and when it was tried, for the booking's page."""
     series = series_of(uow, due.series_id)
     present = _occurrence(uow, series, due.day)
     if series.state is not SeriesState.ACTIVE or not _is_open(present):

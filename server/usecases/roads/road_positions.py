@@ -90,8 +90,7 @@ def sections_to_request(
     distance_m: float,
     halt: PlannedVisit | None,
 ) -> int:
-    """How many sections ahead to request: distance_m of road, or up to the front of the vehicle at the next
-    halt.
+    """How many sections ahead to request: distance_m of road, or what the next halt needs.
 
     A section that is still held is not requested again: the vehicle has to leave it first.
     """

@@ -59,8 +59,7 @@ class _RouteBuilder:
         self._legs: list[tuple[str, ...]] = []
 
     def extend(self, visit: PlannedVisit, tolerance_m: float, *, must_end: bool) -> bool:
-        """Extend the route to the visit. tolerance_m: how far behind it may be (negative: how far ahead it
-        must be)."""
+        """Extend the route to the visit. tolerance_m: how far behind it may be; negative: how far ahead."""
         if self._at is not None:
             found = self._on_held(visit, self._at, tolerance_m, must_end)
             if found is not None:

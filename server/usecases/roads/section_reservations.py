@@ -57,8 +57,7 @@ class SectionReservations:
         return True
 
     def grant(self, vehicle_id: str, count: int) -> int:
-        """Grant the longest safe sequence of at most `count` sections ahead. Returns how many were
-        granted."""
+        """Grant the longest safe sequence of up to `count` sections. Returns how many were granted."""
         occupancy = self.occupancy(vehicle_id)
         granted = self._controller.grant(vehicle_id, count)
         if granted:

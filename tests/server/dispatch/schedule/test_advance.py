@@ -1,5 +1,4 @@
-"""A schedule that is kept while time goes on: no accepted request is ever picked up late or rides too
-long."""
+"""A schedule over time: no accepted request is ever picked up late or rides too long."""
 
 import numpy as np
 from hypothesis import HealthCheck, given, settings
