@@ -38,7 +38,7 @@ class Alternative:
 
 
 @dataclass(frozen=True, slots=True)
-class _Try:
+class _Attempt:
     """The request from this stop to that one, with its window ending so much later."""
 
     kind: Kind
@@ -61,7 +61,7 @@ def alternatives(
     later_s_max  how much later the pickup window may end
     """
     plain = replace(request, request_id=f"{request.request_id}/instead", pickup_walks=(), dropoff_walks=())
-    later = _Try("later", Walk(request.pickup, 0.0), Walk(request.dropoff, 0.0), later_s_max)
+    later = _Attempt("later", Walk(request.pickup, 0.0), Walk(request.dropoff, 0.0), later_s_max)
     near_by = _near_by(request, pickups, dropoffs)
     found = [*_quoted(schedule, plain, [later, *near_by]), *_split(schedule, plain)]
     if len(found) < OFFERED_MAX:
@@ -73,10 +73,10 @@ def alternatives(
     return list(distinct.values())[:OFFERED_MAX]
 
 
-def _near_by(request: Request, pickups: tuple[Walk, ...], dropoffs: tuple[Walk, ...]) -> list[_Try]:
+def _near_by(request: Request, pickups: tuple[Walk, ...], dropoffs: tuple[Walk, ...]) -> list[_Attempt]:
     """Every pair of stops except the requested one and those whose walk passes the other end."""
     return [
-        _Try("other_stops", up, down, 0.0)
+        _Attempt("other_stops", up, down, 0.0)
         for up in (Walk(request.pickup, 0.0), *pickups)
         for down in (Walk(request.dropoff, 0.0), *dropoffs)
         if up.place not in (down.place, request.dropoff)
@@ -85,7 +85,7 @@ def _near_by(request: Request, pickups: tuple[Walk, ...], dropoffs: tuple[Walk, 
     ]
 
 
-def _quoted(schedule: Schedule, request: Request, tries: list[_Try]) -> list[Alternative]:
+def _quoted(schedule: Schedule, request: Request, attempts: list[_Attempt]) -> list[Alternative]:
     """Those that some vehicle can carry, each as early as possible."""
     quotes = earliest_quotes(
         schedule,
@@ -98,11 +98,11 @@ def _quoted(schedule: Schedule, request: Request, tries: list[_Try]) -> list[Alt
                 request.pickup_to_s + one.up.walk_s + one.later_s,
                 request.arrive_by_s - one.down.walk_s + one.later_s,
             )
-            for one in tries
+            for one in attempts
         ],
     )
     found = []
-    for one, (pickup_s, arrival_s) in zip(tries, quotes, strict=True):
+    for one, (pickup_s, arrival_s) in zip(attempts, quotes, strict=True):
         walk_s = one.up.walk_s + one.down.walk_s
         late_s = max(0.0, pickup_s - request.pickup_from_s - one.up.walk_s)
         if math.isfinite(pickup_s):

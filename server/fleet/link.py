@@ -43,7 +43,7 @@ FRAMES_WAITING_MAX = 200
 log = structlog.get_logger("fleet.link")
 
 
-class _OutgoingMessage(enum.Enum):
+class _QueueItem(enum.Enum):
     """Items in the queue of frames that are not frames."""
 
     PUSH = "push"
@@ -82,7 +82,7 @@ class Link:
         self.heard_ns = 0
         self._transport = transport
         self._ports = ports
-        self._frames: asyncio.Queue[bytes | str | _OutgoingMessage] = asyncio.Queue()
+        self._frames: asyncio.Queue[bytes | str | _QueueItem] = asyncio.Queue()
         self._room = asyncio.Event()
         self._push_due = False
         self._backlog = Backlog()
@@ -105,7 +105,7 @@ class Link:
     def closed(self, reason: str) -> None:
         """The transport is gone."""
         log.info("link.closed", vehicle_id=self.vehicle_id, reason=reason)
-        self._frames.put_nowait(_OutgoingMessage.GONE)
+        self._frames.put_nowait(_QueueItem.GONE)
 
     async def ready(self) -> None:
         """Wait until there is room for another frame: a fast sender is slowed down, not buffered."""
@@ -117,7 +117,7 @@ class Link:
         """Send the outbox soon; repeated calls before that have no further effect."""
         if not self._push_due:
             self._push_due = True
-            self._frames.put_nowait(_OutgoingMessage.PUSH)
+            self._frames.put_nowait(_QueueItem.PUSH)
 
     def tell_fleet_vehicle(self, vehicle_id: str, pose_map: Pose2, speed_mps: float) -> None:
         """Tell where a fleet vehicle is now; dropped while the session is not open."""
@@ -158,7 +158,7 @@ class Link:
             if self._frames.empty():
                 self._room.set()
             frame = await self._next_frame(deadline)
-            if frame is _OutgoingMessage.GONE:
+            if frame is _QueueItem.GONE:
                 return
             try:
                 await self._handle(frame)
@@ -167,7 +167,7 @@ class Link:
             except (KeyUnknown, VehicleUnknown) as error:
                 self.end("key_unknown", error.detail)
 
-    async def _next_frame(self, hello_deadline: float) -> bytes | str | _OutgoingMessage:
+    async def _next_frame(self, hello_deadline: float) -> bytes | str | _QueueItem:
         if self.session.state == "open":
             return await self._frames.get()
         try:
@@ -175,10 +175,10 @@ class Link:
                 return await self._frames.get()
         except TimeoutError:
             self.end("hello_late", f"no hello within {self._ports.hello_timeout_s:.0f} s")
-            return _OutgoingMessage.GONE
+            return _QueueItem.GONE
 
-    async def _handle(self, frame: bytes | str | _OutgoingMessage) -> None:
-        if isinstance(frame, _OutgoingMessage):
+    async def _handle(self, frame: bytes | str | _QueueItem) -> None:
+        if isinstance(frame, _QueueItem):
             self._push_due = False
             await self._push_outbox()
         else:
@@ -238,7 +238,7 @@ class Link:
         if self._backlog.stored(report.boot_id, stored.next_sequence):
             await self._push_outbox()
 
-    def _apply(self, uow: UnitOfWork, event: RecordedEvent) -> events.Effects:
+    def _apply(self, uow: UnitOfWork, event: RecordedEvent) -> events.EventResult:
         vehicle_sessions.require_epoch(uow, self.vehicle_id, self.session.epoch)
         return events.apply_event(uow, event)
 
@@ -275,7 +275,7 @@ class Link:
         log.info("link.goodbye", vehicle_id=self.vehicle_id, code=row.code, detail=action.detail)
         self._transport.send(encode(Goodbye(row.code, f"{action.detail}. {row.advice}")))
         self._transport.close(row.number, row.code)
-        self._frames.put_nowait(_OutgoingMessage.GONE)
+        self._frames.put_nowait(_QueueItem.GONE)
 
     def _now_ns(self) -> int:
         return ns_of(self._ports.clock.now())

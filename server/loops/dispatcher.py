@@ -15,7 +15,7 @@ from server.loops.periodic_task import PeriodicTask
 from server.usecases.fleet import charging, closures, interventions
 from server.usecases.orders import sections
 from server.usecases.planning import plans, promises, relocation
-from server.usecases.planning.decisions import Search
+from server.usecases.planning.decisions import SearchSettings
 from server.usecases.ports import topics
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Ids
@@ -86,7 +86,7 @@ class Dispatcher:
             return
         seed = self._ids.seed()
         solution = await self._solver.solve(improvement.problem, self._budget, seed)
-        search = Search(replace(self._budget, stop_after=solution.slices), seed)
+        search = SearchSettings(replace(self._budget, stop_after=solution.slices), seed)
         await self._fenced(lambda uow: plans.adopt_improvement(uow, improvement, solution, search))
 
     async def _relocate(self) -> None:

@@ -19,7 +19,7 @@ from sqlalchemy.exc import OperationalError
 from server.domain.errors import PlanChanged
 from server.store.cache.memory import RowCache
 from server.store.engine import read_only
-from server.store.unit_of_work import Context, Published, SqlUnitOfWork
+from server.store.unit_of_work import Context, PublishedMessage, SqlUnitOfWork
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.unit_of_work import UnitOfWork
 
@@ -54,7 +54,7 @@ class InlineTransactions:
     async def close(self) -> None:
         self._connection.close()
 
-    def _once(self, work: Work[T]) -> tuple[T, Iterable[Published]]:
+    def _once(self, work: Work[T]) -> tuple[T, Iterable[PublishedMessage]]:
         with _transaction(self._connection, self._memory):
             return _worked(work, SqlUnitOfWork(self._connection, self._context, memory=self._memory))
 
@@ -86,7 +86,7 @@ class PooledTransactions:
         await _send(self._bus, messages)
         return result
 
-    def _once(self, work: Work[T]) -> tuple[T, Iterable[Published]]:
+    def _once(self, work: Work[T]) -> tuple[T, Iterable[PublishedMessage]]:
         with self._engine.begin() as connection:
             return _worked(work, SqlUnitOfWork(connection, self._context))
 
@@ -103,8 +103,8 @@ class _Job(Generic[T]):
     def __init__(self, work: Work[T], loop: asyncio.AbstractEventLoop) -> None:
         self.work = work
         self.loop = loop
-        self.future: asyncio.Future[tuple[T, Iterable[Published]]] = loop.create_future()
-        self.done: tuple[T, Iterable[Published]] | None = None
+        self.future: asyncio.Future[tuple[T, Iterable[PublishedMessage]]] = loop.create_future()
+        self.done: tuple[T, Iterable[PublishedMessage]] | None = None
         self.failure: BaseException | None = None
 
     def __enter__(self) -> None:
@@ -192,7 +192,7 @@ class GroupCommit:
             job.failure = job.failure or commit.failure
             job.tell()
 
-    def _in_savepoint(self, connection: Connection, work: Work[T]) -> tuple[T, Iterable[Published]]:
+    def _in_savepoint(self, connection: Connection, work: Work[T]) -> tuple[T, Iterable[PublishedMessage]]:
         mark = self._memory.mark()
         try:
             with connection.begin_nested():
@@ -202,7 +202,7 @@ class GroupCommit:
             raise
 
 
-def _worked(work: Work[T], uow: SqlUnitOfWork) -> tuple[T, Iterable[Published]]:
+def _worked(work: Work[T], uow: SqlUnitOfWork) -> tuple[T, Iterable[PublishedMessage]]:
     result = work(uow)
     uow.flush()
     return result, uow.outgoing.messages.values()
@@ -244,6 +244,6 @@ def _repeated(once: Callable[[], T]) -> T:
     return once()
 
 
-async def _send(bus: Bus, messages: Iterable[Published]) -> None:
+async def _send(bus: Bus, messages: Iterable[PublishedMessage]) -> None:
     for message in messages:
         await bus.publish(message.topic, message.payload)

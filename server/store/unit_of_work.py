@@ -78,7 +78,7 @@ class Context:
 
 
 @dataclass(frozen=True, slots=True)
-class Published:
+class PublishedMessage:
     """A message that goes out when the transaction has been committed."""
 
     topic: str
@@ -86,14 +86,14 @@ class Published:
 
 
 @dataclass(slots=True)
-class Outgoing:
+class OutgoingMessages:
     """The messages of a transaction, each one once, in the order in which they were first published."""
 
-    messages: dict[tuple[str, bytes], Published] = field(default_factory=dict)
+    messages: dict[tuple[str, bytes], PublishedMessage] = field(default_factory=dict)
 
     def add(self, topic: str, fields: Mapping[str, str | int]) -> None:
         payload = msgspec.json.encode(dict(sorted(fields.items())))
-        self.messages.setdefault((topic, payload), Published(topic, payload))
+        self.messages.setdefault((topic, payload), PublishedMessage(topic, payload))
 
 
 class SqlUnitOfWork:
@@ -116,7 +116,7 @@ class SqlUnitOfWork:
         self.rules = context.rules
         self.ids = context.ids
         self.hasher = context.hasher
-        self.outgoing = Outgoing()
+        self.outgoing = OutgoingMessages()
         if memory is None:
             self._rides = SqlRideRepository(connection, campus_id, writes)
             self.plans: PlanRepository = SqlPlanRepository(connection, campus_id, False)

@@ -35,7 +35,7 @@ from server.usecases.rides import boarding
 
 
 @dataclass(frozen=True, slots=True)
-class Effects:
+class EventResult:
     """is_new is False for a repeat. next_sequence: every event of the boot below it is stored."""
 
     is_new: bool
@@ -53,7 +53,7 @@ def store_event(events: EventStore, event: RecordedEvent) -> bool:
     return True
 
 
-def apply_event(uow: UnitOfWork, event: RecordedEvent) -> Effects:
+def apply_event(uow: UnitOfWork, event: RecordedEvent) -> EventResult:
     """Store the event and apply it once. Raises SequenceGap, VehicleUnknown."""
     vehicle = enrolled_vehicle(uow, event.vehicle_id)
     new = store_event(uow.events, event)
@@ -61,7 +61,7 @@ def apply_event(uow: UnitOfWork, event: RecordedEvent) -> Effects:
         uow.vehicles.heard(event.vehicle_id, uow.now)
         _take_effect(uow, vehicle, event.body)
         uow.publish(topics.vehicle(uow.campus_id, event.vehicle_id), sequence=event.sequence)
-    return Effects(new, uow.events.count(event.vehicle_id, event.boot_id))
+    return EventResult(new, uow.events.count(event.vehicle_id, event.boot_id))
 
 
 def _take_effect(uow: UnitOfWork, vehicle: Vehicle, body: VehicleEvent) -> None:

@@ -22,7 +22,7 @@ class DecisionUnreadable(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Search:
+class SearchSettings:
     """What an improvement depends on beside its problem; budget.stop_after is how many slices ran."""
 
     budget: Budget
@@ -30,7 +30,7 @@ class Search:
 
 
 def keep_improvement(
-    uow: UnitOfWork, problem: Problem, search: Search, solution: Solution, before: dict[str, Ride]
+    uow: UnitOfWork, problem: Problem, search: SearchSettings, solution: Solution, before: dict[str, Ride]
 ) -> None:
     """Store an adopted improvement, so that a ride that changed its shuttle can be explained.
 
@@ -60,7 +60,7 @@ def repeated(decision: Decision) -> bytes:
     try:
         problem = decode_problem(decision.problem)
         if decision.kind == "improvement":
-            search = msgspec.json.decode(decision.given, type=Search)
+            search = msgspec.json.decode(decision.given, type=SearchSettings)
             return msgspec.json.encode(solve(problem, search.budget, search.seed).routes)
         given = msgspec.json.decode(decision.given, type=AssignmentRequest)
     except (ProblemUnreadable, msgspec.MsgspecError) as error:

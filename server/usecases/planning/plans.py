@@ -30,7 +30,7 @@ from server.domain.rides.rides import (
 from server.domain.service.timetable import Departure, without_vehicle
 from server.usecases.planning import promises, unreachable_rides
 from server.usecases.planning.assign import assign_rides
-from server.usecases.planning.decisions import Search, keep_improvement
+from server.usecases.planning.decisions import SearchSettings, keep_improvement
 from server.usecases.planning.issue_orders import adopt_routes, issue_orders
 from server.usecases.planning.routes import differs_from_plan, refresh_times, save_route
 from server.usecases.planning.snapshot import Snapshot, take_snapshot
@@ -266,7 +266,7 @@ def improvement_of(uow: UnitOfWork) -> Improvement | None:
 
 
 def adopt_improvement(
-    uow: UnitOfWork, improvement: Improvement, solution: Solution, search: Search
+    uow: UnitOfWork, improvement: Improvement, solution: Solution, search: SearchSettings
 ) -> tuple[str, ...]:
     """Store the improved routes if no plan has changed meanwhile, all of them or none.
 

@@ -6,7 +6,7 @@ from datetime import date, datetime, timedelta
 import numpy as np
 
 from contract.geometry import Array
-from server.dispatch.demand import FREE_DAY, WORKDAY, Memory, Pickup, learned_rates
+from server.dispatch.demand import FREE_DAY, WORKDAY, DemandWeights, Pickup, learned_rates
 from server.dispatch.waiting_places import best_move
 from server.domain.fleet.battery import is_measured
 from server.domain.fleet.vehicles import Vehicle
@@ -53,8 +53,8 @@ def learn_demand(uow: UnitOfWork) -> Demand:
         if number is not None:
             local = earliest.astimezone(calendar.zone)
             pickups.append(Pickup(number, local.date(), local.hour))
-    memory = Memory(rules.demand_half_life_days, rules.demand_prior_days)
-    rates = learned_rates(pickups, today, lambda day: _kind(calendar, day), len(roads.stop_ids), memory)
+    weights = DemandWeights(rules.demand_half_life_days, rules.demand_prior_days)
+    rates = learned_rates(pickups, today, lambda day: _kind(calendar, day), len(roads.stop_ids), weights)
     return Demand(uow.network().map_version, _hour(uow.now), rates)
 
 

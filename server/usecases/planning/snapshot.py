@@ -44,7 +44,7 @@ class Snapshot:
 
 
 @dataclass(frozen=True, slots=True)
-class _Drive:
+class _DriveState:
     """Where a vehicle is, how far ahead it could still stop for a new visit, and the visit it drives to."""
 
     here: RoadPosition
@@ -129,10 +129,10 @@ def _status(uow: UnitOfWork, vehicle: Vehicle) -> Status | None:
     return None if where is None else where.status
 
 
-def _drive(uow: UnitOfWork, vehicle_id: str, occupancy: Occupancy, status: Status) -> _Drive:
-    def make() -> _Drive:
+def _drive(uow: UnitOfWork, vehicle_id: str, occupancy: Occupancy, status: Status) -> _DriveState:
+    def make() -> _DriveState:
         here = road_position(uow.network(), occupancy.held_ids, status)
-        return _Drive(here, uow.rules.stopping_m(status.speed_mps), status.visit_id)
+        return _DriveState(here, uow.rules.stopping_m(status.speed_mps), status.visit_id)
 
     return uow.roads().cached(f"drive {vehicle_id}", (occupancy, status, uow.rules), make)
 
@@ -142,7 +142,7 @@ def _vehicle(
     vehicle: Vehicle,
     plan: Plan,
     occupancy: Occupancy,
-    drives: _Drive,
+    drives: _DriveState,
     mine: dict[str, Ride],
 ) -> VehicleState:
     """mine: the vehicle's rides, those that are wanted left out."""
@@ -196,7 +196,7 @@ def _to_stops_s(
     plan: Plan,
     visits: Sequence[PlannedVisit],
     occupancy: Occupancy,
-    drives: _Drive,
+    drives: _DriveState,
 ) -> Array:
     """(stops,) planned seconds from the vehicle's own place."""
     here = drives.here

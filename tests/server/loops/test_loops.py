@@ -19,7 +19,7 @@ from server.loops.retention import RetentionLoop
 from server.loops.silence import SilenceMonitor
 from server.loops.solver import InlineSolver, ProcessSolver
 from server.usecases.planning import plans
-from server.usecases.planning.decisions import Search
+from server.usecases.planning.decisions import SearchSettings
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -113,7 +113,7 @@ def test_a_late_improvement_is_dropped(fleet: FakeFleet) -> None:
     fleet.book("NN20", "C6")
     improvement = campus.read(plans.improvement_of)
     assert improvement is not None
-    search = Search(a_dispatcher(fleet)._budget, 1)
+    search = SearchSettings(a_dispatcher(fleet)._budget, 1)
     solution = campus.wait_for(InlineSolver().solve(improvement.problem, search.budget, search.seed))
     fleet.book("NN20", "GYM")
     before = campus.read(lambda uow: uow.plans.all())

@@ -30,7 +30,6 @@ from server.domain.instants import ns_of
 from server.domain.orders.orders import OrderState
 from server.domain.record.events import RecordedEvent
 from server.usecases.fleet import events, vehicle_sessions
-from server.usecases.fleet.events import Effects
 from server.usecases.fleet.vehicle_sessions import HelloFacts
 from server.usecases.orders import orders, outbox
 from server.usecases.ports import topics
@@ -152,7 +151,7 @@ class FakeShuttle:
             self.send(self.sequence)
             self.sequence += 1
 
-    def send(self, sequence: int) -> Effects:
+    def send(self, sequence: int) -> EventResult:
         now = ns_of(self.campus.clock.now())
         event = RecordedEvent(self.vehicle_id, self.boot_id, sequence, now, now, self.told[sequence])
         return self.campus.do(lambda uow: events.apply_event(uow, event))

@@ -25,7 +25,7 @@ from server.store.tables import metadata
 from server.usecases.fleet import departures, interventions
 from server.usecases.fleet.interventions import intervene
 from server.usecases.planning import plans
-from server.usecases.planning.decisions import Search
+from server.usecases.planning.decisions import SearchSettings
 from server.usecases.record import commands
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from tests.server.usecases.campus_under_test import CampusUnderTest
@@ -283,7 +283,7 @@ def test_a_ride_given_to_a_named_shuttle_stays_there(fleet: FakeFleet) -> None:
     improvement = fleet.campus.read(plans.improvement_of)
     assert improvement is not None
     better = solve(improvement.problem, Budget(8), 1)
-    search = Search(Budget(8), 1)
+    search = SearchSettings(Budget(8), 1)
     fleet.campus.do(lambda uow: plans.adopt_improvement(uow, improvement, better, search))
     assert fleet.ride(ride.ride_id).vehicle_id == other
     assert fleet.ride(ride.ride_id).pinned
