@@ -30,6 +30,7 @@ from server.domain.instants import ns_of
 from server.domain.orders.orders import OrderState
 from server.domain.record.events import RecordedEvent
 from server.usecases.fleet import events, vehicle_sessions
+from server.usecases.fleet.events import EventResult
 from server.usecases.fleet.vehicle_sessions import HelloFacts
 from server.usecases.orders import orders, outbox
 from server.usecases.ports import topics
