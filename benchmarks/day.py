@@ -31,7 +31,7 @@ from contract.geometry import Array
 from server.dispatch.decide import offers_for, take
 from server.dispatch.improve import improve_around
 from server.dispatch.problem import CostWeights, Plane, Problem, Request, VehicleState
-from server.dispatch.schedule.board import CompletedCall, Schedule
+from server.dispatch.schedule.schedule import CompletedCall, Schedule
 
 _EARTH_M = 6_371_008.8
 _TRIP_SHARE = 0.9
@@ -41,8 +41,8 @@ _VISITS_MAX = 200
 
 @dataclass(frozen=True, slots=True)
 class DispatchPolicy:
-    """patience, see Board; every how many seconds of the day what number of vehicles is searched around one,
-    with so many attempts; 0 vehicles for never."""
+    """patience, see Schedule; every how many seconds of the day what number of vehicles is searched around
+    one, with so many attempts; 0 vehicles for never."""
 
     name: str
     patience: float
@@ -225,9 +225,9 @@ class Day:
 
 def driven(asked: DayRequest, vehicles: int, seats: int, speed_mps: float, manner: DispatchPolicy) -> Day:
     """The whole day in announcement order."""
-    board = _board(asked, vehicles, seats, speed_mps, manner.patience)
+    schedule = _board(asked, vehicles, seats, speed_mps, manner.patience)
     order = np.argsort(asked.announced_s, kind="stable")
-    routes: dict[str, list[int]] = {name: [] for name in board.vehicle_ids}
+    routes: dict[str, list[int]] = {name: [] for name in schedule.vehicle_ids}
     day = Day([], {}, {}, 0.0, 0.0, 0.0, [])
     wall, cpu = time.perf_counter(), time.process_time()
     searched_s, turn = float(asked.announced_s[order[0]]), 0
@@ -235,28 +235,28 @@ def driven(asked: DayRequest, vehicles: int, seats: int, speed_mps: float, manne
         now_s = float(asked.announced_s[k])
         while manner.vehicles and searched_s + manner.every_s <= now_s:
             searched_s += manner.every_s
-            _note(day, routes, board.advance(searched_s))
-            improve_around(board, (turn * 7919) % vehicles, manner.vehicles, manner.attempts, turn)
+            _note(day, routes, schedule.advance(searched_s))
+            improve_around(schedule, (turn * 7919) % vehicles, manner.vehicles, manner.attempts, turn)
             turn += 1
-        _note(day, routes, board.advance(now_s))
+        _note(day, routes, schedule.advance(now_s))
         began = time.perf_counter()
-        _answer(board, asked.rides[k])
+        _answer(schedule, asked.rides[k])
         day.answers_s.append(time.perf_counter() - began)
-    _note(day, routes, board.advance(float(asked.announced_s.max()) + 1e6))
+    _note(day, routes, schedule.advance(float(asked.announced_s.max()) + 1e6))
     day.wall_s, day.cpu_s = time.perf_counter() - wall, time.process_time() - cpu
-    day.driven_s = board.driven_s
+    day.driven_s = schedule.driven_s
     day.routes = list(routes.values())
     return day
 
 
-def _answer(board: Schedule, ride: Request) -> None:
-    board.add(ride)
-    best = offers_for(board, ride.request_id).best
+def _answer(schedule: Schedule, ride: Request) -> None:
+    schedule.add(ride)
+    best = offers_for(schedule, ride.request_id).best
     if best is None:
-        board.remove(ride.request_id)
+        schedule.remove(ride.request_id)
     else:
-        take(board, best)
-        board.keep(ride.request_id)
+        take(schedule, best)
+        schedule.keep(ride.request_id)
 
 
 def _note(day: Day, routes: dict[str, list[int]], visits: Sequence[CompletedCall]) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 from benchmarks.reporting.report import RunReport
 from server.dispatch.answer import Answer, PromiseRules, answer_all
 from server.dispatch.problem import Problem, Request, VehicleState, Walk
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 
 _STOPS = 200
 _SPEED_MPS = 4.0
@@ -53,7 +53,7 @@ def main() -> None:
 
 
 class _Day:
-    """A board and the clock that goes on with it."""
+    """A schedule and the clock that goes on with it."""
 
     def __init__(self, vehicles: int, rides: int, seed: int) -> None:
         self._rng = np.random.default_rng(seed)

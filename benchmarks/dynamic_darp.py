@@ -26,8 +26,8 @@ from campusloop.studies.instances.instance import Instance
 from server.dispatch.decide import offers_for, take
 from server.dispatch.improve import CoolingSchedule, improve
 from server.dispatch.problem import CostWeights, Plane, Problem, Request, VehicleState
-from server.dispatch.schedule.board import Schedule
-from server.dispatch.solve import forever
+from server.dispatch.schedule.schedule import Schedule
+from server.dispatch.solve import without_deadline
 
 _ATTEMPTS = 50
 # A request that fits nowhere at first is tried so many times harder.
@@ -100,36 +100,36 @@ def _driven(instance: Instance, slices: int, seed: int) -> _Day:
     revealed = instance.revealed
     if revealed is None:
         raise ValueError(f"{instance.name} does not say when its requests become known")
-    board = _board(instance)
+    schedule = _board(instance)
     node_of = {f"r{k}": pair for k, pair in enumerate(instance.pairs)}
-    routes: dict[str, list[int]] = {name: [] for name in board.vehicle_ids}
+    routes: dict[str, list[int]] = {name: [] for name in schedule.vehicle_ids}
     longest_s = 0.0
     for number, k in enumerate(np.argsort(revealed, kind="stable")):
-        for made in board.advance(float(revealed[k])):
+        for made in schedule.advance(float(revealed[k])):
             routes[made.vehicle_id].append(int(instance.nodes[node_of[made.request_id][int(made.alights)]]))
         began = time.perf_counter()
-        _answer(board, _request(instance, int(k)), slices, seed + number)
+        _answer(schedule, _request(instance, int(k)), slices, seed + number)
         longest_s = max(longest_s, time.perf_counter() - began)
-        improve(board, CoolingSchedule(slices, _ATTEMPTS), seed + number, slices, forever)
-    for made in board.advance(float(instance.late.max()) + 1e6):
+        improve(schedule, CoolingSchedule(slices, _ATTEMPTS), seed + number, slices, without_deadline)
+    for made in schedule.advance(float(instance.late.max()) + 1e6):
         routes[made.vehicle_id].append(int(instance.nodes[node_of[made.request_id][int(made.alights)]]))
     return _Day(list(routes.values()), longest_s)
 
 
-def _answer(board: Schedule, request: Request, slices: int, seed: int) -> bool:
+def _answer(schedule: Schedule, request: Request, slices: int, seed: int) -> bool:
     """Accept the request if anybody can take it, perhaps after some rearranging."""
     name = request.request_id
-    board.add(request)
-    best = offers_for(board, name).best
+    schedule.add(request)
+    best = offers_for(schedule, name).best
     if best is not None:
-        take(board, best)
+        take(schedule, best)
     else:
         many = slices * _INSISTENCE
-        improve(board, CoolingSchedule(many, _ATTEMPTS), seed, many, forever)
-        if not board.carried([name]):
-            board.remove(name)
+        improve(schedule, CoolingSchedule(many, _ATTEMPTS), seed, many, without_deadline)
+        if not schedule.carried([name]):
+            schedule.remove(name)
             return False
-    board.keep(name)
+    schedule.keep(name)
     return True
 
 

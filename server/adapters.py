@@ -18,7 +18,7 @@ class SystemClock:
 
 
 class RandomIds:
-    """Live: ids nobody can guess. Each asks the system once: a thread that asks lets others go first."""
+    """Live: ids that cannot be guessed. Each one asks the system once, since asking yields the thread."""
 
     def new_id(self, kind: str) -> str:
         return f"{kind}-{secrets.token_hex(10)}"

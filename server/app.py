@@ -103,7 +103,7 @@ def services_of_app(app: FastAPI) -> Services:
 
 
 def _pages(services: Services, otherwise: ASGIApp) -> ASGIApp:
-    """Whatever no endpoint matches is a page, unless it was meant for the API or is a websocket."""
+    """Serve a page for every path without an endpoint, except paths of the API and of websockets."""
 
     async def pages(scope: Scope, receive: Receive, send: Send) -> None:
         path = scope.get("path", "")

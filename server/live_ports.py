@@ -49,9 +49,9 @@ class LivePorts:
 
 
 async def live_ports(settings: Settings, clock: Clock | None = None) -> LivePorts:
-    """Migrate the database, bring the campus map into force, see to it that an operator can sign in.
+    """Migrate the database, activate the campus map, and make sure that an operator can sign in.
 
-    clock: the system's, unless whoever starts the server has another one.
+    clock: the system's if none is given.
 
     Raises CannotStart.
     """
@@ -118,7 +118,7 @@ async def _bus(settings: Settings) -> Bus:
         return InProcessBus()
     address = urlsplit(settings.bus_url)
     try:
-        # The client itself would go on trying for ever; at the start nobody there is a mistake to tell.
+        # The client itself would try for ever; at the start a missing server is an error.
         async with asyncio.timeout(BUS_TIMEOUT_S):
             _, probe = await asyncio.open_connection(address.hostname, address.port or NATS_PORT)
         probe.close()

@@ -14,7 +14,7 @@ class SettingsError(Exception):
 
 
 class Settings(BaseModel):
-    """Everything that differs between two installations. Frozen: nobody changes a setting at run time."""
+    """Everything that differs between two installations. Frozen: settings do not change at run time."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

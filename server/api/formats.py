@@ -1,4 +1,4 @@
-"""Formats that several nouns' schemas share: names in paths, words of people, moments."""
+"""Formats that several schemas share: names in paths, free text, moments."""
 
 from typing import Annotated
 
@@ -10,7 +10,7 @@ TOKEN_PATTERN = r"^[A-Za-z0-9_-]{16,128}$"
 SHA256_PATTERN = r"^[0-9a-f]{64}$"
 
 Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN)]
-# What people write: no control characters, so that it can be shown and stored anywhere.
+# Text that people write: no control characters, so that it can be shown and stored anywhere.
 FreeText = Annotated[
     str, StringConstraints(strip_whitespace=True, max_length=500, pattern=r"^[^\x00-\x08\x0b-\x1f]*$")
 ]

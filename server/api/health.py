@@ -1,4 +1,4 @@
-"""Is the server alive, and can it do its work."""
+"""Liveness and readiness of the server."""
 
 from typing import Literal
 
@@ -18,7 +18,7 @@ class Health(BaseModel):
 
 
 class Readiness(BaseModel):
-    """ready: the store answers and a campus map is in force."""
+    """ready: the store answers and a campus map is active."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -40,7 +40,7 @@ async def get_health() -> Health:
 @router.get(
     "/ready",
     operation_id="get_readiness",
-    responses={503: {"model": Readiness, "description": "No campus map is in force yet."}},
+    responses={503: {"model": Readiness, "description": "No campus map is active yet."}},
 )
 async def get_readiness(response: Response, services: InjectedServices) -> Readiness:
     """It can take bookings."""

@@ -15,7 +15,7 @@ DESCRIPTION = """Book rides, follow them, run the fleet.
 
 Passengers need no account: a booking's answer holds a `token`, which is the secret of the ride's link.
 Operators sign in at `/session`; every change then needs the header `X-CSRF-Token`.
-Refusals are problem details (RFC 9457): programs look at `code`, people read `detail`.
+Refusals are problem details (RFC 9457): programs read `code`, people read `detail`.
 
 `/ws/live` sends `Snapshot`, then `Delta`; its first frame from the client is `Watch`. See docs/protocol for
 the three websockets.
@@ -61,8 +61,8 @@ def _declare_invalid_payload(operation: dict[str, Any]) -> None:
     if "422" in responses:
         responses["422"] = _problem_response("The request does not fit its schema.")
     if "requestBody" in operation:
-        responses.setdefault("400", _problem_response("The body is not even text."))
-        responses.setdefault("413", _problem_response("The body is larger than any request needs to be."))
+        responses.setdefault("400", _problem_response("The body is not text."))
+        responses.setdefault("413", _problem_response("The body is larger than allowed."))
         operation["responses"] = dict(sorted(responses.items()))
 
 

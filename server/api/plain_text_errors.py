@@ -1,4 +1,4 @@
-"""Refusals that a library below answers with plain text, told as problem details like all others."""
+"""Turns plain-text errors of libraries into problem details."""
 
 from http import HTTPStatus
 

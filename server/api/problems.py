@@ -22,7 +22,7 @@ TYPE_PREFIX = "urn:campusloop:problem:"
 
 
 class CsrfMissing(DomainError):
-    """A change was asked for with a cookie alone; send the session's CSRF token in X-CSRF-Token."""
+    """A change needs the session's CSRF token in the header X-CSRF-Token, not only the cookie."""
 
     code = "csrf_missing"
 
@@ -40,7 +40,7 @@ class SignatureWrong(DomainError):
 
 
 class SegmentHashWrong(DomainError):
-    """The bytes that came do not have the hash in the path; send them again."""
+    """The received bytes do not have the hash in the path; send them again."""
 
     code = "segment_hash_wrong"
 
@@ -52,7 +52,7 @@ class SegmentTooLarge(DomainError):
 
 
 class SegmentUnreadable(DomainError):
-    """The bytes are no run segment of ours."""
+    """The bytes are not a run segment."""
 
     code = "segment_unreadable"
 
@@ -141,7 +141,7 @@ class FieldProblem(BaseModel):
 
 
 class Problem(BaseModel):
-    """Why a request was refused (RFC 9457). Programs look at `code`, people read `detail`."""
+    """Why a request was refused (RFC 9457). Programs read `code`, people read `detail`."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -162,7 +162,7 @@ class Problem(BaseModel):
     status: int
     code: str
     detail: str
-    rule: str = Field("", description="The dispatcher's rule that binds, where one is behind the refusal.")
+    rule: str = Field("", description="The dispatcher's rule that binds, if one is the reason.")
     errors: list[FieldProblem] = []
 
 
@@ -193,7 +193,7 @@ def install(app: FastAPI) -> None:
 
 
 def http_problem(status: HTTPStatus, detail: str, headers: Mapping[str, str] | None = None) -> JSONResponse:
-    """A refusal by HTTP itself, its code made of the status's phrase: `not_found`."""
+    """A refusal by HTTP itself; its code is made of the status phrase: `not_found`."""
     code = status.phrase.lower().replace(" ", "_").replace("-", "_")
     return _response(_body(status, code, detail), headers)
 

@@ -39,7 +39,7 @@ def bare_app(**options: Any) -> FastAPI:
         title="Campusloop",
         version=VERSION,
         openapi_url=f"{PREFIX}/openapi.json",
-        docs_url=None,  # the interactive pages load scripts from elsewhere, which our policy forbids
+        docs_url=None,  # the interactive pages load foreign scripts, which our policy forbids
         redoc_url=None,
         **options,
     )

@@ -1,4 +1,4 @@
-"""What endpoints work with: made once by `app.py`, found by every request in the application's state."""
+"""The services of all endpoints: made once by `app.py`, and kept in the application's state."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -22,7 +22,7 @@ from server.usecases.ports.unit_of_work import Transactions
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """How often one client address may try things."""
+    """Rate limits for each client address."""
 
     logins: RateLimit
     lookups: RateLimit

@@ -1,4 +1,4 @@
-"""The bus of a server that is alone: subscribers in this process, on this event loop."""
+"""The bus of a single server: subscribers in this process, on this event loop."""
 
 import asyncio
 from collections import deque

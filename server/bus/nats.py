@@ -1,4 +1,4 @@
-"""The bus between replicas: NATS core, fire and forget. Whoever misses a message reads the store."""
+"""The bus between replicas: NATS core. Messages may be lost; the store has the facts."""
 
 from nats.aio.client import Client
 from nats.aio.subscription import Subscription as NatsFeed
@@ -44,7 +44,7 @@ class NatsBus:
 
     async def subscribe(self, pattern: str) -> NatsSubscription:
         feed = await self._client.subscribe(_subject(pattern), pending_msgs_limit=PENDING_MAX)
-        # The server knows the subscription only after a round trip; what is said later must not be missed.
+        # The server knows the subscription only after a round trip; a later message must not be missed.
         await self._client.flush()
         return NatsSubscription(feed)
 
@@ -56,7 +56,7 @@ class NatsBus:
 
 
 async def connect(url: str) -> NatsBus:
-    """Raises BusUnreachable when nobody answers at first; later cuts are mended by reconnecting for ever."""
+    """Raises BusUnreachable if no server answers at first. After a later cut the client reconnects."""
     client = Client()
     try:
         await client.connect(url, max_reconnect_attempts=FIRST_ATTEMPTS, reconnect_time_wait=1)

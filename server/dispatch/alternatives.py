@@ -1,4 +1,4 @@
-"""What could be offered instead: later, from or to a stop near by, or in two parties. Nothing is reserved."""
+"""What can be offered instead: a later time, a stop near by, or two rides. Nothing is reserved."""
 
 import math
 from collections.abc import Iterator
@@ -7,13 +7,13 @@ from typing import Literal
 
 from server.dispatch.decide import earliest_quotes, offers_for, take
 from server.dispatch.problem import Request, Walk
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 
 Kind = Literal["later", "other_stops", "split_party"]
 OFFERED_MAX = 3
-# A party that rides in two shuttles minds it about as much as waiting so long.
+# A party in two shuttles counts as much as so long a wait.
 _SPLIT_PENALTY_S = 300.0
-# Walking is minded more than waiting.
+# A second on foot counts more than a second of waiting.
 _WALK_PENALTY = 1.5
 
 
@@ -22,9 +22,9 @@ class Alternative:
     """One or two rides that would be accepted now.
 
     parties     people in each ride, with those in wheelchairs in the first
-    pickup, dropoff  places; walk_s  from or to the stops that were asked for
+    pickup, dropoff  places; walk_s  from or to the requested stops
     pickup_s, arrival_s  of each ride as it would be planned
-    penalty_s   how far it is from what was asked for, in seconds of waiting
+    penalty_s   how far it is from the request, in seconds of waiting
     """
 
     kind: Kind
@@ -38,8 +38,8 @@ class Alternative:
 
 
 @dataclass(frozen=True, slots=True)
-class _Try:
-    """The wish from this stop to that one, with its window ending so much later."""
+class _Attempt:
+    """The request from this stop to that one, with its window ending so much later."""
 
     kind: Kind
     up: Walk
@@ -48,24 +48,24 @@ class _Try:
 
 
 def alternatives(
-    board: Schedule,
-    wish: Request,
+    schedule: Schedule,
+    request: Request,
     pickups: tuple[Walk, ...],
     dropoffs: tuple[Walk, ...],
     later_s_max: float,
 ) -> list[Alternative]:
-    """The nearest few to what was asked for, the nearest first. The board stays as it is.
+    """The few nearest to the request, the nearest first. The schedule stays unchanged.
 
-    wish      a request that nobody can carry; it need not be on the board
+    request   that no vehicle can carry; it need not be in the schedule
     pickups, dropoffs  stops within walking distance
     later_s_max  how much later the pickup window may end
     """
-    plain = replace(wish, request_id=f"{wish.request_id}/instead", pickup_walks=(), dropoff_walks=())
-    later = _Try("later", Walk(wish.pickup, 0.0), Walk(wish.dropoff, 0.0), later_s_max)
-    near_by = _near_by(wish, pickups, dropoffs)
-    found = [*_quoted(board, plain, [later, *near_by]), *_split(board, plain)]
+    plain = replace(request, request_id=f"{request.request_id}/instead", pickup_walks=(), dropoff_walks=())
+    later = _Attempt("later", Walk(request.pickup, 0.0), Walk(request.dropoff, 0.0), later_s_max)
+    near_by = _near_by(request, pickups, dropoffs)
+    found = [*_quoted(schedule, plain, [later, *near_by]), *_split(schedule, plain)]
     if len(found) < OFFERED_MAX:
-        found += _quoted(board, plain, [replace(near, later_s=later_s_max) for near in near_by])
+        found += _quoted(schedule, plain, [replace(near, later_s=later_s_max) for near in near_by])
     found.sort(key=lambda alternative: alternative.penalty_s)
     distinct: dict[object, Alternative] = {}
     for alternative in found:
@@ -73,43 +73,43 @@ def alternatives(
     return list(distinct.values())[:OFFERED_MAX]
 
 
-def _near_by(wish: Request, pickups: tuple[Walk, ...], dropoffs: tuple[Walk, ...]) -> list[_Try]:
-    """Every pair of stops but the one that was asked for. Nobody walks all the way to ride back."""
+def _near_by(request: Request, pickups: tuple[Walk, ...], dropoffs: tuple[Walk, ...]) -> list[_Attempt]:
+    """Every pair of stops except the requested one and those whose walk passes the other end."""
     return [
-        _Try("other_stops", up, down, 0.0)
-        for up in (Walk(wish.pickup, 0.0), *pickups)
-        for down in (Walk(wish.dropoff, 0.0), *dropoffs)
-        if up.place not in (down.place, wish.dropoff)
-        and down.place != wish.pickup
+        _Attempt("other_stops", up, down, 0.0)
+        for up in (Walk(request.pickup, 0.0), *pickups)
+        for down in (Walk(request.dropoff, 0.0), *dropoffs)
+        if up.place not in (down.place, request.dropoff)
+        and down.place != request.pickup
         and up.walk_s + down.walk_s > 0.0
     ]
 
 
-def _quoted(board: Schedule, wish: Request, tries: list[_Try]) -> list[Alternative]:
-    """Those that somebody can carry, each as early as that is possible."""
+def _quoted(schedule: Schedule, request: Request, attempts: list[_Attempt]) -> list[Alternative]:
+    """Those that some vehicle can carry, each as early as possible."""
     quotes = earliest_quotes(
-        board,
-        wish,
+        schedule,
+        request,
         [
             (
                 one.up.place,
                 one.down.place,
-                wish.pickup_from_s + one.up.walk_s,
-                wish.pickup_to_s + one.up.walk_s + one.later_s,
-                wish.arrive_by_s - one.down.walk_s + one.later_s,
+                request.pickup_from_s + one.up.walk_s,
+                request.pickup_to_s + one.up.walk_s + one.later_s,
+                request.arrive_by_s - one.down.walk_s + one.later_s,
             )
-            for one in tries
+            for one in attempts
         ],
     )
     found = []
-    for one, (pickup_s, arrival_s) in zip(tries, quotes, strict=True):
+    for one, (pickup_s, arrival_s) in zip(attempts, quotes, strict=True):
         walk_s = one.up.walk_s + one.down.walk_s
-        late_s = max(0.0, pickup_s - wish.pickup_from_s - one.up.walk_s)
+        late_s = max(0.0, pickup_s - request.pickup_from_s - one.up.walk_s)
         if math.isfinite(pickup_s):
             found.append(
                 Alternative(
                     one.kind,
-                    (wish.party,),
+                    (request.party,),
                     one.up.place,
                     one.down.place,
                     walk_s,
@@ -121,36 +121,36 @@ def _quoted(board: Schedule, wish: Request, tries: list[_Try]) -> list[Alternati
     return found
 
 
-def _split(board: Schedule, wish: Request) -> Iterator[Alternative]:
-    """The party in two rides, either of which anybody may carry."""
-    if wish.party < 2:
+def _split(schedule: Schedule, request: Request) -> Iterator[Alternative]:
+    """The party in two rides, in any vehicles."""
+    if request.party < 2:
         return
-    first = max(wish.wheelchairs, (wish.party + 1) // 2)
-    second = wish.party - first
+    first = max(request.wheelchairs, (request.party + 1) // 2)
+    second = request.party - first
     if second == 0:
         return
     halves = (
-        replace(wish, request_id=f"{wish.request_id}/1", party=first),
-        replace(wish, request_id=f"{wish.request_id}/2", party=second, wheelchairs=0),
+        replace(request, request_id=f"{request.request_id}/1", party=first),
+        replace(request, request_id=f"{request.request_id}/2", party=second, wheelchairs=0),
     )
     times = []
     for half in halves:
-        board.add(half)
-        offer = offers_for(board, half.request_id).best
+        schedule.add(half)
+        offer = offers_for(schedule, half.request_id).best
         if offer is not None:
-            take(board, offer)
-            planned = board.planned(half.request_id)
+            take(schedule, offer)
+            planned = schedule.planned(half.request_id)
             times.append((planned.pickup_s, planned.arrival_s))
     for half in reversed(halves):
-        board.remove(half.request_id)
+        schedule.remove(half.request_id)
     if len(times) == 2:
         pickups_s, arrivals_s = zip(*times, strict=True)
-        late_s = max(0.0, max(pickups_s) - wish.pickup_from_s)
+        late_s = max(0.0, max(pickups_s) - request.pickup_from_s)
         yield Alternative(
             "split_party",
             (first, second),
-            wish.pickup,
-            wish.dropoff,
+            request.pickup,
+            request.dropoff,
             0.0,
             pickups_s,
             arrivals_s,

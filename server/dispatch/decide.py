@@ -12,9 +12,9 @@ from server.dispatch.engine.insertion import best_place, insert, times_at
 from server.dispatch.engine.plan import Plan, Scratch
 from server.dispatch.engine.task import Task
 from server.dispatch.problem import CUT_OFF_S, Request, Walk
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 
-NOBODY = -1
+NO_OFFER = -1
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,90 +40,103 @@ class Offers:
     runner_up: Offer | None
 
 
-def offers_for(board: Schedule, request_id: str) -> Offers:
-    """What the fleet can offer a request on the board that is in no route. The board stays as it is."""
-    r = board.rows[request_id]
-    wish = board.requests[r]
-    choices = _choices(wish) if wish.pickup_walks or wish.dropoff_walks else [(wish, 0.0)]
+def offers_for(schedule: Schedule, request_id: str) -> Offers:
+    """What the fleet can offer a request that is in no route. The schedule stays unchanged."""
+    r = schedule.rows[request_id]
+    original = schedule.requests[r]
+    choices = _choices(original) if original.pickup_walks or original.dropoff_walks else [(original, 0.0)]
     found: list[Offer] = []
     rows, costs = np.zeros((2, 3), np.int64), np.zeros(2)
     for request, walk_s in choices:
-        if request is not wish:
-            board.write(r, request)
-        walked = walk_s * request.party * board.problem.weights.walk
-        _two_cheapest(board.task, board.plan, board.scratch, board.accepts, r, _NO_DRAWS, rows, costs)
+        if request is not original:
+            schedule.write(r, request)
+        walked = walk_s * request.party * schedule.problem.weights.walk
+        _two_cheapest(
+            schedule.task, schedule.plan, schedule.scratch, schedule.accepts, r, _NO_DRAWS, rows, costs
+        )
         found += [
             Offer(int(v), int(i), int(j), float(cost) + walked, request)
             for (v, i, j), cost in zip(rows, costs, strict=True)
-            if v != NOBODY
+            if v != NO_OFFER
         ]
     if len(choices) > 1:
-        board.write(r, wish)
+        schedule.write(r, original)
     found.sort(key=lambda offer: offer.cost)
     others = (offer for offer in found if offer.vehicle != found[0].vehicle)
     return Offers(found[0] if found else None, next(others, None))
 
 
-def take(board: Schedule, offer: Offer) -> None:
-    """Put the request where it was offered, unless the board has changed since."""
-    r = board.rows[offer.request.request_id]
-    if board.requests[r] is not offer.request:
-        board.write(r, offer.request)
-    insert(board.task, board.plan, board.scratch, offer.vehicle, r, offer.i, offer.j)
+def take(schedule: Schedule, offer: Offer) -> None:
+    """Insert the request where it was offered. The schedule must not have changed since."""
+    r = schedule.rows[offer.request.request_id]
+    if schedule.requests[r] is not offer.request:
+        schedule.write(r, offer.request)
+    insert(schedule.task, schedule.plan, schedule.scratch, offer.vehicle, r, offer.i, offer.j)
 
 
 def earliest_quotes(
-    board: Schedule, wish: Request, tries: Sequence[tuple[int, int, float, float, float]]
+    schedule: Schedule, request: Request, tries: Sequence[tuple[int, int, float, float, float]]
 ) -> list[tuple[float, float]]:
-    """Pickup and arrival of the wish in each of several ways, where an early pickup counts above everything.
+    """Pickup and arrival of a request in each of several ways, where an early pickup counts most.
 
-    The board stays as it is; the wish is not on it.
-    tries  pickup place, drop-off place, pickup from, pickup to, arrival by. Infinite where nobody can.
+    The schedule stays unchanged; the request is not in it.
+    tries  pickup place, drop-off place, pickup from, pickup to, arrival by. Infinite where no vehicle can.
     """
     ways, quotes = np.array(tries).reshape(-1, 5), np.zeros((len(tries), 2))
-    ways[:, 2:] -= board.origin_s
+    ways[:, 2:] -= schedule.origin_s
     ways[:, 4] = np.minimum(ways[:, 4], 0.5 * CUT_OFF_S)
-    r = board.add(wish)
-    board.task.delay_cost[2 * r] *= _URGENT
+    r = schedule.add(request)
+    schedule.task.delay_cost[2 * r] *= _URGENT
     rows, costs = np.zeros((2, 3), np.int64), np.zeros(2)
-    _earliest(board.task, board.plan, board.scratch, board.accepts, r, ways, quotes, _NO_DRAWS, rows, costs)
-    board.remove(wish.request_id)
-    quotes += board.origin_s
+    _earliest(
+        schedule.task,
+        schedule.plan,
+        schedule.scratch,
+        schedule.accepts,
+        r,
+        ways,
+        quotes,
+        _NO_DRAWS,
+        rows,
+        costs,
+    )
+    schedule.remove(request.request_id)
+    quotes += schedule.origin_s
     return [(float(pickup_s), float(arrival_s)) for pickup_s, arrival_s in quotes]
 
 
-def quoted_times(board: Schedule, offer: Offer) -> tuple[float, float]:
+def quoted_times(schedule: Schedule, offer: Offer) -> tuple[float, float]:
     """Pickup and arrival if the offer were taken."""
-    r = board.rows[offer.request.request_id]
-    if board.requests[r] is not offer.request:
-        board.write(r, offer.request)
-    at_s = times_at(board.task, board.plan, board.scratch, offer.vehicle, r, offer.i, offer.j)
-    return at_s[0] + board.origin_s, at_s[1] + board.origin_s
+    r = schedule.rows[offer.request.request_id]
+    if schedule.requests[r] is not offer.request:
+        schedule.write(r, offer.request)
+    at_s = times_at(schedule.task, schedule.plan, schedule.scratch, offer.vehicle, r, offer.i, offer.j)
+    return at_s[0] + schedule.origin_s, at_s[1] + schedule.origin_s
 
 
-def _choices(wish: Request) -> list[tuple[Request, float]]:
-    """The request at every pair of stops that would do, and how far there is to walk in all."""
-    plain = replace(wish, pickup_walks=(), dropoff_walks=())
+def _choices(request: Request) -> list[tuple[Request, float]]:
+    """The request at every possible pair of stops, and the seconds on foot in all."""
+    plain = replace(request, pickup_walks=(), dropoff_walks=())
     return [
         (
             replace(
                 plain,
                 pickup=up.place,
                 dropoff=down.place,
-                pickup_from_s=wish.pickup_from_s + up.walk_s,
-                pickup_to_s=wish.pickup_to_s + up.walk_s,
-                arrive_by_s=wish.arrive_by_s - down.walk_s,
+                pickup_from_s=request.pickup_from_s + up.walk_s,
+                pickup_to_s=request.pickup_to_s + up.walk_s,
+                arrive_by_s=request.arrive_by_s - down.walk_s,
             ),
             up.walk_s + down.walk_s,
         )
-        for up in (Walk(wish.pickup, 0.0), *wish.pickup_walks)
-        for down in (Walk(wish.dropoff, 0.0), *wish.dropoff_walks)
+        for up in (Walk(request.pickup, 0.0), *request.pickup_walks)
+        for down in (Walk(request.dropoff, 0.0), *request.dropoff_walks)
         if up.place != down.place
     ]
 
 
 _URGENT = 1000.0
-# Without blinks nothing is drawn; the kernel wants a generator all the same.
+# Without blinks nothing is drawn, but the kernel needs a generator.
 _NO_DRAWS = seeded(0)
 
 
@@ -139,9 +152,9 @@ def _two_cheapest(
     costs: AnyArray,
 ) -> None:
     """Fill (2, 3) rows with vehicle, i, j and (2,) costs with the extra cost of the two vehicles that serve r
-    most cheaply; NOBODY and inf where there are fewer."""
+    most cheaply; NO_OFFER and inf where there are fewer."""
     for k in range(2):
-        rows[k, 0], costs[k] = NOBODY, np.inf
+        rows[k, 0], costs[k] = NO_OFFER, np.inf
     for v in range(len(plan.length)):
         if not accepts[v]:
             continue
@@ -179,6 +192,6 @@ def _earliest(
         task.early_s[d], task.late_s[d] = max(not_before, ways[k, 2]), ways[k, 4]
         _two_cheapest(task, plan, scratch, accepts, r, rng, rows, costs)
         quotes[k] = np.inf
-        if rows[0, 0] != NOBODY:
+        if rows[0, 0] != NO_OFFER:
             pickup_s, arrival_s = times_at(task, plan, scratch, rows[0, 0], r, rows[0, 1], rows[0, 2])
             quotes[k, 0], quotes[k, 1] = pickup_s, arrival_s

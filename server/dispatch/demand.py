@@ -10,13 +10,13 @@ from contract.geometry import Array
 
 WORKDAY, FREE_DAY = 0, 1
 HOURS = 24
-# Somebody who came at 8:55 might have come at 9:05 as well.
+# A rider of 8:55 might have come at 9:05 as well.
 _BLUR = (0.25, 0.5, 0.25)
 
 
 @dataclass(frozen=True, slots=True)
 class Pickup:
-    """Somebody wanted to be picked up at this stop, whatever became of it; local day and hour."""
+    """A requested pickup at this stop, refused ones included; local day and hour."""
 
     stop: int
     day: date
@@ -24,8 +24,8 @@ class Pickup:
 
 
 @dataclass(frozen=True, slots=True)
-class Memory:
-    """How the past is weighed.
+class DemandWeights:
+    """How past days are weighted.
 
     half_life_days  a day counts half as much as one so many days later
     prior_days      so many days without a single pickup are added to what has been seen: with little data
@@ -37,7 +37,7 @@ class Memory:
 
 
 def learned_rates(
-    pickups: Iterable[Pickup], today: date, kind_of: Callable[[date], int], stops: int, memory: Memory
+    pickups: Iterable[Pickup], today: date, kind_of: Callable[[date], int], stops: int, weights: DemandWeights
 ) -> Array:
     """(2, 24, stops) pickups an hour expected on a day of either kind, in each hour, at each stop.
 
@@ -50,11 +50,11 @@ def learned_rates(
         if pickup.day >= today:
             continue
         first = min(first, pickup.day)
-        counts[kind_of(pickup.day), pickup.hour, pickup.stop] += _weight(pickup.day, today, memory)
-    seen = np.full(2, memory.prior_days)
+        counts[kind_of(pickup.day), pickup.hour, pickup.stop] += _weight(pickup.day, today, weights)
+    seen = np.full(2, weights.prior_days)
     for offset in range((today - first).days):
         day = first + timedelta(days=offset)
-        seen[kind_of(day)] += _weight(day, today, memory)
+        seen[kind_of(day)] += _weight(day, today, weights)
     rates = counts / seen[:, None, None]
     blurred: Array = sum(
         share * np.roll(rates, shift, axis=1) for share, shift in zip(_BLUR, (-1, 0, 1), strict=True)
@@ -62,5 +62,5 @@ def learned_rates(
     return blurred
 
 
-def _weight(day: date, today: date, memory: Memory) -> float:
-    return float(0.5 ** ((today - day).days / memory.half_life_days))
+def _weight(day: date, today: date, weights: DemandWeights) -> float:
+    return float(0.5 ** ((today - day).days / weights.half_life_days))

@@ -1,4 +1,4 @@
-"""Improving what is planned: requests change places and vehicles; every promise stays a window."""
+"""Makes a plan cheaper: requests change positions and vehicles, and every promise stays a window."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,16 +9,16 @@ from server.dispatch.arrays import AnyArray
 from server.dispatch.engine.plan import ABSENT, total_cost
 from server.dispatch.engine.search.optimise import Optimiser, Settings
 from server.dispatch.engine.search.partition import Partitioning
-from server.dispatch.schedule.board import Schedule
 from server.dispatch.schedule.part import part_of, put_back
+from server.dispatch.schedule.schedule import Schedule
 
 _WORTH_S = 1.0
-# A plan in use is good already: what is far from it is not worth a visit.
+# A plan in use is good already: plans far from it are not worth a search.
 _HOT, _COLD = 0.1, 0.1
-# Routes that are remembered until the end, when the best of them are put together.
+# Routes that are remembered for the final mix.
 _COLUMNS, _VISITS = 2000, 100_000
 _PARTITIONING = Partitioning(columns_max=300, nodes_max=20)
-# Where nothing is put together there is none to be remembered.
+# Without a final mix, no route needs to be remembered.
 _NO_COLUMNS, _NO_VISITS = 16, 1024
 
 
@@ -31,49 +31,49 @@ class CoolingSchedule:
 
 
 def improve(
-    board: Schedule, cooling: CoolingSchedule, seed: int, most: int, go_on: Callable[[], bool]
+    schedule: Schedule, cooling: CoolingSchedule, seed: int, most: int, may_continue: Callable[[], bool]
 ) -> int:
-    """Make the board's routes cheaper by `most` slices while `go_on` says so; how many ran.
+    """Make the routes cheaper by up to `most` slices, while `may_continue` is true. Returns how many ran.
 
-    Requests that nobody carries are tried again. At the end the best of the routes that were met are put
-    together (`engine/search/partition.py`), however many slices ran. The routes stay as they are unless they
-    become cheaper by a second at least: people are not told new times for nothing.
+    Requests that no vehicle carries are tried again. At the end the best mix of the routes that were found is
+    chosen (`engine/search/partition.py`), however many slices ran. The routes stay unchanged unless they
+    become cheaper by a second at least, so that riders do not get new times for a small gain.
     """
-    used = np.array(sorted(board.rows.values()), dtype=np.int64)
-    absent = used[board.plan.vehicle_of[used] == ABSENT]
-    movable = used[board.plan.movable[used]]
-    accepting = np.flatnonzero(board.accepts)
+    used = np.array(sorted(schedule.rows.values()), dtype=np.int64)
+    absent = used[schedule.plan.vehicle_of[used] == ABSENT]
+    movable = used[schedule.plan.movable[used]]
+    accepting = np.flatnonzero(schedule.accepts)
     if cooling.slices == 0 or not len(movable) or not len(accepting):
         return 0
     if len(movable) == 1 and len(accepting) == 1 and not len(absent):
         return 0
-    return _improve_part(board, accepting, absent, cooling, seed, most, go_on, together=True)
+    return _improve_part(schedule, accepting, absent, cooling, seed, most, may_continue, together=True)
 
 
-def improve_around(board: Schedule, v: int, vehicles: int, attempts: int, seed: int) -> None:
-    """The same for vehicle v and those whose next stops are nearest to its own: for fleets that are too large
-    to be searched as one."""
-    accepting = np.flatnonzero(board.accepts)
+def improve_around(schedule: Schedule, v: int, vehicles: int, attempts: int, seed: int) -> None:
+    """The same for vehicle v and the vehicles with the nearest next stops. For fleets that are too large to
+    be searched as a whole."""
+    accepting = np.flatnonzero(schedule.accepts)
     if vehicles < len(accepting):
-        apart = _apart(board, v, accepting)
+        apart = _apart(schedule, v, accepting)
         accepting = np.sort(accepting[np.argsort(apart, kind="stable")[:vehicles]])
-    nobody = np.zeros(0, np.int64)
+    no_requests = np.zeros(0, np.int64)
     _improve_part(
-        board, accepting, nobody, CoolingSchedule(1, attempts), seed, 1, lambda: True, together=False
+        schedule, accepting, no_requests, CoolingSchedule(1, attempts), seed, 1, lambda: True, together=False
     )
 
 
 def _improve_part(
-    board: Schedule,
+    schedule: Schedule,
     vehicles: AnyArray,
     absent: AnyArray,
     cooling: CoolingSchedule,
     seed: int,
     most: int,
-    go_on: Callable[[], bool],
+    may_continue: Callable[[], bool],
     together: bool,
 ) -> int:
-    part = part_of(board, vehicles, absent)
+    part = part_of(schedule, vehicles, absent)
     if part.task.requests == 0:
         return 0
     settings = Settings(
@@ -86,19 +86,19 @@ def _improve_part(
         partitioning=_PARTITIONING,
     )
     search = Optimiser(part.task, seed, settings, start=part.plan)
-    while search.slices < most and go_on():
+    while search.slices < most and may_continue():
         search.run_slice()
     if together and search.slices:
         search.put_together()
     if search.cost < float(total_cost(part.task, part.plan)) - _WORTH_S:
-        put_back(board, part, search.best)
+        put_back(schedule, part, search.best)
     return search.slices
 
 
-def _apart(board: Schedule, v: int, others: AnyArray) -> AnyArray:
-    """(others,) driving between the first visits ahead of each vehicle and those of v; where it stands for
-    one without."""
-    task, plan = board.task, board.plan
+def _apart(schedule: Schedule, v: int, others: AnyArray) -> AnyArray:
+    """(others,) driving between the next visit of each vehicle and that of v. A vehicle without a visit
+    counts where it stands."""
+    task, plan = schedule.task, schedule.plan
     first = np.where(plan.length[others] > 2, plan.route[others, 1], plan.route[others, 0])
     mine = int(plan.route[v, 1] if plan.length[v] > 2 else plan.route[v, 0])
     if len(task.travel_s) == 0:

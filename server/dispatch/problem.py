@@ -1,4 +1,4 @@
-"""A snapshot of what the dispatcher decides on: flat, immutable, and without a clock.
+"""A snapshot of the dispatcher's problem: flat, immutable, and without a clock.
 
 Places are numbers: rows of the travel-time table. Times are seconds on one axis (the caller's choice, here
 the Unix epoch), so that a snapshot can be stored and solved again.
@@ -40,11 +40,11 @@ class Request:
     arrive_by_s  it comes to the drop-off no later
     arrive_from_s  nor any earlier
     ride_s_max   longest time between the end of boarding and coming to the drop-off
-    dwell_s      how long they take to get on, and off; None for the problem's dwell
+    dwell_s      how long they take to board, and to alight; None for the problem's dwell
     pinned       it stays with the vehicle that has it: no improvement gives it to another one
     pace         what driving to either stop takes at that hour, over the table's time
-    pickup_walks, dropoff_walks  other stops that would do; whoever walks is later at the pickup, and wants
-                 to be earlier at the drop-off, by as much
+    pickup_walks, dropoff_walks  other possible stops; the walk makes the pickup later and the latest
+                 drop-off earlier
     """
 
     request_id: str
@@ -72,9 +72,9 @@ class Call:
     board, alight  request ids
     leave_from_s  the vehicle leaves no earlier (a timetable departure)
     arrive_by_s  it arrives no later
-    fixed        it stays even where nobody boards or alights
-    pace         what driving to it takes at that hour, over the table's time: that of whoever it was made for
-                 first, so that it is the same in whatever order its riders are named
+    fixed        it stays even if no rider boards or alights
+    pace         what driving to it takes at that hour, over the table's time: that of the rider for whom it
+                 was made, so that it does not depend on the order of its riders
     off_duty     it stands for the time between two shifts, and is left out of the routes that are decided
     """
 
@@ -143,7 +143,7 @@ class VehicleState:
 class CostWeights:
     """What a second is worth. Driving counts as cost; waiting, walking and riding for each person.
 
-    late  a second after its time at which a timetable call is left: rather another vehicle drives far
+    late  each second that a timetable call is left late; so high that another vehicle rather drives far
     """
 
     drive: float = 1.0
@@ -159,9 +159,9 @@ class Problem:
 
     times         (P, P) planned seconds between places; infinite where no road leads; empty on a plane
     requests      every request named anywhere, by id
-    open_requests, open_chains  those that nobody carries yet, in the order in which they are served
+    open_requests, open_chains  those without a vehicle, in the order in which they are inserted
     dwell_s       how long a call made for a request lasts
-    together      who gets on or off at one place does so side by side
+    together      riders board and alight at one place at the same time
     """
 
     vehicles: tuple[VehicleState, ...]

@@ -1,4 +1,4 @@
-"""Snapshots as bytes, so that a decision can be made again: the very same numbers come back."""
+"""Snapshots as bytes, so that a decision can be repeated. All numbers are restored exactly."""
 
 import zlib
 from typing import Any

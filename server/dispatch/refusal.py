@@ -1,4 +1,4 @@
-"""Why a request cannot be carried: the rule that binds, in one word."""
+"""Names the rule that keeps a request from being carried."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,26 +10,25 @@ from server.dispatch.arrays import AnyArray
 from server.dispatch.decide import offers_for
 from server.dispatch.engine.task import SEATS, WHEELCHAIRS
 from server.dispatch.problem import CUT_OFF_S, Request
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 
 NO_VEHICLE, SEATS_RULE, WHEELCHAIR, WINDOW = "no_vehicle_free", "seats", "wheelchair", "pickup_window"
 RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, CLOSED = "ride_time", "arrival", "timetable", "battery", "closed_road"
 RULES = (NO_VEHICLE, SEATS_RULE, WHEELCHAIR, WINDOW, RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, CLOSED)
-# Asked in this order: the first rule without which somebody could carry the request is the one that binds.
-# With more time nearly everything passes, so the window comes last. A shuttle whose shift is over, or has not
-# begun, is not free.
-_LOOSENED = (NO_VEHICLE, SEATS_RULE, WHEELCHAIR, RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, WINDOW)
+# In this order, the first rule without which a vehicle could carry the request is the one that binds. With
+# more time nearly every request passes, so the window comes last. A shuttle off duty is not free.
+_LIFTED = (NO_VEHICLE, SEATS_RULE, WHEELCHAIR, RIDE_TIME, ARRIVAL, TIMETABLE, BATTERY, WINDOW)
 
 
-def binding_rule(board: Schedule, request_id: str) -> str:
-    """One of RULES, for a request on the board that nobody can carry.
+def binding_rule(schedule: Schedule, request_id: str) -> str:
+    """One of RULES, for a request of the schedule that no vehicle can carry.
 
-    Rules that no time can change come first. Then each of the others is lifted alone; where no single one
-    would help, the pickup window is named.
+    Rules that no time can change are tested first. Then each of the others is lifted alone. If no single one
+    helps, the pickup window is named.
     """
-    task, r = board.task, board.rows[request_id]
-    request = board.requests[r]
-    able = board.accepts
+    task, r = schedule.task, schedule.rows[request_id]
+    request = schedule.requests[r]
+    able = schedule.accepts
     if not able.any():
         return NO_VEHICLE
     able = able & (task.capacity[:, SEATS] >= request.party)
@@ -42,61 +41,61 @@ def binding_rule(board: Schedule, request_id: str) -> str:
     to_pickup_s = task.travel_s[task.place[starts], request.pickup]
     if task.travel_s[request.pickup, request.dropoff] >= CUT_OFF_S or to_pickup_s.min() >= CUT_OFF_S:
         return CLOSED
-    for rule in _in_play(board, request):
-        with _without(board, r, rule):
-            if offers_for(board, request_id).best is not None:
+    for rule in _applicable_rules(schedule, request):
+        with _rule_lifted(schedule, r, rule):
+            if offers_for(schedule, request_id).best is not None:
                 return rule
     return WINDOW
 
 
-def _in_play(board: Schedule, request: Request) -> list[str]:
-    """The rules that could be in the way at all, in the order in which they are asked."""
+def _applicable_rules(schedule: Schedule, request: Request) -> list[str]:
+    """The rules that can apply here, in the order in which they are tested."""
     idle = {
-        NO_VEHICLE: not _on_shifts(board).any(),
+        NO_VEHICLE: not _on_shifts(schedule).any(),
         WHEELCHAIR: request.wheelchairs == 0,
         RIDE_TIME: np.isinf(request.ride_s_max),
         ARRIVAL: np.isinf(request.arrive_by_s),
-        TIMETABLE: not len(board.task.late_s[_fixed(board)]),
-        BATTERY: bool(np.isinf(board.task.drive_s_max).all()),
+        TIMETABLE: not len(schedule.task.late_s[_fixed(schedule)]),
+        BATTERY: bool(np.isinf(schedule.task.drive_s_max).all()),
     }
-    return [rule for rule in _LOOSENED if not idle.get(rule, False)]
+    return [rule for rule in _LIFTED if not idle.get(rule, False)]
 
 
-def _on_shifts(board: Schedule) -> AnyArray:
-    """(V,) whose duty ends at some time."""
-    task = board.task
+def _on_shifts(schedule: Schedule) -> AnyArray:
+    """(V,) bool: vehicles with shifts."""
+    task = schedule.task
     ends = slice(2 * task.requests + 1, 2 * (task.requests + task.vehicles), 2)
     return np.asarray(task.late_s[ends] < CUT_OFF_S)
 
 
-def _without_shifts(board: Schedule) -> None:
+def _without_shifts(schedule: Schedule) -> None:
     """Every vehicle is on duty all the time."""
-    task = board.task
-    starts = 2 * (task.requests + np.flatnonzero(_on_shifts(board)))
+    task = schedule.task
+    starts = 2 * (task.requests + np.flatnonzero(_on_shifts(schedule)))
     task.early_s[starts] = -CUT_OFF_S
     task.late_s[starts + 1] = CUT_OFF_S
-    off = board.off_duty_nodes()
+    off = schedule.off_duty_nodes()
     task.early_s[off], task.late_s[off] = -CUT_OFF_S, CUT_OFF_S
     task.service_s[off] = 0.0
 
 
-def _fixed(board: Schedule) -> slice:
+def _fixed(schedule: Schedule) -> slice:
     """The nodes of timed calls."""
-    return slice(2 * (board.task.requests + board.task.vehicles), None, 2)
+    return slice(2 * (schedule.task.requests + schedule.task.vehicles), None, 2)
 
 
 @contextmanager
-def _without(board: Schedule, r: int, rule: str) -> Iterator[None]:
-    """The board with one rule lifted, put back at the end."""
-    task, request = board.task, board.requests[r]
+def _rule_lifted(schedule: Schedule, r: int, rule: str) -> Iterator[None]:
+    """The schedule with one rule lifted; the rule is restored at the end."""
+    task, request = schedule.task, schedule.requests[r]
     kept = task.load[2 * r : 2 * r + 2].copy()
     drive_s_max = task.drive_s_max.copy()
-    fixed = _fixed(board)
+    fixed = _fixed(schedule)
     early_s, late_s = task.early_s[fixed].copy(), task.late_s[fixed].copy()
     service_s = task.service_s[fixed].copy()
     duty = slice(2 * task.requests, 2 * (task.requests + task.vehicles))
     duty_s = task.early_s[duty].copy(), task.late_s[duty].copy()
-    board.write(r, _lifted(request, rule))
+    schedule.write(r, _request_without(request, rule))
     if rule == SEATS_RULE:
         task.load[2 * r : 2 * r + 2, SEATS] = 0
     elif rule == WHEELCHAIR:
@@ -105,24 +104,24 @@ def _without(board: Schedule, r: int, rule: str) -> Iterator[None]:
         task.drive_s_max[:] = np.inf
     elif rule == TIMETABLE:
         task.late_s[fixed] += CUT_OFF_S
-        board.retime()
+        schedule.retime()
     elif rule == NO_VEHICLE:
-        _without_shifts(board)
-        board.retime()
+        _without_shifts(schedule)
+        schedule.retime()
     try:
         yield
     finally:
-        board.write(r, request)
+        schedule.write(r, request)
         task.load[2 * r : 2 * r + 2] = kept
         task.drive_s_max[:] = drive_s_max
         if rule in (TIMETABLE, NO_VEHICLE):
             task.early_s[fixed], task.late_s[fixed] = early_s, late_s
             task.service_s[fixed] = service_s
             task.early_s[duty], task.late_s[duty] = duty_s
-            board.retime()
+            schedule.retime()
 
 
-def _lifted(request: Request, rule: str) -> Request:
+def _request_without(request: Request, rule: str) -> Request:
     far_s = request.pickup_from_s + 0.25 * CUT_OFF_S
     if rule == WINDOW:
         return replace(request, pickup_to_s=far_s)

@@ -1,4 +1,4 @@
-"""The dispatcher's door: a snapshot in, routes out. Same problem, budget and seed: the same answer."""
+"""A snapshot in, routes out. The same problem, budget and seed give the same answer."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,8 +7,8 @@ from server.dispatch.decide import offers_for, take
 from server.dispatch.improve import CoolingSchedule, improve
 from server.dispatch.problem import Problem, VehicleRoute
 from server.dispatch.refusal import binding_rule
-from server.dispatch.schedule.board import Schedule
 from server.dispatch.schedule.chains import insert_chain
+from server.dispatch.schedule.schedule import Schedule
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,7 +16,7 @@ class Budget:
     """Counts, never seconds, so that a decision can be repeated.
 
     slices      of improvement, each of so many attempts to take a few requests out and put them back
-    stop_after  slices after which it ended all the same: what the edge writes down when its time was out
+    stop_after  slices after which it ended before: the caller records it when its time was over
     """
 
     slices: int = 0
@@ -42,40 +42,42 @@ class Solution:
     slices: int
 
 
-def forever() -> bool:
-    """For those who have no deadline."""
+def without_deadline() -> bool:
+    """For callers without a deadline."""
     return True
 
 
-def solve(problem: Problem, budget: Budget, seed: int, go_on: Callable[[], bool] = forever) -> Solution:
-    """Routes that carry every request and departure they can, none of the present ones dropped.
+def solve(
+    problem: Problem, budget: Budget, seed: int, may_continue: Callable[[], bool] = without_deadline
+) -> Solution:
+    """Routes that carry as many requests and departures as possible. No present one is dropped.
 
     Departures first, then requests, each in the order given, by cheapest insertion; then improvement as the
-    budget allows, which also tries again to carry what was left over.
+    budget allows, which also tries the requests that were left over.
 
-    go_on  asked before each slice; the answer says after how many it was no
+    may_continue  asked before each slice; the solution says how many slices ran
     """
-    board = Schedule(problem, spare=0)
+    schedule = Schedule(problem, spare=0)
     refused: dict[str, str] = {}
     for chain in problem.open_chains:
-        if not insert_chain(board, chain):
+        if not insert_chain(schedule, chain):
             refused[chain.chain_id] = "departure"
     for request_id in problem.open_requests:
-        board.add(problem.requests[request_id])
-        best = offers_for(board, request_id).best
+        schedule.add(problem.requests[request_id])
+        best = offers_for(schedule, request_id).best
         if best is not None:
-            take(board, best)
+            take(schedule, best)
     most = budget.slices if budget.stop_after is None else budget.stop_after
-    slices = improve(board, CoolingSchedule(budget.slices, budget.attempts), seed, most, go_on)
-    carried = set(board.carried(problem.open_requests))
+    slices = improve(schedule, CoolingSchedule(budget.slices, budget.attempts), seed, most, may_continue)
+    carried = set(schedule.carried(problem.open_requests))
     for request_id in problem.open_requests:
         if request_id not in carried:
-            refused[request_id] = binding_rule(board, request_id)
+            refused[request_id] = binding_rule(schedule, request_id)
     return Solution(
-        routes=board.routes(),
+        routes=schedule.routes(),
         refused=refused,
-        impossible=tuple(board.vehicle_ids[v] for v in sorted(board.impossible)),
-        overdue=frozenset(board.overdue),
-        cost=board.cost,
+        impossible=tuple(schedule.vehicle_ids[v] for v in sorted(schedule.impossible)),
+        overdue=frozenset(schedule.overdue),
+        cost=schedule.cost,
         slices=slices,
     )

@@ -1,7 +1,7 @@
-"""Where idle vehicles wait best: at the places from which the expected riders are reached soonest.
+"""Where idle vehicles wait: at the places from which expected riders are reached soonest.
 
-The places are chosen for all idle vehicles together (a k-median problem); one vehicle at a time moves, and
-only for a gain worth driving for, so that nobody wanders.
+The places are chosen for all idle vehicles together (a k-median problem). One vehicle moves at a time, and
+only if the gain is worth the drive, so that the moves end.
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ import numpy as np
 
 from contract.geometry import Array
 
-# Nobody is promised a pickup so late; a stop without a way there is no reason to stay nor to go.
+# No pickup is promised so late. A stop that cannot be reached counts the same for every place.
 _FAR_S = 7200.0
 _EXACT_UP_TO = 2000
 
@@ -28,7 +28,7 @@ class VehicleMove:
 
 
 def mean_wait_s(places: Sequence[int], ways_s: Array, rates: Array) -> float:
-    """Expected drive to the next rider with a vehicle at each of these places; 0 where nobody is expected.
+    """Expected drive to the next rider with a vehicle at each of these places; 0 without expected riders.
 
     ways_s (places, stops) planned seconds; rates (stops,) of pickups
     """
@@ -44,7 +44,7 @@ def mean_wait_s(places: Sequence[int], ways_s: Array, rates: Array) -> float:
 def best_move(
     at: Sequence[int], free: Sequence[int], ways_s: Array, rates: Array, gain_s_min: float
 ) -> VehicleMove | None:
-    """The first move on the way to the best places for all; None where none gains gain_s_min.
+    """The first move towards the best places for all vehicles; None if none gains gain_s_min.
 
     at    where each idle vehicle waits, no two at one place; free: places that one may move to
     """
@@ -65,8 +65,7 @@ def best_move(
 
 
 def _best_places(at: Sequence[int], free: Sequence[int], ways_s: Array, rates: Array) -> set[int]:
-    """As many as there are vehicles: the best of all choices where these are few, else no worse than any
-    that differs in one place."""
+    """One for each vehicle: the best choice of all if there are few, else a local optimum."""
     places = sorted({*at, *free})
     if comb(len(places), len(at)) <= _EXACT_UP_TO:
         choices = combinations(places, len(at))

@@ -7,7 +7,7 @@ import numpy as np
 from server.dispatch.answer import PromiseRules, answer_all
 from server.dispatch.engine.warm import warm_search
 from server.dispatch.problem import Call, Chain, Problem, Request, VehicleState, Walk
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 from server.dispatch.solve import Budget, solve
 
 
@@ -28,8 +28,8 @@ def warm_bookings() -> None:
     problem = Problem((vehicle,), requests, line, ("new", "far"), (departure,), 10.0)
     solve(problem, Budget(1, 10), 1)
     # A booking taken and one refused, with what is offered instead.
-    board = Schedule(replace(problem, open_chains=()))
+    schedule = Schedule(replace(problem, open_chains=()))
     for request in (new, far):
-        board.add(request)
+        schedule.add(request)
     near = tuple((Walk((place + 1) % 4, 60.0),) for place in range(4))
-    answer_all(board, ["new", "far"], PromiseRules(later_s_max=3600.0, walks=near))
+    answer_all(schedule, ["new", "far"], PromiseRules(later_s_max=3600.0, walks=near))

@@ -1,10 +1,10 @@
-"""What can be refused, by name. `api/problems.py` maps each code to a status."""
+"""Every refusal, by name. `api/problems.py` maps each code to a status."""
 
 
 class DomainError(Exception):
-    """A rule of the house said no. `code` is stable and machine-readable; `detail` says what to do.
+    """A request is refused. `code` is stable and machine-readable; `detail` says what to do.
 
-    rule   the dispatcher's binding rule where one is behind it, "" otherwise
+    rule   the dispatcher's binding rule if one is the reason, "" otherwise
     """
 
     code = "refused"
@@ -25,13 +25,13 @@ class RideUnknown(DomainError):
 
 
 class RideAlreadyAboard(DomainError):
-    """The party sits in the shuttle: it can ask to get off, but no longer cancel or board."""
+    """The party is in the shuttle: it can get off early, but not cancel or board."""
 
     code = "ride_already_aboard"
 
 
 class RideNotAboard(DomainError):
-    """Alighting was asked for a party that is not in the shuttle."""
+    """The party is not in the shuttle, so it cannot alight."""
 
     code = "ride_not_aboard"
 
@@ -49,7 +49,7 @@ class RideNotAssigned(DomainError):
 
 
 class IllegalTransition(DomainError):
-    """The state asked for cannot follow the present one."""
+    """The requested state cannot follow the present one."""
 
     code = "illegal_transition"
 
@@ -79,13 +79,13 @@ class NoService(DomainError):
 
 
 class BookingTooFarAhead(DomainError):
-    """Nobody can promise that far into the future."""
+    """Rides cannot be booked that far ahead."""
 
     code = "booking_too_far_ahead"
 
 
 class IdempotencyMismatch(DomainError):
-    """The same Idempotency-Key came with another booking."""
+    """The same Idempotency-Key was used for another booking."""
 
     code = "idempotency_mismatch"
 
@@ -97,7 +97,7 @@ class NoVehicleFree(DomainError):
 
 
 class DestinationRefused(DomainError):
-    """The party cannot be taken there instead; `rule` names what binds, and the ride stays as it was."""
+    """The party cannot be taken there; `rule` names the rule that binds, and the ride is unchanged."""
 
     code = "destination_refused"
 
@@ -107,7 +107,7 @@ class DestinationRefused(DomainError):
 
 
 class RideRefused(DomainError):
-    """Nobody can take the ride; raised where a refused ride shall not be kept."""
+    """No vehicle can take the ride, and the refused ride is not stored."""
 
     code = "ride_refused"
 
@@ -117,7 +117,7 @@ class RideRefused(DomainError):
 
 
 class ReassignmentRefused(DomainError):
-    """Nobody named can take the ride; `rule` names what binds, and the ride stays as it was."""
+    """The vehicle cannot take the ride; `rule` names the rule that binds, and the ride is unchanged."""
 
     code = "reassignment_refused"
 
@@ -139,13 +139,13 @@ class SeriesEnded(DomainError):
 
 
 class SeriesInvalid(DomainError):
-    """No day lies between the recurring booking's first and last on which a ride could be had."""
+    """The recurring booking has no day on which a ride is possible."""
 
     code = "series_invalid"
 
 
 class OccurrenceEnded(DomainError):
-    """That day's ride was taken out of the recurring booking already, or is over."""
+    """That day's ride was removed from the recurring booking, or is over."""
 
     code = "occurrence_ended"
 
@@ -265,13 +265,13 @@ class VehicleUnknown(DomainError):
 
 
 class VehicleNotPlaced(DomainError):
-    """The vehicle has not said yet where it stands, or stands on no lane."""
+    """The vehicle has not reported a position yet, or stands on no lane."""
 
     code = "vehicle_not_placed"
 
 
 class NobodyAboard(DomainError):
-    """There is nobody in the vehicle who could go on with another one."""
+    """The vehicle has no riders who could go on with another one."""
 
     code = "nobody_aboard"
 
@@ -283,13 +283,13 @@ class VehicleOutOfService(DomainError):
 
 
 class VehicleNotConnected(DomainError):
-    """The vehicle has no open session, so that nothing can be asked of it now."""
+    """The vehicle has no open session, so it cannot receive anything now."""
 
     code = "vehicle_not_connected"
 
 
 class PlanChanged(DomainError):
-    """Somebody else changed the plan in the meantime: read again, decide again."""
+    """The plan was changed in the meantime: read again, decide again."""
 
     code = "plan_changed"
 
@@ -301,19 +301,19 @@ class VisitUnknown(DomainError):
 
 
 class OrderUnknown(DomainError):
-    """The vehicle speaks of an order that the server never issued."""
+    """The vehicle names an order that the server never issued."""
 
     code = "order_unknown"
 
 
 class NoRestingPlaceFree(DomainError):
-    """Every resting place that the vehicle can reach is another one's."""
+    """Every resting place that the vehicle can reach is reserved for another one."""
 
     code = "no_resting_place_free"
 
 
 class SectionsTaken(DomainError):
-    """The vehicle stands on ground that another one holds."""
+    """The vehicle stands on sections that another one holds."""
 
     code = "sections_taken"
 
@@ -397,13 +397,13 @@ class EnrolmentCodeUsed(DomainError):
 
 
 class NameTaken(DomainError):
-    """The name belongs to somebody already."""
+    """The name is already in use."""
 
     code = "name_taken"
 
 
 class WrongCredentials(DomainError):
-    """Name and password do not fit; which of the two is not said."""
+    """Name and password do not match; the answer does not say which one is wrong."""
 
     code = "wrong_credentials"
 

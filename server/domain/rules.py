@@ -1,4 +1,4 @@
-"""The numbers that the fleet is run by; set once in the settings, handed to every use case."""
+"""The numbers by which the fleet is run; every use case gets them."""
 
 from dataclasses import dataclass, field
 
@@ -9,46 +9,46 @@ from server.domain.service.timetable import ServiceHours
 class FleetRules:
     """Seconds, metres and metres per second.
 
-    speed_cap_mps         what a shuttle drives at most; travel times are planned with it
+    speed_cap_mps         the top speed of a shuttle; travel times are planned with it
     travel_time_factor    planned over free-flow travel time: people in the way, waiting for sections
-    dwell_s               doors stay open at least so long where somebody boards or alights
-    wait_s_max            a booking is refused when nobody can come within this time after `earliest`
+    dwell_s               doors stay open at least so long when riders board or alight
+    wait_s_max            a booking is refused if no vehicle can come within this time after `earliest`
     detour_ratio_max, detour_s_min  a ride may take max(ratio x direct, direct + min) at most
     pickup_early_s, pickup_slack_s  the promised pickup window around the planned pickup, which ends later
-    pickup_slack_ratio    by this share of the time until then: what is far off is less certain
-    uncertain_s_max       from then on nothing is less certain: shuttles have stood meanwhile
+    pickup_slack_ratio    by this share of the time until then: distant times are less certain
+    uncertain_s_max       the time beyond it adds nothing: shuttles have stood meanwhile
     arrival_slack_s, arrival_slack_ratio  the promised latest arrival after the planned one, the second
                           as a share of the planned time on board
-    promise_lapse_s       a promise that the plan misses by so much is told anew
-    promise_reserve_s, promise_reserve_ratio  later riders may use up a promise's slack but for this much, and
-                          this share of the time until then, which is for the road
+    promise_lapse_s       if the plan misses a promise by more, the party gets a new one
+    promise_reserve_s, promise_reserve_ratio  of a promise's slack, later riders must leave this much, and
+                          this share of the time until then, as a reserve for the drive
     walk_m_max, walk_mps  other stops are offered within this distance (straight), walked at this speed
-    later_s_max           how much later than asked for a refused rider is offered a ride
-    departure_tolerance_s a timetable call that would be left later than this is no candidate
+    later_s_max           how much later than requested an alternative may be
+    departure_tolerance_s a vehicle that would leave a timetable call later than this does not get it
     departure_lead_s      how long before its first call a departure gets its shuttle
-    grant_ahead_m         sections are granted so far ahead of a shuttle
+    grant_ahead_m         sections are granted up to this distance ahead of a shuttle
     braking_mps2, reaction_s  a new visit lies at least a stopping distance ahead of a moving shuttle
-    reassign_after_s      a vehicle unavailable for so long loses the rides that wait for it to others
-    order_stops           an order holds so many stops, then a resting place: short routes are safe sooner
-    held_back_s           a resting shuttle leaves so much earlier than a promised pickup demands
-    departure_early_s     the same for a timetable call, which nobody can be told to come later for
-    battery_reserve_ratio no plan takes a battery below it; a shuttle that falls below gets nothing more
+    reassign_after_s      other vehicles get the waiting rides of a vehicle that is unavailable for so long
+    order_stops           an order has so many stops, then a resting place: short routes are safe sooner
+    held_back_s           a resting shuttle leaves so much earlier than a promised pickup requires
+    departure_early_s     the same for a timetable call, whose time cannot be changed
+    battery_reserve_ratio no plan takes a battery below it; a shuttle that falls below gets no more rides
     battery_charge_below_ratio, battery_accept_ratio, battery_full_ratio  an idle shuttle below the first
                           goes to charge, is given rides again from the second on, and charges to the third
     battery_per_drive_s   of a battery, for each second of planned driving: 2.5 kW of 8.6 kWh
     battery_per_charge_s  of a battery, for each second at a charger: 6.5 kW gained of 8.6 kWh
     battery_rest_s_min    planned standing before a shuttle can have charged: the way to a charger and back
     relocates             idle shuttles move to where riders are expected
-    relocation_gain_s_min a move lowers the expected mean wait by so much at least
-    relocation_pickups_1ph_min  nobody moves while fewer pickups than these are expected in an hour, in all
-    relocation_ahead_s    how far ahead is looked: about as long as the way takes
+    relocation_gain_s_min a move must lower the expected mean wait by so much
+    relocation_pickups_1ph_min  no vehicle moves while fewer pickups are expected in an hour, in all
+    relocation_ahead_s    the time of the expected pickups: about as far ahead as the drive takes
     demand_days, demand_half_life_days, demand_prior_days  how far back bookings are learned from, how soon
                           they count half, and the days without any that are added to them
-    silent_after_s        not heard for so long: an incident
+    silent_after_s        a vehicle that is not heard for so long is an incident
     order_valid_s         a vehicle accepts an order within this time
     booking_ahead_s_max   how far ahead rides can be booked
     series_ahead_s        a day of a recurring booking gets its ride so long before
-    series_retry_s        how often a day that nobody could take is asked for again
+    series_retry_s        how often a day without a vehicle is tried again
     """
 
     hours: ServiceHours = field(default_factory=ServiceHours)
@@ -108,13 +108,13 @@ class FleetRules:
         return self.departure_early_s if timed else self.held_back_s
 
     def ride_s_max(self, direct_s: float) -> float:
-        """Longest time on board that a ride may take, which takes direct_s without detours."""
+        """The longest time on board of a ride that takes direct_s without detours."""
         return max(self.detour_ratio_max * direct_s, direct_s + self.detour_s_min)
 
     def reserve_s(self, ahead_s: float, *, told_anew: bool) -> float:
-        """How much of its slack a promise keeps from later riders, made ahead_s before it is due.
+        """The part of its slack that a promise, made ahead_s before it is due, keeps from later riders.
 
-        One that was told anew keeps all: nobody is made late twice for the sake of others.
+        A promise that was made anew keeps all of it, so that no party is delayed twice by others.
         """
         for_the_road_s = self.promise_reserve_s + self.promise_reserve_ratio * self._uncertain_s(ahead_s)
         return for_the_road_s + (self.pickup_slack_s if told_anew else 0.0)
@@ -123,5 +123,5 @@ class FleetRules:
         return min(max(0.0, ahead_s), self.uncertain_s_max)
 
     def stopping_m(self, speed_mps: float) -> float:
-        """How far ahead of a shuttle the first place is at which it can still be told to stop."""
+        """The distance ahead of a shuttle at which it can still stop for a new visit."""
         return speed_mps * self.reaction_s + speed_mps**2 / (2.0 * self.braking_mps2)

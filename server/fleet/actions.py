@@ -1,4 +1,4 @@
-"""What a vehicle session asks of the world: send, look something up, store something, close."""
+"""Actions of a vehicle session: send, look up, store, close."""
 
 from dataclasses import dataclass
 
@@ -28,14 +28,14 @@ class Close:
 
 @dataclass(frozen=True, slots=True)
 class FindKey:
-    """Answer with `key_found` or `refused`."""
+    """Answer with `key_found`."""
 
     vehicle_id: str
 
 
 @dataclass(frozen=True, slots=True)
 class OpenSession:
-    """The hello is proven. Answer with `welcomed` or `refused`."""
+    """The signature of the hello is right. Answer with `welcomed`."""
 
     hello: Hello
 

@@ -1,15 +1,15 @@
-"""What a vehicle has still to tell after its hello; orders wait for it, to rest on its last word."""
+"""Events that a hello announces and that are not stored yet; orders wait for them."""
 
 from collections.abc import Iterable, Mapping
 
 from contract.wire.messages import EventLogState
 
-# A vehicle that announces events and then does not send them gets its order all the same.
+# After this time a vehicle that does not send its announced events gets its order all the same.
 PATIENCE_NS = 5_000_000_000
 
 
 class Backlog:
-    """Announced by the hello's logs, worked off by events stored."""
+    """Begins with the logs of a hello, and shrinks with each stored event."""
 
     def __init__(self) -> None:
         self._wanted: dict[str, int] = {}

@@ -1,4 +1,4 @@
-"""Is this hello the answer of this vehicle's key to this connection's nonce?"""
+"""Checks that a hello is signed by the vehicle's key for the nonce of this connection."""
 
 import base64
 import binascii
@@ -22,11 +22,11 @@ class HelloRefused(Exception):
 
 
 def check_hello(hello: Hello, nonce: str) -> None:
-    """Everything that can be judged without the key. Raises HelloRefused."""
+    """Check everything that does not need the key. Raises HelloRefused."""
     if not OLDEST_PROTOCOL_VERSION <= hello.protocol <= PROTOCOL_VERSION:
         raise HelloRefused(
             "protocol_version",
-            f"protocol {hello.protocol} is not spoken here; versions {OLDEST_PROTOCOL_VERSION} to "
+            f"protocol {hello.protocol} is not supported; versions {OLDEST_PROTOCOL_VERSION} to "
             f"{PROTOCOL_VERSION} are. Update the agent.",
         )
     if hello.nonce != nonce:

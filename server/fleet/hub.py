@@ -27,10 +27,10 @@ from server.usecases.ports.unit_of_work import Transactions
 
 FLUSH_EVERY_S = 0.5
 PUSH_EVERY_S = 1.0
-# Whoever was heard within this time still runs: a second boot beside it is a second agent.
+# An agent that was heard within this time still runs: a second boot beside it is a second agent.
 ALIVE_NS = 2_000_000_000
-# Shuttles hear of each other within this distance: as far as a shuttle looks ahead, and both bodies.
-MATES_M = 60.0
+# Shuttles are told of each other within this distance: the view ahead and both bodies.
+FLEET_VEHICLES_M = 60.0
 
 log = structlog.get_logger("fleet.hub")
 
@@ -66,7 +66,7 @@ class Hub:
         )
         self._links: dict[str, Link] = {}
         self._greeting: list[Link] = []
-        self._nearby = Nearby(MATES_M)
+        self._nearby = Nearby(FLEET_VEHICLES_M)
         self._statuses: dict[str, StatusReport] = {}
         self._tasks: dict[asyncio.Task[None], _Job] = {}
         self._subscriptions: list[Subscription] = []
@@ -85,7 +85,7 @@ class Hub:
         self._spawn("hub.push", self._push_unanswered())
 
     def attach(self, transport: Transport) -> Link:
-        """Begin a session on a fresh transport; feed the link with `received` and end it with `closed`."""
+        """Begin a session on a new transport; the caller uses `received` and `closed` of the link."""
         link = Link(self._ids.token(), transport, self._ports)
         self._greeting.append(link)
         self._spawn("link.run", link.run(), link)
@@ -96,7 +96,7 @@ class Hub:
         return tuple(sorted(self._links))
 
     async def close(self) -> None:
-        """Say goodbye to every vehicle and end all tasks. What has been heard is stored before."""
+        """Say goodbye to every vehicle, end all tasks, and store the last statuses."""
         for link in (*self._greeting, *self._links.values()):
             link.end("server_leaving", "the server is stopping")
         links = [task for task, job in self._tasks.items() if job.link is not None]
@@ -158,22 +158,22 @@ class Hub:
             link.end("superseded", f"session {epoch} of {link.vehicle_id} is newer")
 
     def _vehicle_moved(self, topic: str, payload: bytes) -> None:
-        """Tell the shuttles around, whichever replica they are linked to."""
+        """Tell the shuttles near by that are linked to this replica."""
         status = decode_from_vehicle(payload)
         assert isinstance(status, Status), f"{topic} carries a {type(status).__name__}"
         vehicle_id, pose = _vehicle_of(topic), status.pose_map
         for other in self._nearby.move(vehicle_id, pose.x_m, pose.y_m):
             link = self._links.get(other)
             if link is not None:
-                link.tell_mate(vehicle_id, pose, status.speed_mps)
+                link.tell_fleet_vehicle(vehicle_id, pose, status.speed_mps)
 
     def _presence_seen(self, _: str, payload: bytes) -> None:
-        """Tell the shuttles around the area, whichever replica the camera talks to."""
-        word = msgspec.json.decode(payload, type=AreaPresence)
-        for vehicle_id in self._nearby.around(word.x_m, word.y_m):
+        """Tell the shuttles near the area that are linked to this replica."""
+        presence = msgspec.json.decode(payload, type=AreaPresence)
+        for vehicle_id in self._nearby.around(presence.x_m, presence.y_m):
             link = self._links.get(vehicle_id)
             if link is not None:
-                link.tell_presence(word.area_id, word.count, word.stamp_ns)
+                link.tell_presence(presence.area_id, presence.count, presence.stamp_ns)
 
     # ---------------------------------------------------------------- standing tasks
 
@@ -183,7 +183,7 @@ class Hub:
             await self._flush()
 
     async def _flush(self) -> None:
-        """The newest status of each vehicle; what came in between is in the vehicle's run log."""
+        """Store the newest status of each vehicle; the run log has all of them."""
         if not self._statuses:
             return
         reports = [report for _, report in sorted(self._statuses.items())]

@@ -1,4 +1,4 @@
-"""One vehicle's connection: a session, its transport, and the one task that performs what it asks."""
+"""One vehicle's connection: a session, its transport, and the task that performs the session's actions."""
 
 import asyncio
 import base64
@@ -43,8 +43,8 @@ FRAMES_WAITING_MAX = 200
 log = structlog.get_logger("fleet.link")
 
 
-class _OutgoingMessage(enum.Enum):
-    """What else stands in the line of frames."""
+class _QueueItem(enum.Enum):
+    """Items in the queue of frames that are not frames."""
 
     PUSH = "push"
     GONE = "gone"
@@ -60,9 +60,9 @@ class Transport(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class LinkPorts:
-    """What a link needs from the hub: the outside, and whom to tell.
+    """What a link needs from the hub: ports and callbacks.
 
-    opened  takes the link in; True when another agent was speaking with the same key just now
+    opened  registers the link; True if another agent used the same key just now
     """
 
     clock: Clock
@@ -75,14 +75,14 @@ class LinkPorts:
 
 
 class Link:
-    """Frames come in by `received`, in order; everything else is done by `run`, one thing at a time."""
+    """`received` takes the frames, in order; `run` handles them and everything else, one at a time."""
 
     def __init__(self, nonce: str, transport: Transport, ports: LinkPorts) -> None:
         self.session = VehicleSession(nonce)
         self.heard_ns = 0
         self._transport = transport
         self._ports = ports
-        self._frames: asyncio.Queue[bytes | str | _OutgoingMessage] = asyncio.Queue()
+        self._frames: asyncio.Queue[bytes | str | _QueueItem] = asyncio.Queue()
         self._room = asyncio.Event()
         self._push_due = False
         self._backlog = Backlog()
@@ -105,7 +105,7 @@ class Link:
     def closed(self, reason: str) -> None:
         """The transport is gone."""
         log.info("link.closed", vehicle_id=self.vehicle_id, reason=reason)
-        self._frames.put_nowait(_OutgoingMessage.GONE)
+        self._frames.put_nowait(_QueueItem.GONE)
 
     async def ready(self) -> None:
         """Wait until there is room for another frame: a fast sender is slowed down, not buffered."""
@@ -114,21 +114,21 @@ class Link:
             await self._room.wait()
 
     def push(self) -> None:
-        """There may be something to tell the vehicle; asking twice costs nothing."""
+        """Send the outbox soon; repeated calls before that have no further effect."""
         if not self._push_due:
             self._push_due = True
-            self._frames.put_nowait(_OutgoingMessage.PUSH)
+            self._frames.put_nowait(_QueueItem.PUSH)
 
-    def tell_mate(self, vehicle_id: str, pose_map: Pose2, speed_mps: float) -> None:
-        """Where a fleet mate is now; lost without harm while nobody listens."""
+    def tell_fleet_vehicle(self, vehicle_id: str, pose_map: Pose2, speed_mps: float) -> None:
+        """Tell where a fleet vehicle is now; dropped while the session is not open."""
         self._tell(FleetVehicle(self.session.epoch, vehicle_id, self._now_ns(), pose_map, speed_mps))
 
     def tell_presence(self, area_id: str, count: int, seen_ns: int) -> None:
-        """Who is in an area, by its camera; lost without harm while nobody listens."""
+        """Tell a camera's report on an area; dropped while the session is not open."""
         self._tell(Presence(self.session.epoch, area_id, seen_ns, count))
 
-    def _tell(self, word: FleetVehicle | Presence) -> None:
-        for action in self.session.tell(word):
+    def _tell(self, message: FleetVehicle | Presence) -> None:
+        for action in self.session.tell(message):
             assert isinstance(action, Send)
             self._transport.send(encode(action.message))
 
@@ -139,7 +139,7 @@ class Link:
             self._say_goodbye(action)
 
     async def run(self) -> None:
-        """Until the session is closed or the transport is gone."""
+        """Run until the session is closed or the transport is gone."""
         for action in self.session.begin(self._now_ns()):
             await self._perform(action)
         try:
@@ -158,7 +158,7 @@ class Link:
             if self._frames.empty():
                 self._room.set()
             frame = await self._next_frame(deadline)
-            if frame is _OutgoingMessage.GONE:
+            if frame is _QueueItem.GONE:
                 return
             try:
                 await self._handle(frame)
@@ -167,7 +167,7 @@ class Link:
             except (KeyUnknown, VehicleUnknown) as error:
                 self.end("key_unknown", error.detail)
 
-    async def _next_frame(self, hello_deadline: float) -> bytes | str | _OutgoingMessage:
+    async def _next_frame(self, hello_deadline: float) -> bytes | str | _QueueItem:
         if self.session.state == "open":
             return await self._frames.get()
         try:
@@ -175,10 +175,10 @@ class Link:
                 return await self._frames.get()
         except TimeoutError:
             self.end("hello_late", f"no hello within {self._ports.hello_timeout_s:.0f} s")
-            return _OutgoingMessage.GONE
+            return _QueueItem.GONE
 
-    async def _handle(self, frame: bytes | str | _OutgoingMessage) -> None:
-        if isinstance(frame, _OutgoingMessage):
+    async def _handle(self, frame: bytes | str | _QueueItem) -> None:
+        if isinstance(frame, _QueueItem):
             self._push_due = False
             await self._push_outbox()
         else:
@@ -238,7 +238,7 @@ class Link:
         if self._backlog.stored(report.boot_id, stored.next_sequence):
             await self._push_outbox()
 
-    def _apply(self, uow: UnitOfWork, event: RecordedEvent) -> events.Effects:
+    def _apply(self, uow: UnitOfWork, event: RecordedEvent) -> events.EventResult:
         vehicle_sessions.require_epoch(uow, self.vehicle_id, self.session.epoch)
         return events.apply_event(uow, event)
 
@@ -257,7 +257,7 @@ class Link:
         try:
             await self._ports.transactions.run(work)
         except OrderUnknown as error:
-            # An answer changes nothing by itself: what the server wants is in the outbox and goes out again.
+            # The answer is dropped: the present order is in the outbox and is sent again.
             log.warning("order.unknown", vehicle_id=self.vehicle_id, detail=error.detail)
 
     async def _push_outbox(self) -> None:
@@ -275,7 +275,7 @@ class Link:
         log.info("link.goodbye", vehicle_id=self.vehicle_id, code=row.code, detail=action.detail)
         self._transport.send(encode(Goodbye(row.code, f"{action.detail}. {row.advice}")))
         self._transport.close(row.number, row.code)
-        self._frames.put_nowait(_OutgoingMessage.GONE)
+        self._frames.put_nowait(_QueueItem.GONE)
 
     def _now_ns(self) -> int:
         return ns_of(self._ports.clock.now())

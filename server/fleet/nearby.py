@@ -7,7 +7,7 @@ Cell = tuple[int, int]
 
 
 class Nearby:
-    """Positions in square cells: a word about one vehicle costs its neighbourhood and not the fleet."""
+    """Positions in square cells, so that a search looks at near cells only."""
 
     def __init__(self, radius_m: float) -> None:
         self._radius_m = radius_m
@@ -15,7 +15,7 @@ class Nearby:
         self._cells: defaultdict[Cell, set[str]] = defaultdict(set)
 
     def move(self, vehicle_id: str, x_m: float, y_m: float) -> list[str]:
-        """Put the vehicle there; the others within the radius, by id."""
+        """Move the vehicle there. Returns the others within the radius, by id."""
         self.remove(vehicle_id)
         cell = self._cell(x_m, y_m)
         self._places[vehicle_id] = (x_m, y_m)
@@ -23,7 +23,7 @@ class Nearby:
         return [other for other in self.around(x_m, y_m) if other != vehicle_id]
 
     def around(self, x_m: float, y_m: float) -> list[str]:
-        """Who is within the radius of a place, by id."""
+        """The vehicles within the radius of a place, by id."""
         cell = self._cell(x_m, y_m)
         return sorted(
             other
@@ -34,7 +34,7 @@ class Nearby:
         )
 
     def remove(self, vehicle_id: str) -> None:
-        """Forget it; no harm when it is not known."""
+        """Forget the vehicle, if it is known."""
         place = self._places.pop(vehicle_id, None)
         if place is not None:
             cell = self._cell(*place)

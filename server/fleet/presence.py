@@ -1,4 +1,4 @@
-"""From an infrastructure camera's word to whoever is near its area: vehicles of any replica, and screens."""
+"""Passes reports of infrastructure cameras on to the vehicles near their area, and to screens."""
 
 import msgspec
 
@@ -11,7 +11,7 @@ from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock
 from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 
-# A camera that talks faster than this is not listened to in between.
+# Reports of one area that come faster are dropped.
 SOONEST_NS = 80_000_000
 
 
@@ -26,23 +26,23 @@ class AreaPresence(msgspec.Struct, frozen=True):
 
 
 class PresenceRelay:
-    """Takes the cameras' words. Latest wins: nothing is stored, nothing is repeated."""
+    """Takes the cameras' reports. The latest one counts: none is stored or repeated."""
 
     def __init__(self, campus_id: str, clock: Clock, transactions: Transactions, bus: Bus) -> None:
         self._campus_id, self._clock = campus_id, clock
         self._transactions, self._bus = transactions, bus
         self._told_ns: dict[str, int] = {}
 
-    async def seen(self, word: PresenceReport) -> None:
+    async def seen(self, report: PresenceReport) -> None:
         """Raises AreaUnknown for an area that the active map does not have."""
         now_ns = ns_of(self._clock.now())
-        if now_ns - self._told_ns.get(word.area_id, 0) < SOONEST_NS:
+        if now_ns - self._told_ns.get(report.area_id, 0) < SOONEST_NS:
             return
-        x_m, y_m = await self._transactions.read(lambda uow: _middle(uow, word.area_id))
-        self._told_ns[word.area_id] = now_ns
-        seen_ns = now_ns - round(word.age_s * 1e9)
-        payload = msgspec.json.encode(AreaPresence(word.area_id, word.count, x_m, y_m, seen_ns))
-        await self._bus.publish(topics.area_presence(self._campus_id, word.area_id), payload)
+        x_m, y_m = await self._transactions.read(lambda uow: _middle(uow, report.area_id))
+        self._told_ns[report.area_id] = now_ns
+        seen_ns = now_ns - round(report.age_s * 1e9)
+        payload = msgspec.json.encode(AreaPresence(report.area_id, report.count, x_m, y_m, seen_ns))
+        await self._bus.publish(topics.area_presence(self._campus_id, report.area_id), payload)
 
 
 def _middle(uow: UnitOfWork, area_id: str) -> tuple[float, float]:

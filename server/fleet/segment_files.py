@@ -1,4 +1,4 @@
-"""Run segments as files named by their content's hash: a repeat finds its file, nothing is overwritten."""
+"""Run segments as files named by the hash of their content. No file is overwritten."""
 
 import hashlib
 import os
@@ -14,7 +14,7 @@ class SegmentSizeError(Exception):
 
 
 class SegmentFiles:
-    """A folder of segments, `ab/abcdef....mcap`; half-received ones lie in `incoming/` until proven."""
+    """A folder of segments, `ab/abcdef....mcap`. Uploads are in `incoming/` until their hash is checked."""
 
     def __init__(self, folder: Path, bytes_max: int) -> None:
         self._folder = folder
@@ -27,14 +27,14 @@ class SegmentFiles:
         return self.path(sha256).exists()
 
     def receive(self, sha256: str, name: str) -> "IncomingSegment":
-        """name: unlike that of any other upload going on."""
+        """name: unique among the uploads under way."""
         folder = self._folder / "incoming"
         folder.mkdir(parents=True, exist_ok=True)
         return IncomingSegment(self, sha256, folder / f"{name}.part")
 
 
 class IncomingSegment:
-    """Bytes coming in. Use as a context manager: what was not kept by then is removed."""
+    """An upload under way. As a context manager it removes the file at the end, unless it was kept."""
 
     def __init__(self, files: SegmentFiles, sha256: str, path: Path) -> None:
         self.path = path
@@ -59,7 +59,7 @@ class IncomingSegment:
         self._file.write(data)
 
     def prove(self) -> Path:
-        """Everything is written: the file on disk, still in `incoming/`. Raises SegmentHashError."""
+        """Flush the file and check its hash; it is still in `incoming/`. Raises SegmentHashError."""
         self._file.flush()
         os.fsync(self._file.fileno())
         if self._digest.hexdigest() != self._sha256:
@@ -67,7 +67,7 @@ class IncomingSegment:
         return self.path
 
     def keep(self) -> Path:
-        """Move the proven file to its place."""
+        """Move the checked file to its place."""
         target = self._files.path(self._sha256)
         target.parent.mkdir(parents=True, exist_ok=True)
         os.replace(self.path, target)

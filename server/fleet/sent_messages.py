@@ -1,4 +1,4 @@
-"""What one session has sent already, so that changes go out at once and repeats only when unanswered."""
+"""What one session has sent: changes are sent at once, unanswered messages again after a while."""
 
 from contract.wire.messages import Grants, Order, SectionGrant, ServerMessage
 from server.usecases.orders.outbox import Outbox
@@ -7,7 +7,7 @@ REPEAT_AFTER_NS = 3_000_000_000
 
 
 class SentMessages:
-    """Chooses from an outbox what to send now. Repeats are harmless to the vehicle, silence is not."""
+    """Chooses from an outbox what to send now. Repeats are harmless to the vehicle."""
 
     def __init__(self) -> None:
         self._sent_ns: dict[str, int] = {}
@@ -15,7 +15,7 @@ class SentMessages:
         self.unanswered = False
 
     def choose(self, outbox: Outbox, now_ns: int) -> list[ServerMessage]:
-        """Orders before grants; `unanswered` then tells whether something is to be asked for again."""
+        """Orders before grants. Afterwards `unanswered` says whether something waits for an answer."""
         messages: list[ServerMessage] = []
         still: dict[str, int] = {}
         for key, message in _keyed(outbox):
@@ -23,18 +23,18 @@ class SentMessages:
             if sent_ns is None or now_ns - sent_ns >= REPEAT_AFTER_NS:
                 messages.append(message)
                 sent_ns = now_ns
-                self._note_grants(message)
+                self._remember_grants(message)
             still[key] = sent_ns
-        if outbox.grants is not None and self._are_news(outbox.grants):
+        if outbox.grants is not None and self._have_changed(outbox.grants):
             messages.append(outbox.grants)
-            self._note_grants(outbox.grants)
+            self._remember_grants(outbox.grants)
         self._sent_ns, self.unanswered = still, bool(still)
         return messages
 
-    def _are_news(self, grants: Grants) -> bool:
+    def _have_changed(self, grants: Grants) -> bool:
         return self._grants != (grants.order_id, grants.sections)
 
-    def _note_grants(self, message: ServerMessage) -> None:
+    def _remember_grants(self, message: ServerMessage) -> None:
         if isinstance(message, Order | Grants):
             self._grants = (message.order_id, message.sections)
 

@@ -1,9 +1,9 @@
-"""One vehicle's talk with the server, without sockets: bytes in, actions out.
+"""The protocol of one vehicle's connection, without sockets: bytes in, actions out.
 
     challenged --hello--> checking --key--> opening --welcome--> open --> closed
 
-A session gives one nonce and takes one hello. Whatever breaks the protocol ends it with a typed goodbye;
-nothing is lost by that, because an event leaves the vehicle's outbox only when it is acknowledged.
+A session gives one nonce and takes one hello. A frame that breaks the protocol ends it with a typed goodbye.
+No event is lost, because events leave the vehicle's outbox only when they are acknowledged.
 """
 
 from typing import Literal
@@ -55,7 +55,7 @@ class _Tagged(msgspec.Struct):
 
 
 class VehicleSession:
-    """Fed with frames and with the answers to its own questions; every method returns what to do next."""
+    """Takes frames and the answers to its own actions; every method returns the next actions."""
 
     def __init__(self, nonce: str) -> None:
         self.state: State = "challenged"
@@ -70,7 +70,7 @@ class VehicleSession:
         return (Send(challenge),)
 
     def received(self, data: bytes | str, server_ns: int) -> Actions:
-        """One frame. Never raises for anything a vehicle can send; a closed session says nothing."""
+        """Handle one frame. No frame makes it raise; a closed session returns no actions."""
         if self.state == "closed":
             return ()
         if len(data) > MAX_MESSAGE_BYTES:
@@ -101,18 +101,18 @@ class VehicleSession:
         return (OpenSession(self._hello),)
 
     def welcomed(self, epoch: int, acknowledged: tuple[EventLogState, ...], server_ns: int) -> Actions:
-        """The server opened session `epoch`; acknowledged tells where each boot's events go on."""
+        """The server opened session `epoch`; acknowledged: the next event of each boot."""
         if self.state != "opening":
             return ()
         self.state, self.epoch = "open", epoch
         return (Send(Welcome(epoch, PROTOCOL_VERSION, server_ns, acknowledged)),)
 
     def events_stored(self, boot_id: str, next_sequence: int) -> Actions:
-        """Also the answer to a gap: the vehicle repeats from next_sequence."""
+        """Acknowledge events. Also the answer to a gap: the vehicle repeats from next_sequence."""
         return self.tell(EventsAcknowledged(self.epoch, boot_id, next_sequence))
 
     def tell(self, message: ServerMessage) -> Actions:
-        """Something for the vehicle; dropped unless the session is open (a welcome brings it again)."""
+        """Send a message; it is dropped unless the session is open (the outbox has it again later)."""
         return (Send(message),) if self.state == "open" else ()
 
     def close(self, code: CloseCode, detail: str) -> Actions:

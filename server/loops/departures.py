@@ -13,12 +13,12 @@ class DepartureScheduler:
     def __init__(self, transactions: Transactions, holder: str) -> None:
         self._transactions = transactions
         self._holder = holder
-        self._pulse = PeriodicTask("departures", self.beat, PERIOD_S)
+        self._task = PeriodicTask("departures", self.run_once, PERIOD_S)
 
     async def run(self) -> None:
-        await self._pulse.run()
+        await self._task.run()
 
-    async def beat(self) -> None:
+    async def run_once(self) -> None:
         """Under the lease, in one transaction with it: only one replica enters a day's departures."""
         await self._transactions.run(
             lambda uow: (

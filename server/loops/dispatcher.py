@@ -1,6 +1,6 @@
-"""How the fleet is assigned, beat by beat. One dispatcher a campus: it holds a lease, others stand by.
+"""How the fleet is assigned between bookings. One dispatcher a campus holds a lease; others stand by.
 
-A booking is decided at once by whoever takes it (`usecases.rides.book`); this loop does what remains:
+A booking is decided in its own request (`usecases.rides.book`). This loop does what remains:
 roads that close and open, rides that have lost their vehicle, routes and grants that were not safe yet,
 expected times and promises, and moving waiting rides to where they cost less.
 """
@@ -15,7 +15,7 @@ from server.loops.periodic_task import PeriodicTask
 from server.usecases.fleet import charging, closures, interventions
 from server.usecases.orders import sections
 from server.usecases.planning import plans, promises, relocation
-from server.usecases.planning.decisions import Search
+from server.usecases.planning.decisions import SearchSettings
 from server.usecases.ports import topics
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Ids
@@ -28,12 +28,12 @@ T = TypeVar("T")
 LEASE = "dispatcher"
 PERIOD_S = 1.0
 LEASE_S = 10.0
-# Expected times and improvement, every so many beats.
-SLOW_BEATS = 5
+# Expected times and improvement, every so many periods.
+SLOW_PERIODS = 5
 
 
 class Dispatcher:
-    """slices: of improvement in one slot, a count and never a time."""
+    """slices: of one improvement, a count and not a time."""
 
     def __init__(
         self,
@@ -50,15 +50,15 @@ class Dispatcher:
         self._budget = Budget(slices)
         self._holder = ids.new_id("dispatcher")
         self._token = 0
-        self._beats = 0
+        self._periods = 0
         self._demand: relocation.Demand | None = None
         heard = (topics.dispatch(campus_id),)
-        self._pulse = PeriodicTask("dispatcher", self.beat, PERIOD_S, bus, heard)
+        self._task = PeriodicTask("dispatcher", self.run_once, PERIOD_S, bus, heard)
 
     async def run(self) -> None:
-        await self._pulse.run()
+        await self._task.run()
 
-    async def beat(self) -> None:
+    async def run_once(self) -> None:
         """Keep the lease, then do everything that is due."""
         token = await self._transactions.run(
             lambda uow: uow.leases.take(LEASE, self._holder, uow.now, LEASE_S)
@@ -66,37 +66,37 @@ class Dispatcher:
         if token is None:
             return
         self._token = token
-        await self._fenced(closures.keep_time)
+        await self._fenced(closures.update_closures)
         await self._fenced(lost_vehicles.rescue_riders)
         await self._fenced(interventions.end_holds)
         await self._fenced(plans.assign_waiting)
         await self._fenced(sections.extend_grants)
         await self._fenced(promises.check_promises)
-        self._beats += 1
-        if self._beats % SLOW_BEATS == 0:
-            await self._fenced(charging.look_after_batteries)
+        self._periods += 1
+        if self._periods % SLOW_PERIODS == 0:
+            await self._fenced(charging.manage_charging)
             await self._fenced(plans.refresh_expected)
             await self._improve()
             await self._relocate()
 
     async def _improve(self) -> None:
-        """Solve outside any transaction; an answer that comes too late is dropped."""
+        """Solve outside of transactions; an answer that comes too late is dropped."""
         improvement = await self._transactions.read(plans.improvement_of)
         if improvement is None or self._budget.slices == 0:
             return
         seed = self._ids.seed()
         solution = await self._solver.solve(improvement.problem, self._budget, seed)
-        search = Search(replace(self._budget, stop_after=solution.slices), seed)
+        search = SearchSettings(replace(self._budget, stop_after=solution.slices), seed)
         await self._fenced(lambda uow: plans.adopt_improvement(uow, improvement, solution, search))
 
     async def _relocate(self) -> None:
-        """What is expected is learned anew every hour, outside the transactions that write."""
+        """Move one idle vehicle. Expected pickups are learned every hour, by reads."""
         if await self._transactions.read(lambda uow: relocation.is_stale(uow, self._demand)):
             self._demand = await self._transactions.read(relocation.learn_demand)
         demand = self._demand
         if demand is None:
             return
-        move = await self._transactions.read(lambda uow: relocation.proposed(uow, demand))
+        move = await self._transactions.read(lambda uow: relocation.best_relocation(uow, demand))
         if move is not None:
             await self._fenced(lambda uow: relocation.relocate(uow, move))
 

@@ -1,4 +1,4 @@
-"""What every standing task shares: something to do now and then, or sooner when the bus says so."""
+"""The base of every standing task: work that runs every period, or sooner after a message."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -12,22 +12,22 @@ log = structlog.get_logger("loops")
 
 
 class PeriodicTask:
-    """Calls `beat` every period_s, and soon after a message on one of the topics.
+    """Runs `work` every period_s, and soon after a message on one of the topics.
 
-    A rule of the house that says no to one beat is logged; the next beat comes all the same. Anything else
-    is a defect and ends the task.
+    A refusal (DomainError) is logged, and the next period comes all the same. Any other exception is a defect
+    and ends the task.
     """
 
     def __init__(
         self,
         name: str,
-        beat: Callable[[], Awaitable[None]],
+        work: Callable[[], Awaitable[None]],
         period_s: float,
         bus: Bus | None = None,
         topics: tuple[str, ...] = (),
     ) -> None:
         self._name = name
-        self._beat = beat
+        self._work = work
         self._period_s = period_s
         self._bus = bus
         self._topics = topics
@@ -50,7 +50,7 @@ class PeriodicTask:
     async def _once(self) -> None:
         self._woken.clear()
         try:
-            await self._beat()
+            await self._work()
         except DomainError as error:
             log.warning("loop.refused", loop=self._name, code=error.code, detail=error.detail)
 

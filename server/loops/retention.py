@@ -1,5 +1,4 @@
-"""Telemetry and sessions are kept for a bounded time; events, rides and runs are kept. Travel times by the
-hour are learnt anew as often."""
+"""Deletes old telemetry, decisions and sessions, and learns the travel time factors."""
 
 from server.loops.periodic_task import PeriodicTask
 from server.usecases.ports.unit_of_work import Transactions
@@ -11,11 +10,11 @@ PERIOD_S = 3600.0
 class RetentionLoop:
     def __init__(self, transactions: Transactions) -> None:
         self._transactions = transactions
-        self._pulse = PeriodicTask("retention", self.beat, PERIOD_S)
+        self._task = PeriodicTask("retention", self.run_once, PERIOD_S)
 
     async def run(self) -> None:
-        await self._pulse.run()
+        await self._task.run()
 
-    async def beat(self) -> None:
+    async def run_once(self) -> None:
         await self._transactions.run(retention.forget_old)
         await self._transactions.run(travel_time_factors.learn)

@@ -15,13 +15,13 @@ class SeriesScheduler:
     def __init__(self, transactions: Transactions, holder: str) -> None:
         self._transactions = transactions
         self._holder = holder
-        self._pulse = PeriodicTask("series", self.beat, PERIOD_S)
+        self._task = PeriodicTask("series", self.run_once, PERIOD_S)
 
     async def run(self) -> None:
-        await self._pulse.run()
+        await self._task.run()
 
-    async def beat(self) -> None:
-        """One replica at a time; a second one would find each day booked already."""
+    async def run_once(self) -> None:
+        """Book the days that are due. One replica at a time; a second one would find each day booked."""
         held = await self._transactions.run(
             lambda uow: uow.leases.take(LEASE, self._holder, uow.now, LEASE_S)
         )
@@ -32,11 +32,11 @@ class SeriesScheduler:
         await self._transactions.run(series.finish_past)
 
     async def _book(self, due: DueRide) -> None:
-        """An attempt that fails leaves nothing behind but its reason, in a transaction of its own."""
+        """A failed attempt is rolled back, and its reason is stored in a transaction of its own."""
         try:
             await self._transactions.run(lambda uow: series.book_occurrence(uow, due))
         except PlanChanged:
-            return  # others were quicker too often; the next beat tries again
+            return  # other writers were faster; the next period tries again
         except DomainError as error:
             reason, detail = error.rule or error.code, error.detail
-            await self._transactions.run(lambda uow: series.note_not_taken(uow, due, reason, detail))
+            await self._transactions.run(lambda uow: series.record_failed_attempt(uow, due, reason, detail))

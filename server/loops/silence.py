@@ -1,4 +1,4 @@
-"""Vehicles that are not heard any more."""
+"""Notices vehicles that are silent."""
 
 from server.loops.periodic_task import PeriodicTask
 from server.usecases.fleet import vehicle_sessions
@@ -10,10 +10,10 @@ PERIOD_S = 1.0
 class SilenceMonitor:
     def __init__(self, transactions: Transactions) -> None:
         self._transactions = transactions
-        self._pulse = PeriodicTask("silence", self.beat, PERIOD_S)
+        self._task = PeriodicTask("silence", self.run_once, PERIOD_S)
 
     async def run(self) -> None:
-        await self._pulse.run()
+        await self._task.run()
 
-    async def beat(self) -> None:
+    async def run_once(self) -> None:
         await self._transactions.run(vehicle_sessions.note_silence)

@@ -12,21 +12,21 @@ from server.dispatch.warm import warm_kernels
 
 
 class InlineSolver:
-    """In the caller's own step, all of the budget: for virtual time."""
+    """For virtual time: in the caller's own step, with the whole budget."""
 
     async def solve(self, problem: Problem, budget: Budget, seed: int) -> Solution:
         return solve(problem, budget, seed)
 
 
 class ProcessSolver:
-    """In a child process, so that a long search does not hold up bookings.
+    """In a child process, so that a long search does not delay bookings.
 
     within_s  no slice is begun later than this; the solution says how many ran
     """
 
     def __init__(self, within_s: float = 1.0) -> None:
         # Spawned: a fork would copy the store's threads and their locks in the middle of their work.
-        self._pool = ProcessPoolExecutor(1, get_context("spawn"), _stand_back)
+        self._pool = ProcessPoolExecutor(1, get_context("spawn"), _lower_priority)
         self._within_s = within_s
 
     async def solve(self, problem: Problem, budget: Budget, seed: int) -> Solution:
@@ -38,8 +38,8 @@ class ProcessSolver:
         self._pool.shutdown(cancel_futures=True)
 
 
-def _stand_back() -> None:
-    """Bookings and vehicles come first: the search takes what they leave of the machine."""
+def _lower_priority() -> None:
+    """Lower the priority: bookings and vehicles come first."""
     if hasattr(os, "nice"):
         os.nice(10)
     warm_kernels()

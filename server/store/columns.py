@@ -1,4 +1,4 @@
-"""How values lie in columns: instants in UTC, nested values as JSON text."""
+"""How values are stored in columns: instants in UTC, nested values as JSON text."""
 
 from datetime import UTC, datetime
 from typing import Any, TypeVar

@@ -33,6 +33,6 @@ class Counters(Repository):
         return _DRAWING[self._connection.dialect.name]
 
     def lock(self, name: str) -> None:
-        """Be the only one with this counter until the transaction ends."""
+        """Lock this counter until the transaction ends."""
         self._add_missing(tables.counters, [{"name": name, "value": 0}])
         self._find(tables.counters, name=name)

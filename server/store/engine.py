@@ -12,7 +12,7 @@ BUSY_TIMEOUT_MS = 10_000
 
 
 class DatabaseUnsupported(ValueError):
-    """The URL names a database that the store does not speak."""
+    """The URL names a database that the store does not support."""
 
 
 def open_engine(url: str) -> Engine:
@@ -25,9 +25,7 @@ def open_engine(url: str) -> Engine:
     if url.startswith(("postgresql://", "postgres://", "postgresql+psycopg://")):
         _, rest = url.split("://", 1)
         return create_engine(f"postgresql+psycopg://{rest}", pool_size=POSTGRES_POOL, pool_pre_ping=True)
-    raise DatabaseUnsupported(
-        f"{url.split(':', 1)[0]} is no database we know; use sqlite:///FILE or postgresql://"
-    )
+    raise DatabaseUnsupported(f"{url.split(':', 1)[0]} is not supported; use sqlite:///FILE or postgresql://")
 
 
 def is_in_memory(engine: Engine) -> bool:

@@ -8,7 +8,7 @@ from server.store.repository import Repository
 _lease = tables.leases.c
 
 
-class Leases(Repository):
+class SqlLeaseRepository(Repository):
     def take(self, name: str, holder: str, now: datetime, seconds: float) -> int | None:
         self._add_missing(tables.leases, [{"name": name, "holder": "", "token": 0, "expires_at": now}])
         row = self._find(tables.leases, name=name)

@@ -19,7 +19,7 @@ from sqlalchemy.exc import OperationalError
 from server.domain.errors import PlanChanged
 from server.store.cache.memory import RowCache
 from server.store.engine import read_only
-from server.store.unit_of_work import Context, Published, SqlUnitOfWork
+from server.store.unit_of_work import Context, PublishedMessage, SqlUnitOfWork
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.unit_of_work import UnitOfWork
 
@@ -34,7 +34,7 @@ _REPEATABLE = frozenset({"40001", "40P01"})
 
 
 class InlineTransactions:
-    """Everything at once, on one connection, in the caller's own step."""
+    """Runs everything at once, on one connection, in the caller's own step."""
 
     def __init__(self, engine: Engine, context: Context, bus: Bus) -> None:
         self._connection = engine.connect()
@@ -54,7 +54,7 @@ class InlineTransactions:
     async def close(self) -> None:
         self._connection.close()
 
-    def _once(self, work: Work[T]) -> tuple[T, Iterable[Published]]:
+    def _once(self, work: Work[T]) -> tuple[T, Iterable[PublishedMessage]]:
         with _transaction(self._connection, self._memory):
             return _worked(work, SqlUnitOfWork(self._connection, self._context, memory=self._memory))
 
@@ -86,7 +86,7 @@ class PooledTransactions:
         await _send(self._bus, messages)
         return result
 
-    def _once(self, work: Work[T]) -> tuple[T, Iterable[Published]]:
+    def _once(self, work: Work[T]) -> tuple[T, Iterable[PublishedMessage]]:
         with self._engine.begin() as connection:
             return _worked(work, SqlUnitOfWork(connection, self._context))
 
@@ -95,16 +95,16 @@ class PooledTransactions:
 
 
 class _Job(Generic[T]):
-    """A use case waiting for its turn, and the way back to who waits for it.
+    """A use case that waits for its turn, and the future of its caller.
 
-    As a context it keeps what goes wrong inside for the waiting caller, whose business it is.
+    As a context it keeps an exception from inside for the waiting caller.
     """
 
     def __init__(self, work: Work[T], loop: asyncio.AbstractEventLoop) -> None:
         self.work = work
         self.loop = loop
-        self.future: asyncio.Future[tuple[T, Iterable[Published]]] = loop.create_future()
-        self.done: tuple[T, Iterable[Published]] | None = None
+        self.future: asyncio.Future[tuple[T, Iterable[PublishedMessage]]] = loop.create_future()
+        self.done: tuple[T, Iterable[PublishedMessage]] | None = None
         self.failure: BaseException | None = None
 
     def __enter__(self) -> None:
@@ -130,7 +130,7 @@ class _Job(Generic[T]):
 
 
 class GroupCommit:
-    """One thread writes; whatever came in while it was committing shares the next commit."""
+    """One thread writes; use cases that arrive while it commits share the next commit."""
 
     def __init__(self, engine: Engine, context: Context, bus: Bus) -> None:
         self._engine = engine
@@ -150,7 +150,7 @@ class GroupCommit:
         return await loop.run_in_executor(self._readers, lambda: _read(self._engine, self._context, work))
 
     async def close(self) -> None:
-        """After everything that was asked for has been written."""
+        """Close after every job has been written."""
         self._jobs.put(None)
         await asyncio.get_running_loop().run_in_executor(None, self._writer.join)
         self._readers.shutdown(wait=True)
@@ -172,7 +172,7 @@ class GroupCommit:
                     self._write(connection, jobs)
 
     def _next_group(self) -> tuple[list[_Job[Any]], bool]:
-        """Wait for one job, take along what else is there; False when the store is being closed."""
+        """Wait for one job and take all others that wait; False if the store is being closed."""
         group: list[_Job[Any]] = []
         job = self._jobs.get()
         while job is not None:
@@ -192,7 +192,7 @@ class GroupCommit:
             job.failure = job.failure or commit.failure
             job.tell()
 
-    def _in_savepoint(self, connection: Connection, work: Work[T]) -> tuple[T, Iterable[Published]]:
+    def _in_savepoint(self, connection: Connection, work: Work[T]) -> tuple[T, Iterable[PublishedMessage]]:
         mark = self._memory.mark()
         try:
             with connection.begin_nested():
@@ -202,7 +202,7 @@ class GroupCommit:
             raise
 
 
-def _worked(work: Work[T], uow: SqlUnitOfWork) -> tuple[T, Iterable[Published]]:
+def _worked(work: Work[T], uow: SqlUnitOfWork) -> tuple[T, Iterable[PublishedMessage]]:
     result = work(uow)
     uow.flush()
     return result, uow.outgoing.messages.values()
@@ -244,6 +244,6 @@ def _repeated(once: Callable[[], T]) -> T:
     return once()
 
 
-async def _send(bus: Bus, messages: Iterable[Published]) -> None:
+async def _send(bus: Bus, messages: Iterable[PublishedMessage]) -> None:
     for message in messages:
         await bus.publish(message.topic, message.payload)

@@ -12,32 +12,36 @@ from contract.roads.network import RoadNetwork
 from server.domain.errors import CampusUnknown
 from server.domain.planning.travel_time_factors import travel_time_factor_at
 from server.domain.rules import FleetRules
-from server.store.cache.ground import CachedClosures, CachedMaps, CachedTravelTimeFactors
+from server.store.cache.ground import (
+    CachedClosureRepository,
+    CachedMapRepository,
+    CachedTravelTimeFactorRepository,
+)
 from server.store.cache.memory import RowCache
-from server.store.cache.orders import CachedOrders
-from server.store.cache.plans import CachedPlans
-from server.store.cache.rides import CachedRides
-from server.store.cache.sections import CachedSections
-from server.store.cache.service import CachedService
-from server.store.cache.vehicles import CachedVehicles
-from server.store.fleet.history import History
-from server.store.fleet.vehicles import Vehicles
-from server.store.leases import Leases
-from server.store.orders.orders import Orders
-from server.store.orders.sections import Sections
-from server.store.planning.decisions import Decisions
-from server.store.planning.departures import Departures
-from server.store.planning.plans import Plans
-from server.store.planning.travel_time_factors import TravelTimeFactorRows
-from server.store.record.events import Events
-from server.store.record.identity import Identity
-from server.store.record.incidents import Incidents
-from server.store.record.runs import Runs
-from server.store.record.service import Service
-from server.store.rides.rides import Rides
-from server.store.rides.series import SeriesRows
-from server.store.roads.closures import Closures
-from server.store.roads.maps import Maps
+from server.store.cache.orders import CachedOrderRepository
+from server.store.cache.plans import CachedPlanRepository
+from server.store.cache.rides import CachedRideRepository
+from server.store.cache.sections import CachedSectionRepository
+from server.store.cache.service import CachedServiceRepository
+from server.store.cache.vehicles import CachedVehicleRepository
+from server.store.fleet.history import SqlHistoryRepository
+from server.store.fleet.vehicles import SqlVehicleRepository
+from server.store.leases import SqlLeaseRepository
+from server.store.orders.orders import SqlOrderRepository
+from server.store.orders.sections import SqlSectionRepository
+from server.store.planning.decisions import SqlDecisionRepository
+from server.store.planning.departures import SqlDepartureRepository
+from server.store.planning.plans import SqlPlanRepository
+from server.store.planning.travel_time_factors import SqlTravelTimeFactorRepository
+from server.store.record.events import SqlEventRepository
+from server.store.record.identity import SqlIdentityRepository
+from server.store.record.incidents import SqlIncidentRepository
+from server.store.record.runs import SqlRunRepository
+from server.store.record.service import SqlServiceRepository
+from server.store.rides.rides import SqlRideRepository
+from server.store.rides.series import SqlSeriesRepository
+from server.store.roads.closures import SqlClosureRepository
+from server.store.roads.maps import SqlMapRepository
 from server.store.views import SqlViews
 from server.travel.closed_roads import sections_closed
 from server.travel.fleet_roads import FleetRoads
@@ -63,7 +67,7 @@ from server.usecases.ports.views import Views
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """What every transaction of one campus is given."""
+    """What every transaction of one campus needs."""
 
     campus_id: str
     clock: Clock
@@ -74,7 +78,7 @@ class Context:
 
 
 @dataclass(frozen=True, slots=True)
-class Published:
+class PublishedMessage:
     """A message that goes out when the transaction has been committed."""
 
     topic: str
@@ -82,14 +86,14 @@ class Published:
 
 
 @dataclass(slots=True)
-class Outgoing:
-    """What a transaction wants published, each message once, in the order it was first said."""
+class OutgoingMessages:
+    """The messages of a transaction, each one once, in the order in which they were first published."""
 
-    messages: dict[tuple[str, bytes], Published] = field(default_factory=dict)
+    messages: dict[tuple[str, bytes], PublishedMessage] = field(default_factory=dict)
 
     def add(self, topic: str, fields: Mapping[str, str | int]) -> None:
         payload = msgspec.json.encode(dict(sorted(fields.items())))
-        self.messages.setdefault((topic, payload), Published(topic, payload))
+        self.messages.setdefault((topic, payload), PublishedMessage(topic, payload))
 
 
 class SqlUnitOfWork:
@@ -112,40 +116,40 @@ class SqlUnitOfWork:
         self.rules = context.rules
         self.ids = context.ids
         self.hasher = context.hasher
-        self.outgoing = Outgoing()
+        self.outgoing = OutgoingMessages()
         if memory is None:
-            self._rides = Rides(connection, campus_id, writes)
-            self.plans: PlanRepository = Plans(connection, campus_id, False)
-            self.orders: OrderRepository = Orders(connection, campus_id, writes)
-            self.sections: SectionRepository = Sections(connection, campus_id, writes)
-            self.vehicles: VehicleRepository = Vehicles(connection, campus_id, writes)
-            self.service: ServiceRepository = Service(connection, campus_id, False)
-            self.maps: MapRepository = Maps(connection, campus_id, False)
-            self.closures: ClosureRepository = Closures(connection, campus_id, False)
-            self.travel_time_factors: TravelTimeFactorRepository = TravelTimeFactorRows(
+            self._rides = SqlRideRepository(connection, campus_id, writes)
+            self.plans: PlanRepository = SqlPlanRepository(connection, campus_id, False)
+            self.orders: OrderRepository = SqlOrderRepository(connection, campus_id, writes)
+            self.sections: SectionRepository = SqlSectionRepository(connection, campus_id, writes)
+            self.vehicles: VehicleRepository = SqlVehicleRepository(connection, campus_id, writes)
+            self.service: ServiceRepository = SqlServiceRepository(connection, campus_id, False)
+            self.maps: MapRepository = SqlMapRepository(connection, campus_id, False)
+            self.closures: ClosureRepository = SqlClosureRepository(connection, campus_id, False)
+            self.travel_time_factors: TravelTimeFactorRepository = SqlTravelTimeFactorRepository(
                 connection, campus_id, False
             )
         else:
-            self._rides = CachedRides(connection, campus_id, memory)
-            self.plans = CachedPlans(connection, campus_id, memory)
-            self.orders = CachedOrders(connection, campus_id, memory)
-            self.sections = CachedSections(connection, campus_id, memory)
-            self.vehicles = CachedVehicles(connection, campus_id, memory)
-            self.service = CachedService(connection, campus_id, memory)
-            self.maps = CachedMaps(connection, campus_id, memory)
-            self.closures = CachedClosures(connection, campus_id, memory)
-            self.travel_time_factors = CachedTravelTimeFactors(connection, campus_id, memory)
+            self._rides = CachedRideRepository(connection, campus_id, memory)
+            self.plans = CachedPlanRepository(connection, campus_id, memory)
+            self.orders = CachedOrderRepository(connection, campus_id, memory)
+            self.sections = CachedSectionRepository(connection, campus_id, memory)
+            self.vehicles = CachedVehicleRepository(connection, campus_id, memory)
+            self.service = CachedServiceRepository(connection, campus_id, memory)
+            self.maps = CachedMapRepository(connection, campus_id, memory)
+            self.closures = CachedClosureRepository(connection, campus_id, memory)
+            self.travel_time_factors = CachedTravelTimeFactorRepository(connection, campus_id, memory)
         self.rides: RideRepository = self._rides
-        self.departures: DepartureRepository = Departures(connection, campus_id, writes)
-        self.decisions: DecisionRepository = Decisions(connection, campus_id, False)
-        self.series: SeriesRepository = SeriesRows(connection, campus_id, writes)
-        self.incidents: IncidentRepository = Incidents(connection, campus_id, writes)
-        self._events = Events(connection, campus_id, False)
+        self.departures: DepartureRepository = SqlDepartureRepository(connection, campus_id, writes)
+        self.decisions: DecisionRepository = SqlDecisionRepository(connection, campus_id, False)
+        self.series: SeriesRepository = SqlSeriesRepository(connection, campus_id, writes)
+        self.incidents: IncidentRepository = SqlIncidentRepository(connection, campus_id, writes)
+        self._events = SqlEventRepository(connection, campus_id, False)
         self.events: EventRepository = self._events
-        self.runs: RunRepository = Runs(connection, campus_id, False)
-        self.identity: IdentityRepository = Identity(connection, campus_id, writes)
-        self.leases: LeaseRepository = Leases(connection, campus_id, writes)
-        self.history: HistoryRepository = History(connection, campus_id, False)
+        self.runs: RunRepository = SqlRunRepository(connection, campus_id, False)
+        self.identity: IdentityRepository = SqlIdentityRepository(connection, campus_id, writes)
+        self.leases: LeaseRepository = SqlLeaseRepository(connection, campus_id, writes)
+        self.history: HistoryRepository = SqlHistoryRepository(connection, campus_id, False)
         self._views = SqlViews(connection, campus_id, False)
         self._library = context.library
         self._roads: FleetRoads | None = None

@@ -1,4 +1,4 @@
-"""Reads for people's eyes: joined and sorted in SQL, past the domain."""
+"""Reads for pages, joined and sorted in SQL."""
 
 from collections.abc import Sequence, Set
 from datetime import datetime
@@ -16,15 +16,15 @@ from server.domain.record.runs import Run
 from server.domain.rides.rides import Ride, RideState
 from server.domain.service.timetable import Departure
 from server.store import tables
-from server.store.fleet.history import History
-from server.store.fleet.vehicles import Vehicles
-from server.store.orders.orders import Orders
-from server.store.orders.sections import Sections
+from server.store.fleet.history import SqlHistoryRepository
+from server.store.fleet.vehicles import SqlVehicleRepository
+from server.store.orders.orders import SqlOrderRepository
+from server.store.orders.sections import SqlSectionRepository
 from server.store.planning.departures import departure_from_row
-from server.store.planning.plans import Plans
+from server.store.planning.plans import SqlPlanRepository
 from server.store.record.events import recorded_from_row, server_event_from_row
 from server.store.record.incidents import incident_from_row
-from server.store.record.runs import Runs
+from server.store.record.runs import SqlRunRepository
 from server.store.repository import Repository
 from server.store.rides.rides import ride_from_row
 from server.usecases.ports.views import HistoryPoint, VehicleView
@@ -39,16 +39,16 @@ _event = tables.vehicle_events.c
 
 class SqlViews(Repository):
     def vehicles(self, vehicle_ids: Set[str] | None = None) -> tuple[VehicleView, ...]:
-        every = self._repository(Vehicles).all()
+        every = self._repository(SqlVehicleRepository).all()
         return self._shown([v for v in every if vehicle_ids is None or v.vehicle_id in vehicle_ids])
 
     def _shown(self, shown: Sequence[Vehicle]) -> tuple[VehicleView, ...]:
-        vehicles = self._repository(Vehicles)
-        occupancies = {o.vehicle_id: o for o in self._repository(Sections).all()}
-        plans = {plan.vehicle_id: plan for plan in self._repository(Plans).all()}
+        vehicles = self._repository(SqlVehicleRepository)
+        occupancies = {o.vehicle_id: o for o in self._repository(SqlSectionRepository).all()}
+        plans = {plan.vehicle_id: plan for plan in self._repository(SqlPlanRepository).all()}
         where = {place.vehicle_id: place for place in vehicles.all_whereabouts()}
         names = [vehicle.vehicle_id for vehicle in shown]
-        orders = self._repository(Orders).all_current(names)
+        orders = self._repository(SqlOrderRepository).all_current(names)
         commands = vehicles.last_commands(names)
         return tuple(
             _joined(
@@ -63,7 +63,7 @@ class SqlViews(Repository):
         )
 
     def vehicle(self, vehicle_id: str) -> VehicleView | None:
-        vehicle = self._repository(Vehicles).get(vehicle_id)
+        vehicle = self._repository(SqlVehicleRepository).get(vehicle_id)
         if vehicle is None:
             return None
         return self._shown([vehicle])[0]
@@ -114,11 +114,11 @@ class SqlViews(Repository):
         if vehicle_id is not None:
             statement = statement.where(_run.vehicle_id == vehicle_id)
         rows = self._many(statement.order_by(_run.started_at.desc(), _run.boot_id).limit(limit))
-        runs = self._repository(Runs)
+        runs = self._repository(SqlRunRepository)
         return tuple(runs.with_segments(row) for row in rows)
 
     def run(self, vehicle_id: str, boot_id: str) -> Run | None:
-        return self._repository(Runs).get(vehicle_id, boot_id)
+        return self._repository(SqlRunRepository).get(vehicle_id, boot_id)
 
     def departures(self, limit: int = 200) -> tuple[Departure, ...]:
         first_call_at = tables.departures.c.first_call_at
@@ -143,7 +143,7 @@ class SqlViews(Repository):
     def history(
         self, vehicle_id: str, since: datetime, until: datetime, limit: int = 10_000
     ) -> tuple[HistoryPoint, ...]:
-        return self._repository(History).between(vehicle_id, since, until, limit)
+        return self._repository(SqlHistoryRepository).between(vehicle_id, since, until, limit)
 
     def _repository(self, kind: type[R]) -> R:
         return kind(self._connection, self._campus_id, False)

@@ -1,8 +1,8 @@
 """The active map as the fleet uses it: travel times, and ways that keep clear of others' resting places.
 
-A shuttle drives only where it could go if every resting place but its own were taken; such a way can be
-driven to its end whatever the others do (docs/contract/roads.md). Travel times are those of such ways, and
-of roads that nobody has closed.
+A shuttle drives only where it could drive if every resting place but its own were taken. Such a way can be
+driven to its end whatever the others do (docs/contract/roads.md). Travel times are those of such ways, on
+roads that are not closed.
 """
 
 import math
@@ -65,7 +65,7 @@ class FleetRoads:
         self._from_rest: dict[str, Array] = {}
         self._routes: dict[tuple[Place, Place, frozenset[str]], Route | None] = {}
         self._to_charger_s: float | None = None
-        self._kept: dict[str, tuple[tuple[object, ...], Any]] = {}
+        self._cached: dict[str, tuple[tuple[object, ...], Any]] = {}
         self._empty: Reservations = (
             Reservations(network.road_map.sections) if every_road is None else every_road._empty
         )
@@ -87,23 +87,23 @@ class FleetRoads:
             views[closed] = view
         return view
 
-    def kept(self, name: str, parts: tuple[object, ...], make: Callable[[], T]) -> T:
-        """What was made of these very objects, which never change; made anew when one is another now.
+    def cached(self, name: str, parts: tuple[object, ...], make: Callable[[], T]) -> T:
+        """What was made of these immutable objects. It is made again when one of them is another object.
 
-        A store that keeps its objects in memory hands out the same ones until they change.
+        A store that keeps its objects in memory returns the same ones until they change.
         """
-        known = self._kept.get(name)
+        known = self._cached.get(name)
         if known is not None and all(a is b for a, b in zip(known[0], parts, strict=True)):
             found: T = known[1]
             return found
-        if len(self._kept) >= _KEPT:
-            self._kept.clear()
+        if len(self._cached) >= _KEPT:
+            self._cached.clear()
         made = make()
-        self._kept[name] = parts, made
+        self._cached[name] = parts, made
         return made
 
     def reservations(self) -> Reservations:
-        """A controller for this map with nobody on it."""
+        """A controller for this map without any vehicle."""
         return self._empty.emptied()
 
     def kept_clear(self, own: Own) -> frozenset[str]:
@@ -112,7 +112,7 @@ class FleetRoads:
             self._kept_clear[own] = self.network.kept_clear(own) | self.closed
         return self._kept_clear[own]
 
-    def shut_for(self, section_id: str) -> frozenset[str]:
+    def closed_for(self, section_id: str) -> frozenset[str]:
         """The closed sections that a vehicle which stands in this one may not enter: on closed road it may
         drive on to leave it."""
         return self.closed - self._way_out(section_id) if self.closed else self.closed
@@ -129,7 +129,7 @@ class FleetRoads:
         return direct_s
 
     def is_cut_off(self, from_stop: str, to_stop: str) -> bool:
-        """Closed roads keep everybody from riding from the one stop to the other."""
+        """Closed roads make a ride from the one stop to the other impossible."""
         if not self.closed:
             return False
         pickup, dropoff = self.stop_numbers[from_stop], self.stop_numbers[to_stop]
@@ -151,11 +151,11 @@ class FleetRoads:
             through = np.where(np.isfinite(self.every_road._stop_times_with(own)), np.inf, through)
         return np.where(np.isfinite(times), times, through)
 
-    def terms(self, rules: FleetRules) -> PromiseRules:
-        """What promises leave room for, and the stops that can be walked to from each stop."""
+    def promise_rules(self, rules: FleetRules) -> PromiseRules:
+        """The room that promises leave, and the stops within walking distance of each stop."""
         if self._walks is None:
             if self.closed:
-                self._walks = self.every_road.terms(rules).walks
+                self._walks = self.every_road.promise_rules(rules).walks
             else:
                 self._walks = walks_between_stops(self.network, rules.walk_m_max, rules.walk_mps)
         return PromiseRules(
@@ -217,13 +217,13 @@ class FleetRoads:
             travelled_m += section.s_to_m - s_m
             s_m = section.s_to_m
         beyond = self.times_to_stops((lane_id, s_m), own, opened) + clock_s * self._slack
-        if self.closed and self.network.section_at(lane_id, s_m).section_id in self.shut_for(held[-1]):
+        if self.closed and self.network.section_at(lane_id, s_m).section_id in self.closed_for(held[-1]):
             # What it holds ends in mid-lane, before closed road.
             beyond = np.full(len(self.stop_ids), np.inf)
         times: Array = np.where(np.isfinite(passed), passed * self._slack, beyond)
         return times
 
-    def taking_on_nobody_new(self, row: Array, planned: Sequence[str]) -> Array:
+    def without_closed_stops(self, row: Array, planned: Sequence[str]) -> Array:
         """(n,) times of which those to stops on closed road are left out, save to these planned ones."""
         known = np.isin(self.stop_ids, planned) if planned else np.zeros(len(self.stop_ids), np.bool_)
         return np.where(self._served_stops() | known, row, np.inf)
@@ -232,7 +232,7 @@ class FleetRoads:
         """Planned seconds from a place to a resting place; infinite where the others are in the way."""
         key = (place, rest.place_id)
         if key not in self._to_rest:
-            closed = self._shut_from(place, self.kept_clear(frozenset({rest.place_id})))
+            closed = self._closed_from(place, self.kept_clear(frozenset({rest.place_id})))
             there = TimesToPlaces(self.network, [(rest.lane_id, rest.s_m)], self._speed_cap_mps, closed)
             self._to_rest[key] = self._slack * float(there.from_place(place)[0])
         return self._to_rest[key]
@@ -265,7 +265,7 @@ class FleetRoads:
         return self._to_charger_s
 
     def route(self, origin: Place, destination: Place, blocked: frozenset[str]) -> Route | None:
-        """Most begin where a section ends or at a stop, so that the same ones are asked for again."""
+        """The fastest route. Most begin where a section ends or at a stop, so routes are kept."""
         key = origin, destination, blocked
         if key not in self._routes:
             if len(self._routes) >= _ROUTES_KEPT:
@@ -277,7 +277,7 @@ class FleetRoads:
 
     def _from_place(self, place: Place, blocked: frozenset[str]) -> Array:
         """(n,) free-flow seconds to every stop; the section of the place itself is open."""
-        closed = self._shut_from(place, blocked)
+        closed = self._closed_from(place, blocked)
         times = self._to_stops.get(closed)
         if times is None:
             if len(self._to_stops) >= _CLOSURES_KEPT:
@@ -288,7 +288,7 @@ class FleetRoads:
             return times.from_place(place)
         return np.where(self._served_stops(), times.from_place(place), np.inf)
 
-    def _shut_from(self, place: Place, blocked: frozenset[str]) -> frozenset[str]:
+    def _closed_from(self, place: Place, blocked: frozenset[str]) -> frozenset[str]:
         """What may not be entered on a way from a place: its own section is open, and the way off closed
         road."""
         section_id = self.network.section_at(*place).section_id
@@ -330,7 +330,7 @@ class FleetRoads:
         return self._stop_times[own]
 
     def _allow_for_closures(self, times: Array, blocked: frozenset[str]) -> None:
-        """Stops that closures leave out are driven to by nobody; from one on closed road a way leads off."""
+        """No vehicle drives to a stop that closures cut off; from a stop on closed road a way leads off."""
         for number, place in enumerate(self._stop_places):
             if self.network.section_at(*place).section_id in self.closed:
                 times[number] = self._from_place(place, blocked)

@@ -5,13 +5,13 @@ import numpy as np
 from contract.roads.network import RoadNetwork
 from server.dispatch.problem import Walk
 
-# Nobody walks as the crow flies.
+# Paths are longer than the straight line.
 _WALKING_DETOUR = 1.3
 _WALKS_MAX = 3
 
 
 def on_foot_s(apart_m: float, walk_mps: float) -> float:
-    """Seconds on foot between places so far apart as the crow flies."""
+    """Seconds on foot between places so far apart in a straight line."""
     return apart_m * _WALKING_DETOUR / walk_mps
 
 

@@ -14,7 +14,7 @@ from server.domain.planning.decisions import (
     RideDecision,
 )
 from server.domain.rides.rides import Ride, RideState
-from server.usecases.record.refusals import WORDS
+from server.usecases.record.refusals import REFUSAL_TEXTS
 
 _HEADS = {
     "booking": "Booking",
@@ -88,7 +88,7 @@ class Explainer:
         about = decided.about
         said = [self._vehicles_asked(decided)]
         if about.best is None:
-            said.append(f"Refused by the rule {about.rule}: {WORDS.get(about.rule, about.rule)}.")
+            said.append(f"Refused by the rule {about.rule}: {REFUSAL_TEXTS.get(about.rule, about.rule)}.")
             said += self._instead(about.alternatives, ride)
         elif decided.kind == "improvement":
             said += self._improved(about.best, about.runner_up)

@@ -12,8 +12,8 @@ from itertools import accumulate
 from server.dispatch.answer import PromiseRules, answer_all
 from server.dispatch.improve import CoolingSchedule, improve
 from server.dispatch.problem import Problem, Request, VehicleState
-from server.dispatch.schedule.board import Schedule
-from server.dispatch.solve import forever
+from server.dispatch.schedule.schedule import Schedule
+from server.dispatch.solve import without_deadline
 from server.domain.rules import FleetRules
 from server.travel.fleet_roads import FleetRoads
 from server.usecases.planning.snapshot import seconds
@@ -21,7 +21,7 @@ from simulator.demand.day import WantedRide
 
 _ATTEMPTS = 50
 _IMPROVED_EVERY_S = 30.0
-# Nobody is on the board for longer than the longest wait and ride, and what promises add to them.
+# No request is in the schedule for longer than the longest wait and ride, and what promises add to them.
 _MARGIN_S = 1800.0
 # Long after everybody has been set down.
 _THE_END_S = 1e6
@@ -101,29 +101,35 @@ def run_day(
     """
     wishes = {ride.ride: _request(ride, roads, rules) for ride in rides}
     began_s = min(seconds(ride.announced_at) for ride in rides)
-    board = _board(fleet, roads, rules, began_s, _most_at_once(rides, wishes), policy.patience)
+    schedule = _board(fleet, roads, rules, began_s, _most_at_once(rides, wishes), policy.patience)
     terms = _terms(roads, rules)
     day = FleetDay()
     improved_s = began_s
     for at_s, kind, ride in _events(rides):
         while policy.slices and improved_s + _IMPROVED_EVERY_S < at_s:
             improved_s += _IMPROVED_EVERY_S
-            if board.rows:
-                _drive(board, improved_s, day)
+            if schedule.rows:
+                _drive(schedule, improved_s, day)
                 # The seed of each search differs, and is the same for every run of the day.
                 search = seed + round(improved_s - began_s)
-                improve(board, CoolingSchedule(policy.slices, _ATTEMPTS), search, policy.slices, forever)
-        _drive(board, at_s, day)
+                improve(
+                    schedule,
+                    CoolingSchedule(policy.slices, _ATTEMPTS),
+                    search,
+                    policy.slices,
+                    without_deadline,
+                )
+        _drive(schedule, at_s, day)
         if kind == _CANCELLED:
-            _cancel(board, ride.ride, day)
+            _cancel(schedule, ride.ride, day)
         elif kind == _ANNOUNCED:
-            wish = wishes[ride.ride]
-            direct_s = float(board.problem.times[wish.pickup, wish.dropoff])
-            day.fates[ride.ride] = RideOutcome(wish.pickup_from_s, direct_s, rules.dwell_s)
-            _answer(board, wish, terms, day.fates[ride.ride])
+            request = wishes[ride.ride]
+            direct_s = float(schedule.problem.times[request.pickup, request.dropoff])
+            day.fates[ride.ride] = RideOutcome(request.pickup_from_s, direct_s, rules.dwell_s)
+            _answer(schedule, request, terms, day.fates[ride.ride])
             watch()
-    _drive(board, began_s + _THE_END_S, day)
-    day.driven_s = board.driven_s
+    _drive(schedule, began_s + _THE_END_S, day)
+    day.driven_s = schedule.driven_s
     return day
 
 
@@ -139,23 +145,23 @@ def _events(rides: Sequence[WantedRide]) -> Iterator[tuple[float, int, WantedRid
         yield at_s, kind, rides[k]
 
 
-def _answer(board: Schedule, wish: Request, terms: PromiseRules, fate: RideOutcome) -> None:
-    board.add(wish)
-    answer = answer_all(board, [wish.request_id], terms)[0]
+def _answer(schedule: Schedule, request: Request, terms: PromiseRules, fate: RideOutcome) -> None:
+    schedule.add(request)
+    answer = answer_all(schedule, [request.request_id], terms)[0]
     fate.promise, fate.rule = answer.windows, answer.rule
 
 
-def _cancel(board: Schedule, name: str, day: FleetDay) -> None:
+def _cancel(schedule: Schedule, name: str, day: FleetDay) -> None:
     """Who has been refused or picked up stays that."""
     fate = day.fates[name]
     if fate.rule or fate.pickup_s is not None:
         return
     fate.cancelled = True
-    day.in_vain += board.withdraw(name)
+    day.in_vain += schedule.withdraw(name)
 
 
-def _drive(board: Schedule, now_s: float, day: FleetDay) -> None:
-    for made in board.advance(now_s):
+def _drive(schedule: Schedule, now_s: float, day: FleetDay) -> None:
+    for made in schedule.advance(now_s):
         fate = day.fates[made.request_id]
         if made.alights:
             fate.arrival_s = made.at_s
@@ -182,7 +188,7 @@ def _request(ride: WantedRide, roads: FleetRoads, rules: FleetRules) -> Request:
 
 def _terms(roads: FleetRoads, rules: FleetRules) -> PromiseRules:
     """Without alternatives: nobody here would take one."""
-    return replace(roads.terms(rules), later_s_max=0.0)
+    return replace(roads.promise_rules(rules), later_s_max=0.0)
 
 
 def _board(
@@ -210,9 +216,9 @@ def _board(
 
 
 def _most_at_once(rides: Sequence[WantedRide], wishes: Mapping[str, Request]) -> int:
-    """Rows that the board needs: improvement takes longer with every row."""
+    """Rows that the schedule needs: improvement takes longer with every row."""
     changes = [(seconds(ride.announced_at), 1) for ride in rides]
-    for wish in wishes.values():
-        longest_s = min(wish.ride_s_max, _THE_END_S)
-        changes.append((wish.pickup_to_s + longest_s + _MARGIN_S, -1))
+    for request in wishes.values():
+        longest_s = min(request.ride_s_max, _THE_END_S)
+        changes.append((request.pickup_to_s + longest_s + _MARGIN_S, -1))
     return max(accumulate(change for _, change in sorted(changes)))

@@ -1,4 +1,4 @@
-"""The campus in force: what it is, where it lies, where shuttles stop."""
+"""The active campus map: its facts, geometry and stops."""
 
 from typing import Annotated
 
@@ -35,7 +35,7 @@ async def get_campus(services: InjectedServices) -> CampusView:
 
 @router.get("/stops", operation_id="list_stops", responses=problems(CampusUnknown))
 async def list_stops(services: InjectedServices) -> list[StopView]:
-    """Every stop of the map in force, in map order."""
+    """Every stop of the active map, in map order."""
     return [stop_view(stop) for stop in await services.transactions.read(campus.stops)]
 
 

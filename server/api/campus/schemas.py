@@ -28,7 +28,7 @@ class OriginView(BaseModel):
 
 
 class CampusView(BaseModel):
-    """What a page has to know before it draws or books anything."""
+    """What a page needs before it draws or books anything."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -60,9 +60,9 @@ class CampusView(BaseModel):
     timezone: str
     schematic: bool
     attribution: str
-    now: datetime = Field(description="The server's clock, by which all times are meant.")
+    now: datetime = Field(description="The server's clock; all times refer to it.")
     open_now: bool
-    opens_next: datetime | None = Field(description="When rides can be had next; null: not for weeks.")
+    opens_next: datetime | None = Field(description="When rides are possible next; null: not for weeks.")
     closes_at: datetime | None = Field(description="When the present opening ends; null: closed, or never.")
     holiday: str | None = Field(description="Today's holiday by name, or null on an ordinary day.")
     has_timetable: bool

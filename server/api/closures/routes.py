@@ -7,8 +7,8 @@ from fastapi import APIRouter, Path
 from server.api.closures.schemas import (
     ClosureBody,
     ClosureView,
+    closure_request,
     closure_view,
-    wish_of,
 )
 from server.api.formats import NAME_PATTERN
 from server.api.problems import CsrfMissing, problems
@@ -36,7 +36,7 @@ async def list_closures(services: InjectedServices, _: ReadingOperator) -> list[
     """Those that hold now and those to come, by their beginning."""
 
     def work(uow: UnitOfWork) -> list[ClosureView]:
-        return [closure_view(closure, uow.network()) for closure in closures.standing(uow)]
+        return [closure_view(closure, uow.network()) for closure in uow.closures.standing()]
 
     return await services.transactions.read(work)
 
@@ -52,11 +52,11 @@ async def list_closures(services: InjectedServices, _: ReadingOperator) -> list[
 async def close_road(
     body: ClosureBody, services: InjectedServices, operator: ChangingOperator
 ) -> ClosureView:
-    """Nobody is sent there from its beginning on. Rides that this cuts off are put off, let out elsewhere or
-    ended, and told so at once."""
+    """From its beginning on, no vehicle is sent there. Rides that this cuts off are postponed, let out at
+    another stop, or ended; their passengers see it at once."""
 
     def work(uow: UnitOfWork) -> ClosureView:
-        return closure_view(closures.close(uow, wish_of(body), operator.name), uow.network())
+        return closure_view(closures.close(uow, closure_request(body), operator.name), uow.network())
 
     return await services.transactions.run(work)
 

@@ -12,7 +12,7 @@ from server.domain.roads.closures import Closure, ClosureState
 from server.travel.closed_roads import sections_of
 from server.usecases.fleet.closures import CloseRoad
 
-# Ids of lanes and sections come from the map, whoever drew it: they may hold slashes.
+# Ids of lanes and sections come from the map and may contain slashes.
 RoadId = Annotated[str, StringConstraints(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f]+$")]
 # The longest lanes have some hundred sections; a whole campus fits.
 _ROADS_MAX = 2000
@@ -27,7 +27,7 @@ BODY_EXAMPLE: JsonDict = {
 
 
 class ClosureBody(BaseModel):
-    """Lanes, or single sections of them, that nobody is sent through."""
+    """Lanes, or single sections of them, that no vehicle is sent through."""
 
     model_config = ConfigDict(extra="forbid", json_schema_extra={"example": BODY_EXAMPLE})
 
@@ -69,7 +69,7 @@ class ClosureView(BaseModel):
     )
 
 
-def wish_of(body: ClosureBody) -> CloseRoad:
+def closure_request(body: ClosureBody) -> CloseRoad:
     return CloseRoad(tuple(body.lane_ids), tuple(body.section_ids), body.reason, body.starts_at, body.ends_at)
 
 

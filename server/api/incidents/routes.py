@@ -1,4 +1,4 @@
-"""What operators have to look at, the most urgent on top."""
+"""Incidents, the most urgent first."""
 
 from typing import Annotated
 
@@ -38,7 +38,7 @@ async def list_incidents(
 async def acknowledge_incident(
     incident_id: IncidentId, services: InjectedServices, operator: ChangingOperator
 ) -> IncidentView:
-    """I look after it. A repeat keeps the first name."""
+    """Say that an operator handles it. A repeat keeps the first name."""
     return incident_view(
         await services.transactions.run(lambda uow: incidents.acknowledge(uow, incident_id, operator.name))
     )

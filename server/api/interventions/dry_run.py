@@ -1,4 +1,4 @@
-"""A use case tried out: what it would answer, with nothing of it kept."""
+"""Runs a use case in a transaction that is rolled back."""
 
 from collections.abc import Callable
 from typing import TypeVar
@@ -8,23 +8,23 @@ from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 T = TypeVar("T")
 
 
-class _Undone(Exception):
-    """Raised inside the transaction, which is rolled back for it, to carry the answer out."""
+class _RolledBack(Exception):
+    """Carries the answer out of the transaction, which is rolled back because of it."""
 
     def __init__(self, answer: object) -> None:
         super().__init__()
         self.answer = answer
 
 
-async def rehearsed(transactions: Transactions, work: Callable[[UnitOfWork], T]) -> T:
-    """What `work` would answer now. Its transaction is rolled back, and nothing is published."""
+async def dry_run(transactions: Transactions, work: Callable[[UnitOfWork], T]) -> T:
+    """The answer that `work` would give now. Nothing is stored or published."""
 
     def tried(uow: UnitOfWork) -> T:
         answer = work(uow)
-        raise _Undone(answer)
+        raise _RolledBack(answer)
 
     try:
         return await transactions.run(tried)
-    except _Undone as undone:
+    except _RolledBack as undone:
         answer: T = undone.answer  # type: ignore[assignment]
         return answer

@@ -1,9 +1,9 @@
-"""Operators' interventions: previewed before anybody is told, and reassignments."""
+"""Operators' interventions: previews, and reassignments."""
 
 from fastapi import APIRouter
 
 from server.api.formats import VehicleId
-from server.api.interventions.dry_run import rehearsed
+from server.api.interventions.dry_run import dry_run
 from server.api.interventions.schemas import (
     EffectsView,
     InterventionRequest,
@@ -49,9 +49,10 @@ async def preview_intervention(
     services: InjectedServices,
     operator: ChangingOperator,
 ) -> EffectsView:
-    """Whom it would delay by how much. Nothing changes; doing it then yields this, if nothing else does."""
+    """The effects that it would have. Nothing changes. The intervention has these effects if the fleet does
+    not change in between."""
     previewed = intervention(request)
-    result = await rehearsed(
+    result = await dry_run(
         services.transactions, lambda uow: intervene(uow, vehicle_id, previewed, operator.name)
     )
     return effects_view(result.effects)

@@ -1,4 +1,4 @@
-"""What operators may do with a vehicle at work, and whom that delays by how much."""
+"""Operators' interventions with a vehicle, and their effects on rides and departures."""
 
 from datetime import datetime
 from typing import Annotated, Literal
@@ -23,18 +23,18 @@ _Id = Annotated[str, Field(max_length=64, pattern=r"^[^\x00-\x1f]*$")]
 
 
 class Reassignment(BaseModel):
-    """All rides that wait for the vehicle, or one of them; to any others, or to a named one."""
+    """All rides that wait for the vehicle, or one of them; to any other vehicles, or to a named one."""
 
     model_config = ConfigDict(
         extra="forbid", json_schema_extra={"example": {"ride_id": "ride-9", "to_vehicle_id": "shuttle-2"}}
     )
 
     ride_id: _Id = Field("", description="Empty for all waiting rides.")
-    to_vehicle_id: _Id = Field("", description="Empty for whoever can.")
+    to_vehicle_id: _Id = Field("", description="Empty for any vehicle that can take them.")
 
 
 class InterventionRequest(Reassignment):
-    """What an operator is about to do."""
+    """An intervention to be previewed."""
 
     model_config = ConfigDict(extra="forbid", json_schema_extra={"example": {"kind": "hold", "for_s": 600.0}})
 
@@ -43,7 +43,7 @@ class InterventionRequest(Reassignment):
 
 
 class RideEffectView(BaseModel):
-    """A ride that does not go on as before."""
+    """A ride that the intervention changes."""
 
     ride_id: str
     ride_code: str
@@ -52,15 +52,15 @@ class RideEffectView(BaseModel):
     to_stop: str
     party: int
     vehicle_before: str | None
-    vehicle_after: str | None = Field(description="Null: it is left with nobody.")
+    vehicle_after: str | None = Field(description="Null: no vehicle.")
     pickup_before: datetime | None
     pickup_after: datetime | None
-    pickup_later_s: float | None = Field(description="Negative: earlier; null where there is no saying.")
+    pickup_later_s: float | None = Field(description="Negative: earlier; null: not known.")
     arrival_before: datetime | None
     arrival_after: datetime | None
     arrival_later_s: float | None
     breaks: bool = Field(description="Its promise cannot be kept any more.")
-    waits: bool = Field(description="Its vehicle stands until somebody resumes it.")
+    waits: bool = Field(description="Its vehicle stands until an operator resumes it.")
 
 
 class DepartureEffectView(BaseModel):
@@ -75,7 +75,7 @@ class DepartureEffectView(BaseModel):
 
 
 class EffectsView(BaseModel):
-    """Whom it concerns; rides and departures that stay as they are are left out."""
+    """The changed rides and departures; unchanged ones are left out."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -109,8 +109,8 @@ class EffectsView(BaseModel):
     departures: list[DepartureEffectView]
 
 
-def intervention(wish: InterventionRequest) -> Intervention:
-    return Intervention(wish.kind, wish.for_s, wish.ride_id, wish.to_vehicle_id)
+def intervention(request: InterventionRequest) -> Intervention:
+    return Intervention(request.kind, request.for_s, request.ride_id, request.to_vehicle_id)
 
 
 def effects_view(effects: Effects) -> EffectsView:

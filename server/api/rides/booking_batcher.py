@@ -1,4 +1,4 @@
-"""Bookings that come in while others are being decided are decided together, on one look at the fleet."""
+"""Bookings that arrive while others are being decided are decided together, on one snapshot of the fleet."""
 
 import asyncio
 
@@ -10,19 +10,19 @@ TOGETHER_MAX = 32
 
 
 class BookingBatcher:
-    """Answers in the order of coming. Whoever comes first waits for nobody."""
+    """Answers in the order of arrival. A first booking does not wait for others."""
 
     def __init__(self, transactions: Transactions) -> None:
         self._transactions = transactions
         self._waiting: list[tuple[BookRide, asyncio.Future[rides.BookingResult]]] = []
         self._worker: asyncio.Task[None] | None = None
 
-    async def book(self, wish: BookRide) -> rides.BookingResult:
-        """See `rides.book` for what it raises."""
+    async def book(self, request: BookRide) -> rides.BookingResult:
+        """Raises what `rides.book` raises."""
         answer: asyncio.Future[rides.BookingResult] = asyncio.get_running_loop().create_future()
-        self._waiting.append((wish, answer))
+        self._waiting.append((request, answer))
         if self._worker is None:
-            self._worker = asyncio.get_running_loop().create_task(self._work(), name="booking-desk")
+            self._worker = asyncio.get_running_loop().create_task(self._work(), name="booking-batcher")
         return await answer
 
     async def _work(self) -> None:
@@ -35,9 +35,9 @@ class BookingBatcher:
             self._worker = None
 
     async def _decide(self, together: list[tuple[BookRide, asyncio.Future[rides.BookingResult]]]) -> None:
-        """All in one transaction; where that fails, each on its own, so that one harms no other."""
-        wishes = [wish for wish, _ in together]
-        work = self._transactions.run(lambda uow: rides.book_all(uow, wishes))
+        """Decide all in one transaction. If that fails, decide each one alone, so that one harms no other."""
+        requests = [request for request, _ in together]
+        work = self._transactions.run(lambda uow: rides.book_all(uow, requests))
         (booked,) = await asyncio.gather(work, return_exceptions=True)
         if isinstance(booked, list):
             for (_, answer), result in zip(together, booked, strict=True):
@@ -50,7 +50,7 @@ class BookingBatcher:
 
 
 def _settle(answer: asyncio.Future[rides.BookingResult], result: rides.BookingResult | BaseException) -> None:
-    """Who has gone away meanwhile has still booked."""
+    """Answer the caller, unless it has gone. Its booking is made all the same."""
     if answer.done():
         return
     if isinstance(result, BaseException):

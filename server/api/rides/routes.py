@@ -1,4 +1,4 @@
-"""Rides: booked and followed by passengers without an account, overseen by operators."""
+"""Rides: booked and followed by passengers without an account, and managed by operators."""
 
 from typing import Annotated
 
@@ -98,11 +98,11 @@ async def book_ride(
     client: Client,
     idempotency_key: IdempotencyKey = None,
 ) -> RideTicket:
-    """Answered at once, with a vehicle and a promise; or as a ride in state `refused` whose `reason` names
+    """Answered at once: with a vehicle and a promise, or as a ride in state `refused` whose `reason` names
     the rule that binds."""
     services.limits.bookings.take(client, now_ns(services))
-    wish = booking(request, idempotency_key)
-    booked = await services.bookings.book(wish)
+    booking_request = booking(request, idempotency_key)
+    booked = await services.bookings.book(booking_request)
     return ride_ticket(booked.ride, booked.alternatives)
 
 
@@ -131,7 +131,7 @@ async def find_ride(
         str, Query(min_length=6, max_length=16, pattern=r"^[A-Za-z0-9 -]+$", examples=["K7MQ2X"])
     ],
 ) -> RideView:
-    """A ride by the code that a passenger can say aloud. Case and spaces do not matter."""
+    """A ride by its code, which a passenger can say aloud. Case and spaces do not matter."""
     services.limits.lookups.take(client, now_ns(services))
     return ride_view(await services.transactions.read(lambda uow: rides.ride_by_code(uow, code)))
 
@@ -176,8 +176,8 @@ async def cancel_ride(token: RideToken, services: InjectedServices) -> RideTicke
 async def change_destination(
     token: RideToken, request: DestinationRequest, services: InjectedServices
 ) -> RideTicket:
-    """Another destination while the party waits or rides. The pickup promise stays, the latest arrival is
-    promised anew; nobody else's promise is touched, so it may be refused with the rule that binds."""
+    """Another destination while the party waits or rides. The pickup promise stays, and the ride gets a new
+    latest arrival. No other promise changes, so the change may be refused with the rule that binds."""
 
     def work(uow: UnitOfWork) -> Ride:
         ride = rides.ride_by_token(uow, token)
@@ -210,7 +210,7 @@ async def tap_alighted(token: RideToken, services: InjectedServices) -> TapView:
 
 @router.get("/{token}/taps/{tap_id}", operation_id="get_tap", responses=problems(RideUnknown, CommandUnknown))
 async def get_tap(token: RideToken, tap_id: TapId, services: InjectedServices) -> TapView:
-    """What the shuttle said to a tap."""
+    """The shuttle's answer to a tap."""
 
     def work(uow: UnitOfWork) -> Tap:
         ride = rides.ride_by_token(uow, token)
@@ -224,7 +224,7 @@ async def get_tap(token: RideToken, tap_id: TapId, services: InjectedServices) -
 
 @router.post("/{token}/help", operation_id="call_help", status_code=201, responses=problems(RideUnknown))
 async def call_help(token: RideToken, request: HelpRequest, services: InjectedServices) -> HelpAnswer:
-    """Put a call for help on top of the operators' incidents. A repeat adds to the open call."""
+    """Put a call for help on top of the operators' incidents. A repeat keeps the open call."""
 
     def work(uow: UnitOfWork) -> Incident:
         return rides.call_help(uow, rides.ride_by_token(uow, token).ride_id, request.text)

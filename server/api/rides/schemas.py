@@ -48,7 +48,7 @@ RIDE_EXAMPLE: JsonDict = {
 
 
 class RideRequest(BaseModel):
-    """A party's wish. `earliest` left out means now."""
+    """A party's request. Without `earliest` it means now."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -90,10 +90,10 @@ class PromiseView(BaseModel):
 
 
 class RideView(BaseModel):
-    """A ride as anybody with its code may see it.
+    """A ride as everyone with its code may see it.
 
-    The promise changes only with the destination; pickup_eta and arrival_eta are what the plan says now. A
-    refused ride has no promise, and `reason` names the rule that binds.
+    The promise changes only with the destination; pickup_eta and arrival_eta are the times of the present
+    plan. A refused ride has no promise, and `reason` names the rule that binds.
     """
 
     model_config = ConfigDict(json_schema_extra={"example": RIDE_EXAMPLE})
@@ -117,7 +117,7 @@ class RideView(BaseModel):
     reason_detail: str
     promise_broken: bool
     first_promise: PromiseView | None = Field(
-        None, description="What was promised before it could not be kept; `promise` is what holds now."
+        None, description="The first promise, if it could not be kept; `promise` is the present one."
     )
     left_early: bool
     first_to_stop: str | None = Field(description="Where it was booked to, when the destination has changed.")
@@ -130,14 +130,14 @@ class RideView(BaseModel):
 class AlternativeView(BaseModel):
     """What would have been accepted when a ride was refused: one ride, or two with a part of the party each.
 
-    Nothing is reserved: book it anew, with these stops and `earliest` at the pickup.
+    Nothing is reserved: book it again, with these stops and `earliest` at the pickup.
     """
 
     kind: Literal["later", "other_stops", "split_party"]
     from_stop: str
     to_stop: str
     parties: list[int] = Field(description="People in each ride.")
-    walk_s: float = Field(description="Walking more than for the stops asked for, in seconds.")
+    walk_s: float = Field(description="Additional walking compared with the requested stops, in seconds.")
     pickup_at: list[datetime] = Field(description="Planned pickup of each ride.")
     arrival_at: list[datetime]
 
@@ -152,7 +152,7 @@ class RideTicket(RideView):
         }
     )
 
-    token: str = Field(description="The secret of the passenger's link: who has it can cancel the ride.")
+    token: str = Field(description="The secret of the passenger's link; it allows to cancel the ride.")
     boarding_code: str = Field(description="Four digits to type on the onboard screen.")
     alternatives: list[AlternativeView] = Field(description="For a refused ride, the nearest first.")
 
@@ -172,7 +172,7 @@ class RideRecord(RideView):
 
 
 class QuoteView(BaseModel):
-    """A ride as one shuttle would make it."""
+    """A ride as one shuttle would serve it."""
 
     vehicle_id: str
     extra_cost_s: float = Field(description="Weighted seconds of driving, waiting and riding that it adds.")
@@ -184,11 +184,11 @@ class DecisionView(BaseModel):
     """Why a ride got its shuttle, or none."""
 
     made_at: datetime
-    rule: str = Field(description="The rule that binds, empty for a ride that was taken.")
+    rule: str = Field(description="The rule that binds, empty for a ride that got a shuttle.")
     best: QuoteView | None
     runner_up: QuoteView | None = Field(description="The best that any other shuttle offered.")
     alternatives: list[AlternativeView]
-    vehicles: int = Field(description="Shuttles that were asked.")
+    vehicles: int = Field(description="Shuttles that were considered.")
 
 
 class TapView(BaseModel):

@@ -1,4 +1,4 @@
-"""Where work goes that would hold up the event loop: reading and hashing large files."""
+"""Runs work that would block the event loop: reading and hashing large files."""
 
 import asyncio
 from collections.abc import Callable

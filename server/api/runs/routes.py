@@ -101,7 +101,7 @@ async def get_run_scenes(
 async def get_run_map(
     vehicle_id: VehicleId, boot_id: BootId, services: InjectedServices, _: ReadingOperator
 ) -> MapGeometry:
-    """The map that the run was driven on, which may be another than the one in force."""
+    """The map of the run, which may differ from the active one."""
     run = await _find_run(services, vehicle_id, boot_id)
     paths = _kept(services, run)
     if not paths:
@@ -118,7 +118,7 @@ async def get_run_map(
 
 
 def _kept(services: Services, run: Run) -> tuple[Path, ...]:
-    """The files of those of the run's segments that are still here."""
+    """The files of the run's segments that are still stored."""
     return tuple(
         services.segments.path(segment.sha256)
         for segment in run.segments
@@ -135,7 +135,7 @@ async def _find_run(services: Services, vehicle_id: str, boot_id: str) -> Run:
 
 @dataclass(frozen=True, slots=True)
 class _Context:
-    """What the store knows beside the recording."""
+    """What the store has in addition to the recording."""
 
     vehicle: Vehicle
     rides: dict[str, Ride]

@@ -1,4 +1,4 @@
-"""Who is asking: operators by cookie and CSRF token, clients by address."""
+"""Authentication of operators by cookie and CSRF token; addresses of clients."""
 
 import hmac
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Headers that tell browsers what our pages may do. A plain ASGI layer: no task groups, no threads."""
+"""Headers that restrict what pages may do in browsers. A plain ASGI layer without task groups and threads."""
 
 from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send

@@ -1,4 +1,4 @@
-"""How often one client may try something that could be guessed: passwords, ride codes."""
+"""Limits how often one client may try what could be guessed: passwords, ride codes."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ CLIENTS_MAX = 10_000
 
 
 class TooManyTries(DomainError):
-    """retry_after_s: when the next try is allowed."""
+    """retry_after_s: when the next attempt is allowed."""
 
     code = "too_many_tries"
 

@@ -1,4 +1,4 @@
-"""Recurring bookings: made and cancelled by passengers, overseen by operators."""
+"""Recurring bookings: made and cancelled by passengers, and managed by operators."""
 
 from typing import Annotated
 
@@ -79,10 +79,10 @@ SeriesId = Annotated[str, Path(pattern=NAME_PATTERN, examples=["series-7b21"])]
 async def book_series(
     request: SeriesRequest, services: InjectedServices, client: Client, idempotency_key: IdempotencyKey = None
 ) -> SeriesTicket:
-    """Each day becomes a ride of its own a day ahead; what cannot be taken says why, and is tried again."""
+    """Each day becomes a ride one day ahead. A day that cannot be booked has a reason, and is tried again."""
     services.limits.bookings.take(client, now_ns(services))
-    wish = series_request(request, idempotency_key)
-    return await services.transactions.run(lambda uow: _ticket(uow, series.book_series(uow, wish)))
+    booking = series_request(request, idempotency_key)
+    return await services.transactions.run(lambda uow: _ticket(uow, series.book_series(uow, booking)))
 
 
 @router.get("", operation_id="list_series", responses=problems(SessionExpired, CampusUnknown))
@@ -100,7 +100,7 @@ async def list_series(
 
 @router.get("/{token}", operation_id="get_series", responses=problems(SeriesUnknown, CampusUnknown))
 async def get_series(token: SeriesToken, services: InjectedServices) -> SeriesTicket:
-    """With each of its days: booked, still too far ahead, skipped, or why nobody can take it."""
+    """With each of its days: booked, still too far ahead, skipped, or the reason why it has no ride."""
     return await services.transactions.read(lambda uow: _ticket(uow, series.series_by_token(uow, token)))
 
 
@@ -110,7 +110,7 @@ async def get_series(token: SeriesToken, services: InjectedServices) -> SeriesTi
     responses=problems(SeriesUnknown, SeriesEnded, CampusUnknown),
 )
 async def cancel_series(token: SeriesToken, services: InjectedServices) -> SeriesTicket:
-    """No further rides; those booked already are cancelled, save one that is under way."""
+    """No further rides. Booked rides are cancelled, except one that is under way."""
 
     def work(uow: UnitOfWork) -> SeriesTicket:
         known = series.series_by_token(uow, token)

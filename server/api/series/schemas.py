@@ -67,8 +67,8 @@ class SeriesRequest(BaseModel):
 
 
 class DayView(BaseModel):
-    """One day of it. planned: too far ahead; trying: nobody can take it yet, `reason` says why, and it is
-    asked for again until its time has come."""
+    """One day of it. planned: too far ahead; trying: no vehicle can take it yet, `reason` says why, and it is
+    tried again until its time has come."""
 
     day: date
     leave_at: datetime
@@ -111,7 +111,7 @@ class SeriesTicket(SeriesView):
         json_schema_extra={"example": SERIES_EXAMPLE | {"token": "q3Jv0X2mQp7sT4uYb1cD9w", "days": []}}
     )
 
-    token: str = Field(description="The secret of the booking's link: who has it can cancel it.")
+    token: str = Field(description="The secret of the booking's link; it allows to cancel it.")
     days: list[DayView]
 
 

@@ -1,4 +1,4 @@
-"""The service's days and hours: the day's timetable for everybody, the calendars for operators."""
+"""The service's days and hours: the public timetable of a day, and the calendars for operators."""
 
 from datetime import date
 from typing import Annotated
@@ -59,7 +59,7 @@ async def get_timetable(services: InjectedServices, day: AskedDay = None) -> Tim
 
 @router.get("/service", operation_id="get_service", responses=problems(SessionExpired, CampusUnknown))
 async def get_service(services: InjectedServices, _: ReadingOperator) -> ServiceView:
-    """Calendars, and the days that differ from them."""
+    """Calendars and their exceptions."""
 
     def work(uow: UnitOfWork) -> ServiceView:
         calendar = calendars.calendar_of(uow)
@@ -83,11 +83,11 @@ async def get_service(services: InjectedServices, _: ReadingOperator) -> Service
 async def put_service_pattern(
     service_id: ServiceId, body: PatternBody, services: InjectedServices, operator: ChangingOperator
 ) -> PatternView:
-    """Enter a service's days and hours, or change them. Departures of days taken off are withdrawn."""
+    """Enter a service's days and hours, or change them. Departures on days without service are withdrawn."""
 
     def work(uow: UnitOfWork) -> PatternView:
-        wish = pattern_of(uow.campus_id, service_id, body)
-        return pattern_view(service.save_pattern(uow, wish, operator.name), _trips(uow, service_id))
+        pattern = pattern_of(uow.campus_id, service_id, body)
+        return pattern_view(service.save_pattern(uow, pattern, operator.name), _trips(uow, service_id))
 
     return await services.transactions.run(work)
 
@@ -101,7 +101,7 @@ async def put_service_pattern(
 async def delete_service_pattern(
     service_id: ServiceId, services: InjectedServices, operator: ChangingOperator
 ) -> None:
-    """With its exceptions. Refused while the timetable has trips of it."""
+    """Remove a calendar with its exceptions. Refused while the timetable has trips of it."""
     await services.transactions.run(lambda uow: service.remove_pattern(uow, service_id, operator.name))
 
 

@@ -41,16 +41,16 @@ class HoursModel(BaseModel):
 
 
 class PatternBody(BaseModel):
-    """The days on which a service runs (calendar.txt of GTFS), and when rides can be had on them."""
+    """The days on which a service runs (calendar.txt of GTFS), and when rides can be booked on them."""
 
     model_config = ConfigDict(extra="forbid", json_schema_extra={"example": PATTERN_EXAMPLE})
 
     name: Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)]
     weekdays: list[Weekday] = Field(max_length=7)
-    starts_on: date | None = Field(None, description="First day; null: since ever.")
+    starts_on: date | None = Field(None, description="First day; null: no limit.")
     ends_on: date | None = Field(None, description="Last day, included; null: until further notice.")
     hours: list[HoursModel] = Field(
-        [], max_length=12, description="When rides can be had; empty for a service of timetable trips alone."
+        [], max_length=12, description="When rides can be booked; empty for a service of trips only."
     )
 
 
@@ -102,7 +102,7 @@ class ExceptionView(BaseModel):
 
 
 class ServiceView(BaseModel):
-    """Everything that decides on which days and at which hours the campus runs."""
+    """The days and hours at which the campus runs."""
 
     timezone: str
     patterns: list[PatternView]
@@ -162,7 +162,7 @@ class TimetableDay(BaseModel):
     day: date
     timezone: str
     holiday: str | None = Field(description="The holiday's name, or null on an ordinary day.")
-    hours: list[SpanView] = Field(description="When rides can be had, of what begins on this day.")
+    hours: list[SpanView] = Field(description="When rides can be booked: spans that begin on this day.")
     trips: list[TripView]
 
 

@@ -38,7 +38,7 @@ async def sign_in(
 
 @router.get("", operation_id="get_session", responses=problems(SessionExpired))
 async def get_session(operator: ReadingOperator) -> SessionView:
-    """Who I am, and the CSRF token after a reload of the page."""
+    """The signed-in operator, and the CSRF token after a reload of the page."""
     return _view(operator.operator, operator.session)
 
 

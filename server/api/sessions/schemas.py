@@ -16,7 +16,7 @@ class Credentials(BaseModel):
 
 
 class SessionView(BaseModel):
-    """Who is signed in. Send csrf_token in the header X-CSRF-Token with every change."""
+    """The signed-in operator. Send csrf_token in the header X-CSRF-Token with every change."""
 
     model_config = ConfigDict(
         json_schema_extra={

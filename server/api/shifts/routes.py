@@ -31,7 +31,7 @@ async def get_vehicle_shifts(
 async def put_vehicle_shifts(
     vehicle_id: VehicleId, body: ShiftsModel, services: InjectedServices, operator: ChangingOperator
 ) -> ShiftsModel:
-    """In place of those it had. What it has promised already is kept."""
+    """Replace the vehicle's shifts. Promised rides are kept."""
     await services.transactions.run(
         lambda uow: vehicles.set_shifts(uow, vehicle_id, shifts_of(body), operator.name)
     )
@@ -47,5 +47,5 @@ async def put_vehicle_shifts(
 async def delete_vehicle_shifts(
     vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
 ) -> None:
-    """It is always on duty."""
+    """Remove the shifts: the vehicle is always on duty."""
     await services.transactions.run(lambda uow: vehicles.set_shifts(uow, vehicle_id, None, operator.name))

@@ -30,7 +30,7 @@ class ShiftModel(BaseModel):
 
 
 class DutyExceptionModel(BaseModel):
-    """A day with other shifts than its weekday's; with none a day off."""
+    """A day with other shifts than its weekday; without shifts, a day off."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -39,7 +39,7 @@ class DutyExceptionModel(BaseModel):
 
 
 class ShiftsModel(BaseModel):
-    """When a vehicle is on duty. Off duty it rests; riders aboard are always brought home first."""
+    """When a vehicle is on duty. Off duty it rests; riders aboard always reach their stops first."""
 
     model_config = ConfigDict(extra="forbid", json_schema_extra={"example": EXAMPLE})
 

@@ -43,7 +43,7 @@ async def developer_socket(websocket: WebSocket, services: InjectedServices) -> 
 
 
 class _DeveloperConnection:
-    """Answers requests in order; tells subscribed news in between."""
+    """Answers requests in order; sends subscribed notifications in between."""
 
     def __init__(self, websocket: WebSocket, services: Services, secret: str, token: DeveloperToken) -> None:
         self._websocket, self._services, self._secret = websocket, services, secret

@@ -1,4 +1,4 @@
-"""What a developer's script may ask for on /ws/developer, and how it is answered."""
+"""The methods of /ws/developer."""
 
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
@@ -46,13 +46,13 @@ class Topics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(slots=True)
 class Subscriptions:
-    """What this connection is told unasked."""
+    """The topics that this connection has subscribed to."""
 
     topics: set[Topic] = field(default_factory=set)
 
 
 class DeveloperMethods:
-    """The method table of one connection; `name` is the token's, for the record of who did what."""
+    """The method table of one connection; `name` is the token's name, for the record."""
 
     def __init__(self, services: Services, name: str, subscriptions: Subscriptions) -> None:
         self._services, self._by, self._subscriptions = services, f"developer:{name}", subscriptions

@@ -1,4 +1,4 @@
-"""/ws/infrastructure: cameras at crossings tell who is there, opened with `Authorization: Bearer TOKEN`.
+"""/ws/infrastructure: cameras at crossings report presence, opened with `Authorization: Bearer TOKEN`.
 
 The token needs the scope `infrastructure` and is checked again for every frame, as on /ws/developer.
 """
@@ -33,7 +33,7 @@ async def infrastructure_socket(websocket: WebSocket, services: InjectedServices
                 return
             data: bytes | str = message.get("text") or message.get("bytes") or b""
             await _check(services, secret)
-            refused = await _taken(services, data)
+            refused = await _accepted(services, data)
             if refused is not None:
                 await websocket.send_text(encode(refused).decode())
     except (TokenInvalid, ScopeMissing) as error:
@@ -43,13 +43,13 @@ async def infrastructure_socket(websocket: WebSocket, services: InjectedServices
         return
 
 
-async def _taken(services: Services, data: bytes | str) -> PresenceRefused | None:
-    """None when the word went on its way."""
+async def _accepted(services: Services, data: bytes | str) -> PresenceRefused | None:
+    """Pass a report on; None if it was accepted."""
     if len(data) > FRAME_BYTES_MAX:
-        return PresenceRefused("malformed", f"a word has at most {FRAME_BYTES_MAX} bytes")
+        return PresenceRefused("malformed", f"a report has at most {FRAME_BYTES_MAX} bytes")
     try:
-        word = _decoder.decode(data)
-        await services.presence.seen(word)
+        report = _decoder.decode(data)
+        await services.presence.seen(report)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         return PresenceRefused("malformed", f"{error}; see docs/protocol/infrastructure.asyncapi.yaml")
     except (AreaUnknown, CampusUnknown) as error:

@@ -59,7 +59,7 @@ async def answer(data: bytes | str, methods: Mapping[str, Method], scopes: froze
 
 
 def notification(method: str, params: object) -> bytes:
-    """What the server says unasked: a request without an id."""
+    """A notification of the server: a request without an id."""
     return _encode({"jsonrpc": "2.0", "method": method, "params": params})
 
 

@@ -1,6 +1,6 @@
-"""/ws/live: the scene, then what changes of it.
+"""/ws/live: the scene, then its changes.
 
-The first frame from the browser says what it wants to see; see `Watch`. A slow reader gets fewer, newer
+The first frame from the browser is a `Watch`. A slow reader gets fewer, newer
 frames: the next one is made only when the one before has been sent.
 """
 

@@ -1,4 +1,4 @@
-"""Tokens: what a script may do on /ws/developer, or an infrastructure camera on /ws/infrastructure."""
+"""Tokens for scripts on /ws/developer and for cameras on /ws/infrastructure."""
 
 from fastapi import APIRouter
 
@@ -17,7 +17,10 @@ router = APIRouter(prefix="/developer-tokens", tags=["developer tokens"])
 @router.get("", operation_id="list_tokens", responses=problems(SessionExpired))
 async def list_tokens(services: InjectedServices, _: ReadingOperator) -> list[TokenView]:
     """Newest first, revoked and expired ones included."""
-    return [_view(token) for token in await services.transactions.read(identity.developer_tokens)]
+    return [
+        _view(token)
+        for token in await services.transactions.read(lambda uow: uow.identity.developer_tokens())
+    ]
 
 
 @router.post("", operation_id="make_token", status_code=201, responses=problems(SessionExpired, CsrfMissing))

@@ -1,4 +1,4 @@
-"""Vehicles: seen and commanded by operators, enrolled by themselves."""
+"""Vehicles: operators see and command them; a vehicle enrols itself."""
 
 from typing import Annotated
 
@@ -78,7 +78,7 @@ async def get_vehicle(vehicle_id: VehicleId, services: InjectedServices, _: Read
 async def hold_vehicle(
     vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator, for_s: HoldSeconds = None
 ) -> CommandView:
-    """Come to a comfortable stand and stay there until resumed, or for so long. See the preview."""
+    """Come to a comfortable stand, until resumed or for a time. See the preview."""
     return command_view(await vehicle_commands.pause(services.transactions, vehicle_id, operator.name, for_s))
 
 
@@ -112,7 +112,7 @@ async def announce_in_vehicle(
 async def recall_vehicle(
     vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
 ) -> VehicleFacts:
-    """Take it out of service: it first brings its riders home, then rests."""
+    """Take it out of service: it first takes its riders to their stops, then rests."""
     return vehicle_facts(await vehicle_commands.recall(services.transactions, vehicle_id, operator.name))
 
 
@@ -162,7 +162,7 @@ async def send_vehicle(
 async def evacuate_vehicle(
     vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
 ) -> list[RideRecord]:
-    """It cannot go on: whoever is aboard is sent to the nearest stop, where another shuttle comes.
+    """It cannot go on: its riders are sent to the nearest stop, where another shuttle comes.
 
     The rides as they are planned now.
     """
@@ -180,7 +180,7 @@ async def evacuate_vehicle(
 async def place_vehicle(
     vehicle_id: VehicleId, request: Place, services: InjectedServices, operator: ChangingOperator
 ) -> VehicleFacts:
-    """Say by hand where a held vehicle stands."""
+    """Set the position of a held vehicle by hand."""
     return vehicle_facts(
         await services.transactions.run(
             lambda uow: vehicles.place(uow, vehicle_id, request.lane_id, request.s_m, operator.name)
@@ -192,7 +192,7 @@ async def place_vehicle(
 async def retire_vehicle(
     vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
 ) -> VehicleFacts:
-    """Take it off the roads for good; others get its rides."""
+    """Remove it from the road for good; others get its rides."""
     return vehicle_facts(
         await services.transactions.run(lambda uow: vehicles.retire(uow, vehicle_id, operator.name))
     )
@@ -206,7 +206,7 @@ async def retire_vehicle(
 async def revoke_vehicle_key(
     vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
 ) -> VehicleFacts:
-    """The key opens nothing any more, and the open session ends."""
+    """Revoke the key and end the open session."""
     return vehicle_facts(
         await services.transactions.run(lambda uow: vehicles.revoke_key(uow, vehicle_id, operator.name))
     )
@@ -242,7 +242,7 @@ async def make_enrolment_code(
     responses=problems(EnrolmentCodeUnknown, EnrolmentCodeUsed, KeyInvalid, TooManyTries),
 )
 async def enrol_vehicle(request: Enrolment, services: InjectedServices, client: Client) -> VehicleFacts:
-    """Called by the vehicle: its key is taken in."""
+    """Called by the vehicle: its key is enrolled."""
     services.limits.lookups.take(client, now_ns(services))
     return vehicle_facts(
         await services.transactions.run(

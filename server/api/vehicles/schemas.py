@@ -34,7 +34,7 @@ VEHICLE_EXAMPLE: JsonDict = {
 
 
 class VehicleFacts(BaseModel):
-    """What changes seldom."""
+    """Facts that change seldom."""
 
     model_config = ConfigDict(from_attributes=True, json_schema_extra={"example": VEHICLE_EXAMPLE})
 
@@ -45,9 +45,9 @@ class VehicleFacts(BaseModel):
     connected: bool
     held: bool = Field(description="It stands until an operator resumes it.")
     in_service: bool = Field(description="It may get new rides.")
-    placed: bool = Field(description="It holds the ground under its body, so that it can be given a route.")
+    placed: bool = Field(description="It holds the sections under its body, so that it can get a route.")
     hold_ends: datetime | None = Field(description="When the server resumes it; null: an operator does.")
-    charging: bool = Field(description="It went to charge and has not charged to the full yet.")
+    charging: bool = Field(description="It is charging, or on its way to a charger, and not full yet.")
     mode: str
     epoch: int
     boot_id: str
@@ -232,7 +232,7 @@ class CodeView(BaseModel):
 
 
 class Enrolment(BaseModel):
-    """A vehicle's request to take in its key."""
+    """A vehicle's request to enrol its key."""
 
     model_config = ConfigDict(
         extra="forbid",

@@ -1,7 +1,7 @@
 """How the engine's kernels are compiled.
 
-A kernel works on arrays that its caller holds, and makes none of its own; so it need not count references to
-them. With some thirty arrays in a task and a plan, counting was three quarters of a search's time.
+A kernel works on arrays that its caller holds, and makes none of its own, so it need not count references.
+With some thirty arrays in a task and a plan, counting took three quarters of a search's time.
 """
 
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from typing import Any, TypeVar, cast
 
 from numba import njit
 
-# `_nrt` is numba's own switch for the counting; without it all is the same but slower.
+# `_nrt` is numba's own switch for the counting. The results are the same with it, only slower.
 _OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "_nrt": False}
 _Kernel = TypeVar("_Kernel", bound=Callable[..., Any])
 
@@ -19,5 +19,5 @@ def kernel(function: _Kernel) -> _Kernel:
 
 
 def inlined(function: _Kernel) -> _Kernel:
-    """A kernel of few lines, which becomes a part of those that call it."""
+    """A short kernel that is inlined into its callers."""
     return cast(_Kernel, njit(**_OPTIONS, inline="always")(function))

@@ -1,7 +1,7 @@
-"""Where a request fits into a route, and at what cost.
+"""Where a request fits into a route, and its cost there.
 
 For each pair of positions a few comparisons with the route's earliest and latest times and its loads settle
-nearly every case; of those that are left, the cheapest is timed exactly, then the next one until one passes.
+nearly every case. Of the remaining pairs, the cheapest is timed exactly, then the next one, until one passes.
 So a test takes constant time, amortised (the idea of Savelsbergh 1992 and Gschwind and Drexl 2019; the exact
 check is ours).
 """
@@ -89,7 +89,7 @@ def best_place(
     blink   chance to overlook a place that would be the best so far (Christiaens and Vanden Berghe 2020)
     """
     p, d, n = 2 * r, 2 * r + 1, plan.length[v]
-    # A route that broke when a visit was taken out of it has no times to insert by.
+    # A route that became infeasible when a visit was taken out has no times for an insertion.
     if n + 2 > plan.route.shape[1] or plan.cost[v] == np.inf:
         return np.inf, 0, 0
     route, least, most, load = plan.route[v], plan.least_s[v], plan.most_s[v], plan.load[v]
@@ -106,7 +106,7 @@ def best_place(
             if best == np.inf:
                 best, best_i = below, int(_NOWHERE)
             candidates = int(_NONE_YET)
-        # Most positions are hours away: they are told by the times alone.
+        # Most positions are hours away: the times alone reject them.
         if most[i + 1] < task.early_s[p]:
             continue
         if least[i] > task.late_s[p]:

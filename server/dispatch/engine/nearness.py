@@ -1,4 +1,4 @@
-"""Which requests may profitably change places: near each other in space and in time."""
+"""Which requests are near each other in space and time, so that exchanging them can pay."""
 
 import numpy as np
 from numba import njit
@@ -34,7 +34,7 @@ def _apart(task: Task) -> AnyArray:
 
 @njit(cache=True)
 def _after(task: Task, a: int, b: int) -> float:
-    """What it takes to visit b right after a: driving and some of the waiting; inf where it is too late."""
+    """The cost of visiting b right after a: driving and some of the waiting; inf if it is too late."""
     leg = stand_s(task, a, b) + drive_s(task, a, b)
     if task.early_s[a] + leg > task.late_s[b]:
         return np.inf

@@ -1,10 +1,9 @@
-"""What has to be driven, as flat arrays.
+"""The task of the engine, as flat arrays.
 
 Nodes are numbered so that a partner is one bit away: node 2r picks request r up and node 2r + 1 sets it down;
-with R requests, node 2(R + v) is where vehicle v starts and 2(R + v) + 1 where it ends. A vehicle on
-duty is thus
-a rider of itself: its longest duty is kept by the same test as everybody's longest ride. Even numbers from
-2(R + V) on are timed calls, which belong to no request.
+with R requests, node 2(R + v) is where vehicle v starts and 2(R + v) + 1 where it ends. So the test for the
+longest ride also keeps a vehicle's longest duty. Even numbers from 2(R + V) on are timed calls, which belong
+to no request.
 """
 
 from typing import NamedTuple
@@ -36,7 +35,7 @@ class Task(NamedTuple):
     vehicle_cost (V,) for having any visit at all
     absent_cost (R,) for leaving a request out
     travel_s    (P, P) between places; empty where coordinates are used instead
-    pace        (N,) what driving to the node takes, over what travel_s says: roads are slower at some hours
+    pace        (N,) travel time factor of driving to the node, on travel_s: roads are slower at some hours
     paced       whether any pace is not 1; detours may then be quicker than the direct way
     xy          (P, 2) used with `slowness` (seconds per unit) where travel_s is empty
     joined      whether visits at one place that follow each other share one dwell
@@ -89,7 +88,7 @@ def drive_s(task: Task, a: int, b: int) -> float:
 
 @inlined
 def stand_s(task: Task, a: int, b: int) -> float:
-    """Standing at node a before going on to node b. Who gets on or off at one place does so side by side."""
+    """Standing at node a before going on to node b. Riders at one place board and alight together."""
     if task.joined and task.place[a] == task.place[b]:
         return float(max(0.0, task.service_s[a] - task.service_s[b]))
     return float(task.service_s[a])
@@ -104,7 +103,8 @@ def typical_drive_s(task: Task) -> float:
 
 
 def freedom(task: Task) -> float:
-    """Mean window of a visit over what a typical visit takes: how many others may come before it or after."""
+    """Mean window of a visit over what a typical visit takes: how many other visits may precede or follow
+    it."""
     visits = 2 * task.requests
     if visits == 0:
         return 0.0

@@ -1,10 +1,9 @@
 """Exact times of a route: the least and the greatest solution of its difference constraints.
 
 Every rule bounds one visit's beginning by another's: driving and dwell from the one before, windows by fixed
-numbers, the longest ride between partners. Forward passes raise the times until nothing moves; what they
-end in
-is the earliest schedule there is (Bellman 1958). Backward passes give the latest. A further visit can only
-shrink the room between the two, which is what makes the insertion test cheap.
+numbers, the longest ride between partners. Forward passes raise the times until nothing moves; the result is
+the earliest schedule (Bellman 1958). Backward passes give the latest one. A further visit can only shrink the
+room between the two, which makes the insertion test cheap.
 """
 
 import numpy as np
@@ -33,7 +32,7 @@ def least_times(
     """
     where[nodes[0]] = 0
     elapsed_s[0] = 0.0
-    # The first visit that has to begin later for the sake of a ride; n for none.
+    # The first visit that must begin later because of a longest ride; n for none.
     moved = n
     for k in range(1, n):
         a, b = nodes[k - 1], nodes[k]
@@ -50,7 +49,7 @@ def least_times(
         if b & 1 and task.ride_s_max[b - 1] < np.inf:
             q = where[b - 1]
             longest = task.ride_s_max[b - 1] + task.service_s[b - 1]
-            # However long it waits before: from pickup to drop-off it takes no less than this.
+            # Waiting before the pickup cannot make the ride shorter than this.
             if elapsed_s[k] - elapsed_s[q] > longest + EPSILON_S:
                 return False
             needed = begin - longest
@@ -93,7 +92,7 @@ def greatest_times(
     """
     for k in range(n):
         at_s[k] = task.late_s[nodes[k]]
-    # The last visit that has to begin earlier for the sake of a ride; -1 for none.
+    # The last visit that must begin earlier because of a longest ride; -1 for none.
     moved = n - 1
     for _ in range(n + 1):
         start, moved = moved, -1

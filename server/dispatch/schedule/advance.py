@@ -1,4 +1,4 @@
-"""The fleet as time goes on: visits are set out for when they have to be, and are then behind the vehicle."""
+"""Moves the fleet on in time: vehicles set out for their visits and complete them."""
 
 from typing import NamedTuple
 
@@ -35,12 +35,12 @@ def made_log(room: int) -> CompletedCalls:
 def advance(
     task: Task, plan: Plan, scratch: Scratch, now_s: float, patience: float, made: CompletedCalls
 ) -> float:
-    """Move every vehicle on to `now_s` along its route, and write down the visits made; the seconds of the
-    legs set out for.
+    """Move every vehicle on to `now_s` along its route, and record the visits made. Returns the seconds of
+    the legs that were begun.
 
-    A leg is begun so that its visit begins between its earliest (patience 0) and its latest time (1): who
-    waits can still be sent elsewhere, who has gone has time in hand. A vehicle's start then stands for where
-    it was last, and the time at which it was or will be free there.
+    A leg is begun so that its visit begins between its earliest (patience 0) and its latest time (1). A
+    vehicle that waits can still be sent elsewhere; one that left early has time in hand. A vehicle's start
+    then stands for where it was last, and for the time at which it is free there.
     """
     made.used[0] = made.used[1] = 0
     driven_s = 0.0
@@ -74,7 +74,7 @@ def advance(
 
 @kernel
 def _set_out(task: Task, plan: Plan, v: int, begins_s: float, leg_s: float) -> None:
-    """From now on the next visit stays, and is made when it is planned; the duty has begun."""
+    """Fix the next visit at its planned time; the duty has begun."""
     start, node = plan.route[v, 0], plan.route[v, 1]
     plan.locked[v] = _UNDER_WAY
     task.early_s[node] = task.late_s[node] = begins_s
@@ -87,12 +87,12 @@ def _set_out(task: Task, plan: Plan, v: int, begins_s: float, leg_s: float) -> N
 
 @kernel
 def _leave_behind(task: Task, plan: Plan, v: int) -> None:
-    """The vehicle is free where it has just been; a rider who got on has until then to be there."""
+    """The vehicle is free at its last visit. The longest ride of a new rider ends at a fixed time now."""
     start, node, following = plan.route[v, 0], plan.route[v, 1], plan.route[v, 2]
     free_s = plan.least_s[v, 1] + task.service_s[node]
     task.early_s[start] = free_s
     if task.joined and task.place[following] == task.place[node]:
-        # They get on and off side by side: the next ones have begun already.
+        # Riders board and alight at the same time: the next ones have begun already.
         task.early_s[start] = min(free_s, plan.least_s[v, 2])
     for kind in range(LOAD_KINDS):
         task.load[start, kind] += task.load[node, kind]

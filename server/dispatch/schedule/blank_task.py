@@ -1,4 +1,4 @@
-"""The engine's arrays for a new board, and its first requests."""
+"""The engine's arrays for a new schedule, and its first requests."""
 
 from collections.abc import Sequence
 
@@ -46,7 +46,8 @@ def blank_task(problem: Problem, requests: int, nodes: int) -> Task:
 
 
 def fill_rows(task: Task, requests: Sequence[Request], problem: Problem, origin_s: float) -> None:
-    """Make the first rows of a blank task these requests: what `Board.write` does for one, for all at once.
+    """Make the first rows of a blank task these requests: what `Schedule.write` does for one, for all at
+    once.
 
     absent_cost is their people, to be multiplied.
     """

@@ -1,4 +1,5 @@
-"""A timetable departure in the routes: its calls in order, in one vehicle, others between them allowed."""
+"""Inserts a timetable departure: its calls in order, in one vehicle, with other calls allowed between
+them."""
 
 import numpy as np
 from numba import njit
@@ -8,25 +9,25 @@ from server.dispatch.engine.plan import Plan, Scratch, refresh
 from server.dispatch.engine.task import Task, drive_s
 from server.dispatch.engine.timing import least_times
 from server.dispatch.problem import Chain
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 
 
-def insert_chain(board: Schedule, chain: Chain) -> bool:
-    """Give the departure to the vehicle that makes it most cheaply; whether one can.
+def insert_chain(schedule: Schedule, chain: Chain) -> bool:
+    """Give the departure to the vehicle that makes it at the least cost. Returns whether one can.
 
     Every position of the first call is tried; each further call takes the cheapest one after it.
     """
-    nodes = np.array([board.add_fixed(call) for call in chain.calls], dtype=np.int32)
+    nodes = np.array([schedule.add_fixed(call) for call in chain.calls], dtype=np.int32)
     best, best_v, best_at = np.inf, -1, np.zeros(0, np.int64)
-    for v in range(len(board.vehicle_ids)):
-        if board.accepts[v]:
-            cost, at = _cheapest_chain(board.task, board.plan, board.scratch, v, nodes, best)
+    for v in range(len(schedule.vehicle_ids)):
+        if schedule.accepts[v]:
+            cost, at = _cheapest_chain(schedule.task, schedule.plan, schedule.scratch, v, nodes, best)
             if cost < best:
                 best, best_v, best_at = float(cost), v, at
     if best_v < 0:
         return False
-    _put(board.plan, best_v, nodes, best_at)
-    refresh(board.task, board.plan, board.scratch, best_v)
+    _put(schedule.plan, best_v, nodes, best_at)
+    refresh(schedule.task, schedule.plan, schedule.scratch, best_v)
     return True
 
 

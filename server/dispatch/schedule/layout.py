@@ -1,4 +1,4 @@
-"""A route of the engine's nodes as a vehicle's calls: who gets on or off at one place does so in one call."""
+"""A route of the engine's nodes as a vehicle's calls. Riders at one place share a call."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from server.dispatch.problem import Call, CallTime, Request
 
 @dataclass(frozen=True, slots=True)
 class Stay:
-    """The call that a node belonged to when the board was filled; number tells calls apart."""
+    """The call that a node belonged to when the schedule was filled; number tells calls apart."""
 
     call: Call
     number: int

@@ -8,14 +8,14 @@ import numpy as np
 from server.dispatch.arrays import AnyArray
 from server.dispatch.engine.plan import ABSENT, Plan, empty_plan, refresh, scratch_for
 from server.dispatch.engine.task import Task
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 
 # A route of a part may grow by so many visits.
 _ROOM = 40
 
 
 class _Rows(NamedTuple):
-    """Of the board: vehicles (V,), requests (R,), and the node of each node of the part (N,)."""
+    """Rows of the schedule: vehicles (V,), requests (R,), and the node for each node of the part (N,)."""
 
     vehicles: AnyArray
     requests: AnyArray
@@ -24,17 +24,17 @@ class _Rows(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Subproblem:
-    """task, plan  of the part alone, numbered anew; `put_back` needs the rest."""
+    """task, plan  of the part alone, with numbers of its own; `put_back` needs the rest."""
 
     task: Task
     plan: Plan
     rows: _Rows
 
 
-def part_of(board: Schedule, vehicles: AnyArray, absent: AnyArray) -> Subproblem:
-    """These vehicles (rows of the board) with everything in their routes and aboard, and some requests that
-    nobody carries."""
-    whole, plan = board.task, board.plan
+def part_of(schedule: Schedule, vehicles: AnyArray, absent: AnyArray) -> Subproblem:
+    """These vehicles (rows of the schedule) with everything in their routes and aboard, and some requests
+    without a vehicle."""
+    whole, plan = schedule.task, schedule.plan
     inside = np.zeros(whole.vehicles + 1, np.bool_)
     inside[vehicles] = True
     carried = np.flatnonzero(inside[plan.vehicle_of])
@@ -83,14 +83,14 @@ def part_of(board: Schedule, vehicles: AnyArray, absent: AnyArray) -> Subproblem
     return Subproblem(task, part, _Rows(vehicles, requests, nodes))
 
 
-def put_back(board: Schedule, part: Subproblem, plan: Plan) -> None:
+def put_back(schedule: Schedule, part: Subproblem, plan: Plan) -> None:
     """Take over the routes that the part's vehicles have in this plan."""
     rows = part.rows
     taken = plan.vehicle_of >= 0
-    board.plan.vehicle_of[rows.requests[taken]] = rows.vehicles[plan.vehicle_of[taken]]
-    board.plan.vehicle_of[rows.requests[~taken]] = ABSENT
+    schedule.plan.vehicle_of[rows.requests[taken]] = rows.vehicles[plan.vehicle_of[taken]]
+    schedule.plan.vehicle_of[rows.requests[~taken]] = ABSENT
     for k, v in enumerate(rows.vehicles):
         length = int(plan.length[k])
-        board.plan.route[v, :length] = rows.nodes[plan.route[k, :length]]
-        board.plan.length[v] = length
-        refresh(board.task, board.plan, board.scratch, int(v))
+        schedule.plan.route[v, :length] = rows.nodes[plan.route[k, :length]]
+        schedule.plan.length[v] = length
+        refresh(schedule.task, schedule.plan, schedule.scratch, int(v))

@@ -1,4 +1,4 @@
-"""Windows that cannot be kept any more, moved to what still can: a late ride is never made later."""
+"""Extends windows that the present route misses to what it still reaches. A late ride is not made later."""
 
 import numpy as np
 from numba import njit
@@ -7,14 +7,15 @@ from server.dispatch.arrays import AnyArray
 from server.dispatch.engine.plan import Plan, Scratch
 from server.dispatch.engine.task import EPSILON_S, Task, drive_s, stand_s
 
-# Room for rounding: a window ends a little after what is made of it.
+# Room for rounding.
 _ROOM_S = 1e-3
 
 
 def settle(task: Task, plan: Plan, scratch: Scratch, v: int) -> list[int]:
-    """Loosen the windows, rides, duty and battery of a route just as far as it misses them; the late nodes.
+    """Extend the windows, rides, duty and battery of a route as far as it misses them. Returns the late
+    nodes.
 
-    The task's arrays change. Seats are not loosened.
+    The task's arrays change. Seats are not extended.
     """
     n = int(plan.length[v])
     late = _settle(task, plan.route[v], n, scratch.at_s, scratch.where)
@@ -25,7 +26,7 @@ def settle(task: Task, plan: Plan, scratch: Scratch, v: int) -> list[int]:
 
 @njit(cache=True)
 def _settle(task: Task, nodes: AnyArray, n: int, at_s: AnyArray, where: AnyArray) -> AnyArray:
-    """As early as driving allows, with no regard to deadlines: what is late then is late for good."""
+    """Drive as early as possible without regard to deadlines. What is late then cannot be in time."""
     late = np.zeros(n, np.bool_)
     at_s[0] = task.early_s[nodes[0]]
     where[nodes[0]] = 0

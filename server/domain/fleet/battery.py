@@ -1,7 +1,7 @@
 """How much driving a battery still allows.
 
-Estimates err on the safe side: standing is paid for by the driving around it, and only long planned standing
-counts as charging.
+The estimates are conservative: the driving around a stand pays for it, and only long planned standing counts
+as charging.
 """
 
 from collections.abc import Iterable
@@ -11,7 +11,7 @@ from server.domain.rules import FleetRules
 
 
 def is_measured(ratio: float) -> bool:
-    """A vehicle that does not measure its battery says 0: with an empty one it would say nothing."""
+    """A vehicle that does not measure its battery reports 0; one with an empty battery reports nothing."""
     return ratio > 0.0
 
 

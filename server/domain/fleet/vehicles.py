@@ -1,4 +1,4 @@
-"""A shuttle as the server knows it, and the commands given to it."""
+"""Vehicles as the server stores them, and the commands to them."""
 
 from dataclasses import dataclass
 from datetime import datetime
@@ -16,7 +16,7 @@ class Vehicle:
     """Facts that change seldom; where it is now is in `Whereabouts`.
 
     epoch       the number of its newest session: older ones are fenced
-    mode        what the vehicle said last
+    mode        the vehicle's newest report
     held        it stands until an operator resumes it
     in_service  it may get new rides; a recalled vehicle finishes those aboard and rests
     unavailable_since  since when it has been held or out of reach, None while it is neither

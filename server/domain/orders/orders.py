@@ -1,4 +1,4 @@
-"""What a vehicle was told to do, exactly as it went over the wire."""
+"""Orders of vehicles, exactly as they went over the wire."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

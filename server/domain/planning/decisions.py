@@ -1,4 +1,4 @@
-"""What the dispatcher decided, kept so that it can be explained to people and made again bit for bit."""
+"""Decisions of the dispatcher, stored so that they can be explained and repeated bit for bit."""
 
 from dataclasses import dataclass
 from datetime import datetime
@@ -25,7 +25,7 @@ class Alternative:
     """What would have been accepted instead of a refused ride: one or two rides.
 
     parties  people in each ride; pickup_at, arrival_at: of each as planned
-    walk_s   to the pickup and from the drop-off, compared with the stops asked for
+    walk_s   to the pickup and from the drop-off, compared with the requested stops
     """
 
     kind: Literal["later", "other_stops", "split_party"]
@@ -43,7 +43,7 @@ class RideDecision:
 
     rule      that binds, "" for a ride that was taken
     runner_up the best that any other shuttle offered
-    vehicles  that were asked
+    vehicles  that were considered
     """
 
     campus_id: str
@@ -59,7 +59,7 @@ class RideDecision:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """One look at the fleet and what came of it.
+    """A snapshot of the fleet and the decision made from it.
 
     problem   the snapshot as `dispatch.problem_codec` writes it
     given     what else the answer depends on; answer: what came out: both JSON, compared when it is repeated

@@ -1,4 +1,4 @@
-"""What a vehicle shall do next: its visits in driving order, a resting place of its own among them."""
+"""Plans: a vehicle's visits in driving order, with a resting place of its own."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -106,10 +106,10 @@ def next_version(plan: Plan, visits: Sequence[PlannedVisit], resting_place_id: s
 
 
 def with_visit_state(plan: Plan, visit_id: str, state: VisitState) -> Plan:
-    """The plan after the vehicle's word on a visit; the same plan when that is no news.
+    """The plan after a vehicle's report on a visit; the same plan if nothing changes.
 
-    Visits before one that is under way, done or skipped are behind the vehicle and are left out. A visit
-    that the plan no longer has is no news either. Raises IllegalTransition for a visit going backwards.
+    Visits before one that is under way, done or skipped are completed and are left out. A report on a visit
+    that the plan no longer has changes nothing. Raises IllegalTransition for a visit going backwards.
     """
     index = next((i for i, visit in enumerate(plan.visits) if visit.visit_id == visit_id), None)
     if index is None or plan.visits[index].state == state:

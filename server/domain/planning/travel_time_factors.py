@@ -9,7 +9,7 @@ HOURS = 24
 FACTOR_MIN, FACTOR_MAX = 0.5, 3.0
 # With so many legs in an hour the measured and the planned time count alike.
 _LEGS_OF_PLAN = 20
-# A leg that took a tenth or ten times of its time was no leg: events came late, or somebody was in the way.
+# A leg that took less than a tenth or more than ten times of its time is invalid: its events came late.
 _RATIO_MIN, _RATIO_MAX = 0.1, 10.0
 
 
@@ -53,7 +53,7 @@ def travel_time_factor_at(factors: Sequence[float], hour: float) -> float:
 
 
 def learned_from(legs: Sequence[DrivenLeg], at: datetime) -> TravelTimeFactors:
-    """The median of driven over planned times, drawn towards 1 where there are few, within [0.5, 3]."""
+    """The median of driven over planned times, nearer to 1 if there are few legs, within [0.5, 3]."""
     ratios: list[list[float]] = [[] for _ in range(HOURS)]
     for leg in legs:
         ratio = leg.driven_s / leg.planned_s

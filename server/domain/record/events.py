@@ -1,4 +1,4 @@
-"""What has happened, as the server keeps it: named for ever by (vehicle, boot, sequence)."""
+"""Events as the server stores them, identified by (vehicle, boot, sequence)."""
 
 from dataclasses import dataclass
 from datetime import datetime
@@ -20,7 +20,7 @@ class RecordedEvent:
 
 @dataclass(frozen=True, slots=True)
 class ServerEvent:
-    """Something that the server or a person did: `noun.verb`, about what, by whom, with details."""
+    """An action of the server or a person: `noun.verb`, subject, author and details."""
 
     campus_id: str
     happened_at: datetime

@@ -1,10 +1,10 @@
-"""Who may do what: operators, vehicles with their keys, developers. Passengers need no account."""
+"""Identities: operators, vehicles with their keys, developers. Passengers need no account."""
 
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
-# "infrastructure": a camera that tells who is in an observation area; it may do nothing else.
+# "infrastructure": a camera that reports presence in an observation area; it may do nothing else.
 Scope = Literal["read", "drive", "infrastructure"]
 
 

@@ -1,4 +1,4 @@
-"""What an operator has to look at, the most urgent on top."""
+"""Incidents that operators must know of, by urgency."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -79,7 +79,7 @@ class Incident:
 
 
 def acknowledged(incident: Incident, by: str, at: datetime) -> Incident:
-    """Somebody looks after it; a repeat keeps the first name. Raises IncidentClosed."""
+    """An operator handles the incident; a repeat keeps the first name. Raises IncidentClosed."""
     if not incident.is_open:
         raise IncidentClosed(f"incident {incident.incident_id} was closed by {incident.closed_by}")
     if incident.acknowledged_at is not None:

@@ -6,7 +6,7 @@ from datetime import datetime
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """A piece of a run, named by its content's hash; the bytes lie in a file of that name.
+    """A piece of a run, named by the hash of its content; the bytes are in a file of that name.
 
     first_ns, last_ns   the vehicle's clock at its first and last record
     """

@@ -1,4 +1,4 @@
-"""What an operator's intervention does to those who wait for a shuttle or sit in one."""
+"""The effects of an operator's intervention on waiting rides, rides aboard and departures."""
 
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -7,13 +7,13 @@ from typing import Literal
 from server.domain.rides.rides import Ride, RideState
 
 InterventionKind = Literal["hold", "recall", "reassign"]
-# Times that move by less are told as they were.
+# Times that move by less count as unchanged.
 _NEWS_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class Intervention:
-    """What an operator wants done with a vehicle.
+    """An operator's intervention with a vehicle.
 
     for_s      how long a hold lasts, None until resumed
     ride_id, to_vehicle_id  one ride to be given to that vehicle; "" for all waiting ones, to any others
@@ -27,11 +27,11 @@ class Intervention:
 
 @dataclass(frozen=True, slots=True)
 class RideEffect:
-    """A ride that does not go on as before. pickup_before and pickup_after are None for a party aboard.
+    """A ride that the intervention changes. pickup_before and pickup_after are None for a party aboard.
 
-    vehicle_after   None: it is left with nobody
+    vehicle_after   None: the ride is left without a vehicle
     breaks          its promise cannot be kept any more
-    waits           its vehicle stands until somebody resumes it: nobody can tell when it goes on
+    waits           its vehicle stands until an operator resumes it, so that no times are known
     """
 
     ride_id: str
@@ -72,14 +72,14 @@ class DepartureEffect:
 
 @dataclass(frozen=True, slots=True)
 class Effects:
-    """rides: oldest request first; departures: by first call. What stays as it was is in neither."""
+    """rides: oldest request first; departures: by first call. Unchanged ones are left out."""
 
     rides: tuple[RideEffect, ...] = ()
     departures: tuple[DepartureEffect, ...] = ()
 
 
 def ride_effect(before: Ride, after: Ride, room_s: float, *, waits: bool) -> RideEffect | None:
-    """What has become of a ride that had not ended before; None where that is nothing.
+    """The effect on a ride that had not ended before; None if it is unchanged.
 
     room_s  a promise breaks when the plan misses it by more than this
     waits   its vehicle stands until it is resumed

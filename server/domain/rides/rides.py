@@ -1,4 +1,4 @@
-"""A ride: one party's wish to get from stop to stop, and the promise that answered it."""
+"""A ride: a party's request to go from stop to stop, its state, and the promise that answered it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -33,7 +33,7 @@ TRANSITIONS: Mapping[RideState, frozenset[RideState]] = {
     S.ABOARD: frozenset({S.REQUESTED, S.COMPLETED, S.FAILED}),
     S.COMPLETED: frozenset(),
     S.REFUSED: frozenset(),
-    # A cancellation or a verdict of no-show can cross with a boarding on a vehicle that was out of reach.
+    # A cancellation or a no-show can cross a boarding on a vehicle that was out of reach.
     S.CANCELLED: frozenset({S.ABOARD}),
     S.NO_SHOW: frozenset({S.ABOARD}),
     S.FAILED: frozenset(),
@@ -47,7 +47,7 @@ TapKind = Literal["board", "alight"]
 
 @dataclass(frozen=True, slots=True)
 class BookRide:
-    """What a passenger asks for. earliest None means now.
+    """A passenger's request. earliest None means now.
 
     idempotency_key   a repeated booking with the same key gives the same ride
     series_id         the recurring booking that it is a day of
@@ -81,11 +81,11 @@ class Ride:
     ride_code     six unambiguous characters, to be said aloud
     token         the secret in the passenger's link
     boarding_code four digits, typed on the onboard screen
-    reason        stable code of a refusal, cancellation or failure, "" otherwise; reason_detail in words
-    pickup_eta, arrival_eta  what the plan says now; the promise changes only with the destination
+    reason        stable code of a refusal, cancellation or failure, "" otherwise; reason_detail as a sentence
+    pickup_eta, arrival_eta  the times of the present plan; the promise changes only with the destination
     arrive_before  no promise is made beyond this moment: the service closes then
     first_to_stop  the destination it was booked to, None while that is the present one
-    let_out       the party asked to get off as soon as possible; to_stop is where that is
+    let_out       the party wants to get off as soon as possible; to_stop is where
     series_id     the recurring booking that it is a day of
     stranded_by   the shuttle that carried the party and cannot go on; another one comes to from_stop
     pinned        an operator chose its vehicle: no improvement moves it to another one
@@ -157,7 +157,7 @@ def assigned(ride: Ride, vehicle_id: str, pickup_eta: datetime, arrival_eta: dat
 
 
 def unassigned(ride: Ride) -> Ride:
-    """Back to where it was before a vehicle had it; the promise stays."""
+    """The ride without its vehicle; the promise stays."""
     return replace(moved(ride, S.REQUESTED), vehicle_id=None, pickup_eta=None, arrival_eta=None, pinned=False)
 
 
@@ -183,7 +183,7 @@ def stranded(ride: Ride, from_stop: str, earliest: datetime, at: datetime) -> Ri
 
 
 def promised_anew(ride: Ride, promise: Promise) -> Ride:
-    """The promise cannot be kept: from now on this one holds. What was promised first is kept beside it."""
+    """The ride with a new promise, because the old one cannot be kept. The first one is kept."""
     return replace(
         ride, promise=promise, first_promise=ride.first_promise or ride.promise, promise_broken=True
     )
@@ -200,7 +200,7 @@ def ended(ride: Ride, state: RideState, at: datetime, reason: str = "", detail: 
 
 
 def redirected(ride: Ride, to_stop: str) -> Ride:
-    """The ride to another stop; back to the first one it is as if it had never changed."""
+    """The ride to another stop. A change back to the first stop leaves no trace."""
     first = ride.to_stop if ride.first_to_stop is None else ride.first_to_stop
     return replace(ride, to_stop=to_stop, first_to_stop=None if to_stop == first else first, let_out=False)
 

@@ -10,7 +10,7 @@ from server.domain.errors import OccurrenceEnded, SeriesEnded
 from server.domain.rides.rides import RideSource
 from server.domain.service.timetable import local_moment
 
-# About a year and a term more: whoever wants longer books again.
+# About a year and a term.
 DAYS_MAX = 550
 
 
@@ -21,7 +21,7 @@ class SeriesState(StrEnum):
 
 
 class OccurrenceState(StrEnum):
-    """planned: its day is too far ahead; trying: nobody could take it yet, it is asked for again."""
+    """planned: its day is too far ahead; trying: no vehicle could take it yet, and it is tried again."""
 
     PLANNED = "planned"
     TRYING = "trying"
@@ -36,7 +36,7 @@ FINAL = frozenset({OccurrenceState.SKIPPED, OccurrenceState.REFUSED, OccurrenceS
 
 @dataclass(frozen=True, slots=True)
 class BookSeries:
-    """What a passenger asks for. leave_s: seconds after local midnight; weekdays: 0 is Monday."""
+    """A passenger's request. leave_s: seconds after local midnight; weekdays: 0 is Monday."""
 
     from_stop: str
     to_stop: str
@@ -72,7 +72,7 @@ class Series:
     idempotency_key: str | None = None
 
     def days(self, zone: ZoneInfo) -> Iterator[date]:
-        """Its days in order; one whose time had passed when the booking was made is none of them."""
+        """Its days in order, without one whose time had passed when the booking was made."""
         for offset in range((self.ends_on - self.starts_on).days + 1):
             day = self.starts_on + timedelta(days=offset)
             if self.has_day(day, zone):
@@ -83,7 +83,7 @@ class Series:
         return within and self.leaves_at(day, zone) >= self.made_at
 
     def leaves_at(self, day: date, zone: ZoneInfo) -> datetime:
-        """The local time on that day, whatever the clocks did in between."""
+        """The local time on that day, independent of clock changes."""
         return local_moment(day, self.leave_s, zone)
 
 
@@ -127,7 +127,7 @@ def booked(occurrence: Occurrence, ride_id: str, at: datetime) -> Occurrence:
 
 
 def not_taken(occurrence: Occurrence, reason: str, detail: str, at: datetime) -> Occurrence:
-    """Nobody can take it now: it is asked for again until its time has come."""
+    """No vehicle can take it now: it is tried again until its time has come."""
     is_over = at >= occurrence.leave_at
     state = OccurrenceState.REFUSED if is_over else OccurrenceState.TRYING
     return replace(occurrence, state=state, reason=reason, reason_detail=detail, tried_at=at)

@@ -18,7 +18,7 @@ class ClosureState(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Closure:
-    """Nobody is sent through these lanes and sections within [starts_at, ends_at).
+    """No vehicle is sent through these lanes and sections within [starts_at, ends_at).
 
     ends_at     None: until it is lifted
     lifted_by   the operator who ended it, "" for one whose time has passed
@@ -37,12 +37,12 @@ class Closure:
     lifted_by: str = ""
 
     @property
-    def words(self) -> str:
-        """How incidents name it."""
+    def label(self) -> str:
+        """Its name in incidents."""
         return f"closure {self.closure_id}" + (f" ({self.reason})" if self.reason else "")
 
     def overlaps(self, begins: datetime, ends: datetime) -> bool:
-        """It stands, and holds at some time within [begins, ends]."""
+        """It is not over, and is in force at some time within [begins, ends]."""
         stands = self.state is not ClosureState.OVER
         return stands and self.starts_at <= ends and (self.ends_at is None or begins < self.ends_at)
 
@@ -54,11 +54,11 @@ def require_sound(closure: Closure) -> None:
     if closure.ends_at is not None and closure.ends_at <= closure.starts_at:
         raise ClosureInvalid("the closure ends before it begins")
     if closure.ends_at is not None and closure.ends_at <= closure.made_at:
-        raise ClosureInvalid("the closure would be over already; give it a later end, or none")
+        raise ClosureInvalid("the end of the closure has passed; give it a later end, or none")
 
 
 def due(closure: Closure, now: datetime) -> Closure:
-    """The closure as the clock has it now."""
+    """The closure in its state at this moment."""
     if closure.state is ClosureState.OVER or now < closure.starts_at:
         return closure
     over = closure.ends_at is not None and closure.ends_at <= now

@@ -18,10 +18,11 @@ class StoredMap:
 
 @dataclass(frozen=True, slots=True)
 class ActiveMap:
-    """What every transaction asks of the campus's roads.
+    """What every transaction reads about the campus's roads.
 
     has_closures  some road closure stands: scheduled or in force
-    factors       travel times by the hour as learnt (`domain.pace`), None before anything is
+    factors       travel times by the hour as learnt (`planning/travel_time_factors.py`), None
+                  before any is learnt
     """
 
     map_version: str | None

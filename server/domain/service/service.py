@@ -22,7 +22,7 @@ Span = tuple[datetime, datetime]
 
 @dataclass(frozen=True, slots=True)
 class Hours:
-    """When rides can be had: seconds after local midnight of the day on which it begins."""
+    """When rides can be booked: seconds after local midnight of the day on which it begins."""
 
     opens_s: int
     closes_s: int
@@ -32,7 +32,7 @@ class Hours:
 class ServicePattern:
     """The days on which a service runs: its weekdays (0 is Monday) between two dates, both included.
 
-    hours   when rides can be had on its days; a pattern of timetable trips alone has none
+    hours   when rides can be booked on its days; a pattern for timetable trips only has none
     """
 
     campus_id: str
@@ -53,9 +53,9 @@ class ServicePattern:
 
 @dataclass(frozen=True, slots=True)
 class ServiceException:
-    """One day on which a service runs though its pattern says no, or the other way round.
+    """One day on which a service runs against its pattern, or does not run although its pattern says so.
 
-    service_id   WHOLE_CAMPUS for a holiday: nothing runs save what has an exception of its own
+    service_id   WHOLE_CAMPUS for a holiday: no service runs without an exception of its own
     """
 
     campus_id: str
@@ -83,7 +83,7 @@ class ServiceCalendar:
         return ZoneInfo(self.timezone)
 
     def runs(self, service_id: str, day: date) -> bool:
-        """A service that has no pattern runs every day that is no holiday."""
+        """The service runs on this day. Without a pattern it runs every day except holidays."""
         own = self._exception(service_id, day) if service_id else None
         if own is not None:
             return own.runs
@@ -96,7 +96,7 @@ class ServiceCalendar:
         return self._exception(WHOLE_CAMPUS, day)
 
     def spans(self, day: date) -> tuple[Span, ...]:
-        """When rides can be had, of what begins on this day; in order, none touching another."""
+        """The times that begin on this day at which rides can be booked; in order, none touching another."""
         zone = self.zone
         return _joined(
             (local_moment(day, hours.opens_s, zone), local_moment(day, hours.closes_s, zone))
@@ -107,19 +107,19 @@ class ServiceCalendar:
         return self._never_closes or any(opens <= at < closes for opens, closes in self._around(at, 1))
 
     def next_opening(self, at: datetime) -> datetime | None:
-        """The first moment at or after `at` when rides can be had; None when there is none for long."""
+        """The first moment from `at` on at which rides can be booked; None if there is none for weeks."""
         spans = self._around(at, _DAYS_SEARCHED)
         return next((max(opens, at) for opens, closes in spans if closes > at), None)
 
     def closes_after(self, at: datetime) -> datetime | None:
-        """When the opening in which `at` lies ends; None for one that does not end, and outside of all."""
+        """The end of the opening that contains `at`; None if it does not end, and outside of all openings."""
         if self._never_closes:
             return None
         spans = self._around(at, 1)
         closing = next((closes for opens, closes in spans if opens <= at < closes), None)
         if closing is not None and closing < local_moment(self.day_of(at) + timedelta(days=1), 0, self.zone):
             return closing
-        # It goes on past midnight, perhaps for ever.
+        # It continues after midnight, perhaps without an end.
         spans = self._around(at, _DAYS_SEARCHED)
         closing = next((closes for opens, closes in spans if opens <= at < closes), None)
         last = local_moment(self.day_of(at) + timedelta(days=_DAYS_SEARCHED), 0, self.zone)
@@ -131,12 +131,12 @@ class ServiceCalendar:
         return not has_hours and not any(e.service_id == WHOLE_CAMPUS for e in self.exceptions)
 
     def require_open(self, at: datetime) -> None:
-        """Raises NoService, naming in local time when rides can be had next."""
+        """Raises NoService, which names the next opening in local time."""
         if not self.is_open(at):
-            raise NoService(f"no shuttle runs at that time{self._holiday_words(at)}; {self.advice(at)}")
+            raise NoService(f"no shuttle runs at that time{self._holiday_note(at)}; {self.advice(at)}")
 
     def advice(self, at: datetime) -> str:
-        """What to book instead of `at`, at which rides cannot be had."""
+        """What to book instead of `at`, which is outside of the service."""
         opens = self.next_opening(at)
         if opens is None:
             return "no service hours are set for the coming weeks"
@@ -157,7 +157,7 @@ class ServiceCalendar:
         return [Hours(o.opens_s, o.closes_s) for o in openings if o.weekday == day.weekday()]
 
     def _around(self, at: datetime, days: int) -> tuple[Span, ...]:
-        """Spans from the day before, whose night may last until now, over so many days."""
+        """Spans of so many days, and of the day before, whose night may last until now."""
         today = self.day_of(at)
         return _joined(
             span for offset in range(-1, days + 1) for span in self.spans(today + timedelta(days=offset))
@@ -166,7 +166,7 @@ class ServiceCalendar:
     def _exception(self, service_id: str, day: date) -> ServiceException | None:
         return next((e for e in self.exceptions if e.day == day and e.service_id == service_id), None)
 
-    def _holiday_words(self, at: datetime) -> str:
+    def _holiday_note(self, at: datetime) -> str:
         holiday = self.holiday(self.day_of(at))
         return "" if holiday is None else f" ({holiday.note or 'holiday'})"
 

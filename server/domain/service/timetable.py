@@ -41,7 +41,7 @@ class Departure:
 
     @property
     def day(self) -> date:
-        """The local day on which it runs; its calls may lie past midnight."""
+        """The local day on which it runs; its calls may be after midnight."""
         return date.fromisoformat(self.departure_id.rpartition("@")[2])
 
 
@@ -59,7 +59,7 @@ class Opening:
 
 @dataclass(frozen=True, slots=True)
 class ServiceHours:
-    """When rides can be had by the settings; without openings always. See `service.ServiceCalendar`."""
+    """When rides can be booked by the settings; without openings always. See `service.ServiceCalendar`."""
 
     timezone: str = "UTC"
     openings: tuple[Opening, ...] = ()

@@ -33,7 +33,7 @@ from server.feeds.roads.osm.buildings import (
 from server.feeds.roads.osm.frame import Frame, frame_of
 from server.feeds.roads.osm.ground import Ground
 from server.feeds.roads.osm.osm_file import Bounds, OsmData, read_osm
-from server.feeds.roads.osm.way_segments import RoadPlan, WaySegment, drivable_runs
+from server.feeds.roads.osm.way_segments import RoadPlan, WaySegment, drivable_segments
 from server.feeds.roads.places.areas import observation_areas
 from server.feeds.roads.places.resting import resting_places
 from server.feeds.roads.places.stops import place_stops
@@ -79,8 +79,8 @@ def import_osm(path: Path, options: ImportOptions = ImportOptions()) -> ImportRe
     frame = frame_of(data, log)
     found = features(data, frame)
     ground = Ground([f.outline for f in found if is_building(f) or is_water(f)])
-    plan = drivable_runs(data, frame, log)
-    if not plan.runs:
+    plan = drivable_segments(data, frame, log)
+    if not plan.segments:
         raise MapError(
             "no_roads",
             "no road inside the bounds of the file may be driven on; docs/contract/roads.md has the rules",
@@ -90,11 +90,11 @@ def import_osm(path: Path, options: ImportOptions = ImportOptions()) -> ImportRe
 
 
 def _network(plan: RoadPlan, ground: Ground, options: ImportOptions, log: ImportLog) -> list[LaneDraft]:
-    """Lanes of the largest loop. What is cut off is taken away and the rest drawn anew, until all fits."""
-    runs = plan.runs
+    """Lanes of the largest loop. Edges outside of it are removed and the rest is drawn again."""
+    segments = plan.segments
     while True:
         told = ImportLog()
-        graph = gather(edges_of(runs, plan.positions), plan.positions)
+        graph = gather(edges_of(segments, plan.positions), plan.positions)
         roads = [road for road in smooth_roads(graph.edges, told) if not _is_tiny_ring(road, told)]
         drafts = _draw(graph, roads, plan, ground, options, told)
         kept = largest_loop(drafts)
@@ -118,7 +118,7 @@ def _network(plan: RoadPlan, ground: Ground, options: ImportOptions, log: Import
             for edge in lost
             if edge.edge_id in named
         ]
-        runs = _without(runs, lost)
+        segments = _without(segments, lost)
 
 
 def _is_tiny_ring(road: Road, log: ImportLog) -> bool:
@@ -159,19 +159,19 @@ def _lost(graph: RoadGraph, roads: list[Road], kept: list[LaneDraft]) -> list[Ed
     return [edge for edge in graph.edges if edge.edge_id not in used]
 
 
-def _without(runs: list[WaySegment], lost: Iterable[Edge]) -> list[WaySegment]:
+def _without(segments: list[WaySegment], lost: Iterable[Edge]) -> list[WaySegment]:
     gone = {frozenset(step) for edge in lost for step in zip(edge.keys, edge.keys[1:], strict=False)}
     rest_of: list[WaySegment] = []
-    for run in runs:
+    for segment in segments:
         pieces: list[list[int]] = []
-        for first, second in zip(run.keys, run.keys[1:], strict=False):
+        for first, second in zip(segment.keys, segment.keys[1:], strict=False):
             if frozenset((first, second)) in gone:
                 continue
             if pieces and pieces[-1][-1] == first:
                 pieces[-1].append(second)
             else:
                 pieces.append([first, second])
-        rest_of += [replace(run, keys=tuple(piece)) for piece in pieces]
+        rest_of += [replace(segment, keys=tuple(piece)) for piece in pieces]
     return rest_of
 
 

@@ -1,4 +1,4 @@
-"""The map in force, its closures and paces, in memory: they change seldom, every transaction asks."""
+"""The active map, its closures and travel time factors, in memory: they change seldom."""
 
 from sqlalchemy import Connection
 
@@ -6,20 +6,20 @@ from server.domain.planning.travel_time_factors import TravelTimeFactors
 from server.domain.roads.closures import Closure
 from server.domain.roads.maps import ActiveMap
 from server.store.cache.memory import RowCache
-from server.store.planning.travel_time_factors import TravelTimeFactorRows
-from server.store.roads.closures import Closures
-from server.store.roads.maps import Maps
+from server.store.planning.travel_time_factors import SqlTravelTimeFactorRepository
+from server.store.roads.closures import SqlClosureRepository
+from server.store.roads.maps import SqlMapRepository
 
 _ACTIVE_MAP, _CLOSURES = "active map", "closures"
 
 
-class CachedMaps(Maps):
+class CachedMapRepository(SqlMapRepository):
     def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
         super().__init__(connection, campus_id, locks=False)
         self._memory = memory
 
     def active(self) -> ActiveMap:
-        known = self._memory.table(_ACTIVE_MAP, lambda: {"": Maps.active(self)})
+        known = self._memory.table(_ACTIVE_MAP, lambda: {"": SqlMapRepository.active(self)})
         active: ActiveMap = known[""]
         return active
 
@@ -28,13 +28,13 @@ class CachedMaps(Maps):
         self._memory.unload(_ACTIVE_MAP)
 
 
-class CachedClosures(Closures):
+class CachedClosureRepository(SqlClosureRepository):
     def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
         super().__init__(connection, campus_id, locks=False)
         self._memory = memory
 
     def standing(self) -> tuple[Closure, ...]:
-        known = self._memory.table(_CLOSURES, lambda: {"": Closures.standing(self)})
+        known = self._memory.table(_CLOSURES, lambda: {"": SqlClosureRepository.standing(self)})
         standing: tuple[Closure, ...] = known[""]
         return standing
 
@@ -51,11 +51,11 @@ class CachedClosures(Closures):
         self._memory.unload(_ACTIVE_MAP)
 
 
-class CachedTravelTimeFactors(TravelTimeFactorRows):
+class CachedTravelTimeFactorRepository(SqlTravelTimeFactorRepository):
     def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
         super().__init__(connection, campus_id, locks=False)
         self._memory = memory
 
-    def save(self, paces: TravelTimeFactors) -> None:
-        super().save(paces)
+    def save(self, factors: TravelTimeFactors) -> None:
+        super().save(factors)
         self._memory.unload(_ACTIVE_MAP)

@@ -1,8 +1,7 @@
 """Objects made of rows, kept from one transaction to the next by the only writer of a database.
 
-Reading the fleet anew for every booking takes longer than deciding it. Whatever the writer changes it
-changes here too; a transaction that fails takes its changes back; a commit by any other connection makes
-everything be read anew.
+Reading the fleet for every booking takes longer than deciding it. Every write changes the cache too. A failed
+transaction takes its changes back. After a commit by another connection, everything is read again.
 """
 
 from collections.abc import Callable, Hashable
@@ -15,7 +14,7 @@ Rows = dict[Any, Any]
 
 
 class RowCache:
-    """Tables of objects that never change themselves. Belongs to one thread and one connection."""
+    """Tables of immutable objects. Belongs to one thread and one connection."""
 
     def __init__(self) -> None:
         self._tables: dict[str, Rows] = {}
@@ -23,7 +22,7 @@ class RowCache:
         self._data_version = -1
 
     def begin(self, connection: Connection) -> None:
-        """A transaction has begun: forget everything if somebody else has written (SQLite)."""
+        """Begin a transaction: forget everything if another connection has written (SQLite)."""
         version = int(connection.exec_driver_sql("PRAGMA data_version").scalar_one())
         if version != self._data_version:
             self.forget()
@@ -43,7 +42,7 @@ class RowCache:
             self._undo.pop()()
 
     def table(self, name: str, load: Callable[[], Rows] | None = None) -> Rows:
-        """To be read only. load: what fills it when it is not known yet."""
+        """The table, which must not be changed. load: fills it if it is not loaded yet."""
         found = self._tables.get(name)
         if found is None:
             found = self._tables[name] = load() if load else {}
@@ -51,7 +50,7 @@ class RowCache:
         return found
 
     def put(self, name: str, key: Hashable, value: Any) -> None:
-        """Only what has been loaded is kept up: what has not will be read as it is then."""
+        """Change a row of a loaded table; a table that is not loaded will be read later."""
         rows = self._tables.get(name)
         if rows is not None:
             self._keep_old(rows, key)
@@ -64,7 +63,7 @@ class RowCache:
             del rows[key]
 
     def unload(self, name: str) -> None:
-        """Read this table anew when it is needed again."""
+        """Read this table again when it is needed."""
         rows = self._tables.pop(name, None)
         if rows is not None:
             # What is loaded from now on in this transaction is dropped before this is put back.

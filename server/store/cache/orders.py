@@ -4,12 +4,12 @@ from sqlalchemy import Connection
 
 from server.domain.orders.orders import IssuedOrder
 from server.store.cache.memory import RowCache
-from server.store.orders.orders import Orders
+from server.store.orders.orders import SqlOrderRepository
 
 _CURRENT = "orders in force"
 
 
-class CachedOrders(Orders):
+class CachedOrderRepository(SqlOrderRepository):
     def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
         super().__init__(connection, campus_id, locks=False)
         self._memory = memory

@@ -6,12 +6,12 @@ from sqlalchemy.exc import IntegrityError
 from server.domain.errors import PlanChanged
 from server.domain.planning.plans import Plan
 from server.store.cache.memory import RowCache, Rows
-from server.store.planning.plans import Plans
+from server.store.planning.plans import SqlPlanRepository
 
 _PLANS = "plans"
 
 
-class CachedPlans(Plans):
+class CachedPlanRepository(SqlPlanRepository):
     def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
         super().__init__(connection, campus_id, locks=False)
         self._memory = memory

@@ -8,13 +8,13 @@ from sqlalchemy import Connection
 from server.domain.rides.rides import ENDED, Ride, RideState
 from server.store import tables
 from server.store.cache.memory import RowCache, Rows
-from server.store.rides.rides import Rides
+from server.store.rides.rides import SqlRideRepository
 
 _RIDES, _CODES, _KEYS = "rides", "ride codes", "ride keys"
 _ride = tables.rides.c
 
 
-class CachedRides(Rides):
+class CachedRideRepository(SqlRideRepository):
     def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
         super().__init__(connection, campus_id, locks=False)
         self._memory = memory

@@ -1,15 +1,15 @@
-"""Who holds which section, in memory."""
+"""Sections held by vehicles, in memory."""
 
 from sqlalchemy import Connection
 
 from server.domain.orders.sections import Occupancy
 from server.store.cache.memory import RowCache, Rows
-from server.store.orders.sections import Sections
+from server.store.orders.sections import SqlSectionRepository
 
 _OCCUPANCIES = "occupancies"
 
 
-class CachedSections(Sections):
+class CachedSectionRepository(SqlSectionRepository):
     def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
         super().__init__(connection, campus_id, locks=False)
         self._memory = memory
@@ -28,5 +28,6 @@ class CachedSections(Sections):
 
     def _known(self) -> Rows:
         return self._memory.table(
-            _OCCUPANCIES, lambda: {occupancy.vehicle_id: occupancy for occupancy in Sections.all(self)}
+            _OCCUPANCIES,
+            lambda: {occupancy.vehicle_id: occupancy for occupancy in SqlSectionRepository.all(self)},
         )

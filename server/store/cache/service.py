@@ -1,4 +1,4 @@
-"""Service patterns and exceptions, in memory: they change seldom, every booking asks."""
+"""Service patterns and exceptions, in memory: they change seldom, and every booking reads them."""
 
 from datetime import date
 
@@ -6,18 +6,20 @@ from sqlalchemy import Connection
 
 from server.domain.service.service import ServiceException, ServicePattern
 from server.store.cache.memory import RowCache, Rows
-from server.store.record.service import Service
+from server.store.record.service import SqlServiceRepository
 
 _PATTERNS, _EXCEPTIONS = "service patterns", "service exceptions"
 
 
-class CachedService(Service):
+class CachedServiceRepository(SqlServiceRepository):
     def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
         super().__init__(connection, campus_id, locks=False)
         self._memory = memory
 
     def patterns(self) -> tuple[ServicePattern, ...]:
-        known = self._memory.table(_PATTERNS, lambda: {p.service_id: p for p in Service.patterns(self)})
+        known = self._memory.table(
+            _PATTERNS, lambda: {p.service_id: p for p in SqlServiceRepository.patterns(self)}
+        )
         return tuple(known.values())
 
     def pattern(self, service_id: str) -> ServicePattern | None:

@@ -10,12 +10,12 @@ from contract.wire.messages import Status
 from server.domain.fleet.vehicles import StatusReport, Vehicle, Whereabouts
 from server.store import tables
 from server.store.cache.memory import RowCache, Rows
-from server.store.fleet.vehicles import Vehicles, vehicle_from_row
+from server.store.fleet.vehicles import SqlVehicleRepository, vehicle_from_row
 
 _VEHICLES, _WHEREABOUTS = "vehicles", "whereabouts"
 
 
-class CachedVehicles(Vehicles):
+class CachedVehicleRepository(SqlVehicleRepository):
     def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
         super().__init__(connection, campus_id, locks=False)
         self._memory = memory
@@ -69,5 +69,6 @@ class CachedVehicles(Vehicles):
 
     def _where(self) -> Rows:
         return self._memory.table(
-            _WHEREABOUTS, lambda: {where.vehicle_id: where for where in Vehicles.all_whereabouts(self)}
+            _WHEREABOUTS,
+            lambda: {where.vehicle_id: where for where in SqlVehicleRepository.all_whereabouts(self)},
         )

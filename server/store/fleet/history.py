@@ -11,7 +11,7 @@ from server.usecases.ports.views import HistoryPoint
 _point = tables.history.c
 
 
-class History(Repository):
+class SqlHistoryRepository(Repository):
     def add(self, reports: Sequence[StatusReport]) -> None:
         """One statement for the whole batch; a repeated stamp is kept once."""
         self._add_missing(

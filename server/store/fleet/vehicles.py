@@ -18,7 +18,7 @@ from server.domain.fleet.vehicles import (
 )
 from server.store import tables
 from server.store.columns import from_json, to_json
-from server.store.fleet.history import History
+from server.store.fleet.history import SqlHistoryRepository
 from server.store.repository import AnyRow, Repository
 
 _vehicle = tables.vehicles.c
@@ -27,10 +27,10 @@ _command = tables.vehicle_commands.c
 _VEHICLE_FIELDS = tuple(field.name for field in fields(Vehicle))
 
 
-class Vehicles(Repository):
+class SqlVehicleRepository(Repository):
     def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
         super().__init__(connection, campus_id, locks)
-        self._history = History(connection, campus_id, locks)
+        self._history = SqlHistoryRepository(connection, campus_id, locks)
 
     def get(self, vehicle_id: str) -> Vehicle | None:
         row = self._find(tables.vehicles, vehicle_id=vehicle_id)

@@ -15,7 +15,7 @@ from server.store.repository import AnyRow, Repository
 _order = tables.orders.c
 
 
-class Orders(Repository):
+class SqlOrderRepository(Repository):
     def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
         super().__init__(connection, campus_id, locks)
         self._counters = Counters(connection, campus_id)

@@ -1,4 +1,4 @@
-"""Who holds which section, as rows. Writers of one campus take turns: safety is a property of all of them."""
+"""Sections held by vehicles, as rows. Writers of one campus take turns."""
 
 from sqlalchemy import Connection
 
@@ -13,7 +13,7 @@ _held = tables.held_sections.c
 _route = tables.section_routes.c
 
 
-class Sections(Repository):
+class SqlSectionRepository(Repository):
     def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
         super().__init__(connection, campus_id, locks)
         self._counters = Counters(connection, campus_id)

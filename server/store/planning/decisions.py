@@ -17,7 +17,7 @@ _decision = tables.decisions.c
 _ride = tables.ride_decisions.c
 
 
-class Decisions(Repository):
+class SqlDecisionRepository(Repository):
     def add(self, decision: Decision) -> None:
         values: dict[str, Any] = {
             "decision_id": decision.decision_id,

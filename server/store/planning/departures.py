@@ -10,7 +10,7 @@ from server.store.repository import AnyRow, Repository
 _departure = tables.departures.c
 
 
-class Departures(Repository):
+class SqlDepartureRepository(Repository):
     def get(self, departure_id: str) -> Departure | None:
         row = self._find(tables.departures, departure_id=departure_id)
         return None if row is None else departure_from_row(row)

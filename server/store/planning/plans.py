@@ -12,7 +12,7 @@ from server.store.repository import AnyRow, Repository
 _plan = tables.plans.c
 
 
-class Plans(Repository):
+class SqlPlanRepository(Repository):
     def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
         super().__init__(connection, campus_id, locks)
         self._all: dict[str, Plan] | None = None
@@ -22,7 +22,7 @@ class Plans(Repository):
         return None if row is None else plan_from_row(row)
 
     def all(self) -> tuple[Plan, ...]:
-        """Read once a transaction: what others commit meanwhile shows when this one saves."""
+        """Read once a transaction: a concurrent change is detected when this one saves."""
         if self._all is None:
             self._all = {plan.vehicle_id: plan for plan in self._read_all()}
         return tuple(self._all[vehicle_id] for vehicle_id in sorted(self._all))

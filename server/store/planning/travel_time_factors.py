@@ -1,4 +1,4 @@
-"""Driven legs and the paces learnt from them, as rows."""
+"""Driven legs and the travel time factors learnt from them, as rows."""
 
 from datetime import datetime
 
@@ -10,7 +10,7 @@ from server.store.repository import Repository
 _leg = tables.driven_legs.c
 
 
-class TravelTimeFactorRows(Repository):
+class SqlTravelTimeFactorRepository(Repository):
     def begin_leg(self, vehicle_id: str, from_stop: str, left_at: datetime) -> None:
         self._put(tables.open_legs, {"vehicle_id": vehicle_id, "from_stop": from_stop, "left_at": left_at})
 
@@ -62,12 +62,12 @@ class TravelTimeFactorRows(Repository):
             from_json(row.factors, tuple[float, ...]), from_json(row.legs, tuple[int, ...]), row.learned_at
         )
 
-    def save(self, paces: TravelTimeFactors) -> None:
+    def save(self, factors: TravelTimeFactors) -> None:
         self._put(
             tables.paces,
             {
-                "factors": to_json(paces.factors),
-                "legs": to_json(paces.legs),
-                "learned_at": paces.learned_at,
+                "factors": to_json(factors.factors),
+                "legs": to_json(factors.legs),
+                "learned_at": factors.learned_at,
             },
         )

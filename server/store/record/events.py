@@ -1,4 +1,4 @@
-"""What has happened, append-only."""
+"""Events of vehicles and of the server, append-only."""
 
 import msgspec
 from sqlalchemy import Connection, func, select
@@ -14,7 +14,7 @@ _event = tables.vehicle_events.c
 _decoder: msgspec.json.Decoder[VehicleEvent] = msgspec.json.Decoder(VehicleEvent)
 
 
-class Events(Repository):
+class SqlEventRepository(Repository):
     def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
         super().__init__(connection, campus_id, locks)
         self._counters = Counters(connection, campus_id)

@@ -20,7 +20,7 @@ _code = tables.enrolment_codes.c
 _token = tables.developer_tokens.c
 
 
-class Identity(Repository):
+class SqlIdentityRepository(Repository):
     def operator(self, operator_id: str) -> Operator | None:
         return _operator_from(self._find(tables.operators, operator_id=operator_id))
 

@@ -9,7 +9,7 @@ from server.store.repository import AnyRow, Repository
 _incident = tables.incidents.c
 
 
-class Incidents(Repository):
+class SqlIncidentRepository(Repository):
     def get(self, incident_id: str) -> Incident | None:
         row = self._find(tables.incidents, incident_id=incident_id)
         return None if row is None else incident_from_row(row)

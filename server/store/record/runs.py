@@ -1,4 +1,4 @@
-"""Runs and their segments as rows; the segments' bytes lie in files."""
+"""Runs and their segments as rows; the segments' bytes are in files."""
 
 from server.domain.record.runs import Run, Segment
 from server.store import tables
@@ -8,7 +8,7 @@ _run = tables.runs.c
 _segment = tables.segments.c
 
 
-class Runs(Repository):
+class SqlRunRepository(Repository):
     def get(self, vehicle_id: str, boot_id: str) -> Run | None:
         row = self._find(tables.runs, vehicle_id=vehicle_id, boot_id=boot_id)
         return None if row is None else self.with_segments(row)

@@ -12,7 +12,7 @@ _pattern = tables.service_patterns.c
 _exception = tables.service_exceptions.c
 
 
-class Service(Repository):
+class SqlServiceRepository(Repository):
     def patterns(self) -> tuple[ServicePattern, ...]:
         rows = self._many(self._select(tables.service_patterns).order_by(_pattern.service_id))
         return tuple(_to_pattern(row) for row in rows)

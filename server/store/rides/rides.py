@@ -21,7 +21,7 @@ _ride = tables.rides.c
 _tap = tables.taps.c
 
 
-class Rides(Repository):
+class SqlRideRepository(Repository):
     """Rides are written when the transaction ends, or before it reads them: most change more than once."""
 
     def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:

@@ -18,7 +18,7 @@ _series = tables.series.c
 _occurrence = tables.occurrences.c
 
 
-class SeriesRows(Repository):
+class SqlSeriesRepository(Repository):
     def get(self, series_id: str) -> Series | None:
         return _optional(self._find(tables.series, series_id=series_id))
 

@@ -10,7 +10,7 @@ from server.store.repository import AnyRow, Repository
 _closure = tables.closures.c
 
 
-class Closures(Repository):
+class SqlClosureRepository(Repository):
     def get(self, closure_id: str) -> Closure | None:
         row = self._find(tables.closures, closure_id=closure_id)
         return None if row is None else _from_row(row)

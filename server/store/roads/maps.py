@@ -28,7 +28,7 @@ def _factors(text: str) -> tuple[float, ...]:
     return from_json(text, tuple[float, ...])
 
 
-class Maps(Repository):
+class SqlMapRepository(Repository):
     def get(self, map_version: str) -> StoredMap | None:
         row = self._find(tables.maps, map_version=map_version)
         if row is None:

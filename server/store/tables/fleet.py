@@ -1,4 +1,4 @@
-"""Vehicles, where they are and were, and what they have said."""
+"""Vehicles, their positions and history, and their events."""
 
 from sqlalchemy import BigInteger, Boolean, Column, Float, Index, Integer, Table, Text, false
 

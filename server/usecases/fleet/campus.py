@@ -43,11 +43,6 @@ def activate_map(uow: UnitOfWork, map_version: str, by: str) -> StoredMap:
     return stored if activated is None else activated
 
 
-def active_map(uow: UnitOfWork) -> RoadMap:
-    """Raises CampusUnknown."""
-    return uow.network().road_map
-
-
 def stops(uow: UnitOfWork) -> tuple[CampusStop, ...]:
     """The active map's stops in map order. Raises CampusUnknown."""
     return stops_of(uow.network())
@@ -88,4 +83,4 @@ def _require_sound(uow: UnitOfWork, road_map: RoadMap) -> None:
 def _require_nobody_under_way(uow: UnitOfWork) -> None:
     busy = [plan.vehicle_id for plan in uow.plans.all() if plan.visits]
     if busy:
-        raise MapInUse(f"{', '.join(busy)} still drive by the present map; recall them first")
+        raise MapInUse(f"{', '.join(busy)} still drive with the present map; recall them first")

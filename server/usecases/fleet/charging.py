@@ -1,4 +1,4 @@
-"""Batteries looked after: who goes to charge, who drives again, what is done about one too low."""
+"""Manages batteries: which vehicles go to charge, which drive again, and what happens below the reserve."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,10 +18,10 @@ from server.usecases.record.server_events import THE_SERVER, record_event
 _TAKEN = (RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
 
 
-def look_after_batteries(uow: UnitOfWork) -> tuple[str, ...]:
-    """Send idle vehicles with little charge to a charger, take rides from those that cannot make them.
+def manage_charging(uow: UnitOfWork) -> tuple[str, ...]:
+    """Send idle vehicles with little charge to a charger, and take rides from those that cannot make them.
 
-    Answers the vehicles for which something has changed.
+    Returns the vehicles that changed.
     """
     ratios = {
         where.vehicle_id: where.status.battery_ratio
@@ -35,13 +35,13 @@ def look_after_batteries(uow: UnitOfWork) -> tuple[str, ...]:
         if ratio is None or not vehicle.placed:
             continue
         if ratio < uow.rules.battery_reserve_ratio:
-            if _spare(uow, vehicle, ratio):
+            if _relieve(uow, vehicle, ratio):
                 changed.append(vehicle.vehicle_id)
                 gave_away = True
             continue
         if ratio >= uow.rules.battery_charge_below_ratio:
             clear_incident(uow, IncidentKind.BATTERY_LOW, vehicle.vehicle_id)
-        if _noted(uow, vehicle, ratio, is_busy=vehicle.vehicle_id in busy):
+        if _update_charging(uow, vehicle, ratio, is_busy=vehicle.vehicle_id in busy):
             changed.append(vehicle.vehicle_id)
     if gave_away:
         plans.assign_waiting(uow)
@@ -49,8 +49,8 @@ def look_after_batteries(uow: UnitOfWork) -> tuple[str, ...]:
     return tuple(changed)
 
 
-def _noted(uow: UnitOfWork, vehicle: Vehicle, ratio: float, *, is_busy: bool) -> bool:
-    """Take down that a vehicle goes to charge, or has charged."""
+def _update_charging(uow: UnitOfWork, vehicle: Vehicle, ratio: float, *, is_busy: bool) -> bool:
+    """Record that a vehicle goes to charge, or has charged."""
     rules = uow.rules
     charging = vehicle.charging
     if not charging:
@@ -59,29 +59,32 @@ def _noted(uow: UnitOfWork, vehicle: Vehicle, ratio: float, *, is_busy: bool) ->
         charging = ratio < rules.battery_charge_below_ratio and is_idle
     elif ratio >= rules.battery_full_ratio or (is_busy and ratio >= rules.battery_accept_ratio):
         charging = False
-    return _keep(uow, vehicle, "vehicle.charging" if charging else "vehicle.charged", ratio, charging)
+    return _save_charging(
+        uow, vehicle, "vehicle.charging" if charging else "vehicle.charged", ratio, charging
+    )
 
 
-def _spare(uow: UnitOfWork, vehicle: Vehicle, ratio: float) -> bool:
-    """Below the reserve in spite of all estimates: who is aboard is brought home, nobody else is fetched."""
+def _relieve(uow: UnitOfWork, vehicle: Vehicle, ratio: float) -> bool:
+    """Below the reserve: riders aboard reach their stops, and all other work is given away."""
     vehicle_id = vehicle.vehicle_id
     is_news = uow.incidents.open_about(IncidentKind.BATTERY_LOW, vehicle_id) is None
     cause = (
-        f"battery at {100.0 * ratio:.0f} %, below the reserve; its riders are finished, others get the rest"
+        f"battery at {100.0 * ratio:.0f} %, below the reserve; its riders reach their stops, "
+        "other shuttles get the rest"
     )
     open_incident(uow, IncidentKind.BATTERY_LOW, vehicle_id, cause, vehicle_id=vehicle_id)
-    _keep(uow, vehicle, "vehicle.battery_low", ratio, charging=True)
+    _save_charging(uow, vehicle, "vehicle.battery_low", ratio, charging=True)
     waiting = uow.rides.of_vehicle(vehicle_id, [RideState.ASSIGNED])
     if not is_news and not waiting:
         return False
     plans.requeue(uow, vehicle_id, [ride.ride_id for ride in waiting])
     plans.release_departures(uow, vehicle_id)
-    _planned(uow, vehicle_id, plans.replan)
+    _try_replanning(uow, vehicle_id, plans.replan)
     return True
 
 
 def _go_to_chargers(uow: UnitOfWork) -> None:
-    """Vehicles that have nothing to do but charge, and stand or head elsewhere, go to a free charger."""
+    """Send vehicles that only have to charge, and are not at a charger, to a free one."""
     chargers = {place.place_id for place in uow.network().road_map.charging_places}
     known = {plan.vehicle_id: plan for plan in uow.plans.all()}
     for vehicle in uow.vehicles.all():
@@ -90,11 +93,11 @@ def _go_to_chargers(uow: UnitOfWork) -> None:
             continue
         free = chargers - {other.resting_place_id for other in uow.plans.all()}
         if plan.resting_place_id not in chargers and free:
-            _planned(uow, vehicle.vehicle_id, plans.go_to_rest)
+            _try_replanning(uow, vehicle.vehicle_id, plans.choose_resting_place)
 
 
-def _planned(uow: UnitOfWork, vehicle_id: str, plan_anew: Callable[[UnitOfWork, str], None]) -> None:
-    """The next look tries again where no resting place is free now; what has been found out stays."""
+def _try_replanning(uow: UnitOfWork, vehicle_id: str, plan_anew: Callable[[UnitOfWork, str], None]) -> None:
+    """Replan a vehicle. If no resting place is free now, the next period tries again."""
     try:
         plan_anew(uow, vehicle_id)
     except NoRestingPlaceFree as error:
@@ -105,7 +108,7 @@ def _has_stops(plan: Plan) -> bool:
     return any(visit.kind == "stop" for visit in plan.visits)
 
 
-def _keep(uow: UnitOfWork, vehicle: Vehicle, name: str, ratio: float, charging: bool) -> bool:
+def _save_charging(uow: UnitOfWork, vehicle: Vehicle, name: str, ratio: float, charging: bool) -> bool:
     if vehicle.charging == charging:
         return False
     vehicle_id = vehicle.vehicle_id

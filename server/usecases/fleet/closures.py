@@ -1,4 +1,4 @@
-"""Roads closed and opened by operators, and what that means for the fleet."""
+"""Roads that operators close and open, and the effects on the fleet."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ _PROMISED = (RideState.REQUESTED, RideState.ASSIGNED)
 
 @dataclass(frozen=True, slots=True)
 class CloseRoad:
-    """What an operator asks for. starts_at None means now, ends_at None until it is lifted."""
+    """An operator's request. starts_at None means now, ends_at None until it is lifted."""
 
     lane_ids: tuple[str, ...] = ()
     section_ids: tuple[str, ...] = ()
@@ -33,34 +33,34 @@ class CloseRoad:
     ends_at: datetime | None = None
 
 
-def close(uow: UnitOfWork, wish: CloseRoad, by: str) -> Closure:
-    """From its time on nobody is sent there; whom that concerns is told at once.
+def close(uow: UnitOfWork, request: CloseRoad, by: str) -> Closure:
+    """Close a road: from its beginning on no vehicle is sent there. Affected rides change at once.
 
     Raises LaneUnknown, SectionUnknown, ClosureInvalid, CampusUnknown.
     """
     network = uow.network()
-    for lane_id in wish.lane_ids:
+    for lane_id in request.lane_ids:
         if lane_id not in network.lanes:
             raise LaneUnknown(f"the map has no lane {lane_id}")
-    for section_id in wish.section_ids:
+    for section_id in request.section_ids:
         if section_id not in network.sections:
             raise SectionUnknown(f"the map has no section {section_id}")
     closure = Closure(
         uow.campus_id,
         uow.ids.new_id("closure"),
-        tuple(dict.fromkeys(wish.lane_ids)),
-        tuple(dict.fromkeys(wish.section_ids)),
-        wish.reason,
-        wish.starts_at or uow.now,
-        wish.ends_at,
+        tuple(dict.fromkeys(request.lane_ids)),
+        tuple(dict.fromkeys(request.section_ids)),
+        request.reason,
+        request.starts_at or uow.now,
+        request.ends_at,
         by,
         uow.now,
     )
     require_sound(closure)
     uow.closures.add(closure)
-    _note(uow, "road.closed", closure, by)
+    _record_and_publish(uow, "road.closed", closure, by)
     uow.roads_changed()
-    keep_time(uow)
+    update_closures(uow)
     plans.assign_waiting(uow)
     return uow.closures.get(closure.closure_id) or closure
 
@@ -72,63 +72,58 @@ def lift(uow: UnitOfWork, closure_id: str, by: str) -> Closure:
         raise ClosureUnknown(f"there is no closure {closure_id}")
     gone = lifted(closure, by)
     uow.closures.save(gone)
-    _note(uow, "road.opened", gone, by)
-    _opened(uow)
+    _record_and_publish(uow, "road.opened", gone, by)
+    _wake_dispatcher(uow)
     return gone
 
 
-def standing(uow: UnitOfWork) -> tuple[Closure, ...]:
-    """Scheduled or in force, by beginning."""
-    return uow.closures.standing()
-
-
-def keep_time(uow: UnitOfWork) -> None:
-    """Closures whose time has come or passed, and all that follows from the roads being as they are."""
+def update_closures(uow: UnitOfWork) -> None:
+    """Begin and end closures whose time has come, and change the plans that they affect."""
     if not uow.has_closures():
         return
     closures = tuple(due(closure, uow.now) for closure in uow.closures.standing())
-    ended = _stored(uow, closures)
+    ended = _save_due(uow, closures)
     if ended:
-        _opened(uow)
+        _wake_dispatcher(uow)
     left = [closure for closure in closures if closure.state is not ClosureState.OVER]
     if any(closure.state is ClosureState.IN_FORCE for closure in left):
-        detours.turn_away(uow, left)
+        detours.reroute_vehicles(uow, left)
     if any(closure.state is ClosureState.SCHEDULED for closure in left):
-        _look_ahead(uow, left)
+        _postpone_cut_off_rides(uow, left)
 
 
-def _stored(uow: UnitOfWork, closures: Sequence[Closure]) -> bool:
+def _save_due(uow: UnitOfWork, closures: Sequence[Closure]) -> bool:
     """Whether one of them has ended."""
     before = {closure.closure_id: closure.state for closure in uow.closures.standing()}
     changed = [closure for closure in closures if closure.state is not before[closure.closure_id]]
     for closure in changed:
         uow.closures.save(closure)
         in_force = closure.state is ClosureState.IN_FORCE
-        _note(uow, "road.closure_began" if in_force else "road.opened", closure, "")
+        _record_and_publish(uow, "road.closure_began" if in_force else "road.opened", closure, "")
     if changed:
         uow.roads_changed()
     return any(closure.state is ClosureState.OVER for closure in changed)
 
 
-def _opened(uow: UnitOfWork) -> None:
-    """Those who wait for a vehicle may get one now; the loop looks at once."""
+def _wake_dispatcher(uow: UnitOfWork) -> None:
+    """Waiting rides may get a vehicle now: wake the dispatcher."""
     uow.roads_changed()
     uow.publish(topics.dispatch(uow.campus_id))
     uow.publish(topics.sections(uow.campus_id))
 
 
-def _look_ahead(uow: UnitOfWork, standing: Sequence[Closure]) -> None:
-    """Rides that a closure will cut off at their time: told before it begins."""
+def _postpone_cut_off_rides(uow: UnitOfWork, standing: Sequence[Closure]) -> None:
+    """Postpone rides that a closure will cut off at their time, before it begins."""
     concerned = [
         ride
         for ride in uow.rides.in_states(_PROMISED)
         if unreachable_rides.will_be_cut_off(uow, ride, standing)
     ]
-    for vehicle_id in unreachable_rides.put_off(uow, concerned):
+    for vehicle_id in unreachable_rides.postpone(uow, concerned):
         detours.replan(uow, vehicle_id)
 
 
-def _note(uow: UnitOfWork, name: str, closure: Closure, by: str) -> None:
+def _record_and_publish(uow: UnitOfWork, name: str, closure: Closure, by: str) -> None:
     roads = ", ".join((*closure.lane_ids, *closure.section_ids))
     detail = f"{roads}: {closure.reason}" if closure.reason else roads
     record_event(uow, name, closure.closure_id, by, detail)

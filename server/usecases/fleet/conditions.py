@@ -1,4 +1,4 @@
-"""How a vehicle is: its mode, what is in its way, its faults, and its answers to commands and taps."""
+"""A vehicle's condition: mode, obstacles, faults, and its answers to commands and taps."""
 
 from dataclasses import replace
 
@@ -51,7 +51,7 @@ def mode_changed(uow: UnitOfWork, vehicle: Vehicle, event: ModeChanged) -> None:
 def with_mode(uow: UnitOfWork, vehicle: Vehicle, mode: DriveMode) -> Vehicle:
     """The vehicle in another mode, with since when it has been unavailable.
 
-    A hold that ends by itself ends only as what it was: after a takeover or a fault an operator resumes.
+    A timed hold ends only while the vehicle is held: after a takeover or a fault an operator resumes it.
     """
     ends = vehicle.hold_ends if mode == "held" else None
     return with_availability(uow, replace(vehicle, mode=mode, held=mode != "autonomous", hold_ends=ends))
@@ -91,7 +91,7 @@ def fault_raised(uow: UnitOfWork, vehicle: Vehicle, event: FaultRaised) -> None:
 
 
 def seat_button(uow: UnitOfWork, vehicle: Vehicle, event: SeatButtonPressed) -> None:
-    """The vehicle stops by itself; promises are planned anew. Only a refusal is an operator's business."""
+    """The vehicle stops by itself, and expected times are updated. Only a refusal is an incident."""
     vehicle_id = vehicle.vehicle_id
     place = f"lane {event.lane_id} at {event.s_m:.0f} m"
     record_event(
@@ -112,7 +112,7 @@ def command_done(uow: UnitOfWork, vehicle: Vehicle, event: CommandDone) -> None:
     answered = replace(command, state="done" if event.done else "failed", detail=event.detail)
     uow.vehicles.save_command(answered)
     if (command.kind, event.done) in (("hold", False), ("resume", True)):
-        # A hold counts from the operator's word on; what the vehicle does goes before.
+        # The server counts a hold from the command; the vehicle's answer overrides that.
         uow.vehicles.save(with_mode(uow, replace(vehicle, hold_ends=None), vehicle.mode))
     uow.publish(topics.vehicle(uow.campus_id, vehicle.vehicle_id), command_id=command.command_id)
 

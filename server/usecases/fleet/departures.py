@@ -21,17 +21,17 @@ from server.usecases.record.incidents import open_incident
 
 
 def plan_departures(uow: UnitOfWork) -> tuple[Departure, ...]:
-    """Enter the active timetable's departures that begin soon and give each a vehicle; those assigned now.
+    """Enter departures that begin soon and give each one a vehicle. Returns those assigned now.
 
-    A departure that nobody can make within its tolerance is retried until its first call is past, then
-    missed, which is an incident.
+    A departure that no vehicle can make within its tolerance is retried until its first call is over. Then it
+    is missed, with an incident.
     """
     _enter_due(uow)
     return assign_planned(uow)
 
 
 def assign_planned(uow: UnitOfWork) -> tuple[Departure, ...]:
-    """Give each departure that has no vehicle one; those assigned now."""
+    """Give each departure without a vehicle one. Returns those assigned now."""
     assigned = []
     for departure in uow.departures.unfinished():
         if departure.state is not DepartureState.PLANNED:
@@ -40,7 +40,7 @@ def assign_planned(uow: UnitOfWork) -> tuple[Departure, ...]:
             assigned.append(uow.departures.get(departure.departure_id) or departure)
             uow.publish(topics.dispatch(uow.campus_id), departure_id=departure.departure_id)
         else:
-            _give_up_late(uow, departure)
+            _miss_late_departure(uow, departure)
     return tuple(assigned)
 
 
@@ -52,7 +52,7 @@ def _insert(uow: UnitOfWork, departure: Departure) -> bool:
 
 
 def withdraw_unserved(uow: UnitOfWork, calendar: ServiceCalendar) -> None:
-    """Take back the departures whose service has been taken off their day, save those that have begun."""
+    """Withdraw the departures whose service no longer runs on their day, except those that have begun."""
     services = {trip.trip_id: trip.service_id for trip in uow.network().road_map.timetable}
     for departure in uow.departures.unfinished():
         runs = calendar.runs(services.get(departure.trip_id, ""), departure.day)
@@ -102,7 +102,7 @@ def _enter_due(uow: UnitOfWork) -> None:
                 uow.departures.save(departure)
 
 
-def _give_up_late(uow: UnitOfWork, departure: Departure) -> None:
+def _miss_late_departure(uow: UnitOfWork, departure: Departure) -> None:
     latest = departure.calls[0].leave_at + timedelta(seconds=uow.rules.departure_tolerance_s)
     if uow.now <= latest:
         return

@@ -1,4 +1,4 @@
-"""Plans after a road was closed: without what no road leads to any more, and everybody aboard let out."""
+"""Plans after a road was closed: unreachable calls leave them, and all riders aboard get a drop-off."""
 
 from collections.abc import Sequence, Set
 from dataclasses import replace
@@ -27,17 +27,17 @@ from server.usecases.record.server_events import THE_SERVER, record_event
 from server.usecases.rides import destinations
 
 
-def turn_away(uow: UnitOfWork, standing: Sequence[Closure]) -> tuple[str, ...]:
-    """Give every vehicle whose plan leads to where no road does a plan that it can drive; their ids.
+def reroute_vehicles(uow: UnitOfWork, standing: Sequence[Closure]) -> tuple[str, ...]:
+    """Give every vehicle whose plan has unreachable calls a plan that it can drive. Returns their ids.
 
-    Riders who wait there go back to those without a vehicle; who is aboard is let out elsewhere.
+    Rides that wait there lose their vehicle. Riders aboard are let out at another stop.
     """
     snapshot = take_snapshot(uow)
     turned = []
     for vehicle in snapshot.problem.vehicles:
         reached, lost = _reachable(snapshot.problem, vehicle)
         if lost:
-            _turn(uow, vehicle, reached, lost, unreachable_rides.words_of(standing))
+            _reroute(uow, vehicle, reached, lost, unreachable_rides.names_of(standing))
             turned.append(vehicle.vehicle_id)
     return tuple(turned)
 
@@ -59,21 +59,23 @@ def _reachable(problem: Problem, vehicle: VehicleState) -> tuple[Array, list[int
     return first, lost
 
 
-def _turn(uow: UnitOfWork, vehicle: VehicleState, row: Array, lost: list[int], cause: str) -> None:
+def _reroute(uow: UnitOfWork, vehicle: VehicleState, row: Array, lost: list[int], cause: str) -> None:
     vehicle_id = vehicle.vehicle_id
     plan = plans.plan_of(uow, vehicle_id)
     calls = [vehicle.calls[number] for number in lost]
     rides = _riders(uow, calls)
     exits = {ride.ride_id: _nearest(uow, ride, row) for ride in rides if ride.state is RideState.ABOARD}
     held_in = {ride_id for ride_id, to_stop in exits.items() if to_stop is None}
-    # Whoever cannot be let out anywhere keeps a visit.
+    # A party that cannot be let out anywhere keeps a visit.
     gone = {call.call_id for call in calls if call.call_id and held_in.isdisjoint(call.alight)}
     gone |= _departures_given_up(uow, plan, [visit for visit in plan.visits if visit.visit_id in gone], cause)
     waiting = {ride.ride_id for ride in rides if ride.state in WAITING}
     if gone or waiting:
         kept = [visit for visit in plan.visits if visit.visit_id not in gone]
         uow.plans.save(next_version(plan, _without(kept, waiting)), plan.version)
-        _note(uow, vehicle_id, [visit.stop_id for visit in plan.visits if visit.visit_id in gone], cause)
+        _record_detour(
+            uow, vehicle_id, [visit.stop_id for visit in plan.visits if visit.visit_id in gone], cause
+        )
     plans.requeue(uow, vehicle_id, sorted(waiting))
     for ride in rides:
         if ride.ride_id in exits:
@@ -99,7 +101,7 @@ def _riders(uow: UnitOfWork, calls: Sequence[Call]) -> list[Ride]:
 
 
 def replan(uow: UnitOfWork, vehicle_id: str) -> None:
-    """As `plans.replan`; a shuttle that closed roads cut off from every resting place is an incident."""
+    """As `plans.replan`; an incident opens if closed roads cut the shuttle off from every resting place."""
     try:
         plans.replan(uow, vehicle_id)
     except NoRestingPlaceFree as error:
@@ -112,8 +114,8 @@ def replan(uow: UnitOfWork, vehicle_id: str) -> None:
 
 
 def _let_out(uow: UnitOfWork, ride: Ride, to_stop: str | None, cause: str) -> None:
-    """At the nearest stop to their destination that the shuttle can drive to; where it can drive to none
-    they stay aboard, and operators are told."""
+    """Let a party out at the reachable stop nearest to its destination. If there is none, it stays on board,
+    and an incident opens."""
     name = f"ride {ride.ride_code} is aboard {ride.vehicle_id}"
     if to_stop is None:
         _report(uow, ride, f"{name}, which no road leads out of: {cause}")
@@ -133,7 +135,7 @@ def _let_out(uow: UnitOfWork, ride: Ride, to_stop: str | None, cause: str) -> No
 
 
 def _nearest(uow: UnitOfWork, ride: Ride, row: Array) -> str | None:
-    """By the straight distance, which is what they walk on from there."""
+    """The reachable stop with the shortest straight distance to the destination."""
     roads = uow.roads()
     there = roads.network.stops[ride.to_stop]
     x_m, y_m, _ = roads.network.pose(there.lane_id, there.s_m)
@@ -146,7 +148,7 @@ def _nearest(uow: UnitOfWork, ride: Ride, row: Array) -> str | None:
 
 
 def _let_out_first(uow: UnitOfWork, ride: Ride, to_stop: str) -> None:
-    """Before anything else: whoever waits for the vehicle waits longer, and is told so."""
+    """Let the party out before all other visits. Riders who wait for the vehicle get new promises."""
     uow.rides.save(replace(redirected(ride, to_stop), let_out=ride.let_out))
     plan = plans.plan_of(uow, ride.vehicle_id or "")
     stop = uow.network().stops[to_stop]
@@ -185,8 +187,8 @@ def _report(uow: UnitOfWork, ride: Ride, cause: str) -> None:
 def _departures_given_up(uow: UnitOfWork, plan: Plan, lost: Sequence[PlannedVisit], cause: str) -> set[str]:
     """The visits that leave the plan with these calls.
 
-    A departure that has not begun looks for another vehicle; one that has goes on with the calls that are
-    left, and is missed where its last one is not.
+    A departure that has not begun gets another vehicle. One that has begun goes on with the calls that are
+    left; it is missed if its last call is cut off.
     """
     gone: set[str] = set()
     for departure_id in dict.fromkeys(visit.departure_id for visit in lost if visit.departure_id):
@@ -208,6 +210,6 @@ def _departures_given_up(uow: UnitOfWork, plan: Plan, lost: Sequence[PlannedVisi
     return gone
 
 
-def _note(uow: UnitOfWork, vehicle_id: str, stop_ids: Sequence[str], cause: str) -> None:
+def _record_detour(uow: UnitOfWork, vehicle_id: str, stop_ids: Sequence[str], cause: str) -> None:
     detail = f"{', '.join(stop_ids)}: {cause}"
     record_event(uow, "plan.turned_away", vehicle_id, "", detail)

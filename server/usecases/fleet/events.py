@@ -1,4 +1,4 @@
-"""Take in what vehicles say has happened: each event once, in order."""
+"""Stores and applies the events of vehicles: each event once, in order."""
 
 from dataclasses import dataclass
 
@@ -35,7 +35,7 @@ from server.usecases.rides import boarding
 
 
 @dataclass(frozen=True, slots=True)
-class Effects:
+class EventResult:
     """is_new is False for a repeat. next_sequence: every event of the boot below it is stored."""
 
     is_new: bool
@@ -53,15 +53,15 @@ def store_event(events: EventStore, event: RecordedEvent) -> bool:
     return True
 
 
-def apply_event(uow: UnitOfWork, event: RecordedEvent) -> Effects:
-    """Store the event and let it have its effect, once. Raises SequenceGap, VehicleUnknown."""
+def apply_event(uow: UnitOfWork, event: RecordedEvent) -> EventResult:
+    """Store the event and apply it once. Raises SequenceGap, VehicleUnknown."""
     vehicle = enrolled_vehicle(uow, event.vehicle_id)
     new = store_event(uow.events, event)
     if new:
         uow.vehicles.heard(event.vehicle_id, uow.now)
         _take_effect(uow, vehicle, event.body)
         uow.publish(topics.vehicle(uow.campus_id, event.vehicle_id), sequence=event.sequence)
-    return Effects(new, uow.events.count(event.vehicle_id, event.boot_id))
+    return EventResult(new, uow.events.count(event.vehicle_id, event.boot_id))
 
 
 def _take_effect(uow: UnitOfWork, vehicle: Vehicle, body: VehicleEvent) -> None:
@@ -98,23 +98,23 @@ def _take_effect(uow: UnitOfWork, vehicle: Vehicle, body: VehicleEvent) -> None:
 
 
 def _visit_changed(uow: UnitOfWork, vehicle_id: str, event: VisitChanged) -> None:
-    """A visit left behind opens the road ahead; riders whom it left out are planned for anew."""
+    """After a completed visit the order is extended; riders who were left out are planned again."""
     visit = visits.change(uow, vehicle_id, event.visit_id, event.state)
     if event.state not in ("done", "skipped"):
         return
     if visit is None:
-        _mend(uow, vehicle_id)
+        _replan_after_hello(uow, vehicle_id)
         return
-    # Who was told of and did not come is a no-show by now: these it had not heard of, or passed by.
+    # No-shows have been reported before: these rides were unknown to the vehicle, or it passed their stop.
     plans.requeue(uow, vehicle_id, visit.board)
     if _left_somebody(uow, vehicle_id, visit):
         plans.replan(uow, vehicle_id)
-    plans.go_on(uow, vehicle_id)
+    plans.extend_order(uow, vehicle_id)
     sections.extend_grants(uow)
 
 
-def _mend(uow: UnitOfWork, vehicle_id: str) -> None:
-    """The vehicle's hello told of the visit before this event came: whom it left out is planned for now."""
+def _replan_after_hello(uow: UnitOfWork, vehicle_id: str) -> None:
+    """A hello reported the visit before this event came: plan for the riders who were left out."""
     plan = uow.plans.get(vehicle_id)
     if plan is None:
         return
@@ -128,7 +128,7 @@ def _mend(uow: UnitOfWork, vehicle_id: str) -> None:
 
 
 def _left_somebody(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> bool:
-    """Somebody was to get in or out here and did not."""
+    """A rider should have boarded or alighted here and did not."""
     rides = (uow.rides.get(ride_id) for ride_id in (*visit.board, *visit.alight))
     return any(
         ride is not None

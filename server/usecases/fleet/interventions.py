@@ -1,7 +1,7 @@
-"""What operators do with a vehicle at work, and what that does to its riders and to the others'.
+"""Operators' interventions with a vehicle, and their effects on all riders.
 
-An intervention tells its effects. Carried out in a transaction that is then undone, it is its own preview:
-what the preview says is what happens if nothing has changed meanwhile.
+An intervention returns its effects. In a transaction that is rolled back it is its own preview: the effects
+are the same if nothing changes in between.
 """
 
 from collections.abc import Sequence
@@ -33,7 +33,7 @@ from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.commands import send_command
 from server.usecases.record.enrolled_vehicles import active_vehicle, enrolled_vehicle
-from server.usecases.record.refusals import WORDS
+from server.usecases.record.refusals import REFUSAL_TEXTS
 from server.usecases.record.server_events import THE_SERVER, record_event
 
 _UNDER_WAY = (RideState.REQUESTED, RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
@@ -41,31 +41,31 @@ _UNDER_WAY = (RideState.REQUESTED, RideState.ASSIGNED, RideState.BOARDING, RideS
 
 @dataclass(frozen=True, slots=True)
 class InterventionResult:
-    """command: the word to the vehicle, where there is one."""
+    """command: sent to the vehicle, if the intervention needs one."""
 
     effects: Effects
     command: VehicleCommand | None = None
 
 
-def intervene(uow: UnitOfWork, vehicle_id: str, wish: Intervention, by: str) -> InterventionResult:
-    """Carry it out, and tell what it does to whom.
+def intervene(uow: UnitOfWork, vehicle_id: str, intervention: Intervention, by: str) -> InterventionResult:
+    """Carry out an intervention. Returns its effects.
 
     Raises VehicleUnknown; for a reassignment also RideUnknown, RideNotAssigned, RideAlreadyAboard, RideEnded,
     ReassignmentRefused, NoRestingPlaceFree.
     """
-    # Expected times are as old as the last slow beat: both sides of the comparison are those of now.
+    # Expected times may be some seconds old: both sides of the comparison must be current.
     plans.refresh_expected(uow)
     rides = uow.rides.in_states(_UNDER_WAY)
     before = _departures(uow)
     stood = enrolled_vehicle(uow, vehicle_id).held
     command = None
-    match wish.kind:
+    match intervention.kind:
         case "hold":
-            command = hold(uow, vehicle_id, by, wish.for_s)
+            command = hold(uow, vehicle_id, by, intervention.for_s)
         case "recall":
             recall(uow, vehicle_id, by)
         case "reassign":
-            reassign(uow, vehicle_id, by, wish.ride_id, wish.to_vehicle_id)
+            reassign(uow, vehicle_id, by, intervention.ride_id, intervention.to_vehicle_id)
     plans.refresh_expected(uow)
     after = enrolled_vehicle(uow, vehicle_id)
     stands = after.held and after.hold_ends is None and not stood
@@ -73,11 +73,11 @@ def intervene(uow: UnitOfWork, vehicle_id: str, wish: Intervention, by: str) -> 
 
 
 def hold(uow: UnitOfWork, vehicle_id: str, by: str, for_s: float | None = None) -> VehicleCommand:
-    """Have it come to a comfortable stand, for so long or until it is resumed.
+    """Bring a vehicle to a comfortable stand, for `for_s` seconds or until it is resumed.
 
-    Others get at once what it makes late by standing: of a hold without an end, every waiting ride whose
-    promise somebody else can keep, and its departures. A vehicle that stands for another reason already is
-    not resumed by the clock. Raises VehicleUnknown.
+    A timed hold reassigns its late rides when it begins. A hold without an end reassigns every waiting ride
+    whose promise another vehicle can keep, and the departures. A vehicle that already stands for another
+    reason is not resumed by the clock. Raises VehicleUnknown.
     """
     vehicle = enrolled_vehicle(uow, vehicle_id)
     is_by_clock = for_s is not None and (not vehicle.held or vehicle.hold_ends is not None)
@@ -99,9 +99,9 @@ def hold(uow: UnitOfWork, vehicle_id: str, by: str, for_s: float | None = None) 
 
 
 def end_holds(uow: UnitOfWork) -> tuple[str, ...]:
-    """Resume the vehicles whose hold is over; which they are.
+    """Resume the vehicles whose hold is over. Returns their ids.
 
-    One that is out of reach, or stands for another reason by now, waits for an operator.
+    A vehicle that is out of reach, or stands for another reason by now, waits for an operator.
     """
     ended = []
     for vehicle in uow.vehicles.all():
@@ -116,10 +116,11 @@ def end_holds(uow: UnitOfWork) -> tuple[str, ...]:
 
 
 def reassign(uow: UnitOfWork, vehicle_id: str, by: str, ride_id: str = "", to_vehicle_id: str = "") -> None:
-    """Give one waiting ride of a vehicle, or all of them, to that other vehicle, or to any.
+    """Give one waiting ride of a vehicle, or all of them, to a named vehicle or to any other.
 
-    A promise that the new vehicle cannot keep is told anew. No improvement takes the rides back. Where all
-    are to go, those that nobody else can take stay; a single ride is refused then.
+    If the new vehicle cannot keep the promise, the party gets a new one. No improvement takes the rides
+    back. If all rides are given away, those that no other vehicle can take stay; a single ride is refused
+    then.
 
     Raises VehicleUnknown, RideUnknown, RideNotAssigned, RideAlreadyAboard, RideEnded, ReassignmentRefused,
     NoRestingPlaceFree.
@@ -132,11 +133,13 @@ def reassign(uow: UnitOfWork, vehicle_id: str, by: str, ride_id: str = "", to_ve
         waiting: Sequence[Ride] = [_waiting_ride(uow, vehicle_id, ride_id)]
     else:
         waiting = uow.rides.of_vehicle(vehicle_id, [RideState.ASSIGNED])
-    rules = _give(uow, waiting, others)
+    rules = _give_rides(uow, waiting, others)
     if ride_id and rules:
         rule = rules[ride_id]
         whom = to_vehicle_id or "another shuttle"
-        raise ReassignmentRefused(f"the ride cannot be given to {whom}: {WORDS.get(rule, rule)}", rule)
+        raise ReassignmentRefused(
+            f"the ride cannot be given to {whom}: {REFUSAL_TEXTS.get(rule, rule)}", rule
+        )
     detail = f"{ride_id or len(waiting)} to {to_vehicle_id or 'any other'}"
     record_event(uow, "vehicle.reassigned", vehicle_id, by, detail)
 
@@ -164,20 +167,20 @@ def _waiting_ride(uow: UnitOfWork, vehicle_id: str, ride_id: str) -> Ride:
     return ride
 
 
-def _give(uow: UnitOfWork, waiting: Sequence[Ride], to: set[str]) -> dict[str, str]:
-    """Give the rides to these vehicles, in time where that can be; the rules for those they cannot take."""
-    left = _taken(uow, waiting, to, in_time=True)
-    return _taken(uow, [ride for ride in waiting if ride.ride_id in left], to, in_time=False)
+def _give_rides(uow: UnitOfWork, waiting: Sequence[Ride], to: set[str]) -> dict[str, str]:
+    """Give the rides to these vehicles, in time if possible. Returns the rules for those they cannot take."""
+    left = _try_to_give(uow, waiting, to, in_time=True)
+    return _try_to_give(uow, [ride for ride in waiting if ride.ride_id in left], to, in_time=False)
 
 
-def _taken(uow: UnitOfWork, waiting: Sequence[Ride], to: set[str], *, in_time: bool) -> dict[str, str]:
-    free = [plans.asked_anew(uow, ride, in_time=in_time) for ride in waiting]
+def _try_to_give(uow: UnitOfWork, waiting: Sequence[Ride], to: set[str], *, in_time: bool) -> dict[str, str]:
+    free = [plans.as_new_request(uow, ride, in_time=in_time) for ride in waiting]
     left: dict[str, str] = {}
     for ride, answer in zip(waiting, assign_rides(uow, free, "reassignment", to), strict=True):
         if answer.rule:
             left[ride.ride_id] = answer.rule
             continue
-        taken = answer.ride if in_time else plans.keep_later(uow, ride, answer.ride)
+        taken = answer.ride if in_time else plans.save_late_promise(uow, ride, answer.ride)
         uow.rides.save(replace(taken, pinned=True))
     return left
 
@@ -199,7 +202,7 @@ def _effects(
     departures_before: dict[str, tuple[Departure, float]],
     standing: str | None,
 ) -> Effects:
-    """standing: the vehicle that from now on stands until it is resumed, if the intervention made it."""
+    """standing: the vehicle that the intervention holds until it is resumed."""
     ride_effects = []
     for before in rides:
         after = uow.rides.get(before.ride_id) or before

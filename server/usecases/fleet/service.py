@@ -21,7 +21,7 @@ EVERY_DAY = tuple(range(7))
 
 
 def enter_services(uow: UnitOfWork, road_map: RoadMap) -> None:
-    """Give every service of the map's timetable that nobody has entered yet a pattern of all days."""
+    """Give every service of the map's timetable without a pattern a pattern of all days."""
     for service_id in dict.fromkeys(trip.service_id for trip in road_map.timetable):
         if service_id and uow.service.pattern(service_id) is None:
             uow.service.save_pattern(ServicePattern(uow.campus_id, service_id, service_id, EVERY_DAY))
@@ -70,7 +70,7 @@ def remove_exception(uow: UnitOfWork, day: date, service_id: str, by: str) -> No
 
 
 def rides_outside(uow: UnitOfWork) -> int:
-    """How many promised rides begin when the campus does not run: kept unless somebody cancels them."""
+    """How many promised rides begin outside of the service. They are kept unless they are cancelled."""
     calendar = calendar_of(uow)
     waiting = uow.rides.in_states([RideState.REQUESTED, RideState.ASSIGNED])
     return sum(not calendar.is_open(max(ride.earliest, uow.now)) for ride in waiting)

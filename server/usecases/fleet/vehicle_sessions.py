@@ -1,4 +1,4 @@
-"""The vehicle link as the server's record sees it: sessions, positions, silence."""
+"""Sessions, positions and silence of vehicles, as the server records them."""
 
 import math
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ from server.usecases.record.server_events import record_event
 
 @dataclass(frozen=True, slots=True)
 class HelloFacts:
-    """What a verified hello says."""
+    """The content of a verified hello."""
 
     vehicle_id: str
     boot_id: str
@@ -40,7 +40,7 @@ class HelloFacts:
 
 
 def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
-    """A new epoch; older sessions are fenced. The vehicle's word on its visits is taken over.
+    """Open a session with a new epoch; older ones are fenced. The vehicle's visit states are taken over.
 
     The hub applies the boot's unacknowledged events next and sends the outbox after them.
     Raises VehicleUnknown.
@@ -58,7 +58,7 @@ def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
         wheelchair_places=hello.wheelchair_places,
     )
     if hello.boot_id != vehicle.boot_id:
-        # A vehicle comes up standing and held, whatever it was before.
+        # After a start a vehicle stands and is held, whatever it was before.
         opened = with_mode(uow, replace(opened, hold_ends=None), "held")
     opened = with_availability(uow, opened)
     uow.vehicles.save(opened)
@@ -74,7 +74,7 @@ def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
 
 
 def close_session(uow: UnitOfWork, vehicle_id: str, epoch: int) -> None:
-    """The link is gone. An older epoch's end is no news."""
+    """The link is gone. The end of an older epoch changes nothing."""
     vehicle = uow.vehicles.get(vehicle_id)
     if vehicle is None or vehicle.epoch != epoch or not vehicle.connected:
         return
@@ -90,21 +90,21 @@ def require_epoch(uow: UnitOfWork, vehicle_id: str, epoch: int) -> None:
 
 
 def report_key_conflict(uow: UnitOfWork, vehicle_id: str, detail: str) -> None:
-    """Two agents speak with one key: an incident."""
+    """Open an incident: two agents use one key."""
     open_incident(uow, IncidentKind.KEY_CONFLICT, vehicle_id, detail, vehicle_id=vehicle_id)
 
 
 def record_status(uow: UnitOfWork, reports: Sequence[StatusReport]) -> None:
-    """Keep a batch of positions. A vehicle's first position on a lane places it on the road.
+    """Store a batch of positions. A vehicle's first position on a lane places it on the road.
 
-    Pictures go to the screens and are not kept: the run log has them.
+    The driving view goes to the screens and is not stored: the run log has it.
     """
     vehicles = {vehicle.vehicle_id: vehicle for vehicle in uow.vehicles.all()}
     known = [_without_driving_view(report) for report in reports if report.vehicle_id in vehicles]
     uow.vehicles.save_status(known)
     newest = {report.vehicle_id: report for report in known}
     for vehicle_id, report in sorted(newest.items()):
-        _look_at(uow, vehicles[vehicle_id], report.status)
+        _check_position(uow, vehicles[vehicle_id], report.status)
         uow.publish(topics.vehicle_status(uow.campus_id, vehicle_id))
 
 
@@ -115,7 +115,7 @@ def _without_driving_view(report: StatusReport) -> StatusReport:
 
 
 def note_silence(uow: UnitOfWork) -> tuple[str, ...]:
-    """Open an incident for each vehicle that has fallen silent, close those heard again; the silent ones."""
+    """Open or close the incident of each silent vehicle. Returns the silent vehicles."""
     limit = uow.now - timedelta(seconds=uow.rules.silent_after_s)
     heard_at = {where.vehicle_id: where.heard_at for where in uow.vehicles.all_whereabouts()}
     silent = []
@@ -139,7 +139,7 @@ def note_silence(uow: UnitOfWork) -> tuple[str, ...]:
 
 
 def _reconcile(uow: UnitOfWork, hello: HelloFacts) -> None:
-    """What the vehicle holds against what it should follow: its word on the past, ours on the future."""
+    """Reconcile order and report: the vehicle decides what has happened, the server what shall happen."""
     order = uow.orders.current(hello.vehicle_id)
     held = hello.progress
     if held is not None:
@@ -155,13 +155,13 @@ def _reconcile(uow: UnitOfWork, hello: HelloFacts) -> None:
         orders.repeat(uow, hello.vehicle_id)
 
 
-def _look_at(uow: UnitOfWork, vehicle: Vehicle, status: Status) -> None:
+def _check_position(uow: UnitOfWork, vehicle: Vehicle, status: Status) -> None:
     vehicle_id = vehicle.vehicle_id
     try:
         network = uow.network()
     except CampusUnknown:
         return
-    if _is_at_sea(network, status):
+    if _is_off_the_roads(network, status):
         pose = status.pose_map
         open_incident(
             uow,
@@ -176,7 +176,7 @@ def _look_at(uow: UnitOfWork, vehicle: Vehicle, status: Status) -> None:
         _place_by(uow, vehicle, network, status)
 
 
-def _is_at_sea(network: RoadNetwork, status: Status) -> bool:
+def _is_off_the_roads(network: RoadNetwork, status: Status) -> bool:
     pose = status.pose_map
     return all(network.locate(pose.x_m, pose.y_m, pose.yaw_rad + turned) is None for turned in (0.0, math.pi))
 

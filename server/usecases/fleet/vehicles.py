@@ -57,7 +57,7 @@ def key_of(uow: UnitOfWork, vehicle_id: str) -> str:
 
 
 def revoke_key(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
-    """The key opens nothing any more, and the open session ends. Raises KeyUnknown."""
+    """Revoke the key and end the open session. Raises KeyUnknown."""
     key = _key(uow, vehicle_id)
     vehicle = enrolled_vehicle(uow, vehicle_id)
     uow.identity.save_vehicle_key(replace(key, revoked_at=uow.now))
@@ -69,14 +69,14 @@ def revoke_key(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
 
 
 def recall(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
-    """Take it out of service: it brings home who is aboard, then rests; others get its waiting rides.
+    """Take it out of service: it takes its riders to their stops, then rests. Others get its waiting rides.
 
     Raises VehicleUnknown.
     """
     vehicle = replace(enrolled_vehicle(uow, vehicle_id), in_service=False)
     uow.vehicles.save(vehicle)
     record_event(uow, "vehicle.recalled", vehicle_id, by)
-    _give_away(uow, vehicle_id)
+    _release_work(uow, vehicle_id)
     plans.replan(uow, vehicle_id)
     plans.assign_waiting(uow)
     departures.assign_planned(uow)
@@ -109,7 +109,7 @@ def set_shifts(uow: UnitOfWork, vehicle_id: str, shifts: Shifts | None, by: str)
 
 
 def place(uow: UnitOfWork, vehicle_id: str, lane_id: str, s_m: float, by: str) -> Vehicle:
-    """Say by hand where a held vehicle stands; it then holds the ground under its body.
+    """Place a held vehicle by hand; it then holds the sections under its body.
 
     Raises VehicleUnknown, VehicleNotPlaced (no such lane), SectionsTaken.
     """
@@ -133,7 +133,7 @@ def stand_on(uow: UnitOfWork, vehicle: Vehicle, lane_id: str, s_m: float) -> Veh
     clear_incident(uow, IncidentKind.GROUND_CONFLICT, vehicle.vehicle_id)
     uow.publish(topics.vehicle(uow.campus_id, vehicle.vehicle_id))
     try:
-        plans.send_home(uow, vehicle.vehicle_id)
+        plans.plan_first_rest(uow, vehicle.vehicle_id)
     except NoRestingPlaceFree as error:
         open_incident(
             uow,
@@ -150,17 +150,15 @@ def stand_on(uow: UnitOfWork, vehicle: Vehicle, lane_id: str, s_m: float) -> Veh
 def retire(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
     """Take it off the roads for good: its sections become free, its waiting rides are given to others.
 
-    Who is aboard goes on with another one, from the nearest stop.
-
-    Raises VehicleUnknown.
+    Riders aboard go on with another vehicle, from the nearest stop. Raises VehicleUnknown.
     """
     vehicle = enrolled_vehicle(uow, vehicle_id)
     gone = replace(
         vehicle, retired=True, in_service=False, placed=False, connected=False, epoch=vehicle.epoch + 1
     )
     uow.vehicles.save(gone)
-    _give_away(uow, vehicle_id)
-    lost_vehicles.strand(uow, gone, f"{vehicle_id} has been taken off the road")
+    _release_work(uow, vehicle_id)
+    lost_vehicles.strand_riders(uow, gone, f"{vehicle_id} has been taken off the road")
     orders.withdraw(uow, vehicle_id)
     plan = uow.plans.get(vehicle_id)
     if plan is not None:
@@ -172,7 +170,7 @@ def retire(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
     return gone
 
 
-def _give_away(uow: UnitOfWork, vehicle_id: str) -> None:
+def _release_work(uow: UnitOfWork, vehicle_id: str) -> None:
     plans.release_waiting(uow, vehicle_id)
     plans.release_departures(uow, vehicle_id)
 

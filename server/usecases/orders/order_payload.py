@@ -18,7 +18,7 @@ def order_payload(
     legs: Sequence[tuple[str, ...]],
     order_id: str,
     revision: int,
-    desk: SectionReservations,
+    reservations: SectionReservations,
 ) -> Order:
     """legs: the lanes to each of the plan's visits."""
     return Order(
@@ -27,14 +27,14 @@ def order_payload(
         revision=revision,
         map_version=uow.network().map_version,
         visits=tuple(_visit(uow, visit, leg) for visit, leg in zip(plan.ordered, legs, strict=True)),
-        sections=grants_on_the_wire(desk, vehicle.vehicle_id),
+        sections=grants_on_the_wire(reservations, vehicle.vehicle_id),
         expires_ns=expiry_ns(uow),
     )
 
 
-def grants_on_the_wire(desk: SectionReservations, vehicle_id: str) -> tuple[SectionGrant, ...]:
+def grants_on_the_wire(reservations: SectionReservations, vehicle_id: str) -> tuple[SectionGrant, ...]:
     """What the vehicle holds, in route order."""
-    return tuple(SectionGrant(s.section_id, s.fence) for s in desk.occupancy(vehicle_id).held)
+    return tuple(SectionGrant(s.section_id, s.fence) for s in reservations.occupancy(vehicle_id).held)
 
 
 def _visit(uow: UnitOfWork, visit: PlannedVisit, leg: tuple[str, ...]) -> Visit:
@@ -62,5 +62,5 @@ def _tasks(uow: UnitOfWork, ride_ids: tuple[str, ...]) -> tuple[RiderTask, ...]:
 
 
 def expiry_ns(uow: UnitOfWork) -> int:
-    """Until when a vehicle may accept what is sent now."""
+    """The time until which a vehicle may accept what is sent now."""
     return ns_of(uow.now + timedelta(seconds=uow.rules.order_valid_s))

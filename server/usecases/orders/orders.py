@@ -1,4 +1,4 @@
-"""Plans made into orders on the wire, and the vehicle's answers to them."""
+"""Turns plans into orders on the wire, and handles the vehicle's answers."""
 
 from dataclasses import replace
 from datetime import timedelta
@@ -17,7 +17,7 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from server.usecases.record.incidents import clear_incident, open_incident
 from server.usecases.record.server_events import record_event
-from server.usecases.roads.road_positions import RoadPosition, footing
+from server.usecases.roads.road_positions import RoadPosition, road_position
 from server.usecases.roads.routing import (
     DrivingRoute,
     blocked_for,
@@ -29,8 +29,10 @@ from server.usecases.roads.section_reservations import SectionReservations
 REJECTIONS_MAX = 3
 
 
-def reissue(uow: UnitOfWork, vehicle_id: str, desk: SectionReservations | None = None) -> IssuedOrder | None:
-    """Make the vehicle's order carry out its plan, if its new route is safe now; None when nothing changed.
+def reissue(
+    uow: UnitOfWork, vehicle_id: str, reservations: SectionReservations | None = None
+) -> IssuedOrder | None:
+    """Issue an order for the vehicle's plan, if its new route is safe now; None if nothing changed.
 
     While the route is not safe the old order stays in force; the next release tries again.
     Raises VehicleUnknown.
@@ -41,8 +43,8 @@ def reissue(uow: UnitOfWork, vehicle_id: str, desk: SectionReservations | None =
     if plan is None or not plan.ordered or not vehicle.placed:
         return None
     if uow.roads().closed:
-        desk = desk or SectionReservations(uow)
-    turns = desk is not None and leads_through_closed(uow.roads(), desk, vehicle_id)
+        reservations = reservations or SectionReservations(uow)
+    turns = reservations is not None and leads_through_closed(uow.roads(), reservations, vehicle_id)
     if not turns and not _is_behind(present, plan):
         return None
     if not turns and present is not None and _says_the_same(present, plan):
@@ -51,15 +53,15 @@ def reissue(uow: UnitOfWork, vehicle_id: str, desk: SectionReservations | None =
     where = uow.vehicles.whereabouts(vehicle_id)
     if where is None or where.status is None:
         return None
-    desk = desk or SectionReservations(uow)
-    held = desk.occupancy(vehicle_id).held_ids
-    here = footing(uow.network(), held, where.status)
+    reservations = reservations or SectionReservations(uow)
+    held = reservations.occupancy(vehicle_id).held_ids
+    here = road_position(uow.network(), held, where.status)
     if _is_held_back(uow, plan, present, here):
         return None
-    way = _way(uow, plan, present, desk, here, where.status.speed_mps)
-    if way is None or not desk.adopt(vehicle_id, way.sections):
+    way = _way(uow, plan, present, reservations, here, where.status.speed_mps)
+    if way is None or not reservations.adopt(vehicle_id, way.sections):
         return None
-    return _issue(uow, vehicle, plan, present, way, desk)
+    return _issue(uow, vehicle, plan, present, way, reservations)
 
 
 def accepted(uow: UnitOfWork, vehicle_id: str, order_id: str, revision: int) -> None:
@@ -72,9 +74,9 @@ def accepted(uow: UnitOfWork, vehicle_id: str, order_id: str, revision: int) -> 
 
 
 def rejected(uow: UnitOfWork, vehicle_id: str, answer: OrderRejected) -> IssuedOrder | None:
-    """The vehicle keeps what it had: take over its word on its visits and issue anew.
+    """The vehicle keeps its previous order: take over its visit states and issue another revision.
 
-    An order that came too late is sent again as it is. Rejections that go on open an incident, and then
+    An order that arrived too late is sent again unchanged. Repeated rejections open an incident, and then
     only a changed plan is tried. Raises OrderUnknown.
     """
     order = _found(uow, vehicle_id, answer.order_id, answer.revision)
@@ -95,13 +97,8 @@ def rejected(uow: UnitOfWork, vehicle_id: str, answer: OrderRejected) -> IssuedO
     return repeat(uow, vehicle_id)
 
 
-def current_order(uow: UnitOfWork, vehicle_id: str) -> IssuedOrder | None:
-    """The order in force, whatever its state."""
-    return uow.orders.current(vehicle_id)
-
-
 def withdraw(uow: UnitOfWork, vehicle_id: str) -> None:
-    """The vehicle does not hold the present order and never will: the next one begins afresh."""
+    """The vehicle does not have the present order and will not get it: the next order gets a new id."""
     order = uow.orders.current(vehicle_id)
     if order is not None and order.state is not OrderState.DONE:
         uow.orders.save(replace(order, state=OrderState.DONE, reason="withdrawn", plan_version=-1))
@@ -124,7 +121,7 @@ def _is_behind(present: IssuedOrder | None, plan: Plan) -> bool:
 
 
 def _says_the_same(present: IssuedOrder, plan: Plan) -> bool:
-    """The plan has changed behind what the order in force holds: the vehicle need not hear of it yet."""
+    """The plan has changed only behind the visits of the order: no new revision is needed."""
     if present.state not in (OrderState.ISSUED, OrderState.ACCEPTED) or present.plan_version < 0:
         return False
     ahead = plan.ordered
@@ -139,7 +136,7 @@ def _says_the_same(present: IssuedOrder, plan: Plan) -> bool:
 
 
 def _is_held_back(uow: UnitOfWork, plan: Plan, present: IssuedOrder | None, here: RoadPosition) -> bool:
-    """A resting vehicle whose first visit is timed does not go and stand in the road long before."""
+    """A resting vehicle whose first visit is timed must not leave yet: it would block the road."""
     first = plan.visits[0]
     at_rest = present is None or present.state is OrderState.DONE
     if not at_rest or first.not_before is None or first.stop_id == "":
@@ -157,12 +154,12 @@ def _way(
     uow: UnitOfWork,
     plan: Plan,
     present: IssuedOrder | None,
-    desk: SectionReservations,
+    reservations: SectionReservations,
     here: RoadPosition,
     speed_mps: float,
 ) -> DrivingRoute | None:
     roads, rules = uow.roads(), uow.rules
-    occupancy = desk.occupancy(plan.vehicle_id)
+    occupancy = reservations.occupancy(plan.vehicle_id)
     going = present is not None and present.state is not OrderState.DONE
     heading_for = ""
     if going and present is not None and plan.visits[0].visit_id in _visit_ids(present):
@@ -190,12 +187,12 @@ def _issue(
     plan: Plan,
     present: IssuedOrder | None,
     way: DrivingRoute,
-    desk: SectionReservations,
+    reservations: SectionReservations,
 ) -> IssuedOrder:
     continues = present is not None and present.state is not OrderState.DONE
     order_id = present.order_id if continues and present is not None else uow.ids.new_id("order")
     revision = present.revision + 1 if continues and present is not None else 1
-    payload = order_payload(uow, vehicle, plan, way.legs, order_id, revision, desk)
+    payload = order_payload(uow, vehicle, plan, way.legs, order_id, revision, reservations)
     order = IssuedOrder(
         campus_id=uow.campus_id,
         vehicle_id=vehicle.vehicle_id,
@@ -215,7 +212,7 @@ def _issue(
 def _found(uow: UnitOfWork, vehicle_id: str, order_id: str, revision: int) -> IssuedOrder:
     order = uow.orders.find(vehicle_id, order_id, revision)
     if order is None:
-        raise OrderUnknown(f"{vehicle_id} speaks of order {order_id}/{revision}, which was never issued")
+        raise OrderUnknown(f"{vehicle_id} names order {order_id}/{revision}, which was never issued")
     return order
 
 

@@ -1,4 +1,4 @@
-"""All that the server has to say to one vehicle now."""
+"""Everything that the server has to send to one vehicle now."""
 
 from dataclasses import dataclass
 

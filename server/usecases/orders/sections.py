@@ -1,4 +1,4 @@
-"""Leave to enter the road ahead. Every grant and every route goes through the reservation controller."""
+"""Grants the road ahead. Every grant and every route goes through the reservation controller."""
 
 import math
 
@@ -12,30 +12,30 @@ from server.usecases.orders import orders
 from server.usecases.orders.order_payload import grants_on_the_wire
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.roads.road_positions import footing, sections_to_ask
+from server.usecases.roads.road_positions import road_position, sections_to_request
 from server.usecases.roads.section_reservations import SectionReservations
 
-# With nobody within this distance a shuttle gets so many times as much road ahead.
+# With no other shuttle within this distance, a shuttle gets so many times as much road ahead.
 ALONE_M = 200.0
 ALONE_FACTOR = 2.0
 
 
 def extend_grants(uow: UnitOfWork) -> tuple[str, ...]:
-    """Retry routes that were not safe, then grant every vehicle the road ahead; the vehicles that gained."""
-    desk = SectionReservations(uow)
+    """Retry routes that were not safe, then grant the road ahead. Returns the vehicles with new grants."""
+    reservations = SectionReservations(uow)
     for vehicle in uow.vehicles.all():
         if vehicle.placed:
-            orders.reissue(uow, vehicle.vehicle_id, desk)
-    return grant_ahead(uow, desk)
+            orders.reissue(uow, vehicle.vehicle_id, reservations)
+    return grant_ahead(uow, reservations)
 
 
-def grant_ahead(uow: UnitOfWork, desk: SectionReservations) -> tuple[str, ...]:
-    """Grant every vehicle that can drive the road ahead of it; the vehicles that gained."""
+def grant_ahead(uow: UnitOfWork, reservations: SectionReservations) -> tuple[str, ...]:
+    """Grant the road ahead to every vehicle that can drive. Returns the vehicles with new grants."""
     gained = []
     for vehicle in uow.vehicles.all():
         if vehicle.placed and vehicle.connected and not vehicle.held:
-            count = _wanted(uow, vehicle, desk)
-            if count and desk.grant(vehicle.vehicle_id, count):
+            count = _wanted(uow, vehicle, reservations)
+            if count and reservations.grant(vehicle.vehicle_id, count):
                 gained.append(vehicle.vehicle_id)
                 uow.publish(topics.vehicle_outbox(uow.campus_id, vehicle.vehicle_id))
     return tuple(gained)
@@ -47,33 +47,33 @@ def grants_of(uow: UnitOfWork, vehicle_id: str) -> tuple[SectionGrant, ...]:
 
 
 def released(uow: UnitOfWork, vehicle_id: str, section_id: str, fence: int) -> None:
-    """The vehicle has left a section: it is free for others, whose routes and grants are tried again."""
+    """The vehicle has left a section: the routes and grants of others are tried again."""
     if SectionReservations(uow).release(vehicle_id, section_id, fence):
         extend_grants(uow)
 
 
-def _wanted(uow: UnitOfWork, vehicle: Vehicle, desk: SectionReservations) -> int:
-    occupancy = desk.occupancy(vehicle.vehicle_id)
+def _wanted(uow: UnitOfWork, vehicle: Vehicle, reservations: SectionReservations) -> int:
+    occupancy = reservations.occupancy(vehicle.vehicle_id)
     if not occupancy.ahead:
         return 0
     where = uow.vehicles.whereabouts(vehicle.vehicle_id)
     if where is None or where.status is None:
         return 0
     network = uow.network()
-    here = footing(network, occupancy.held_ids, where.status)
+    here = road_position(network, occupancy.held_ids, where.status)
     distance_m = uow.rules.grant_ahead_m
     if _is_alone(uow, vehicle.vehicle_id):
         distance_m *= ALONE_FACTOR
     halt = _next_halt(uow.plans.get(vehicle.vehicle_id), uow.orders.current(vehicle.vehicle_id))
     ahead = _open_ahead(uow.roads(), occupancy)
-    return sections_to_ask(network, occupancy.held_ids, ahead, here, distance_m, halt)
+    return sections_to_request(network, occupancy.held_ids, ahead, here, distance_m, halt)
 
 
 def _open_ahead(roads: FleetRoads, occupancy: Occupancy) -> tuple[str, ...]:
-    """The road ahead as far as nobody has closed it."""
+    """The road ahead, up to the first closed section."""
     if not roads.closed:
         return occupancy.ahead
-    shut = roads.shut_for(occupancy.held_ids[-1])
+    shut = roads.closed_for(occupancy.held_ids[-1])
     first = next((n for n, section_id in enumerate(occupancy.ahead) if section_id in shut), None)
     return occupancy.ahead[:first]
 

@@ -1,4 +1,4 @@
-"""What vehicles say about their visits; it wins over what the plan says."""
+"""Takes over what vehicles report about their visits; it overrides the plan."""
 
 import math
 from collections.abc import Iterable
@@ -22,9 +22,9 @@ NEAR_M = 15.0
 
 
 def change(uow: UnitOfWork, vehicle_id: str, visit_id: str, state: VisitState) -> PlannedVisit | None:
-    """Take over one visit's state; the visit, or None when that was no news.
+    """Take over one visit's state. Returns the visit, or None if nothing changed.
 
-    A visit going backwards is no news either: the plan keeps the later state.
+    A visit cannot go back: the plan keeps the later state.
     """
     plan = uow.plans.get(vehicle_id)
     if plan is None:
@@ -40,24 +40,24 @@ def change(uow: UnitOfWork, vehicle_id: str, visit_id: str, state: VisitState) -
     follow(uow, plan, after)
     visit = plan.visit(visit_id)
     if visit is not None:
-        _measure(uow, vehicle_id, visit, state)
+        _measure_leg(uow, vehicle_id, visit, state)
         if state != "skipped":
-            _stand_at(uow, vehicle_id, visit)
-        _tell(uow, vehicle_id, visit, state)
+            _move_position_to(uow, vehicle_id, visit)
+        _publish_state(uow, vehicle_id, visit, state)
     return visit
 
 
 def take_over(uow: UnitOfWork, vehicle_id: str, progress: Iterable[VisitProgress]) -> None:
-    """All of a vehicle's word on its visits, in its order."""
+    """Take over all visit states that a vehicle reports, in its order."""
     for visit in progress:
         if visit.state != "pending":
             change(uow, vehicle_id, visit.visit_id, visit.state)
 
 
 def follow(uow: UnitOfWork, before: Plan, after: Plan) -> None:
-    """The plan went on by the vehicle's own word: the order that it follows needs no revision for that.
+    """After a vehicle's report, mark the order as up to date with the plan: it needs no revision for that.
 
-    One that it has not accepted yet, and that still names a visit which is behind it, does.
+    An order that the vehicle has not accepted yet does, if it still names a completed visit.
     """
     order = uow.orders.current(before.vehicle_id)
     if order is None or order.plan_version != before.version or order.state is OrderState.DONE:
@@ -70,18 +70,18 @@ def follow(uow: UnitOfWork, before: Plan, after: Plan) -> None:
         uow.orders.save(replace(order, plan_version=after.version))
 
 
-def _measure(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitState) -> None:
-    """How long the fleet drives from stop to stop, for the plans of other days."""
+def _measure_leg(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitState) -> None:
+    """Record how long the fleet drives from stop to stop, for the plans of other days."""
     if state == "under_way":
         travel_time_factors.arrived(uow, vehicle_id, visit)
     elif state == "done":
         travel_time_factors.left(uow, vehicle_id, visit)
 
 
-def _stand_at(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> None:
-    """Positions come in batches, so the newest may be from before the stop: the vehicle stands at the visit.
+def _move_position_to(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> None:
+    """Move the stored position to the visit: positions come in batches and may be older.
 
-    One farther away is left as it is: the event is an old one, told late.
+    A position farther away is not changed: the event is old and came late.
     """
     where = uow.vehicles.whereabouts(vehicle_id)
     if where is None or where.status is None:
@@ -99,7 +99,7 @@ def _stand_at(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> None:
         uow.vehicles.save_position(vehicle_id, stands)
 
 
-def _tell(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitState) -> None:
+def _publish_state(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitState) -> None:
     if state == "under_way":
         for ride_id in visit.board:
             ride = uow.rides.get(ride_id)
@@ -107,11 +107,11 @@ def _tell(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit, state: VisitSta
                 uow.rides.save(moved(ride, RideState.BOARDING))
                 uow.publish(topics.ride(uow.campus_id, ride_id), vehicle_id=vehicle_id)
     elif state == "done" and visit.departure_id:
-        _call_made(uow, visit)
+        _complete_call(uow, visit)
     uow.publish(topics.vehicle(uow.campus_id, vehicle_id), visit_id=visit.visit_id, visit_state=state)
 
 
-def _call_made(uow: UnitOfWork, visit: PlannedVisit) -> None:
+def _complete_call(uow: UnitOfWork, visit: PlannedVisit) -> None:
     departure = uow.departures.get(visit.departure_id)
     if departure is not None and visit.call == len(departure.calls) - 1:
         uow.departures.save(replace(departure, state=DepartureState.DONE))

@@ -1,25 +1,25 @@
-"""Rides that want a shuttle, decided one after the other on one look at the fleet."""
+"""Assigns rides to shuttles, one after the other, on one snapshot of the fleet."""
 
 from collections.abc import Collection, Sequence, Set
 from dataclasses import dataclass, replace
 
 import msgspec
 
-from server.dispatch.alternatives import Alternative as Found
+from server.dispatch.alternatives import Alternative as DispatchAlternative
 from server.dispatch.answer import Answer, PromiseRules, Quote, answer_all
 from server.dispatch.problem import Request
 from server.dispatch.problem_codec import encode_problem
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 from server.domain.planning.decisions import (
     Alternative,
     Decision,
     DecisionKind,
     RideDecision,
 )
-from server.domain.planning.decisions import Quote as ToldQuote
+from server.domain.planning.decisions import Quote as StoredQuote
 from server.domain.rides.rides import Promise, Ride
 from server.travel.fleet_roads import FleetRoads
-from server.usecases.planning.issue_orders import commit
+from server.usecases.planning.issue_orders import adopt_routes
 from server.usecases.planning.snapshot import Snapshot, moment, take_snapshot
 from server.usecases.ports.unit_of_work import UnitOfWork
 
@@ -54,57 +54,57 @@ def assign_rides(
     only: Collection[str] | None = None,
     walking: Set[str] = frozenset(),
 ) -> list[AssignmentResult]:
-    """What becomes of each ride, in the order given; `only` these vehicles may take them. Those of `walking`
-    may begin and end at other stops within walking distance: their rides have these then.
+    """Assign each ride, in the given order; `only` these vehicles may take them. The rides of `walking` may
+    begin and end at other stops within walking distance, and then have these stops.
 
-    A ride that has its promise keeps it. The decision is stored with all that it rests on; one that changed
-    nothing for a ride which goes on waiting is not.
+    A ride that has a promise keeps it. The decision is stored with its snapshot, unless it changed nothing
+    for a ride that goes on waiting.
     """
     if not wanted:
         return []
     snapshot = take_snapshot(uow, wanted=wanted)
     if only is not None:
-        snapshot = _taken_only_by(snapshot, only)
-    terms = uow.roads().terms(uow.rules)
+        snapshot = _with_only_vehicles(snapshot, only)
+    terms = uow.roads().promise_rules(uow.rules)
     requests = snapshot.problem.requests
     for ride_id in walking:
         requests[ride_id] = _with_walks(requests[ride_id], terms)
-    board = Schedule(snapshot.problem)
+    schedule = Schedule(snapshot.problem)
     for ride in wanted:
-        board.add(requests[ride.ride_id])
+        schedule.add(requests[ride.ride_id])
     if kind != "booking":
         terms = replace(terms, later_s_max=0.0)
     promised = {ride.ride_id for ride in wanted if ride.promise is not None}
-    answers = answer_all(board, [ride.ride_id for ride in wanted], terms, promised)
-    stay = _still_held(snapshot, answers)
+    answers = answer_all(schedule, [ride.ride_id for ride in wanted], terms, promised)
+    stay = _planned_but_refused(snapshot, answers)
     if stay:
-        return _without(uow, wanted, kind, stay, only)
+        return _assign_others(uow, wanted, kind, stay, only)
     is_kept = kind == "booking" or any(answer.best for answer in answers)
     problem = encode_problem(snapshot.problem) if is_kept else b""
     for ride, answer in zip(wanted, answers, strict=True):
         if answer.best is not None:
-            _promise(uow.roads(), snapshot, board, ride, answer)
+            _promise(uow.roads(), snapshot, schedule, ride, answer)
     # A ride that comes from another vehicle leaves that one's route as well.
     taken = {answer.best.vehicle_id for answer in answers if answer.best is not None}
-    commit(uow, snapshot, board.routes(taken if kind == "booking" else None))
+    adopt_routes(uow, snapshot, schedule.routes(taken if kind == "booking" else None))
     instead = [tuple(_alternative(uow.roads(), found) for found in answer.alternatives) for answer in answers]
     if is_kept:
         given = msgspec.json.encode(AssignmentRequest(terms, tuple(sorted(promised))))
-        _keep(uow, snapshot, problem, answers, instead, kind, given)
+        _store_decision(uow, snapshot, problem, answers, instead, kind, given)
     return [
         AssignmentResult(snapshot.rides[ride.ride_id] if answer.best else ride, answer.rule, others)
         for ride, answer, others in zip(wanted, answers, instead, strict=True)
     ]
 
 
-def _still_held(snapshot: Snapshot, answers: Sequence[Answer]) -> dict[str, str]:
-    """Refused rides that are in some vehicle's plan, and the rule: they may not leave it for nothing."""
+def _planned_but_refused(snapshot: Snapshot, answers: Sequence[Answer]) -> dict[str, str]:
+    """Refused rides that are in some vehicle's plan, with the rule: they must stay there."""
     refused = {answer.request_id: answer.rule for answer in answers if answer.best is None}
     planned = {ride_id for plan in snapshot.plans.values() for ride_id in plan.ride_ids}
     return {ride_id: rule for ride_id, rule in refused.items() if ride_id in planned}
 
 
-def _taken_only_by(snapshot: Snapshot, only: Collection[str]) -> Snapshot:
+def _with_only_vehicles(snapshot: Snapshot, only: Collection[str]) -> Snapshot:
     vehicles = tuple(
         replace(vehicle, accepts=vehicle.accepts and vehicle.vehicle_id in only)
         for vehicle in snapshot.problem.vehicles
@@ -112,14 +112,14 @@ def _taken_only_by(snapshot: Snapshot, only: Collection[str]) -> Snapshot:
     return replace(snapshot, problem=replace(snapshot.problem, vehicles=vehicles))
 
 
-def _without(
+def _assign_others(
     uow: UnitOfWork,
     wanted: Sequence[Ride],
     kind: DecisionKind,
     stay: dict[str, str],
     only: Collection[str] | None,
 ) -> list[AssignmentResult]:
-    """Decide again on a fleet in which these rides stay where they are."""
+    """Decide again, with these rides left in their plans."""
     others = assign_rides(uow, [ride for ride in wanted if ride.ride_id not in stay], kind, only)
     decided = iter(others)
     return [
@@ -136,20 +136,20 @@ def _with_walks(request: Request, terms: PromiseRules) -> Request:
     )
 
 
-def _promise(roads: FleetRoads, snapshot: Snapshot, board: Schedule, ride: Ride, answer: Answer) -> None:
-    """Into the snapshot before the plan is stored, so that the visits already keep its window."""
+def _promise(roads: FleetRoads, snapshot: Snapshot, schedule: Schedule, ride: Ride, answer: Answer) -> None:
+    """Put the promise into the snapshot before the plan is stored, so that the visits keep its window."""
     if ride.promise is not None or answer.windows is None:
         return
     from_s, to_s, by_s = answer.windows
     promise = Promise(moment(from_s), moment(to_s), moment(by_s))
-    taken = board.requests[board.rows[ride.ride_id]]
+    taken = schedule.requests[schedule.rows[ride.ride_id]]
     snapshot.rides[ride.ride_id] = replace(
         ride, promise=promise, from_stop=roads.stop_ids[taken.pickup], to_stop=roads.stop_ids[taken.dropoff]
     )
     snapshot.problem.requests[ride.ride_id] = taken
 
 
-def _keep(
+def _store_decision(
     uow: UnitOfWork,
     snapshot: Snapshot,
     problem: bytes,
@@ -172,8 +172,8 @@ def _keep(
                 decision_id,
                 uow.now,
                 answer.rule,
-                _told(answer.best),
-                _told(answer.runner_up),
+                _stored_quote(answer.best),
+                _stored_quote(answer.runner_up),
                 others,
                 vehicles,
             )
@@ -182,15 +182,15 @@ def _keep(
     )
 
 
-def _told(quote: Quote | None) -> ToldQuote | None:
+def _stored_quote(quote: Quote | None) -> StoredQuote | None:
     if quote is None:
         return None
-    return ToldQuote(
+    return StoredQuote(
         quote.vehicle_id, round(quote.extra_cost, 1), moment(quote.pickup_s), moment(quote.arrival_s)
     )
 
 
-def _alternative(roads: FleetRoads, found: Found) -> Alternative:
+def _alternative(roads: FleetRoads, found: DispatchAlternative) -> Alternative:
     return Alternative(
         found.kind,
         roads.stop_ids[found.pickup],

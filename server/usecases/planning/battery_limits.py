@@ -1,4 +1,4 @@
-"""What a vehicle's battery leaves room for, as a limit of the dispatcher's problem."""
+"""A vehicle's battery as a limit of the dispatcher's problem."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -11,7 +11,7 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 
 @dataclass(frozen=True, slots=True)
 class ChargeLimits:
-    """A battery's level, and whether its vehicle went to charge and has not charged to the full yet."""
+    """A battery's level, and whether its vehicle is charging and not full yet."""
 
     ratio: float
     charging: bool

@@ -1,4 +1,4 @@
-"""Decisions as they were made: improvements are kept like answers, and all of them can be made again."""
+"""Stored decisions: improvements are stored like answers, and every decision can be repeated."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import msgspec
 from server.dispatch.answer import answer_all
 from server.dispatch.problem import Problem
 from server.dispatch.problem_codec import ProblemUnreadable, decode_problem, encode_problem
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 from server.dispatch.solve import Budget, Solution, solve
 from server.domain.planning.decisions import Decision, Quote, RideDecision
 from server.domain.rides.rides import Ride
@@ -22,7 +22,7 @@ class DecisionUnreadable(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Search:
+class SearchSettings:
     """What an improvement depends on beside its problem; budget.stop_after is how many slices ran."""
 
     budget: Budget
@@ -30,9 +30,9 @@ class Search:
 
 
 def keep_improvement(
-    uow: UnitOfWork, problem: Problem, search: Search, solution: Solution, before: dict[str, Ride]
+    uow: UnitOfWork, problem: Problem, search: SearchSettings, solution: Solution, before: dict[str, Ride]
 ) -> None:
-    """Store an improvement that was adopted; rides that changed their shuttle can be told why.
+    """Store an adopted improvement, so that a ride that changed its shuttle can be explained.
 
     before  the rides as they were, with the times that were expected then
     """
@@ -60,22 +60,22 @@ def repeated(decision: Decision) -> bytes:
     try:
         problem = decode_problem(decision.problem)
         if decision.kind == "improvement":
-            search = msgspec.json.decode(decision.given, type=Search)
+            search = msgspec.json.decode(decision.given, type=SearchSettings)
             return msgspec.json.encode(solve(problem, search.budget, search.seed).routes)
         given = msgspec.json.decode(decision.given, type=AssignmentRequest)
     except (ProblemUnreadable, msgspec.MsgspecError) as error:
         raise DecisionUnreadable(str(error)) from error
-    board = Schedule(problem)
+    schedule = Schedule(problem)
     for request_id in problem.open_requests:
-        board.add(problem.requests[request_id])
-    answers = answer_all(board, problem.open_requests, given.terms, frozenset(given.promised))
+        schedule.add(problem.requests[request_id])
+    answers = answer_all(schedule, problem.open_requests, given.terms, frozenset(given.promised))
     return msgspec.json.encode(answers)
 
 
 def _moved(
     solution: Solution, before: dict[str, Ride], more_s: float
 ) -> Iterator[tuple[Ride, Quote, Quote | None]]:
-    """Rides that another shuttle fetches now: how it will, and how the one before would have."""
+    """Rides that changed their shuttle: the new times, and the times with the previous shuttle."""
     for route in solution.routes:
         gets_off = {
             ride_id: time.arrive_s
@@ -92,7 +92,7 @@ def _moved(
 
 
 def _as_expected(ride: Ride) -> Quote | None:
-    """Leaving the ride where it was would have cost nothing more."""
+    """The ride with its previous shuttle, at no extra cost."""
     if ride.vehicle_id is None or ride.pickup_eta is None or ride.arrival_eta is None:
         return None
     return Quote(ride.vehicle_id, 0.0, ride.pickup_eta, ride.arrival_eta)

@@ -1,31 +1,31 @@
-"""Decided routes made real: stored as plans by compare and set, and sent as orders where that is safe."""
+"""Stores decided routes as plans by compare and set, and sends them as orders if that is safe."""
 
 from collections.abc import Iterable, Sequence
 
 from server.dispatch.problem import VehicleRoute
 from server.usecases.orders import orders, sections
-from server.usecases.planning.routes import is_news, save_route
+from server.usecases.planning.routes import differs_from_plan, save_route
 from server.usecases.planning.snapshot import Snapshot
 from server.usecases.ports.unit_of_work import UnitOfWork
 
 
-def commit(uow: UnitOfWork, snapshot: Snapshot, routes: Iterable[VehicleRoute]) -> tuple[str, ...]:
-    """Store the routes that differ from the plans, and issue the orders that are safe; the changed vehicles.
+def adopt_routes(uow: UnitOfWork, snapshot: Snapshot, routes: Iterable[VehicleRoute]) -> tuple[str, ...]:
+    """Store routes that differ from the plans, and issue safe orders. Returns the changed vehicles.
 
     Raises PlanChanged, NoRestingPlaceFree.
     """
     changed = []
     for route in routes:
-        if is_news(snapshot.plans[route.vehicle_id], route):
+        if differs_from_plan(snapshot.plans[route.vehicle_id], route):
             save_route(uow, snapshot, route)
             changed.append(route.vehicle_id)
-    carry_out(uow, snapshot, changed)
+    issue_orders(uow, snapshot, changed)
     return tuple(changed)
 
 
-def carry_out(uow: UnitOfWork, snapshot: Snapshot, vehicle_ids: Sequence[str]) -> None:
+def issue_orders(uow: UnitOfWork, snapshot: Snapshot, vehicle_ids: Sequence[str]) -> None:
     """Give these vehicles new orders as soon as their routes are safe."""
     for vehicle_id in vehicle_ids:
-        orders.reissue(uow, vehicle_id, snapshot.desk)
+        orders.reissue(uow, vehicle_id, snapshot.reservations)
     if vehicle_ids:
-        sections.grant_ahead(uow, snapshot.desk)
+        sections.grant_ahead(uow, snapshot.reservations)

@@ -1,7 +1,7 @@
-"""How the fleet is assigned: every change of a vehicle's plan goes through here.
+"""How the fleet is assigned: every change of a vehicle's plan goes through this page.
 
-A decision is a snapshot of the fleet, solved, and its changed routes stored by compare and set; the changed
-vehicles then get new orders as soon as their new routes are safe.
+A decision takes a snapshot of the fleet, solves it, and stores the changed routes by compare and set. The
+changed vehicles get new orders as soon as their new routes are safe.
 """
 
 from collections.abc import Sequence
@@ -30,14 +30,14 @@ from server.domain.rides.rides import (
 from server.domain.service.timetable import Departure, without_vehicle
 from server.usecases.planning import promises, unreachable_rides
 from server.usecases.planning.assign import assign_rides
-from server.usecases.planning.decisions import Search, keep_improvement
-from server.usecases.planning.issue_orders import carry_out, commit
-from server.usecases.planning.routes import is_news, refresh_times, save_route
+from server.usecases.planning.decisions import SearchSettings, keep_improvement
+from server.usecases.planning.issue_orders import adopt_routes, issue_orders
+from server.usecases.planning.routes import differs_from_plan, refresh_times, save_route
 from server.usecases.planning.snapshot import Snapshot, take_snapshot
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
-from server.usecases.record.failed_rides import give_up_late
+from server.usecases.record.failed_rides import fail_late_ride
 from server.usecases.record.server_events import record_event
 
 _INSERT_ONLY = Budget()
@@ -53,95 +53,95 @@ def plan_of(uow: UnitOfWork, vehicle_id: str) -> Plan:
 
 
 def insert_departures(uow: UnitOfWork, departures: Sequence[Departure]) -> frozenset[str]:
-    """Give each departure a vehicle that can keep it; the ids of those that got one."""
+    """Give each departure a vehicle that can make it. Returns the ids of those that got one."""
     snapshot = take_snapshot(uow, departures=departures)
-    solution = _solved(snapshot)
-    commit(uow, snapshot, solution.routes)
+    solution = _solve_insertions(snapshot)
+    adopt_routes(uow, snapshot, solution.routes)
     return frozenset(d.departure_id for d in departures) - solution.refused.keys()
 
 
 def replan(uow: UnitOfWork, vehicle_id: str) -> None:
-    """Make a vehicle's plan fit what has happened: ended rides leave it, riders aboard are let out."""
+    """Make a vehicle's plan fit what has happened: ended rides leave it, riders aboard get a drop-off."""
     snapshot = take_snapshot(uow)
-    if vehicle_id not in snapshot.footings:
+    if vehicle_id not in snapshot.positions:
         return
-    solution = _solved(snapshot)
+    solution = _solve_insertions(snapshot)
     if vehicle_id in solution.impossible:
         release_waiting(uow, vehicle_id)
         snapshot = take_snapshot(uow)
-        solution = _solved(snapshot)
+        solution = _solve_insertions(snapshot)
     mine = tuple(route for route in solution.routes if route.vehicle_id == vehicle_id)
-    commit(uow, snapshot, mine)
+    adopt_routes(uow, snapshot, mine)
 
 
-def send_home(uow: UnitOfWork, vehicle_id: str) -> None:
-    """Give a vehicle that has just been placed a plan: to the nearest free resting place, or to stay there.
+def plan_first_rest(uow: UnitOfWork, vehicle_id: str) -> None:
+    """Give a newly placed vehicle a plan: to drive to the nearest free resting place, or to stay.
 
     Raises NoRestingPlaceFree.
     """
     snapshot = take_snapshot(uow)
-    for route in _solved(snapshot).routes:
+    for route in _solve_insertions(snapshot).routes:
         if route.vehicle_id == vehicle_id:
             save_route(uow, snapshot, route)
-            carry_out(uow, snapshot, (vehicle_id,))
+            issue_orders(uow, snapshot, (vehicle_id,))
 
 
 def assign_waiting(uow: UnitOfWork, also: Sequence[Ride] = ()) -> tuple[Ride, ...]:
-    """Give every ride that has lost its vehicle to another one; answers those that got one.
+    """Give every ride that has lost its vehicle to another one. Returns the rides that got one.
 
-    also  assigned rides whose vehicle cannot come, or not in time: who else keeps the promise gets them
-    A promise that nobody can keep any more gives way to the earliest pickup that somebody can make. A ride
-    that nobody could take within the longest wait fails, which is an incident; so does one that a closed
-    road cuts off, unless the road opens in time (`cut_off`).
+    also  assigned rides whose vehicle cannot come in time: another vehicle that keeps the promise gets them
+    If no vehicle can keep a promise, the ride gets the earliest possible pickup instead. A ride that no
+    vehicle could take within the longest wait fails, with an incident. So does a ride that a closed road
+    cuts off, unless the road opens in time (`unreachable_rides`).
     """
-    wanted = [*uow.rides.in_states([RideState.REQUESTED]), *_stranded(uow), *also]
+    wanted = [*uow.rides.in_states([RideState.REQUESTED]), *_rides_of_unavailable_vehicles(uow), *also]
     waiting = list({ride.ride_id: ride for ride in wanted}.values())
     if not waiting:
         return ()
-    free = [asked_anew(uow, ride, in_time=True) for ride in waiting]
+    free = [as_new_request(uow, ride, in_time=True) for ride in waiting]
     answers = assign_rides(uow, free, "reassignment")
     found = [answer.ride for answer in answers if not answer.rule]
     left = [
-        (ride, wish)
-        for ride, wish, answer in zip(waiting, free, answers, strict=True)
-        if answer.rule and (ride.state is RideState.REQUESTED or _has_lapsed(uow, ride))
+        (ride, request)
+        for ride, request, answer in zip(waiting, free, answers, strict=True)
+        if answer.rule and (ride.state is RideState.REQUESTED or _promise_has_lapsed(uow, ride))
     ]
     cut_off_rides: list[Ride] = []
-    late = [asked_anew(uow, ride, in_time=False) for ride, _ in left]
+    late = [as_new_request(uow, ride, in_time=False) for ride, _ in left]
     for (ride, _), answer in zip(left, assign_rides(uow, late, "reassignment"), strict=True):
         if not answer.rule:
-            found.append(keep_later(uow, ride, answer.ride))
+            found.append(save_late_promise(uow, ride, answer.ride))
         elif ride.state is RideState.REQUESTED and answer.rule == CLOSED and uow.roads().closed:
             cut_off_rides.append(ride)
         elif ride.state is RideState.REQUESTED:
-            give_up_late(uow, ride, answer.rule)
-    unreachable_rides.put_off(uow, cut_off_rides)
+            fail_late_ride(uow, ride, answer.rule)
+    unreachable_rides.postpone(uow, cut_off_rides)
     return tuple(found)
 
 
-def asked_anew(uow: UnitOfWork, ride: Ride, *, in_time: bool) -> Ride:
-    """A waiting ride as a wish for another vehicle, with its promise; or without, as early as can be."""
+def as_new_request(uow: UnitOfWork, ride: Ride, *, in_time: bool) -> Ride:
+    """A waiting ride as a request for another vehicle. in_time: with its promise."""
     free = ride if ride.state is RideState.REQUESTED else unassigned(ride)
     return free if in_time else replace(free, promise=None, requested_at=uow.now, arrive_before=None)
 
 
-def keep_later(uow: UnitOfWork, ride: Ride, taken: Ride) -> Ride:
-    """Keep a ride that another vehicle took without regard to its promise, and tell the party the new one."""
-    kept = _promised_later(ride, taken)
+def save_late_promise(uow: UnitOfWork, ride: Ride, taken: Ride) -> Ride:
+    """Save a ride that another vehicle took without regard to its promise, and publish the new promise."""
+    kept = _with_late_promise(ride, taken)
     uow.rides.save(kept)
     if kept.promise_broken:
-        promises.tell(uow, kept, "goes with another shuttle, later than promised")
+        promises.publish_broken_promise(uow, kept, "goes with another shuttle, later than promised")
     return kept
 
 
 def release_waiting(uow: UnitOfWork, vehicle_id: str) -> None:
-    """Take a vehicle's rides from it that are not aboard; `assign_waiting` finds them another one."""
+    """Take its waiting rides from a vehicle; `assign_waiting` finds them another one."""
     waiting = uow.rides.of_vehicle(vehicle_id, sorted(WAITING))
     requeue(uow, vehicle_id, [ride.ride_id for ride in waiting])
 
 
 def requeue(uow: UnitOfWork, vehicle_id: str, ride_ids: Sequence[str]) -> None:
-    """Riders whom a vehicle will not fetch after all wait for another one."""
+    """Make rides that a vehicle will not pick up wait for another one."""
     for ride_id in ride_ids:
         ride = uow.rides.get(ride_id)
         if ride is not None and ride.vehicle_id == vehicle_id and ride.state in WAITING:
@@ -151,9 +151,9 @@ def requeue(uow: UnitOfWork, vehicle_id: str, ride_ids: Sequence[str]) -> None:
 
 
 def release_departures(uow: UnitOfWork, vehicle_id: str, call_ids: frozenset[str] | None = None) -> None:
-    """Take its departures from a vehicle that has not begun them; the others it still finishes.
+    """Take the departures from a vehicle that it has not begun; it finishes the others.
 
-    call_ids  only those departures of which some of these visits is a call
+    call_ids  only departures that have one of these visits as a call
     """
     plan = uow.plans.get(vehicle_id)
     if plan is None:
@@ -174,12 +174,12 @@ def release_departures(uow: UnitOfWork, vehicle_id: str, call_ids: frozenset[str
 
 
 def overdue(uow: UnitOfWork) -> frozenset[str]:
-    """Rides, and visits of departures, that the present plans cannot keep in time any more."""
-    return _solved(take_snapshot(uow)).overdue
+    """Rides, and visits of departures, that the present plans serve too late."""
+    return _solve_insertions(take_snapshot(uow)).overdue
 
 
 def send_to_stop(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> Plan:
-    """Have a vehicle visit a stop after what it has promised already (developer, operator).
+    """Send a vehicle to a stop after everything that it has already promised (developer, operator).
 
     Raises VehicleUnknown, VehicleNotPlaced, VehicleOutOfService, StopUnknown, StopUnreachable.
     """
@@ -190,14 +190,14 @@ def send_to_stop(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> Pla
     if stop is None:
         raise StopUnknown(f"the map has no stop {stop_id}")
     if vehicle is None or not vehicle.placed:
-        raise VehicleNotPlaced(f"nobody knows where {vehicle_id} stands; place it first")
+        raise VehicleNotPlaced(f"the position of {vehicle_id} is not known; place it first")
     if not vehicle.in_service:
         raise VehicleOutOfService(f"{vehicle_id} has been recalled; return it to service first")
     snapshot = take_snapshot(uow)
     state = next((v for v in snapshot.problem.vehicles if v.vehicle_id == vehicle_id), None)
     place = roads.stop_numbers[stop_id]
     if state is None or not isfinite(_from_its_last_call_s(snapshot.problem, state, place)):
-        raise StopUnreachable(f"{vehicle_id} finds no way to stop {stop.name}")
+        raise StopUnreachable(f"no road leads {vehicle_id} to stop {stop.name}")
     visit = PlannedVisit(
         uow.ids.new_id("visit"), "stop", stop_id, stop.lane_id, stop.s_m, dwell_s=uow.rules.dwell_s
     )
@@ -205,17 +205,24 @@ def send_to_stop(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> Pla
     rests = tuple(v for v in plan.visits if v.kind == "rest" and v.state == "pending")
     uow.plans.save(next_version(plan, (*stops, visit, *rests)), plan.version)
     record_event(uow, "vehicle.sent", vehicle_id, by, stop_id)
-    _resettle(uow, vehicle_id)
+    choose_resting_place(uow, vehicle_id)
     return plan_of(uow, vehicle_id)
 
 
-def go_to_rest(uow: UnitOfWork, vehicle_id: str) -> None:
-    """Choose the vehicle's resting place anew. Raises NoRestingPlaceFree."""
-    _resettle(uow, vehicle_id)
+def choose_resting_place(uow: UnitOfWork, vehicle_id: str) -> None:
+    """Choose the resting place and the times of a changed plan, and reissue its order.
+
+    Raises NoRestingPlaceFree.
+    """
+    snapshot = take_snapshot(uow)
+    for route in _solve_insertions(snapshot).routes:
+        if route.vehicle_id == vehicle_id:
+            save_route(uow, snapshot, route)
+    issue_orders(uow, snapshot, (vehicle_id,))
 
 
-def go_on(uow: UnitOfWork, vehicle_id: str) -> None:
-    """A stop is behind the vehicle: move its rest on behind the next ones, so that its order goes on."""
+def extend_order(uow: UnitOfWork, vehicle_id: str) -> None:
+    """After a stop, move the rest visit behind the next stops, so that the order goes on."""
     plan = uow.plans.get(vehicle_id)
     if plan is None:
         return
@@ -223,16 +230,16 @@ def go_on(uow: UnitOfWork, vehicle_id: str) -> None:
     ordered = [visit for visit in plan.ordered if visit.kind == "stop"]
     if len(ordered) < min(len(stops), uow.rules.order_stops):
         try:
-            _resettle(uow, vehicle_id)
+            choose_resting_place(uow, vehicle_id)
         except NoRestingPlaceFree as error:
             record_event(uow, "plan.waits", vehicle_id, "", error.detail)
 
 
 def refresh_expected(uow: UnitOfWork) -> None:
-    """Bring expected times up to where the vehicles are now."""
+    """Update expected times to the present positions of the vehicles."""
     snapshot = take_snapshot(uow)
-    for route in _solved(snapshot).routes:
-        if not is_news(snapshot.plans[route.vehicle_id], route):
+    for route in _solve_insertions(snapshot).routes:
+        if not differs_from_plan(snapshot.plans[route.vehicle_id], route):
             refresh_times(uow, snapshot, route)
 
 
@@ -248,7 +255,7 @@ class Improvement:
 
 
 def improvement_of(uow: UnitOfWork) -> Improvement | None:
-    """The fleet as it is, if there is anything to move: two waiting rides, or one and two vehicles."""
+    """The present fleet, if something can be moved: two waiting rides, or one ride and two vehicles."""
     snapshot = take_snapshot(uow)
     accepting = sum(vehicle.accepts for vehicle in snapshot.problem.vehicles)
     waiting = sum(len(call.board) for vehicle in snapshot.problem.vehicles for call in vehicle.calls)
@@ -259,18 +266,18 @@ def improvement_of(uow: UnitOfWork) -> Improvement | None:
 
 
 def adopt_improvement(
-    uow: UnitOfWork, improvement: Improvement, solution: Solution, search: Search
+    uow: UnitOfWork, improvement: Improvement, solution: Solution, search: SearchSettings
 ) -> tuple[str, ...]:
-    """Store the improved routes whose plans have not changed meanwhile; all of them or none.
+    """Store the improved routes if no plan has changed meanwhile, all of them or none.
 
-    Answers the vehicles whose plans changed. A late answer is dropped.
+    Returns the vehicles whose plans changed. A late answer is dropped.
     """
     snapshot = take_snapshot(uow)
     versions = {vehicle_id: plan.version for vehicle_id, plan in snapshot.plans.items()}
     if versions != improvement.versions:
         return ()
     before = dict(snapshot.rides)
-    changed = commit(uow, snapshot, solution.routes)
+    changed = adopt_routes(uow, snapshot, solution.routes)
     if changed:
         keep_improvement(uow, improvement.problem, search, solution, before)
     return changed
@@ -284,26 +291,17 @@ def _from_its_last_call_s(problem: Problem, vehicle: VehicleState, place: int) -
     return float(row[place])
 
 
-def _resettle(uow: UnitOfWork, vehicle_id: str) -> None:
-    """A plan that was extended by hand: choose its resting place and times anew, and carry it out."""
-    snapshot = take_snapshot(uow)
-    for route in _solved(snapshot).routes:
-        if route.vehicle_id == vehicle_id:
-            save_route(uow, snapshot, route)
-    carry_out(uow, snapshot, (vehicle_id,))
-
-
-def _solved(snapshot: Snapshot) -> Solution:
+def _solve_insertions(snapshot: Snapshot) -> Solution:
     # Without improvement nothing is drawn, so that the seed does not matter.
     return solve(snapshot.problem, _INSERT_ONLY, 0)
 
 
-def _has_lapsed(uow: UnitOfWork, ride: Ride) -> bool:
-    """The promise cannot be kept any more: whoever can come first is better than waiting on."""
+def _promise_has_lapsed(uow: UnitOfWork, ride: Ride) -> bool:
+    """The promise cannot be kept: the vehicle that comes first is better than further waiting."""
     return ride.promise is not None and (ride.promise_broken or uow.now > ride.promise.pickup_to)
 
 
-def _promised_later(ride: Ride, taken: Ride) -> Ride:
+def _with_late_promise(ride: Ride, taken: Ride) -> Ride:
     """A ride that another vehicle has taken over, its old promise kept beside the new one."""
     kept = replace(taken, requested_at=ride.requested_at, arrive_before=ride.arrive_before)
     if ride.promise is None or taken.promise is None:
@@ -312,15 +310,15 @@ def _promised_later(ride: Ride, taken: Ride) -> Ride:
     return promised_anew(before, taken.promise)
 
 
-def _stranded(uow: UnitOfWork) -> list[Ride]:
-    """Rides that wait for a vehicle which has been unavailable for long."""
+def _rides_of_unavailable_vehicles(uow: UnitOfWork) -> list[Ride]:
+    """Rides that wait for a vehicle which has been unavailable for too long."""
     limit = uow.now - timedelta(seconds=uow.rules.reassign_after_s)
     return [
         ride
         for vehicle in uow.vehicles.all()
         if vehicle.unavailable_since is not None
         and vehicle.unavailable_since <= limit
-        # Until when it is held is known: what that makes late was given away when the hold began.
+        # A timed hold gives its late rides away when it begins.
         and (vehicle.hold_ends is None or vehicle.hold_ends <= uow.now)
         for ride in uow.rides.of_vehicle(vehicle.vehicle_id, [RideState.ASSIGNED])
     ]

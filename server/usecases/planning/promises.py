@@ -1,4 +1,4 @@
-"""Promises once made: told anew as soon as one cannot be kept, with an incident that names the cause."""
+"""Checks promises: if one cannot be kept, the party gets a new one, and an incident names the cause."""
 
 import math
 from dataclasses import replace
@@ -18,20 +18,20 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.incidents import open_incident
 from server.usecases.record.server_events import record_event
 
-# No plan is so long: a closed road lies in between, and `detours` deals with that.
+# No plan is so long: a closed road is in between, which `detours` handles.
 _CUT_OFF_S = 0.5 * CUT_OFF_S
 _UNDER_WAY = (RideState.REQUESTED, RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
 
 
 def check_promises(uow: UnitOfWork) -> tuple[Ride, ...]:
-    """The rides whose promise has turned out not to be kept since the last look.
+    """The rides whose promise has turned out to be broken since the last check.
 
-    As soon as the plan says so, and long before the time has come where it can, the party gets a new promise
-    with the usual room around the times planned now, and operators an incident with its cause.
+    As soon as the plan misses the promise, the party gets a new promise with the usual room around the times
+    planned now, and an incident names the cause.
     """
     told = []
     for ride in uow.rides.in_states(_UNDER_WAY):
-        what, promise = _missed(uow, ride)
+        what, promise = _missed_promise(uow, ride)
         if promise is not None:
             late = promised_anew(ride, promise)
         elif what and not ride.promise_broken:
@@ -39,23 +39,23 @@ def check_promises(uow: UnitOfWork) -> tuple[Ride, ...]:
         else:
             continue
         uow.rides.save(late)
-        tell(uow, late, what)
+        publish_broken_promise(uow, late, what)
         told.append(late)
     return tuple(told)
 
 
-def _missed(uow: UnitOfWork, ride: Ride) -> tuple[str, Promise | None]:
-    """What the plan says about the promise now, and what can be promised instead; "" where all is well."""
+def _missed_promise(uow: UnitOfWork, ride: Ride) -> tuple[str, Promise | None]:
+    """How the plan misses the promise now, and what can be promised instead; "" if it does not."""
     promise, rules = ride.promise, uow.rules
     if promise is None or ride.vehicle_id is None or ride.arrival_eta is None:
-        return _broken(uow, ride), None
+        return _missed_time(uow, ride), None
     room = timedelta(seconds=rules.promise_lapse_s)
     waits = ride.state in (RideState.REQUESTED, RideState.ASSIGNED)
     pickup_eta = ride.pickup_eta if waits else None
-    # Times in the past are of a plan that has not been looked at since.
+    # Times in the past belong to a plan that was not refreshed since.
     arrival_eta = max(ride.arrival_eta, uow.now)
     if (arrival_eta - uow.now).total_seconds() > _CUT_OFF_S:
-        return _broken(uow, ride), None
+        return _missed_time(uow, ride), None
     pickup_eta = None if pickup_eta is None else max(pickup_eta, uow.now)
     what = ""
     if pickup_eta is not None and pickup_eta > promise.pickup_to + room:
@@ -64,7 +64,7 @@ def _missed(uow: UnitOfWork, ride: Ride) -> tuple[str, Promise | None]:
         what = f"will arrive {_minutes(arrival_eta - promise.arrive_by)} later than promised"
     if not what:
         return "", None
-    terms = uow.roads().terms(rules)
+    terms = uow.roads().promise_rules(rules)
     begins = pickup_eta or ride.pickup_eta or uow.now
     pickup_from, pickup_to = promise.pickup_from, promise.pickup_to
     if pickup_eta is not None:
@@ -79,7 +79,7 @@ def _minutes(late: timedelta) -> str:
     return f"{minutes} minute{'s' if minutes != 1 else ''}"
 
 
-def _broken(uow: UnitOfWork, ride: Ride) -> str:
+def _missed_time(uow: UnitOfWork, ride: Ride) -> str:
     if ride.promise is None:
         return ""
     if uow.now > ride.promise.arrive_by:
@@ -89,8 +89,8 @@ def _broken(uow: UnitOfWork, ride: Ride) -> str:
     return "not picked up within the window" if waiting and uow.now > ride.promise.pickup_to else ""
 
 
-def tell(uow: UnitOfWork, ride: Ride, what: str, reason: str = "") -> None:
-    """An incident that names the cause; the party's phone shows the ride anew."""
+def publish_broken_promise(uow: UnitOfWork, ride: Ride, what: str, reason: str = "") -> None:
+    """Open an incident that names the cause, and publish the ride, so that the phone shows it."""
     cause = f"ride {ride.ride_code} {what}: {reason or _reason(uow, ride)}"
     open_incident(
         uow,

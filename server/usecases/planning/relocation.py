@@ -1,4 +1,4 @@
-"""Idle shuttles wait where riders are expected, by what was asked for in the past weeks."""
+"""Moves idle shuttles to where riders are expected, learned from the requests of the past weeks."""
 
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta
@@ -6,7 +6,7 @@ from datetime import date, datetime, timedelta
 import numpy as np
 
 from contract.geometry import Array
-from server.dispatch.demand import FREE_DAY, WORKDAY, Memory, Pickup, learned_rates
+from server.dispatch.demand import FREE_DAY, WORKDAY, DemandWeights, Pickup, learned_rates
 from server.dispatch.waiting_places import best_move
 from server.domain.fleet.battery import is_measured
 from server.domain.fleet.vehicles import Vehicle
@@ -26,7 +26,7 @@ _SATURDAY = 5
 
 @dataclass(frozen=True, slots=True)
 class Demand:
-    """What is expected of one map's stops, learned in one hour of one day.
+    """Expected pickups at the stops of one map, learned in one hour of one day.
 
     rates  (2, 24, stops) pickups an hour, by kind of day
     """
@@ -37,13 +37,13 @@ class Demand:
 
 
 def is_stale(uow: UnitOfWork, demand: Demand | None) -> bool:
-    """Another hour has begun, or another map is in use, since it was learned."""
+    """Another hour has begun, or another map is active, since it was learned."""
     version = uow.network().map_version
     return demand is None or (demand.map_version, demand.hour) != (version, _hour(uow.now))
 
 
 def learn_demand(uow: UnitOfWork) -> Demand:
-    """Expected pickups, from every ride that was asked for in the past weeks. Reads only."""
+    """Expected pickups, learned from every requested ride of the past weeks. Reads only."""
     rules, roads, calendar = uow.rules, uow.roads(), whole_calendar(uow)
     today = calendar.day_of(uow.now)
     since = uow.now - timedelta(days=rules.demand_days)
@@ -53,8 +53,8 @@ def learn_demand(uow: UnitOfWork) -> Demand:
         if number is not None:
             local = earliest.astimezone(calendar.zone)
             pickups.append(Pickup(number, local.date(), local.hour))
-    memory = Memory(rules.demand_half_life_days, rules.demand_prior_days)
-    rates = learned_rates(pickups, today, lambda day: _kind(calendar, day), len(roads.stop_ids), memory)
+    weights = DemandWeights(rules.demand_half_life_days, rules.demand_prior_days)
+    rates = learned_rates(pickups, today, lambda day: _kind(calendar, day), len(roads.stop_ids), weights)
     return Demand(uow.network().map_version, _hour(uow.now), rates)
 
 
@@ -68,10 +68,10 @@ class Relocation:
     gain_s: float
 
 
-def proposed(uow: UnitOfWork, demand: Demand) -> Relocation | None:
-    """The idle vehicle whose move lowers the expected wait most, by as much as the rules ask for. Reads only.
+def best_relocation(uow: UnitOfWork, demand: Demand) -> Relocation | None:
+    """The move that lowers the expected wait most, if it lowers it enough. Reads only.
 
-    One at a time: while one is on such a way nobody else sets out.
+    One at a time: while a vehicle is moving, no other one sets out.
     """
     plans = {plan.vehicle_id: plan for plan in uow.plans.all()}
     if not uow.rules.relocates or any(_is_relocating(plan) for plan in plans.values()):
@@ -95,21 +95,21 @@ def proposed(uow: UnitOfWork, demand: Demand) -> Relocation | None:
 
 
 def relocate(uow: UnitOfWork, move: Relocation) -> bool:
-    """Send the vehicle there, unless something has changed or somebody is in the way; whether it goes."""
+    """Send the vehicle there if its plan is unchanged and the route is safe. Returns whether it goes."""
     vehicle, plan = uow.vehicles.get(move.vehicle_id), uow.plans.get(move.vehicle_id)
     if vehicle is None or plan is None or plan.version != move.plan_version:
         return False
-    desk = SectionReservations(uow)
-    if not _is_idle(uow, vehicle, plan) or move.place_id not in _free_places(uow, desk):
+    reservations = SectionReservations(uow)
+    if not _is_idle(uow, vehicle, plan) or move.place_id not in _free_places(uow, reservations):
         return False
     place = uow.network().resting_places[move.place_id]
     after = next_version(plan, (rest_visit(uow, place.lane_id, place.s_m, "demand"),), place.place_id)
     uow.plans.save(after, plan.version)
-    if orders.reissue(uow, vehicle.vehicle_id, desk) is None:
-        # It keeps its own place, and the next look tries again.
+    if orders.reissue(uow, vehicle.vehicle_id, reservations) is None:
+        # It keeps its own place, and the next period tries again.
         uow.plans.save(next_version(after, (), plan.resting_place_id), after.version)
         return False
-    sections.grant_ahead(uow, desk)
+    sections.grant_ahead(uow, reservations)
     detail = f"to {move.place_id}: {move.gain_s:.0f} s less to wait"
     record_event(uow, "vehicle.relocated", vehicle.vehicle_id, THE_SERVER, detail)
     uow.publish(topics.vehicle(uow.campus_id, vehicle.vehicle_id))
@@ -129,7 +129,7 @@ def _hour(moment: datetime) -> datetime:
 
 
 def _expected(uow: UnitOfWork, demand: Demand) -> Array:
-    """(stops,) pickups an hour, when a shuttle that sets out now has come to its place."""
+    """(stops,) pickups an hour at the time when a shuttle that sets out now has arrived."""
     calendar = whole_calendar(uow)
     then = (uow.now + timedelta(seconds=uow.rules.relocation_ahead_s)).astimezone(calendar.zone)
     rates: Array = demand.rates[_kind(calendar, then.date()), then.hour]
@@ -141,7 +141,7 @@ def _is_relocating(plan: Plan) -> bool:
 
 
 def _is_idle(uow: UnitOfWork, vehicle: Vehicle, plan: Plan) -> bool:
-    """It rests with nothing to do, and with charge enough to be given rides again after the way."""
+    """It rests without a task, and with enough charge to take rides after the move."""
     if not vehicle.accepts_rides or vehicle.charging or plan.visits or not plan.resting_place_id:
         return False
     if plan.resting_place_id not in uow.network().resting_places:
@@ -156,11 +156,11 @@ def _is_idle(uow: UnitOfWork, vehicle: Vehicle, plan: Plan) -> bool:
     return not is_measured(ratio) or ratio >= uow.rules.battery_accept_ratio
 
 
-def _free_places(uow: UnitOfWork, desk: SectionReservations) -> list[str]:
-    """Reserved for nobody, and nobody stands there."""
+def _free_places(uow: UnitOfWork, reservations: SectionReservations) -> list[str]:
+    """Resting places that are neither reserved nor occupied."""
     network = uow.network()
     reserved = {plan.resting_place_id for plan in uow.plans.all()}
-    occupied = desk.held_by_others("")
+    occupied = reservations.held_by_others("")
     return [
         place.place_id
         for place in network.road_map.resting_places

@@ -1,4 +1,4 @@
-"""A route that the dispatcher decided, made into a vehicle's plan and its riders' expected times."""
+"""Turns a decided route into a vehicle's plan and the expected times of its riders."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -25,11 +25,11 @@ from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.roads.resting import rest_visit, resting_place_for, rests_at
 
-# A party's expected times are told again when they have moved by this much.
+# Expected times are published again when they have moved by this much.
 _NEWS_S = 10.0
 
 
-def is_news(plan: Plan, route: VehicleRoute) -> bool:
+def differs_from_plan(plan: Plan, route: VehicleRoute) -> bool:
     """The route differs from the plan in its stops, their order or their riders."""
     stops = [(v.visit_id, v.board, v.alight) for v in plan.visits if v.kind == "stop"]
     return [(c.call_id, c.board, c.alight) for c in route.calls] != stops
@@ -44,7 +44,7 @@ def save_route(uow: UnitOfWork, snapshot: Snapshot, route: VehicleRoute) -> Plan
     visits = tuple(
         _visit(uow, snapshot, plan, call, time) for call, time in zip(route.calls, route.times, strict=True)
     )
-    after = _ended(uow, snapshot, plan, visits)
+    after = _with_rest(uow, snapshot, plan, visits)
     uow.plans.save(after, plan.version)
     snapshot.plans[route.vehicle_id] = after
     _assign(uow, snapshot, route)
@@ -102,12 +102,12 @@ def _new_visit(uow: UnitOfWork, snapshot: Snapshot, call: Call) -> PlannedVisit:
     )
 
 
-def _ended(uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[PlannedVisit, ...]) -> Plan:
-    """The plan with its rest behind the first stops; without one when it rests there already.
+def _with_rest(uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[PlannedVisit, ...]) -> Plan:
+    """The plan with its rest visit behind the first stops; without one if the vehicle rests there already.
 
-    A shuttle that stands at rest but was ordered away, for a ride that is no more, is ordered to stay.
+    A shuttle at rest that was ordered away for a ride that has ended is ordered to stay.
     """
-    here = snapshot.footings[plan.vehicle_id]
+    here = snapshot.positions[plan.vehicle_id]
     place_here = (here.lane_id, here.s_m)
     resting = tuple(visit for visit in plan.visits if visit.kind == "rest")
     arriving = tuple(visit for visit in resting if visit.state == "under_way")
@@ -135,9 +135,9 @@ def _is_ordered_away(uow: UnitOfWork, plan: Plan) -> bool:
 def _stops_ahead(
     uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[PlannedVisit, ...], at_rest: bool
 ) -> int:
-    """How many stops the next order holds: none where a shuttle can rest before it has to be at the first.
+    """How many stops the next order contains: none if the shuttle can rest before the first one is due.
 
-    A shuttle that stands at a stop before its time keeps the road from those behind it.
+    A shuttle that waits at a stop before its time blocks the road for those behind it.
     """
     most = min(len(visits), uow.rules.order_stops)
     for number, visit in enumerate(visits[:most]):
@@ -157,7 +157,7 @@ def _stops_ahead(
 
 
 def _left_at(visit: PlannedVisit) -> datetime:
-    """When a visit is left as planned."""
+    """The planned departure from a visit."""
     if visit.eta is None:
         raise ValueError(f"visit {visit.visit_id} has no expected time")
     leaves = visit.eta + timedelta(seconds=visit.dwell_s)
@@ -168,11 +168,11 @@ def _rest_after(
     uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[PlannedVisit, ...], count: int
 ) -> tuple[RestingPlace, float]:
     """The resting place behind the first `count` stops, and the seconds by way of it to the next stop."""
-    here = snapshot.footings[plan.vehicle_id]
+    here = snapshot.positions[plan.vehicle_id]
     last = (visits[count - 1].lane_id, visits[count - 1].s_m) if count else (here.lane_id, here.s_m)
     onward = visits[count] if count < len(visits) else None
     charges = onward is None and plan.vehicle_id in snapshot.charging
-    return resting_place_for(uow, plan, last, onward, snapshot.desk, charges=charges)
+    return resting_place_for(uow, plan, last, onward, snapshot.reservations, charges=charges)
 
 
 def _assign(uow: UnitOfWork, snapshot: Snapshot, route: VehicleRoute) -> None:
@@ -220,6 +220,6 @@ def _differs(old: PlannedVisit, new: PlannedVisit) -> bool:
     return abs((new.eta - old.eta).total_seconds()) >= _NEWS_S
 
 
-def visits_of(plans: Sequence[Plan], ride_id: str) -> list[str]:
+def vehicles_with_ride(plans: Sequence[Plan], ride_id: str) -> list[str]:
     """The vehicles whose plans name this ride."""
     return [plan.vehicle_id for plan in plans if ride_id in plan.ride_ids]

@@ -1,4 +1,4 @@
-"""A vehicle's shifts as the dispatcher's problem has them: its beginning, its breaks and its end."""
+"""A vehicle's shifts as limits of the dispatcher's problem: beginning, breaks and end."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,7 +13,7 @@ from server.dispatch.problem import Call, VehicleState
 from server.domain.fleet.shifts import Shifts, Span
 from server.usecases.ports.unit_of_work import UnitOfWork
 
-# As far ahead as anybody books, and a long weekend more.
+# The booking horizon and a long weekend.
 _NEXT_SHIFT = timedelta(days=11)
 
 
@@ -24,11 +24,11 @@ def with_shifts(
     planned_s: Sequence[float],
     until: datetime,
 ) -> VehicleState:
-    """The vehicle with the limits of its shifts, those that begin by `until`, or by its last call.
+    """The vehicle with the limits of its shifts that begin by `until`, or by its last call.
 
-    Off duty it gets nothing new for before its next shift, but may be given rides of later shifts: a call
-    where it was last stands for each time off between two of them. Who is aboard, and what
-    it was to do before its shift ended, is finished first.
+    Off duty it gets no calls before its next shift, but it may get rides of later shifts: a call where it
+    was last stands for each time off between two shifts. It first finishes with the riders aboard and with
+    the calls that were planned before its shift ended.
 
     planned_s   when each of its calls is planned
     """
@@ -53,7 +53,7 @@ def with_shifts(
 
 
 def _moment(uow: UnitOfWork, at_s: float) -> datetime:
-    """Not beyond what shifts are looked at for: a call behind a closed road is planned for never."""
+    """Limited to the time for which shifts are considered: a call behind a closed road has no finite time."""
     return min(uow.now + timedelta(seconds=max(0.0, at_s - uow.now.timestamp())), uow.now + _NEXT_SHIFT)
 
 
@@ -69,7 +69,7 @@ def _with_breaks(
         place, drive_s = nearest, float(state.to_places_s[nearest])
         if at:
             place, drive_s = made[at - 1][1].place, 0.0
-        # It begins when the shift ends, not when the vehicle comes there, and lasts until the next one.
+        # It begins when the shift ends, not when the vehicle arrives, and lasts until the next shift.
         over_s, again_s = before[1].timestamp() - home_s, begins_s + (drive_s if isfinite(drive_s) else 0.0)
         off = Call(
             place,

@@ -1,4 +1,4 @@
-"""The fleet as the dispatcher sees it: rows of the store made into a problem of numbers."""
+"""The fleet as the dispatcher sees it: rows of the store turned into a problem of numbers."""
 
 import math
 from collections import defaultdict
@@ -23,7 +23,7 @@ from server.usecases.planning.battery_limits import ChargeLimits, within_battery
 from server.usecases.planning.shift_limits import with_shifts
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.roads.resting import can_rest
-from server.usecases.roads.road_positions import ARRIVED_M, RoadPosition, footing
+from server.usecases.roads.road_positions import ARRIVED_M, RoadPosition, road_position
 from server.usecases.roads.section_reservations import SectionReservations
 
 ON_THE_WAY = (RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
@@ -37,14 +37,14 @@ class Snapshot:
     problem: Problem
     plans: dict[str, Plan]
     rides: dict[str, Ride]
-    footings: dict[str, RoadPosition]
+    positions: dict[str, RoadPosition]
     chained: dict[str, tuple[Departure, int]]
-    desk: SectionReservations
+    reservations: SectionReservations
     charging: frozenset[str]
 
 
 @dataclass(frozen=True, slots=True)
-class _Drive:
+class _DriveState:
     """Where a vehicle is, how far ahead it could still stop for a new visit, and the visit it drives to."""
 
     here: RoadPosition
@@ -55,15 +55,15 @@ class _Drive:
 def take_snapshot(
     uow: UnitOfWork, wanted: Sequence[Ride] = (), departures: Sequence[Departure] = ()
 ) -> Snapshot:
-    """Everything under way, and the rides and departures that want a vehicle, in the order given."""
-    desk = SectionReservations(uow)
+    """Everything under way, and the rides and departures that need a vehicle, in the given order."""
+    reservations = SectionReservations(uow)
     plans = {plan.vehicle_id: plan for plan in uow.plans.all()}
     rides = {ride.ride_id: ride for ride in (*uow.rides.in_states(ON_THE_WAY), *wanted)}
     riders: dict[str, dict[str, Ride]] = defaultdict(dict)
     for ride in rides.values():
         riders[ride.vehicle_id or ""][ride.ride_id] = ride
     vehicles: list[VehicleState] = []
-    footings: dict[str, RoadPosition] = {}
+    positions: dict[str, RoadPosition] = {}
     charges: list[ChargeLimits] = []
     for vehicle in uow.vehicles.all():
         status = _status(uow, vehicle)
@@ -71,9 +71,9 @@ def take_snapshot(
             continue
         charges.append(ChargeLimits(status.battery_ratio, vehicle.charging))
         plan = plans.setdefault(vehicle.vehicle_id, Plan(uow.campus_id, vehicle.vehicle_id, 0))
-        occupancy = desk.occupancy(vehicle.vehicle_id)
+        occupancy = reservations.occupancy(vehicle.vehicle_id)
         drives = _drive(uow, vehicle.vehicle_id, occupancy, status)
-        footings[vehicle.vehicle_id] = drives.here
+        positions[vehicle.vehicle_id] = drives.here
         state = _vehicle(uow, vehicle, plan, occupancy, drives, riders[vehicle.vehicle_id])
         if vehicle.shifts is not None:
             planned_s = _planned_s(uow, plan, state.calls)
@@ -96,7 +96,7 @@ def take_snapshot(
     charging = frozenset(
         vehicle.vehicle_id for vehicle, charge in zip(vehicles, charges, strict=True) if charge.charging
     )
-    return Snapshot(problem, plans, rides, footings, chained, desk, charging)
+    return Snapshot(problem, plans, rides, positions, chained, reservations, charging)
 
 
 def _planned_s(uow: UnitOfWork, plan: Plan, calls: Sequence[Call]) -> list[float]:
@@ -111,7 +111,7 @@ def _planned_s(uow: UnitOfWork, plan: Plan, calls: Sequence[Call]) -> list[float
 
 
 def _until(wanted: Sequence[Ride], departures: Sequence[Departure]) -> datetime:
-    """The latest moment at which one of these wants to begin."""
+    """The latest requested beginning of these."""
     begins = [ride.earliest if ride.promise is None else ride.promise.pickup_from for ride in wanted]
     return max([EPOCH, *begins, *(departure.calls[-1].leave_at for departure in departures)])
 
@@ -129,12 +129,12 @@ def _status(uow: UnitOfWork, vehicle: Vehicle) -> Status | None:
     return None if where is None else where.status
 
 
-def _drive(uow: UnitOfWork, vehicle_id: str, occupancy: Occupancy, status: Status) -> _Drive:
-    def make() -> _Drive:
-        here = footing(uow.network(), occupancy.held_ids, status)
-        return _Drive(here, uow.rules.stopping_m(status.speed_mps), status.visit_id)
+def _drive(uow: UnitOfWork, vehicle_id: str, occupancy: Occupancy, status: Status) -> _DriveState:
+    def make() -> _DriveState:
+        here = road_position(uow.network(), occupancy.held_ids, status)
+        return _DriveState(here, uow.rules.stopping_m(status.speed_mps), status.visit_id)
 
-    return uow.roads().kept(f"drive {vehicle_id}", (occupancy, status, uow.rules), make)
+    return uow.roads().cached(f"drive {vehicle_id}", (occupancy, status, uow.rules), make)
 
 
 def _vehicle(
@@ -142,7 +142,7 @@ def _vehicle(
     vehicle: Vehicle,
     plan: Plan,
     occupancy: Occupancy,
-    drives: _Drive,
+    drives: _DriveState,
     mine: dict[str, Ride],
 ) -> VehicleState:
     """mine: the vehicle's rides, those that are wanted left out."""
@@ -151,7 +151,7 @@ def _vehicle(
     inside = tuple(ride_id for ride_id, ride in mine.items() if ride.state is RideState.ABOARD)
     return VehicleState(
         vehicle_id=vehicle.vehicle_id,
-        to_places_s=roads.kept(
+        to_places_s=roads.cached(
             f"to stops {vehicle.vehicle_id}",
             (plan, occupancy, drives, visits[0] if visits else None),
             lambda: _to_stops_s(roads, plan, visits, occupancy, drives),
@@ -162,7 +162,7 @@ def _vehicle(
         aboard=inside,
         calls=(
             *(_call(uow, visit, mine) for visit in visits),
-            *_forgotten(uow, visits, mine),
+            *_missing_drop_offs(uow, visits, mine),
         ),
         locked=1 if visits and visits[0].state == "under_way" else 0,
         accepts=vehicle.accepts_rides and (not roads.closed or can_rest(uow, plan, drives.here)),
@@ -170,7 +170,7 @@ def _vehicle(
 
 
 def _is_needed(visit: PlannedVisit, mine: dict[str, Ride]) -> bool:
-    """Not only made for riders who are no longer this vehicle's."""
+    """The visit still has a purpose: riders of this vehicle, a departure, or no riders from the start."""
     riders = (*visit.board, *visit.alight)
     return (
         visit.state == "under_way"
@@ -180,8 +180,8 @@ def _is_needed(visit: PlannedVisit, mine: dict[str, Ride]) -> bool:
     )
 
 
-def _forgotten(uow: UnitOfWork, visits: Sequence[PlannedVisit], mine: dict[str, Ride]) -> list[Call]:
-    """Calls for riders aboard whom no visit lets out any more."""
+def _missing_drop_offs(uow: UnitOfWork, visits: Sequence[PlannedVisit], mine: dict[str, Ride]) -> list[Call]:
+    """Calls for riders aboard who have no visit to get out."""
     let_out = {ride_id for visit in visits for ride_id in visit.alight}
     places, dwell_s, pace = uow.roads().stop_numbers, uow.rules.dwell_s, uow.travel_time_factor_at(uow.now)
     return [
@@ -196,7 +196,7 @@ def _to_stops_s(
     plan: Plan,
     visits: Sequence[PlannedVisit],
     occupancy: Occupancy,
-    drives: _Drive,
+    drives: _DriveState,
 ) -> Array:
     """(stops,) planned seconds from the vehicle's own place."""
     here = drives.here
@@ -208,14 +208,14 @@ def _to_stops_s(
     place = (here.lane_id, here.s_m)
     row = roads.times_over_held(held, place, own, opened, drives.stopping_m, heading_for)
     if roads.closed:
-        row = roads.taking_on_nobody_new(row, [visit.stop_id for visit in visits])
+        row = roads.without_closed_stops(row, [visit.stop_id for visit in visits])
     if visits and _is_there(visits[0], here):
         row[roads.stop_numbers[visits[0].stop_id]] = 0.0
     return row
 
 
 def _is_there(visit: PlannedVisit, here: RoadPosition) -> bool:
-    """It stands at the visit, or has come to it within the noise of its position."""
+    """The vehicle stands at the visit, or is past it within the noise of its position."""
     beyond_m = here.s_m - visit.s_m if here.lane_id == visit.lane_id else -1.0
     return visit.state == "under_way" or 0.0 <= beyond_m <= ARRIVED_M
 
@@ -238,7 +238,7 @@ def _call(uow: UnitOfWork, visit: PlannedVisit, mine: dict[str, Ride]) -> Call:
 def request_of(uow: UnitOfWork, ride: Ride) -> Request:
     begins = ride.earliest if ride.promise is None else ride.promise.pickup_from
     pace = uow.travel_time_factor_at(max(uow.now, begins))
-    known = uow.roads().kept(
+    known = uow.roads().cached(
         f"request {ride.ride_id}", (ride, uow.rules), lambda: _request(uow.roads(), uow.rules, ride, pace)
     )
     return known if known.pace == pace else _request(uow.roads(), uow.rules, ride, pace)
@@ -251,7 +251,7 @@ def _request(roads: FleetRoads, rules: FleetRules, ride: Ride, pace: float) -> R
     pickup_to_s, arrive_by_s = earliest_s + rules.wait_s_max, _arrive_by_s(ride)
     if promise is not None:
         ahead_s = (promise.pickup_to - ride.requested_at).total_seconds()
-        # The reserve is kept from others: whoever looks for a vehicle may use the whole promise.
+        # The reserve is kept from others: a ride without a vehicle may use its whole promise.
         is_planned = ride.vehicle_id is not None
         reserve_s = rules.reserve_s(ahead_s, told_anew=ride.promise_broken) if is_planned else 0.0
         pickup_to_s, arrive_by_s = seconds(promise.pickup_to) - reserve_s, arrive_by_s - reserve_s
@@ -271,7 +271,7 @@ def _request(roads: FleetRoads, rules: FleetRules, ride: Ride, pace: float) -> R
 
 
 def _arrive_by_s(ride: Ride) -> float:
-    """What is promised is kept even past the closing of the service."""
+    """The latest arrival. A promise is kept even after the service closes."""
     latest = ride.arrive_before if ride.promise is None else ride.promise.arrive_by
     return math.inf if latest is None else seconds(latest)
 
@@ -281,8 +281,8 @@ def _chains(
 ) -> tuple[tuple[Chain, ...], dict[str, tuple[Departure, int]]]:
     """Each departure as timed calls.
 
-    The first one has to be made within the tolerance. Where planned driving is slower than the timetable the
-    later ones follow as fast as it allows: a timetable is not refused for a careful plan.
+    The first call has to be made within the tolerance. If planned driving is slower than the timetable, the
+    later calls follow as fast as it allows, so that a careful plan does not refuse a timetable.
     """
     roads, dwell_s = uow.roads(), uow.rules.dwell_s
     tolerance_s = uow.rules.departure_tolerance_s

@@ -1,4 +1,4 @@
-"""Rides that a closed road cuts off: for when the road opens again, or told that nobody can come."""
+"""Rides that a closed road cuts off: they get a promise for the time after the closure, or they fail."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -8,7 +8,7 @@ from datetime import datetime, timedelta
 from server.dispatch.answer import Answer, PromiseRules, answer_all
 from server.dispatch.problem import Problem, Request, VehicleState
 from server.dispatch.refusal import CLOSED
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 from server.domain.rides.rides import (
     Promise,
     Ride,
@@ -29,11 +29,11 @@ from server.usecases.record.failed_rides import fail_ride
 Assign = Callable[[UnitOfWork, Sequence[Ride]], list[AssignmentResult]]
 
 
-def booked_around(uow: UnitOfWork, rides: Sequence[Ride], assign: Assign) -> list[AssignmentResult]:
-    """New rides, with regard to closures of other times than now.
+def book_around_closures(uow: UnitOfWork, rides: Sequence[Ride], assign: Assign) -> list[AssignmentResult]:
+    """Book new rides with regard to closures at other times than now.
 
-    A ride for a time at which its stops will be cut off is refused. One for a time at which they will not be
-    any more gets its promise now, and its vehicle when the road is open.
+    A ride for a time at which its stops will be cut off is refused. If its stops are cut off now but not at
+    its time, it gets its promise now, and its vehicle when the road is open.
     """
     standing = uow.closures.standing()
     refused = {ride.ride_id for ride in rides if _is_cut_off_then(uow, ride, standing)}
@@ -50,11 +50,11 @@ def booked_around(uow: UnitOfWork, rides: Sequence[Ride], assign: Assign) -> lis
     return [answers.get(ride.ride_id) or AssignmentResult(ride, CLOSED) for ride in rides]
 
 
-def put_off(uow: UnitOfWork, rides: Sequence[Ride]) -> tuple[str, ...]:
-    """Rides that no vehicle can fetch or bring there at their time; the vehicles that lost one of them.
+def postpone(uow: UnitOfWork, rides: Sequence[Ride]) -> tuple[str, ...]:
+    """Postpone rides that no vehicle can serve at their time. Returns the vehicles that lost one of them.
 
-    Where a closure ends in time they keep their promise, or get a new one for the time after it. With no
-    such end they fail as soon as their time comes near.
+    If a closure ends in time, they keep their promise or get a new one for the time after it. Otherwise they
+    fail as soon as their time comes near.
     """
     if not rides:
         return ()
@@ -64,16 +64,16 @@ def put_off(uow: UnitOfWork, rides: Sequence[Ride]) -> tuple[str, ...]:
     for ride in rides:
         promise = found.get(ride.ride_id)
         if promise is None:
-            ended_now = _give_up(uow, ride, standing)
+            ended_now = _fail_if_certain(uow, ride, standing)
         else:
-            ended_now = promise != ride.promise and _tell_later(uow, ride, promise, standing)
+            ended_now = promise != ride.promise and _promise_later(uow, ride, promise, standing)
         if ended_now and ride.vehicle_id is not None:
             changed.append(ride.vehicle_id)
     return tuple(dict.fromkeys(changed))
 
 
 def will_be_cut_off(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
-    """Some closure will hold in the time for which the ride is promised, and cut its stops off."""
+    """A closure at the promised time of the ride will cut its stops off."""
     if ride.promise is None:
         return False
     begins = max(uow.now, ride.pickup_eta or ride.promise.pickup_from)
@@ -84,7 +84,7 @@ def will_be_cut_off(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) ->
 
 
 def _is_cut_off_then(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
-    """At the time that is asked for, which the fleet's roads as they are now need not tell."""
+    """The stops are cut off at the requested time, as far as present closures tell."""
     roads = uow.roads()
     soonest = ride.earliest + timedelta(seconds=roads.direct_s(ride.from_stop, ride.to_stop))
     closed = sections_closed_within(standing, roads.network, ride.earliest, soonest)
@@ -99,7 +99,7 @@ def _is_cut_off_then(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -
 def _after_reopening(
     uow: UnitOfWork, rides: Sequence[Ride], standing: Sequence[Closure], latest: datetime | None = None
 ) -> dict[str, Promise]:
-    """The promises that can be kept or made once closures have ended, the earliest end first.
+    """The promises that can be kept or made after closures have ended, the earliest end first.
 
     latest  no end after this helps
     """
@@ -110,46 +110,46 @@ def _after_reopening(
             break
         closed = sections_closed_within(standing, uow.network(), opens, opens)
         roads = uow.roads().closed_to(closed)
-        found |= _promised_at(uow, roads, opens, left)
+        found |= _promises_from(uow, roads, opens, left)
         left = [ride for ride in left if ride.ride_id not in found]
     return found
 
 
-def _promised_at(
+def _promises_from(
     uow: UnitOfWork, roads: FleetRoads, opens: datetime, rides: Sequence[Ride]
 ) -> dict[str, Promise]:
-    """What a fleet that waits at its resting places until the road opens can promise; nothing is reserved."""
+    """What the fleet could promise if it waited at its resting places until then; nothing is reserved."""
     problem = Problem(
-        vehicles=_rested(uow, roads, seconds(max(opens, uow.now))),
+        vehicles=_resting_fleet(uow, roads, seconds(max(opens, uow.now))),
         requests={},
         times=roads.stop_times(frozenset()),
         dwell_s=uow.rules.dwell_s,
     )
-    board = Schedule(problem, spare=len(rides))
-    terms = replace(roads.terms(uow.rules), later_s_max=0.0)
+    schedule = Schedule(problem, spare=len(rides))
+    terms = replace(roads.promise_rules(uow.rules), later_s_max=0.0)
     found: dict[str, Promise] = {}
     for ride in rides:
-        if ride.promise is not None and _taken(
-            board, request_of(uow, replace(ride, vehicle_id=None)), terms, promised=True
+        if ride.promise is not None and _answered(
+            schedule, request_of(uow, replace(ride, vehicle_id=None)), terms, promised=True
         ):
             found[ride.ride_id] = ride.promise
             continue
         free = replace(ride, promise=None, earliest=max(ride.earliest, opens), arrive_before=None)
-        answer = _taken(board, request_of(uow, free), terms, promised=False)
+        answer = _answered(schedule, request_of(uow, free), terms, promised=False)
         if answer is not None and answer.windows is not None:
             found[ride.ride_id] = Promise(*(moment(at_s) for at_s in answer.windows))
     return found
 
 
-def _taken(board: Schedule, request: Request, terms: PromiseRules, *, promised: bool) -> Answer | None:
-    """The answer with the request in some route; None where nobody can carry it, and it leaves the board."""
-    board.add(request)
+def _answered(schedule: Schedule, request: Request, terms: PromiseRules, *, promised: bool) -> Answer | None:
+    """The answer with the request in some route. None if no vehicle can carry it: it leaves the schedule."""
+    schedule.add(request)
     keeps = {request.request_id} if promised else frozenset[str]()
-    answer = answer_all(board, [request.request_id], terms, keeps)[0]
+    answer = answer_all(schedule, [request.request_id], terms, keeps)[0]
     return None if answer.best is None else answer
 
 
-def _rested(uow: UnitOfWork, roads: FleetRoads, ready_s: float) -> tuple[VehicleState, ...]:
+def _resting_fleet(uow: UnitOfWork, roads: FleetRoads, ready_s: float) -> tuple[VehicleState, ...]:
     """The shuttles that take rides, each at its own resting place."""
     places = roads.network.resting_places
     rests = {plan.vehicle_id: places.get(plan.resting_place_id) for plan in uow.plans.all()}
@@ -169,17 +169,19 @@ def _rested(uow: UnitOfWork, roads: FleetRoads, ready_s: float) -> tuple[Vehicle
 # ---------------------------------------------------------------- telling
 
 
-def _tell_later(uow: UnitOfWork, ride: Ride, promise: Promise, standing: Sequence[Closure]) -> bool:
+def _promise_later(uow: UnitOfWork, ride: Ride, promise: Promise, standing: Sequence[Closure]) -> bool:
     free = ride if ride.state is RideState.REQUESTED else unassigned(ride)
     later = promised_anew(free, promise)
     uow.rides.save(later)
     minutes = math.ceil((promise.pickup_to - (ride.promise or promise).pickup_to).total_seconds() / 60.0)
-    promises.tell(uow, later, f"will be picked up {minutes} minutes later than promised", words_of(standing))
+    promises.publish_broken_promise(
+        uow, later, f"will be picked up {minutes} minutes later than promised", names_of(standing)
+    )
     return True
 
 
-def _give_up(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
-    """Whether the ride fails: not long before its time, and not while a shuttle that stands could come."""
+def _fail_if_certain(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
+    """Fail the ride if its time is near and no shuttle can come. Returns whether it failed."""
     soon = ride.promise is None or ride.promise.pickup_from <= uow.now + timedelta(
         seconds=uow.rules.wait_s_max
     )
@@ -187,11 +189,11 @@ def _give_up(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
     certain = will_be_cut_off(uow, ride, standing) or not stands
     if not (soon and certain):
         return False
-    fail_ride(uow, ride, CLOSED, f"no shuttle can come: {words_of(standing)}")
+    fail_ride(uow, ride, CLOSED, f"no shuttle can come: {names_of(standing)}")
     return True
 
 
-def words_of(standing: Sequence[Closure]) -> str:
-    """The closures that hold now, or will if there are none, by name."""
+def names_of(standing: Sequence[Closure]) -> str:
+    """The names of the closures in force, or of the scheduled ones if there are none."""
     in_force = [closure for closure in standing if closure.state is ClosureState.IN_FORCE]
-    return ", ".join(closure.words for closure in in_force or standing)
+    return ", ".join(closure.label for closure in in_force or standing)

@@ -1,10 +1,10 @@
-"""Messages between replicas: nobody may depend on having seen one."""
+"""Messages between replicas. No reader may depend on having received one."""
 
 from typing import Protocol
 
 
 class Subscription(Protocol):
-    """An asynchronous iterator of (topic, payload); the oldest are dropped for who cannot keep up."""
+    """An asynchronous iterator of (topic, payload). The oldest are dropped if the reader is too slow."""
 
     def __aiter__(self) -> "Subscription": ...
 
@@ -14,7 +14,7 @@ class Subscription(Protocol):
 
 
 class Bus(Protocol):
-    """Disposable messages between replicas: whoever misses one reads the store."""
+    """Messages between replicas that may be lost: a reader that misses one reads the store."""
 
     async def publish(self, topic: str, payload: bytes) -> None: ...
 

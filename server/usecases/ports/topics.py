@@ -1,4 +1,4 @@
-"""The topics on which changes are told after a commit. Payloads name what changed; readers read the store."""
+"""The topics of changes, published after a commit. Payloads name what has changed."""
 
 
 def vehicle_outbox(campus_id: str, vehicle_id: str) -> str:
@@ -32,7 +32,7 @@ def vehicle_event(campus_id: str, vehicle_id: str) -> str:
 
 
 def area_presence(campus_id: str, area_id: str) -> str:
-    """A camera's word on an observation area as it came in: the payload is an `AreaPresence`."""
+    """A camera's report on an observation area as it arrived: the payload is an `AreaPresence`."""
     return f"campus/{campus_id}/area/{area_id}/presence"
 
 

@@ -34,7 +34,7 @@ T = TypeVar("T")
 
 
 class UnitOfWork(Protocol):
-    """One transaction on one campus. Nobody commits: returning does, raising does not."""
+    """One transaction on one campus. Returning commits it, raising rolls it back."""
 
     campus_id: str
     now: datetime
@@ -62,7 +62,7 @@ class UnitOfWork(Protocol):
 
     @property
     def views(self) -> Views:
-        """What pages show, with all that this transaction has changed."""
+        """Reads for pages, with all changes of this transaction."""
         ...
 
     def network(self) -> RoadNetwork:
@@ -74,7 +74,7 @@ class UnitOfWork(Protocol):
         ...
 
     def has_closures(self) -> bool:
-        """Some road closure is scheduled or in force; asks nothing that `roads` has not asked."""
+        """Some road closure is scheduled or in force. It needs no query beyond that of `roads`."""
         ...
 
     def hour_of(self, moment: datetime) -> float:
@@ -95,11 +95,11 @@ class UnitOfWork(Protocol):
         ...
 
     def roads_changed(self) -> None:
-        """Another map is active now, or a road was closed or opened: `roads` has to look again."""
+        """Another map is active now, or a road was closed or opened: `roads` must read again."""
         ...
 
     def publish(self, topic: str, **fields: str | int) -> None:
-        """Say on the bus, after the commit, that something has changed."""
+        """Publish on the bus, after the commit, that something has changed."""
         ...
 
 

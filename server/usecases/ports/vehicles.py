@@ -1,4 +1,4 @@
-"""Vehicles, where they are and were, and what they have said."""
+"""Vehicles, their positions and history, and their events."""
 
 from collections.abc import Sequence
 from datetime import datetime
@@ -39,7 +39,7 @@ class VehicleRepository(Protocol):
     def heard(self, vehicle_id: str, at: datetime) -> None: ...
 
     def save_position(self, vehicle_id: str, status: Status) -> None:
-        """A better word on where it is than its newest report; no history."""
+        """Correct the newest position; the history does not change."""
         ...
 
     def save_status(self, reports: Sequence[StatusReport]) -> None:

@@ -1,4 +1,4 @@
-"""Reads for people's eyes: what pages show, taken from the store without the domain's ceremony."""
+"""Reads for pages, taken from the store without the rules of the domain."""
 
 from collections.abc import Sequence, Set
 from dataclasses import dataclass

@@ -37,7 +37,7 @@ def calendar_of(uow: UnitOfWork) -> ServiceCalendar:
 
 
 def whole_calendar(uow: UnitOfWork, since: date | None = None) -> ServiceCalendar:
-    """With the exceptions of days gone by too, or since this one. Raises CampusUnknown."""
+    """With the exceptions of past days, or of those since a day. Raises CampusUnknown."""
     timezone = uow.network().road_map.timezone
     return ServiceCalendar(timezone, uow.service.patterns(), uow.service.exceptions(since), uow.rules.hours)
 

@@ -1,4 +1,4 @@
-"""Words to one vehicle: hold, resume, announce."""
+"""Sends commands to one vehicle: hold, resume, stop now, announce."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from server.usecases.record.server_events import record_event
 def send_command(
     uow: UnitOfWork, vehicle_id: str, kind: CommandKind, by: str, text: str = ""
 ) -> VehicleCommand:
-    """Repeat it to the vehicle until it says that it is done. Raises VehicleUnknown."""
+    """Store a command, which is sent to the vehicle until it answers. Raises VehicleUnknown."""
     vehicle = enrolled_vehicle(uow, vehicle_id)
     if vehicle.hold_ends is not None and kind in ("resume", "stop_now"):
         uow.vehicles.save(replace(vehicle, hold_ends=None))

@@ -1,4 +1,4 @@
-"""Rides that end because nobody can carry them: kept with their reason, and an incident."""
+"""Ends rides that no vehicle can carry, with their reason and an incident."""
 
 from datetime import timedelta
 
@@ -10,7 +10,7 @@ from server.usecases.record.incidents import open_incident
 
 
 def fail_ride(uow: UnitOfWork, ride: Ride, reason: str, detail: str, cause: str = "") -> None:
-    """reason: a stable code; detail: for the party; cause: for operators, where that says more."""
+    """reason: a stable code; detail: for the party; cause: for operators, if it says more."""
     uow.rides.save(ended(ride, RideState.FAILED, uow.now, reason, detail))
     uow.publish(topics.ride(uow.campus_id, ride.ride_id))
     open_incident(
@@ -23,8 +23,8 @@ def fail_ride(uow: UnitOfWork, ride: Ride, reason: str, detail: str, cause: str 
     )
 
 
-def give_up_late(uow: UnitOfWork, ride: Ride, rule: str) -> None:
-    """A ride that nobody could take within the longest wait fails, whatever the rule."""
+def fail_late_ride(uow: UnitOfWork, ride: Ride, rule: str) -> None:
+    """Fail a ride that no vehicle could take within the longest wait, whatever the rule."""
     wanted = ride.earliest if ride.promise is None else ride.promise.pickup_to
     if uow.now > wanted + timedelta(seconds=uow.rules.wait_s_max):
         cause = f"no shuttle could take it over ({rule})"

@@ -20,7 +20,7 @@ from server.usecases.record.server_events import record_event
 
 @dataclass(frozen=True, slots=True)
 class CreatedSession:
-    """token is known to nobody else: it goes into the operator's cookie."""
+    """token is a secret: it is stored only in the operator's cookie."""
 
     token: str
     session: OperatorSession
@@ -156,11 +156,6 @@ def developer_of(uow: UnitOfWork, secret: str, scope: Scope) -> DeveloperToken:
     if scope not in token.scopes:
         raise ScopeMissing(f"the token may {', '.join(sorted(token.scopes))} only, not {scope}")
     return token
-
-
-def developer_tokens(uow: UnitOfWork) -> tuple[DeveloperToken, ...]:
-    """Newest first, revoked and expired ones included."""
-    return uow.identity.developer_tokens()
 
 
 def revoke_developer_token(uow: UnitOfWork, token_id: str, by: str) -> DeveloperToken:

@@ -1,4 +1,4 @@
-"""What operators look at: opened by the server, acknowledged and closed by people."""
+"""Incidents: the server opens them, and operators acknowledge and close them."""
 
 from server.domain.errors import IncidentUnknown
 from server.domain.record.incidents import Incident, IncidentKind
@@ -33,12 +33,12 @@ def open_incident(
         ride_id=ride_id,
     )
     uow.incidents.add(incident)
-    _tell(uow, incident, "incident.opened", THE_SERVER)
+    _record_and_publish(uow, incident, "incident.opened", THE_SERVER)
     return incident
 
 
 def clear_incident(uow: UnitOfWork, kind: IncidentKind, subject: str) -> None:
-    """The cause is gone: close the incident by the server's own word, if it is open."""
+    """The cause is gone: the server closes the incident, if it is open."""
     known = uow.incidents.open_about(kind, subject)
     if known is not None:
         _close(uow, known, THE_SERVER)
@@ -48,7 +48,7 @@ def acknowledge(uow: UnitOfWork, incident_id: str, by: str) -> Incident:
     """Raises IncidentUnknown, IncidentClosed."""
     incident = as_acknowledged(_incident(uow, incident_id), by, uow.now)
     uow.incidents.save(incident)
-    _tell(uow, incident, "incident.acknowledged", by)
+    _record_and_publish(uow, incident, "incident.acknowledged", by)
     return incident
 
 
@@ -57,15 +57,10 @@ def close(uow: UnitOfWork, incident_id: str, by: str) -> Incident:
     return _close(uow, _incident(uow, incident_id), by)
 
 
-def list_open(uow: UnitOfWork) -> tuple[Incident, ...]:
-    """Most urgent first, then oldest."""
-    return uow.incidents.all_open()
-
-
 def _close(uow: UnitOfWork, incident: Incident, by: str) -> Incident:
     done = as_closed(incident, by, uow.now)
     uow.incidents.save(done)
-    _tell(uow, done, "incident.closed", by)
+    _record_and_publish(uow, done, "incident.closed", by)
     return done
 
 
@@ -76,7 +71,7 @@ def _incident(uow: UnitOfWork, incident_id: str) -> Incident:
     return incident
 
 
-def _tell(uow: UnitOfWork, incident: Incident, name: str, by: str) -> None:
+def _record_and_publish(uow: UnitOfWork, incident: Incident, name: str, by: str) -> None:
     detail = f"{incident.kind} {incident.subject}: {incident.cause}"
     record_event(uow, name, incident.incident_id, by, detail)
     uow.publish(topics.incidents(uow.campus_id), incident_id=incident.incident_id, kind=str(incident.kind))

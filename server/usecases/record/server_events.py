@@ -1,4 +1,4 @@
-"""The server's own record of what happened: who did what to which ride, vehicle, map or calendar."""
+"""Records the actions of people and of the server: what was done to which ride, vehicle, map or calendar."""
 
 from server.domain.record.events import ServerEvent
 from server.usecases.ports.unit_of_work import UnitOfWork

@@ -1,4 +1,4 @@
-"""Driven times measured against planned ones, and the paces learnt from them."""
+"""Measures driven times against planned ones, and learns the travel time factors."""
 
 from datetime import timedelta
 from math import isfinite
@@ -18,14 +18,14 @@ _LEARNT_FROM_DAYS = 28.0
 
 
 def left(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> None:
-    """A stop is behind the vehicle: from now on it drives."""
+    """The vehicle has left a stop: a leg begins."""
     uow.travel_time_factors.end_leg(vehicle_id)
     if visit.stop_id:
         uow.travel_time_factors.begin_leg(vehicle_id, visit.stop_id, uow.now)
 
 
 def arrived(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> None:
-    """It has come to its next place; a drive from stop to stop is kept."""
+    """The vehicle has come to its next place; a drive from stop to stop is recorded."""
     begun = uow.travel_time_factors.end_leg(vehicle_id)
     roads = uow.roads()
     if begun is None or visit.stop_id not in roads.stop_numbers or roads.closed:
@@ -45,19 +45,19 @@ def arrived(uow: UnitOfWork, vehicle_id: str, visit: PlannedVisit) -> None:
 
 
 def interrupted(uow: UnitOfWork, vehicle_id: str) -> None:
-    """Somebody held it or took it over: what it drives now tells nothing."""
+    """The vehicle was held or taken over: its present drive is not measured."""
     uow.travel_time_factors.end_leg(vehicle_id)
 
 
 def learn(uow: UnitOfWork) -> TravelTimeFactors:
-    """Work the paces out anew from the last weeks' legs, and forget older ones."""
+    """Learn the factors from the legs of the last weeks, and forget older legs."""
     oldest = uow.now - timedelta(days=_LEARNT_FROM_DAYS)
     uow.travel_time_factors.forget_before(oldest)
-    paces = learned_from(uow.travel_time_factors.legs(), uow.now)
-    if paces.factors != present(uow).factors or paces.legs != present(uow).legs:
-        uow.travel_time_factors.save(paces)
+    factors = learned_from(uow.travel_time_factors.legs(), uow.now)
+    if factors.factors != present(uow).factors or factors.legs != present(uow).legs:
+        uow.travel_time_factors.save(factors)
         uow.roads_changed()
-    return paces
+    return factors
 
 
 def present(uow: UnitOfWork) -> TravelTimeFactors:

@@ -1,4 +1,4 @@
-"""Who got in and out, by the vehicle's word."""
+"""Applies boardings, alightings and no-shows that vehicles report."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from server.domain.rides.rides import (
     ended,
 )
 from server.usecases.planning import plans
-from server.usecases.planning.routes import visits_of
+from server.usecases.planning.routes import vehicles_with_ride
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.incidents import clear_incident, open_incident
@@ -21,7 +21,7 @@ from server.usecases.rides import lost_vehicles
 
 
 def rider_boarded(uow: UnitOfWork, vehicle_id: str, event: RiderBoarded) -> None:
-    """Aboard, whatever the server thought; another vehicle that was to fetch the ride need not."""
+    """The party is on board, whatever the server has stored. Its planned vehicle is replanned."""
     ride = uow.rides.get(event.ride_id)
     if ride is None:
         return _unknown(uow, vehicle_id, "rider_boarded", event.ride_id)
@@ -29,13 +29,13 @@ def rider_boarded(uow: UnitOfWork, vehicle_id: str, event: RiderBoarded) -> None
         return None
     planned_by = ride.vehicle_id
     expected = planned_by == vehicle_id and not ride.has_ended
-    aboard = _moved(uow, ride, event.how)
+    aboard = _boarded(uow, ride, event.how)
     if aboard is None:
         return None
     uow.rides.save(replace(aboard, vehicle_id=vehicle_id))
-    _tell(uow, ride, "ride.boarded", vehicle_id, event.how)
+    _record_and_publish(uow, ride, "ride.boarded", vehicle_id, event.how)
     if not expected:
-        for other in visits_of(uow.plans.all(), ride.ride_id):
+        for other in vehicles_with_ride(uow.plans.all(), ride.ride_id):
             if other != vehicle_id:
                 plans.replan(uow, other)
         plans.replan(uow, vehicle_id)
@@ -43,14 +43,14 @@ def rider_boarded(uow: UnitOfWork, vehicle_id: str, event: RiderBoarded) -> None
 
 
 def rider_alighted(uow: UnitOfWork, vehicle_id: str, event: RiderAlighted) -> None:
-    """Out: the ride is completed, early where the vehicle does not stand at the ride's own stop."""
+    """The ride is completed; early, if the vehicle does not stand at the ride's own stop."""
     ride = uow.rides.get(event.ride_id)
     if ride is None:
         return _unknown(uow, vehicle_id, "rider_alighted", event.ride_id)
     if ride.state is RideState.COMPLETED:
         return None
     if ride.stranded_by == vehicle_id and not ride.has_ended and ride.vehicle_id != vehicle_id:
-        return lost_vehicles.left(uow, vehicle_id, ride)
+        return lost_vehicles.rider_left_lost_vehicle(uow, vehicle_id, ride)
     if ride.state is not RideState.ABOARD:
         return _contradiction(uow, vehicle_id, ride, "alighted")
     plan = uow.plans.get(vehicle_id)
@@ -59,7 +59,7 @@ def rider_alighted(uow: UnitOfWork, vehicle_id: str, event: RiderAlighted) -> No
     done = ended(ride, RideState.COMPLETED, uow.now)
     uow.rides.save(replace(done, left_early=early or ride.let_out))
     clear_incident(uow, IncidentKind.RIDER_DID_NOT_ALIGHT, ride.ride_id)
-    _tell(uow, ride, "ride.completed", vehicle_id, event.how)
+    _record_and_publish(uow, ride, "ride.completed", vehicle_id, event.how)
     if early:
         plans.replan(uow, vehicle_id)
     return None
@@ -72,9 +72,9 @@ def rider_no_show(uow: UnitOfWork, vehicle_id: str, event: RiderNoShow) -> None:
         return _unknown(uow, vehicle_id, "rider_no_show", event.ride_id)
     if ride.vehicle_id != vehicle_id or ride.state not in (RideState.ASSIGNED, RideState.BOARDING):
         return None
-    detail = "nobody boarded before the shuttle had to leave"
+    detail = "the party did not board before the shuttle had to leave"
     uow.rides.save(ended(ride, RideState.NO_SHOW, uow.now, "no_show", detail))
-    _tell(uow, ride, "ride.no_show", vehicle_id)
+    _record_and_publish(uow, ride, "ride.no_show", vehicle_id)
     plans.replan(uow, vehicle_id)
     return None
 
@@ -98,11 +98,11 @@ def rider_did_not_alight(uow: UnitOfWork, vehicle_id: str, event: RiderDidNotAli
     if again:
         detail = "stayed in the shuttle, or left without being seen"
         uow.rides.save(ended(ride, RideState.FAILED, uow.now, "did_not_alight", detail))
-    _tell(uow, ride, "ride.did_not_alight", vehicle_id)
+    _record_and_publish(uow, ride, "ride.did_not_alight", vehicle_id)
     return None
 
 
-def _moved(uow: UnitOfWork, ride: Ride, how: BoardedHow) -> Ride | None:
+def _boarded(uow: UnitOfWork, ride: Ride, how: BoardedHow) -> Ride | None:
     try:
         return boarded(ride, how, uow.now)
     except IllegalTransition:
@@ -119,6 +119,6 @@ def _contradiction(uow: UnitOfWork, vehicle_id: str, ride: Ride, what: str) -> N
     record_event(uow, "ride.contradiction", ride.ride_id, vehicle_id, detail)
 
 
-def _tell(uow: UnitOfWork, ride: Ride, name: str, vehicle_id: str, detail: str = "") -> None:
+def _record_and_publish(uow: UnitOfWork, ride: Ride, name: str, vehicle_id: str, detail: str = "") -> None:
     record_event(uow, name, ride.ride_id, vehicle_id, detail)
     uow.publish(topics.ride(uow.campus_id, ride.ride_id), vehicle_id=vehicle_id)

@@ -1,6 +1,6 @@
 """Another destination for a ride that waits or is under way, and getting off as soon as possible.
 
-Nobody else's promise is touched: a change is inserted like a booking, or refused with the rule that binds.
+No other promise changes: a change is inserted like a booking, or refused with the rule that binds.
 """
 
 import math
@@ -13,7 +13,7 @@ import numpy as np
 from contract.geometry import Array
 from server.dispatch.problem import Call, Problem, VehicleRoute, VehicleState
 from server.dispatch.refusal import CLOSED
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 from server.domain.errors import (
     DestinationRefused,
     NoRestingPlaceFree,
@@ -31,7 +31,7 @@ from server.domain.rides.rides import (
     unassigned,
 )
 from server.usecases.planning.assign import assign_ride
-from server.usecases.planning.issue_orders import commit
+from server.usecases.planning.issue_orders import adopt_routes
 from server.usecases.planning.snapshot import (
     Snapshot,
     moment,
@@ -41,55 +41,55 @@ from server.usecases.planning.snapshot import (
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import calendar_of
-from server.usecases.record.refusals import WORDS, closing_words
+from server.usecases.record.refusals import REFUSAL_TEXTS, closing_text
 from server.usecases.record.server_events import record_event
 
-# How many of the soonest stops are tried for somebody who wants to get off.
+# How many of the soonest stops are tried for a rider who wants to get off.
 _EXITS_TRIED = 6
-# Later than this is later.
+# Differences below this do not count as later.
 _LATER_S = 1.0
 
 
 def change_destination(uow: UnitOfWork, ride: Ride, to_stop: str, by: str) -> Ride:
-    """The ride to another stop, its latest arrival promised anew; the pickup promise stays.
+    """The ride to another stop, with a new latest arrival; the pickup promise stays.
 
-    Its present destination is no change. Raises RideEnded, StopUnknown, SameStop,
+    The present destination changes nothing. Raises RideEnded, StopUnknown, SameStop,
     StopUnreachable, NoService (it would end after closing), DestinationRefused (`rule` says what binds).
     """
     _require_possible(uow, ride, to_stop)
     if to_stop == ride.to_stop and not ride.let_out:
         return ride
-    wish = redirected(ride, to_stop)
-    changed = _let_out_there(uow, wish)
+    wanted = redirected(ride, to_stop)
+    changed = _insert_into_present_vehicle(uow, wanted)
     if changed is None:
-        changed = _inserted_anew(uow, wish)
+        changed = _insert_into_any_vehicle(uow, wanted)
     _require_before_closing(uow, changed)
-    _tell(uow, changed, "ride.destination_changed", by, f"{ride.to_stop} to {to_stop}")
+    _record_and_publish(uow, changed, "ride.destination_changed", by, f"{ride.to_stop} to {to_stop}")
     return changed
 
 
 def let_out_elsewhere(uow: UnitOfWork, ride: Ride, to_stop: str) -> Ride | None:
-    """Somebody aboard is let out at another stop, wherever that costs least; None where it would break a
-    promise."""
-    return _let_out_there(uow, replace(redirected(ride, to_stop), let_out=ride.let_out))
+    """Let a party aboard out at another stop, at the least cost; None if that breaks a promise."""
+    return _insert_into_present_vehicle(uow, replace(redirected(ride, to_stop), let_out=ride.let_out))
 
 
 def let_out(uow: UnitOfWork, ride: Ride, by: str) -> Ride:
-    """Somebody aboard wants to get off: at the first stop that breaks nobody's promise, else at the next
-    one of the plan. The ride goes on until the vehicle says that they are out.
+    """Let a party aboard out at the first stop that breaks no promise, else at the next stop of the plan.
+
+    The ride goes on until the vehicle reports that the party is out.
     """
     snapshot = take_snapshot(uow)
     vehicle = _vehicle_of(snapshot, ride)
     for to_stop, index in _exits(uow, snapshot.problem.times, vehicle, ride):
-        wish = replace(redirected(ride, to_stop), let_out=True)
-        route = _dropping(uow, snapshot, vehicle, wish, [index])
+        wanted = replace(redirected(ride, to_stop), let_out=True)
+        route = _route_with_drop_off(uow, snapshot, vehicle, wanted, [index])
         if route is not None:
-            changed = _carried_out(uow, snapshot, wish, route)
-            _tell(uow, changed, "ride.let_out", by, to_stop)
+            changed = _adopt_route(uow, snapshot, wanted, route)
+            _record_and_publish(uow, changed, "ride.let_out", by, to_stop)
             return changed
     changed = replace(ride, let_out=True)
     uow.rides.save(changed)
-    _tell(uow, changed, "ride.let_out", by, ride.to_stop)
+    _record_and_publish(uow, changed, "ride.let_out", by, ride.to_stop)
     return changed
 
 
@@ -108,13 +108,13 @@ def _require_possible(uow: UnitOfWork, ride: Ride, to_stop: str) -> None:
     elif math.isinf(roads.direct_s(ride.from_stop, to_stop)):
         raise StopUnreachable("no road leads there from the pickup stop")
     if roads.is_cut_off(ride.from_stop if ride.state is not RideState.ABOARD else to_stop, to_stop):
-        raise DestinationRefused(f"{WORDS[CLOSED]}; your ride stays as it was", CLOSED)
+        raise DestinationRefused(f"{REFUSAL_TEXTS[CLOSED]}; your ride stays as it was", CLOSED)
 
 
 def _require_before_closing(uow: UnitOfWork, ride: Ride) -> None:
     closes = ride.arrive_before
     if closes is not None and ride.arrival_eta is not None and ride.arrival_eta > closes:
-        raise NoService(closing_words(calendar_of(uow), closes))
+        raise NoService(closing_text(calendar_of(uow), closes))
 
 
 def _is_planned_for(snapshot: Snapshot, ride: Ride) -> bool:
@@ -132,26 +132,26 @@ def _vehicle_of(snapshot: Snapshot, ride: Ride) -> VehicleState:
 # ---------------------------------------------------------------- on another vehicle: inserted like a booking
 
 
-def _inserted_anew(uow: UnitOfWork, wish: Ride) -> Ride:
-    """By whichever vehicle can. Its pickup window stays promised, its arrival is promised anew."""
-    if wish.state in (RideState.BOARDING, RideState.ABOARD):
+def _insert_into_any_vehicle(uow: UnitOfWork, wanted: Ride) -> Ride:
+    """Insert the ride into any vehicle. Its pickup window is kept, and it gets a new latest arrival."""
+    if wanted.state in (RideState.BOARDING, RideState.ABOARD):
         raise DestinationRefused(
             "others in the shuttle, or waiting for it, could not be there in time; your ride stays as it was",
             "arrival",
         )
-    free = wish if wish.state is RideState.REQUESTED else unassigned(wish)
+    free = wanted if wanted.state is RideState.REQUESTED else unassigned(wanted)
     open_ended = None
-    if wish.promise is not None:
+    if wanted.promise is not None:
         # The longest ride binds before this does.
-        far = wish.promise.pickup_to + timedelta(seconds=_ride_s_max(uow, wish) + uow.rules.dwell_s)
-        open_ended = replace(wish.promise, arrive_by=far)
+        far = wanted.promise.pickup_to + timedelta(seconds=_ride_s_max(uow, wanted) + uow.rules.dwell_s)
+        open_ended = replace(wanted.promise, arrive_by=far)
     try:
         answer = assign_ride(uow, replace(free, promise=open_ended), "change")
     except NoRestingPlaceFree as error:
         raise DestinationRefused(error.detail, "no_vehicle_free") from error
     if answer.rule:
-        raise DestinationRefused(f"{WORDS[answer.rule]}; your ride stays as it was", answer.rule)
-    return _promised_anew(uow, answer.ride)
+        raise DestinationRefused(f"{REFUSAL_TEXTS[answer.rule]}; your ride stays as it was", answer.rule)
+    return _with_new_arrival(uow, answer.ride)
 
 
 def _ride_s_max(uow: UnitOfWork, ride: Ride) -> float:
@@ -162,50 +162,49 @@ def _ride_s_max(uow: UnitOfWork, ride: Ride) -> float:
 # ---------------------------------------------------------------- on the vehicle that has it
 
 
-def _let_out_there(uow: UnitOfWork, wish: Ride) -> Ride | None:
-    """By the vehicle that comes or has come for it, whose way to the pickup stays; None where that fails."""
-    if wish.vehicle_id is None:
+def _insert_into_present_vehicle(uow: UnitOfWork, wanted: Ride) -> Ride | None:
+    """Let the party out with its present vehicle, whose way to the pickup stays; None if that fails."""
+    if wanted.vehicle_id is None:
         return None
     snapshot = take_snapshot(uow)
-    if wish.state is RideState.ASSIGNED and not _is_planned_for(snapshot, wish):
+    if wanted.state is RideState.ASSIGNED and not _is_planned_for(snapshot, wanted):
         return None
-    vehicle = _vehicle_of(snapshot, wish)
-    place = uow.roads().stop_numbers[wish.to_stop]
+    vehicle = _vehicle_of(snapshot, wanted)
+    place = uow.roads().stop_numbers[wanted.to_stop]
     if not np.isfinite([*snapshot.problem.times[:, place], vehicle.to_places_s[place]]).any():
-        raise StopUnreachable("the shuttle finds no way to that stop")
-    count = len(_without(vehicle, wish.ride_id)) + 1
-    route = _dropping(uow, snapshot, vehicle, wish, range(count))
-    return None if route is None else _carried_out(uow, snapshot, wish, route)
+        raise StopUnreachable("no road leads the shuttle to that stop")
+    count = len(_without(vehicle, wanted.ride_id)) + 1
+    route = _route_with_drop_off(uow, snapshot, vehicle, wanted, range(count))
+    return None if route is None else _adopt_route(uow, snapshot, wanted, route)
 
 
-def _dropping(
-    uow: UnitOfWork, snapshot: Snapshot, vehicle: VehicleState, wish: Ride, indices: Sequence[int]
+def _route_with_drop_off(
+    uow: UnitOfWork, snapshot: Snapshot, vehicle: VehicleState, wanted: Ride, indices: Sequence[int]
 ) -> VehicleRoute | None:
-    """The vehicle's cheapest route that lets the party out before one of these calls; None when each one
-    breaks a promise."""
-    place = uow.roads().stop_numbers[wish.to_stop]
-    request = snapshot.problem.requests[wish.ride_id]
-    longest_s = math.inf if wish.state is RideState.ABOARD else _ride_s_max(uow, wish)
+    """The vehicle's cheapest route with a drop-off before one of these calls; None if none is possible."""
+    place = uow.roads().stop_numbers[wanted.to_stop]
+    request = snapshot.problem.requests[wanted.ride_id]
+    longest_s = math.inf if wanted.state is RideState.ABOARD else _ride_s_max(uow, wanted)
     patient = replace(request, dropoff=place, arrive_by_s=math.inf, ride_s_max=longest_s)
-    requests = snapshot.problem.requests | {wish.ride_id: patient}
+    requests = snapshot.problem.requests | {wanted.ride_id: patient}
     before = Schedule(replace(snapshot.problem, vehicles=(vehicle,), open_requests=()))
     found: Schedule | None = None
-    for calls in _routes(_without(vehicle, wish.ride_id), vehicle.locked, wish, place, indices, uow):
+    for calls in _routes(_without(vehicle, wanted.ride_id), vehicle.locked, wanted, place, indices, uow):
         problem = replace(
             snapshot.problem, vehicles=(replace(vehicle, calls=calls),), requests=requests, open_requests=()
         )
-        made = _times_of(problem, before, wish)
+        made = _times_of(problem, before, wanted)
         if made is not None and (found is None or made.cost < found.cost):
             found = made
     return None if found is None else found.route(0)
 
 
 def _routes(
-    calls: tuple[Call, ...], locked: int, wish: Ride, place: int, indices: Sequence[int], uow: UnitOfWork
+    calls: tuple[Call, ...], locked: int, wanted: Ride, place: int, indices: Sequence[int], uow: UnitOfWork
 ) -> Iterator[tuple[Call, ...]]:
     """The calls with the party let out at one there is already, and at a new one before each index."""
-    boards = next((n for n, call in enumerate(calls) if wish.ride_id in call.board), -1)
-    out = Call(place, (), (wish.ride_id,), uow.rules.dwell_s, pace=uow.travel_time_factor_at(uow.now))
+    boards = next((n for n, call in enumerate(calls) if wanted.ride_id in call.board), -1)
+    out = Call(place, (), (wanted.ride_id,), uow.rules.dwell_s, pace=uow.travel_time_factor_at(uow.now))
     for index in indices:
         if index < max(locked, boards + 1) or index > len(calls):
             continue
@@ -213,26 +212,25 @@ def _routes(
             here = calls[index]
             yield (
                 *calls[:index],
-                replace(here, alight=(*here.alight, wish.ride_id)),
+                replace(here, alight=(*here.alight, wanted.ride_id)),
                 *calls[index + 1 :],
             )
         yield (*calls[:index], out, *calls[index:])
 
 
-def _times_of(problem: Problem, before: Schedule, wish: Ride) -> Schedule | None:
-    """The route as it stands, timed; None when it breaks a promise, or makes somebody else's later that is
-    late already."""
-    board = Schedule(problem)
-    if board.impossible or board.overdue - before.overdue:
+def _times_of(problem: Problem, before: Schedule, wanted: Ride) -> Schedule | None:
+    """The given route, timed; None if it breaks a promise, or makes another late ride later."""
+    schedule = Schedule(problem)
+    if schedule.impossible or schedule.overdue - before.overdue:
         return None
-    late = [name for name in board.overdue if name in before.rows and name != wish.ride_id]
-    if any(board.arrival_s(name) > before.arrival_s(name) + _LATER_S for name in late):
+    late = [name for name in schedule.overdue if name in before.rows and name != wanted.ride_id]
+    if any(schedule.arrival_s(name) > before.arrival_s(name) + _LATER_S for name in late):
         return None
-    return board
+    return schedule
 
 
 def _without(vehicle: VehicleState, ride_id: str) -> tuple[Call, ...]:
-    """The vehicle's calls without letting this ride out; one that was made for that alone is left out."""
+    """The vehicle's calls without the drop-off of this ride; a call that was only for it is left out."""
     kept = []
     for number, call in enumerate(vehicle.calls):
         if ride_id not in call.alight:
@@ -261,29 +259,29 @@ def _exits(uow: UnitOfWork, times: Array, vehicle: VehicleState, ride: Ride) -> 
     return [(stop_id, index) for _, stop_id in first] + planned
 
 
-def _carried_out(uow: UnitOfWork, snapshot: Snapshot, wish: Ride, route: VehicleRoute) -> Ride:
-    uow.rides.save(wish)
-    snapshot.rides[wish.ride_id] = wish
+def _adopt_route(uow: UnitOfWork, snapshot: Snapshot, wanted: Ride, route: VehicleRoute) -> Ride:
+    uow.rides.save(wanted)
+    snapshot.rides[wanted.ride_id] = wanted
     try:
-        commit(uow, snapshot, (route,))
+        adopt_routes(uow, snapshot, (route,))
     except NoRestingPlaceFree as error:
         raise DestinationRefused(error.detail, "no_vehicle_free") from error
-    return _promised_anew(uow, snapshot.rides[wish.ride_id])
+    return _with_new_arrival(uow, snapshot.rides[wanted.ride_id])
 
 
-def _promised_anew(uow: UnitOfWork, ride: Ride) -> Ride:
+def _with_new_arrival(uow: UnitOfWork, ride: Ride) -> Ride:
     """The latest arrival after the one planned now, with the slack of a booking."""
     if ride.promise is None or ride.arrival_eta is None:
         uow.rides.save(ride)
         return ride
     begun = uow.now if ride.boarded_at is not None or ride.pickup_eta is None else ride.pickup_eta
-    terms = uow.roads().terms(uow.rules)
+    terms = uow.roads().promise_rules(uow.rules)
     arrive_by = moment(terms.arrive_by_s(seconds(begun), seconds(ride.arrival_eta), seconds(uow.now)))
     promised = replace(ride, promise=Promise(ride.promise.pickup_from, ride.promise.pickup_to, arrive_by))
     uow.rides.save(promised)
     return promised
 
 
-def _tell(uow: UnitOfWork, ride: Ride, name: str, by: str, detail: str) -> None:
+def _record_and_publish(uow: UnitOfWork, ride: Ride, name: str, by: str, detail: str) -> None:
     record_event(uow, name, ride.ride_id, by, detail)
     uow.publish(topics.ride(uow.campus_id, ride.ride_id), to_stop=ride.to_stop)

@@ -1,7 +1,8 @@
-"""Riders aboard a shuttle that cannot go on: another one fetches them at the nearest stop.
+"""Riders aboard a shuttle that cannot go on: another one picks them up at the nearest stop.
 
 A shuttle is lost when it has stood with a fault for long, when an operator says so, or when it is taken off
-the road. One that is merely silent may still be driving: its riders stay with it until somebody decides.
+the road. A shuttle that is only silent may still be driving: its riders stay with it until an operator
+decides.
 """
 
 import math
@@ -21,7 +22,7 @@ from server.domain.rides.rides import (
 )
 from server.travel.walking import on_foot_s
 from server.usecases.planning import plans
-from server.usecases.planning.routes import visits_of
+from server.usecases.planning.routes import vehicles_with_ride
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
@@ -30,61 +31,61 @@ from server.usecases.record.incidents import open_incident
 from server.usecases.record.server_events import record_event
 
 LOST_MODES: tuple[DriveMode, ...] = ("minimal_risk", "fault")
-# Who has come so near to the destination on foot or by hand is there.
+# A party within this distance of the destination has arrived.
 _THERE_M = 30.0
 
 
 def rescue_riders(uow: UnitOfWork) -> tuple[Ride, ...]:
-    """The riders of shuttles that have stood with a fault for too long, sent to stops near by."""
+    """Send the riders of shuttles that have stood with a fault for too long to stops near by."""
     limit = uow.now - timedelta(seconds=uow.rules.reassign_after_s)
     moved: list[Ride] = []
     for vehicle in uow.vehicles.all():
         since = vehicle.unavailable_since
         if vehicle.mode in LOST_MODES and since is not None and since <= limit:
-            moved += strand(uow, vehicle, f"{vehicle.vehicle_id} stands ({vehicle.mode})")
+            moved += strand_riders(uow, vehicle, f"{vehicle.vehicle_id} stands ({vehicle.mode})")
     return tuple(moved)
 
 
 def evacuate(uow: UnitOfWork, vehicle_id: str, by: str) -> tuple[Ride, ...]:
-    """An operator decides that a shuttle cannot go on: whoever is aboard goes on with others.
+    """An operator decides that a shuttle cannot go on: its riders go on with others.
 
-    The rides as they are planned now. Raises VehicleUnknown, NobodyAboard.
+    Returns the rides as planned now. Raises VehicleUnknown, NobodyAboard.
     """
     vehicle = enrolled_vehicle(uow, vehicle_id)
     record_event(uow, "vehicle.evacuated", vehicle_id, by, "")
-    moved = strand(uow, vehicle, f"an operator has {vehicle_id} evacuated")
+    moved = strand_riders(uow, vehicle, f"an operator has {vehicle_id} evacuated")
     if not moved:
-        raise NobodyAboard(f"nobody is aboard {vehicle_id}")
+        raise NobodyAboard(f"no rider is aboard {vehicle_id}")
     plans.assign_waiting(uow)
     return tuple(uow.rides.get(ride.ride_id) or ride for ride in moved)
 
 
-def strand(uow: UnitOfWork, vehicle: Vehicle, cause: str) -> list[Ride]:
-    """Send everybody aboard to the nearest stop, where they wait for another shuttle; an incident for each.
+def strand_riders(uow: UnitOfWork, vehicle: Vehicle, cause: str) -> list[Ride]:
+    """Send all riders aboard to the nearest stop, to wait for another shuttle. Each ride is an incident.
 
-    Where nobody knows where the shuttle stands, or the nearest stop is where they are going, the ride ends.
+    If the position is not known, or if the nearest stop is their destination, the ride ends.
     `plans.assign_waiting` finds the other shuttle.
     """
     moved = []
     for ride in uow.rides.of_vehicle(vehicle.vehicle_id, [RideState.ABOARD]):
         stop_id, walk_s = _nearest_stop(uow, vehicle.vehicle_id, ride)
         if stop_id in ("", ride.to_stop):
-            _give_up(uow, ride, cause, walk_s)
+            _fail_lost_ride(uow, ride, cause, walk_s)
             continue
         after = stranded(ride, stop_id, uow.now + timedelta(seconds=walk_s), uow.now)
         uow.rides.save(after)
         moved.append(after)
         stop = uow.network().stops[stop_id].name
         detail = f"{cause}; another shuttle comes to {stop}, {walk_s / 60.0:.0f} minutes on foot"
-        _tell_stranded(uow, ride, detail)
+        _record_stranded(uow, ride, detail)
     if moved and not vehicle.retired:
         plans.replan(uow, vehicle.vehicle_id)
         uow.publish(topics.dispatch(uow.campus_id))
     return moved
 
 
-def left(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> None:
-    """The lost shuttle says that a stranded party has got off: at its destination after all, or as told."""
+def rider_left_lost_vehicle(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> None:
+    """The lost shuttle reports that a stranded party has got off."""
     if not _is_near(uow, vehicle_id, ride.to_stop):
         record_event(uow, "ride.left_lost_vehicle", ride.ride_id, vehicle_id, "")
         return
@@ -92,12 +93,12 @@ def left(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> None:
     uow.rides.save(ended(aboard, RideState.COMPLETED, uow.now))
     record_event(uow, "ride.completed", ride.ride_id, vehicle_id, "with the shuttle that was given up")
     uow.publish(topics.ride(uow.campus_id, ride.ride_id))
-    for other in visits_of(uow.plans.all(), ride.ride_id):
+    for other in vehicles_with_ride(uow.plans.all(), ride.ride_id):
         plans.replan(uow, other)
 
 
 def _nearest_stop(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> tuple[str, float]:
-    """The stop and the seconds on foot; "" where there is none, or nobody knows where the shuttle is."""
+    """The stop and the seconds on foot; "" if there is none, or if the shuttle's position is not known."""
     where = uow.vehicles.whereabouts(vehicle_id)
     if where is None or where.status is None:
         return "", 0.0
@@ -119,15 +120,15 @@ def _is_near(uow: UnitOfWork, vehicle_id: str, stop_id: str) -> bool:
     return uow.network().apart_m(stop_id, pose.x_m, pose.y_m) <= _THERE_M
 
 
-def _give_up(uow: UnitOfWork, ride: Ride, cause: str, walk_s: float) -> None:
+def _fail_lost_ride(uow: UnitOfWork, ride: Ride, cause: str, walk_s: float) -> None:
     detail = f"{cause}; your stop is {max(1, round(walk_s / 60.0))} minutes away on foot"
     if walk_s == 0.0:
-        detail = f"{cause}, and nobody knows where"
-    fail_ride(uow, ride, "vehicle_lost", detail, f"{detail}; see to it that they get on")
+        detail = f"{cause}, and its position is not known"
+    fail_ride(uow, ride, "vehicle_lost", detail, f"{detail}; make sure that the party gets on")
     record_event(uow, "ride.failed", ride.ride_id, "", detail)
 
 
-def _tell_stranded(uow: UnitOfWork, ride: Ride, detail: str) -> None:
+def _record_stranded(uow: UnitOfWork, ride: Ride, detail: str) -> None:
     open_incident(
         uow,
         IncidentKind.PROMISE_BROKEN,

@@ -41,7 +41,7 @@ from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import calendar_of
 from server.usecases.record.incidents import open_incident
-from server.usecases.record.refusals import IN_TIME, WORDS, closing_words
+from server.usecases.record.refusals import IN_TIME, REFUSAL_TEXTS, closing_text
 from server.usecases.record.server_events import record_event
 from server.usecases.rides import destinations
 
@@ -57,10 +57,10 @@ class BookingResult:
 def book(uow: UnitOfWork, request: BookRide) -> Ride:
     """The ride with its vehicle and its promise; or the ride in state `refused` with the rule that binds.
 
-    A repeated idempotency_key gives the earlier ride. A refused ride is kept, so that operators see what
-    was asked for in vain; its `reason` is one of `dispatch.refusal.RULES`, or no_service (it would end after
-    closing). Raises what cannot even be asked: StopUnknown, SameStop, StopUnreachable, PartyInvalid,
-    PartyTooLarge, NoService, BookingTooFarAhead, IdempotencyMismatch, CampusUnknown.
+    A repeated idempotency_key gives the earlier ride. A refused ride is stored, so that operators see it;
+    its `reason` is one of `dispatch.refusal.RULES`, or no_service (it would end after closing). Raises, if
+    the request is not possible at all: StopUnknown, SameStop, StopUnreachable, PartyInvalid, PartyTooLarge,
+    NoService, BookingTooFarAhead, IdempotencyMismatch, CampusUnknown.
     """
     answer = book_all(uow, [request])[0]
     if isinstance(answer, DomainError):
@@ -69,15 +69,15 @@ def book(uow: UnitOfWork, request: BookRide) -> Ride:
 
 
 def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[BookingResult | DomainError]:
-    """`book` for several at once, in this order, on one look at the fleet: a ride or an error for each."""
+    """`book` for several requests on one snapshot of the fleet: a ride or an error for each."""
     answers: list[Ride | DomainError] = []
     calendar = calendar_of(uow)
     asked: dict[str, tuple[Ride, BookRide]] = {}
     for request in requests:
         try:
-            ride = _booked_before(uow, request)
+            ride = _earlier_booking(uow, request)
             if ride is None:
-                ride = _requested(uow, request, _closing(uow, request, calendar))
+                ride = _new_ride(uow, request, _closing_time(uow, request, calendar))
                 uow.rides.add(ride)
                 asked[ride.ride_id] = ride, request
             answers.append(ride)
@@ -85,14 +85,18 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[BookingResul
             answers.append(error)
     decided: dict[str, BookingResult] = {}
     walking = frozenset(ride_id for ride_id, (_, request) in asked.items() if request.may_walk)
-    assigned = _assigned(uow, [ride for ride, _ in asked.values()], walking)
+    assigned = _assign(uow, [ride for ride, _ in asked.values()], walking)
     for (ride, request), answer in zip(asked.values(), assigned, strict=True):
         booked = answer.ride
         if answer.rule:
-            booked = _refused(uow, ride, answer.rule)
+            booked = _refused_ride(uow, ride, answer.rule)
             uow.rides.save(booked)
-        wish = f"{request.from_stop} to {request.to_stop}, party of {request.party} {booked.reason}".rstrip()
-        _tell(uow, booked, "ride.refused" if answer.rule else "ride.booked", request.source, wish)
+        detail = (
+            f"{request.from_stop} to {request.to_stop}, party of {request.party} {booked.reason}".rstrip()
+        )
+        _record_and_publish(
+            uow, booked, "ride.refused" if answer.rule else "ride.booked", request.source, detail
+        )
         decided[ride.ride_id] = BookingResult(booked, answer.alternatives)
     return [
         answer
@@ -102,16 +106,16 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[BookingResul
     ]
 
 
-def _assigned(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[AssignmentResult]:
+def _assign(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[AssignmentResult]:
     def now(uow: UnitOfWork, rides: Sequence[Ride]) -> list[AssignmentResult]:
-        return _assigned_now(uow, rides, walking)
+        return _assign_now(uow, rides, walking)
 
     if rides and uow.has_closures():
-        return unreachable_rides.booked_around(uow, rides, now)
+        return unreachable_rides.book_around_closures(uow, rides, now)
     return now(uow, rides)
 
 
-def _assigned_now(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[AssignmentResult]:
+def _assign_now(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[AssignmentResult]:
     try:
         return assign_rides(uow, rides, "booking", walking=walking)
     except NoRestingPlaceFree:
@@ -121,7 +125,7 @@ def _assigned_now(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str
 
 
 def alternatives_for(uow: UnitOfWork, ride: Ride) -> tuple[Alternative, ...]:
-    """What would have been accepted when this ride was refused; nothing for any other ride."""
+    """What would have been accepted when this ride was refused; empty for any other ride."""
     if ride.state is not RideState.REFUSED:
         return ()
     decided = uow.decisions.of_ride(ride.ride_id)
@@ -129,7 +133,7 @@ def alternatives_for(uow: UnitOfWork, ride: Ride) -> tuple[Alternative, ...]:
 
 
 def cancel(uow: UnitOfWork, ride_id: str, by: str) -> Ride:
-    """Nobody has to come; who is aboard is let out as soon as possible, and the ride ends there.
+    """Cancel the ride. A party aboard is let out as soon as possible, and the ride ends there.
 
     by: "passenger" | "operator" | "developer". Raises RideUnknown, RideEnded, DestinationRefused (aboard a
     shuttle that cannot be given a way).
@@ -139,7 +143,7 @@ def cancel(uow: UnitOfWork, ride_id: str, by: str) -> Ride:
         return ride if ride.let_out else destinations.let_out(uow, ride, by)
     gone = cancelled(ride, by, uow.now)
     uow.rides.save(gone)
-    _tell(uow, gone, "ride.cancelled", by)
+    _record_and_publish(uow, gone, "ride.cancelled", by)
     if ride.vehicle_id is not None:
         plans.replan(uow, ride.vehicle_id)
     return gone
@@ -163,9 +167,9 @@ def tap(uow: UnitOfWork, ride_id: str, kind: TapKind) -> Tap:
 
 
 def call_help(uow: UnitOfWork, ride_id: str, text: str) -> Incident:
-    """Put the passenger's call on top of the incidents; an open call is kept. Raises RideUnknown."""
+    """Open an incident of the highest priority; an open call is kept. Raises RideUnknown."""
     ride = ride_of(uow, ride_id)
-    said = text.strip() or "no words"
+    said = text.strip() or "no message"
     incident = open_incident(
         uow,
         IncidentKind.HELP_CALL,
@@ -174,33 +178,33 @@ def call_help(uow: UnitOfWork, ride_id: str, text: str) -> Incident:
         vehicle_id=ride.vehicle_id,
         ride_id=ride_id,
     )
-    _tell(uow, ride, "ride.help_called", "passenger", said)
+    _record_and_publish(uow, ride, "ride.help_called", "passenger", said)
     return incident
 
 
 def ride_of(uow: UnitOfWork, ride_id: str) -> Ride:
     """Raises RideUnknown."""
-    return _found(uow.rides.get(ride_id), f"there is no ride {ride_id}")
+    return _require_found(uow.rides.get(ride_id), f"there is no ride {ride_id}")
 
 
 def ride_by_code(uow: UnitOfWork, ride_code: str) -> Ride:
-    """Codes are read without regard to case and spaces. Raises RideUnknown."""
+    """Case and spaces in the code do not matter. Raises RideUnknown."""
     code = "".join(ride_code.split()).upper()
-    return _found(uow.rides.by_code(code), f"no ride has the code {code}; look at it again")
+    return _require_found(uow.rides.by_code(code), f"no ride has the code {code}; check it")
 
 
 def ride_by_token(uow: UnitOfWork, token: str) -> Ride:
     """Raises RideUnknown."""
-    return _found(uow.rides.by_token(token), "this link belongs to no ride")
+    return _require_found(uow.rides.by_token(token), "this link belongs to no ride")
 
 
-def _found(ride: Ride | None, detail: str) -> Ride:
+def _require_found(ride: Ride | None, detail: str) -> Ride:
     if ride is None:
         raise RideUnknown(detail)
     return ride
 
 
-def _booked_before(uow: UnitOfWork, request: BookRide) -> Ride | None:
+def _earlier_booking(uow: UnitOfWork, request: BookRide) -> Ride | None:
     if request.idempotency_key is None:
         return None
     ride = uow.rides.by_idempotency_key(request.idempotency_key)
@@ -213,17 +217,17 @@ def _booked_before(uow: UnitOfWork, request: BookRide) -> Ride | None:
     return ride
 
 
-def _refused(uow: UnitOfWork, ride: Ride, rule: str) -> Ride:
+def _refused_ride(uow: UnitOfWork, ride: Ride, rule: str) -> Ride:
     if rule in IN_TIME and ride.arrive_before is not None:
         patience_s = uow.rules.wait_s_max + uow.roads().direct_s(ride.from_stop, ride.to_stop)
         if ride.arrive_before <= ride.earliest + timedelta(seconds=patience_s):
-            detail = closing_words(calendar_of(uow), ride.arrive_before)
+            detail = closing_text(calendar_of(uow), ride.arrive_before)
             return ended(ride, RideState.REFUSED, uow.now, NoService.code, detail)
-    return ended(ride, RideState.REFUSED, uow.now, rule, WORDS[rule])
+    return ended(ride, RideState.REFUSED, uow.now, rule, REFUSAL_TEXTS[rule])
 
 
 def require_bookable(uow: UnitOfWork, request: BookRide) -> None:
-    """Raises what cannot be asked at any time: StopUnknown, SameStop, PartyInvalid, PartyTooLarge,
+    """Raises, if the request is possible at no time: StopUnknown, SameStop, PartyInvalid, PartyTooLarge,
     StopUnreachable."""
     roads, rules = uow.roads(), uow.rules
     for stop_id in (request.from_stop, request.to_stop):
@@ -239,7 +243,7 @@ def require_bookable(uow: UnitOfWork, request: BookRide) -> None:
         raise StopUnreachable("no road leads from the one stop to the other")
 
 
-def _closing(uow: UnitOfWork, request: BookRide, calendar: ServiceCalendar) -> datetime | None:
+def _closing_time(uow: UnitOfWork, request: BookRide, calendar: ServiceCalendar) -> datetime | None:
     """When the service closes after the ride; None when it does not.
 
     Raises NoService, BookingTooFarAhead and what require_bookable does.
@@ -254,11 +258,11 @@ def _closing(uow: UnitOfWork, request: BookRide, calendar: ServiceCalendar) -> d
     closes = calendar.closes_after(earliest)
     direct_s = uow.travel_time_factor_at(earliest) * uow.roads().direct_s(request.from_stop, request.to_stop)
     if closes is not None and earliest + timedelta(seconds=direct_s) > closes:
-        raise NoService(closing_words(calendar, closes))
+        raise NoService(closing_text(calendar, closes))
     return closes
 
 
-def _requested(uow: UnitOfWork, request: BookRide, closes: datetime | None) -> Ride:
+def _new_ride(uow: UnitOfWork, request: BookRide, closes: datetime | None) -> Ride:
     code = uow.ids.ride_code()
     while uow.rides.code_in_use(code):
         code = uow.ids.ride_code()
@@ -294,6 +298,6 @@ def _tapped_vehicle(ride: Ride, kind: TapKind) -> str:
     return ride.vehicle_id
 
 
-def _tell(uow: UnitOfWork, ride: Ride, name: str, by: str, detail: str = "") -> None:
+def _record_and_publish(uow: UnitOfWork, ride: Ride, name: str, by: str, detail: str = "") -> None:
     record_event(uow, name, ride.ride_id, by, detail)
     uow.publish(topics.ride(uow.campus_id, ride.ride_id), state=str(ride.state))

@@ -36,7 +36,7 @@ class OccurrenceView:
 
 @dataclass(frozen=True, slots=True)
 class DueRide:
-    """One day of a recurring booking that wants its ride now."""
+    """One day of a recurring booking that needs its ride now."""
 
     series_id: str
     day: date
@@ -45,13 +45,13 @@ class DueRide:
 def book_series(uow: UnitOfWork, request: BookSeries) -> Series:
     """A repeated idempotency_key gives the earlier one.
 
-    Raises SeriesInvalid, IdempotencyMismatch, and what no ride could be asked with: StopUnknown, SameStop,
+    Raises SeriesInvalid, IdempotencyMismatch, and if a ride is never possible: StopUnknown, SameStop,
     StopUnreachable, PartyInvalid, PartyTooLarge.
     """
-    known = _booked_before(uow, request)
+    known = _earlier_booking(uow, request)
     if known is not None:
         return known
-    rides.require_bookable(uow, _wish(request, None))
+    rides.require_bookable(uow, _ride_request(request, None))
     calendar = calendar_of(uow)
     made = Series(
         campus_id=uow.campus_id,
@@ -71,7 +71,7 @@ def book_series(uow: UnitOfWork, request: BookSeries) -> Series:
     )
     _require_days(made, calendar)
     uow.series.add(made)
-    _tell(uow, made, "series.booked", request.source)
+    _record_and_publish(uow, made, "series.booked", request.source)
     return made
 
 
@@ -107,7 +107,7 @@ def occurrences_of(uow: UnitOfWork, series: Series) -> tuple[OccurrenceView, ...
 
 
 def cancel_series(uow: UnitOfWork, series_id: str, by: str) -> Series:
-    """No further rides, and those booked already are cancelled, save one that is under way.
+    """No further rides. Booked rides are cancelled, except one that is under way.
 
     Raises SeriesUnknown, SeriesEnded.
     """
@@ -118,7 +118,7 @@ def cancel_series(uow: UnitOfWork, series_id: str, by: str) -> Series:
             uow.series.save_occurrence(domain.taken_out(occurrence, by))
     gone = replace(series, state=SeriesState.CANCELLED, ended_at=uow.now)
     uow.series.save(gone)
-    _tell(uow, gone, "series.cancelled", by)
+    _record_and_publish(uow, gone, "series.cancelled", by)
     return gone
 
 
@@ -128,12 +128,14 @@ def cancel_occurrence(uow: UnitOfWork, series_id: str, day: date, by: str) -> Se
     require_active(series)
     if not series.has_day(day, zone):
         raise SeriesUnknown(f"this recurring booking has no ride on {day:%A %d %B %Y}")
-    present = uow.series.occurrence(series_id, day) or _fresh(series, day, zone_leave(uow, series, day))
+    present = uow.series.occurrence(series_id, day) or _new_occurrence(
+        series, day, _local_leave_at(uow, series, day)
+    )
     gone = domain.taken_out(present, by)
     if present.ride_id is not None:
         rides.cancel(uow, present.ride_id, by)
     uow.series.save_occurrence(gone)
-    _tell(uow, series, "series.day_cancelled", by, day.isoformat())
+    _record_and_publish(uow, series, "series.day_cancelled", by, day.isoformat())
     return series
 
 
@@ -141,7 +143,7 @@ def cancel_occurrence(uow: UnitOfWork, series_id: str, day: date, by: str) -> Se
 
 
 def due_rides(uow: UnitOfWork) -> tuple[DueRide, ...]:
-    """The days that want a ride now: come within the horizon, or due for another try."""
+    """The days that need a ride now: within the horizon, or due for another attempt."""
     calendar = calendar_of(uow)
     horizon = uow.now + timedelta(seconds=uow.rules.series_ahead_s)
     first, last = calendar.day_of(uow.now) - timedelta(days=1), calendar.day_of(horizon)
@@ -152,18 +154,18 @@ def due_rides(uow: UnitOfWork) -> tuple[DueRide, ...]:
             day = first + timedelta(days=offset)
             leave_at = series.leaves_at(day, calendar.zone)
             within = series.has_day(day, calendar.zone) and leave_at <= horizon
-            if within and _wants_a_try(uow, leave_at, known.get((series.series_id, day))):
+            if within and _needs_attempt(uow, leave_at, known.get((series.series_id, day))):
                 due.append(DueRide(series.series_id, day))
     return tuple(due)
 
 
 def book_occurrence(uow: UnitOfWork, due: DueRide) -> Occurrence:
-    """The day's ride, once: whoever asks again gets what has become of it.
+    """Book the day's ride once; a repeat returns its present state.
 
     Raises RideRefused and what a booking raises; then `note_not_taken` keeps the reason.
     """
     series, calendar = series_of(uow, due.series_id), calendar_of(uow)
-    present = _present(uow, series, due.day)
+    present = _occurrence(uow, series, due.day)
     if series.state is not SeriesState.ACTIVE or not _is_open(present):
         return present
     holiday = calendar.holiday(due.day)
@@ -173,48 +175,50 @@ def book_occurrence(uow: UnitOfWork, due: DueRide) -> Occurrence:
         reason = (present.reason, present.reason_detail) if present.reason else _TOO_LATE
         done = domain.not_taken(present, *reason, uow.now)
     else:
-        ride = rides.book(uow, _wish(series, present))
+        ride = rides.book(uow, _ride_request(series, present))
         if ride.state is RideState.REFUSED:
             raise RideRefused(ride.reason_detail, ride.reason)
         done = domain.booked(present, ride.ride_id, uow.now)
     uow.series.save_occurrence(done)
-    _tell(
+    _record_and_publish(
         uow, series, f"series.day_{done.state}", THE_SERVER, f"{due.day.isoformat()} {done.reason}".rstrip()
     )
     return done
 
 
-def note_not_taken(uow: UnitOfWork, due: DueRide, reason: str, detail: str) -> Occurrence:
-    """Keep why a day has no ride yet, and when it was tried. The passenger reads it on the booking's page."""
+def record_failed_attempt(uow: UnitOfWork, due: DueRide, reason: str, detail: str) -> Occurrence:
+    """Store why a day has no ride yet, and when it was tried, for the booking's page."""
     series = series_of(uow, due.series_id)
-    present = _present(uow, series, due.day)
+    present = _occurrence(uow, series, due.day)
     if series.state is not SeriesState.ACTIVE or not _is_open(present):
         return present
     done = domain.not_taken(present, reason, detail, uow.now)
     uow.series.save_occurrence(done)
     if (present.state, present.reason) != (done.state, done.reason):
-        _tell(uow, series, f"series.day_{done.state}", THE_SERVER, f"{due.day.isoformat()} {reason}")
+        _record_and_publish(
+            uow, series, f"series.day_{done.state}", THE_SERVER, f"{due.day.isoformat()} {reason}"
+        )
     return done
 
 
 def finish_past(uow: UnitOfWork) -> None:
-    """Close the recurring bookings whose last day is behind."""
+    """Close the recurring bookings whose last day is over."""
     yesterday = calendar_of(uow).day_of(uow.now) - timedelta(days=1)
     for series in uow.series.listed([SeriesState.ACTIVE]):
         if series.ends_on < yesterday:
             done = replace(series, state=SeriesState.FINISHED, ended_at=uow.now)
             uow.series.save(done)
-            _tell(uow, done, "series.finished", THE_SERVER)
+            _record_and_publish(uow, done, "series.finished", THE_SERVER)
 
 
 # ---------------------------------------------------------------- parts
 
 
-def zone_leave(uow: UnitOfWork, series: Series, day: date) -> datetime:
+def _local_leave_at(uow: UnitOfWork, series: Series, day: date) -> datetime:
     return series.leaves_at(day, calendar_of(uow).zone)
 
 
-def _booked_before(uow: UnitOfWork, request: BookSeries) -> Series | None:
+def _earlier_booking(uow: UnitOfWork, request: BookSeries) -> Series | None:
     key = request.idempotency_key
     known = None if key is None else uow.series.by_idempotency_key(key)
     if known is None:
@@ -238,7 +242,7 @@ def _require_days(series: Series, calendar: ServiceCalendar) -> None:
         raise NoService(f"no shuttle runs at that time on any of its days; {calendar.advice(moments[0])}")
 
 
-def _wish(series: Series | BookSeries, occurrence: Occurrence | None) -> BookRide:
+def _ride_request(series: Series | BookSeries, occurrence: Occurrence | None) -> BookRide:
     return BookRide(
         from_stop=series.from_stop,
         to_stop=series.to_stop,
@@ -254,20 +258,20 @@ def _wish(series: Series | BookSeries, occurrence: Occurrence | None) -> BookRid
 
 
 def _expected(uow: UnitOfWork, calendar: ServiceCalendar, series: Series, day: date) -> Occurrence:
-    """What will come of a day that is too far ahead, as far as it is known."""
-    fresh = _fresh(series, day, series.leaves_at(day, calendar.zone))
+    """The occurrence of a day that is too far ahead, as far as it is known."""
+    fresh = _new_occurrence(series, day, series.leaves_at(day, calendar.zone))
     holiday = calendar.holiday(day)
     if holiday is not None:
         return domain.skipped(fresh, holiday.note, uow.now)
     return fresh if fresh.leave_at >= uow.now else domain.not_taken(fresh, *_TOO_LATE, uow.now)
 
 
-def _present(uow: UnitOfWork, series: Series, day: date) -> Occurrence:
+def _occurrence(uow: UnitOfWork, series: Series, day: date) -> Occurrence:
     known = uow.series.occurrence(series.series_id, day)
-    return known or _fresh(series, day, zone_leave(uow, series, day))
+    return known or _new_occurrence(series, day, _local_leave_at(uow, series, day))
 
 
-def _fresh(series: Series, day: date, leave_at: datetime) -> Occurrence:
+def _new_occurrence(series: Series, day: date, leave_at: datetime) -> Occurrence:
     return Occurrence(series.campus_id, series.series_id, day, leave_at)
 
 
@@ -275,7 +279,7 @@ def _is_open(occurrence: Occurrence) -> bool:
     return occurrence.state in (OccurrenceState.PLANNED, OccurrenceState.TRYING)
 
 
-def _wants_a_try(uow: UnitOfWork, leave_at: datetime, known: Occurrence | None) -> bool:
+def _needs_attempt(uow: UnitOfWork, leave_at: datetime, known: Occurrence | None) -> bool:
     if known is None or known.tried_at is None:
         return known is None or _is_open(known)
     waited_s = (uow.now - known.tried_at).total_seconds()
@@ -283,7 +287,7 @@ def _wants_a_try(uow: UnitOfWork, leave_at: datetime, known: Occurrence | None) 
 
 
 def _cancel_ride(uow: UnitOfWork, occurrence: Occurrence, by: str) -> bool:
-    """False where the ride is under way or over: it stays what it is."""
+    """Cancel the ride; False if it is under way or over, and stays unchanged."""
     ride = None if occurrence.ride_id is None else uow.rides.get(occurrence.ride_id)
     if ride is None:
         return True
@@ -293,6 +297,6 @@ def _cancel_ride(uow: UnitOfWork, occurrence: Occurrence, by: str) -> bool:
     return True
 
 
-def _tell(uow: UnitOfWork, series: Series, name: str, by: str, detail: str = "") -> None:
+def _record_and_publish(uow: UnitOfWork, series: Series, name: str, by: str, detail: str = "") -> None:
     record_event(uow, name, series.series_id, by, detail)
     uow.publish(topics.series(uow.campus_id, series.series_id))

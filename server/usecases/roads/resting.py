@@ -1,4 +1,4 @@
-"""Which resting place a vehicle's plan ends at: one that nobody else has, the nearest of those."""
+"""Chooses the resting place of a plan: the nearest one that is not reserved for another vehicle."""
 
 import math
 
@@ -17,20 +17,20 @@ def resting_place_for(
     plan: Plan,
     last: Place,
     onward: PlannedVisit | None,
-    desk: SectionReservations,
+    reservations: SectionReservations,
     *,
     charges: bool = False,
 ) -> tuple[RestingPlace, float]:
-    """The place that is the least way round, of those reserved for nobody else; and that way in seconds.
+    """The place with the shortest way, among those not reserved for other vehicles; and that way in seconds.
 
-    The way goes from `last` to the place, and on to the next stop where there is one. Free places come
+    The way goes from `last` to the place, and on to the next stop if there is one. Free places come
     before occupied ones, and chargers before all others for a vehicle that `charges`.
     Raises NoRestingPlaceFree.
     """
     network = uow.network()
     chargers = {place.place_id for place in network.road_map.charging_places}
     reserved = {other.resting_place_id for other in uow.plans.all() if other.vehicle_id != plan.vehicle_id}
-    occupied = desk.held_by_others(plan.vehicle_id)
+    occupied = reservations.held_by_others(plan.vehicle_id)
     best: tuple[tuple[bool, bool, float, str], RestingPlace] | None = None
     for place in network.road_map.resting_places:
         if place.place_id in reserved:
@@ -51,7 +51,7 @@ def resting_place_for(
 
 
 def can_rest(uow: UnitOfWork, plan: Plan, here: RoadPosition) -> bool:
-    """Some resting place that is reserved for nobody else can be reached from where the vehicle is."""
+    """The vehicle can reach a resting place that is not reserved for another one."""
     reserved = {other.resting_place_id for other in uow.plans.all() if other.vehicle_id != plan.vehicle_id}
     return any(
         place.place_id not in reserved

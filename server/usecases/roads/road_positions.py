@@ -1,4 +1,4 @@
-"""A vehicle on its sections: which ground its body covers, and how far its leave should reach."""
+"""A vehicle on its sections: which of them its body covers, and how many more it should get."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ def under_body(network: RoadNetwork, lane_id: str, s_m: float) -> tuple[str, ...
     """The sections under a standing body, rear to front.
 
     Before the lane's start or beyond its end they are those of the only lane that leads there; at a fork
-    or a merge the body is taken to be on the section of the rear axle and what lies on its own lane.
+    or a merge, only the sections on the lane of the rear axle count.
     """
     first, last = s_m - REAR_OVERHANG_M, s_m + FRONT_REACH_M
     found = [
@@ -44,8 +44,8 @@ def under_body(network: RoadNetwork, lane_id: str, s_m: float) -> tuple[str, ...
     return tuple(dict.fromkeys(found))
 
 
-def footing(network: RoadNetwork, held: Sequence[str], status: Status) -> RoadPosition:
-    """Where a vehicle is on what it holds. A position beside it is moved to the nearest held place."""
+def road_position(network: RoadNetwork, held: Sequence[str], status: Status) -> RoadPosition:
+    """Where a vehicle is on its held sections. A position beside them is moved to the nearest held place."""
     for index, section_id in enumerate(held):
         section = network.sections[section_id]
         inside = section.s_from_m - _ON_SECTION_M <= status.s_m <= section.s_to_m + _ON_SECTION_M
@@ -65,14 +65,14 @@ def footing(network: RoadNetwork, held: Sequence[str], status: Status) -> RoadPo
         if best is None or away2 < best[0]:
             best = away2, RoadPosition(index, section.lane_id, s_m)
     if best is None:
-        raise ValueError("a vehicle that holds nothing stands nowhere")
+        raise ValueError("a vehicle without held sections has no road position")
     return best[1]
 
 
 def ahead_of(
     network: RoadNetwork, held: Sequence[str], here: RoadPosition, distance_m: float
 ) -> RoadPosition:
-    """The place so much farther along the held sections; their end where they end before."""
+    """The place so much farther along the held sections, or their end if they end before."""
     section = network.sections[held[here.index]]
     if here.s_m + distance_m <= section.s_to_m or here.index == len(held) - 1:
         return RoadPosition(here.index, here.lane_id, min(here.s_m + distance_m, section.s_to_m))
@@ -82,7 +82,7 @@ def ahead_of(
     return ahead_of(network, held, start, rest_m)
 
 
-def sections_to_ask(
+def sections_to_request(
     network: RoadNetwork,
     held: Sequence[str],
     ahead: Sequence[str],
@@ -90,9 +90,9 @@ def sections_to_ask(
     distance_m: float,
     halt: PlannedVisit | None,
 ) -> int:
-    """How many sections ahead to ask for: distance_m of road, or as far as the nose reaches at the next halt.
+    """How many sections ahead to request: distance_m of road, or what the next halt needs.
 
-    A section that is still held is not asked for again: the vehicle has to leave it first.
+    A section that is still held is not requested again: the vehicle has to leave it first.
     """
     room_m = network.sections[held[here.index]].s_to_m - here.s_m
     room_m += sum(_length_m(network, section_id) for section_id in held[here.index + 1 :])

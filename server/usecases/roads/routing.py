@@ -1,4 +1,4 @@
-"""The way of a vehicle from where it is, over its visits, to its resting place."""
+"""The route of a vehicle from its position, over its visits, to its resting place."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ def way_through(
 ) -> DrivingRoute | None:
     """The way from `start` over all visits, or None where there is none.
 
-    What is granted already is driven to its end: a vehicle cannot turn off it. A visit on it is served in
+    Granted sections are driven to their end: a vehicle cannot turn off them. A visit on them is served in
     passing if it lies at least stopping_m ahead; `heading_for` names the visit that the vehicle drives to or
     stands at already, which needs no such distance. The last visit, where it rests, ends the way.
     """
@@ -53,13 +53,13 @@ class _RouteBuilder:
         self._held = list(held)
         self._sections = list(held)
         self._blocked = blocked
-        self._shut = roads.shut_for(held[-1])
+        self._shut = roads.closed_for(held[-1])
         self._at: RoadPosition | None = start
         self._place = (start.lane_id, start.s_m)
         self._legs: list[tuple[str, ...]] = []
 
     def extend(self, visit: PlannedVisit, tolerance_m: float, *, must_end: bool) -> bool:
-        """Go on to the visit; tolerance_m: how far behind it may lie (negative: how far ahead it must)."""
+        """Extend the route to the visit. tolerance_m: how far behind it may be; negative: how far ahead."""
         if self._at is not None:
             found = self._on_held(visit, self._at, tolerance_m, must_end)
             if found is not None:
@@ -123,15 +123,15 @@ class _RouteBuilder:
 
 
 def blocked_for(roads: FleetRoads, own: Own, held: Sequence[str], ahead: Sequence[str]) -> frozenset[str]:
-    """What a vehicle may not drive through: others' resting places, save on its present route, and closed
-    road, save to leave it."""
+    """What a vehicle may not drive through: others' resting places, except on its present route, and closed
+    road, except to leave it."""
     rests = roads.every_road.kept_clear(own).difference(held, ahead)
-    return rests | roads.shut_for(held[-1]) if roads.closed else rests
+    return rests | roads.closed_for(held[-1]) if roads.closed else rests
 
 
-def leads_through_closed(roads: FleetRoads, desk: SectionReservations, vehicle_id: str) -> bool:
+def leads_through_closed(roads: FleetRoads, reservations: SectionReservations, vehicle_id: str) -> bool:
     """The vehicle's present route goes over closed road that it is not just leaving."""
     if not roads.closed:
         return False
-    occupancy = desk.occupancy(vehicle_id)
-    return not roads.shut_for(occupancy.held_ids[-1]).isdisjoint(occupancy.ahead)
+    occupancy = reservations.occupancy(vehicle_id)
+    return not roads.closed_for(occupancy.held_ids[-1]).isdisjoint(occupancy.ahead)

@@ -1,4 +1,4 @@
-"""The reservation controller of one transaction: rebuilt from the store, its changes stored at once."""
+"""The reservation controller of one transaction: rebuilt from the store, and changes are stored at once."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,7 +11,7 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 
 
 class SectionReservations:
-    """Everything about sections goes over this desk, so that no two vehicles can be told the same."""
+    """Every change of sections goes through this class, so that no section is granted twice."""
 
     def __init__(self, uow: UnitOfWork) -> None:
         self._uow = uow
@@ -26,7 +26,7 @@ class SectionReservations:
             return self._occupancies[vehicle_id]
         except KeyError:
             raise VehicleNotPlaced(
-                f"nobody knows where {vehicle_id} stands; let it report a position or place it by hand"
+                f"the position of {vehicle_id} is not known; let it report one, or place it by hand"
             ) from None
 
     def held_by_others(self, vehicle_id: str) -> frozenset[str]:
@@ -57,7 +57,7 @@ class SectionReservations:
         return True
 
     def grant(self, vehicle_id: str, count: int) -> int:
-        """Grant the longest safe run of at most `count` sections ahead; how many that were."""
+        """Grant the longest safe sequence of up to `count` sections. Returns how many were granted."""
         occupancy = self.occupancy(vehicle_id)
         granted = self._controller.grant(vehicle_id, count)
         if granted:
@@ -69,7 +69,7 @@ class SectionReservations:
     def release(self, vehicle_id: str, section_id: str, fence: int) -> bool:
         """Take back a section that the vehicle has left; False for a grant that is no longer in force.
 
-        The last section is kept: a vehicle stands somewhere.
+        The last section is kept: every vehicle stands on one.
         """
         occupancy = self._occupancies.get(vehicle_id)
         gone = HeldSection(section_id, fence)

@@ -44,7 +44,7 @@ def database(tmp_path_factory: pytest.TempPathFactory) -> str:
     dispatcher = Dispatcher(campus.transactions, campus.bus, InlineSolver(), campus.ids, "snow-lion", 40)
     for _ in range(30):
         fleet.step()
-        campus.wait_for(dispatcher.beat())
+        campus.wait_for(dispatcher.run_once())
     campus.close()
     return url
 

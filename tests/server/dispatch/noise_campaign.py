@@ -18,8 +18,8 @@ import numpy as np
 from server.dispatch.answer import PromiseRules, answer_all
 from server.dispatch.improve import CoolingSchedule, improve
 from server.dispatch.problem import Call, Problem, Request, VehicleRoute, VehicleState
-from server.dispatch.schedule.board import Schedule
-from server.dispatch.solve import forever
+from server.dispatch.schedule.schedule import Schedule
+from server.dispatch.solve import without_deadline
 from server.domain.rules import FleetRules
 
 _STOPS, _VEHICLES = 14, 4
@@ -207,34 +207,34 @@ class _Day:
         party, last_s = int(self._rng.integers(1, 4)), from_s + self._rules.wait_s_max
         wish = Request(name, pickup, dropoff, party, 0, from_s, last_s, np.inf, longest_s)
         problem = self._problem((wish,))
-        board = Schedule(problem)
-        board.add(wish)
-        (answer,) = answer_all(board, [name], self._terms)
+        schedule = Schedule(problem)
+        schedule.add(wish)
+        (answer,) = answer_all(schedule, [name], self._terms)
         if answer.windows is None:
             self._outcome.refused += 1
             return
         opens_s, closes_s, by_s = answer.windows
         promised = replace(wish, pickup_from_s=opens_s, pickup_to_s=closes_s, arrive_by_s=by_s)
         self._riders[name] = _Rider(promised, (closes_s, by_s), self._now_s)
-        self._follow(board.routes())
+        self._follow(schedule.routes())
 
     def _look(self) -> None:
         """Times are looked at anew, promises told, and waiting riders moved where that costs less."""
         self._looks += 1
-        board = Schedule(self._problem())
+        schedule = Schedule(self._problem())
         if self._looks % _IMPROVE_EVERY == 0:
-            improve(board, CoolingSchedule(2, 20), self._looks, 2, forever)
-            self._follow(board.routes())
+            improve(schedule, CoolingSchedule(2, 20), self._looks, 2, without_deadline)
+            self._follow(schedule.routes())
         for name, rider in self._riders.items():
-            self._tell(rider, board, name)
+            self._tell(rider, schedule, name)
 
-    def _tell(self, rider: _Rider, board: Schedule, name: str) -> None:
+    def _tell(self, rider: _Rider, schedule: Schedule, name: str) -> None:
         room_s, request = self._rules.promise_lapse_s, rider.request
-        arrival_s = board.arrival_s(name)
+        arrival_s = schedule.arrival_s(name)
         begins_s = rider.picked_s
         late = arrival_s > request.arrive_by_s + room_s
         if begins_s == np.inf:
-            begins_s = board.planned(name).pickup_s
+            begins_s = schedule.planned(name).pickup_s
             late = late or begins_s > request.pickup_to_s + room_s
         if not late:
             return

@@ -1,4 +1,4 @@
-"""Days of random events on one board, driven as planned: who was promised what, and what came of it.
+"""Days of random events in one schedule, driven as planned: each promise and what came of it.
 
 python -m tests.server.dispatch.promise_campaign --events 1000000 --seed 1
 """
@@ -13,14 +13,14 @@ from server.dispatch.answer import PromiseRules, answer_all
 from server.dispatch.engine.plan import ABSENT
 from server.dispatch.improve import CoolingSchedule, improve
 from server.dispatch.problem import Call, Chain, Problem, Request, VehicleState
-from server.dispatch.schedule.board import CompletedCall, Schedule
 from server.dispatch.schedule.chains import insert_chain
-from server.dispatch.solve import forever
+from server.dispatch.schedule.schedule import CompletedCall, Schedule
+from server.dispatch.solve import without_deadline
 
 _TERMS = PromiseRules(60.0, 300.0, 300.0, 0.5, 3600.0)
 _STOPS = 12
 _DWELL_S = 15.0
-# A board for so many events; then another day begins.
+# A schedule for so many events; then another day begins.
 _DAY_EVENTS = 400
 _TOLERANCE_S = 1e-3
 
@@ -116,7 +116,7 @@ class _Day:
             self._campaign.cancelled += 1
 
     def _improve(self, number: int) -> None:
-        self._campaign.improved += improve(self._board, CoolingSchedule(2, 20), number, 2, forever)
+        self._campaign.improved += improve(self._board, CoolingSchedule(2, 20), number, 2, without_deadline)
         lost = [
             name for name in self._promises if self._board.plan.vehicle_of[self._board.rows[name]] == ABSENT
         ]

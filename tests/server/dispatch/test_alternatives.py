@@ -7,7 +7,7 @@ import pytest
 
 from server.dispatch.alternatives import OFFERED_MAX, Alternative, alternatives
 from server.dispatch.problem import Problem, Request, VehicleState, Walk
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 
 # Four places in a row, 100 s of driving apart; one shuttle stands at the first.
 TIMES_S = 100.0 * np.abs(np.subtract.outer(np.arange(4.0), np.arange(4.0)))
@@ -26,13 +26,13 @@ def a_wish(**changes: object) -> Request:
 
 
 def offered(
-    board: Schedule,
+    schedule: Schedule,
     wish: Request,
     up: tuple[Walk, ...] = (),
     down: tuple[Walk, ...] = (),
     later_s: float = 0.0,
 ) -> list[Alternative]:
-    return alternatives(board, wish, up, down, later_s)
+    return alternatives(schedule, wish, up, down, later_s)
 
 
 def test_a_later_ride_is_offered_when_nobody_can_come_in_time() -> None:
@@ -48,8 +48,8 @@ def test_a_ride_that_could_only_be_later_than_allowed_is_not_offered() -> None:
 
 
 def test_who_walks_to_another_stop_is_picked_up_after_the_walk() -> None:
-    board = a_board()
-    (near,) = offered(board, a_wish(), up=(Walk(0, 70.0),))
+    schedule = a_board()
+    (near,) = offered(schedule, a_wish(), up=(Walk(0, 70.0),))
     assert (near.kind, near.pickup, near.walk_s) == ("other_stops", 0, 70.0)
     assert near.pickup_s == (70.0,)
     assert near.penalty_s == pytest.approx(1.5 * 70.0)
@@ -59,8 +59,8 @@ def test_who_walks_to_another_stop_is_picked_up_after_the_walk() -> None:
 def test_who_walks_on_from_another_stop_is_still_in_time_on_foot(walk_s: float, in_time: bool) -> None:
     """The shuttle comes to the third place at 210 s; who must be there by 300 s can walk for 90 s."""
     wish = a_wish(pickup_to_s=150.0, arrive_by_s=300.0)
-    board = a_board()
-    found = offered(board, wish, down=(Walk(2, walk_s),))
+    schedule = a_board()
+    found = offered(schedule, wish, down=(Walk(2, walk_s),))
     assert [(a.kind, a.dropoff, a.arrival_s) for a in found] == (
         [("other_stops", 2, (210.0,))] if in_time else []
     )
@@ -78,9 +78,9 @@ def test_nobody_is_sent_on_foot_to_the_stop_where_the_ride_should_end() -> None:
 
 
 def test_a_party_too_large_for_one_shuttle_is_offered_two() -> None:
-    board = a_board(seats=2, shuttles=2)
+    schedule = a_board(seats=2, shuttles=2)
     wish = a_wish(party=3, wheelchairs=0, pickup_to_s=200.0)
-    (split,) = offered(board, wish)
+    (split,) = offered(schedule, wish)
     assert (split.kind, split.parties) == ("split_party", (2, 1))
     assert split.pickup_s == (100.0, 100.0)
     assert split.penalty_s == 300.0 + 100.0
@@ -100,7 +100,7 @@ def test_the_nearest_come_first_few_and_each_once() -> None:
 
 
 def test_asking_changes_nothing_on_the_board() -> None:
-    board = a_board(seats=2, shuttles=2)
-    before = board.rows.copy(), board.routes(None)
-    offered(board, a_wish(party=3, pickup_to_s=200.0), up=(Walk(0, 20.0),), later_s=900.0)
-    assert (board.rows, board.routes(None)) == before
+    schedule = a_board(seats=2, shuttles=2)
+    before = schedule.rows.copy(), schedule.routes(None)
+    offered(schedule, a_wish(party=3, pickup_to_s=200.0), up=(Walk(0, 20.0),), later_s=900.0)
+    assert (schedule.rows, schedule.routes(None)) == before

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from contract.geometry import Array
-from server.dispatch.demand import FREE_DAY, WORKDAY, Memory, Pickup, learned_rates
+from server.dispatch.demand import FREE_DAY, WORKDAY, DemandWeights, Pickup, learned_rates
 from server.dispatch.waiting_places import best_move, mean_wait_s
 
 TODAY = date(2026, 11, 23)
-MEMORY = Memory()
+MEMORY = DemandWeights()
 STOPS = 3
 
 
@@ -27,7 +27,7 @@ def every_workday(weeks: int, per_day: int, stop: int = 1, hour: int = 8) -> lis
     return [Pickup(stop, day, hour) for day in days if kind_of(day) == WORKDAY for _ in range(per_day)]
 
 
-def rates(pickups: list[Pickup], memory: Memory = MEMORY) -> Array:
+def rates(pickups: list[Pickup], memory: DemandWeights = MEMORY) -> Array:
     return learned_rates(pickups, TODAY, kind_of, STOPS, memory)
 
 

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from server.dispatch.problem import Call, Chain, Problem, Request, VehicleState
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 from server.dispatch.solve import Budget, Solution, solve
 from tests.server.dispatch.problems import problems
 from tests.server.dispatch.reference import Broken, every_insertion, route_cost, schedule
@@ -189,9 +189,9 @@ def test_taking_a_request_out_drops_its_calls_but_no_fixed_ones() -> None:
         "b": Request("b", 2, 3, 1, 0, 0.0, 9e3, 9e3),
     }
     calls = (Call(1, ("a",)), Call(2, ("b",), ("a",)), Call(3, (), ("b",), fixed=True, call_id="x"))
-    board = Schedule(Problem((replace(line(), calls=calls),), requests, LINE))
-    board.remove("b")
-    assert board.routes()[0].calls == (
+    schedule = Schedule(Problem((replace(line(), calls=calls),), requests, LINE))
+    schedule.remove("b")
+    assert schedule.routes()[0].calls == (
         Call(1, ("a",)),
         Call(2, (), ("a",)),
         Call(3, fixed=True, call_id="x"),

@@ -13,9 +13,9 @@ from server.dispatch.engine.search.pool import empty_pool, remember
 from server.dispatch.engine.task import EPSILON_S, Task, drive_s, stand_s
 from server.dispatch.improve import CoolingSchedule, improve
 from server.dispatch.problem import Call, Problem, Request, VehicleState
-from server.dispatch.schedule.board import Schedule
 from server.dispatch.schedule.part import Subproblem, part_of
-from server.dispatch.solve import forever
+from server.dispatch.schedule.schedule import Schedule
+from server.dispatch.solve import without_deadline
 
 _TERMS = PromiseRules(60.0, 300.0, 300.0, 0.5, 3600.0)
 _NOBODY = np.zeros(0, np.int64)
@@ -28,19 +28,19 @@ def _under_way(seed: int) -> Schedule:
     xy = rng.uniform(0.0, 900.0, (12, 2))
     times = np.linalg.norm(xy[:, None] - xy[None, :], axis=2) / 3.0
     fleet = tuple(VehicleState(f"v{k}", times[int(rng.integers(12))], 0.0, 6, 1) for k in range(3))
-    board = Schedule(Problem(fleet, {}, times, dwell_s=15.0), spare=24)
+    schedule = Schedule(Problem(fleet, {}, times, dwell_s=15.0), spare=24)
     for k in range(24):
         pickup, dropoff = (int(place) for place in rng.permutation(12)[:2])
         from_s = 60.0 * k + 600.0 * float(rng.uniform())
         longest_s = 2.0 * float(times[pickup, dropoff]) + 300.0
-        board.add(
+        schedule.add(
             Request(
                 f"r{k}", pickup, dropoff, int(rng.integers(1, 3)), 0, from_s, from_s + 900.0, 1e6, longest_s
             )
         )
-        answer_all(board, [f"r{k}"], _TERMS)
-        board.advance(40.0 * k)
-    return board
+        answer_all(schedule, [f"r{k}"], _TERMS)
+        schedule.advance(40.0 * k)
+    return schedule
 
 
 def _searched(part: Subproblem, seed: int) -> Optimiser:
@@ -73,8 +73,8 @@ def _keeps_every_rule(task: Task, plan: Plan, v: int) -> bool:
 
 @pytest.mark.parametrize("seed", range(8))
 def test_putting_together_loses_nobody_breaks_no_rule_and_never_costs_more(seed: int) -> None:
-    board = _under_way(seed)
-    part = part_of(board, np.arange(3), _NOBODY)
+    schedule = _under_way(seed)
+    part = part_of(schedule, np.arange(3), _NOBODY)
     task, was = part.task, part.plan
     assert not was.movable.all(), "somebody is aboard"
     search = _searched(part, seed)
@@ -107,9 +107,9 @@ def test_routes_that_a_hot_search_met_do_go_together_better_at_times() -> None:
 def test_the_same_seed_puts_the_same_plan_together() -> None:
     found = []
     for _ in range(2):
-        board = _under_way(2)
-        improve(board, CoolingSchedule(4, 50), 7, 4, forever)
-        found.append(board.routes())
+        schedule = _under_way(2)
+        improve(schedule, CoolingSchedule(4, 50), 7, 4, without_deadline)
+        found.append(schedule.routes())
     assert found[0] == found[1]
 
 
@@ -122,8 +122,8 @@ def _with_one_aboard() -> tuple[Task, Plan, Plan]:
         VehicleState("v", _LINE[6], 0.0, 4, 1, calls=calls, aboard=("far",)),
         VehicleState("w", _LINE[2], 0.0, 4, 1),
     )
-    board = Schedule(Problem(fleet, {"far": far, "near": near}, _LINE, dwell_s=10.0))
-    part = part_of(board, np.arange(2), _NOBODY)
+    schedule = Schedule(Problem(fleet, {"far": far, "near": near}, _LINE, dwell_s=10.0))
+    part = part_of(schedule, np.arange(2), _NOBODY)
     task, room = part.task, part.plan.route.shape[1]
     scratch = scratch_for(task, room)
     other = empty_plan(task, room)

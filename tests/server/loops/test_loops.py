@@ -19,7 +19,7 @@ from server.loops.retention import RetentionLoop
 from server.loops.silence import SilenceMonitor
 from server.loops.solver import InlineSolver, ProcessSolver
 from server.usecases.planning import plans
-from server.usecases.planning.decisions import Search
+from server.usecases.planning.decisions import SearchSettings
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -76,19 +76,19 @@ def test_the_dispatcher_finds_another_shuttle_for_rides_that_lost_theirs(fleet: 
     ride = fleet.book("NN20", "C6")
     fleet.campus.do(lambda uow: plans.release_waiting(uow, ride.vehicle_id or ""))
     assert fleet.ride(ride.ride_id).state is RideState.REQUESTED
-    fleet.campus.wait_for(a_dispatcher(fleet).beat())
+    fleet.campus.wait_for(a_dispatcher(fleet).run_once())
     assert fleet.ride(ride.ride_id).state is RideState.ASSIGNED
 
 
 def test_only_the_holder_of_the_lease_dispatches_and_a_fenced_one_stops(fleet: FakeFleet) -> None:
     campus = fleet.campus
     first, second = a_dispatcher(fleet), a_dispatcher(fleet)
-    campus.wait_for(first.beat())
+    campus.wait_for(first.run_once())
     token = campus.read(lambda uow: uow.leases.token(LEASE))
-    campus.wait_for(second.beat())
+    campus.wait_for(second.run_once())
     assert campus.read(lambda uow: uow.leases.token(LEASE)) == token
     campus.clock.advance(LEASE_S + 1.0)
-    campus.wait_for(second.beat())
+    campus.wait_for(second.run_once())
     assert campus.read(lambda uow: uow.leases.token(LEASE)) == token + 1
     with pytest.raises(LeaseLost):
         campus.wait_for(first._fenced(lambda uow: uow.now))
@@ -102,7 +102,7 @@ def test_improvement_moves_waiting_rides_only_to_where_they_cost_less(fleet: Fak
     assert improvement is not None
     dispatcher = a_dispatcher(fleet, 40)
     for _ in range(5):
-        campus.wait_for(dispatcher.beat())
+        campus.wait_for(dispatcher.run_once())
     rides = fleet.rides()
     assert all(ride.state in (RideState.ASSIGNED, RideState.REFUSED) for ride in rides)
     assert not any(ride.promise_broken for ride in rides)
@@ -113,7 +113,7 @@ def test_a_late_improvement_is_dropped(fleet: FakeFleet) -> None:
     fleet.book("NN20", "C6")
     improvement = campus.read(plans.improvement_of)
     assert improvement is not None
-    search = Search(a_dispatcher(fleet)._budget, 1)
+    search = SearchSettings(a_dispatcher(fleet)._budget, 1)
     solution = campus.wait_for(InlineSolver().solve(improvement.problem, search.budget, search.seed))
     fleet.book("NN20", "GYM")
     before = campus.read(lambda uow: uow.plans.all())
@@ -141,11 +141,11 @@ def test_what_a_child_process_found_is_found_again_inline(fleet: FakeFleet) -> N
 def test_silence_departures_and_retention_do_their_work_in_a_beat(fleet: FakeFleet) -> None:
     campus = fleet.campus
     campus.clock.advance(60.0)
-    campus.wait_for(SilenceMonitor(campus.transactions).beat())
+    campus.wait_for(SilenceMonitor(campus.transactions).run_once())
     open_now = campus.read(lambda uow: uow.views.incidents())
     assert {incident.kind for incident in open_now} == {IncidentKind.VEHICLE_SILENT}
-    campus.wait_for(DepartureScheduler(campus.transactions, "me").beat())
-    campus.wait_for(DepartureScheduler(campus.transactions, "somebody else").beat())
+    campus.wait_for(DepartureScheduler(campus.transactions, "me").run_once())
+    campus.wait_for(DepartureScheduler(campus.transactions, "somebody else").run_once())
     assert len(campus.read(lambda uow: uow.views.departures())) > 0
-    campus.wait_for(RetentionLoop(campus.transactions).beat())
+    campus.wait_for(RetentionLoop(campus.transactions).run_once())
     assert campus.read(lambda uow: enrolled_vehicle(uow, "shuttle-1")).placed

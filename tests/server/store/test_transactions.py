@@ -11,7 +11,7 @@ from sqlalchemy.exc import DBAPIError
 
 from contract.roads.load import encode_map
 from server.adapters import SeededIds
-from server.api.interventions.dry_run import rehearsed
+from server.api.interventions.dry_run import dry_run
 from server.bus.in_process import InProcessBus, LocalSubscription
 from server.domain.errors import PlanChanged, VehicleUnknown
 from server.domain.planning.plans import Plan
@@ -280,7 +280,7 @@ def test_a_preview_leaves_the_live_store_as_it_was_and_says_nothing(engine: Engi
     async def scenario() -> None:
         async with live(engine) as (transactions, heard):
             before = await transactions.run(fleet_now)
-            said = await rehearsed(transactions, preview)
+            said = await dry_run(transactions, preview)
             assert [effect.vehicle_before for effect in said.rides] == [vehicle_id]
             assert await transactions.run(fleet_now) == before
             assert await transactions.read(fleet_now) == before

@@ -47,13 +47,13 @@ class FakeFleet:
         vehicle_sessions.record_status(uow, reports)
         self.beats += 1
         if self.beats % 2 == 0:
-            closures.keep_time(uow)
+            closures.update_closures(uow)
             lost_vehicles.rescue_riders(uow)
             plans.assign_waiting(uow)
             sections.extend_grants(uow)
             promises.check_promises(uow)
         if self.beats % 4 == 0:
-            charging.look_after_batteries(uow)
+            charging.manage_charging(uow)
 
     def run_until_idle(self, limit_s: float) -> None:
         """AssertionError when a shuttle still has a visit to make after limit_s."""

@@ -30,7 +30,7 @@ from server.domain.instants import ns_of
 from server.domain.orders.orders import OrderState
 from server.domain.record.events import RecordedEvent
 from server.usecases.fleet import events, vehicle_sessions
-from server.usecases.fleet.events import Effects
+from server.usecases.fleet.events import EventResult
 from server.usecases.fleet.vehicle_sessions import HelloFacts
 from server.usecases.orders import orders, outbox
 from server.usecases.ports import topics
@@ -152,7 +152,7 @@ class FakeShuttle:
             self.send(self.sequence)
             self.sequence += 1
 
-    def send(self, sequence: int) -> Effects:
+    def send(self, sequence: int) -> EventResult:
         now = ns_of(self.campus.clock.now())
         event = RecordedEvent(self.vehicle_id, self.boot_id, sequence, now, now, self.told[sequence])
         return self.campus.do(lambda uow: events.apply_event(uow, event))
@@ -319,5 +319,5 @@ def _lanes(order: Order, here: str) -> tuple[str, ...]:
 
 
 def states_of_order(campus: CampusUnderTest, vehicle_id: str) -> OrderState | None:
-    order = campus.read(lambda uow: orders.current_order(uow, vehicle_id))
+    order = campus.read(lambda uow: uow.orders.current(vehicle_id))
     return None if order is None else order.state

@@ -1,7 +1,7 @@
-"""As few vehicles as possible: a route is dropped, and its requests are squeezed in until all are served.
+"""As few vehicles as possible: a route is dropped, and its requests are inserted until all are served.
 
-Whoever is left out often is counted, and an attempt is good when those that it leaves out are left out seldom
-(absence counters: Christiaens and Vanden Berghe 2020, section 5.5). Vehicles must all be the same.
+Absence counters say how often each request was left out, and an attempt is good if the requests that it
+leaves out have low counters (Christiaens and Vanden Berghe 2020, section 5.5). Vehicles must all be the same.
 """
 
 from dataclasses import dataclass
@@ -50,8 +50,8 @@ class RouteElimination(NamedTuple):
 class FleetSearch:
     """Fewer and fewer vehicles. The same task, seed and number of slices give the same plan.
 
-    task, best   the smallest task so far that has a plan with everybody in it, and that plan; the task itself
-                 and whatever could be served where there is none yet
+    task, best   the smallest task so far whose plan serves all requests, and that plan; the task itself and
+                 the requests that could be served while there is none
     """
 
     def __init__(self, task: Task, seed: int, settings: FleetSettings | None = None) -> None:
@@ -77,7 +77,7 @@ class FleetSearch:
         self.best, self._plan = plan_of(task, [], room), plan_of(task, [], room)
 
     def run_slice(self) -> None:
-        """So many attempts; each time that everybody is served, the next route is dropped."""
+        """So many attempts; each time that all requests are served, the next route is dropped."""
         left = self._how.attempts
         while left > 0 and self._task.vehicles > 0:
             left -= squeeze(
@@ -99,7 +99,7 @@ class FleetSearch:
         self.slices += 1
 
     def another(self, slices: int = 10) -> Plan:
-        """Another plan with as few vehicles, from nothing; `best` where so many slices do not find one."""
+        """Another plan with as few vehicles, from nothing; `best` if so many slices find none."""
         search = FleetSearch(self._whole, int(bits(self._rng) >> np.uint64(1)), self._settings)
         while search.task.vehicles > self.task.vehicles and search.slices < slices:
             search.run_slice()
@@ -108,7 +108,7 @@ class FleetSearch:
         return plan_of(self.task, routes_of(search.best), self._room)
 
     def _drop_a_route(self) -> None:
-        """Keep the plan, and begin another one without the route that is squeezed in most easily."""
+        """Keep the plan, and begin another one without the route whose requests have the lowest counters."""
         routes = [route for route in routes_of(self._plan) if len(route)]
         self.task = with_vehicles(self.task, len(routes))
         self.best = plan_of(self.task, routes, self._room)
@@ -166,7 +166,7 @@ def squeeze(
     rng: AnyArray,
     how: RouteElimination,
 ) -> int:
-    """Attempts until everybody is served; returns how many there were.
+    """Attempts until all requests are served. Returns how many there were.
 
     missed   (R,) how often each request was left out
     """

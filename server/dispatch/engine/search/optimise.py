@@ -1,8 +1,7 @@
-"""The whole search, slice by slice: anneal, remember routes, put the best of them together, begin again.
+"""The whole search, slice by slice: anneal, remember routes, choose the best mix of them, begin again.
 
-A slice is a count of attempts, so that a search repeats. The edge owns time: it runs slices until its
-deadline
-and records how many there were.
+A slice is a count of attempts, so that a search can be repeated. The caller owns time: it runs slices until
+its deadline and records how many there were.
 """
 
 from collections.abc import Callable
@@ -69,10 +68,10 @@ class Settings:
 def settings_for(task: Task) -> Settings:
     """What suits a task.
 
-    Where windows are narrow, many short cycles, half of them afresh, fill a pool that goes together well.
-    Where they are wide such cycles freeze at once and far too high: there, cycles are hotter and longer. They
-    end in valleys of which some are far deeper than others, and heating does not lead out of one: each begins
-    afresh.
+    With narrow windows, many short cycles, half of them from nothing, fill a pool whose routes combine well.
+    With wide windows such cycles freeze at once and far too high, so cycles are hotter and longer. They end
+    in local optima of very different cost, and heating does not lead out of them, so each one starts from
+    nothing.
     """
     free = freedom(task)
     if free < _WIDE:
@@ -133,7 +132,7 @@ class Optimiser:
         return self._in_cycle == 0
 
     def run_slice(self) -> None:
-        """So many attempts; at the end of a cycle the remembered routes are put together anew."""
+        """So many attempts; at the end of a cycle the best mix of the remembered routes is chosen."""
         how = self._settings
         began, ends = self._in_cycle / self._cycle, (self._in_cycle + 1) / self._cycle
         heat = how.hot * self._unit
@@ -168,7 +167,7 @@ class Optimiser:
             self._in_cycle, self._cycle = 0, min(self._cycle_max, round(self._cycle * how.growth))
 
     def put_together(self) -> bool:
-        """Make the best plan from all the routes that are remembered; whether it became cheaper."""
+        """Make the best plan from all remembered routes. Returns whether it became cheaper."""
         changed, master = repartition(
             self.task, self.best, self._pool, self._scratch, self._settings.partitioning
         )

@@ -1,11 +1,11 @@
 """The best plan that can be put together from the routes in a pool: set partitioning, solved with HiGHS.
 
 The linear relaxation is solved over a few columns, and columns are fetched from the pool by their reduced
-cost until none would help; then only those whose reduced cost is less than what is left to be gained can be
-part of a better plan, and the integer problem is solved over them alone.
+cost until none would help. Only columns whose reduced cost is less than the possible gain can be part of a
+better plan, and the integer problem is solved over them alone.
 
-A vehicle that is bound to something (riders aboard, visits that stay, timed calls) has exactly one route;
-any other has at most one. Nobody whose place is worth more than all the driving loses it.
+A vehicle that is bound (riders aboard, visits that stay, timed calls) has exactly one route; any other has at
+most one. A request whose absence costs more than all the driving keeps its place.
 """
 
 from dataclasses import dataclass
@@ -47,8 +47,8 @@ class _Rules:
 
     absent   (R,) cost of leaving a request out as the solver sees it: no more than outweighs all the rest,
              as costs that are many powers of ten apart have no digits left for seconds
-    served   (R,) bool, whether the request has a row that counts; who is aboard or promised a visit that
-             stays has none, as the vehicle's own row is enough
+    served   (R,) bool, whether the request has a row that counts; riders aboard and visits that stay have
+             none, because the vehicle's own row is enough
     least, most   (kinds,) routes of each kind
     idle     (V,) cost of a vehicle's route without a visit
     constant      cost of all vehicles without one that need not drive

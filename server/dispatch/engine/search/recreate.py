@@ -1,5 +1,4 @@
-"""Putting absent requests back: one after the other in some order, or whoever would lose most by waiting
-first."""
+"""Puts absent requests back: one after the other in some order, or by regret."""
 
 from typing import NamedTuple
 
@@ -25,8 +24,8 @@ _MARKS_SEED = 0x0FFE
 
 
 class InsertionOffers(NamedTuple):
-    """What was found of serving a request with a vehicle, for all routes that were met lately: attempts meet
-    the same ones again and again. Arrays (H,), H a power of two; an entry gives way to the next at its place.
+    """Insertion offers for the routes that were met lately: attempts meet the same routes
+    again and again. Arrays (H,), H a power of two; an entry gives way to the next at its place.
 
     marks  (R,) uint64
     key    of the route's stamp and the request
@@ -109,7 +108,7 @@ def _in_order(
         best, found, best_i, best_j = task.absent_cost[r], int(ABSENT), int(_NOWHERE), int(_NOWHERE)
         home = max(undo.home[undo.order[k]], 0)
         for turn in range(vehicles):
-            # The vehicle that it had comes first: others then have to be better than a good offer.
+            # The previous vehicle is tried first: the others must then be better than a good offer.
             v = home + turn if home + turn < vehicles else home + turn - vehicles
             cost, i, j = offer(task, plan, scratch, offers, r, v, best, rng)
             if cost < best and uniform(rng) >= blink:
@@ -123,7 +122,7 @@ def _in_order(
 def _by_regret(
     task: Task, plan: Plan, scratch: Scratch, undo: Undo, offers: InsertionOffers, noise: float, rng: AnyArray
 ) -> None:
-    """Next comes who would lose most if its best vehicle were gone (Potvin and Rousseau 1993)."""
+    """Next is the request that loses most without its best vehicle (Potvin and Rousseau 1993)."""
     n, vehicles = undo.counts[1], len(plan.length)
     waiting = undo.order
     for k in range(n):

@@ -1,4 +1,4 @@
-"""Taking requests out of a plan: strings of neighbouring visits from neighbouring routes.
+"""Takes requests out of a plan: strings of neighbouring visits from neighbouring routes.
 
 Slack induction by string removals (Christiaens and Vanden Berghe 2020, section 5): room is made where several
 routes come close to each other, so that their parts can be exchanged.
@@ -86,7 +86,7 @@ def close_gaps(task: Task, plan: Plan, scratch: Scratch, v: int) -> None:
             kept += 1
     plan.length[v] = kept
     if not refresh(task, plan, scratch, v):
-        # Without a visit the way can be longer where paces differ: no such attempt is kept.
+        # With different factors, a way without a visit can be longer: no such attempt is kept.
         plan.cost[v] = np.inf
 
 

@@ -78,7 +78,7 @@ def anneal(
 
 @kernel
 def begin_attempt(task: Task, plan: Plan, undo: Undo) -> None:
-    """Nothing touched yet; whoever is in no route and worth something is to be put back."""
+    """Forget the previous attempt; requests in no route, and with a cost of absence, are to be put back."""
     for k in range(undo.counts[0]):
         undo.touched[undo.touched_list[k]] = False
     undo.counts[0], undo.counts[1] = 0, 0

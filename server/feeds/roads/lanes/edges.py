@@ -1,4 +1,4 @@
-"""Edges: runs joined and cut so that each leads from one place of choice to the next."""
+"""Edges: way segments joined and cut, so that each leads from one choice to the next."""
 
 import itertools
 import math
@@ -43,9 +43,9 @@ class _Chain:
     names: tuple[tuple[str, str, float], ...]
 
 
-def edges_of(runs: Sequence[WaySegment], positions: dict[int, Position]) -> list[Edge]:
+def edges_of(segments: Sequence[WaySegment], positions: dict[int, Position]) -> list[Edge]:
     """The edges, in a fixed order."""
-    chains = _joined(_chains(runs, positions))
+    chains = _joined(_chains(segments, positions))
     chains.sort(key=lambda chain: (chain.way_ids[0], chain.keys))
     edges: list[Edge] = []
     used: dict[int, int] = {}
@@ -68,23 +68,23 @@ def edges_of(runs: Sequence[WaySegment], positions: dict[int, Position]) -> list
     return edges
 
 
-def _chains(runs: Sequence[WaySegment], positions: dict[int, Position]) -> list[_Chain]:
-    """Runs cut at every key that another run touches or that they touch twice, along the driving."""
+def _chains(segments: Sequence[WaySegment], positions: dict[int, Position]) -> list[_Chain]:
+    """Way segments cut at every key that another one touches or that they touch twice, along the driving."""
     touches: dict[int, int] = {}
-    for run in runs:
-        for key in run.keys:
+    for segment in segments:
+        for key in segment.keys:
             touches[key] = touches.get(key, 0) + 1
     chains = []
-    for run in runs:
-        keys, how = run.keys, run.driving
+    for segment in segments:
+        keys, how = segment.keys, segment.driving
         if how.direction < 0:
             keys, how = keys[::-1], replace(how, direction=1)
         cuts = [0, *(k for k in range(1, len(keys) - 1) if touches[keys[k]] > 1), len(keys) - 1]
         for first, last in itertools.pairwise(cuts):
             piece = keys[first : last + 1]
             length = sum(math.dist(positions[a], positions[b]) for a, b in itertools.pairwise(piece))
-            names = ((run.name, run.name_en, length),)
-            chains.append(_Chain(piece, how, (run.way_id,), names))
+            names = ((segment.name, segment.name_en, length),)
+            chains.append(_Chain(piece, how, (segment.way_id,), names))
     return chains
 
 

@@ -1,4 +1,4 @@
-"""Runs: the drivable pieces of ways, clipped to the map's box and cut where nothing can drive through."""
+"""Way segments: the drivable pieces of ways, clipped to the map's box and cut at barriers."""
 
 import itertools
 import math
@@ -27,21 +27,21 @@ class WaySegment:
 
 @dataclass(slots=True)
 class RoadPlan:
-    """All runs, where their keys lie, and the keys of dead ends that are tagged as turning places."""
+    """All way segments, the positions of their keys, and the keys of dead ends tagged as turning places."""
 
-    runs: list[WaySegment]
+    segments: list[WaySegment]
     positions: dict[int, Position]
     turning_circles: frozenset[int]
     last_new_key: int
 
     def new_key(self, position: Position) -> int:
-        """A key for a place that is no OSM node of its own."""
+        """A key for a place that is not an OSM node."""
         self.last_new_key -= 1
         self.positions[self.last_new_key] = position
         return self.last_new_key
 
 
-def drivable_runs(data: OsmData, frame: Frame, log: ImportLog) -> RoadPlan:
+def drivable_segments(data: OsmData, frame: Frame, log: ImportLog) -> RoadPlan:
     """Every piece of road that a shuttle can drive on, inside the box."""
     circles = frozenset(
         node.node_id
@@ -60,7 +60,7 @@ def drivable_runs(data: OsmData, frame: Frame, log: ImportLog) -> RoadPlan:
         for keys in _known_pieces(data, way, twins, log):
             for piece in _cut_at_barriers(data, plan, way, keys, log):
                 for inside in _clip(frame, plan, way, piece, log):
-                    plan.runs.append(
+                    plan.segments.append(
                         WaySegment(
                             way.way_id, inside, how, way.tags.get("name", ""), way.tags.get("name:en", "")
                         )
@@ -146,7 +146,7 @@ def _cut_at_barriers(
 def _clip(
     frame: Frame, plan: RoadPlan, way: OsmWay, keys: tuple[int, ...], log: ImportLog
 ) -> list[tuple[int, ...]]:
-    """The parts of the run inside the box, with new ends on its border (Liang and Barsky 1984)."""
+    """The parts of the way inside the box, with new ends on its border (Liang and Barsky 1984)."""
     pieces: list[list[int]] = []
     lost_m = 0.0
     for first, second in itertools.pairwise(keys):
@@ -190,37 +190,37 @@ def _drop_repeats(plan: RoadPlan, log: ImportLog) -> None:
     """A stretch drawn twice over the same nodes is kept once."""
     seen: set[tuple[int, int, int]] = set()
     kept: list[WaySegment] = []
-    for run in plan.runs:
+    for segment in plan.segments:
         pieces: list[list[int]] = []
-        for first, second in zip(run.keys, run.keys[1:], strict=False):
-            step = (min(first, second), max(first, second), run.driving.layer)
+        for first, second in zip(segment.keys, segment.keys[1:], strict=False):
+            step = (min(first, second), max(first, second), segment.driving.layer)
             if step in seen:
-                log.repairs.append(f"way {run.way_id}: a stretch that another way draws too is kept once")
+                log.repairs.append(f"way {segment.way_id}: a stretch that another way draws too is kept once")
                 continue
             seen.add(step)
             if pieces and pieces[-1][-1] == first:
                 pieces[-1].append(second)
             else:
                 pieces.append([first, second])
-        kept += [replace(run, keys=tuple(piece)) for piece in pieces]
-    plan.runs = kept
+        kept += [replace(segment, keys=tuple(piece)) for piece in pieces]
+    plan.segments = kept
 
 
 def _part_layers(plan: RoadPlan, log: ImportLog) -> None:
     """Where ways of different layers run through one node and none ends there, they do not meet."""
     through: dict[int, set[int]] = {}
     ends: Counter[int] = Counter()
-    for run in plan.runs:
-        ends.update((run.keys[0], run.keys[-1]))
-        for key in run.keys[1:-1]:
-            through.setdefault(key, set()).add(run.driving.layer)
+    for segment in plan.segments:
+        ends.update((segment.keys[0], segment.keys[-1]))
+        for key in segment.keys[1:-1]:
+            through.setdefault(key, set()).add(segment.driving.layer)
     parted: dict[tuple[int, int], int] = {}
     for key, layers in sorted(through.items()):
         if len(layers) > 1 and not ends[key]:
             log.repairs.append(f"node {key}: roads on layers {sorted(layers)} cross there and do not meet")
             for layer in sorted(layers)[1:]:
                 parted[key, layer] = plan.new_key(plan.positions[key])
-    plan.runs = [
-        replace(run, keys=tuple(parted.get((key, run.driving.layer), key) for key in run.keys))
-        for run in plan.runs
+    plan.segments = [
+        replace(segment, keys=tuple(parted.get((key, segment.driving.layer), key) for key in segment.keys))
+        for segment in plan.segments
     ]

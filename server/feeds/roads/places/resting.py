@@ -9,7 +9,7 @@ from contract.roads.network import RoadNetwork
 from contract.roads.routing import find_route, route_sections
 from contract.roads.section_graph import SectionGraph
 
-# With this many, places on busy roads, which cost everybody detours, are no longer worth having.
+# With this many places, further ones on busy roads, which cause detours, are not worth having.
 ENOUGH_PLACES = 6
 MOST_PLACES = 24
 SPACING_M = 50.0

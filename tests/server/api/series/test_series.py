@@ -18,7 +18,7 @@ WISH = {
 
 
 def beat(server: ServerUnderTest) -> None:
-    server.run(SeriesScheduler(server.transactions, "clerk").beat())
+    server.run(SeriesScheduler(server.transactions, "clerk").run_once())
 
 
 def test_each_day_is_shown_with_its_ride(campus: ServerUnderTest) -> None:

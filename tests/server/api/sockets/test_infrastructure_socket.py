@@ -160,7 +160,7 @@ def test_a_revoked_token_ends_at_its_next_word(watched: ServerUnderTest) -> None
     secret = token(watched, "infrastructure")
     camera = Camera(watched, secret)
     camera.say(area_id="zebra", count=0)
-    (known,) = watched.transact(identity.developer_tokens)
+    (known,) = watched.transact(lambda uow: uow.identity.developer_tokens())
     watched.transact(lambda uow: identity.revoke_developer_token(uow, known.token_id, "operator"))
     camera.say(area_id="zebra", count=0)
     assert camera.refusals() == ["token_invalid"]

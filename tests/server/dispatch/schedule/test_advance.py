@@ -1,4 +1,4 @@
-"""A board that is kept while time goes on: nobody who was taken is ever picked up late or rides too long."""
+"""A schedule over time: no accepted request is ever picked up late or rides too long."""
 
 import numpy as np
 from hypothesis import HealthCheck, given, settings
@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from server.dispatch.decide import offers_for, take
 from server.dispatch.problem import Plane, Problem, Request, VehicleState
-from server.dispatch.schedule.board import CompletedCall, Schedule
+from server.dispatch.schedule.schedule import CompletedCall, Schedule
 
 BOUNDED = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 PLACES = 24
@@ -29,35 +29,35 @@ def drive(seed: int, steps: int, on_plane: bool) -> tuple[dict[str, Request], li
         problem = Problem(fleet, {}, np.zeros((0, 0)), plane=Plane(xy, 3.0), dwell_s=10.0)
     else:
         problem = Problem(fleet, {}, times, dwell_s=10.0)
-    board = Schedule(problem, spare=steps)
+    schedule = Schedule(problem, spare=steps)
     taken: dict[str, Request] = {}
     made: list[CompletedCall] = []
     now_s = 0.0
     for k in range(steps):
         now_s += float(rng.exponential(120.0))
-        made += board.advance(now_s)
+        made += schedule.advance(now_s)
         pickup, dropoff = (int(place) for place in rng.choice(PLACES, 2, replace=False))
         from_s = now_s + float(rng.uniform(0.0, 600.0))
         request = Request(
             f"r{k}", pickup, dropoff, int(rng.integers(1, 3)), 0, from_s, from_s + 300.0, np.inf, RIDE_S_MAX
         )
-        board.add(request)
-        best = offers_for(board, request.request_id).best
+        schedule.add(request)
+        best = offers_for(schedule, request.request_id).best
         if best is None:
-            board.remove(request.request_id)
+            schedule.remove(request.request_id)
         else:
-            take(board, best)
+            take(schedule, best)
             taken[request.request_id] = request
-    made += board.advance(now_s + 1e5)
-    return taken, made, board
+    made += schedule.advance(now_s + 1e5)
+    return taken, made, schedule
 
 
 @BOUNDED
 @given(st.integers(0, 10_000), st.integers(1, 25), st.booleans())
 def test_whoever_was_taken_is_driven_within_every_window(seed: int, steps: int, on_plane: bool) -> None:
-    taken, made, board = drive(seed, steps, on_plane)
-    assert not board.rows
-    assert not board.overdue
+    taken, made, schedule = drive(seed, steps, on_plane)
+    assert not schedule.rows
+    assert not schedule.overdue
     picked = {one.request_id: one for one in made if not one.alights}
     let_out = {one.request_id: one for one in made if one.alights}
     assert picked.keys() == let_out.keys() == taken.keys()
@@ -95,31 +95,31 @@ def test_who_changes_their_mind_makes_nobody_else_late(seed: int, steps: int) ->
     xy = rng.uniform(0.0, 100.0, (PLACES, 2))
     times = 3.0 * np.linalg.norm(xy[:, None] - xy[None, :], axis=2)
     fleet = tuple(VehicleState(f"v{k}", times[k], 0.0, 3, 0) for k in range(2))
-    board = Schedule(Problem(fleet, {}, times, dwell_s=10.0), spare=steps, patience=0.5)
+    schedule = Schedule(Problem(fleet, {}, times, dwell_s=10.0), spare=steps, patience=0.5)
     wanted: dict[str, Request] = {}
     gone: set[str] = set()
     made: list[CompletedCall] = []
     now_s = 0.0
     for k in range(steps):
         now_s += float(rng.exponential(60.0))
-        made += board.advance(now_s)
+        made += schedule.advance(now_s)
         waiting = sorted(wanted.keys() - gone - {one.request_id for one in made})
         if waiting and rng.random() < 0.4:
             name = waiting[int(rng.integers(len(waiting)))]
-            board.withdraw(name)
+            schedule.withdraw(name)
             gone.add(name)
         pickup, dropoff = (int(place) for place in rng.choice(PLACES, 2, replace=False))
         request = Request(f"r{k}", pickup, dropoff, 1, 0, now_s, now_s + 300.0, np.inf, RIDE_S_MAX)
-        board.add(request)
-        best = offers_for(board, request.request_id).best
+        schedule.add(request)
+        best = offers_for(schedule, request.request_id).best
         if best is None:
-            board.remove(request.request_id)
+            schedule.remove(request.request_id)
         else:
-            take(board, best)
+            take(schedule, best)
             wanted[request.request_id] = request
-    made += board.advance(now_s + 1e5)
+    made += schedule.advance(now_s + 1e5)
     picked = {one.request_id: one.at_s for one in made if not one.alights}
     assert picked.keys() == wanted.keys() - gone
     assert all(picked[name] <= wanted[name].pickup_to_s + 1e-5 for name in picked)
-    assert not board.rows
-    assert not board.overdue
+    assert not schedule.rows
+    assert not schedule.overdue

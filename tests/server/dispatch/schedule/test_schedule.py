@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from server.dispatch.problem import Call, CallTime, Problem, Request, VehicleState
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 from server.dispatch.solve import Budget, solve
 from tests.server.dispatch.reference import Broken, schedule
 
@@ -32,8 +32,8 @@ def the_calls(request: Request, dwell_s: float = 10.0) -> tuple[Call, Call]:
 def planned(calls: tuple[Call, ...], *requests: Request) -> tuple[tuple[CallTime, ...], Schedule]:
     """The times of these calls as the present route of one vehicle."""
     names = {request.request_id: request for request in requests}
-    board = Schedule(Problem((a_vehicle(calls=calls),), names, TIMES, dwell_s=10.0))
-    return board.route(0).times, board
+    schedule = Schedule(Problem((a_vehicle(calls=calls),), names, TIMES, dwell_s=10.0))
+    return schedule.route(0).times, schedule
 
 
 def test_times_add_up_driving_and_dwelling() -> None:
@@ -44,8 +44,8 @@ def test_times_add_up_driving_and_dwelling() -> None:
 
 @pytest.mark.parametrize("request_", [a_request(pickup_to_s=99.0), a_request(arrive_by_s=309.0)])
 def test_a_promise_that_the_route_breaks_is_known_to_be_overdue(request_: Request) -> None:
-    _, board = planned(the_calls(request_), request_)
-    assert board.overdue == {"a"}
+    _, schedule = planned(the_calls(request_), request_)
+    assert schedule.overdue == {"a"}
 
 
 def test_a_pickup_is_left_later_rather_than_riding_too_long_through_a_wait() -> None:
@@ -58,8 +58,8 @@ def test_a_pickup_is_left_later_rather_than_riding_too_long_through_a_wait() -> 
         Call(3, (), ("a",), 10.0),
         Call(4, (), ("b",), 10.0),
     )
-    times, board = planned(calls, a, b)
-    assert not board.overdue
+    times, schedule = planned(calls, a, b)
+    assert not schedule.overdue
     assert times[2].arrive_s - times[0].leave_s <= 250.0
     assert times[2].arrive_s == 710.0
 
@@ -126,10 +126,10 @@ def test_a_schedule_exists_exactly_when_some_delay_of_the_pickups_works(
 
 def test_a_late_route_is_loosened_just_as_far_as_it_is_late() -> None:
     late = a_request(pickup_to_s=50.0, arrive_by_s=200.0)
-    times, board = planned(the_calls(late), late)
+    times, schedule = planned(the_calls(late), late)
     assert [t.arrive_s for t in times] == [100.0, 310.0]
-    row = 2 * board.rows["a"]
-    assert list(board.task.late_s[row : row + 2]) == pytest.approx([100.0, 310.0], abs=0.01)
+    row = 2 * schedule.rows["a"]
+    assert list(schedule.task.late_s[row : row + 2]) == pytest.approx([100.0, 310.0], abs=0.01)
 
 
 def test_nobody_is_inserted_before_a_ride_that_is_late_already() -> None:

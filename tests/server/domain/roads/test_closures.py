@@ -77,8 +77,8 @@ def test_ends_come_in_order_each_once() -> None:
 
 
 def test_incidents_name_the_closure_and_its_reason() -> None:
-    assert CLOSURE.words == "closure c-1 (water main)"
-    assert replace(CLOSURE, reason="").words == "closure c-1"
+    assert CLOSURE.label == "closure c-1 (water main)"
+    assert replace(CLOSURE, reason="").label == "closure c-1"
 
 
 @given(

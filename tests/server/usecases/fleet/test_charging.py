@@ -84,7 +84,7 @@ def test_a_ride_that_the_battery_does_not_reach_is_refused_for_that(fleet: FakeF
 def test_a_shuttle_that_does_not_measure_its_battery_drives(fleet: FakeFleet) -> None:
     with_charge(fleet, fleet.shuttles[0], 0.0)
     assert fleet.book("stop-0", "stop-2").state is RideState.ASSIGNED
-    assert fleet.campus.do(charging.look_after_batteries) == ()
+    assert fleet.campus.do(charging.manage_charging) == ()
 
 
 @pytest.mark.parametrize("ratio", [0.45, 0.6])

@@ -51,7 +51,7 @@ class Day:
         self.campus.do(lambda uow: closures.close(uow, wish, "ann"))
 
     def lift(self, number: int) -> None:
-        standing = self.campus.read(closures.standing)
+        standing = self.campus.read(lambda uow: uow.closures.standing())
         if standing:
             closure_id = standing[number % len(standing)].closure_id
             self.campus.do(lambda uow: closures.lift(uow, closure_id, "ann"))
@@ -101,9 +101,9 @@ class Day:
 
     def settle(self) -> None:
         """Every road is open again: all rides come to their ends."""
-        for _ in self.campus.read(closures.standing):
+        for _ in self.campus.read(lambda uow: uow.closures.standing()):
             self.lift(0)
-        assert not self.campus.read(closures.standing)
+        assert not self.campus.read(lambda uow: uow.closures.standing())
         for _ in range(SETTLED_WITHIN_STEPS):
             if not self.fleet.waiting():
                 return

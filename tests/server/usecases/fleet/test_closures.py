@@ -74,7 +74,7 @@ def test_what_cannot_be_closed_is_named(fleet: FakeFleet) -> None:
             campus.do(lambda uow, wish=wish: closures.close(uow, wish, "ann"))
     with pytest.raises(ClosureUnknown):
         campus.do(lambda uow: closures.lift(uow, "closure-0", "ann"))
-    assert campus.read(closures.standing) == ()
+    assert campus.read(lambda uow: uow.closures.standing()) == ()
 
 
 def test_a_stop_on_closed_road_is_refused_with_another_one_instead_until_it_opens(fleet: FakeFleet) -> None:
@@ -234,7 +234,9 @@ def test_rides_of_another_time_than_the_closure_s_are_not_touched(driven_fleet: 
     fleet.campus.clock.advance((early - now).total_seconds() + 600.0)
     fleet.step()
     fleet.step()
-    assert [c.state for c in fleet.campus.read(closures.standing)] == [ClosureState.IN_FORCE]
+    assert [c.state for c in fleet.campus.read(lambda uow: uow.closures.standing())] == [
+        ClosureState.IN_FORCE
+    ]
     kept = fleet.ride(after.ride_id)
     assert (kept.promise, kept.promise_broken, kept.has_ended) == (after.promise, False, False)
     later = fleet.book("NN20", "C6", earliest=late + timedelta(minutes=20))
@@ -245,7 +247,7 @@ def test_rides_of_another_time_than_the_closure_s_are_not_touched(driven_fleet: 
     fleet.campus.clock.advance((late - fleet.campus.clock.now()).total_seconds())
     fleet.step()
     fleet.step()
-    assert fleet.campus.read(closures.standing) == ()
+    assert fleet.campus.read(lambda uow: uow.closures.standing()) == ()
     for ride in (after, later):
         done = drive_until(fleet, ride, RideState.COMPLETED)
         assert done.promise == ride.promise

@@ -109,7 +109,7 @@ def test_a_developer_token_opens_its_scopes_until_it_expires_or_is_revoked(campu
     campus.clock.advance(60.0)
     with pytest.raises(TokenInvalid):
         campus.read(lambda uow: identity.developer_of(uow, made.secret, "read"))
-    assert len(campus.read(identity.developer_tokens)) == 2
+    assert len(campus.read(lambda uow: uow.identity.developer_tokens())) == 2
 
 
 def test_a_recalled_shuttle_gives_its_waiting_rides_away_and_gets_none(driven_fleet: FakeFleet) -> None:
@@ -173,7 +173,7 @@ def test_maps_are_checked_stored_once_and_changed_only_while_nobody_drives(drive
         campus.do(lambda uow: campuses.activate_map(uow, stored.map_version, "ann"))
     driven_fleet.run_until_idle(4000.0)
     campus.do(lambda uow: campuses.activate_map(uow, stored.map_version, "ann"))
-    assert campus.read(campuses.active_map).name == "Repainted"
+    assert campus.read(lambda uow: uow.network().road_map).name == "Repainted"
     assert len(campus.read(campuses.stops)) == 7
 
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contract.wire.messages import CommandDone, ModeChanged
-from server.api.interventions.dry_run import rehearsed
+from server.api.interventions.dry_run import dry_run
 from server.dispatch.solve import Budget, solve
 from server.domain.errors import (
     DomainError,
@@ -25,7 +25,7 @@ from server.store.tables import metadata
 from server.usecases.fleet import departures, interventions
 from server.usecases.fleet.interventions import intervene
 from server.usecases.planning import plans
-from server.usecases.planning.decisions import Search
+from server.usecases.planning.decisions import SearchSettings
 from server.usecases.record import commands
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from tests.server.usecases.campus_under_test import CampusUnderTest
@@ -52,9 +52,7 @@ def everything(campus: CampusUnderTest) -> dict[str, list[tuple[object, ...]]]:
 
 
 def preview(campus: CampusUnderTest, vehicle_id: str, wish: Intervention) -> Effects:
-    done = campus.wait_for(
-        rehearsed(campus.transactions, lambda uow: intervene(uow, vehicle_id, wish, "ann"))
-    )
+    done = campus.wait_for(dry_run(campus.transactions, lambda uow: intervene(uow, vehicle_id, wish, "ann")))
     return done.effects
 
 
@@ -285,7 +283,7 @@ def test_a_ride_given_to_a_named_shuttle_stays_there(fleet: FakeFleet) -> None:
     improvement = fleet.campus.read(plans.improvement_of)
     assert improvement is not None
     better = solve(improvement.problem, Budget(8), 1)
-    search = Search(Budget(8), 1)
+    search = SearchSettings(Budget(8), 1)
     fleet.campus.do(lambda uow: plans.adopt_improvement(uow, improvement, better, search))
     assert fleet.ride(ride.ride_id).vehicle_id == other
     assert fleet.ride(ride.ride_id).pinned

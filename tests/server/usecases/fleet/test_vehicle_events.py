@@ -234,10 +234,10 @@ def test_a_vehicle_that_lost_its_order_gets_it_again(driven_fleet: FakeFleet) ->
     ride = driven_fleet.book("NN20", "C6")
     shuttle = shuttle_of(driven_fleet, ride)
     driven_fleet.step()
-    before = driven_fleet.campus.read(lambda uow: orders.current_order(uow, shuttle.vehicle_id))
+    before = driven_fleet.campus.read(lambda uow: uow.orders.current(shuttle.vehicle_id))
     shuttle.order, shuttle.line = None, None
     shuttle.connect()
-    again = driven_fleet.campus.read(lambda uow: orders.current_order(uow, shuttle.vehicle_id))
+    again = driven_fleet.campus.read(lambda uow: uow.orders.current(shuttle.vehicle_id))
     assert before is not None
     assert again is not None
     assert (again.order_id, again.revision) == (before.order_id, before.revision + 1)
@@ -255,7 +255,7 @@ def test_an_order_that_is_rejected_again_and_again_becomes_an_incident(fleet: Fa
     shuttle = shuttle_of(fleet, ride)
     campus = fleet.campus
     for count in range(REJECTIONS_MAX):
-        order = campus.read(lambda uow: orders.current_order(uow, shuttle.vehicle_id))
+        order = campus.read(lambda uow: uow.orders.current(shuttle.vehicle_id))
         assert order is not None
         assert order.state is OrderState.ISSUED
         no = rejection(shuttle, order.revision, order.order_id, "map_version")

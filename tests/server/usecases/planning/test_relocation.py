@@ -9,7 +9,7 @@ import pytest
 from server.domain.rides.rides import Ride, RideState
 from server.domain.rules import FleetRules
 from server.domain.service.service import ServiceException
-from server.loops.dispatcher import SLOW_BEATS, Dispatcher
+from server.loops.dispatcher import SLOW_PERIODS, Dispatcher
 from server.loops.solver import InlineSolver
 from server.usecases.planning import relocation
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -62,7 +62,7 @@ def look(fleet: FakeFleet) -> str | None:
 
 def look_with(fleet: FakeFleet, demand: relocation.Demand) -> str | None:
     """The vehicle that sets out."""
-    move = fleet.campus.read(lambda uow: relocation.proposed(uow, demand))
+    move = fleet.campus.read(lambda uow: relocation.best_relocation(uow, demand))
     if move is None or not fleet.campus.do(lambda uow: relocation.relocate(uow, move)):
         return None
     return move.vehicle_id
@@ -173,7 +173,7 @@ def test_what_was_learned_is_learned_anew_every_hour(fleet: FakeFleet) -> None:
 def test_a_proposal_that_was_overtaken_is_dropped(fleet: FakeFleet) -> None:
     remember(fleet, 20, 6, "stop-0")
     demand = fleet.campus.read(relocation.learn_demand)
-    move = fleet.campus.read(lambda uow: relocation.proposed(uow, demand))
+    move = fleet.campus.read(lambda uow: relocation.best_relocation(uow, demand))
     assert move is not None
     ride = fleet.book("stop-2", "stop-3")
     assert not fleet.campus.do(lambda uow: relocation.relocate(uow, move))
@@ -186,9 +186,9 @@ def test_the_dispatcher_sends_it() -> None:
     campus = fleet.campus
     remember(fleet, 20, 6, "stop-0")
     dispatcher = Dispatcher(campus.transactions, campus.bus, InlineSolver(), campus.ids, "small", 0)
-    for _ in range(SLOW_BEATS):
+    for _ in range(SLOW_PERIODS):
         campus.clock.advance(1.0)
-        campus.wait_for(dispatcher.beat())
+        campus.wait_for(dispatcher.run_once())
     assert place_of(fleet) == "bay-3"
     campus.close()
 

@@ -8,7 +8,7 @@ from server.domain.planning.plans import Plan, PlannedVisit
 from server.domain.rides.rides import Ride, RideState
 from server.usecases.fleet import departures
 from server.usecases.planning import plans
-from server.usecases.planning.routes import is_news, refresh_times, visits_of
+from server.usecases.planning.routes import differs_from_plan, refresh_times, vehicles_with_ride
 from server.usecases.planning.snapshot import seconds, take_snapshot
 from server.usecases.ports.unit_of_work import UnitOfWork
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -30,12 +30,12 @@ def test_a_route_is_news_when_its_stops_their_order_or_their_riders_differ() -> 
     rest = PlannedVisit("rest", "rest", "", "l", 1.0)
     plan = Plan("c", "shuttle-1", 1, (a_visit("v"), rest, a_visit("w", board=(), alight=("ann",))))
     same = Call(3, ("ann",), (), 15.0, call_id="v"), Call(4, (), ("ann",), 15.0, call_id="w")
-    assert not is_news(plan, a_route(*same))
-    assert is_news(plan, a_route(*reversed(same)))
-    assert is_news(plan, a_route(same[0]))
-    assert is_news(plan, a_route(replace(same[0], board=("ann", "bob")), same[1]))
-    assert is_news(plan, a_route(replace(same[0], alight=("bob",)), same[1]))
-    assert is_news(plan, a_route(replace(same[0], call_id=""), same[1]))
+    assert not differs_from_plan(plan, a_route(*same))
+    assert differs_from_plan(plan, a_route(*reversed(same)))
+    assert differs_from_plan(plan, a_route(same[0]))
+    assert differs_from_plan(plan, a_route(replace(same[0], board=("ann", "bob")), same[1]))
+    assert differs_from_plan(plan, a_route(replace(same[0], alight=("bob",)), same[1]))
+    assert differs_from_plan(plan, a_route(replace(same[0], call_id=""), same[1]))
 
 
 def test_doors_close_no_sooner_than_the_promised_window_opens(driven_fleet: FakeFleet) -> None:
@@ -143,6 +143,6 @@ def test_a_ride_moved_to_another_shuttle_is_named_by_that_ones_plan_alone(driven
     lost.disconnect()
     lost.mode = "fault"
     fleet.run_until(lambda: fleet.ride(ride.ride_id).vehicle_id == other.vehicle_id, 600.0)
-    found = fleet.campus.read(lambda uow: visits_of(uow.plans.all(), ride.ride_id))
+    found = fleet.campus.read(lambda uow: vehicles_with_ride(uow.plans.all(), ride.ride_id))
     assert found == [other.vehicle_id]
     assert fleet.ride(ride.ride_id).state is RideState.ASSIGNED

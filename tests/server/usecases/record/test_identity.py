@@ -124,7 +124,7 @@ def test_a_revoked_token_opens_nothing_and_stays_revoked_since_then(campus: Camp
     with pytest.raises(TokenInvalid):
         may(campus, made.secret, "read")
     assert may(campus, other.secret, "read")
-    listed = campus.read(identity.developer_tokens)
+    listed = campus.read(lambda uow: uow.identity.developer_tokens())
     assert {token.token_id for token in listed} == {made.token.token_id, other.token.token_id}
 
 

@@ -245,7 +245,7 @@ class RideMachine(RuleBasedStateMachine):
 
     def refuse_the_order(self, which: int, code: Any) -> None:
         shuttle = self.fleet.shuttles[which]
-        order = self.campus.read(lambda uow: orders.current_order(uow, shuttle.vehicle_id))
+        order = self.campus.read(lambda uow: uow.orders.current(shuttle.vehicle_id))
         if order is not None and order.state is OrderState.ISSUED:
             answer = OrderRejected(shuttle.epoch, order.order_id, order.revision, code, "test")
             self.try_(lambda: self.campus.do(lambda uow: orders.rejected(uow, shuttle.vehicle_id, answer)))

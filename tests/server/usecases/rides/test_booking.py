@@ -152,10 +152,10 @@ def test_a_help_call_goes_to_the_top_of_the_incidents_and_is_kept_once(fleet: Fa
     first = campus.do(lambda uow: rides.call_help(uow, ride.ride_id, "the door is stuck"))
     again = campus.do(lambda uow: rides.call_help(uow, ride.ride_id, "hello?"))
     assert again.incident_id == first.incident_id
-    assert campus.read(incidents.list_open)[0].kind is IncidentKind.HELP_CALL
+    assert campus.read(lambda uow: uow.incidents.all_open())[0].kind is IncidentKind.HELP_CALL
     closed = campus.do(lambda uow: incidents.close(uow, first.incident_id, "ann"))
     assert closed.closed_by == "ann"
-    assert campus.read(incidents.list_open)[0].kind is IncidentKind.TAKEOVER
+    assert campus.read(lambda uow: uow.incidents.all_open())[0].kind is IncidentKind.TAKEOVER
 
 
 def test_somebody_aboard_cannot_board_again_and_completes(driven_fleet: FakeFleet) -> None:

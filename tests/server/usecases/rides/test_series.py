@@ -40,8 +40,8 @@ def book(campus: CampusUnderTest, **changes: object) -> Series:
     return campus.do(lambda uow: series.book_series(uow, wish))
 
 
-def beat(campus: CampusUnderTest) -> None:
-    campus.wait_for(SeriesScheduler(campus.transactions, "clerk").beat())
+def run_scheduler(campus: CampusUnderTest) -> None:
+    campus.wait_for(SeriesScheduler(campus.transactions, "clerk").run_once())
 
 
 def days(campus: CampusUnderTest, made: Series) -> dict[date, Occurrence]:
@@ -57,15 +57,15 @@ def test_each_day_becomes_a_ride_when_the_horizon_reaches_it_and_only_once(fleet
     campus = fleet.campus
     made = book(campus)
     assert campus.read(lambda uow: series.series_by_token(uow, made.token)) == made
-    beat(campus)
-    beat(campus)
+    run_scheduler(campus)
+    run_scheduler(campus)
     assert states(campus, made)[:3] == [
         State.BOOKED,
         State.PLANNED,
         State.PLANNED,
     ]
     campus.clock.advance(1200.0)
-    beat(campus)
+    run_scheduler(campus)
     (today, tomorrow) = sorted(fleet.rides(), key=lambda ride: ride.earliest)
     assert (tomorrow.earliest - today.earliest) == timedelta(days=1)
     assert today.earliest == datetime(2026, 11, 23, 0, 10, tzinfo=UTC)
@@ -87,7 +87,7 @@ def test_a_day_that_nobody_can_take_says_why_leaves_nothing_and_is_tried_again(
     campus: CampusUnderTest,
 ) -> None:
     made = book(campus)
-    beat(campus)
+    run_scheduler(campus)
     first = days(campus, made)[date(2026, 11, 23)]
     assert (first.state, first.reason) == (State.TRYING, "no_vehicle_free")
     assert "no shuttle is in service" in first.reason_detail
@@ -95,10 +95,10 @@ def test_a_day_that_nobody_can_take_says_why_leaves_nothing_and_is_tried_again(
     campus.clock.advance(60.0)
     assert campus.read(series.due_rides) == ()
     campus.clock.advance(600.0)
-    beat(campus)
+    run_scheduler(campus)
     assert days(campus, made)[date(2026, 11, 23)].state is State.REFUSED
     campus.clock.advance(5 * 86_400.0)
-    beat(campus)
+    run_scheduler(campus)
     assert days(campus, made)[date(2026, 11, 23)].state is State.REFUSED
 
 
@@ -107,12 +107,12 @@ def test_a_day_is_taken_as_soon_as_somebody_can(fleet: FakeFleet) -> None:
     for shuttle in fleet.shuttles:
         shuttle.hold()
     made = book(campus, leave_s=9 * 3600)
-    beat(campus)
+    run_scheduler(campus)
     assert states(campus, made)[0] is State.TRYING
     for shuttle in fleet.shuttles:
         shuttle.resume()
     campus.clock.advance(campus.rules.series_retry_s)
-    beat(campus)
+    run_scheduler(campus)
     taken = days(campus, made)[date(2026, 11, 23)]
     assert (taken.state, taken.reason) == (State.BOOKED, "")
 
@@ -129,7 +129,7 @@ def test_holidays_are_left_out_and_shown_beforehand(fleet: FakeFleet) -> None:
         "Founding Day",
     )
     campus.clock.advance(86_400.0 - 60.0)
-    beat(campus)
+    run_scheduler(campus)
     assert days(campus, made)[TUESDAY].state is State.SKIPPED
     assert not any(ride.earliest.date() == TUESDAY for ride in fleet.rides())
 
@@ -137,7 +137,7 @@ def test_holidays_are_left_out_and_shown_beforehand(fleet: FakeFleet) -> None:
 def test_one_day_can_be_cancelled_before_and_after_it_has_its_ride(fleet: FakeFleet) -> None:
     campus = fleet.campus
     made = book(campus)
-    beat(campus)
+    run_scheduler(campus)
     monday = date(2026, 11, 23)
     for day in (monday, TUESDAY):
         campus.do(lambda uow, day=day: series.cancel_occurrence(uow, made.series_id, day, "passenger"))
@@ -152,19 +152,19 @@ def test_one_day_can_be_cancelled_before_and_after_it_has_its_ride(fleet: FakeFl
     with pytest.raises(SeriesUnknown, match="Saturday"):
         campus.do(lambda uow: series.cancel_occurrence(uow, made.series_id, date(2026, 11, 28), "passenger"))
     campus.clock.advance(1200.0)
-    beat(campus)
+    run_scheduler(campus)
     assert len(fleet.rides()) == 1
 
 
 def test_a_cancelled_series_cancels_its_rides_and_makes_no_more(fleet: FakeFleet) -> None:
     campus = fleet.campus
     made = book(campus)
-    beat(campus)
+    run_scheduler(campus)
     gone = campus.do(lambda uow: series.cancel_series(uow, made.series_id, "passenger"))
     assert gone.state is SeriesState.CANCELLED
     assert [ride.state for ride in fleet.rides()] == [RideState.CANCELLED]
     campus.clock.advance(1200.0)
-    beat(campus)
+    run_scheduler(campus)
     assert len(fleet.rides()) == 1
     with pytest.raises(SeriesEnded):
         campus.do(lambda uow: series.cancel_series(uow, made.series_id, "passenger"))
@@ -173,10 +173,10 @@ def test_a_cancelled_series_cancels_its_rides_and_makes_no_more(fleet: FakeFleet
 def test_a_ride_that_was_cancelled_by_its_own_link_is_not_booked_again(fleet: FakeFleet) -> None:
     campus = fleet.campus
     made = book(campus)
-    beat(campus)
+    run_scheduler(campus)
     (ride,) = fleet.rides()
     campus.do(lambda uow: rides.cancel(uow, ride.ride_id, "passenger"))
-    beat(campus)
+    run_scheduler(campus)
     assert len(fleet.rides()) == 1
     (view, *_) = campus.read(lambda uow: series.occurrences_of(uow, made))
     assert view.ride is not None
@@ -186,9 +186,9 @@ def test_a_ride_that_was_cancelled_by_its_own_link_is_not_booked_again(fleet: Fa
 def test_a_series_ends_by_itself(fleet: FakeFleet) -> None:
     campus = fleet.campus
     made = book(campus, ends_on=date(2026, 11, 23))
-    beat(campus)
+    run_scheduler(campus)
     campus.clock.advance(2 * 86_400.0)
-    beat(campus)
+    run_scheduler(campus)
     assert campus.read(lambda uow: series.series_of(uow, made.series_id)).state is SeriesState.FINISHED
 
 
@@ -229,7 +229,7 @@ def test_a_clock_that_jumps_over_days_leaves_none_of_them_open(fleet: FakeFleet)
     campus = fleet.campus
     made = book(campus)
     campus.clock.advance(86_400.0 + 7200.0)
-    beat(campus)
+    run_scheduler(campus)
     now = campus.clock.now()
     shown = days(campus, made)
     assert shown[TUESDAY].state is State.REFUSED
@@ -240,7 +240,7 @@ def test_a_clock_that_jumps_over_days_leaves_none_of_them_open(fleet: FakeFleet)
 
 def test_the_record_tells_of_each_turn_once_and_holds_no_secret(campus: CampusUnderTest) -> None:
     made = book(campus)
-    beat(campus)
+    run_scheduler(campus)
     found = campus.read(lambda uow: uow.views.server_events())
     told = [f"{event.name} {event.detail}" for event in found if event.name.startswith("series.")]
     assert told == ["series.day_trying 2026-11-23 no_vehicle_free", "series.booked "]

@@ -30,7 +30,7 @@ export interface paths {
         };
         /**
          * List Stops
-         * @description Every stop of the map in force, in map order.
+         * @description Every stop of the active map, in map order.
          */
         get: operations["list_stops"];
         put?: never;
@@ -76,7 +76,7 @@ export interface paths {
         put?: never;
         /**
          * Book Ride
-         * @description Answered at once, with a vehicle and a promise; or as a ride in state `refused` whose `reason` names
+         * @description Answered at once: with a vehicle and a promise, or as a ride in state `refused` whose `reason` names
          *     the rule that binds.
          */
         post: operations["book_ride"];
@@ -95,7 +95,7 @@ export interface paths {
         };
         /**
          * Find Ride
-         * @description A ride by the code that a passenger can say aloud. Case and spaces do not matter.
+         * @description A ride by its code, which a passenger can say aloud. Case and spaces do not matter.
          */
         get: operations["find_ride"];
         put?: never;
@@ -154,8 +154,8 @@ export interface paths {
         put?: never;
         /**
          * Change Destination
-         * @description Another destination while the party waits or rides. The pickup promise stays, the latest arrival is
-         *     promised anew; nobody else's promise is touched, so it may be refused with the rule that binds.
+         * @description Another destination while the party waits or rides. The pickup promise stays, and the ride gets a new
+         *     latest arrival. No other promise changes, so the change may be refused with the rule that binds.
          */
         post: operations["change_destination"];
         delete?: never;
@@ -213,7 +213,7 @@ export interface paths {
         };
         /**
          * Get Tap
-         * @description What the shuttle said to a tap.
+         * @description The shuttle's answer to a tap.
          */
         get: operations["get_tap"];
         put?: never;
@@ -235,7 +235,7 @@ export interface paths {
         put?: never;
         /**
          * Call Help
-         * @description Put a call for help on top of the operators' incidents. A repeat adds to the open call.
+         * @description Put a call for help on top of the operators' incidents. A repeat keeps the open call.
          */
         post: operations["call_help"];
         delete?: never;
@@ -330,7 +330,7 @@ export interface paths {
         put?: never;
         /**
          * Book Series
-         * @description Each day becomes a ride of its own a day ahead; what cannot be taken says why, and is tried again.
+         * @description Each day becomes a ride one day ahead. A day that cannot be booked has a reason, and is tried again.
          */
         post: operations["book_series"];
         delete?: never;
@@ -348,7 +348,7 @@ export interface paths {
         };
         /**
          * Get Series
-         * @description With each of its days: booked, still too far ahead, skipped, or why nobody can take it.
+         * @description With each of its days: booked, still too far ahead, skipped, or the reason why it has no ride.
          */
         get: operations["get_series"];
         put?: never;
@@ -370,7 +370,7 @@ export interface paths {
         put?: never;
         /**
          * Cancel Series
-         * @description No further rides; those booked already are cancelled, save one that is under way.
+         * @description No further rides. Booked rides are cancelled, except one that is under way.
          */
         post: operations["cancel_series"];
         delete?: never;
@@ -445,7 +445,7 @@ export interface paths {
         };
         /**
          * Get Service
-         * @description Calendars, and the days that differ from them.
+         * @description Calendars and their exceptions.
          */
         get: operations["get_service"];
         put?: never;
@@ -466,13 +466,13 @@ export interface paths {
         get?: never;
         /**
          * Put Service Pattern
-         * @description Enter a service's days and hours, or change them. Departures of days taken off are withdrawn.
+         * @description Enter a service's days and hours, or change them. Departures on days without service are withdrawn.
          */
         put: operations["put_service_pattern"];
         post?: never;
         /**
          * Delete Service Pattern
-         * @description With its exceptions. Refused while the timetable has trips of it.
+         * @description Remove a calendar with its exceptions. Refused while the timetable has trips of it.
          */
         delete: operations["delete_service_pattern"];
         options?: never;
@@ -516,8 +516,8 @@ export interface paths {
         put?: never;
         /**
          * Close Road
-         * @description Nobody is sent there from its beginning on. Rides that this cuts off are put off, let out elsewhere or
-         *     ended, and told so at once.
+         * @description From its beginning on, no vehicle is sent there. Rides that this cuts off are postponed, let out at
+         *     another stop, or ended; their passengers see it at once.
          */
         post: operations["close_road"];
         delete?: never;
@@ -575,7 +575,7 @@ export interface paths {
         };
         /**
          * Get Session
-         * @description Who I am, and the CSRF token after a reload of the page.
+         * @description The signed-in operator, and the CSRF token after a reload of the page.
          */
         get: operations["get_session"];
         put?: never;
@@ -624,7 +624,7 @@ export interface paths {
         post?: never;
         /**
          * Retire Vehicle
-         * @description Take it off the roads for good; others get its rides.
+         * @description Remove it from the road for good; others get its rides.
          */
         delete: operations["retire_vehicle"];
         options?: never;
@@ -643,7 +643,7 @@ export interface paths {
         put?: never;
         /**
          * Hold Vehicle
-         * @description Come to a comfortable stand and stay there until resumed, or for so long. See the preview.
+         * @description Come to a comfortable stand, until resumed or for a time. See the preview.
          */
         post: operations["hold_vehicle"];
         delete?: never;
@@ -723,7 +723,7 @@ export interface paths {
         put?: never;
         /**
          * Recall Vehicle
-         * @description Take it out of service: it first brings its riders home, then rests.
+         * @description Take it out of service: it first takes its riders to their stops, then rests.
          */
         post: operations["recall_vehicle"];
         delete?: never;
@@ -783,7 +783,7 @@ export interface paths {
         put?: never;
         /**
          * Evacuate Vehicle
-         * @description It cannot go on: whoever is aboard is sent to the nearest stop, where another shuttle comes.
+         * @description It cannot go on: its riders are sent to the nearest stop, where another shuttle comes.
          *
          *     The rides as they are planned now.
          */
@@ -804,7 +804,7 @@ export interface paths {
         get?: never;
         /**
          * Place Vehicle
-         * @description Say by hand where a held vehicle stands.
+         * @description Set the position of a held vehicle by hand.
          */
         put: operations["place_vehicle"];
         post?: never;
@@ -826,7 +826,7 @@ export interface paths {
         post?: never;
         /**
          * Revoke Vehicle Key
-         * @description The key opens nothing any more, and the open session ends.
+         * @description Revoke the key and end the open session.
          */
         delete: operations["revoke_vehicle_key"];
         options?: never;
@@ -848,13 +848,13 @@ export interface paths {
         get: operations["get_vehicle_shifts"];
         /**
          * Put Vehicle Shifts
-         * @description In place of those it had. What it has promised already is kept.
+         * @description Replace the vehicle's shifts. Promised rides are kept.
          */
         put: operations["put_vehicle_shifts"];
         post?: never;
         /**
          * Delete Vehicle Shifts
-         * @description It is always on duty.
+         * @description Remove the shifts: the vehicle is always on duty.
          */
         delete: operations["delete_vehicle_shifts"];
         options?: never;
@@ -893,7 +893,7 @@ export interface paths {
         put?: never;
         /**
          * Enrol Vehicle
-         * @description Called by the vehicle: its key is taken in.
+         * @description Called by the vehicle: its key is enrolled.
          */
         post: operations["enrol_vehicle"];
         delete?: never;
@@ -913,7 +913,8 @@ export interface paths {
         put?: never;
         /**
          * Preview Intervention
-         * @description Whom it would delay by how much. Nothing changes; doing it then yields this, if nothing else does.
+         * @description The effects that it would have. Nothing changes. The intervention has these effects if the fleet does
+         *     not change in between.
          */
         post: operations["preview_intervention"];
         delete?: never;
@@ -973,7 +974,7 @@ export interface paths {
         put?: never;
         /**
          * Acknowledge Incident
-         * @description I look after it. A repeat keeps the first name.
+         * @description Say that an operator handles it. A repeat keeps the first name.
          */
         post: operations["acknowledge_incident"];
         delete?: never;
@@ -1089,7 +1090,7 @@ export interface paths {
         };
         /**
          * Get Run Map
-         * @description The map that the run was driven on, which may be another than the one in force.
+         * @description The map of the run, which may differ from the active one.
          */
         get: operations["get_run_map"];
         put?: never;
@@ -1189,7 +1190,7 @@ export interface components {
          * AlternativeView
          * @description What would have been accepted when a ride was refused: one ride, or two with a part of the party each.
          *
-         *     Nothing is reserved: book it anew, with these stops and `earliest` at the pickup.
+         *     Nothing is reserved: book it again, with these stops and `earliest` at the pickup.
          */
         AlternativeView: {
             /**
@@ -1208,7 +1209,7 @@ export interface components {
             parties: number[];
             /**
              * Walk S
-             * @description Walking more than for the stops asked for, in seconds.
+             * @description Additional walking compared with the requested stops, in seconds.
              */
             walk_s: number;
             /**
@@ -1299,7 +1300,7 @@ export interface components {
         };
         /**
          * CampusView
-         * @description What a page has to know before it draws or books anything.
+         * @description What a page needs before it draws or books anything.
          * @example {
          *       "attribution": "© OpenStreetMap contributors",
          *       "booking_ahead_s_max": 604800,
@@ -1338,14 +1339,14 @@ export interface components {
             /**
              * Now
              * Format: date-time
-             * @description The server's clock, by which all times are meant.
+             * @description The server's clock; all times refer to it.
              */
             now: string;
             /** Open Now */
             open_now: boolean;
             /**
              * Opens Next
-             * @description When rides can be had next; null: not for weeks.
+             * @description When rides are possible next; null: not for weeks.
              */
             opens_next: string | null;
             /**
@@ -1372,7 +1373,7 @@ export interface components {
         };
         /**
          * ClosureBody
-         * @description Lanes, or single sections of them, that nobody is sent through.
+         * @description Lanes, or single sections of them, that no vehicle is sent through.
          * @example {
          *       "ends_at": "2026-09-01T16:00:00Z",
          *       "lane_ids": [
@@ -1590,8 +1591,8 @@ export interface components {
         };
         /**
          * DayView
-         * @description One day of it. planned: too far ahead; trying: nobody can take it yet, `reason` says why, and it is
-         *     asked for again until its time has come.
+         * @description One day of it. planned: too far ahead; trying: no vehicle can take it yet, `reason` says why, and it is
+         *     tried again until its time has come.
          */
         DayView: {
             /**
@@ -1623,7 +1624,7 @@ export interface components {
             made_at: string;
             /**
              * Rule
-             * @description The rule that binds, empty for a ride that was taken.
+             * @description The rule that binds, empty for a ride that got a shuttle.
              */
             rule: string;
             best: components["schemas"]["QuoteView"] | null;
@@ -1633,7 +1634,7 @@ export interface components {
             alternatives: components["schemas"]["AlternativeView"][];
             /**
              * Vehicles
-             * @description Shuttles that were asked.
+             * @description Shuttles that were considered.
              */
             vehicles: number;
         };
@@ -1713,7 +1714,7 @@ export interface components {
         };
         /**
          * DutyExceptionModel
-         * @description A day with other shifts than its weekday's; with none a day off.
+         * @description A day with other shifts than its weekday; without shifts, a day off.
          */
         DutyExceptionModel: {
             /**
@@ -1729,7 +1730,7 @@ export interface components {
         };
         /**
          * EffectsView
-         * @description Whom it concerns; rides and departures that stay as they are are left out.
+         * @description The changed rides and departures; unchanged ones are left out.
          * @example {
          *       "departures": [],
          *       "rides": [
@@ -1762,7 +1763,7 @@ export interface components {
         };
         /**
          * Enrolment
-         * @description A vehicle's request to take in its key.
+         * @description A vehicle's request to enrol its key.
          * @example {
          *       "code": "Zk3v7bX0aY5wQ9eR",
          *       "public_key": "11qYAYKxCrfVS/7TyWQHOg7hcvPapiMlrwIaaPcHURo=",
@@ -2004,7 +2005,7 @@ export interface components {
         };
         /**
          * InterventionRequest
-         * @description What an operator is about to do.
+         * @description An intervention to be previewed.
          * @example {
          *       "for_s": 600,
          *       "kind": "hold"
@@ -2019,7 +2020,7 @@ export interface components {
             ride_id: string;
             /**
              * To Vehicle Id
-             * @description Empty for whoever can.
+             * @description Empty for any vehicle that can take them.
              * @default
              */
             to_vehicle_id: string;
@@ -2170,7 +2171,7 @@ export interface components {
         };
         /**
          * OccurrenceState
-         * @description planned: its day is too far ahead; trying: nobody could take it yet, it is asked for again.
+         * @description planned: its day is too far ahead; trying: no vehicle could take it yet, and it is tried again.
          * @enum {string}
          */
         OccurrenceState: "planned" | "trying" | "booked" | "skipped" | "refused" | "cancelled";
@@ -2186,7 +2187,7 @@ export interface components {
         };
         /**
          * PatternBody
-         * @description The days on which a service runs (calendar.txt of GTFS), and when rides can be had on them.
+         * @description The days on which a service runs (calendar.txt of GTFS), and when rides can be booked on them.
          * @example {
          *       "ends_on": "2027-01-15",
          *       "hours": [
@@ -2213,7 +2214,7 @@ export interface components {
             weekdays: number[];
             /**
              * Starts On
-             * @description First day; null: since ever.
+             * @description First day; null: no limit.
              */
             starts_on?: string | null;
             /**
@@ -2223,7 +2224,7 @@ export interface components {
             ends_on?: string | null;
             /**
              * Hours
-             * @description When rides can be had; empty for a service of timetable trips alone.
+             * @description When rides can be booked; empty for a service of trips only.
              * @default []
              */
             hours: components["schemas"]["HoursModel"][];
@@ -2306,7 +2307,7 @@ export interface components {
         };
         /**
          * Problem
-         * @description Why a request was refused (RFC 9457). Programs look at `code`, people read `detail`.
+         * @description Why a request was refused (RFC 9457). Programs read `code`, people read `detail`.
          * @example {
          *       "code": "stop_unknown",
          *       "detail": "the map has no stop 'library'; see /api/v1/stops",
@@ -2330,7 +2331,7 @@ export interface components {
             detail: string;
             /**
              * Rule
-             * @description The dispatcher's rule that binds, where one is behind the refusal.
+             * @description The dispatcher's rule that binds, if one is the reason.
              * @default
              */
             rule: string;
@@ -2363,7 +2364,7 @@ export interface components {
         };
         /**
          * QuoteView
-         * @description A ride as one shuttle would make it.
+         * @description A ride as one shuttle would serve it.
          */
         QuoteView: {
             /** Vehicle Id */
@@ -2386,7 +2387,7 @@ export interface components {
         };
         /**
          * Readiness
-         * @description ready: the store answers and a campus map is in force.
+         * @description ready: the store answers and a campus map is active.
          * @example {
          *       "map_version": "3f0c9a71d2e84b55",
          *       "ready": true,
@@ -2403,7 +2404,7 @@ export interface components {
         };
         /**
          * Reassignment
-         * @description All rides that wait for the vehicle, or one of them; to any others, or to a named one.
+         * @description All rides that wait for the vehicle, or one of them; to any other vehicles, or to a named one.
          * @example {
          *       "ride_id": "ride-9",
          *       "to_vehicle_id": "shuttle-2"
@@ -2418,7 +2419,7 @@ export interface components {
             ride_id: string;
             /**
              * To Vehicle Id
-             * @description Empty for whoever can.
+             * @description Empty for any vehicle that can take them.
              * @default
              */
             to_vehicle_id: string;
@@ -2435,7 +2436,7 @@ export interface components {
         };
         /**
          * RideEffectView
-         * @description A ride that does not go on as before.
+         * @description A ride that the intervention changes.
          */
         RideEffectView: {
             /** Ride Id */
@@ -2454,7 +2455,7 @@ export interface components {
             vehicle_before: string | null;
             /**
              * Vehicle After
-             * @description Null: it is left with nobody.
+             * @description Null: no vehicle.
              */
             vehicle_after: string | null;
             /** Pickup Before */
@@ -2463,7 +2464,7 @@ export interface components {
             pickup_after: string | null;
             /**
              * Pickup Later S
-             * @description Negative: earlier; null where there is no saying.
+             * @description Negative: earlier; null: not known.
              */
             pickup_later_s: number | null;
             /** Arrival Before */
@@ -2479,7 +2480,7 @@ export interface components {
             breaks: boolean;
             /**
              * Waits
-             * @description Its vehicle stands until somebody resumes it.
+             * @description Its vehicle stands until an operator resumes it.
              */
             waits: boolean;
         };
@@ -2557,7 +2558,7 @@ export interface components {
             reason_detail: string;
             /** Promise Broken */
             promise_broken: boolean;
-            /** @description What was promised before it could not be kept; `promise` is what holds now. */
+            /** @description The first promise, if it could not be kept; `promise` is the present one. */
             first_promise?: components["schemas"]["PromiseView"] | null;
             /** Left Early */
             left_early: boolean;
@@ -2591,7 +2592,7 @@ export interface components {
         };
         /**
          * RideRequest
-         * @description A party's wish. `earliest` left out means now.
+         * @description A party's request. Without `earliest` it means now.
          * @example {
          *       "from_stop": "library",
          *       "party": 2,
@@ -2730,7 +2731,7 @@ export interface components {
             reason_detail: string;
             /** Promise Broken */
             promise_broken: boolean;
-            /** @description What was promised before it could not be kept; `promise` is what holds now. */
+            /** @description The first promise, if it could not be kept; `promise` is the present one. */
             first_promise?: components["schemas"]["PromiseView"] | null;
             /** Left Early */
             left_early: boolean;
@@ -2751,7 +2752,7 @@ export interface components {
             stranded_by: string | null;
             /**
              * Token
-             * @description The secret of the passenger's link: who has it can cancel the ride.
+             * @description The secret of the passenger's link; it allows to cancel the ride.
              */
             token: string;
             /**
@@ -2767,10 +2768,10 @@ export interface components {
         };
         /**
          * RideView
-         * @description A ride as anybody with its code may see it.
+         * @description A ride as everyone with its code may see it.
          *
-         *     The promise changes only with the destination; pickup_eta and arrival_eta are what the plan says now. A
-         *     refused ride has no promise, and `reason` names the rule that binds.
+         *     The promise changes only with the destination; pickup_eta and arrival_eta are the times of the present
+         *     plan. A refused ride has no promise, and `reason` names the rule that binds.
          * @example {
          *       "arrival_eta": "2026-09-01T08:26:05Z",
          *       "earliest": "2026-09-01T08:15:00Z",
@@ -2840,7 +2841,7 @@ export interface components {
             reason_detail: string;
             /** Promise Broken */
             promise_broken: boolean;
-            /** @description What was promised before it could not be kept; `promise` is what holds now. */
+            /** @description The first promise, if it could not be kept; `promise` is the present one. */
             first_promise?: components["schemas"]["PromiseView"] | null;
             /** Left Early */
             left_early: boolean;
@@ -3137,7 +3138,7 @@ export interface components {
             ended_at: string | null;
             /**
              * Token
-             * @description The secret of the booking's link: who has it can cancel it.
+             * @description The secret of the booking's link; it allows to cancel it.
              */
             token: string;
             /** Days */
@@ -3145,7 +3146,7 @@ export interface components {
         };
         /**
          * ServiceView
-         * @description Everything that decides on which days and at which hours the campus runs.
+         * @description The days and hours at which the campus runs.
          */
         ServiceView: {
             /** Timezone */
@@ -3165,7 +3166,7 @@ export interface components {
         };
         /**
          * SessionView
-         * @description Who is signed in. Send csrf_token in the header X-CSRF-Token with every change.
+         * @description The signed-in operator. Send csrf_token in the header X-CSRF-Token with every change.
          * @example {
          *       "csrf_token": "3HqkW9dYx0m2u7aT",
          *       "expires_at": "2026-09-01T20:14:31Z",
@@ -3201,7 +3202,7 @@ export interface components {
         };
         /**
          * ShiftsModel
-         * @description When a vehicle is on duty. Off duty it rests; riders aboard are always brought home first.
+         * @description When a vehicle is on duty. Off duty it rests; riders aboard always reach their stops first.
          * @example {
          *       "exceptions": [
          *         {
@@ -3444,7 +3445,7 @@ export interface components {
             holiday: string | null;
             /**
              * Hours
-             * @description When rides can be had, of what begins on this day.
+             * @description When rides can be booked: spans that begin on this day.
              */
             hours: components["schemas"]["SpanView"][];
             /** Trips */
@@ -3632,7 +3633,7 @@ export interface components {
             in_service: boolean;
             /**
              * Placed
-             * @description It holds the ground under its body, so that it can be given a route.
+             * @description It holds the sections under its body, so that it can get a route.
              */
             placed: boolean;
             /**
@@ -3642,7 +3643,7 @@ export interface components {
             hold_ends: string | null;
             /**
              * Charging
-             * @description It went to charge and has not charged to the full yet.
+             * @description It is charging, or on its way to a charger, and not full yet.
              */
             charging: boolean;
             /** Mode */
@@ -4064,7 +4065,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is larger than any request needs to be. */
+            /** @description The body is larger than allowed. */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -4285,7 +4286,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is larger than any request needs to be. */
+            /** @description The body is larger than allowed. */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -4472,7 +4473,7 @@ export interface operations {
                     "application/json": components["schemas"]["HelpAnswer"];
                 };
             };
-            /** @description The body is not even text. */
+            /** @description The body is not text. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -4490,7 +4491,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is larger than any request needs to be. */
+            /** @description The body is larger than allowed. */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -4744,7 +4745,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is larger than any request needs to be. */
+            /** @description The body is larger than allowed. */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -4867,7 +4868,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is larger than any request needs to be. */
+            /** @description The body is larger than allowed. */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -5244,7 +5245,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is larger than any request needs to be. */
+            /** @description The body is larger than allowed. */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -5353,7 +5354,7 @@ export interface operations {
                     "application/json": components["schemas"]["ExceptionView"];
                 };
             };
-            /** @description The body is not even text. */
+            /** @description The body is not text. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -5389,7 +5390,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is larger than any request needs to be. */
+            /** @description The body is larger than allowed. */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -5564,7 +5565,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is larger than any request needs to be. */
+            /** @description The body is larger than allowed. */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -5738,7 +5739,7 @@ export interface operations {
                     "application/json": components["schemas"]["SessionView"];
                 };
             };
-            /** @description The body is not even text. */
+            /** @description The body is not text. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -5756,7 +5757,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is larger than any request needs to be. */
+            /** @description The body is larger than allowed. */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -6158,7 +6159,7 @@ export interface operations {
                     "application/json": components["schemas"]["CommandView"];
                 };
             };
-            /** @description The body is not even text. */
+            /** @description The body is not text. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -6194,7 +6195,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is larger than any request needs to be. */
+            /** @description The body is larger than allowed. */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -6490,7 +6491,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleFacts"];
                 };
             };
-            /** @description The body is not even text. */
+            /** @description The body is not text. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -6535,7 +6536,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is larger than any request needs to be. */
+            /** @description The body is larger than allowed. */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -6722,7 +6723,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is larger than any request needs to be. */
+            /** @description The body is larger than allowed. */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -6820,7 +6821,7 @@ export interface operations {
                     "application/json": components["schemas"]["CodeView"];
                 };
             };
-            /** @description The body is not even text. */
+            /** @description The body is not text. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -6847,7 +6848,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is larger than any request needs to be. */
+            /** @description The body is larger than allowed. */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -6916,7 +6917,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is larger than any request needs to be. */
+            /** @description The body is larger than allowed. */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -6969,7 +6970,7 @@ export interface operations {
                     "application/json": components["schemas"]["EffectsView"];
                 };
             };
-            /** @description The body is not even text. */
+            /** @description The body is not text. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -7014,7 +7015,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is larger than any request needs to be. */
+            /** @description The body is larger than allowed. */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -7058,7 +7059,7 @@ export interface operations {
                     "application/json": components["schemas"]["EffectsView"];
                 };
             };
-            /** @description The body is not even text. */
+            /** @description The body is not text. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -7103,7 +7104,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is larger than any request needs to be. */
+            /** @description The body is larger than allowed. */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -7690,7 +7691,7 @@ export interface operations {
                     "application/json": components["schemas"]["CreatedTokenView"];
                 };
             };
-            /** @description The body is not even text. */
+            /** @description The body is not text. */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -7717,7 +7718,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The body is larger than any request needs to be. */
+            /** @description The body is larger than allowed. */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -7833,7 +7834,7 @@ export interface operations {
                     "application/json": components["schemas"]["Readiness"];
                 };
             };
-            /** @description No campus map is in force yet. */
+            /** @description No campus map is active yet. */
             503: {
                 headers: {
                     [name: string]: unknown;

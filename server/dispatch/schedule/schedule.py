@@ -1,8 +1,8 @@
-"""The fleet as the engine sees it: the numbers of a problem as rows of arrays, and routes back as calls.
+"""The routes of the fleet as the engine computes on them: a problem as rows of arrays, and routes as calls.
 
-A board is filled once from a problem and then kept: requests come and go, vehicles move on, and a decision
-touches only the rows that it changes. What was promised and cannot be kept any more is loosened to what the
-present route still makes, so that every route on the board is feasible and nothing is made later still.
+A schedule is filled once from a problem and then kept. Requests are added and removed, vehicles move on, and
+a decision touches only the rows that it changes. A promise that cannot be kept is extended to what the
+present route still reaches. So every route of the schedule is feasible, and no late ride is made later.
 """
 
 from collections.abc import Container, Iterable, Iterator, Sequence
@@ -18,10 +18,10 @@ from server.dispatch.schedule.blank_task import blank_task, fill_rows, finite
 from server.dispatch.schedule.layout import Stay, calls_and_times
 from server.dispatch.schedule.settle import settle
 
-# Room for what comes in, beside what a problem has already.
+# Room for new requests and visits, beside those of the problem.
 _SPARE_ROWS = 8
 _SPARE_VISITS = 40
-# What leaving out one person costs: nobody who has been accepted makes way for any number of others.
+# The cost of leaving one person out. An accepted request never makes way for new ones.
 _ASKING, _PROMISED = 1e7, 1e11
 
 
@@ -47,9 +47,9 @@ class CompletedCall:
 class Schedule:
     """Rows: request r has nodes 2r and 2r + 1, vehicle v starts at 2(R + v) and ends at 2(R + v) + 1.
 
-    impossible  vehicles with more people than seats, because their word crossed with a decision; they get
-                nothing new and keep what they have
-    overdue     requests, and names of fixed calls, that the present routes cannot keep in time any more
+    impossible  vehicles with more people than seats, because a report crossed a decision; they keep their
+                riders and get no others
+    overdue     requests, and names of fixed calls, that the present routes serve too late
     """
 
     def __init__(
@@ -60,8 +60,8 @@ class Schedule:
         visits: int = _SPARE_VISITS,
     ) -> None:
         """spare, visits  room for so many more requests, and for so many more visits of one vehicle
-        patience  when vehicles set out in `advance`: 0 as early as there is something to do, 1 as late as
-        every promise still allows"""
+        patience  when vehicles set out in `advance`: 0 as early as possible, 1 as late as every promise
+        allows"""
         self.problem = problem
         self.origin_s = min((vehicle.ready_s for vehicle in problem.vehicles), default=0.0)
         self.vehicle_ids = [vehicle.vehicle_id for vehicle in problem.vehicles]
@@ -91,9 +91,9 @@ class Schedule:
     # ------------------------------------------------------------ filling
 
     def _enter(self, names: list[str]) -> None:
-        """The first rows of an empty board are these requests, promised and as yet in no route.
+        """Make these requests the first rows of an empty schedule: promised, and in no route yet.
 
-        The same as `add` and `keep` for each, several times as fast.
+        The same as `add` and `keep` for each one, several times as fast.
         """
         requests = [self.problem.requests[name] for name in names]
         if not requests:
@@ -112,7 +112,7 @@ class Schedule:
         if request.request_id in self.rows:
             return self.rows[request.request_id]
         if not self._free:
-            raise ValueError("the board has no free row; make one with more to spare")
+            raise ValueError("the schedule has no free row; make one with more spare rows")
         r = self._free.pop()
         self.rows[request.request_id] = r
         self.write(r, request, self.problem.dwell_s if request.dwell_s is None else request.dwell_s)
@@ -123,7 +123,7 @@ class Schedule:
         return r
 
     def _set_pace(self, node: int, pace: float) -> None:
-        """A request keeps the pace with which it came, so that narrower windows never change its times."""
+        """A request keeps its first travel time factor, so that narrower windows never change its times."""
         self.task.pace[node] = pace
         if pace != 1.0 and not self.task.paced:
             self.task = self.task._replace(paced=True)
@@ -149,7 +149,7 @@ class Schedule:
             task.service_s[p] = task.service_s[d] = dwell_s
 
     def take_out(self, request_id: str) -> None:
-        """Nobody carries the request any more; it stays on the board."""
+        """Take the request out of its route; it stays in the schedule."""
         r = self.rows[request_id]
         v = int(self.plan.vehicle_of[r])
         self.plan.vehicle_of[r] = ABSENT
@@ -165,9 +165,9 @@ class Schedule:
         self._release(self.rows[request_id])
 
     def withdraw(self, request_id: str) -> bool:
-        """A party that nobody has picked up yet changes its mind; whether a vehicle comes in vain.
+        """Cancel a request before its pickup. Returns whether a vehicle has already set out for it.
 
-        One that has set out for it drives on to the stop and is free there, without opening its doors.
+        Such a vehicle drives on to the stop and is free there, without opening its doors.
         """
         r = self.rows[request_id]
         v = int(self.plan.vehicle_of[r])
@@ -191,7 +191,7 @@ class Schedule:
         self._free.append(r)
 
     def keep(self, request_id: str) -> None:
-        """The request has been accepted: no improvement may leave it out any more."""
+        """Accept the request: no improvement may leave it out."""
         r = self.rows[request_id]
         self.task.absent_cost[r] = _PROMISED * self.requests[r].party
 
@@ -203,20 +203,20 @@ class Schedule:
         refresh(self.task, self.plan, self.scratch, int(self.plan.vehicle_of[r]))
 
     def arrival_s(self, request_id: str) -> float:
-        """When a request in a route, or somebody aboard, is set down as planned now."""
+        """The planned arrival of a request in a route, or of a rider aboard."""
         r = self.rows[request_id]
         v = int(self.plan.vehicle_of[r])
         return float(self.plan.least_s[v, self.plan.slot[2 * r + 1]]) + self.origin_s
 
     def planned(self, request_id: str) -> PlannedCall:
-        """When a request in a route is picked up and set down as planned now."""
+        """The planned pickup and arrival of a request in a route."""
         r = self.rows[request_id]
         v = int(self.plan.vehicle_of[r])
         pickup_s, arrival_s = (self.plan.least_s[v, self.plan.slot[node]] for node in (2 * r, 2 * r + 1))
         return PlannedCall(v, float(pickup_s) + self.origin_s, float(arrival_s) + self.origin_s)
 
     def add_fixed(self, call: Call) -> int:
-        """The node of a call that is made whether or not anybody gets on or off."""
+        """The node of a call that is made even if no rider boards or alights."""
         node = self._next_fixed
         self._next_fixed += 2
         task = self.task
@@ -291,16 +291,16 @@ class Schedule:
     # ------------------------------------------------------------ time goes on
 
     def advance(self, now_s: float) -> list[CompletedCall]:
-        """Let every vehicle drive as planned until now; the visits made meanwhile, each vehicle's in order.
+        """Let every vehicle drive as planned until now. Returns the visits made, each vehicle's in order.
 
-        A vehicle sets out for its next visit as late as its patience says. From then on the visit stays; one
-        that has been made is behind it. Who has been set down leaves the board.
+        A vehicle sets out for its next visit as late as its patience says. From then on the visit is fixed.
+        A request that has been set down leaves the schedule.
         """
         self._driven_s += advance(
             self.task, self.plan, self.scratch, now_s - self.origin_s, self._patience, self._made
         )
         if self._made.used[1]:
-            raise RuntimeError("a route that kept every rule broke one by being driven as planned")
+            raise RuntimeError("a feasible route broke a rule although it was driven as planned")
         made: list[CompletedCall] = []
         for k in range(int(self._made.used[0])):
             node, v = int(self._made.node[k]), int(self._made.vehicle[k])
@@ -345,7 +345,7 @@ class Schedule:
         return self._stays[node].call.call_id if node in self._stays else ""
 
     def _freeze(self, v: int) -> None:
-        """Nobody enters or leaves this route by a decision."""
+        """No decision changes this route any more."""
         self.accepts[v] = False
         self.plan.locked[v] = self.plan.length[v]
         for node in self.nodes(v):
@@ -353,7 +353,7 @@ class Schedule:
                 self.plan.movable[node >> 1] = False
 
     def retime(self) -> None:
-        """Times and cost of every route anew, after the task has changed."""
+        """Compute times and cost of every route again, after the task has changed."""
         for v in range(len(self.vehicle_ids)):
             if v not in self.impossible:
                 refresh(self.task, self.plan, self.scratch, v)
@@ -389,7 +389,7 @@ class Schedule:
 
 
 def _stands(call: Call) -> bool:
-    """The call has a node of its own: it is fixed, or made for nobody."""
+    """The call has a node of its own: it is fixed, or has no riders."""
     return call.fixed or not (call.board or call.alight)
 
 

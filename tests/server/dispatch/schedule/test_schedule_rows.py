@@ -6,7 +6,7 @@ from hypothesis import given, settings
 
 from server.dispatch.problem import Problem
 from server.dispatch.schedule.blank_task import blank_task, fill_rows
-from server.dispatch.schedule.board import Schedule
+from server.dispatch.schedule.schedule import Schedule
 from tests.server.dispatch.problems import problems
 
 FIELDS = ("place", "early_s", "late_s", "service_s", "ride_s_max", "delay_cost", "pace")
@@ -18,13 +18,13 @@ def test_rows_are_the_same_however_they_were_filled(problem: Problem) -> None:
     vehicles = tuple(replace(vehicle, calls=(), aboard=()) for vehicle in problem.vehicles)
     empty = replace(problem, vehicles=vehicles)
     requests = list(problem.requests.values())
-    board = Schedule(empty)
+    schedule = Schedule(empty)
     task = blank_task(empty, len(requests), 2 * len(requests))
-    fill_rows(task, requests, empty, board.origin_s)
+    fill_rows(task, requests, empty, schedule.origin_s)
     for number, request in enumerate(requests):
-        r = board.add(request)
+        r = schedule.add(request)
         assert task.absent_cost[number] == request.party
         for node, other in ((2 * number, 2 * r), (2 * number + 1, 2 * r + 1)):
             for field in FIELDS:
-                assert getattr(task, field)[node] == getattr(board.task, field)[other], field
-            assert (task.load[node] == board.task.load[other]).all()
+                assert getattr(task, field)[node] == getattr(schedule.task, field)[other], field
+            assert (task.load[node] == schedule.task.load[other]).all()

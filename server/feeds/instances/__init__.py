@@ -1,1 +1,0 @@
-"""Published instances as files, so that anyone can check the dispatcher."""
