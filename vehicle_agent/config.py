@@ -101,7 +101,7 @@ class ByWire(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Response(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How the vehicle answers its actuators, identified on the vehicle (docs/vehicle/onboard.md, control).
+    """How the vehicle answers its actuators, identified on the vehicle (docs/vehicle/control.md).
 
     brake_*        pedal = gain ln(a + knee) + offset for a deceleration a (m/s2); GEM: 0.28, 0.90, 0
     coast_mps2     deceleration with neither pedal
