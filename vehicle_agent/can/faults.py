@@ -1,4 +1,4 @@
-"""Since when each fault has been there."""
+"""The start time of each fault."""
 
 from typing import Literal
 
@@ -7,9 +7,11 @@ from vehicle_agent.signals import Fault
 Severity = Literal["info", "warning", "stop"]
 
 
-def since(active: list[tuple[str, Severity]], before: tuple[Fault, ...], now_ns: int) -> tuple[Fault, ...]:
-    """Active faults with the time each began, taken from the last tick where it was there already."""
+def with_start_times(
+    active: list[tuple[str, Severity]], before: tuple[Fault, ...], now_ns: int
+) -> tuple[Fault, ...]:
+    """The active faults; one that was active in the last tick keeps its start time."""
     if not active:
         return ()
-    began = {(fault.code, fault.severity): fault.since_ns for fault in before}
-    return tuple(Fault(code, severity, began.get((code, severity), now_ns)) for code, severity in active)
+    started = {(fault.code, fault.severity): fault.since_ns for fault in before}
+    return tuple(Fault(code, severity, started.get((code, severity), now_ns)) for code, severity in active)
