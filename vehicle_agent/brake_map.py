@@ -1,4 +1,4 @@
-"""The open-loop brake: which pedal gives which deceleration (GEM, section III-A)."""
+"""The open-loop brake map: the pedal for a deceleration (GEM, section III-A)."""
 
 import math
 
@@ -9,8 +9,8 @@ import numpy as np
 class BrakeMap(msgspec.Struct, frozen=True):
     """b = gain * ln(a + knee) + offset, clamped to 0..1; a is a deceleration's magnitude, m/s2.
 
-    The paper's map is gain 0.28, offset 0.90, knee 0: it brakes fully from 1.4 m/s2 on, which is more than
-    was asked for. Gain, offset and knee are identified per vehicle (`identified`).
+    The paper's map is gain 0.28, offset 0.90, knee 0. It brakes fully from 1.4 m/s2 on, more than requested.
+    Gain, offset and knee are identified per vehicle (`fit_brake_map`).
     """
 
     gain: float = 0.28
@@ -28,8 +28,8 @@ class BrakeMap(msgspec.Struct, frozen=True):
         return min(1.0, max(0.0, self.gain * math.log(decel_mps2 + self.knee_mps2) + self.offset))
 
 
-def identified(brake_ratios: np.ndarray, decels_mps2: np.ndarray) -> BrakeMap:
-    """The map that fits recorded brakings best.
+def fit_brake_map(brake_ratios: np.ndarray, decels_mps2: np.ndarray) -> BrakeMap:
+    """The brake map that fits recorded brakings best.
 
     brake_ratios, decels_mps2  (n,) pedal and the steady deceleration it gave
     Least squares in gain and offset for each knee on a logarithmic grid; the best knee wins. ValueError for

@@ -1,6 +1,6 @@
-"""Vehicle profile (TOML) -> one frozen params struct per room.
+"""The vehicle profile (TOML): frozen structs of parameters.
 
-A profile is read once; every room gets its own part and nobody imports the rest.
+A profile is read once. Every room gets its own part.
 """
 
 from pathlib import Path as FilePath
@@ -10,7 +10,7 @@ import msgspec
 
 
 class ProfileError(Exception):
-    """The vehicle profile cannot be used; the message says which line of it to mend."""
+    """The vehicle profile cannot be used; the message names the field or line."""
 
 
 class Body(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -33,7 +33,7 @@ class Body(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What the vehicle may do at most, in autonomous driving."""
+    """Limits of autonomous driving."""
 
     speed_mps_max: float = 3.0
     accel_mps2_max: float = 0.8
@@ -44,9 +44,9 @@ class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class LidarMount(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Where a lidar sits, base frame; a VLP-16 scans 16 rings from -15 to +15 degrees.
+    """Position of a lidar, base frame; a VLP-16 scans 16 rings from -15 to +15 degrees.
 
-    rate_hz 0 says that no lidar is fitted; then nobody waits for its scans.
+    rate_hz 0: the vehicle has no lidar.
     """
 
     x_m: float = 3.2
@@ -61,7 +61,7 @@ class LidarMount(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Tyres(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How the vehicle answers its wheels beyond rolling where they point.
+    """Tyres and inertia of the vehicle.
 
     cog_ratio  centre of gravity behind the front axle over the wheelbase; cornering_*_npr: stiffness of an
     axle
@@ -84,7 +84,7 @@ class SteeringColumn(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class ByWire(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Which drive-by-wire the vehicle has, and what a servo conversion must know of itself.
+    """The vehicle's drive-by-wire, and parameters of a servo conversion.
 
     kind                   "pacmod": a PACMod3-class module; "servo": motors on steering and brake, a PWM
                            voltage for the throttle (docs/vehicle/can.md)
@@ -101,7 +101,7 @@ class ByWire(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Response(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How the vehicle answers its actuators, identified on the vehicle (docs/vehicle/onboard.md, control).
+    """The vehicle's response to its actuators, identified on the vehicle (docs/vehicle/control.md).
 
     brake_*        pedal = gain ln(a + knee) + offset for a deceleration a (m/s2); GEM: 0.28, 0.90, 0
     coast_mps2     deceleration with neither pedal
@@ -130,7 +130,7 @@ class Response(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Driving(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How it drives. obstacles: "line" sweeps the route to 5 (v + 1) m, "paper" the steering arc to 15 m.
+    """Driving style. obstacles: "line" sweeps the route to 5 (v + 1) m, "paper" the steering arc to 15 m.
 
     jerk_mps3_max  of the acceleration that is planned, and commanded by a controller that plans it; full
                    stops excepted
@@ -160,8 +160,8 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     driving: Driving = Driving()
 
     @property
-    def follows_others(self) -> bool:
-        """Whether the stack's perception follows who moves; GEM's knows occupied cells alone."""
+    def tracks_road_users(self) -> bool:
+        """The stack's perception tracks road users; GEM's has obstacle cells only."""
         return self.stack in ("nus", "snow_lion")
 
 

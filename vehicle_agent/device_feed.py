@@ -1,9 +1,9 @@
-"""How devices on the vehicle's own network bring their values to the vehicle computer, and take its words.
+"""Device values to the vehicle computer, and its outputs to devices.
 
-Small values (fixes, inertial samples, doors, buttons) come as msgpack datagrams on the loopback. A lidar scan
-is too large for a datagram: its driver writes it into a ring of slots in a memory-mapped file and sends a
-`ScanReady`. Nobody waits for anybody: a datagram that is not fetched in time is lost, and a slot that was
-overwritten meanwhile is seen to be so.
+Small values (fixes, inertial samples, doors, buttons) are msgpack datagrams on the loopback. A lidar scan is
+too large for a datagram: its driver writes it into a ring of slots in a memory-mapped file and sends a
+`ScanReady`. No side waits: a datagram that is not fetched in time is lost, and a reader detects an
+overwritten slot.
 """
 
 import mmap
@@ -42,24 +42,24 @@ _SLOT_BYTES = _SLOT_HEADER.size + POINTS_MAX * _FLOATS_A_POINT * 4
 
 
 class DeviceFeedError(Exception):
-    """A feed cannot be opened or is not one; the message says what to do."""
+    """A feed cannot be opened; the message says what to do."""
 
 
 class DeviceValues(msgspec.Struct, frozen=True, tag="device_values"):
-    """To the tick: what the devices measured since the last datagram."""
+    """To the tick: values measured since the last datagram."""
 
     items: tuple[DeviceValue, ...]
 
 
 class ScanReady(msgspec.Struct, frozen=True, tag="scan_ready"):
-    """To the perception worker: scan `number` lies in its slot of the scan ring."""
+    """To the perception worker: scan `number` is in its slot of the scan ring."""
 
     number: int
     stamp_ns: int
 
 
 class DeviceOutputs(msgspec.Struct, frozen=True, tag="device_words"):
-    """From the vehicle computer: what screen, speaker and doors shall do."""
+    """From the vehicle computer: the output for screen, speaker and doors."""
 
     hmi: HmiOutput
 
@@ -71,10 +71,10 @@ _decoder: msgspec.msgpack.Decoder[Datagram] = msgspec.msgpack.Decoder(Datagram, 
 
 
 class DatagramPort:
-    """A non-blocking loopback socket. lost: sends for which the kernel had no room; malformed: not ours."""
+    """A non-blocking loopback socket. lost: sends without room in the kernel; malformed: bad datagrams."""
 
     def __init__(self, port: int = 0) -> None:
-        """port 0: any, for who only sends. DeviceFeedError when it is taken."""
+        """port 0: any port, for sending only. DeviceFeedError if the port is taken."""
         self.lost = 0
         self.malformed = 0
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -96,14 +96,14 @@ class DatagramPort:
         return self._socket.fileno()
 
     def send(self, port: int, datagram: Datagram) -> None:
-        """Never waits."""
+        """Sends a datagram without waiting."""
         try:
             self._socket.sendto(_encoder.encode(datagram), (HOST, port))
         except BlockingIOError:
             self.lost += 1
 
     def take(self) -> list[Datagram]:
-        """Everything that has come, in order."""
+        """All datagrams received, in order."""
         taken: list[Datagram] = []
         while True:
             try:
@@ -126,7 +126,7 @@ class DeviceSensors:
         self._port = DatagramPort(port)
 
     def poll(self) -> list[tuple[str, InboxBody]]:
-        """(source, value) of everything that has come since the last poll."""
+        """(source, value) of all values since the last poll."""
         return [
             ("sensors", item)
             for datagram in self._port.take()
@@ -141,18 +141,18 @@ class DeviceSensors:
 class ScanRing:
     """A memory-mapped file of SLOTS scans. One writer, any number of readers.
 
-    Each slot begins with its scan's number, stamp and point count; the number is set to -1 while the slot is
-    being written and checked again after reading, so that a torn scan is never taken for one.
+    Each slot begins with its scan's number, stamp and point count. The number is -1 while the slot is
+    written, and is checked again after reading, so that a torn scan is never used.
     """
 
     def __init__(self, path: Path, create: bool) -> None:
-        """create: make the file (the driver). DeviceFeedError when there is none to read."""
+        """create: create the file (the driver). DeviceFeedError if there is none to read."""
         size = SLOTS * _SLOT_BYTES
         try:
             if create:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.touch()
-                # Never shorter than it was: a reader that has it mapped would be killed.
+                # The file never shrinks: a reader that has it mapped would be killed.
                 if path.stat().st_size != size:
                     os.truncate(path, size)
             with path.open("r+b") as file:
@@ -166,7 +166,7 @@ class ScanRing:
                 _SLOT_HEADER.pack_into(self._map, slot * _SLOT_BYTES, -1, 0, 0)
 
     def write(self, number: int, stamp_ns: int, points_base: Array32, intensities: Array32) -> ScanReady:
-        """points_base (n, 3), intensities (n,); what is beyond POINTS_MAX is left out."""
+        """Writes a scan: points_base (n, 3), intensities (n,); points beyond POINTS_MAX are left out."""
         count = min(len(points_base), POINTS_MAX)
         offset = number % SLOTS * _SLOT_BYTES
         _SLOT_HEADER.pack_into(self._map, offset, -1, stamp_ns, count)
@@ -177,7 +177,7 @@ class ScanRing:
         return ScanReady(number, stamp_ns)
 
     def read(self, ready: ScanReady) -> tuple[Array32, Array32] | None:
-        """Copies of points (n, 3) and intensities (n,), or None when the slot holds another scan by now."""
+        """Copies of points (n, 3) and intensities (n,); None if the slot holds another scan by now."""
         offset = ready.number % SLOTS * _SLOT_BYTES
         number, stamp_ns, count = _SLOT_HEADER.unpack_from(self._map, offset)
         if (number, stamp_ns) != (ready.number, ready.stamp_ns):

@@ -12,8 +12,8 @@ from campusloop.kernels.compiling import ready_kernels
 from campusloop.kernels.groups import for_vehicle
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import ProfileError, load_profile
-from vehicle_agent.link.keys import VehicleKeyError, load_or_make_key, public_key_text
-from vehicle_agent.runtime.devices.speaking import SpeakingError, outlets
+from vehicle_agent.link.keys import VehicleKeyError, load_or_create_key, public_key_text
+from vehicle_agent.runtime.devices.speaking import SpeakingError, output_devices
 from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, AgentFolderError, VehicleFile
 from vehicle_agent.runtime.processes.supervisor import Supervisor
@@ -58,7 +58,7 @@ def enrol(
         load_map(campus_map)
         if profile is not None:
             load_profile(profile)
-        key = load_or_make_key(folder / "key.pem")
+        key = load_or_create_key(folder / "key.pem")
     except (MapError, ProfileError, VehicleKeyError) as error:
         _refuse(str(error))
     body = {"code": code, "vehicle_id": vehicle_id, "public_key": public_key_text(key)}
@@ -86,8 +86,8 @@ def run(
             files.profile()
             files.road_map()
             speaking = files.speaking()
-            for outlet in outlets(speaking) if speaking is not None else ():
-                outlet.close()
+            for device in output_devices(speaking) if speaking is not None else ():
+                device.close()
         stacks = {AgentFolder(folder).profile().stack for folder in folders}
         ready_kernels(tuple(sorted({group for stack in stacks for group in for_vehicle(stack)})))
         with tempfile.TemporaryDirectory(prefix="campusloop-") as mail:

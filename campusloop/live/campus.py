@@ -23,11 +23,11 @@ from contract.roads.load import load_map
 from simulator.live.live import scan_ring_path
 from simulator.live.ports import BASE_PORT, ports_of
 from vehicle_agent.config import Profile, load_profile
-from vehicle_agent.link.keys import load_or_make_key, public_key_text
+from vehicle_agent.link.keys import load_or_create_key, public_key_text
 from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, VehicleFile
 from vehicle_agent.runtime.processes.clock import MONOTONIC
-from vehicle_agent.runtime.processes.supervisor import LOOK_EVERY_S, Job, Supervisor
+from vehicle_agent.runtime.processes.supervisor import CHECK_EVERY_S, Job, Supervisor
 
 READY_WITHIN_S = 60.0
 POLL_EVERY_S = 0.2
@@ -116,7 +116,7 @@ class LiveCampus:
         await self._until_ready()
         await self.operator.sign_in(OPERATOR, self.password)
         for name, place in zip(self.vehicle_ids, places, strict=True):
-            key = load_or_make_key(place.folder / "key.pem")
+            key = load_or_create_key(place.folder / "key.pem")
             await self.operator.enrol(name, self._profile.body, public_key_text(key))
         # In their own order: a tick that starts before its link loses the beginning of its run log.
         jobs = agent_jobs(places)
@@ -129,9 +129,9 @@ class LiveCampus:
     async def watch(self) -> None:
         """Start again what ends; until cancelled."""
         while True:
-            await asyncio.sleep(LOOK_EVERY_S)
+            await asyncio.sleep(CHECK_EVERY_S)
             for supervisor in self._supervisors:
-                supervisor.look()
+                supervisor.restart_ended()
 
     async def stop(self) -> None:
         """Agents, simulator, server; each in order, nothing is left running."""
@@ -238,7 +238,7 @@ class LiveCampus:
 
     def _place(self, number: int, vehicle_id: str) -> AgentPlace:
         folder = self.options.folder / "vehicles" / vehicle_id
-        load_or_make_key(folder / "key.pem")
+        load_or_create_key(folder / "key.pem")
         ports = ports_of(number, self.options.base_port)
         vehicle = VehicleFile(
             vehicle_id=vehicle_id,

@@ -91,7 +91,7 @@ class ProcessFaultRig:
         heard: list[OnBus] = []
         end_s = time.monotonic() + seconds
         while (left_s := end_s - time.monotonic()) > 0.0:
-            self.processes.look()
+            self.processes.restart_ended()
             self._mailbox.take()
             message = self._bus.recv(timeout=min(left_s, 0.05))
             if message is None:

@@ -114,7 +114,7 @@ class FaultedDrive:
         self.resume()
         for _ in range(_SET_OFF_STEPS_MAX):
             self.step()
-            if self.computer.state.can.handshake.live:
+            if self.computer.state.can.handshake.is_on:
                 break
         else:
             raise FaultedDriveError("by-wire was not given")

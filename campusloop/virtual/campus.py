@@ -45,7 +45,7 @@ from simulator.start_places import start_poses
 from simulator.traffic.population import TrafficParams
 from simulator.world import SimWorld, WorldOptions
 from vehicle_agent.config import Profile
-from vehicle_agent.link.keys import load_or_make_key, public_key_text
+from vehicle_agent.link.keys import load_or_create_key, public_key_text
 
 T = TypeVar("T")
 
@@ -284,5 +284,5 @@ class VirtualCampus:
 
     async def _enrol(self, vehicle: VirtualVehicle) -> None:
         setup = vehicle.setup
-        key = load_or_make_key(setup.folder / "key.pem")
+        key = load_or_create_key(setup.folder / "key.pem")
         await self.operator.enrol(setup.vehicle_id, setup.profile.body, public_key_text(key))

@@ -38,7 +38,7 @@ class VirtualLink:
                 self._end.close(error.detail)
                 self._closed = True
                 break
-        self._session.elapsed(now_ns)
+        self._session.advance(now_ns)
         for frame in self._session.take_outgoing():
             self._end.send(frame)
         if self._session.is_silent(now_ns):

@@ -15,7 +15,7 @@ from contract.wire.messages import VehicleEvent
 from simulator.world import SimWorld
 from vehicle_agent.config import Profile
 from vehicle_agent.link.bridge import LinkBridge
-from vehicle_agent.link.keys import load_or_make_key, signature_text
+from vehicle_agent.link.keys import load_or_create_key, signature_text
 from vehicle_agent.link.session import Identity
 from vehicle_agent.mission.memory import order_progress
 from vehicle_agent.onboard.car import initial_state
@@ -51,7 +51,7 @@ class VirtualVehicle:
         self.setup = setup
         self._world = world
         self._dial = dial
-        self._key = load_or_make_key(setup.folder / "key.pem")
+        self._key = load_or_create_key(setup.folder / "key.pem")
         self._boots = 0
         self._map_json = encode_map(setup.road_map)
         self._profile_bytes = msgspec.msgpack.encode(setup.profile)
@@ -76,7 +76,7 @@ class VirtualVehicle:
             setup.profile.body.wheelchair_places,
         )
         memory = mission_memory(AgentFolder(setup.folder))
-        desk = LinkBridge(
+        bridge = LinkBridge(
             setup.folder / "outbox",
             identity,
             lambda text: signature_text(self._key, text),
@@ -99,23 +99,23 @@ class VirtualVehicle:
         recorder = Recorder(header, setup.profile.body, setup.road_map.observation_areas)
         self.wired.boot(VehicleComputer(car, state, recorder, setup.utc_offset_ns))
         self.run_log = RunLogFiles(setup.folder / "runs", self._profile_bytes, self._map_json)
-        self._desk, self._news = desk, TickUpdateWriter()
-        self.link = VirtualLink(desk, self._dial)
+        self._bridge, self._update_writer = bridge, TickUpdateWriter()
+        self.link = VirtualLink(bridge, self._dial)
 
     def crash(self) -> None:
         """SIGKILL of everything onboard: nothing is finished, nothing is said."""
         self.link.drop()
         self.wired.crash()
 
-    def tell(self, now_ns: int, word: LinkMessage) -> None:
+    def tell(self, now_ns: int, message: LinkMessage) -> None:
         """Put a word into the inbox as if the link had brought it (for drives without a server)."""
-        self.wired.inbox.put(now_ns, "link", word)
+        self.wired.inbox.put(now_ns, "link", message)
 
     def step(self, now_ns: int) -> None:
         """Sensors, inbox drain, tick, gate: what happens at this vehicle in one 20 ms step."""
         wired = self.wired
-        for word in self._desk.take_words() if wired.computer is not None else ():
-            self.tell(now_ns, word)
+        for message in self._bridge.take_messages() if wired.computer is not None else ():
+            self.tell(now_ns, message)
         outputs = wired.step(now_ns)
         if outputs is None:
             return
@@ -125,9 +125,9 @@ class VirtualVehicle:
         self.outputs = outputs
         self._show_way(outputs.flow.task, mission.segment)
         self.happened.extend((now_ns, event) for event in outputs.events)
-        news = self._news.news(outputs, mission.memory, now_ns)
-        if news is not None:
-            self._desk.tick_news(news, now_ns)
+        update = self._update_writer.update(outputs, mission.memory, now_ns)
+        if update is not None:
+            self._bridge.process_update(update, now_ns)
         self.run_log.write(wired.computer.entries)
         self.link.step(now_ns)
 
@@ -143,4 +143,4 @@ class VirtualVehicle:
     def shut_down(self) -> None:
         """An orderly end: the open segment is finished."""
         self.run_log.close()
-        self._desk.close()
+        self._bridge.close()

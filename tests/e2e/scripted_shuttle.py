@@ -38,7 +38,7 @@ from contract.wire.messages import (
 )
 from vehicle_agent.link.bridge import LinkBridge, TickUpdate
 from vehicle_agent.link.client import LinkClient
-from vehicle_agent.link.keys import load_or_make_key, public_key_text, signature_text
+from vehicle_agent.link.keys import load_or_create_key, public_key_text, signature_text
 from vehicle_agent.link.session import Identity
 from vehicle_agent.mission.memory import MissionMemory
 from vehicle_agent.mission.order_line import LanePoint, OrderLine, order_line
@@ -92,7 +92,7 @@ class ScriptedShuttle:
     ) -> None:
         self.vehicle_id = vehicle_id
         self.speed_mps = speed_mps
-        self._key = load_or_make_key(folder / "key.pem")
+        self._key = load_or_create_key(folder / "key.pem")
         self._folder = folder
         self._network = network
         self._journey = Journey(place)
@@ -271,7 +271,7 @@ class ScriptedShuttle:
         news = TickUpdate(
             now_ns, self._status(now_ns), events, answers, memory=b"scripted", progress=self._holding()
         )
-        self._desk.tick_news(news, now_ns)
+        self._desk.process_update(news, now_ns)
         self._client.wake()
 
     def _holding(self) -> OrderProgress | None:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simulator.vehicle.plant import PlantParams, brake_decel
-from vehicle_agent.brake_map import BrakeMap, identified
+from vehicle_agent.brake_map import BrakeMap, fit_brake_map
 
 DECELS = st.floats(0.0, 20.0, allow_nan=False)
 
@@ -41,7 +41,7 @@ def test_the_vehicles_own_map_is_found_from_its_brakings() -> None:
     plant = PlantParams()
     ratios = np.linspace(0.05, 0.95, 19)
     decels = np.array([brake_decel(b, plant.brake_full_mps2, plant.brake_knee_mps2) for b in ratios])
-    found = identified(ratios, decels)
+    found = fit_brake_map(ratios, decels)
     for decel in (0.2, 0.6, 1.5, 4.0):
         given_back = brake_decel(found.brake_ratio(decel), plant.brake_full_mps2, plant.brake_knee_mps2)
         assert given_back == pytest.approx(decel, rel=0.05)
@@ -49,4 +49,4 @@ def test_the_vehicles_own_map_is_found_from_its_brakings() -> None:
 
 def test_two_brakings_are_too_few() -> None:
     with pytest.raises(ValueError, match="three"):
-        identified(np.array([0.2, 0.4]), np.array([0.5, 1.0]))
+        fit_brake_map(np.array([0.2, 0.4]), np.array([0.5, 1.0]))

@@ -1,4 +1,4 @@
-"""What the gate must know of a by-wire: the small door behind which PACMod and servo differ."""
+"""The gate's interface to a by-wire: what PACMod and servo do differently for checks and braking."""
 
 from collections.abc import Callable
 from typing import Protocol
@@ -10,14 +10,14 @@ from vehicle_agent.signals import CanFrame
 
 
 class CommandSetError(Exception):
-    """A tick's frames are not one whole, consistent set of commands; the message says why."""
+    """A tick's frames are not one complete, consistent set of commands; the message says why."""
 
 
 class CommandedActuation(msgspec.Struct, frozen=True):
-    """What a sound set asks for: front-wheel angle, left positive, and pedals of 0..1.
+    """The actuation that a valid set commands: front-wheel angle, left positive, and pedals of 0..1.
 
-    counter  the set's number, counted on modulo the by-wire's `counter_steps`
-    enable   by-wire shall have the vehicle
+    counter  the set's number, modulo the by-wire's `counter_steps`
+    enable   by-wire is requested
     """
 
     counter: int
@@ -36,7 +36,7 @@ def unpacked_set(
     known: dict[str, MessageLayout],
     unpack: Callable[[MessageLayout, bytes], dict[str, float]],
 ) -> Values:
-    """The values of each of the named commands. CommandSetError unless they are these frames, in order."""
+    """The values of each named command. CommandSetError unless the frames are these, in order."""
     if tuple(frame.arbitration_id for frame in frames) != tuple(known[n].arbitration_id for n in names):
         raise CommandSetError(f"not the {len(names)} command frames in order")
     try:
@@ -48,7 +48,7 @@ def unpacked_set(
 class ByWireBraking(Protocol):
     """Stateless; one for each kind of by-wire (`vehicle_agent.can.by_wire`).
 
-    frame_gap_ns   the pause that the module wants between two frames
+    frame_gap_ns   the pause that the module needs between two frames
     counter_steps  a set's counter runs from 0 to one less
     """
 
@@ -58,15 +58,15 @@ class ByWireBraking(Protocol):
     def counter_steps(self) -> int: ...
 
     def command_ids(self) -> frozenset[int]:
-        """Identifiers of the commands: what the gate itself sends."""
+        """Identifiers of the command frames, which the gate sends itself."""
         ...
 
     def commanded(self, frames: tuple[CanFrame, ...]) -> CommandedActuation:
-        """What the set says. Raises CommandSetError unless it is one whole, consistent set."""
+        """The actuation of a set. Raises CommandSetError unless it is one complete, consistent set."""
         ...
 
     def braking_frames(
         self, last: tuple[CanFrame, ...], steps: int, now_ns: int, brake_ratio: float = 1.0
     ) -> tuple[CanFrame, ...]:
-        """Brake, no throttle, all else as in the last sound set; the counter `steps` further on."""
+        """Frames that brake, without throttle, else as in the last valid set; the counter `steps` later."""
         ...

@@ -1,7 +1,7 @@
 """The frame layouts of our DBCs, compiled once to integer bit operations.
 
-cantools reads the file; it is too slow to pack with at 50 Hz, so each signal becomes a shift and a mask on
-the frame taken as one big-endian integer. tests/vehicle_agent/can proves the two equal.
+cantools reads the file. It is too slow to pack frames at 50 Hz, so each signal becomes a shift and a mask on
+the frame as one big-endian integer. tests/vehicle_agent/can compares the two.
 """
 
 import math
@@ -61,7 +61,7 @@ class MessageLayout(msgspec.Struct, frozen=True):
         return word.to_bytes(self.length, "big")
 
     def word(self, data: bytes) -> int:
-        """The frame as one integer for `SignalLayout.read`. FrameError when its length is wrong."""
+        """The frame as one integer for `SignalLayout.read`. FrameError for a wrong length."""
         if len(data) != self.length:
             raise FrameError(
                 f"{self.name} (0x{self.arbitration_id:X}) has {len(data)} bytes, not {self.length}"

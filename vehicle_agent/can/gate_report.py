@@ -1,4 +1,4 @@
-"""The gate's own word to the tick: it comes with the module's reports, and never goes on the bus."""
+"""The gate's report to the tick: it arrives with the module's reports and never goes on the bus."""
 
 from typing import Literal, get_args
 
@@ -9,11 +9,11 @@ from vehicle_agent.can.faults import ActiveFault
 from vehicle_agent.signals import CanFrame
 from vehicle_agent.signals.rates import CAN_FRAME_AGE_NS_MAX
 
-# Free on both buses that we know.
+# Unused on both supported buses.
 GATE_REPORT_ID = 0x5F0
 GATE_LOST_NS = CAN_FRAME_AGE_NS_MAX
 
-# Why it brakes, numbered from 1 in this order.
+# Why the gate brakes, numbered from 1 in this order.
 GateCause = Literal[
     "tick_late", "commands_refused", "module_lost", "clock_jumped", "footprint", "too_fast", "steering_stuck"
 ]
@@ -30,13 +30,13 @@ FAULTS: dict[GateCause, FaultCode] = {
 
 
 class GateStatus(msgspec.Struct, frozen=True):
-    """stamp_ns: arrival of the newest word, 0 before the first; cause: None while it does not brake."""
+    """stamp_ns: arrival of the newest report, 0 before the first; cause: None without its own braking."""
 
     stamp_ns: int = 0
     cause: GateCause | None = None
 
     def active(self, now_ns: int) -> list[ActiveFault]:
-        """The gate brakes by itself, as far as was heard lately."""
+        """(code, severity) of the gate's own braking, if the report is recent."""
         fresh = now_ns - self.stamp_ns <= GATE_LOST_NS
         return [(FAULTS[self.cause], "stop")] if self.cause is not None and fresh else []
 
@@ -46,10 +46,10 @@ def gate_report(cause: GateCause | None, stamp_ns: int) -> CanFrame:
     return CanFrame(stamp_ns, GATE_REPORT_ID, bytes([number]))
 
 
-def heard_gate(word: GateStatus, frames: tuple[CanFrame, ...]) -> GateStatus:
-    """The newest word after these frames; frames of everybody else, and causes unknown here, pass by."""
+def take_gate_reports(status: GateStatus, frames: tuple[CanFrame, ...]) -> GateStatus:
+    """The status after these frames; frames of other senders and unknown causes are ignored."""
     for frame in frames:
         if frame.arbitration_id == GATE_REPORT_ID and len(frame.data) == 1 and frame.data[0] <= len(CAUSES):
             number = frame.data[0]
-            word = GateStatus(frame.stamp_ns, CAUSES[number - 1] if number else None)
-    return word
+            status = GateStatus(frame.stamp_ns, CAUSES[number - 1] if number else None)
+    return status

@@ -1,4 +1,4 @@
-"""The module's reports as motion, for a reader that has no tick's state to keep them in."""
+"""The module's reports as motion, for a reader without the tick's state: the gate."""
 
 from typing import Generic, Protocol, TypeVar
 
@@ -17,13 +17,13 @@ class ReportDecoder(Protocol[State]):
 
 
 class MotionReports(Protocol):
-    """Frames in, the vehicle's motion out; earlier reports are remembered."""
+    """Decodes frames to the vehicle's motion; earlier reports are remembered."""
 
     def decode(self, frames: tuple[CanFrame, ...], now_ns: int) -> VehicleMotion: ...
 
 
 class DecodedReports(Generic[State]):
-    """`MotionReports` by a codec, whose state it keeps."""
+    """`MotionReports` by a codec; keeps the codec's state."""
 
     def __init__(self, codec: ReportDecoder[State]) -> None:
         self._codec = codec

@@ -15,7 +15,7 @@ def wheel_from_front(column: SteeringColumn, steer_rad: float) -> float:
 
 
 def front_from_wheel(column: SteeringColumn, wheel_rad: float) -> float:
-    """The inverse of `wheel_from_front` on its rising branch; a wheel turned further gives the peak."""
+    """The inverse of `wheel_from_front` on its rising branch; a larger wheel angle gives the peak."""
     w = math.degrees(abs(wheel_rad))
     if column.quadratic == 0.0:
         d = w / column.linear
@@ -26,6 +26,6 @@ def front_from_wheel(column: SteeringColumn, wheel_rad: float) -> float:
 
 
 def wheel_rate_radps(column: SteeringColumn, body: Body, limits: Limits) -> float:
-    """How fast the steering wheel or shaft may turn for the front wheels' rate, from straight to lock."""
+    """Rate of the steering wheel or shaft at the front wheels' rate limit, mean from straight to lock."""
     lock_rad = math.atan(body.wheelbase_m / body.turn_radius_m_min)
     return limits.steer_rate_radps_max * wheel_from_front(column, lock_rad) / lock_rad

@@ -1,7 +1,7 @@
-"""How the vehicle answers its commands: dead times, lags, and the pedals' accelerations.
+"""The vehicle's response to commands: dead times, lags, and the pedals' accelerations.
 
-The same kernel carries the belief about the actuators from the last tick to this one, and leads the vehicle
-on over the commands that are still on their way.
+One kernel propagates the estimate from the last tick to this one, and the vehicle over the commands that have
+not taken effect yet.
 """
 
 import math
@@ -13,17 +13,17 @@ from numba import njit
 from contract.geometry import Array, wrap_angle
 
 SUBSTEP_S = 0.005
-# Columns of a moving vehicle: pose (map), wheels (as the steering reports them), throttle and brake in
+# Entries of a vehicle's state: pose (map), wheel angle (as the steering reports it), throttle and brake in
 # effect, speed, distance driven.
 MX, MY, MYAW, MWHEELS, MTHROTTLE, MBRAKE, MSPEED, MS = range(8)
-MOVING_SIZE = 8
+VEHICLE_SIZE = 8
 
 
 class Drivetrain(msgspec.Struct, frozen=True):
-    """The identified response. *_delay_s pure dead time, *_lag_s first-order.
+    """The identified response. *_delay_s: dead time; *_lag_s: first-order lag.
 
-    throttle_per_mps2  pedal per acceleration at rest; throttle_fade_mps: the speed at which full throttle no
-                       longer accelerates, the acceleration falling in proportion before
+    throttle_per_mps2  pedal per acceleration at rest
+    throttle_fade_mps  speed at which full throttle no longer accelerates, falling linearly to it
     brake_*            pedal = gain ln(a + knee) + offset (`brake_map.BrakeMap`)
     """
 
@@ -41,11 +41,11 @@ class Drivetrain(msgspec.Struct, frozen=True):
     coast_mps2: float = 0.15
 
     def row(self) -> Array:
-        """(12,) as the kernels take it, in the order of the fields."""
+        """(12,) the parameters for the kernels, in the order of the fields."""
         return np.array(msgspec.structs.astuple(self), dtype=np.float64)
 
-    def memory(self, dt_s: float) -> int:
-        """How many commands may be on their way."""
+    def pending_commands_max(self, dt_s: float) -> int:
+        """Number of commands that may not have taken effect yet."""
         return math.ceil(max(self.steer_delay_s, self.throttle_delay_s, self.brake_delay_s) / dt_s) + 2
 
 
@@ -57,53 +57,56 @@ class Drivetrain(msgspec.Struct, frozen=True):
 
 @njit(cache=True)
 def pedal_accel_mps2(throttle: float, brake: float, speed_mps: float, p: Array) -> float:
-    """The acceleration that the pedals in effect give a nominal vehicle on the level; p from
-    `Drivetrain.row`."""
-    push = throttle / p[D_PER] * max(0.0, 1.0 - speed_mps / p[D_FADE])
-    held = 0.0
+    """Acceleration of a nominal vehicle on level ground for the pedals in effect; p from `Drivetrain.row`."""
+    drive_mps2 = throttle / p[D_PER] * max(0.0, 1.0 - speed_mps / p[D_FADE])
+    brake_mps2 = 0.0
     if brake > 0.0:
-        held = max(0.0, math.exp((brake - p[D_OFFSET]) / p[D_GAIN]) - p[D_KNEE])
-    return float(push - held - p[D_COAST])
+        brake_mps2 = max(0.0, math.exp((brake - p[D_OFFSET]) / p[D_GAIN]) - p[D_KNEE])
+    return float(drive_mps2 - brake_mps2 - p[D_COAST])
 
 
 @njit(cache=True)
-def _on_its_way(commands: Array, column: int, t_s: float, delay_s: float, dt_s: float) -> float:
-    """The command in effect t_s from now; commands (m, 3), one each dt_s, the newest given dt_s ago."""
+def _command_at(commands: Array, column: int, t_s: float, delay_s: float, dt_s: float) -> float:
+    """The command in effect t_s from now; commands (m, 3), one every dt_s, the newest dt_s ago."""
     m = commands.shape[0]
     i = m + math.floor((t_s - delay_s) / dt_s)
     return float(commands[min(max(i, 0), m - 1), column])
 
 
 @njit(cache=True)
-def carried(
-    moving: Array, commands: Array, start_s: float, end_s: float, rest_mps2: float, turning: Array,
-    dt_s: float, p: Array,
+def propagate(
+    vehicle: Array, commands: Array, start_s: float, end_s: float, disturbance_mps2: float,
+    turn_params: Array, dt_s: float, p: Array,
 ) -> None:  # fmt: skip
-    """Move the vehicle (MOVING_SIZE,) in place from start_s to end_s, both counted from now.
+    """Moves the vehicle (VEHICLE_SIZE,) in place from start_s to end_s, both counted from now.
 
-    commands   (m, 3) steering (rad), throttle, brake, as `_on_its_way` reads them
-    rest_mps2  acceleration beyond what the pedals explain: load, slope, wind
-    turning    (4,) steering bias in rad, wheelbase in m, and K (s2/m m) and rear slip (rad per m/s2) of a
-               steady turn; the tyres are taken as settled, which they are within a tenth of a second
+    commands          (m, 3) steering (rad), throttle, brake, as `_command_at` reads them
+    disturbance_mps2  acceleration that the pedals do not explain: load, slope, wind
+    turn_params       (4,) steering bias (rad), wheelbase (m), K (s2/m m) and rear slip (rad per m/s2) of a
+                      steady turn; the tyres settle within 0.1 s and are taken as settled
     """
     steps = round((end_s - start_s) / SUBSTEP_S)
     h = SUBSTEP_S
     for k in range(steps):
         t = start_s + (k + 0.5) * h
-        steer = _on_its_way(commands, 0, t, p[D_STEER_DELAY], dt_s)
-        throttle = _on_its_way(commands, 1, t, p[D_THROTTLE_DELAY], dt_s)
-        brake = _on_its_way(commands, 2, t, p[D_BRAKE_DELAY], dt_s)
-        moving[MWHEELS] += (steer - moving[MWHEELS]) * (1.0 - math.exp(-h / p[D_STEER_LAG]))
-        moving[MTHROTTLE] += (throttle - moving[MTHROTTLE]) * (1.0 - math.exp(-h / p[D_THROTTLE_LAG]))
-        moving[MBRAKE] += (brake - moving[MBRAKE]) * (1.0 - math.exp(-h / p[D_BRAKE_LAG]))
-        v = moving[MSPEED]
-        accel = pedal_accel_mps2(moving[MTHROTTLE], moving[MBRAKE], v, p) + rest_mps2
+        steer = _command_at(commands, 0, t, p[D_STEER_DELAY], dt_s)
+        throttle = _command_at(commands, 1, t, p[D_THROTTLE_DELAY], dt_s)
+        brake = _command_at(commands, 2, t, p[D_BRAKE_DELAY], dt_s)
+        vehicle[MWHEELS] += (steer - vehicle[MWHEELS]) * (1.0 - math.exp(-h / p[D_STEER_LAG]))
+        vehicle[MTHROTTLE] += (throttle - vehicle[MTHROTTLE]) * (1.0 - math.exp(-h / p[D_THROTTLE_LAG]))
+        vehicle[MBRAKE] += (brake - vehicle[MBRAKE]) * (1.0 - math.exp(-h / p[D_BRAKE_LAG]))
+        v = vehicle[MSPEED]
+        accel = pedal_accel_mps2(vehicle[MTHROTTLE], vehicle[MBRAKE], v, p) + disturbance_mps2
         after = max(0.0, v + accel * h)
         mean = 0.5 * (v + after)
-        yaw_rate = mean * math.tan(moving[MWHEELS] + turning[0]) / (turning[1] + turning[2] * mean * mean)
-        course = moving[MYAW] + 0.5 * yaw_rate * h - turning[3] * mean * yaw_rate
-        moving[MX] += mean * math.cos(course) * h
-        moving[MY] += mean * math.sin(course) * h
-        moving[MYAW] = wrap_angle(moving[MYAW] + yaw_rate * h)
-        moving[MSPEED] = after
-        moving[MS] += mean * h
+        yaw_rate = (
+            mean
+            * math.tan(vehicle[MWHEELS] + turn_params[0])
+            / (turn_params[1] + turn_params[2] * mean * mean)
+        )
+        course = vehicle[MYAW] + 0.5 * yaw_rate * h - turn_params[3] * mean * yaw_rate
+        vehicle[MX] += mean * math.cos(course) * h
+        vehicle[MY] += mean * math.sin(course) * h
+        vehicle[MYAW] = wrap_angle(vehicle[MYAW] + yaw_rate * h)
+        vehicle[MSPEED] = after
+        vehicle[MS] += mean * h

@@ -1,5 +1,5 @@
-"""Who is in the way without knowing it: somebody on the vehicle's way who stands there, or walks away in it,
-with the back to the vehicle (Snow Lion: the sound player addresses pedestrians "who may be inattentive")."""
+"""Inattentive people: on the vehicle's way with the back to the vehicle, standing or walking (Snow Lion: the
+sound player addresses pedestrians "who may be inattentive")."""
 
 import math
 
@@ -10,13 +10,16 @@ from contract.geometry import pose_at, project
 from contract.roads.routing import ReferenceLine
 from vehicle_agent.signals import PEDESTRIAN, Path, Task, World
 
-# A fork or a hairpin of the line farther on must not be taken for the way just ahead.
+# Only this piece of the line is searched: farther on, it may come back to here.
 _LOOK_BEHIND_M = 2.0
 
 
 class WatchedPerson(msgspec.Struct, frozen=True):
-    """Somebody in the way with the back to the vehicle: since when, when last seen so, asked to step aside
-    when (0: not yet)."""
+    """A person on the way with the back to the vehicle.
+
+    since_ns, seen_ns  since when, and when last detected so
+    asked_ns           when asked to step aside, 0 not yet
+    """
 
     track_id: int
     since_ns: int
@@ -26,13 +29,13 @@ class WatchedPerson(msgspec.Struct, frozen=True):
 
 class Attention(msgspec.Struct, frozen=True):
     """front_m, half_width_m  of the vehicle's outline about its rear axle
-    ahead_m       nobody farther before the bumper is spoken to
-    beside_m      how far beside the outline's way somebody is still in it
-    back_rad      the back is turned when the course is within this of the direction away from the vehicle
-    walks_mps     who is slower has the course of the track's heading, else of the velocity
-    unaware_ns    this long with the back turned is inattentive
-    lost_ns       a tracker may miss somebody for so long
-    again_ns      nobody is asked twice within this time
+    ahead_m       people farther ahead of the bumper are not addressed
+    beside_m      the way is wider than the outline by this on each side
+    back_rad      a person faces away when the course is within this of the direction away from the vehicle
+    walks_mps     a slower person's course is the track's heading, otherwise that of the velocity
+    unaware_ns    a person who faces away this long is inattentive
+    lost_ns       a tracker may miss a person for this long
+    again_ns      a person is not asked twice within this time
     """
 
     front_m: float = 3.5
@@ -45,50 +48,53 @@ class Attention(msgspec.Struct, frozen=True):
     lost_ns: int = 600_000_000
     again_ns: int = 60_000_000_000
 
-    def watch(
+    def update(
         self, before: tuple[WatchedPerson, ...], task: Task, path: Path, world: World, now_ns: int
     ) -> tuple[WatchedPerson, ...]:
-        """Everybody who has the back turned now or did just now, and who was asked lately."""
-        turned = set() if task.line is None else self._turned(task.line, task, path, world)
+        """The people who face away now or did a moment ago, and those asked recently."""
+        facing_away = set() if task.line is None else self._facing_away(task.line, task, path, world)
         after = []
-        for one in before:
-            if one.track_id in turned:
-                turned.remove(one.track_id)
-                # Somebody who comes back after having been away begins anew.
-                fresh = now_ns - one.seen_ns > self.lost_ns
+        for person in before:
+            if person.track_id in facing_away:
+                facing_away.remove(person.track_id)
+                # A person who was away and comes back starts again.
+                is_new = now_ns - person.seen_ns > self.lost_ns
                 after.append(
-                    msgspec.structs.replace(one, seen_ns=now_ns, since_ns=now_ns if fresh else one.since_ns)
+                    msgspec.structs.replace(
+                        person, seen_ns=now_ns, since_ns=now_ns if is_new else person.since_ns
+                    )
                 )
-            elif now_ns - one.seen_ns <= self.lost_ns or self._asked_lately(one, now_ns):
-                after.append(one)
-        after += [WatchedPerson(number, now_ns, now_ns) for number in sorted(turned)]
+            elif now_ns - person.seen_ns <= self.lost_ns or self._was_asked_recently(person, now_ns):
+                after.append(person)
+        after += [WatchedPerson(track_id, now_ns, now_ns) for track_id in sorted(facing_away)]
         return tuple(after)
 
     def unaware(self, watched: tuple[WatchedPerson, ...], now_ns: int) -> tuple[int, ...]:
-        """Ids of those who are inattentive now."""
+        """Ids of the people who are inattentive now."""
         return tuple(
-            one.track_id
-            for one in watched
-            if now_ns - one.seen_ns <= self.lost_ns and one.seen_ns - one.since_ns >= self.unaware_ns
+            person.track_id
+            for person in watched
+            if now_ns - person.seen_ns <= self.lost_ns and person.seen_ns - person.since_ns >= self.unaware_ns
         )
 
     def unasked(self, watched: tuple[WatchedPerson, ...], now_ns: int) -> tuple[int, ...]:
-        """Those of `unaware` who have not been asked lately."""
-        lately = {one.track_id for one in watched if self._asked_lately(one, now_ns)}
-        return tuple(number for number in self.unaware(watched, now_ns) if number not in lately)
+        """Ids of the inattentive people who have not been asked recently."""
+        recently = {person.track_id for person in watched if self._was_asked_recently(person, now_ns)}
+        return tuple(track_id for track_id in self.unaware(watched, now_ns) if track_id not in recently)
 
-    def asked(self, watched: tuple[WatchedPerson, ...], now_ns: int) -> tuple[WatchedPerson, ...]:
-        """After a sentence to all who are unaware now."""
-        heard = set(self.unaware(watched, now_ns))
+    def with_asked(self, watched: tuple[WatchedPerson, ...], now_ns: int) -> tuple[WatchedPerson, ...]:
+        """The people watched, after a sentence to all inattentive ones."""
+        unaware = set(self.unaware(watched, now_ns))
         return tuple(
-            msgspec.structs.replace(one, asked_ns=now_ns) if one.track_id in heard else one for one in watched
+            msgspec.structs.replace(person, asked_ns=now_ns) if person.track_id in unaware else person
+            for person in watched
         )
 
-    def _asked_lately(self, one: WatchedPerson, now_ns: int) -> bool:
-        return one.asked_ns > 0 and now_ns - one.asked_ns < self.again_ns
+    def _was_asked_recently(self, person: WatchedPerson, now_ns: int) -> bool:
+        return person.asked_ns > 0 and now_ns - person.asked_ns < self.again_ns
 
-    def _turned(self, line: ReferenceLine, task: Task, path: Path, world: World) -> set[int]:
-        """Ids of people in the way with the back turned, by the tracks of now."""
+    def _facing_away(self, line: ReferenceLine, task: Task, path: Path, world: World) -> set[int]:
+        """Ids of the people on the way who face away, by the current tracks."""
         tracks = world.tracks
         people = np.flatnonzero(tracks.kinds == PEDESTRIAN)
         if not len(people):
@@ -97,18 +103,18 @@ class Attention(msgspec.Struct, frozen=True):
         last = int(np.searchsorted(line.s, task.s_m + self.front_m + self.ahead_m + 2.0)) + 1
         x_m, y_m, yaw_rad = pose_at(line.points, line.s, task.s_m)
         x_m, y_m = x_m - task.d_m * math.sin(yaw_rad), y_m + task.d_m * math.cos(yaw_rad)
-        found = set()
+        track_ids = set()
         for i in people:
             px, py, heading_rad = tracks.poses_map[i]
             s_m, d_m, _ = project(line.points, line.s, float(px), float(py), first, last)
             gap_m = s_m - task.s_m - self.front_m
-            named = int(tracks.ids[i]) in path.yields_to
-            reach_m = self.half_width_m + self.beside_m * (2.0 if named else 1.0)
+            is_yielded_to = int(tracks.ids[i]) in path.yields_to
+            reach_m = self.half_width_m + self.beside_m * (2.0 if is_yielded_to else 1.0)
             if not 0.0 <= gap_m <= self.ahead_m or abs(d_m - task.d_m) > reach_m:
                 continue
             vx, vy = tracks.velocities_map_mps[i]
             course_rad = math.atan2(vy, vx) if math.hypot(vx, vy) > self.walks_mps else float(heading_rad)
             away_rad = math.atan2(py - y_m, px - x_m)
             if math.cos(course_rad - away_rad) > math.cos(self.back_rad):
-                found.add(int(tracks.ids[i]))
-        return found
+                track_ids.add(int(tracks.ids[i]))
+        return track_ids

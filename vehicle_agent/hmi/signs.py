@@ -1,66 +1,74 @@
-"""Which text stands on the screens, front and rear, and how long: never shorter than can be read."""
+"""The texts on the front and rear screens; each stays long enough to be read."""
 
 import msgspec
 
 from vehicle_agent.hmi import texts
-from vehicle_agent.hmi.texts import Words
+from vehicle_agent.hmi.texts import BilingualText
 from vehicle_agent.hmi.yielding import YieldingState
 from vehicle_agent.signals import GuardStatus, Path, Task
 
-# Ranks: a warning replaces what ranks lower at once; everything else waits until the text has been read.
-TEXT, WARNING, DOORS, STOPPED, BY_HAND = range(5)
+# Ranks: a warning replaces a text of lower rank at once; every other text waits until it has been read.
+TEXT, WARNING, DOORS, STOPPED, MANUAL = range(5)
 
 
 class SignText(msgspec.Struct, frozen=True):
     """One situation's texts."""
 
-    front: Words = texts.NOTHING
-    rear: Words = texts.NOTHING
+    front: BilingualText = texts.NO_TEXT
+    rear: BilingualText = texts.NO_TEXT
     rank: int = TEXT
 
 
 class DisplayState(msgspec.Struct, frozen=True):
-    """sign: on the screens since shown_ns; 0 before the first."""
+    """sign: on the screens since shown_ns, 0 before the first."""
 
     sign: SignText = SignText()
     shown_ns: int = 0
 
-    def turned_to(self, wanted: SignText, show_ns: int, now_ns: int) -> "DisplayState":
-        """With the wanted sign, when that may replace the one that is there."""
+    def with_sign(self, wanted: SignText, show_ns: int, now_ns: int) -> "DisplayState":
+        """The display with the wanted sign, if it may replace the present one."""
         if wanted == self.sign and self.shown_ns:
             return self
-        read = not self.shown_ns or now_ns - self.shown_ns >= show_ns
-        warns = wanted.rank >= WARNING and wanted.rank > self.sign.rank
-        return DisplayState(wanted, now_ns) if read or warns else self
+        is_read = not self.shown_ns or now_ns - self.shown_ns >= show_ns
+        is_warning = wanted.rank >= WARNING and wanted.rank > self.sign.rank
+        return DisplayState(wanted, now_ns) if is_read or is_warning else self
 
 
 def sign_for(
-    task: Task, path: Path, verdict: GuardStatus, manner: YieldingState, aside: bool, near_m: float
+    task: Task,
+    path: Path,
+    guard_status: GuardStatus,
+    yielding: YieldingState,
+    is_blocked: bool,
+    near_m: float,
 ) -> SignText:
-    """What there is to read now. aside: somebody should step aside; near_m: before a stop, it is told."""
-    if verdict.mode == "manual":
-        return SignText(texts.MANUAL, texts.MANUAL, BY_HAND)
-    if verdict.mode in ("minimal_risk", "fault"):
+    """The sign for the situation.
+
+    is_blocked: a person should step aside; near_m: a stop is announced this far before it
+    """
+    if guard_status.mode == "manual":
+        return SignText(texts.MANUAL, texts.MANUAL, MANUAL)
+    if guard_status.mode in ("minimal_risk", "fault"):
         return SignText(texts.SAFETY_STOP, texts.REAR_STANDING, STOPPED)
     if task.doors_open:
         return SignText(texts.DOORS_OPEN, texts.REAR_DOORS, DOORS)
-    if verdict.mode == "held":
+    if guard_status.mode == "held":
         return SignText(texts.HELD, texts.REAR_STANDING)
     if task.mode == "dwell":
         return SignText(texts.DOORS_CLOSING, texts.REAR_DOORS, DOORS)
-    if aside:
+    if is_blocked:
         return SignText(texts.STEP_ASIDE, texts.REAR_YIELDING, WARNING)
-    if manner.yields:
-        if manner.stands:
+    if yielding.yields:
+        if yielding.stands:
             return SignText(texts.AFTER_YOU, texts.REAR_YIELDING)
         return SignText(texts.SLOWING, texts.REAR_SLOWING)
-    if manner.passes:
+    if yielding.passes:
         return SignText(texts.PASSING, texts.REAR_PASSING)
     return _on_the_way(task, path, near_m)
 
 
 def is_arriving(task: Task, path: Path, near_m: float) -> bool:
-    """Near to the stop whose name the task gives, with the road to it granted and nobody on it."""
+    """The vehicle is near its stop, the road to it is granted, and no vehicle stands on it."""
     return path.stop_m < near_m and not task.waiting_for and task.reason != "stop_occupied"
 
 

@@ -1,69 +1,69 @@
-"""What is spoken: one sentence at a time, warnings first, each once for its occasion."""
+"""The loudspeaker's queue: one sentence at a time, warnings first, each once for its occasion."""
 
 import msgspec
 
 from vehicle_agent.hmi import texts
-from vehicle_agent.hmi.texts import Words
+from vehicle_agent.hmi.texts import BilingualText
 
-# Who waits longer in the queue than others: a warning is spoken before news, news before talk.
-TALK, NEWS, WARNING = range(3)
+# Ranks: a warning is spoken before news, news before a courtesy.
+COURTESY, NEWS, WARNING = range(3)
 _QUEUE_MAX = 4
 
 
 class Utterance(msgspec.Struct, frozen=True):
-    """Something to say, not after until_ns. kind: what it is about; key: which occasion of that kind."""
+    """A sentence to speak before expires_ns. kind: its subject; key: the occasion of that kind."""
 
     kind: str
     key: str
-    said: Words
+    text: BilingualText
     rank: int
-    until_ns: int
+    expires_ns: int
 
 
 class SpeechState(msgspec.Struct, frozen=True):
-    """occasions: (kind, key) of the last one of each kind, spoken of or not; queue: still to be said.
+    """occasions: (kind, key) of the last occasion of each kind, spoken or not; queue: still to be spoken.
 
-    quiet_ns: until then the last sentence is being spoken.
+    busy_until_ns: the last sentence is being spoken until then.
     """
 
     occasions: tuple[tuple[str, str], ...] = ()
     queue: tuple[Utterance, ...] = ()
-    quiet_ns: int = 0
+    busy_until_ns: int = 0
 
-    def with_occasion(self, kind: str, key: str, said: Words, rank: int, until_ns: int) -> "SpeechState":
-        """Queued, unless this is the occasion of that kind which was there last.
+    def with_occasion(
+        self, kind: str, key: str, text: BilingualText, rank: int, expires_ns: int
+    ) -> "SpeechState":
+        """The state with a sentence queued, unless this is the last occasion of its kind.
 
-        A newer occasion takes the place of an older one of its kind that still waits. When the queue is
-        full, what matters least is left out.
+        A newer occasion replaces an older one of its kind in the queue. When the queue is full, the sentences
+        of the lowest rank are dropped.
         """
-        known = dict(self.occasions)
-        if known.get(kind) == key:
+        latest = dict(self.occasions)
+        if latest.get(kind) == key:
             return self
-        known[kind] = key
-        waiting = [sentence for sentence in self.queue if sentence.kind != kind]
-        waiting.append(Utterance(kind, key, said, rank, until_ns))
-        waiting.sort(key=lambda sentence: -sentence.rank)
-        return msgspec.structs.replace(
-            self, occasions=tuple(known.items()), queue=tuple(waiting[:_QUEUE_MAX])
-        )
+        latest[kind] = key
+        queue = [sentence for sentence in self.queue if sentence.kind != kind]
+        queue.append(Utterance(kind, key, text, rank, expires_ns))
+        queue.sort(key=lambda sentence: -sentence.rank)
+        return msgspec.structs.replace(self, occasions=tuple(latest.items()), queue=tuple(queue[:_QUEUE_MAX]))
 
     def without(self, kind: str) -> "SpeechState":
-        """What waits of this kind is no longer true."""
+        """The state without queued sentences of this kind: they are no longer true."""
         if not any(sentence.kind == kind for sentence in self.queue):
             return self
         return msgspec.structs.replace(self, queue=tuple(s for s in self.queue if s.kind != kind))
 
-    def spoken(self, gap_ns: int, now_ns: int) -> tuple[Utterance | None, "SpeechState"]:
-        """The sentence to begin now, if any."""
-        queue = tuple(sentence for sentence in self.queue if sentence.until_ns >= now_ns)
-        if not queue or now_ns < self.quiet_ns:
+    def next_sentence(self, gap_ns: int, now_ns: int) -> tuple[Utterance | None, "SpeechState"]:
+        """(the sentence to begin now, if any; the state)."""
+        queue = tuple(sentence for sentence in self.queue if sentence.expires_ns >= now_ns)
+        if not queue or now_ns < self.busy_until_ns:
             return None, msgspec.structs.replace(self, queue=queue)
-        quiet_ns = now_ns + max(gap_ns, duration_ns(queue[0].said))
-        return queue[0], msgspec.structs.replace(self, queue=queue[1:], quiet_ns=quiet_ns)
+        busy_until_ns = now_ns + max(gap_ns, duration_ns(queue[0].text))
+        return queue[0], msgspec.structs.replace(self, queue=queue[1:], busy_until_ns=busy_until_ns)
 
 
-def duration_ns(said: Words) -> int:
-    """About how long both languages take to speak: 14 letters or 4.5 characters a second, and a breath."""
-    english, chinese = said
+def duration_ns(text: BilingualText) -> int:
+    """Time to speak both languages, about: 14 letters or 4.5 Chinese characters a second, and a pause."""
+    english, chinese = text
     seconds = 0.3 + len(english) / 14.0 + (len(chinese) / 4.5 if chinese != english else 0.0)
-    return round(seconds * 1e9) if said != texts.NOTHING else 0
+    return round(seconds * 1e9) if text != texts.NO_TEXT else 0

@@ -1,7 +1,7 @@
-"""The link process's desk for one vehicle: everything between the tick and the server that needs a disk.
+"""One vehicle's outbox and session, in the order that loses nothing.
 
-Order matters and is the point of this file: the mission's memory is on disk before an order is accepted,
-an event is on disk before it is sent, and what the server says reaches the tick as inbox items.
+The mission's memory is on disk before an order is accepted. An event is on disk before it is sent. Messages
+of the server reach the tick as inbox items.
 """
 
 from pathlib import Path
@@ -15,10 +15,10 @@ from vehicle_agent.signals import LinkMessage
 
 
 class TickUpdate(msgspec.Struct, frozen=True):
-    """What a tick tells the link: only in ticks that have something to tell.
+    """A tick's data for the link; sent only in ticks that have some.
 
-    memory   the mission's memory, MessagePack, when it has changed
-    progress  what the vehicle follows, for the next hello, when memory has changed
+    memory    the mission's memory, MessagePack, when it has changed
+    progress  the order's progress for the next hello, when memory has changed
     """
 
     stamp_ns: int
@@ -30,7 +30,7 @@ class TickUpdate(msgspec.Struct, frozen=True):
 
 
 class LinkBridge:
-    """One vehicle's outbox and session, wired in the only order that loses nothing."""
+    """Writes a vehicle's events and memory to its outbox before its session sends them."""
 
     def __init__(
         self,
@@ -44,36 +44,36 @@ class LinkBridge:
         self._outbox = Outbox(folder, identity.boot_id, sync=sync)
         self.session = VehicleSession(identity, sign, self._outbox.log, progress)
 
-    def tick_news(self, news: TickUpdate, now_ns: int) -> None:
-        """All three steps at once, for who may block (virtual time)."""
-        lines = self.number(news)
-        self.write(news, lines)
-        self.speak(news, now_ns)
+    def process_update(self, update: TickUpdate, now_ns: int) -> None:
+        """All three steps at once, for a caller that may block (virtual time)."""
+        lines = self.number_events(update)
+        self.write(update, lines)
+        self.send(update, now_ns)
 
-    def number(self, news: TickUpdate) -> bytes:
-        """First: the events get their numbers."""
-        return self._outbox.number(news.stamp_ns, news.events)
+    def number_events(self, update: TickUpdate) -> bytes:
+        """First step: numbers the events; returns the lines for `write`."""
+        return self._outbox.number_events(update.stamp_ns, update.events)
 
-    def write(self, news: TickUpdate, lines: bytes) -> None:
-        """Second, and blocking: to disk. `lines` is what `number` gave for this news."""
-        if news.memory is not None:
-            self._outbox.save_memory(news.memory)
+    def write(self, update: TickUpdate, lines: bytes) -> None:
+        """Second step, blocking: writes memory and events to disk; lines: from `number_events`."""
+        if update.memory is not None:
+            self._outbox.save_memory(update.memory)
         self._outbox.write(lines)
 
-    def speak(self, news: TickUpdate, now_ns: int) -> None:
-        """Third: to the wire."""
-        if news.memory is not None:
-            self.session.progress = news.progress
-        if news.events:
-            self.session.happened(now_ns)
-            self._outbox.shrink()
-        for answer in news.answers:
+    def send(self, update: TickUpdate, now_ns: int) -> None:
+        """Third step: hands everything to the session."""
+        if update.memory is not None:
+            self.session.progress = update.progress
+        if update.events:
+            self.session.send_new_events(now_ns)
+            self._outbox.compact()
+        for answer in update.answers:
             self.session.answer(answer)
-        if news.report is not None:
-            self.session.report(news.report)
+        if update.report is not None:
+            self.session.report(update.report)
 
-    def take_words(self) -> list[LinkMessage]:
-        return self.session.take_words()
+    def take_messages(self) -> list[LinkMessage]:
+        return self.session.take_messages()
 
     def close(self) -> None:
         self._outbox.close()

@@ -1,6 +1,6 @@
-"""The websocket shell around vehicle sessions: dials, moves bytes, waits, and dials again.
+"""The websocket shell around a vehicle session: connects, moves bytes, waits, and connects again.
 
-One process may serve any number of vehicles; each has its own desk, connection and patience.
+One process may serve any number of vehicles; each has its own bridge, connection and waiting time.
 """
 
 import asyncio
@@ -26,69 +26,69 @@ Deliver = Callable[[LinkMessage], None]
 
 
 class LinkClient:
-    """Keeps one vehicle connected. `deliver` takes what the vehicle has to learn, in order."""
+    """Keeps one vehicle connected. `deliver` receives the messages for the vehicle, in order."""
 
     def __init__(
         self,
         url: str,
-        desk: LinkBridge,
+        bridge: LinkBridge,
         deliver: Deliver,
         now_ns: Monotonic,
         tls: ssl.SSLContext | None = None,
     ) -> None:
         self._url = url
-        self._desk = desk
+        self._bridge = bridge
         self._deliver = deliver
         self._now_ns = now_ns
         self._tls = tls
-        self._to_send = asyncio.Event()
-        self._redial = False
+        self._has_outgoing = asyncio.Event()
+        self._must_reconnect = False
 
     def wake(self) -> None:
-        """The desk has something to send."""
-        self._to_send.set()
+        """Wakes the sender: the bridge has something to send."""
+        self._has_outgoing.set()
 
-    def redial(self) -> None:
-        """Give up the connection for a new one, whose hello says what the vehicle holds by then."""
-        self._redial = True
-        self._to_send.set()
+    def reconnect(self) -> None:
+        """Closes the connection and opens a new one, whose hello has the vehicle's present state."""
+        self._must_reconnect = True
+        self._has_outgoing.set()
 
     async def run(self) -> None:
-        """Until cancelled. Waits longer after each failure, and starts over after a good connection."""
+        """Runs until cancelled. Waits longer after each failure, and starts over after a good connection."""
         wait_s = FIRST_WAIT_S
-        vehicle_id = self._desk.session.identity.vehicle_id
+        vehicle_id = self._bridge.session.identity.vehicle_id
         while True:
-            welcomed = False
+            was_welcomed = False
             try:
                 async with connect(
                     self._url, ssl=self._tls, compression=None, max_size=MAX_MESSAGE_BYTES, open_timeout=10
                 ) as socket:
-                    welcomed = await self._converse(socket)
+                    was_welcomed = await self._run_connection(socket)
             except (OSError, TimeoutError, InvalidHandshake, InvalidURI) as error:
                 log.warning("link.unreachable", vehicle_id=vehicle_id, url=self._url, error=str(error))
-            self._ended(vehicle_id)
-            wait_s = next_wait_s(wait_s, welcomed=welcomed)
+            self._end_session(vehicle_id)
+            wait_s = next_wait_s(wait_s, was_welcomed=was_welcomed)
             await asyncio.sleep(wait_s)
 
-    def _ended(self, vehicle_id: str) -> None:
-        session = self._desk.session
+    def _end_session(self, vehicle_id: str) -> None:
+        session = self._bridge.session
         refusal = session.refusal
         session.disconnected(self._now_ns())
-        self._deliver_words()
+        self._deliver_messages()
         if refusal is not None:
             log.error("link.refused", vehicle_id=vehicle_id, code=refusal.code, detail=refusal.detail)
 
-    async def _converse(self, socket: ClientConnection) -> bool:
-        """One connection from its first byte to its last; whether the server welcomed us on it."""
-        session = self._desk.session
+    async def _run_connection(self, socket: ClientConnection) -> bool:
+        """Runs one connection to its end; True if the server welcomed the vehicle on it."""
+        session = self._bridge.session
         session.connected(self._now_ns())
         sender = asyncio.create_task(self._send_all(socket))
-        welcomed = False
+        was_welcomed = False
         try:
             async for data in socket:
                 session.received(data, self._now_ns())
-                welcomed = welcomed or session.is_open
-                self._deliver_words()
+                was_welcomed = was_welcomed or session.is_open
+                self._deliver_messages()
                 self.wake()
         except ConnectionClosed as closed:
             log.info("link.closed", vehicle_id=session.identity.vehicle_id, reason=str(closed))
@@ -97,34 +97,34 @@ class LinkClient:
         finally:
             sender.cancel()
             await asyncio.gather(sender, return_exceptions=True)
-        return welcomed
+        return was_welcomed
 
     async def _send_all(self, socket: ClientConnection) -> None:
-        """Send whatever the session has, when woken and once a second."""
-        session = self._desk.session
-        self._redial = False
+        """Sends the session's frames, when woken and once a second."""
+        session = self._bridge.session
+        self._must_reconnect = False
         while True:
-            if self._redial:
+            if self._must_reconnect:
                 await socket.close(1000, "the vehicle has started anew")
                 return
-            session.elapsed(self._now_ns())
+            session.advance(self._now_ns())
             if session.is_silent(self._now_ns()):
                 await socket.close(1001, "nothing heard")
                 return
             for frame in session.take_outgoing():
                 await socket.send(frame.decode())
-            self._to_send.clear()
+            self._has_outgoing.clear()
             try:
                 async with asyncio.timeout(ELAPSED_EVERY_S):
-                    await self._to_send.wait()
+                    await self._has_outgoing.wait()
             except TimeoutError:
                 continue
 
-    def _deliver_words(self) -> None:
-        for word in self._desk.take_words():
-            self._deliver(word)
+    def _deliver_messages(self) -> None:
+        for message in self._bridge.take_messages():
+            self._deliver(message)
 
 
-def next_wait_s(wait_s: float, *, welcomed: bool) -> float:
+def next_wait_s(wait_s: float, *, was_welcomed: bool) -> float:
     """How long to wait before the next connection: twice as long after a failure, short after a welcome."""
-    return FIRST_WAIT_S if welcomed else min(2.0 * wait_s, LONGEST_WAIT_S)
+    return FIRST_WAIT_S if was_welcomed else min(2.0 * wait_s, LONGEST_WAIT_S)

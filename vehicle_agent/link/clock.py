@@ -1,4 +1,4 @@
-"""Server clock minus vehicle clock, from question and answer over the link."""
+"""Server clock minus vehicle clock, from request and response over the link."""
 
 from collections import deque
 
@@ -17,15 +17,15 @@ class ClockOffset:
         self._samples: deque[tuple[int, int]] = deque(maxlen=SAMPLES_MAX)
 
     def restart(self, server_ns: int, now_ns: int) -> None:
-        """A first, rough value from the welcome, so that an order can be judged at once."""
+        """Sets a first, rough offset from the welcome, so that an order can be checked at once."""
         self._samples.clear()
         self.offset_ns = server_ns - now_ns
         self.round_trip_ns = -1
 
-    def add(self, asked_ns: int, server_ns: int, answered_ns: int) -> None:
-        """One exchange: asked and answered on the vehicle's clock, server_ns on the server's."""
-        if answered_ns < asked_ns:
-            raise ValueError("an answer cannot come before its question")
-        middle_ns = asked_ns + (answered_ns - asked_ns) // 2
-        self._samples.append((answered_ns - asked_ns, server_ns - middle_ns))
+    def add(self, sent_ns: int, server_ns: int, received_ns: int) -> None:
+        """Adds one exchange: sent and received by the vehicle's clock, server_ns by the server's."""
+        if received_ns < sent_ns:
+            raise ValueError("a response cannot come before its request")
+        middle_ns = sent_ns + (received_ns - sent_ns) // 2
+        self._samples.append((received_ns - sent_ns, server_ns - middle_ns))
         self.round_trip_ns, self.offset_ns = min(self._samples)

@@ -1,4 +1,4 @@
-"""The vehicle's own key: made on the vehicle, never leaves it; its public half is enrolled once."""
+"""The vehicle's private key: created on the vehicle, never leaves it; its public half is enrolled once."""
 
 import base64
 import os
@@ -19,15 +19,15 @@ class VehicleKeyError(Exception):
     """The key file cannot be used; the message says what to do."""
 
 
-def load_or_make_key(path: Path) -> Ed25519PrivateKey:
-    """The key at `path`, made there on the first boot (readable by its owner only)."""
+def load_or_create_key(path: Path) -> Ed25519PrivateKey:
+    """The key at `path`, created there on the first boot (readable by its owner only)."""
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
         key = Ed25519PrivateKey.generate()
         pem = key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
         file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        with os.fdopen(file, "wb") as out:
-            out.write(pem)
+        with os.fdopen(file, "wb") as file_object:
+            file_object.write(pem)
         return key
     try:
         loaded = load_pem_private_key(path.read_bytes(), password=None)
@@ -41,7 +41,7 @@ def load_or_make_key(path: Path) -> Ed25519PrivateKey:
 
 
 def public_key_text(key: Ed25519PrivateKey) -> str:
-    """Base64 of the 32 raw bytes: what is enrolled."""
+    """Base64 of the 32 raw bytes, for enrolment."""
     return base64.b64encode(key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw)).decode()
 
 

@@ -1,7 +1,7 @@
-"""The vehicle's side of the conversation with the server. No I/O: bytes and stamps in, bytes and words out.
+"""The vehicle's side of the conversation with the server, without I/O: bytes and stamps in, messages out.
 
-The shell around it moves bytes and waits. A cut at any moment is harmless: events stay in the log until
-they are acknowledged, answers and orders are repeated, and the hello says what the vehicle holds.
+The shell around it moves bytes and waits. A lost connection is harmless at any moment: events stay in the log
+until they are acknowledged, answers and orders are repeated, and the hello reports the order's progress.
 """
 
 from collections.abc import Callable
@@ -45,7 +45,7 @@ Sign = Callable[[bytes], str]
 
 
 class Identity(msgspec.Struct, frozen=True):
-    """Who the vehicle says it is, in every hello."""
+    """The vehicle's identity, in every hello."""
 
     vehicle_id: str
     boot_id: str
@@ -77,36 +77,36 @@ class VehicleSession:
         self._outgoing: list[bytes] = []
         self._messages: list[LinkMessage] = []
         self._sent: dict[str, int] = {}
-        self._heard_ns = 0
+        self._received_ns = 0
         self._probed_ns = 0
         self._progress_ns = 0
 
     # ------------------------------------------------------------ the shell's side
 
     def connected(self, now_ns: int) -> None:
-        """A fresh connection: the server speaks first."""
+        """A new connection is open; the server sends first."""
         self._outgoing.clear()
-        self._heard_ns = now_ns
+        self._received_ns = now_ns
         self.refusal = None
 
     def disconnected(self, now_ns: int) -> None:
-        """The connection is gone; everything unacknowledged is kept."""
+        """The connection is lost; unacknowledged events are kept."""
         self._outgoing.clear()
         if self.is_open:
             self.is_open = False
-            self._tell_link_state(now_ns)
+            self._queue_link_state(now_ns)
 
     def received(self, data: bytes | str, now_ns: int) -> None:
-        """Raises WireError for a frame that is no message: the connection is to be closed."""
-        self._heard_ns = now_ns
+        """Takes one frame. Raises WireError for a frame that is no message: the connection must be closed."""
+        self._received_ns = now_ns
         message = decode_from_server(data)
         if isinstance(message, Challenge):
-            self._say_hello(message, now_ns)
+            self._send_hello(message, now_ns)
         elif isinstance(message, Welcome):
             self._welcomed(message, now_ns)
         elif isinstance(message, ClockSample):
             self._clock.add(message.vehicle_ns, message.server_ns, now_ns)
-            self._tell_link_state(now_ns)
+            self._queue_link_state(now_ns)
         elif isinstance(message, EventsAcknowledged):
             self._acknowledged(message, now_ns)
         elif isinstance(message, Goodbye):
@@ -114,8 +114,8 @@ class VehicleSession:
         elif isinstance(message, Order | Grants | Command | PassengerTap) and message.epoch == self.epoch:
             self._messages.append(message)
         elif isinstance(message, Presence) and message.epoch == self.epoch:
-            seen_ns = message.server_ns - self._clock.offset_ns
-            self._messages.append(PedestrianPresence(seen_ns, message.area_id, message.count))
+            detected_ns = message.server_ns - self._clock.offset_ns
+            self._messages.append(PedestrianPresence(detected_ns, message.area_id, message.count))
         elif isinstance(message, FleetVehicleMessage) and message.epoch == self.epoch:
             self._messages.append(
                 FleetVehicle(
@@ -126,8 +126,8 @@ class VehicleSession:
                 )
             )
 
-    def elapsed(self, now_ns: int) -> None:
-        """Time has passed: probe the clock, and repeat what was never acknowledged."""
+    def advance(self, now_ns: int) -> None:
+        """Probes the clock and repeats unacknowledged events, when they are due."""
         if not self.is_open:
             return
         if now_ns - self._probed_ns >= PROBE_EVERY_NS:
@@ -137,76 +137,78 @@ class VehicleSession:
             self._send_events(now_ns)
 
     def is_silent(self, now_ns: int) -> bool:
-        """Nothing has come for so long that the connection is to be given up."""
-        return now_ns - self._heard_ns > SILENT_AFTER_NS
+        """Nothing was received for so long that the connection must be closed."""
+        return now_ns - self._received_ns > SILENT_AFTER_NS
 
     def take_outgoing(self) -> list[bytes]:
-        """Frames to send, in order; the caller sends them all or reports the connection gone."""
+        """The frames to send, in order; the caller sends them all or reports the connection lost."""
         outgoing, self._outgoing = self._outgoing, []
         return outgoing
 
-    def take_words(self) -> list[LinkMessage]:
-        """What the vehicle has to learn, in order."""
-        words, self._messages = self._messages, []
-        return words
+    def take_messages(self) -> list[LinkMessage]:
+        """The messages for the vehicle, in order."""
+        messages, self._messages = self._messages, []
+        return messages
 
     # ------------------------------------------------------------ the vehicle's side
 
     def report(self, status: Status) -> None:
-        """Latest wins: a status is never kept for later."""
+        """Sends a status, if connected; a status is never kept."""
         if self.is_open:
             self._send(msgspec.structs.replace(status, epoch=self.epoch))
 
     def answer(self, answer: OrderAccepted | OrderRejected) -> None:
-        """Sent only after the shell has brought order and mission to disk. A lost answer is asked for again
-        by the server's repeat of the order after the next hello."""
+        """Sends an answer to an order, if connected; the mission's memory must be on disk.
+
+        A lost answer needs no repeat: the server repeats the order after the next hello.
+        """
         if self.is_open:
             self._send(msgspec.structs.replace(answer, epoch=self.epoch))
 
-    def happened(self, now_ns: int) -> None:
-        """There are new events in the log, already on disk."""
+    def send_new_events(self, now_ns: int) -> None:
+        """Sends the new events of the log, which are on disk already."""
         if self.is_open:
             self._send_events(now_ns)
 
     # ------------------------------------------------------------ inside
 
-    def _say_hello(self, challenge: Challenge, now_ns: int) -> None:
-        me = self.identity
+    def _send_hello(self, challenge: Challenge, now_ns: int) -> None:
+        identity = self.identity
         protocol = min(PROTOCOL_VERSION, challenge.protocol_max)
-        text = signed_hello(challenge.nonce, me.vehicle_id, me.boot_id, protocol)
+        text = signed_hello(challenge.nonce, identity.vehicle_id, identity.boot_id, protocol)
         hello = Hello(
             protocol=protocol,
-            vehicle_id=me.vehicle_id,
-            boot_id=me.boot_id,
+            vehicle_id=identity.vehicle_id,
+            boot_id=identity.boot_id,
             nonce=challenge.nonce,
             signature=self._sign(text),
-            software=me.software,
-            stack=me.stack,
-            map_version=me.map_version,
+            software=identity.software,
+            stack=identity.stack,
+            map_version=identity.map_version,
             vehicle_ns=now_ns,
             event_logs=self.log.logs(),
             progress=self.progress,
-            seats=me.seats,
-            wheelchair_places=me.wheelchair_places,
+            seats=identity.seats,
+            wheelchair_places=identity.wheelchair_places,
         )
         self._send(hello)
 
     def _welcomed(self, welcome: Welcome, now_ns: int) -> None:
         self.is_open = True
         self.epoch = welcome.epoch
-        for known in welcome.acknowledged:
-            self.log.acknowledge(known.boot_id, known.first_unacknowledged)
+        for entry in welcome.acknowledged:
+            self.log.acknowledge(entry.boot_id, entry.first_unacknowledged)
         self._sent.clear()
         self._clock.restart(welcome.server_ns, now_ns)
         self._probe(now_ns)
-        self._tell_link_state(now_ns)
+        self._queue_link_state(now_ns)
         self._send_events(now_ns)
 
     def _acknowledged(self, message: EventsAcknowledged, now_ns: int) -> None:
         if self.log.acknowledge(message.boot_id, message.next_sequence) > 0:
             self._progress_ns = now_ns
         else:
-            # The server names the event it waits for: everything from there on is to be repeated.
+            # The server names the event that it expects: everything from there on is repeated.
             self._sent[message.boot_id] = min(
                 message.next_sequence, self._sent.get(message.boot_id, message.next_sequence)
             )
@@ -224,7 +226,7 @@ class VehicleSession:
         self._probed_ns = now_ns
         self._send(ClockProbe(now_ns))
 
-    def _tell_link_state(self, now_ns: int) -> None:
+    def _queue_link_state(self, now_ns: int) -> None:
         self._messages.append(LinkState(now_ns, self.is_open, self.epoch, self._clock.offset_ns))
 
     def _send(self, message: Message) -> None:

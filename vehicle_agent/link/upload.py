@@ -1,4 +1,4 @@
-"""Bring finished run segments to the server, by content hash: a repeat is harmless."""
+"""Uploads finished run segments to the server, by content hash: a repeat is harmless."""
 
 import asyncio
 from collections.abc import Callable
@@ -18,13 +18,13 @@ TIMEOUT_S = 120.0
 async def put_segment(
     client: httpx.AsyncClient, vehicle_id: str, sign: Callable[[bytes], str], data: bytes, sha256: str
 ) -> httpx.Response:
-    """One signed upload of a segment. Raises httpx.TransportError."""
+    """Uploads one signed segment. Raises httpx.TransportError."""
     headers = {SIGNATURE_HEADER: sign(signed_segment(vehicle_id, sha256)), "Vehicle-Id": vehicle_id}
     return await client.put(segment_path(sha256), content=data, headers=headers, timeout=TIMEOUT_S)
 
 
 class SegmentUploader:
-    """Uploads one vehicle's segments, and keeps trying."""
+    """Uploads one vehicle's segments, and retries."""
 
     def __init__(self, vehicle_id: str, client: httpx.AsyncClient, sign: Callable[[bytes], str]) -> None:
         """client  with the server's base URL; sign: base64 of the vehicle key's signature."""
@@ -45,21 +45,21 @@ class SegmentUploader:
                 await asyncio.sleep(RETRY_AFTER_S)
 
     async def upload(self, path: Path, sha256: str) -> bool:
-        """One attempt. True when there is nothing left to do: stored, known before, or refused for good."""
+        """One attempt. True if nothing is left to do: stored, known already, or refused."""
         data = await asyncio.to_thread(path.read_bytes)
         try:
-            answer = await put_segment(self._client, self._vehicle_id, self._sign, data, sha256)
+            response = await put_segment(self._client, self._vehicle_id, self._sign, data, sha256)
         except httpx.TransportError as error:
             log.warning("run.upload_failed", vehicle_id=self._vehicle_id, path=str(path), error=str(error))
             return False
-        if answer.status_code >= 500 or answer.status_code in (408, 429):
+        if response.status_code >= 500 or response.status_code in (408, 429):
             log.warning(
-                "run.upload_failed", vehicle_id=self._vehicle_id, path=str(path), status=answer.status_code
+                "run.upload_failed", vehicle_id=self._vehicle_id, path=str(path), status=response.status_code
             )
             return False
-        if answer.is_error:
+        if response.is_error:
             log.error(
-                "run.upload_refused", vehicle_id=self._vehicle_id, path=str(path), answer=answer.text[:300]
+                "run.upload_refused", vehicle_id=self._vehicle_id, path=str(path), answer=response.text[:300]
             )
         else:
             log.info("run.uploaded", vehicle_id=self._vehicle_id, sha256=sha256, size_bytes=len(data))

@@ -1,4 +1,4 @@
-"""Where the vehicle is: GNSS/INS fixes in the map frame, dead-reckoned between them (GEM, section II)."""
+"""The vehicle's pose: GNSS/INS fixes in the map frame, with dead reckoning between them (GEM, section II)."""
 
 import math
 
@@ -10,43 +10,43 @@ from contract.roads.projection import project
 from vehicle_agent.signals import Ego, Fault, GnssFix, ImuSample, VehicleMotion
 from vehicle_agent.signals.rates import POSE_AGE_NS_MAX
 
-_NOWHERE = Pose2(0.0, 0.0, 0.0)
+_NO_POSE = Pose2(0.0, 0.0, 0.0)
 
 
 class LocalizationState(msgspec.Struct, frozen=True):
-    """What localization remembers; `pose_map` is where the vehicle was at `stamp_ns`.
+    """What localization remembers; `pose_map` is the pose at `stamp_ns`.
 
-    strays        fixes in a row that fell far from the estimate
-    senseless_ns  when a value last was no number, 0 never
+    outliers    fixes in a row that were far from the pose
+    invalid_ns  when a value was last not finite, 0 never
     """
 
     stamp_ns: int = 0
-    pose_map: Pose2 = _NOWHERE
+    pose_map: Pose2 = _NO_POSE
     speed_mps: float = 0.0
     yaw_rate_radps: float = 0.0
     accel_mps2: float = 0.0
     position_std_m: float = math.inf
     fix_stamp_ns: int = 0
     imu_stamp_ns: int = 0
-    strays: int = 0
+    outliers: int = 0
     jump_since_ns: int = 0
-    senseless_ns: int = 0
+    invalid_ns: int = 0
 
 
 class GnssLocalization(msgspec.Struct, frozen=True):
-    """Fixed-gain observer: wheel speed and yaw rate carry the pose, each fix pulls it a little.
+    """Fixed-gain observer: wheel speed and yaw rate move the pose, each fix corrects it by a fixed share.
 
-    gain_position, gain_heading  share of a fix's deviation that is taken over (0..1); at 50 fixes a second
-                                 0.15 averages noise over about 0.13 s
-    jump_m       a fix farther than this from the estimate is not believed at first
-    strays_max   but when this many in a row say so, the estimate starts anew there, as a `pose_jump` fault
+    gain_position, gain_heading  share of a fix's deviation by which the pose is corrected (0..1); at 50 fixes
+                                 a second 0.15 averages noise over about 0.13 s
+    jump_m        a fix farther than this from the pose is an outlier
+    outliers_max  after this many outliers in a row the pose starts again there, with the fault `pose_jump`
     """
 
     origin: Origin
     gain_position: float = 0.15
     gain_heading: float = 0.1
     jump_m: float = 1.0
-    strays_max: int = 10
+    outliers_max: int = 10
     jump_shown_ns: int = 2_000_000_000
     age_ns_max: int = POSE_AGE_NS_MAX
     position_std_m_max: float = 1.0
@@ -59,16 +59,16 @@ class GnssLocalization(msgspec.Struct, frozen=True):
         self,
         state: LocalizationState,
         motion: VehicleMotion,
-        poses: tuple[GnssFix | ImuSample, ...],
+        navigation: tuple[GnssFix | ImuSample, ...],
         now_ns: int,
     ) -> tuple[Ego, LocalizationState]:
-        """The vehicle at `now_ns`. Fixes may be late: each is carried forward from its own stamp."""
-        fixes = [item for item in poses if isinstance(item, GnssFix) and _is_finite(item)]
-        samples = [item for item in poses if isinstance(item, ImuSample) and _is_finite(item)]
-        if len(fixes) + len(samples) < len(poses):
-            # Taken in once, a value that is no number would never leave the estimate again.
-            state = msgspec.structs.replace(state, senseless_ns=now_ns)
-        state = self._inertial(state, samples, fixes)
+        """The vehicle at `now_ns`. A fix may be late: it is extrapolated from its own stamp."""
+        fixes = [item for item in navigation if isinstance(item, GnssFix) and _is_finite(item)]
+        samples = [item for item in navigation if isinstance(item, ImuSample) and _is_finite(item)]
+        if len(fixes) + len(samples) < len(navigation):
+            # A value that is not finite would stay in the pose for ever.
+            state = msgspec.structs.replace(state, invalid_ns=now_ns)
+        state = self._with_inertial(state, samples, fixes)
         speed_mps = state.speed_mps
         if motion.stamp_ns > 0:
             speed_mps = motion.speed_mps
@@ -77,14 +77,14 @@ class GnssLocalization(msgspec.Struct, frozen=True):
         state = msgspec.structs.replace(
             state,
             stamp_ns=now_ns,
-            pose_map=_carried(state.pose_map, speed_mps, state.yaw_rate_radps, now_ns - state.stamp_ns),
+            pose_map=_dead_reckoned(state.pose_map, speed_mps, state.yaw_rate_radps, now_ns - state.stamp_ns),
             speed_mps=speed_mps,
         )
         for fix in fixes:
-            state = self._corrected(state, fix)
+            state = self._with_fix(state, fix)
         return self._ego(state, motion), state
 
-    def _inertial(
+    def _with_inertial(
         self, state: LocalizationState, samples: list[ImuSample], fixes: list[GnssFix]
     ) -> LocalizationState:
         yaw_rate_radps = fixes[-1].yaw_rate_radps if fixes else state.yaw_rate_radps
@@ -98,27 +98,32 @@ class GnssLocalization(msgspec.Struct, frozen=True):
             state, yaw_rate_radps=yaw_rate_radps, accel_mps2=accel_mps2, imu_stamp_ns=stamp_ns
         )
 
-    def _corrected(self, state: LocalizationState, fix: GnssFix) -> LocalizationState:
+    def _with_fix(self, state: LocalizationState, fix: GnssFix) -> LocalizationState:
         x_m, y_m = project(self.origin, fix.latitude_deg, fix.longitude_deg)
-        seen = Pose2(x_m, y_m, wrap_angle(fix.heading_rad))
-        measured = _carried(seen, state.speed_mps, state.yaw_rate_radps, state.stamp_ns - fix.stamp_ns)
-        fresh = {"fix_stamp_ns": max(fix.stamp_ns, state.fix_stamp_ns), "position_std_m": fix.position_std_m}
+        fix_pose = Pose2(x_m, y_m, wrap_angle(fix.heading_rad))
+        measured = _dead_reckoned(
+            fix_pose, state.speed_mps, state.yaw_rate_radps, state.stamp_ns - fix.stamp_ns
+        )
+        changes = {
+            "fix_stamp_ns": max(fix.stamp_ns, state.fix_stamp_ns),
+            "position_std_m": fix.position_std_m,
+        }
         if state.fix_stamp_ns == 0:
-            return msgspec.structs.replace(state, pose_map=measured, strays=0, **fresh)
+            return msgspec.structs.replace(state, pose_map=measured, outliers=0, **changes)
         pose = state.pose_map
         dx_m, dy_m = measured.x_m - pose.x_m, measured.y_m - pose.y_m
         if math.hypot(dx_m, dy_m) > self.jump_m + 3.0 * fix.position_std_m:
-            if state.strays + 1 < self.strays_max:
-                return msgspec.structs.replace(state, strays=state.strays + 1)
+            if state.outliers + 1 < self.outliers_max:
+                return msgspec.structs.replace(state, outliers=state.outliers + 1)
             return msgspec.structs.replace(
-                state, pose_map=measured, strays=0, jump_since_ns=state.stamp_ns, **fresh
+                state, pose_map=measured, outliers=0, jump_since_ns=state.stamp_ns, **changes
             )
-        pulled = Pose2(
+        corrected = Pose2(
             pose.x_m + self.gain_position * dx_m,
             pose.y_m + self.gain_position * dy_m,
             wrap_angle(pose.yaw_rad + self.gain_heading * wrap_angle(measured.yaw_rad - pose.yaw_rad)),
         )
-        return msgspec.structs.replace(state, pose_map=pulled, strays=0, **fresh)
+        return msgspec.structs.replace(state, pose_map=corrected, outliers=0, **changes)
 
     def _ego(self, state: LocalizationState, motion: VehicleMotion) -> Ego:
         faults = self._faults(state)
@@ -139,29 +144,28 @@ class GnssLocalization(msgspec.Struct, frozen=True):
         now_ns = state.stamp_ns
         if state.fix_stamp_ns == 0:
             return (Fault("pose_missing", "stop", 0),)
-        found: list[Fault] = []
+        faults: list[Fault] = []
         if now_ns - state.fix_stamp_ns > self.age_ns_max:
-            found.append(Fault("pose_stale", "stop", state.fix_stamp_ns))
+            faults.append(Fault("pose_stale", "stop", state.fix_stamp_ns))
         if not state.position_std_m <= self.position_std_m_max:
-            found.append(Fault("pose_poor", "stop", state.fix_stamp_ns))
+            faults.append(Fault("pose_poor", "stop", state.fix_stamp_ns))
         if state.jump_since_ns and now_ns - state.jump_since_ns < self.jump_shown_ns:
-            found.append(Fault("pose_jump", "stop", state.jump_since_ns))
-        if state.senseless_ns and now_ns - state.senseless_ns < self.jump_shown_ns:
-            found.append(Fault("pose_not_finite", "warning", state.senseless_ns))
-        return tuple(found)
+            faults.append(Fault("pose_jump", "stop", state.jump_since_ns))
+        if state.invalid_ns and now_ns - state.invalid_ns < self.jump_shown_ns:
+            faults.append(Fault("pose_not_finite", "warning", state.invalid_ns))
+        return tuple(faults)
 
 
 def _is_finite(item: GnssFix | ImuSample) -> bool:
-    """position_std_m apart: infinite says that there is no solution, and is looked at elsewhere."""
+    """Except position_std_m: an infinite one means that there is no solution, which `_faults` reports."""
     if isinstance(item, ImuSample):
-        values = (item.accel_mps2, item.yaw_rate_radps)
-        return all(map(math.isfinite, values))
-    place = (item.latitude_deg, item.longitude_deg, item.heading_rad, item.speed_mps, item.yaw_rate_radps)
-    return all(map(math.isfinite, place))
+        return math.isfinite(item.accel_mps2) and math.isfinite(item.yaw_rate_radps)
+    values = (item.latitude_deg, item.longitude_deg, item.heading_rad, item.speed_mps, item.yaw_rate_radps)
+    return all(map(math.isfinite, values))
 
 
-def _carried(pose: Pose2, speed_mps: float, yaw_rate_radps: float, dt_ns: int) -> Pose2:
-    """The pose after dt on an arc; midpoint rule."""
+def _dead_reckoned(pose: Pose2, speed_mps: float, yaw_rate_radps: float, dt_ns: int) -> Pose2:
+    """The pose after dt_ns on an arc; midpoint rule."""
     if dt_ns <= 0:
         return pose
     dt_s = min(dt_ns * 1e-9, 1.0)

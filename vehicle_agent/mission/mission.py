@@ -50,7 +50,7 @@ _FREE = MovementAuthority(math.inf, "")
 
 
 class Mission(msgspec.Struct, frozen=True):
-    """Orders, visits, doors, riders, sections and the seat button (docs/vehicle/onboard.md, mission)."""
+    """Orders, visits, doors, riders, sections and the seat button (docs/vehicle/mission.md)."""
 
     network: RoadNetwork
     rules: MissionRules = MissionRules()

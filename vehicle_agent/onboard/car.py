@@ -70,7 +70,7 @@ class WorldModel(Protocol[State]):
 
 class Mission(Protocol[State]):
     def initial(self, memory: MissionMemory | None = None) -> State:
-        """memory: what the mission knew before a crash (`mission.memory`); it then comes up held."""
+        """memory: the mission's memory before a crash (`mission.memory`)."""
         ...
 
     def step(
@@ -85,11 +85,11 @@ class Mission(Protocol[State]):
         now_ns: int,
     ) -> tuple[Task, State]: ...
     def events(self, state: State) -> tuple[VehicleEvent, ...]:
-        """What happened in the step that made this state."""
+        """Events of the step that returned this state."""
         ...
 
     def answers(self, state: State) -> tuple[OrderAccepted | OrderRejected, ...]:
-        """Answers to orders that came in the step that made this state."""
+        """Answers to orders, of the step that returned this state."""
         ...
 
 
@@ -99,7 +99,7 @@ class Planning(Protocol[State]):
         self, state: State, ego: Ego, world: World, task: Task, plans: tuple[PlanAnswer, ...]
     ) -> tuple[Path, State]: ...
     def jobs(self, state: State) -> tuple[PlanJob, ...]:
-        """What the motion planner shall work on after the step that made this state."""
+        """Jobs for the motion planner, of the step that returned this state."""
         ...
 
 
@@ -149,7 +149,7 @@ class Car:
 
 
 def initial_state(car: Car) -> OnboardState:
-    """Every room at boot."""
+    """The state of every room at boot."""
     return OnboardState(
         0,
         car.can.initial(),

@@ -1,4 +1,4 @@
-"""What the vehicle sees and means to do, made small enough for every report."""
+"""The driving view: planned path, tracks and areas, small enough for every status."""
 
 import msgspec
 import numpy as np
@@ -10,18 +10,18 @@ from vehicle_agent.signals import TRACK_KINDS, Flow, Outputs, Path, World
 PATH_POINTS_MAX = 30
 TRACKS_MAX = 30
 NEAR_M = 45.0
-# Where somebody is expected is told after each whole second, so far.
+# A track's predicted position is reported after these times.
 AHEAD_S = (1.0, 2.0, 3.0)
-MOVES_MPS = 0.2
+MOVING_MPS = 0.2
 
 
 def report_with_driving_view(outputs: Outputs) -> Status:
-    """The tick's report with the driving view, for those ticks whose report is sent or recorded."""
+    """The tick's status with the driving view, for ticks whose status is sent or recorded."""
     return msgspec.structs.replace(outputs.report, driving=driving_view(outputs.flow))
 
 
 def driving_view(flow: Flow) -> DrivingView:
-    """Rounded to centimetres; the nearest tracks within 45 m."""
+    """The driving view, rounded to centimetres; the nearest tracks within 45 m."""
     return DrivingView(
         limited_by=flow.path.limited_by,
         path=_path(flow.path),
@@ -42,17 +42,17 @@ def _tracks(world: World, pose_map: Pose2, yielded_to: frozenset[int]) -> tuple[
     tracks, predictions = world.tracks, world.predictions
     if not len(tracks.ids):
         return ()
-    away_m = np.hypot(tracks.poses_map[:, 0] - pose_map.x_m, tracks.poses_map[:, 1] - pose_map.y_m)
-    nearest = [i for i in np.argsort(away_m, kind="stable")[:TRACKS_MAX] if away_m[i] <= NEAR_M]
+    distances_m = np.hypot(tracks.poses_map[:, 0] - pose_map.x_m, tracks.poses_map[:, 1] - pose_map.y_m)
+    nearest = [i for i in np.argsort(distances_m, kind="stable")[:TRACKS_MAX] if distances_m[i] <= NEAR_M]
     speeds = np.hypot(tracks.velocities_map_mps[:, 0], tracks.velocities_map_mps[:, 1])
-    expected = len(predictions.poses_map) == len(tracks.ids)
+    has_predictions = len(predictions.poses_map) == len(tracks.ids)
     times = [int(np.searchsorted(predictions.times_s, t)) for t in AHEAD_S if t <= predictions.times_s[-1]]
-    found = []
+    reports = []
     for i in nearest:
         x_m, y_m, yaw_rad = (round(float(value), 2) for value in tracks.poses_map[i])
         length_m, width_m = (round(float(value), 2) for value in tracks.sizes_m[i])
-        goes = expected and speeds[i] > MOVES_MPS
-        found.append(
+        is_moving = has_predictions and speeds[i] > MOVING_MPS
+        reports.append(
             TrackReport(
                 track_id=int(tracks.ids[i]),
                 kind=TRACK_KINDS[tracks.kinds[i]],
@@ -62,24 +62,24 @@ def _tracks(world: World, pose_map: Pose2, yielded_to: frozenset[int]) -> tuple[
                 length_m=length_m,
                 width_m=width_m,
                 yielded_to=int(tracks.ids[i]) in yielded_to,
-                ahead=_flat(predictions.poses_map[i][times, :2]) if goes else (),
+                ahead=_flat(predictions.poses_map[i][times, :2]) if is_moving else (),
             )
         )
-    return tuple(found)
+    return tuple(reports)
 
 
 def _areas(world: World) -> tuple[AreaReport, ...]:
-    """Areas that the stack watches, and areas that a camera reports."""
+    """The areas that the stack watches and the areas that a camera reports."""
     tracked = {area.area_id: len(area.track_ids) for area in world.watched}
     cameras = {presence.area_id: presence for presence in world.presence}
-    found = []
+    reports = []
     for area_id in sorted(tracked.keys() | cameras.keys()):
         camera = cameras.get(area_id)
         count, age_s = -1, 0.0
         if camera is not None:
             count, age_s = camera.count, round((world.stamp_ns - camera.stamp_ns) * 1e-9, 2)
-        found.append(AreaReport(area_id, tracked.get(area_id, 0), count, age_s))
-    return tuple(found)
+        reports.append(AreaReport(area_id, tracked.get(area_id, 0), count, age_s))
+    return tuple(reports)
 
 
 def _flat(points: np.ndarray) -> tuple[float, ...]:

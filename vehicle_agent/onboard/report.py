@@ -1,4 +1,4 @@
-"""What the tick tells about itself: input ages for the guard, status for the server."""
+"""The ages of the guard's inputs, and the status for the server."""
 
 from contract.wire.messages import Status
 from vehicle_agent.signals import (
@@ -14,18 +14,18 @@ from vehicle_agent.signals import (
 )
 
 
-def ages(now_ns: int, motion: VehicleMotion, ego: Ego, seen: Detections, path: Path) -> Ages:
-    """How old the guard's inputs are; -1 for what has never come."""
+def ages(now_ns: int, motion: VehicleMotion, ego: Ego, detections: Detections, path: Path) -> Ages:
+    """The ages of the guard's inputs; -1 for an input that has never come."""
     return Ages(
         motion_ns=_age(now_ns, motion.stamp_ns),
         pose_ns=_age(now_ns, ego.fix_stamp_ns),
-        percept_ns=_age(now_ns, seen.stamp_ns),
+        percept_ns=_age(now_ns, detections.stamp_ns),
         path_ns=_age(now_ns, path.stamp_ns),
     )
 
 
 def _age(now_ns: int, stamp_ns: int) -> int:
-    # What arrives between the tick's stamp and its draining of the inbox is newer than the tick.
+    # An input that arrives between the tick's stamp and the draining of the inbox is newer than the tick.
     return max(0, now_ns - stamp_ns) if stamp_ns > 0 else -1
 
 
@@ -35,10 +35,10 @@ def status(
     motion: VehicleMotion,
     task: Task,
     path: Path,
-    verdict: GuardStatus,
-    says: HmiOutput,
+    guard_status: GuardStatus,
+    hmi_output: HmiOutput,
 ) -> Status:
-    """The vehicle's state for live views; the link fills in the session's epoch."""
+    """The vehicle's status; the link sets the session's epoch."""
     return Status(
         epoch=0,
         stamp_ns=now_ns,
@@ -46,7 +46,7 @@ def status(
         speed_mps=ego.speed_mps,
         accel_mps2=ego.accel_mps2,
         steer_rad=ego.steer_rad,
-        mode=verdict.mode,
+        mode=guard_status.mode,
         battery_ratio=motion.battery_ratio,
         doors_open=task.doors_open,
         lane_id=task.lane_id,
@@ -55,11 +55,11 @@ def status(
         revision=task.revision,
         visit_id=task.visit_id,
         aboard=task.aboard,
-        screen=says.screen,
-        spoken=says.announce,
+        screen=hmi_output.screen,
+        spoken=hmi_output.announce,
         obstacle_m=path.obstacle_m,
         waiting_for=task.waiting_for,
-        faults=tuple(fault_report(fault) for fault in verdict.faults),
-        hold_reason=verdict.reason,
-        hold_detail=verdict.detail,
+        faults=tuple(fault_report(fault) for fault in guard_status.faults),
+        hold_reason=guard_status.reason,
+        hold_detail=guard_status.detail,
     )

@@ -1,11 +1,11 @@
-"""What a vehicle remembers from one tick to the next: one field a room, nothing else."""
+"""The onboard state from one tick to the next: one field a room."""
 
 from typing import Any, TypeAlias
 
 import msgspec
 
-# A room's own struct, opaque to all others: the stack that is chosen at run time decides which struct it is.
-# Each room's protocol in `car.py` holds its implementation to one type of state.
+# A room's own struct, opaque to all others; the stack decides which struct it is. Each room's protocol in
+# `car.py` binds its implementation to one type of state.
 RoomState: TypeAlias = Any
 
 

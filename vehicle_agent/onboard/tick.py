@@ -1,4 +1,4 @@
-"""How one vehicle drives, top to bottom: the whole onboard loop, 50 times a second.
+"""The whole onboard loop, top to bottom, 50 times a second.
 
 Pure: the same state and inputs give the same state and outputs, live, in simulation and in replay.
 """
@@ -10,7 +10,7 @@ from vehicle_agent.signals import Flow, Inputs, Outputs
 
 
 def tick(state: OnboardState, inputs: Inputs, car: Car) -> tuple[OnboardState, Outputs]:
-    """One step of everything onboard. `car` is which room does what (`stacks/`), and never changes."""
+    """One step of all rooms. `car`: the rooms of a stack (`stacks/`), which never change."""
     now = inputs.stamp_ns
     motion, can = car.can.decode(state.can, inputs.frames, now)
     ego, loc = car.localization.step(state.localization, motion, inputs.navigation, now)

@@ -1,4 +1,4 @@
-"""Obstacle cells in the map frame, and what has just walked under the lidar's rays."""
+"""Obstacle cells in the map frame, with a memory for the lidar's blind zone."""
 
 import math
 
@@ -11,25 +11,27 @@ from vehicle_agent.signals import Detections, Ego, ObstaclePercept, Percept
 
 
 class CellsState(msgspec.Struct, frozen=True):
-    """What perception remembers: recent poses, the last answer, and cells that the lidar cannot see now.
+    """What perception remembers: recent poses, the last detections, and cells in the blind zone.
 
-    hidden_map (n, 2) and hidden_ns (n,): cells in the blind zone and when each was last seen
+    hidden_map (n, 2), hidden_ns (n,)  cells in the blind zone, and when each was last detected
     """
 
     poses: PoseHistory
-    seen: Detections
+    detections: Detections
     hidden_map: np.ndarray
     hidden_ns: np.ndarray
 
 
 class HeightMapPerception(msgspec.Struct, frozen=True):
-    """Moves percepts to the map frame with the pose that the vehicle had at the scan.
+    """Moves percepts to the map frame with the vehicle's pose at the scan.
 
-    A lidar on the roof does not see under its lowest ring: a person who steps close to the bumper vanishes
-    (GEM, section V). A cell last seen there is therefore kept for `memory_ns`.
+    A lidar on the roof does not see below its lowest ring: a person close to the bumper is not detected (GEM,
+    section V). A cell last detected there is therefore kept for `memory_ns`.
 
-    lidar_x_m, lidar_z_m, ring_rad_min  where the lidar sits, and its lowest ring
-    person_m                            the shortest person who must not be lost
+    lidar_x_m, lidar_z_m, ring_rad_min  position of the lidar, elevation of its lowest ring
+    person_m     height of the shortest person for whom the blind zone is computed
+    memory_m     a newer cell this near replaces a remembered one
+    history_ns   poses are kept this long, for percepts that arrive late
     """
 
     lidar_x_m: float
@@ -45,59 +47,61 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
     history_ns: int = 600_000_000
 
     def initial(self) -> CellsState:
-        nothing = np.empty((0, 2))
-        return CellsState((), Detections(0, nothing, False), nothing, np.empty(0, np.int64))
+        no_points = np.empty((0, 2))
+        return CellsState((), Detections(0, no_points, False), no_points, np.empty(0, np.int64))
 
     @property
     def blind_radius_m(self) -> float:
-        """Around the lidar, where a person of `person_m` is under the lowest ring."""
-        under_m = max(0.0, self.lidar_z_m - self.person_m)
-        return under_m / math.tan(-self.ring_rad_min) + self.blind_margin_m
+        """Radius around the lidar in which a person of `person_m` is below the lowest ring."""
+        below_m = max(0.0, self.lidar_z_m - self.person_m)
+        return below_m / math.tan(-self.ring_rad_min) + self.blind_margin_m
 
     def step(
         self, state: CellsState, percepts: tuple[Percept, ...], ego: Ego
     ) -> tuple[Detections, CellsState]:
-        """The obstacles known now: those of the newest scan, and those hidden since."""
+        """The obstacles now: the cells of the newest scan, and the remembered cells of the blind zone."""
         poses = (*state.poses, (ego.stamp_ns, ego.pose_map))
         oldest_ns = ego.stamp_ns - self.history_ns
         if poses[0][0] < oldest_ns:
             poses = tuple(entry for entry in poses if entry[0] >= oldest_ns)
         state = msgspec.structs.replace(state, poses=poses)
         scans = [percept for percept in percepts if isinstance(percept, ObstaclePercept)]
-        newer = [scan for scan in scans if scan.stamp_ns > state.seen.stamp_ns]
+        newer = [scan for scan in scans if scan.stamp_ns > state.detections.stamp_ns]
         if not newer:
-            return state.seen, state
+            return state.detections, state
         percept = max(newer, key=lambda item: item.stamp_ns)
         if percept.points_used == 0:
-            # Nothing was seen, so nothing known may be forgotten either.
-            seen = Detections(percept.stamp_ns, state.seen.points_map, True)
-            return seen, msgspec.structs.replace(state, seen=seen)
-        return self._sighted(state, percept)
+            # The scan shows nothing, so it cannot show that a known obstacle has gone.
+            detections = Detections(percept.stamp_ns, state.detections.points_map, True)
+            return detections, msgspec.structs.replace(state, detections=detections)
+        return self._with_scan(state, percept)
 
-    def _sighted(self, state: CellsState, percept: ObstaclePercept) -> tuple[Detections, CellsState]:
+    def _with_scan(self, state: CellsState, percept: ObstaclePercept) -> tuple[Detections, CellsState]:
         pose_map = pose_at(state.poses, percept.stamp_ns)
-        fresh_map = transform_points(pose_map, percept.cells_base)
-        fresh_ns = np.full(len(fresh_map), percept.stamp_ns, np.int64)
-        kept = self._kept(state, pose_map, fresh_map, percept.stamp_ns)
-        hidden_map: Array = np.vstack((state.hidden_map[kept], fresh_map))
-        hidden_ns = np.concatenate((state.hidden_ns[kept], fresh_ns))
-        points_map: Array = np.vstack((fresh_map, state.hidden_map[kept]))
-        near = self._in_blind_zone(transform_points(inverse(pose_map), hidden_map), 2.0 * self.blind_margin_m)
-        seen = Detections(percept.stamp_ns, points_map, False)
-        return seen, CellsState(state.poses, seen, hidden_map[near], hidden_ns[near])
+        new_map = transform_points(pose_map, percept.cells_base)
+        new_ns = np.full(len(new_map), percept.stamp_ns, np.int64)
+        remembered = self._still_hidden(state, pose_map, new_map, percept.stamp_ns)
+        hidden_map: Array = np.vstack((state.hidden_map[remembered], new_map))
+        hidden_ns = np.concatenate((state.hidden_ns[remembered], new_ns))
+        points_map: Array = np.vstack((new_map, state.hidden_map[remembered]))
+        in_zone = self._in_blind_zone(
+            transform_points(inverse(pose_map), hidden_map), 2.0 * self.blind_margin_m
+        )
+        detections = Detections(percept.stamp_ns, points_map, False)
+        return detections, CellsState(state.poses, detections, hidden_map[in_zone], hidden_ns[in_zone])
 
-    def _kept(self, state: CellsState, pose_map: Pose2, fresh_map: Array, now_ns: int) -> np.ndarray:
-        """(n,) which hidden cells still count: in the blind zone, not too old, and not seen again nearby."""
+    def _still_hidden(self, state: CellsState, pose_map: Pose2, new_map: Array, now_ns: int) -> np.ndarray:
+        """(n,) True for cells still in the blind zone, not too old, and without a newer cell nearby."""
         hidden_base = transform_points(inverse(pose_map), state.hidden_map)
-        kept = self._in_blind_zone(hidden_base, 0.0) & (now_ns - state.hidden_ns <= self.memory_ns)
-        if len(fresh_map) and kept.any():
-            apart = state.hidden_map[:, None, :] - fresh_map[None, :, :]
-            kept &= np.min(apart[..., 0] ** 2 + apart[..., 1] ** 2, axis=1) > self.memory_m**2
-        return kept
+        remembered = self._in_blind_zone(hidden_base, 0.0) & (now_ns - state.hidden_ns <= self.memory_ns)
+        if len(new_map) and remembered.any():
+            apart = state.hidden_map[:, None, :] - new_map[None, :, :]
+            remembered &= np.min(apart[..., 0] ** 2 + apart[..., 1] ** 2, axis=1) > self.memory_m**2
+        return remembered
 
     def _in_blind_zone(self, points_base: Array, margin_m: float) -> np.ndarray:
         x, y = points_base[:, 0], points_base[:, 1]
         radius_m = self.blind_radius_m + margin_m
-        under = (x - self.lidar_x_m) ** 2 + y**2 <= radius_m**2
+        below_ring = (x - self.lidar_x_m) ** 2 + y**2 <= radius_m**2
         inside = (-self.body_back_m <= x) & (x <= self.body_front_m) & (np.abs(y) <= self.body_half_width_m)
-        return under & ~inside
+        return below_ring & ~inside

@@ -1,4 +1,4 @@
-"""Where something stands above the ground, from one scan: the height map of GEM, section V."""
+"""Obstacle cells of one scan: the height map of GEM, section V."""
 
 from typing import NamedTuple
 
@@ -15,12 +15,13 @@ _BLOCK = 8
 class HeightMap(NamedTuple):
     """Parameters of the map; the vehicle's outline is in the base frame. A tuple, so that kernels take it.
 
-    cell_m, threshold_m  GEM: a cell whose returns differ by more than this in height is occupied
-    above_m              returns higher than this above the ground are over the shuttle
-    reach_*              what of the surroundings is mapped
-    rise_m               a lone low return this far above the ground around it stands on something: one ring
-                         is all that meets a person at 20 m, and then no two returns differ
+    cell_m, threshold_m  GEM: a cell whose returns differ by more than threshold_m in height is occupied
+    above_m, below_m     returns outside these heights are ignored
+    reach_*              extent of the map
+    rise_m               a cell with returns of one ring is occupied this far above the ground around it; a
+                         person at 20 m may be met by one ring only
     points_min           returns that an occupied cell needs, against dust and dropouts
+    body_margin_m        returns this near to the outline are the vehicle's own
     """
 
     cell_m: float = 0.25
@@ -78,15 +79,15 @@ def occupied_cells(points: np.ndarray, params: HeightMap) -> tuple[Array, Array,
         count[i, j] += 1
         lowest[i, j] = min(lowest[i, j], z)
         highest[i, j] = max(highest[i, j], z)
-    cells, heights = _standing(lowest, highest, count, min(rows * columns, used), params)
+    cells, heights = _obstacles(lowest, highest, count, min(rows * columns, used), params)
     return cells, heights, used
 
 
 @njit(cache=True)
-def _standing(
+def _obstacles(
     lowest: np.ndarray, highest: np.ndarray, count: np.ndarray, cells_max: int, params: HeightMap
 ) -> tuple[Array, Array]:
-    """((k, 2) centres, (k,) height differences) of the cells in which something stands."""
+    """((k, 2) centres, (k,) height differences) of the occupied cells."""
     rows, columns = lowest.shape
     ground = _ground(lowest)
     cells = np.empty((cells_max, 2))
@@ -98,7 +99,7 @@ def _standing(
                 continue
             height = highest[i, j] - lowest[i, j]
             if height <= params.threshold_m:
-                # Met by one ring only: compare with the ground that its neighbourhood shows.
+                # Returns of one ring only: compare with the ground around the cell.
                 height = highest[i, j] - ground[i // _BLOCK, j // _BLOCK]
                 if height <= params.rise_m:
                     continue
@@ -111,7 +112,7 @@ def _standing(
 
 @njit(cache=True)
 def _ground(lowest: np.ndarray) -> np.ndarray:
-    """The lowest return in each block of cells and the eight blocks around it."""
+    """(blocks, blocks) the lowest return in each block of cells and the eight blocks around it."""
     rows, columns = lowest.shape
     blocks = np.full((rows // _BLOCK + 1, columns // _BLOCK + 1), _EMPTY, np.float32)
     for i in range(rows):

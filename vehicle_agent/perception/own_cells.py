@@ -1,4 +1,4 @@
-"""Cells that belong to what is tracked: the track tells more of them than a memory does."""
+"""Cells that belong to a track: the track describes them better than a remembered cell."""
 
 import math
 
@@ -10,7 +10,7 @@ from contract.geometry import Array, BoolArray
 
 @njit(cache=True)
 def outside_tracks(points: Array, poses: Array, sizes: Array, margin_m: float) -> BoolArray:
-    """(n,) which of the (n, 2) places lie in no track's outline, poses (k, 3) of middles and sizes (k, 2)."""
+    """(n,) True for points (n, 2) outside every outline: poses (k, 3) of the centres, sizes (k, 2)."""
     outside = np.ones(points.shape[0], np.bool_)
     for k in range(poses.shape[0]):
         cos, sin = math.cos(poses[k, 2]), math.sin(poses[k, 2])

@@ -1,4 +1,4 @@
-"""Where the vehicle was when a scan was taken: percepts come later than the moment they speak of."""
+"""The vehicle's recent poses: a percept arrives later than its scan."""
 
 import itertools
 
@@ -9,7 +9,7 @@ PoseHistory = tuple[tuple[int, Pose2], ...]
 
 
 def pose_at(poses: tuple[tuple[int, Pose2], ...], stamp_ns: int) -> Pose2:
-    """The pose at a stamp, interpolated; the nearest one outside the remembered time."""
+    """The pose at a stamp, interpolated; outside the stored time the nearest one."""
     if stamp_ns <= poses[0][0]:
         return poses[0][1]
     for (before_ns, before), (after_ns, after) in itertools.pairwise(poses):

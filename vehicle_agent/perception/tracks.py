@@ -1,4 +1,4 @@
-"""Obstacle cells as in the GEM stack, and beside them tracks of everybody who moves."""
+"""Obstacle cells as in the GEM stack, and tracks of road users."""
 
 import msgspec
 
@@ -10,55 +10,60 @@ from vehicle_agent.signals import Detections, Ego, Percept, TrackPercept
 
 
 class TracksState(msgspec.Struct, frozen=True):
-    """What perception remembers: the cells' memory, the tracks', and what was told last."""
+    """The states of cells and tracker, and the last detections."""
 
-    sighting: CellsState
-    kept: TrackerState
-    seen: Detections
+    cells_state: CellsState
+    tracker_state: TrackerState
+    detections: Detections
 
 
 class TrackingPerception(msgspec.Struct, frozen=True):
-    """has_lidar False: nobody waits for cells, as in a simulation of tracks alone.
+    """Cells and tracks together.
 
-    own_margin_m: cells this near to a track are its own. Under the lidar's rays they are not remembered: who
-    is followed walks on, and would leave a ghost behind
+    has_lidar     False: tracks alone, as in a simulation without scans
+    own_margin_m  cells this near to a track's outline belong to it; they are not remembered in the blind
+                  zone, since the tracked person walks on and would leave a false obstacle
     """
 
     cells: HeightMapPerception
-    keeper: AlphaBetaTracker = AlphaBetaTracker()
+    tracker: AlphaBetaTracker = AlphaBetaTracker()
     has_lidar: bool = True
     own_margin_m: float = 0.5
 
     def initial(self) -> TracksState:
-        sighting = self.cells.initial()
-        return TracksState(sighting, TrackerState(), sighting.seen)
+        cells_state = self.cells.initial()
+        return TracksState(cells_state, TrackerState(), cells_state.detections)
 
     def step(
         self, state: TracksState, percepts: tuple[Percept, ...], ego: Ego
     ) -> tuple[Detections, TracksState]:
-        """As old as the older of its two sources; the same object while neither brings anything new."""
-        cells, sighting = self.cells.step(state.sighting, percepts, ego)
+        """The detections, with the stamp of the older source; the same object until either is newer."""
+        cells, cells_state = self.cells.step(state.cells_state, percepts, ego)
         newer = [
             percept
             for percept in percepts
-            if isinstance(percept, TrackPercept) and percept.stamp_ns > state.kept.tracks.stamp_ns
+            if isinstance(percept, TrackPercept) and percept.stamp_ns > state.tracker_state.tracks.stamp_ns
         ]
-        kept = state.kept
+        tracker_state = state.tracker_state
         for percept in sorted(newer, key=lambda item: item.stamp_ns):
-            kept = self.keeper.step(kept, percept, pose_at(sighting.poses, percept.stamp_ns))
-        if kept is state.kept and cells is state.sighting.seen:
-            return state.seen, msgspec.structs.replace(state, sighting=sighting)
-        if cells is not state.sighting.seen:
-            sighting = self._without_followed(sighting, kept)
-        stamp_ns = kept.tracks.stamp_ns
+            tracker_state = self.tracker.step(
+                tracker_state, percept, pose_at(cells_state.poses, percept.stamp_ns)
+            )
+        if tracker_state is state.tracker_state and cells is state.cells_state.detections:
+            return state.detections, msgspec.structs.replace(state, cells_state=cells_state)
+        if cells is not state.cells_state.detections:
+            cells_state = self._without_tracked_cells(cells_state, tracker_state)
+        stamp_ns = tracker_state.tracks.stamp_ns
         if self.has_lidar:
             stamp_ns = min(stamp_ns, cells.stamp_ns)
-        seen = Detections(stamp_ns, cells.points_map, cells.blind and self.has_lidar, kept.tracks)
-        return seen, TracksState(sighting, kept, seen)
+        detections = Detections(
+            stamp_ns, cells.points_map, cells.blind and self.has_lidar, tracker_state.tracks
+        )
+        return detections, TracksState(cells_state, tracker_state, detections)
 
-    def _without_followed(self, sighting: CellsState, kept: TrackerState) -> CellsState:
-        tracks = kept.tracks
-        others = outside_tracks(sighting.hidden_map, tracks.poses_map, tracks.sizes_m, self.own_margin_m)
+    def _without_tracked_cells(self, cells_state: CellsState, tracker_state: TrackerState) -> CellsState:
+        tracks = tracker_state.tracks
+        outside = outside_tracks(cells_state.hidden_map, tracks.poses_map, tracks.sizes_m, self.own_margin_m)
         return msgspec.structs.replace(
-            sighting, hidden_map=sighting.hidden_map[others], hidden_ns=sighting.hidden_ns[others]
+            cells_state, hidden_map=cells_state.hidden_map[outside], hidden_ns=cells_state.hidden_ns[outside]
         )

@@ -1,5 +1,4 @@
-"""The vehicle computer without its devices: state, tick and recorder. Live, virtual time and replay all
-drive this one object."""
+"""The vehicle computer without its devices: state, tick and recorder, for live, virtual time and replay."""
 
 from collections.abc import Sequence
 
@@ -12,12 +11,12 @@ from vehicle_agent.signals import InboxItem, LinkState, Outputs
 
 
 class VehicleComputer:
-    """entries: what the last tick left for the run log."""
+    """entries: the run-log entries of the last tick."""
 
     def __init__(
         self, car: Car, state: OnboardState, recorder: Recorder | None = None, utc_offset_ns: int = 0
     ) -> None:
-        """utc_offset_ns  UTC minus vehicle clock; replaced by the server's word once there is one."""
+        """utc_offset_ns  UTC minus vehicle clock; replaced by the server's offset once it is known."""
         self.state = state
         self.entries: list[RunLogEntry] = []
         self._car = car
@@ -25,8 +24,10 @@ class VehicleComputer:
         self._utc_offset_ns = utc_offset_ns
 
     def run_tick(self, items: Sequence[InboxItem], stamp_ns: int, late_ns: int = 0) -> Outputs:
-        """One tick with the drained inbox. An exception in it is a bug and is not caught: frames end, and
-        the gate brakes."""
+        """Runs one tick with the drained inbox.
+
+        An exception in it is a bug and is not caught: frames end, and the gate brakes.
+        """
         before = self.state
         self.state, outputs = tick(before, inputs_from(items, stamp_ns), self._car)
         for item in items:

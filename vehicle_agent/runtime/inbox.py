@@ -1,4 +1,4 @@
-"""Where everything that is not deterministic waits for the next tick."""
+"""The inbox: everything that is not deterministic, until the next tick."""
 
 from collections.abc import Sequence
 
@@ -24,8 +24,11 @@ from vehicle_agent.signals import (
 
 
 class Inbox:
-    """Collects items of any source; each source counts its own. Bounded: a flood drops the source's newest
-    items and counts them, so that one broken device cannot fill the memory."""
+    """Collects items of all sources; each source has its own sequence.
+
+    The bound is common to all sources. When it is reached, new items are dropped and counted, so that a
+    broken device cannot fill the memory.
+    """
 
     def __init__(self, items_max: int = 2000) -> None:
         self.dropped = 0
@@ -42,7 +45,7 @@ class Inbox:
         self._items.append(InboxItem(arrival_ns, source, sequence, body))
 
     def drain(self) -> tuple[InboxItem, ...]:
-        """Everything so far in (arrival, source, sequence) order."""
+        """All items in (arrival, source, sequence) order; the inbox is empty afterwards."""
         items = tuple(sorted(self._items, key=lambda item: (item.arrival_ns, item.source, item.sequence)))
         self._items.clear()
         return items

@@ -1,4 +1,4 @@
-"""Run a recorded segment again and compare: bit for bit, or the first tick, room and field that differ."""
+"""Runs a recorded segment again and compares bit for bit: the first tick, room and field that differ."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from vehicle_agent.runtime.recording.recorder import SIGNALS, FlowEncoder
 from vehicle_agent.runtime.recording.snapshot import decode_state
 from vehicle_agent.signals import InboxItem
 
-# Which room gives each recorded signal.
+# The room of each recorded signal.
 ROOM_OF = {
     "motion": "can",
     "ego": "localization",
@@ -40,9 +40,9 @@ BuildCar = Callable[[Profile, RoadMap], Car]
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """Where a replay left the recorded run. Values are as recorded and as computed now.
+    """The first difference between replay and recorded run, with both values.
 
-    room: whose output it is; signal: which one of the flow's
+    room: the room whose output differs; signal: the field of `Flow`
     """
 
     tick: int
@@ -61,7 +61,7 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class ReplayResult:
-    """cut_short: the segment ends in the middle of a record, as a kill leaves it; what was there was run."""
+    """cut_short: the segment ends within a record, as after a kill; the records before it were run."""
 
     ticks: int
     difference: Difference | None
@@ -74,9 +74,9 @@ def replay_segment(
     profile: Profile | None = None,
     progress: Callable[[int], None] = lambda _ticks: None,
 ) -> ReplayResult:
-    """Feed the segment's input tape to a new computer and compare every room's output of every tick.
+    """The result of feeding the segment's input tape to a new computer and comparing every output.
 
-    profile  another vehicle profile than the recorded one, to see where it would have driven differently
+    profile  another vehicle profile than the recorded one, to see where the vehicle would drive differently
     Raises RunLogError for a segment that cannot be read or is damaged.
     """
     segment = open_segment(path)
@@ -111,7 +111,7 @@ def replay_segment(
 
 
 def _first_difference(tick: int, recorded: msgspec.Raw, computed: msgspec.Raw) -> Difference:
-    """In flow order, then in the order of the signal's fields, descending into structs and lists."""
+    """The first difference in flow order, then in the order of the fields, within structs and lists too."""
     before: dict[str, Any] = msgspec.msgpack.decode(recorded)
     after: dict[str, Any] = msgspec.msgpack.decode(computed)
     for signal in SIGNALS:
@@ -138,5 +138,5 @@ def _differing(name: str, old: Any, new: Any) -> tuple[str, object, object] | No
 
 
 def _same(old: object, new: object) -> bool:
-    """Bit for bit: nan equals nan, 0.0 differs from -0.0 and 1 from 1.0."""
+    """True if equal bit for bit: nan equals nan, 0.0 differs from -0.0 and 1 from 1.0."""
     return type(old) is type(new) and msgspec.msgpack.encode(old) == msgspec.msgpack.encode(new)

@@ -1,7 +1,6 @@
-"""From a profile's `stack` to the rooms and the workers that drive it.
+"""The rooms and the planner for a profile's `stack`.
 
-A stack is imported where it is asked for: importing all of them is most of what a vehicle's process takes
-to start.
+A stack is imported only when it is selected: importing all of them is most of a process's start time.
 """
 
 from collections.abc import Callable
@@ -12,7 +11,7 @@ from vehicle_agent.onboard.car import Car
 from vehicle_agent.signals import PlanAnswer, PlanJob
 
 Planner = Callable[[PlanJob], PlanAnswer]
-# Stacks whose motion planner is a worker beside the tick.
+# Stacks with a motion planner beside the tick.
 PLANNING_STACKS = frozenset({"snow_lion"})
 
 
@@ -36,9 +35,9 @@ def build_car(profile: Profile, road_map: RoadMap) -> Car:
 
 
 def build_planner(profile: Profile, road_map: RoadMap) -> Planner | None:
-    """Answers the plan jobs of the profile's stack; None for a stack that plans within the tick.
+    """The motion planner of the profile's stack; None for a stack that plans within the tick.
 
-    Pure: equal jobs give equal answers, in whichever process and order they are asked.
+    Pure: equal jobs give equal answers, in any process and order.
     """
     if profile.stack != "snow_lion":
         return None

@@ -1,4 +1,4 @@
-"""The GEM stack: which implementation fills each room, and with which of the profile's parameters."""
+"""The GEM stack: the implementation of each room, with the profile's parameters."""
 
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
@@ -19,7 +19,7 @@ from vehicle_agent.world.surroundings import Surroundings
 
 
 def gem(profile: Profile, road_map: RoadMap) -> Car:
-    """A car that drives as in the GEM paper, on one map."""
+    """The rooms of the GEM paper's vehicle, on one map."""
     body = profile.body
     return Car(
         can=codec_of(profile),

@@ -1,4 +1,4 @@
-"""The NUS stack: which implementation fills each room, and with which of the profile's parameters."""
+"""The NUS stack: the implementation of each room, with the profile's parameters."""
 
 import msgspec
 
@@ -18,33 +18,33 @@ from vehicle_agent.planning.waypoint.waypoints import WaypointRules
 from vehicle_agent.stacks.gem import gem
 from vehicle_agent.stacks.rooms import cells, waypoint_control
 
-# The look-ahead of 3 m holds for no more than this.
+# The look-ahead of 3 m is sufficient up to this speed.
 SPEED_MPS_MAX = 2.0
 
 
 def nus(profile: Profile, road_map: RoadMap) -> Car:
-    """A car that drives as in the NUS paper, on one map; what the paper does not say is the GEM stack's.
+    """The rooms of the NUS paper's vehicle, on one map; what the paper leaves open is the GEM stack's.
 
-    Its laser and camera follow people: the guard knows how they move, the cost map where they are.
+    Laser and camera track people: the guard uses their velocities, the cost map their positions.
     """
-    others = gem(profile, road_map)
+    base = gem(profile, road_map)
     return Car(
-        can=others.can,
-        localization=others.localization,
+        can=base.can,
+        localization=base.localization,
         perception=TrackingPerception(cells(profile)),
-        world=others.world,
-        mission=others.mission,
+        world=base.world,
+        mission=base.mission,
         planning=planning(profile, road_map),
         control=pursuit_control(profile),
-        guard=others.guard,
-        hmi=others.hmi,
+        guard=base.guard,
+        hmi=base.hmi,
     )
 
 
 def planning(
     profile: Profile, road_map: RoadMap, crossings: CrossingRule = CrossingRule()
 ) -> CostMapPlanning:
-    """The cost map and its speeds within the profile's limits."""
+    """Cost-map planning within the profile's limits."""
     body, limits, driving = profile.body, profile.limits, profile.driving
     speed_mps = min(limits.speed_mps_max, SPEED_MPS_MAX)
     return CostMapPlanning(

@@ -1,4 +1,4 @@
-"""Rooms that several stacks share, each made of the profile's parameters."""
+"""Rooms that several stacks share, built from the profile."""
 
 import math
 
@@ -28,12 +28,12 @@ from vehicle_agent.planning.waypoint.waypoints import WaypointRules
 from vehicle_agent.signals.rates import TICK_NS
 
 _TICK_S = TICK_NS * 1e-9
-# What the guard chooses from before it brakes fully.
+# The guard's decelerations below full braking.
 _GUARD_BRAKES_MPS2 = (1.5, 2.5, 3.5, 4.5)
 
 
 def cells(profile: Profile) -> HeightMapPerception:
-    """The height map of the profile's lidar, without the vehicle's own body."""
+    """Obstacle cells for the profile's lidar and body."""
     body = profile.body
     return HeightMapPerception(
         lidar_x_m=profile.lidar.x_m,
@@ -46,13 +46,13 @@ def cells(profile: Profile) -> HeightMapPerception:
 
 
 def announcer(profile: Profile) -> Announcer:
-    """Screens and voice, about the vehicle's own outline."""
+    """Screens and announcements for the vehicle's outline."""
     body = profile.body
     return Announcer(Attention(front_m=body.front_overhang_m, half_width_m=0.5 * body.width_m))
 
 
 def mission_rules(profile: Profile) -> MissionRules:
-    """The body along the line, and comfort of unplanned stops."""
+    """The mission's rules for the vehicle's body and its comfortable deceleration."""
     body = profile.body
     return MissionRules(
         body=VehicleExtent(body.front_overhang_m, body.rear_overhang_m),
@@ -63,7 +63,7 @@ def mission_rules(profile: Profile) -> MissionRules:
 
 
 def waypoint_planning(profile: Profile) -> WaypointPlanning:
-    """Speeds within the profile's limits; the obstacle rule by the profile's preset."""
+    """Waypoint planning within the profile's limits; the obstacle rule by the profile's preset."""
     body, limits, driving = profile.body, profile.limits, profile.driving
     paper = driving.obstacles == "paper"
     return WaypointPlanning(
@@ -117,7 +117,7 @@ def waypoint_control(profile: Profile) -> WaypointControl:
 
 
 def guard(profile: Profile) -> Guard:
-    """The profile's limits, and the ages of `rates`; a vehicle without lidar waits for no scans."""
+    """The guard with the profile's limits and the ages of `rates`; without lidar it expects no scans."""
     body, limits = profile.body, profile.limits
     brakes = brake_map(profile)
     return Guard(
@@ -143,7 +143,7 @@ def guard(profile: Profile) -> Guard:
 
 
 def height_map(profile: Profile) -> HeightMap:
-    """For the worker that turns scans into percepts; what is higher than the shuttle does not matter."""
+    """The height map's parameters for the worker; higher returns than the vehicle are ignored."""
     body = profile.body
     return HeightMap(
         above_m=body.height_m + 0.1,
@@ -159,5 +159,5 @@ def brake_map(profile: Profile) -> BrakeMap:
 
 
 def steer_rad_max(profile: Profile) -> float:
-    """Front-wheel angle of the least turning circle."""
+    """Front-wheel angle of the smallest turning circle."""
     return math.atan(profile.body.wheelbase_m / profile.body.turn_radius_m_min)

@@ -1,4 +1,4 @@
-"""The Snow Lion stack: behaviour, Gaussian-process path, speed profile and MPC behind the same doors."""
+"""The Snow Lion stack: behaviour, Gaussian-process path, speed profile and MPC."""
 
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
@@ -20,12 +20,12 @@ from vehicle_agent.world.observed import ObservedWorld
 from vehicle_agent.world.surroundings import Surroundings
 from vehicle_agent.world.view import VisibilityParams
 
-# From a steering command's first move to the path's curvature: the plan may not bend faster than wheels turn.
+# Share of the steering rate that a plan may use: a path must not bend faster than the wheels turn.
 _STEER_SHARE = 0.85
 
 
 def snow_lion(profile: Profile, road_map: RoadMap) -> Car:
-    """A car that drives as in the Snow Lion paper, on one map."""
+    """The rooms of the Snow Lion paper's vehicle, on one map."""
     body, network = profile.body, RoadNetwork(road_map)
     half_m = 0.5 * body.width_m
     has_lidar = profile.lidar.rate_hz > 0.0
@@ -53,7 +53,7 @@ def snow_lion(profile: Profile, road_map: RoadMap) -> Car:
 
 
 def planner(profile: Profile) -> MotionPlanner:
-    """What answers the plan jobs of this car."""
+    """The motion planner that answers the plan jobs of this stack."""
     body, limits = profile.body, profile.limits
     rules = BehaviourRules(
         front_m=body.front_overhang_m,

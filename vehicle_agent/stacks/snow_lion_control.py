@@ -1,4 +1,4 @@
-"""The Snow Lion stack's control with the profile's vehicle in it."""
+"""The Snow Lion stack's control with the profile's parameters."""
 
 import math
 
@@ -15,10 +15,10 @@ from vehicle_agent.control.trajectory.trajectory_control import TrajectoryContro
 from vehicle_agent.signals.rates import TICK_NS
 
 _TICK_S = TICK_NS * 1e-9
-# Of the hardest braking: what control plans with. More is for emergencies.
+# Share of full braking that control uses; the rest is for emergencies.
 _PLANNED_BRAKING = 0.45
-# A wheel slower than this needs longer than two seconds to make an error good, and MPC must see it done: with
-# too short a horizon the rate bound makes it overshoot, further each time.
+# A slower steering needs more than two seconds to correct an error. The horizon must contain the correction:
+# with a shorter one the rate bound makes the MPC overshoot, more each time.
 _SLOW_WHEEL_RADPS = 0.2
 _STEP_S, _SLOW_STEP_S = 0.05, 0.1
 
@@ -35,7 +35,7 @@ def control(profile: Profile) -> TrajectoryControl:
                 decel_mps2_max=limits.decel_mps2_max * _PLANNED_BRAKING,
                 jerk_mps3_max=driving.jerk_mps3_max,
             ),
-            pedalling=PedalController(drivetrain=drivetrain, dt_s=_TICK_S),
+            pedal_controller=PedalController(drivetrain=drivetrain, dt_s=_TICK_S),
             decel_mps2_comfort=limits.decel_mps2_comfort,
             dt_s=_TICK_S,
         ),

@@ -1,4 +1,4 @@
-"""Compiles every kernel used onboard into numba's cache, so that no tick meets the compiler."""
+"""Calls every onboard kernel once, so that numba has compiled it before the first tick."""
 
 import msgspec
 import numpy as np
@@ -40,7 +40,7 @@ _TICKS = 60
 
 
 def warm_kernels() -> None:
-    """Drive a straight road for a moment: each kernel is called with the very types that a tick gives it."""
+    """Drives a straight road for a moment with each stack: each kernel is called with a tick's types."""
     warm_gem()
     warm_nus()
     warm_snow_lion()
@@ -61,23 +61,27 @@ def warm_snow_lion() -> None:
 
 
 def warm_tick(profile: Profile) -> None:
-    """In the tick's own process, before its first beat: a stack's first motion loads its kernels and solvers,
-    which was measured to take 56 to 69 ms, and the gate brakes for a tick that is silent so long."""
-    _drive(profile, _watched(straight_road()))
+    """Warms the profile's stack in the tick's process, before the first tick.
+
+    A stack's first motion loads its kernels and solvers. This took 56 to 69 ms, and the gate brakes for a
+    tick that is silent for so long.
+    """
+    _drive(profile, _with_observation_area(straight_road()))
     warm_guard(profile)
 
 
 def warm_guard(profile: Profile) -> None:
-    """The guard's kernels, which a vehicle needs only once it drives among others: by then it is too late to
-    load them."""
+    """Warms the guard's kernels, which a vehicle first needs when it drives among road users."""
     now_ns = TICK_NS
     avoidance = guard(profile).avoidance
     ego = Ego(now_ns, Pose2(0.0, 0.0, 0.0), 2.0, 0.0, 0.0, 0.0, 0.02, now_ns, True)
     motion = VehicleMotion(now_ns, 2.0, 0.0, 0.0, 0.0, True, False, True, 1.0)
-    told = _tracks(now_ns)
-    tracks = Tracks(now_ns, told.ids, told.kinds, told.poses_base, told.velocities_base_mps, told.sizes_m)
-    mates = (FleetVehicle(now_ns, "mate", Pose2(15.0, 0.0, 0.0), 0.0),)
-    world = World(now_ns, now_ns, np.array([[8.0, 0.0]]), mates, (), False, tracks)
+    percept = _tracks(now_ns)
+    tracks = Tracks(
+        now_ns, percept.ids, percept.kinds, percept.poses_base, percept.velocities_base_mps, percept.sizes_m
+    )
+    fleet_vehicles = (FleetVehicle(now_ns, "mate", Pose2(15.0, 0.0, 0.0), 0.0),)
+    world = World(now_ns, now_ns, np.array([[8.0, 0.0]]), fleet_vehicles, (), False, tracks)
     movers, obstacles = avoidance.road_users(world, ego)
     avoidance.brake_ratio(obstacles, ego, motion, 0.1, 2.0, False)
     avoidance.may_set_off(movers, obstacles, 0.1)
@@ -113,7 +117,7 @@ def _drive(profile: Profile, road_map: RoadMap) -> None:
 
 
 def _tracks(now_ns: int) -> TrackPercept:
-    """Somebody who walks, somebody who stands, a parked car and a cyclist."""
+    """A walking person, a standing person, a parked car and a cyclist."""
     return TrackPercept(
         now_ns,
         np.arange(4, dtype=np.int64),
@@ -125,7 +129,7 @@ def _tracks(now_ns: int) -> TrackPercept:
 
 
 def straight_road(length_m: float = 100.0) -> RoadMap:
-    """One straight lane to the east in two sections, without a way back."""
+    """A map of one straight lane to the east in two sections, without a way back."""
     points = tuple((float(x), 0.0) for x in range(round(length_m) + 1))
     lane = Lane("east", "road", points, 3.0, 3.0, False, ())
     half_m = 0.5 * length_m
@@ -135,7 +139,7 @@ def straight_road(length_m: float = 100.0) -> RoadMap:
     return decode_map(encode_map(road_map))
 
 
-def _watched(road_map: RoadMap) -> RoadMap:
+def _with_observation_area(road_map: RoadMap) -> RoadMap:
     outline = ((60.0, -2.0), (64.0, -2.0), (64.0, 2.0), (60.0, 2.0))
     area = ObservationArea("crossing", "crossing", outline, (("east", 59.0),))
     return decode_map(

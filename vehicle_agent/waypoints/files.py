@@ -25,11 +25,11 @@ _HEADER = ["latitude_deg", "longitude_deg", "speed_mps"]
 
 
 class WaypointFileError(Exception):
-    """The file holds no waypoints; the message says which line to mend."""
+    """The file has no usable waypoints; the message names the line."""
 
 
 def file_name(route: str, speed_mps: float) -> str:
-    """The name that tells the speed: `loop-3.0mps.csv`."""
+    """The file name with the speed: `loop-3.0mps.csv`."""
     return f"{route}-{speed_mps:.1f}mps.csv"
 
 
@@ -40,7 +40,7 @@ def write_recording(
     points = np.array([(waypoint.x_m, waypoint.y_m) for waypoint in recorded])
     allowed = np.array([curve_speed_mps(waypoint.radius_m) for waypoint in recorded])
     return [
-        _written(folder, route, speed_mps, points, np.minimum(allowed, speed_mps), origin)
+        _write(folder, route, speed_mps, points, np.minimum(allowed, speed_mps), origin)
         for speed_mps in speeds_mps
     ]
 
@@ -54,16 +54,16 @@ def write_route(
     rules: WaypointRules,
 ) -> list[Path]:
     """One file for each desired speed; each waypoint no faster than the road and its curve allow."""
-    written = []
+    paths = []
     for speed_mps in speeds_mps:
         waypoints = waypoints_from_line(
             line, msgspec.structs.replace(rules, speed_mps_max=speed_mps, overrun_m=0.0)
         )
-        written.append(_written(folder, route, speed_mps, waypoints.points_map, waypoints.speeds_mps, origin))
-    return written
+        paths.append(_write(folder, route, speed_mps, waypoints.points_map, waypoints.speeds_mps, origin))
+    return paths
 
 
-def _written(
+def _write(
     folder: Path, route: str, speed_mps: float, points_map: Array, speeds_mps: Array, origin: Origin
 ) -> Path:
     folder.mkdir(parents=True, exist_ok=True)

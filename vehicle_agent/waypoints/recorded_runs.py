@@ -1,4 +1,4 @@
-"""The waypoints of a run that was recorded while somebody, or the shuttle itself, drove the path."""
+"""The waypoints of a recorded run, driven by hand or by the shuttle."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,7 +13,7 @@ from vehicle_agent.waypoints.recorder import Waypoint, WaypointRecorder
 
 
 class _Localized(msgspec.Struct):
-    """What is needed of a tick's rooms."""
+    """The part of a tick's record that is read."""
 
     ego: Ego
 
@@ -21,18 +21,18 @@ class _Localized(msgspec.Struct):
 def recorded_waypoints(
     segments: Sequence[Path], spacing_m: float = 1.0
 ) -> tuple[tuple[Waypoint, ...], Origin]:
-    """A waypoint every spacing_m along the segments, which are taken in the given order, and their frame.
+    """(a waypoint every spacing_m along the segments, in the given order; the origin of their frame).
 
-    Raises RunLogError: for a segment that cannot be read, and `other_map` where the frames differ.
+    Raises RunLogError for a segment that cannot be read, and `other_map` if the origins differ.
     """
     recorder = WaypointRecorder(spacing_m)
     decoder = msgspec.msgpack.Decoder(_Localized)
     origin: Origin | None = None
     for path in segments:
-        there = decode_map(open_segment(path).road_map).origin
-        if origin is not None and there != origin:
+        segment_origin = decode_map(open_segment(path).road_map).origin
+        if origin is not None and segment_origin != origin:
             raise RunLogError("other_map", f"{path} was recorded on a map with another origin")
-        origin = there
+        origin = segment_origin
         for record in ticks(path):
             recorder.observe(decoder.decode(record.rooms).ego)
     if origin is None:

@@ -1,4 +1,4 @@
-"""Recording waypoints while somebody drives the path (GEM, section IV)."""
+"""Records waypoints during a drive (GEM, section IV)."""
 
 import math
 
@@ -11,7 +11,7 @@ _NO_TURN_RADPS = 1e-3
 
 
 class Waypoint(msgspec.Struct, frozen=True):
-    """A place that was driven over, map frame; speed_mps is the driver's, radius_m the curve's."""
+    """A place on the driven path, map frame; speed_mps is the driver's, radius_m the curve's."""
 
     x_m: float
     y_m: float
@@ -20,7 +20,7 @@ class Waypoint(msgspec.Struct, frozen=True):
 
 
 class WaypointRecorder:
-    """Keeps a waypoint every `spacing_m`. A position that is not valid is not recorded."""
+    """Records a waypoint every `spacing_m`; poses that are not valid are skipped."""
 
     def __init__(self, spacing_m: float = 1.0) -> None:
         if spacing_m <= 0.0:
@@ -30,7 +30,7 @@ class WaypointRecorder:
         self.waypoints: list[Waypoint] = []
 
     def observe(self, ego: Ego) -> None:
-        """Call in every tick while driving."""
+        """Takes the pose of a tick."""
         if not ego.valid:
             return
         pose = ego.pose_map

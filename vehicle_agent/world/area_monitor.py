@@ -1,5 +1,5 @@
-"""Who is in an observation area, and likely to cross what lies before us (Snow Lion, unprotected
-intersections; NUS, infrastructure sensors)."""
+"""Road users in observation areas, who may cross the way ahead (Snow Lion, unprotected intersections; NUS,
+infrastructure sensors)."""
 
 import math
 
@@ -14,8 +14,8 @@ from vehicle_agent.signals import PedestrianPresence, Predictions, Tracks, Watch
 
 class AreaMonitor(msgspec.Struct, frozen=True):
     """near_m    areas nearer to the vehicle than this are watched
-    soon_s      who comes into the area within this time counts
-    moving_mps  who stands is an obstacle, no crossing traffic
+    soon_s      a road user who is predicted to enter the area within this time counts
+    moving_mps  a slower road user is an obstacle, not crossing traffic
     """
 
     near_m: float = 45.0
@@ -31,29 +31,29 @@ class AreaMonitor(msgspec.Struct, frozen=True):
         predictions: Predictions,
         presence: tuple[PedestrianPresence, ...],
     ) -> tuple[WatchedArea, ...]:
-        """Every area near the vehicle, in map order; outlines (n, 2) each, in the areas' order."""
-        reported = {word.area_id for word in presence if word.count > 0}
-        soon = [0]
+        """The areas near the vehicle, in map order; outlines: (n, 2) each, in the order of `areas`."""
+        reported = {report.area_id for report in presence if report.count > 0}
+        steps = [0]
         if len(predictions.times_s) > 1:
-            soon = [int(i) for i in np.flatnonzero(predictions.times_s <= self.soon_s)[::2]]
+            steps = [int(i) for i in np.flatnonzero(predictions.times_s <= self.soon_s)[::2]]
         speeds = np.hypot(tracks.velocities_map_mps[:, 0], tracks.velocities_map_mps[:, 1])
-        found = []
+        watched_areas = []
         for area, outline in zip(areas, outlines, strict=True):
-            low, high = outline.min(axis=0), outline.max(axis=0)
-            off_x = max(low[0] - pose_map.x_m, 0.0, pose_map.x_m - high[0])
-            off_y = max(low[1] - pose_map.y_m, 0.0, pose_map.y_m - high[1])
-            if math.hypot(off_x, off_y) > self.near_m:
+            lower, upper = outline.min(axis=0), outline.max(axis=0)
+            dx_m = max(lower[0] - pose_map.x_m, 0.0, pose_map.x_m - upper[0])
+            dy_m = max(lower[1] - pose_map.y_m, 0.0, pose_map.y_m - upper[1])
+            if math.hypot(dx_m, dy_m) > self.near_m:
                 continue
-            comes = np.zeros(len(tracks.ids), np.bool_)
-            for i in soon:
-                places = np.ascontiguousarray(predictions.poses_map[:, i, :2])
-                comes |= inside(outline, places)
-            comes &= speeds >= self.moving_mps
-            ids = tuple(int(number) for number in tracks.ids[comes])
-            found.append(WatchedArea(area.area_id, ids, area.area_id in reported))
-        return tuple(found)
+            is_coming = np.zeros(len(tracks.ids), np.bool_)
+            for i in steps:
+                points = np.ascontiguousarray(predictions.poses_map[:, i, :2])
+                is_coming |= inside(outline, points)
+            is_coming &= speeds >= self.moving_mps
+            ids = tuple(int(number) for number in tracks.ids[is_coming])
+            watched_areas.append(WatchedArea(area.area_id, ids, area.area_id in reported))
+        return tuple(watched_areas)
 
 
 def outlines_of(areas: tuple[ObservationArea, ...]) -> tuple[Array, ...]:
-    """Each area's corners as an array."""
+    """Each area's corners, (n, 2)."""
     return tuple(outline_array(area) for area in areas)

@@ -1,4 +1,4 @@
-"""The Snow Lion stack's world: the GEM stack's, and who moves where, and what cannot be seen."""
+"""The Snow Lion stack's world: the GEM stack's, with predictions, the view, areas and occupied stops."""
 
 import math
 
@@ -28,19 +28,19 @@ from vehicle_agent.world.prediction import Predictor
 from vehicle_agent.world.surroundings import Surroundings, SurroundingsState
 from vehicle_agent.world.view import VisibilityParams, points_on_walls
 
-# Fleet mates that no sensor sees take part as tracks too; their ids count down from here.
-MATES_FROM = -1
-_MATE_IS_SEEN_M = 2.5
-_STANDS_MPS = 0.5
-# Nobody whose middle is farther from it can stand on a stop.
+# Fleet vehicles that no sensor detects become tracks; their ids count down from here.
+FLEET_TRACK_ID_FROM = -1
+_SAME_VEHICLE_M = 2.5
+_STANDING_MPS = 0.5
+# A vehicle whose centre is farther from a stop cannot stand on it.
 _STOP_NEAR_M = 15.0
 
 
 class ObservedWorldState(msgspec.Struct, frozen=True):
-    """What the world remembers: what was heard, and what was made of the last scan."""
+    """What the world remembers: the surroundings, and what was computed from the last scan."""
 
-    heard: SurroundingsState
-    made_ns: int = 0
+    surroundings: SurroundingsState
+    computed_ns: int = 0
     points_map: np.ndarray = msgspec.field(default_factory=lambda: np.empty((0, 2)))
     tracks: Tracks | None = None
     predictions: Predictions = NO_PREDICTIONS
@@ -50,27 +50,28 @@ class ObservedWorldState(msgspec.Struct, frozen=True):
 
 
 class ObservedWorld:
-    """Built once for a map. track_margin_m: cells this near to a track are the track.
+    """Built once for a map.
 
-    walls_from_map: a vehicle without lidar takes the walls near it from the map
+    track_margin_m  cells this near to a track's outline belong to the track
+    walls_from_map  a vehicle without lidar takes the walls near it from the map
     """
 
     def __init__(
         self,
         network: RoadNetwork,
         surroundings: Surroundings,
-        sight: VisibilityParams,
+        visibility: VisibilityParams,
         predictor: Predictor | None = None,
         track_margin_m: float = 0.35,
-        area_watch: AreaMonitor | None = None,
+        area_monitor: AreaMonitor | None = None,
         walls_from_map: bool = False,
     ) -> None:
         self._network = network
         self._surroundings = surroundings
-        self._sight = sight
+        self._visibility = visibility
         self._predictor = predictor or Predictor()
         self._track_margin_m = track_margin_m
-        self._area_watch = area_watch or AreaMonitor()
+        self._area_monitor = area_monitor or AreaMonitor()
         self._areas = network.road_map.observation_areas
         self._outlines = outlines_of(self._areas)
         self._walls_from_map = walls_from_map
@@ -86,19 +87,21 @@ class ObservedWorld:
         self,
         state: ObservedWorldState,
         ego: Ego,
-        seen: Detections,
+        detections: Detections,
         infrastructure: tuple[Infrastructure, ...],
         now_ns: int,
     ) -> tuple[World, ObservedWorldState]:
-        """Predictions are made once for each scan and stamped with it; mates are carried to now_ns."""
-        plain, heard = self._surroundings.step(state.heard, ego, seen, infrastructure, now_ns)
-        state = msgspec.structs.replace(state, heard=heard)
-        newest_ns = max(seen.stamp_ns, seen.tracks.stamp_ns)
-        if state.tracks is None or newest_ns != state.made_ns:
-            state = self._made(state, ego, seen, plain, newest_ns)
+        """The world now. Predictions are made once a scan; fleet vehicles are extrapolated to now_ns."""
+        basic, surroundings = self._surroundings.step(
+            state.surroundings, ego, detections, infrastructure, now_ns
+        )
+        state = msgspec.structs.replace(state, surroundings=surroundings)
+        newest_ns = max(detections.stamp_ns, detections.tracks.stamp_ns)
+        if state.tracks is None or newest_ns != state.computed_ns:
+            state = self._computed(state, ego, detections, basic, newest_ns)
         assert state.tracks is not None
         world = msgspec.structs.replace(
-            plain,
+            basic,
             points_map=state.points_map,
             tracks=state.tracks,
             predictions=state.predictions,
@@ -108,15 +111,17 @@ class ObservedWorld:
         )
         return world, state
 
-    def _made(
-        self, state: ObservedWorldState, ego: Ego, seen: Detections, plain: World, newest_ns: int
+    def _computed(
+        self, state: ObservedWorldState, ego: Ego, detections: Detections, basic: World, newest_ns: int
     ) -> ObservedWorldState:
-        tracks = _with_mates(seen.tracks, plain.fleet_vehicles, self._surroundings)
-        solid = plain.points_map
+        tracks = _with_fleet_vehicles(detections.tracks, basic.fleet_vehicles, self._surroundings)
+        obstacles = basic.points_map
         if self._walls_from_map:
-            solid = np.vstack((solid, points_on_walls(self._edges, ego.pose_map, self._sight.range_m)))
+            obstacles = np.vstack(
+                (obstacles, points_on_walls(self._edges, ego.pose_map, self._visibility.range_m))
+            )
         points = without_tracks(
-            solid,
+            obstacles,
             tracks.poses_map,
             tracks.sizes_m,
             self._track_margin_m,
@@ -125,58 +130,60 @@ class ObservedWorld:
         predictions = self._predictor.predictions(tracks, self._network)
         return msgspec.structs.replace(
             state,
-            made_ns=newest_ns,
+            computed_ns=newest_ns,
             points_map=points,
             tracks=tracks,
             predictions=predictions,
-            watched=self._area_watch.watched(
-                self._areas, self._outlines, ego.pose_map, tracks, predictions, plain.presence
+            watched=self._area_monitor.watched(
+                self._areas, self._outlines, ego.pose_map, tracks, predictions, basic.presence
             ),
-            view=self._sight.view(ego.pose_map, points, tracks, self._edges),
-            occupied_stops=self._taken(tracks, ego.pose_map),
+            view=self._visibility.view(ego.pose_map, points, tracks, self._edges),
+            occupied_stops=self._occupied_stops(tracks, ego.pose_map),
         )
 
-    def _taken(self, tracks: Tracks, pose_map: Pose2) -> tuple[str, ...]:
-        """Stops in sight where another vehicle stands in the place that this one would take."""
+    def _occupied_stops(self, tracks: Tracks, pose_map: Pose2) -> tuple[str, ...]:
+        """Ids of the stops in range where another vehicle stands in this vehicle's outline at the stop."""
         standing = (tracks.kinds == VEHICLE) & (
-            np.abs(tracks.velocities_map_mps).max(axis=1, initial=0.0) < _STANDS_MPS
+            np.abs(tracks.velocities_map_mps).max(axis=1, initial=0.0) < _STANDING_MPS
         )
         poses, sizes = tracks.poses_map[standing], tracks.sizes_m[standing]
-        taken = []
+        occupied = []
         for stop_id, (x_m, y_m, yaw_rad) in zip(self._stop_ids, self._stop_poses, strict=True):
-            if math.hypot(x_m - pose_map.x_m, y_m - pose_map.y_m) > self._sight.range_m:
+            if math.hypot(x_m - pose_map.x_m, y_m - pose_map.y_m) > self._visibility.range_m:
                 continue
             near = np.hypot(poses[:, 0] - x_m, poses[:, 1] - y_m) < _STOP_NEAR_M
             docked = Pose2(float(x_m), float(y_m), float(yaw_rad))
-            if any(self._is_on(docked, *one) for one in zip(poses[near], sizes[near], strict=True)):
-                taken.append(stop_id)
-        return tuple(taken)
+            if any(self._is_on_stop(docked, *row) for row in zip(poses[near], sizes[near], strict=True)):
+                occupied.append(stop_id)
+        return tuple(occupied)
 
-    def _is_on(self, docked: Pose2, pose: Array, size: Array) -> bool:
-        """Does a place of the outline, at each half metre or closer, lie in this vehicle's own, docked?"""
+    def _is_on_stop(self, docked: Pose2, pose: Array, size: Array) -> bool:
+        """True if a point of the other outline, every 0.5 m or closer, lies in this vehicle's, docked."""
         along = np.linspace(-0.5, 0.5, 2 + int(size[0] / 0.5)) * size[0]
         across = np.linspace(-0.5, 0.5, 2 + int(size[1] / 0.5)) * size[1]
-        own = np.column_stack([grid.ravel() for grid in np.meshgrid(along, across)])
-        outline = transform_points(Pose2(float(pose[0]), float(pose[1]), float(pose[2])), own)
-        places = transform_points(inverse(docked), outline)
+        grid = np.column_stack([axis.ravel() for axis in np.meshgrid(along, across)])
+        outline = transform_points(Pose2(float(pose[0]), float(pose[1]), float(pose[2])), grid)
+        points_docked = transform_points(inverse(docked), outline)
         body = self._surroundings
-        inside = (places[:, 0] >= -body.body_back_m) & (places[:, 0] <= body.body_front_m)
-        return bool((inside & (np.abs(places[:, 1]) <= body.body_half_width_m)).any())
+        inside = (points_docked[:, 0] >= -body.body_back_m) & (points_docked[:, 0] <= body.body_front_m)
+        return bool((inside & (np.abs(points_docked[:, 1]) <= body.body_half_width_m)).any())
 
 
-def _with_mates(tracks: Tracks, mates: tuple[FleetVehicle, ...], body: Surroundings) -> Tracks:
-    """The tracks, and those fleet mates that none of them is."""
+def _with_fleet_vehicles(
+    tracks: Tracks, fleet_vehicles: tuple[FleetVehicle, ...], body: Surroundings
+) -> Tracks:
+    """The tracks, and the fleet vehicles that none of them represents."""
     length_m, width_m = body.body_front_m + body.body_back_m, 2.0 * body.body_half_width_m
     forward_m = 0.5 * (body.body_front_m - body.body_back_m)
     rows = []
-    for number, mate in enumerate(mates):
-        pose, speed = mate.pose_map, mate.speed_mps
+    for number, vehicle in enumerate(fleet_vehicles):
+        pose, speed = vehicle.pose_map, vehicle.speed_mps
         cos, sin = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
         x_m, y_m = pose.x_m + forward_m * cos, pose.y_m + forward_m * sin
-        apart = np.hypot(tracks.poses_map[:, 0] - x_m, tracks.poses_map[:, 1] - y_m)
-        if len(apart) and apart.min() < _MATE_IS_SEEN_M:
+        distances_m = np.hypot(tracks.poses_map[:, 0] - x_m, tracks.poses_map[:, 1] - y_m)
+        if len(distances_m) and distances_m.min() < _SAME_VEHICLE_M:
             continue
-        rows.append((MATES_FROM - number, x_m, y_m, pose.yaw_rad, speed * cos, speed * sin))
+        rows.append((FLEET_TRACK_ID_FROM - number, x_m, y_m, pose.yaw_rad, speed * cos, speed * sin))
     if not rows:
         return tracks
     table = np.array(rows)
@@ -192,9 +199,10 @@ def _with_mates(tracks: Tracks, mates: tuple[FleetVehicle, ...], body: Surroundi
 
 @njit(cache=True)
 def without_tracks(points: Array, poses: Array, sizes: Array, margin_m: float, velocities: Array) -> Array:
-    """(m, 2) those of the (n, 2) points that belong to no track: outside every outline and its margin.
+    """(m, 2) the points (n, 2) outside every track's outline and its margin.
 
-    A moving track has a longer margin along its way: scan and track are not of one moment.
+    poses (k, 3) of the centres, sizes (k, 2), velocities (k, 2). The margin of a moving track is longer along
+    its way, since scan and track are not from the same moment.
     """
     keep = np.ones(points.shape[0], np.bool_)
     for k in range(poses.shape[0]):

@@ -1,7 +1,7 @@
-"""Where everybody will be: people go straight on, vehicles keep to their lanes (Snow Lion, lessons learned).
+"""Predicted poses of road users: people straight on, vehicles along their lanes (Snow Lion, lessons learned).
 
-The paper found a constant velocity model and lane keeping enough for stable driving in shared space; what is
-uncertain is said by a deviation that grows with time.
+The paper found a constant velocity model and lane keeping sufficient for stable driving in shared space. A
+standard deviation that grows with time describes the uncertainty.
 """
 
 import math
@@ -20,15 +20,15 @@ _LANE_ANGLE_RAD = 0.5
 
 class Predictor(msgspec.Struct, frozen=True):
     """horizon_s, step_s      of the predicted times
-    place_std_m              of a track's place now
-    person_std_mps, vehicle_std_mps  how the deviation grows; it ends at std_m_max
-    still_mps                who is slower stands: the rest is the tracker's noise
-    lane_m                   a vehicle this near to a lane's line, and along it, keeps to the lane
+    position_std_m           standard deviation of a track's position now
+    person_std_mps, vehicle_std_mps  its growth; it ends at std_m_max
+    still_mps                a slower track stands: its velocity is the tracker's noise
+    lane_m, lane_mps_min     a vehicle this near to a lane's line, faster than this and along it, keeps to it
     """
 
     horizon_s: float = 9.0
     step_s: float = 0.25
-    place_std_m: float = 0.1
+    position_std_m: float = 0.1
     person_std_mps: float = 0.2
     vehicle_std_mps: float = 0.35
     std_m_max: float = 1.5
@@ -37,7 +37,7 @@ class Predictor(msgspec.Struct, frozen=True):
     lane_mps_min: float = 1.0
 
     def predictions(self, tracks: Tracks, network: RoadNetwork) -> Predictions:
-        """One row a track, in the tracks' order."""
+        """The predictions, in the tracks' order."""
         times_s: Array = np.arange(round(self.horizon_s / self.step_s) + 1, dtype=np.float64) * self.step_s
         speeds = np.hypot(tracks.velocities_map_mps[:, 0], tracks.velocities_map_mps[:, 1])
         still = speeds < self.still_mps
@@ -45,9 +45,9 @@ class Predictor(msgspec.Struct, frozen=True):
         for i in range(len(tracks.ids)):
             if tracks.kinds[i] in _LANE_KINDS:
                 self._keep_lane(poses[i], tracks.velocities_map_mps[i], times_s, network)
-        grows = np.where(tracks.kinds == PEDESTRIAN, self.person_std_mps, self.vehicle_std_mps)
-        grows = np.where(still, 0.5 * grows, grows)
-        sigmas = np.minimum(self.place_std_m + grows[:, None] * times_s, self.std_m_max)
+        growth_mps = np.where(tracks.kinds == PEDESTRIAN, self.person_std_mps, self.vehicle_std_mps)
+        growth_mps = np.where(still, 0.5 * growth_mps, growth_mps)
+        sigmas = np.minimum(self.position_std_m + growth_mps[:, None] * times_s, self.std_m_max)
         return Predictions(tracks.stamp_ns, times_s, poses, sigmas)
 
     def _keep_lane(self, poses: Array, velocity_mps: Array, times_s: Array, network: RoadNetwork) -> None:
@@ -56,19 +56,19 @@ class Predictor(msgspec.Struct, frozen=True):
             return
         x_m, y_m = float(poses[0, 0]), float(poses[0, 1])
         course_rad = math.atan2(velocity_mps[1], velocity_mps[0])
-        found = network.locate(x_m, y_m, course_rad)
-        if found is None or abs(found[2]) > self.lane_m:
+        located = network.locate(x_m, y_m, course_rad)
+        if located is None or abs(located[2]) > self.lane_m:
             return
-        lane_id, s_m, d_m = found
+        lane_id, s_m, d_m = located
         _, _, lane_yaw_rad = network.pose(lane_id, s_m)
         if math.cos(course_rad - lane_yaw_rad) < math.cos(_LANE_ANGLE_RAD):
             return
-        points, s = _way_ahead(network, lane_id, s_m + speed_mps * float(times_s[-1]))
+        points, s = _lane_ahead(network, lane_id, s_m + speed_mps * float(times_s[-1]))
         along_lane(points, s, s_m, d_m, speed_mps, times_s, poses)
 
 
-def _way_ahead(network: RoadNetwork, lane_id: str, until_m: float) -> tuple[Array, Array]:
-    """The lane and those that follow it, at every fork the straightest, until_m from the lane's start."""
+def _lane_ahead(network: RoadNetwork, lane_id: str, until_m: float) -> tuple[Array, Array]:
+    """((n, 2), (n,)) points of the lane and the straightest lanes after it, to until_m from its start."""
     pieces, offsets, length_m = [network.lines[lane_id].points], [network.lines[lane_id].s], 0.0
     length_m = network.lines[lane_id].length_m
     while length_m < until_m:
@@ -91,7 +91,7 @@ def _bend_rad(network: RoadNetwork, lane_id: str) -> float:
 
 @njit(cache=True)
 def straight_on(poses: Array, velocities: Array, times: Array) -> Array:
-    """(n, k, 3) poses (n, 3) carried along their velocities (n, 2) to each of the times (k,)."""
+    """(n, k, 3) poses (n, 3) extrapolated at their velocities (n, 2) to each of the times (k,)."""
     n, k = poses.shape[0], times.shape[0]
     out = np.empty((n, k, 3))
     for i in range(n):
@@ -106,7 +106,7 @@ def straight_on(poses: Array, velocities: Array, times: Array) -> Array:
 def along_lane(
     points: Array, s: Array, s_m: float, d_m: float, speed_mps: float, times: Array, out: Array
 ) -> None:
-    """Fill out (k, 3) with the way along a line at an even speed, d_m to its left; straight on beyond it."""
+    """Fills out (k, 3) with poses along a line at constant speed, d_m to its left; straight on beyond it."""
     end = s[-1]
     for j in range(times.shape[0]):
         at = s_m + speed_mps * times[j]

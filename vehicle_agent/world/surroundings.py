@@ -1,4 +1,4 @@
-"""What the vehicle must respect: obstacles that are no fleet mates, and the fleet mates themselves."""
+"""Obstacles that are not fleet vehicles, and the fleet vehicles themselves."""
 
 import math
 
@@ -18,25 +18,25 @@ from vehicle_agent.signals.rates import FLEET_VEHICLE_AGE_NS_MAX, PRESENCE_AGE_N
 
 
 class SurroundingsState(msgspec.Struct, frozen=True):
-    """What the world model remembers: the latest word on each fleet mate and crossing, and its last sorting.
+    """What the world model remembers: the latest report of each fleet vehicle and observation area.
 
-    sorted_points  the obstacles of `sorted_ns` without those that are a fleet mate
+    filtered_points  the obstacle cells of `filtered_ns` that do not belong to a fleet vehicle
     """
 
-    others: tuple[FleetVehicle, ...]
+    fleet_vehicles: tuple[FleetVehicle, ...]
     presence: tuple[PedestrianPresence, ...]
-    sorted_ns: int
-    sorted_points: np.ndarray
+    filtered_ns: int
+    filtered_points: np.ndarray
 
 
 class Surroundings(msgspec.Struct, frozen=True):
-    """Fleet mates have this vehicle's outline; returns within `mate_margin_m` of it are theirs."""
+    """Fleet vehicles have this vehicle's outline; cells within `fleet_margin_m` of it belong to them."""
 
     body_front_m: float
     body_back_m: float
     body_half_width_m: float
-    mate_margin_m: float = 0.4
-    other_age_ns_max: int = FLEET_VEHICLE_AGE_NS_MAX
+    fleet_margin_m: float = 0.4
+    fleet_age_ns_max: int = FLEET_VEHICLE_AGE_NS_MAX
     presence_age_ns_max: int = PRESENCE_AGE_NS_MAX
 
     def initial(self) -> SurroundingsState:
@@ -46,45 +46,49 @@ class Surroundings(msgspec.Struct, frozen=True):
         self,
         state: SurroundingsState,
         ego: Ego,
-        seen: Detections,
+        detections: Detections,
         infrastructure: tuple[Infrastructure, ...],
         now_ns: int,
     ) -> tuple[World, SurroundingsState]:
-        """Fleet mates are carried along their heading to `now_ns`; those not heard of lately are dropped."""
-        others = {other.vehicle_id: other for other in state.others}
-        presence = {word.area_id: word for word in state.presence}
-        for word in infrastructure:
-            if isinstance(word, FleetVehicle):
-                others[word.vehicle_id] = word
+        """Fleet vehicles are extrapolated along their heading to `now_ns`; old reports are dropped."""
+        fleet_vehicles = {vehicle.vehicle_id: vehicle for vehicle in state.fleet_vehicles}
+        presence = {message.area_id: message for message in state.presence}
+        for message in infrastructure:
+            if isinstance(message, FleetVehicle):
+                fleet_vehicles[message.vehicle_id] = message
             else:
-                _keep_newer(presence, word, now_ns)
-        heard = tuple(
-            others[name] for name in sorted(others) if now_ns - others[name].stamp_ns <= self.other_age_ns_max
+                _take_newer(presence, message, now_ns)
+        recent = tuple(
+            fleet_vehicles[name]
+            for name in sorted(fleet_vehicles)
+            if now_ns - fleet_vehicles[name].stamp_ns <= self.fleet_age_ns_max
         )
-        present = tuple(
+        recent_presence = tuple(
             presence[name]
             for name in sorted(presence)
             if now_ns - presence[name].stamp_ns <= self.presence_age_ns_max
         )
-        points = state.sorted_points
-        if seen.stamp_ns != state.sorted_ns:
-            points = self._without(seen.points_map, [_carried(other, seen.stamp_ns) for other in heard])
+        points = state.filtered_points
+        if detections.stamp_ns != state.filtered_ns:
+            points = self._without_fleet_vehicles(
+                detections.points_map, [_extrapolated(vehicle, detections.stamp_ns) for vehicle in recent]
+            )
         world = World(
             stamp_ns=now_ns,
-            detections_stamp_ns=seen.stamp_ns,
+            detections_stamp_ns=detections.stamp_ns,
             points_map=points,
-            fleet_vehicles=tuple(_carried(other, now_ns) for other in heard),
-            presence=present,
-            blind=seen.blind,
-            tracks=seen.tracks,
+            fleet_vehicles=tuple(_extrapolated(vehicle, now_ns) for vehicle in recent),
+            presence=recent_presence,
+            blind=detections.blind,
+            tracks=detections.tracks,
         )
-        return world, SurroundingsState(heard, present, seen.stamp_ns, points)
+        return world, SurroundingsState(recent, recent_presence, detections.stamp_ns, points)
 
-    def _without(self, points_map: Array, mates: list[FleetVehicle]) -> Array:
+    def _without_fleet_vehicles(self, points_map: Array, vehicles: list[FleetVehicle]) -> Array:
         keep = np.ones(len(points_map), np.bool_)
-        margin_m = self.mate_margin_m
-        for mate in mates:
-            points = transform_points(inverse(mate.pose_map), points_map)
+        margin_m = self.fleet_margin_m
+        for vehicle in vehicles:
+            points = transform_points(inverse(vehicle.pose_map), points_map)
             keep &= ~(
                 (points[:, 0] >= -self.body_back_m - margin_m)
                 & (points[:, 0] <= self.body_front_m + margin_m)
@@ -94,22 +98,24 @@ class Surroundings(msgspec.Struct, frozen=True):
         return remaining
 
 
-def _keep_newer(presence: dict[str, PedestrianPresence], word: PedestrianPresence, now_ns: int) -> None:
-    """The cloud and the local link tell the same: what was seen last counts, whichever way it came.
+def _take_newer(presence: dict[str, PedestrianPresence], message: PedestrianPresence, now_ns: int) -> None:
+    """Takes a report into `presence` unless a newer one is known: the same report may come over two links.
 
-    A stamp of the future, of clocks that do not agree, must not outlive its time: it is taken for now.
+    A stamp in the future, from clocks that differ, counts as now, so that the report ends in time.
     """
-    word = PedestrianPresence(min(word.stamp_ns, now_ns), word.area_id, word.count)
-    known = presence.get(word.area_id)
-    if known is None or word.stamp_ns >= known.stamp_ns:
-        presence[word.area_id] = word
+    message = PedestrianPresence(min(message.stamp_ns, now_ns), message.area_id, message.count)
+    known = presence.get(message.area_id)
+    if known is None or message.stamp_ns >= known.stamp_ns:
+        presence[message.area_id] = message
 
 
-def _carried(other: FleetVehicle, now_ns: int) -> FleetVehicle:
-    """The fleet mate where it is by now, if it has gone on straight at its speed."""
-    along_m = other.speed_mps * (now_ns - other.stamp_ns) * 1e-9
-    pose = other.pose_map
-    moved = Pose2(
-        pose.x_m + along_m * math.cos(pose.yaw_rad), pose.y_m + along_m * math.sin(pose.yaw_rad), pose.yaw_rad
+def _extrapolated(vehicle: FleetVehicle, now_ns: int) -> FleetVehicle:
+    """The fleet vehicle at now_ns, straight on at its reported speed."""
+    travelled_m = vehicle.speed_mps * (now_ns - vehicle.stamp_ns) * 1e-9
+    pose = vehicle.pose_map
+    moved_pose = Pose2(
+        pose.x_m + travelled_m * math.cos(pose.yaw_rad),
+        pose.y_m + travelled_m * math.sin(pose.yaw_rad),
+        pose.yaw_rad,
     )
-    return FleetVehicle(now_ns, other.vehicle_id, moved, other.speed_mps)
+    return FleetVehicle(now_ns, vehicle.vehicle_id, moved_pose, vehicle.speed_mps)

@@ -1,4 +1,4 @@
-"""How far the vehicle can see in each direction: what hides behind a parked car must be reckoned with."""
+"""The free line of sight in each direction: a person may be hidden behind a parked car."""
 
 import math
 
@@ -12,9 +12,10 @@ from vehicle_agent.signals import PEDESTRIAN, Tracks, View
 
 
 class VisibilityParams(msgspec.Struct, frozen=True):
-    """bearings: rays all around; range_m: nothing farther is looked at; sensor_x_m before the rear axle.
-
-    cell_m: an obstacle cell hides this much to each side of its middle
+    """sensor_x_m  the sensor ahead of the rear axle
+    bearings      number of rays over the full circle; range_m: their length
+    cell_m        an obstacle cell hides this much to each side of its centre
+    standing_mps  a slower vehicle hides what is behind it
     """
 
     sensor_x_m: float
@@ -24,13 +25,16 @@ class VisibilityParams(msgspec.Struct, frozen=True):
     standing_mps: float = 0.5
 
     def view(self, pose_map: Pose2, points_map: Array, tracks: Tracks, edges: Array) -> View:
-        """edges (n, 4): walls known from the map. People hide nobody, nor does what drives: it is gone
-        before anybody could come out from behind it. Standing vehicles do."""
+        """The view now; edges (n, 4): walls of the map.
+
+        People hide nobody. A moving vehicle does not either: it has gone before a person could come from
+        behind it. A standing vehicle does.
+        """
         cos, sin = math.cos(pose_map.yaw_rad), math.sin(pose_map.yaw_rad)
         x_m, y_m = pose_map.x_m + self.sensor_x_m * cos, pose_map.y_m + self.sensor_x_m * sin
         speeds = np.hypot(tracks.velocities_map_mps[:, 0], tracks.velocities_map_mps[:, 1])
-        hiding = (tracks.kinds != PEDESTRIAN) & (speeds < self.standing_mps)
-        boxes = _outline_edges(tracks.poses_map[hiding], tracks.sizes_m[hiding])
+        is_hiding = (tracks.kinds != PEDESTRIAN) & (speeds < self.standing_mps)
+        boxes = _outline_edges(tracks.poses_map[is_hiding], tracks.sizes_m[is_hiding])
         walls = np.vstack((edges_near(edges, x_m, y_m, self.range_m), boxes))
         ranges = ranges_by_bearing(
             x_m, y_m, pose_map.yaw_rad, points_map, self.cell_m, walls, self.bearings, self.range_m
@@ -39,20 +43,20 @@ class VisibilityParams(msgspec.Struct, frozen=True):
 
 
 def points_on_walls(edges: Array, pose_map: Pose2, within_m: float, step_m: float = 0.4) -> Array:
-    """(m, 2) places every step_m along those of the (n, 4) walls that come near the vehicle."""
-    here = np.array([pose_map.x_m, pose_map.y_m])
-    near = edges_near(edges, pose_map.x_m, pose_map.y_m, within_m)
+    """(m, 2) points every step_m along the walls (n, 4) within within_m of the vehicle."""
+    position = np.array([pose_map.x_m, pose_map.y_m])
+    near_edges = edges_near(edges, pose_map.x_m, pose_map.y_m, within_m)
     pieces = [np.empty((0, 2))]
-    for x0, y0, x1, y1 in near.tolist():
+    for x0, y0, x1, y1 in near_edges.tolist():
         count = max(2, math.ceil(math.hypot(x1 - x0, y1 - y0) / step_m) + 1)
-        share = np.linspace(0.0, 1.0, count)[:, None]
-        places = np.array([x0, y0]) + share * np.array([x1 - x0, y1 - y0])
-        pieces.append(places[np.hypot(places[:, 0] - here[0], places[:, 1] - here[1]) <= within_m])
+        fraction = np.linspace(0.0, 1.0, count)[:, None]
+        points = np.array([x0, y0]) + fraction * np.array([x1 - x0, y1 - y0])
+        pieces.append(points[np.hypot(points[:, 0] - position[0], points[:, 1] - position[1]) <= within_m])
     return np.vstack(pieces)
 
 
 def _outline_edges(poses: Array, sizes: Array) -> Array:
-    """(4 n, 4) the sides of boxes, poses (n, 3) of their middles and sizes (n, 2)."""
+    """(4 n, 4) the sides of boxes: poses (n, 3) of their centres, sizes (n, 2)."""
     n = len(poses)
     cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     corners = np.empty((n, 4, 2))

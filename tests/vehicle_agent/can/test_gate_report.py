@@ -9,7 +9,7 @@ from vehicle_agent.can.gate_report import (
     GateCause,
     GateStatus,
     gate_report,
-    heard_gate,
+    take_gate_reports,
 )
 from vehicle_agent.signals import GATE_BRAKING, CanFrame
 
@@ -17,7 +17,7 @@ S = 1_000_000_000
 
 
 def after(*frames: CanFrame) -> GateStatus:
-    return heard_gate(GateStatus(), frames)
+    return take_gate_reports(GateStatus(), frames)
 
 
 @pytest.mark.parametrize("cause", CAUSES)

@@ -60,7 +60,7 @@ class Bench:
         task = Task(
             "drive", None, 1, 0.0, 0.0, 50.0, "l", 0.0, "o", 1, "v", "", "", False, (), "", None, resumed_ns=1
         )
-        path = Path(self.now_ns, np.empty((0, 2)), np.empty(0), 2.0, "waypoints", None, 50.0, False)
+        path = Path(self.now_ns, np.empty((0, 2)), np.empty(0), 2.0, "waypoint_speed", None, 50.0, False)
         values = {"ego": ego, "motion": motion, "task": task, "path": path}
         for name, value in changes.items():
             kind, _, field = name.partition("_")
@@ -112,6 +112,16 @@ def test_a_stop_fault_brakes_latches_and_waits_for_a_resume_after_the_cause(code
         )
     act, verdict = bench.step(task_resumed_ns=bench.now_ns + 1)
     assert (verdict.mode, act.throttle_ratio) == ("autonomous", 0.3)
+
+
+def test_a_warning_of_the_same_code_does_not_hide_a_fault_that_stops() -> None:
+    """Localization warns of single fixes that are no numbers; a pose that is none stops the shuttle."""
+    bench = driving()
+    warning = Fault("pose_not_finite", "warning", 5)
+    assert bench.step(ego_faults=(warning,))[1].mode == "autonomous"
+    _, status = bench.step(ego_faults=(warning,), ego_pose_map=Pose2(math.nan, 0.0, 0.0))
+    assert status.mode == "minimal_risk"
+    assert ("pose_not_finite", "stop") in [(fault.code, fault.severity) for fault in status.faults]
 
 
 def test_a_fault_is_reported_when_raised_and_when_cleared() -> None:

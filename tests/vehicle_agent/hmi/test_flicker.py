@@ -102,7 +102,7 @@ def test_no_sentence_is_said_twice_for_one_occasion(found: Situations) -> None:
     room = Announcer()
     assert count[texts.SAY_STEP_ASIDE[0]] <= 1 + len(said) * TICK_NS // room.aside_again_ns
     outside = count[texts.SAY_AFTER_YOU[0]] + count[texts.SAY_PASSING[0]]
-    assert outside <= 1 + len(said) * TICK_NS // room.talk_ns
+    assert outside <= 1 + len(said) * TICK_NS // room.courtesy_ns
     assert all(b - a >= room.gap_ns // TICK_NS for (a, _), (b, _) in itertools.pairwise(at))
 
 

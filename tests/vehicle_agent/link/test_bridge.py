@@ -60,14 +60,14 @@ def test_with_a_full_disk_the_vehicle_tells_no_event_and_accepts_no_order(
 ) -> None:
     desk = a_desk(tmp_path)
     with full_disk(), pytest.raises(OSError, match="File too large"):
-        desk.tick_news(update, 2 * S)
+        desk.process_update(update, 2 * S)
     assert sent(desk) == []
     assert read_memory(tmp_path) is None
 
 
 def test_what_the_vehicle_has_told_is_still_there_after_a_crash(tmp_path: Path) -> None:
     desk = a_desk(tmp_path)
-    desk.tick_news(
+    desk.process_update(
         TickUpdate(2 * S, events=HAPPENED, answers=(ACCEPTED,), memory=b"the order", progress=PROGRESS), 2 * S
     )
     assert sent(desk) == [EventReport(4, "boot-1", 0, 2 * S, HAPPENED[0]), ACCEPTED]
@@ -77,8 +77,8 @@ def test_what_the_vehicle_has_told_is_still_there_after_a_crash(tmp_path: Path) 
 
 def test_the_next_hello_says_what_the_vehicle_follows_now(tmp_path: Path) -> None:
     desk = a_desk(tmp_path)
-    desk.tick_news(TickUpdate(2 * S, memory=b"the order", progress=PROGRESS), 2 * S)
-    desk.tick_news(TickUpdate(3 * S), 3 * S)
+    desk.process_update(TickUpdate(2 * S, memory=b"the order", progress=PROGRESS), 2 * S)
+    desk.process_update(TickUpdate(3 * S), 3 * S)
     connect(desk)
     (hello,) = sent(desk)
     assert isinstance(hello, Hello)
@@ -87,7 +87,7 @@ def test_the_next_hello_says_what_the_vehicle_follows_now(tmp_path: Path) -> Non
 
 def test_an_acknowledged_event_is_not_told_again(tmp_path: Path) -> None:
     desk = a_desk(tmp_path)
-    desk.tick_news(TickUpdate(2 * S, events=HAPPENED), 2 * S)
+    desk.process_update(TickUpdate(2 * S, events=HAPPENED), 2 * S)
     assert [m.sequence for m in sent(desk) if isinstance(m, EventReport)] == [0]
     desk.session.received(encode(EventsAcknowledged(4, "boot-1", 1)), 3 * S)
     connect(desk)

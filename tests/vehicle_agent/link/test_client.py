@@ -85,7 +85,7 @@ def with_campus(folder: Path, claim: Callable[[Campus], Awaitable[None]]) -> Non
 
 def test_what_happens_is_told_as_soon_as_the_desk_is_woken(tmp_path: Path) -> None:
     async def claim(campus: Campus) -> None:
-        campus.desk.tick_news(TickUpdate(1, events=(CommandDone("c", True),)), 1)
+        campus.desk.process_update(TickUpdate(1, events=(CommandDone("c", True),)), 1)
         campus.client.wake()
         await campus.until(lambda: len(campus.events) == 1)
         assert campus.events[0].body == CommandDone("c", True)
@@ -107,7 +107,7 @@ def test_what_the_server_says_reaches_the_vehicle_in_order(tmp_path: Path) -> No
 
 def test_a_cut_is_told_to_the_vehicle_and_the_server_is_dialled_again(tmp_path: Path) -> None:
     async def claim(campus: Campus) -> None:
-        campus.desk.tick_news(TickUpdate(1, events=(CommandDone("c", True),)), 1)
+        campus.desk.process_update(TickUpdate(1, events=(CommandDone("c", True),)), 1)
         campus.sockets[0].transport.abort()
         await campus.until(lambda: campus.link_states == [True, False, True])
         await campus.until(lambda: any(event.epoch == 2 for event in campus.events))
@@ -118,8 +118,8 @@ def test_a_cut_is_told_to_the_vehicle_and_the_server_is_dialled_again(tmp_path: 
 def test_dialling_anew_on_purpose_tells_what_the_vehicle_holds_by_then(tmp_path: Path) -> None:
     async def claim(campus: Campus) -> None:
         progress = OrderProgress("order-1", 2, ())
-        campus.desk.tick_news(TickUpdate(1, memory=b"order", progress=progress), 1)
-        campus.client.redial()
+        campus.desk.process_update(TickUpdate(1, memory=b"order", progress=progress), 1)
+        campus.client.reconnect()
         await campus.until(lambda: len(campus.hellos) == 2)
         assert [hello.progress for hello in campus.hellos] == [None, progress]
         await asyncio.sleep(0.3)
@@ -157,8 +157,8 @@ def test_a_goodbye_is_no_reason_to_stop_trying(tmp_path: Path) -> None:
 def test_a_server_that_is_away_is_dialled_ever_less_often_and_at_once_again_after_a_good_connection() -> None:
     waits_s = [FIRST_WAIT_S]
     for _ in range(8):
-        waits_s.append(next_wait_s(waits_s[-1], welcomed=False))
+        waits_s.append(next_wait_s(waits_s[-1], was_welcomed=False))
     assert waits_s[1] == 2.0 * FIRST_WAIT_S
     assert waits_s == sorted(waits_s)
     assert waits_s[-1] == LONGEST_WAIT_S
-    assert next_wait_s(waits_s[-1], welcomed=True) == FIRST_WAIT_S
+    assert next_wait_s(waits_s[-1], was_welcomed=True) == FIRST_WAIT_S

@@ -34,7 +34,7 @@ def test_a_short_round_trip_counts_until_eight_others_have_come() -> None:
 
 def test_an_answer_before_its_question_is_a_mistake_and_one_at_once_is_none() -> None:
     clock = ClockOffset()
-    with pytest.raises(ValueError, match="before its question"):
+    with pytest.raises(ValueError, match="before its request"):
         clock.add(5, 100, 4)
     clock.add(5, 100, 5)
     assert clock.offset_ns == 95

@@ -11,8 +11,8 @@ def an_event(number: int) -> VehicleEvent:
 
 
 def append(outbox: Outbox, stamp_ns: int, *bodies: VehicleEvent) -> None:
-    outbox.write(outbox.number(stamp_ns, bodies))
-    outbox.shrink()
+    outbox.write(outbox.number_events(stamp_ns, bodies))
+    outbox.compact()
 
 
 def names(outbox: Outbox) -> list[str]:

@@ -80,24 +80,24 @@ def test_an_event_is_sent_once_and_repeated_only_when_nothing_is_acknowledged() 
     session = opened(log)
     session.take_outgoing()
     log.append(5, CommandDone("a", True))
-    session.happened(2 * S)
-    session.happened(2 * S)
+    session.send_new_events(2 * S)
+    session.send_new_events(2 * S)
     assert [type(m) for m in sent(session)] == [EventReport]
-    session.elapsed(2 * S + REPEAT_AFTER_NS // 2)
+    session.advance(2 * S + REPEAT_AFTER_NS // 2)
     assert not [m for m in sent(session) if isinstance(m, EventReport)]
-    session.elapsed(2 * S + REPEAT_AFTER_NS)
+    session.advance(2 * S + REPEAT_AFTER_NS)
     assert [m.sequence for m in sent(session) if isinstance(m, EventReport)] == [0]
     session.received(encode(EventsAcknowledged(4, "boot-1", 1)), 6 * S)
-    session.elapsed(20 * S)
+    session.advance(20 * S)
     assert not [m for m in sent(session) if isinstance(m, EventReport)]
 
 
 def test_words_of_an_older_epoch_are_ignored() -> None:
     session = opened(epoch=4)
-    session.take_words()
+    session.take_messages()
     session.received(encode(Command(3, "old", "hold")), 2 * S)
     session.received(encode(Command(4, "new", "hold")), 2 * S)
-    assert session.take_words() == [Command(4, "new", "hold")]
+    assert session.take_messages() == [Command(4, "new", "hold")]
 
 
 def test_a_status_before_the_welcome_is_not_kept_for_later() -> None:
@@ -110,7 +110,7 @@ def test_a_status_before_the_welcome_is_not_kept_for_later() -> None:
 def test_the_vehicle_learns_the_offset_of_the_server_clock() -> None:
     session = opened()
     session.received(encode(ClockSample(2 * S, 103 * S)), 4 * S)
-    states = [word for word in session.take_words() if isinstance(word, LinkState)]
+    states = [word for word in session.take_messages() if isinstance(word, LinkState)]
     assert states[-1].connected
     assert states[-1].server_offset_ns == 100 * S
 
@@ -126,9 +126,9 @@ def test_a_cut_is_told_to_the_vehicle_and_loses_no_event() -> None:
     log = EventLog("boot-1")
     session = opened(log)
     log.append(5, CommandDone("a", True))
-    session.happened(2 * S)
+    session.send_new_events(2 * S)
     session.disconnected(3 * S)
-    states = [word for word in session.take_words() if isinstance(word, LinkState)]
+    states = [word for word in session.take_messages() if isinstance(word, LinkState)]
     assert not states[-1].connected
     assert len(log.pending()) == 1
     assert sent(session) == []
@@ -153,10 +153,10 @@ def test_a_connection_on_which_nothing_comes_is_given_up() -> None:
 
 def test_a_cameras_word_is_stamped_in_the_vehicles_own_clock() -> None:
     session = opened(epoch=4)
-    session.take_words()
+    session.take_messages()
     session.received(encode(Presence(4, "zebra", 105 * S, 2)), 7 * S)
     session.received(encode(Presence(3, "zebra", 105 * S, 9)), 7 * S)
-    (word,) = session.take_words()
+    (word,) = session.take_messages()
     assert isinstance(word, PedestrianPresence)
     assert (word.area_id, word.count) == ("zebra", 2)
     offset_ns = 105 * S - word.stamp_ns
@@ -175,7 +175,7 @@ def test_the_clock_is_compared_every_ten_seconds() -> None:
     session = opened()
     session.take_outgoing()
     for now_s, asks in ((10, False), (11, True), (12, False), (20, False), (21, True)):
-        session.elapsed(now_s * S)
+        session.advance(now_s * S)
         assert [type(message) for message in sent(session)] == ([ClockProbe] if asks else []), now_s
 
 
@@ -184,10 +184,10 @@ def test_what_is_not_acknowledged_is_repeated_every_three_seconds() -> None:
     session = opened(log)
     session.take_outgoing()
     log.append(5, CommandDone("a", True))
-    session.happened(2 * S)
+    session.send_new_events(2 * S)
     repeats = []
     for now_ns in range(2 * S, 9 * S, S // 2):
-        session.elapsed(now_ns)
+        session.advance(now_ns)
         repeats += [now_ns / S for message in sent(session) if isinstance(message, EventReport)]
     assert repeats == [2.0, 5.0, 8.0]
 
@@ -198,12 +198,12 @@ def test_every_acknowledgement_puts_the_next_repeat_off() -> None:
     session.take_outgoing()
     for number in range(3):
         log.append(5, CommandDone(f"c{number}", True))
-    session.happened(2 * S)
+    session.send_new_events(2 * S)
     session.take_outgoing()
     session.received(encode(EventsAcknowledged(4, "boot-1", 1)), 4 * S)
-    session.elapsed(4 * S + REPEAT_AFTER_NS - 1)
+    session.advance(4 * S + REPEAT_AFTER_NS - 1)
     assert not [m for m in sent(session) if isinstance(m, EventReport)]
-    session.elapsed(4 * S + REPEAT_AFTER_NS)
+    session.advance(4 * S + REPEAT_AFTER_NS)
     assert [m.sequence for m in sent(session) if isinstance(m, EventReport)] == [1, 2]
 
 
@@ -213,7 +213,7 @@ def test_an_acknowledgement_of_nothing_new_asks_for_what_the_server_lacks() -> N
     session.take_outgoing()
     for number in range(3):
         log.append(5, CommandDone(f"c{number}", True))
-    session.happened(2 * S)
+    session.send_new_events(2 * S)
     session.take_outgoing()
     session.received(encode(EventsAcknowledged(4, "boot-1", 1)), 3 * S)
     session.take_outgoing()

@@ -95,7 +95,7 @@ def test_one_stray_fix_is_not_believed() -> None:
 
 def test_a_lasting_jump_is_followed_and_told_as_a_fault() -> None:
     _, state, x_m = driven_east(50, fixes=50)
-    for k in range(51, 51 + ROOM.strays_max):
+    for k in range(51, 51 + ROOM.outliers_max):
         now_ns = k * TICK_NS
         ego, state = ROOM.step(state, a_motion(now_ns), (a_fix(now_ns, Pose2(x_m + 30.0, 5.0, 0.0)),), now_ns)
     assert abs(ego.pose_map.y_m - 5.0) < 0.1

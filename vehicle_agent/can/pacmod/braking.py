@@ -1,4 +1,4 @@
-"""What the gate knows of a PACMod3-class module: when commands are sound, and how to brake with it."""
+"""The gate's interface to a PACMod3-class module: checks of a command set, and braking frames."""
 
 import msgspec
 
@@ -11,7 +11,7 @@ from vehicle_agent.signals import CanFrame
 
 
 class PacmodBraking(msgspec.Struct, frozen=True):
-    """See `vehicle_agent.can.braking.Braking`."""
+    """See `vehicle_agent.can.braking.ByWireBraking`."""
 
     steering: SteeringColumn = SteeringColumn()
     frame_gap_ns: int = FRAME_GAP_NS
@@ -21,8 +21,10 @@ class PacmodBraking(msgspec.Struct, frozen=True):
         return frozenset(layouts()[name].arbitration_id for name in COMMANDS)
 
     def commanded(self, frames: tuple[CanFrame, ...]) -> CommandedActuation:
-        """The six commands in order, with matching counters and complements and one enable bit, pedals
-        within 0..1 and never both pressed."""
+        """The actuation of six commands in order.
+
+        Counters, complements and enable bits must match; pedals are within 0..1 and never both pressed.
+        """
         values = unpacked_set(frames, COMMANDS, layouts(), MessageLayout.unpack)
         throttle_ratio = values["accelerator_command"]["position"]
         brake_ratio = values["brake_command"]["position"]
@@ -59,7 +61,7 @@ class PacmodBraking(msgspec.Struct, frozen=True):
 
 
 def _counter(values: Values) -> int:
-    """Of the two counted frames, with its complement."""
+    """The counter of the two counted frames, which must match its complement."""
     counts = {(int(values[name]["counter"]), int(values[name]["complement"])) for name in COMMANDS[:2]}
     counter, complement = counts.pop()
     if counts or counter + complement != COUNTER_STEPS - 1:

@@ -3,9 +3,9 @@
 import msgspec
 
 from vehicle_agent.can.handshake import advance
-from vehicle_agent.can.module_state import CodecState, ModuleStatus, watched
+from vehicle_agent.can.module_state import CodecState, ModuleStatus, with_faults
 from vehicle_agent.can.pacmod.commands import COUNTER_STEPS, CommandEncoder
-from vehicle_agent.can.pacmod.reports import Reports, heard
+from vehicle_agent.can.pacmod.reports import Reports, take_reports
 from vehicle_agent.can.steering_column import front_from_wheel, wheel_rate_radps
 from vehicle_agent.config import Body, Limits, Profile, SteeringColumn
 from vehicle_agent.signals import Actuation, CanFrame, VehicleMotion
@@ -18,7 +18,7 @@ class CanState(CodecState, frozen=True):
 
 
 class Pacmod(msgspec.Struct, frozen=True):
-    """What the codec must know of the vehicle."""
+    """The vehicle's parameters for the codec."""
 
     steering: SteeringColumn = SteeringColumn()
     body: Body = Body()
@@ -30,17 +30,17 @@ class Pacmod(msgspec.Struct, frozen=True):
     def decode(
         self, state: CanState, frames: tuple[CanFrame, ...], now_ns: int
     ) -> tuple[VehicleMotion, CanState]:
-        """The vehicle's motion after this tick's reports, front-wheel angle and SI units."""
-        reports = heard(state.reports, frames)
-        word = _word(reports)
-        state = watched(msgspec.structs.replace(state, reports=reports), word, frames, now_ns)
+        """The vehicle's motion after this tick's reports."""
+        reports = take_reports(state.reports, frames)
+        status = _module_status(reports)
+        state = with_faults(msgspec.structs.replace(state, reports=reports), status, frames, now_ns)
         motion = VehicleMotion(
             stamp_ns=reports.speed_ns,
             speed_mps=reports.speed_mps,
             steer_rad=front_from_wheel(self.steering, reports.wheel_rad),
             throttle_ratio=reports.throttle_ratio,
             brake_ratio=reports.brake_ratio,
-            enabled=word.has_vehicle(now_ns),
+            enabled=status.has_vehicle(now_ns),
             overridden=state.overridden,
             ready=bool(reports.ready) and not reports.disable_all,
             battery_ratio=reports.charge_ratio,
@@ -48,19 +48,21 @@ class Pacmod(msgspec.Struct, frozen=True):
         )
         return motion, state
 
-    def encode(self, state: CanState, act: Actuation, now_ns: int) -> tuple[tuple[CanFrame, ...], CanState]:
+    def encode(
+        self, state: CanState, actuation: Actuation, now_ns: int
+    ) -> tuple[tuple[CanFrame, ...], CanState]:
         """All command frames of this tick, from this tick's actuation alone.
 
-        FrameError when a command is not a finite number: frames end and the gate brakes.
+        FrameError for a command that is not finite: frames end and the gate brakes.
         """
-        has_vehicle = _word(state.reports).has_vehicle(now_ns)
-        shake = advance(state.handshake, act.enable, has_vehicle, state.overridden, now_ns)
-        # A latched module fault may be cleared only while by-wire is off; the guard keeps its own latch.
-        clear_faults = bool(state.reports.fault_active) and not shake.enables
+        has_vehicle = _module_status(state.reports).has_vehicle(now_ns)
+        handshake = advance(state.handshake, actuation.enable, has_vehicle, state.overridden, now_ns)
+        # A latched module fault is cleared only while by-wire is off; the guard has a latch of its own.
+        clear_faults = bool(state.reports.fault_active) and not handshake.enables
         encoder = CommandEncoder(self.steering, wheel_rate_radps(self.steering, self.body, self.limits))
-        frames = encoder.frames(act, shake, state.counter, clear_faults, now_ns)
+        frames = encoder.frames(actuation, handshake, state.counter, clear_faults, now_ns)
         counter = (state.counter + 1) % COUNTER_STEPS
-        return frames, msgspec.structs.replace(state, handshake=shake, counter=counter)
+        return frames, msgspec.structs.replace(state, handshake=handshake, counter=counter)
 
 
 def pacmod(profile: Profile) -> Pacmod:
@@ -68,7 +70,7 @@ def pacmod(profile: Profile) -> Pacmod:
     return Pacmod(profile.steering, profile.body, profile.limits)
 
 
-def _word(reports: Reports) -> ModuleStatus:
+def _module_status(reports: Reports) -> ModuleStatus:
     return ModuleStatus(
         enabled=bool(reports.enabled),
         enabled_ns=reports.global_ns,

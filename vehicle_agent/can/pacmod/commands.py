@@ -28,24 +28,24 @@ class CommandEncoder(msgspec.Struct, frozen=True):
     wheel_rate_radps: float
 
     def frames(
-        self, act: Actuation, shake: Handshake, counter: int, clear_faults: bool, now_ns: int
+        self, actuation: Actuation, handshake: Handshake, counter: int, clear_faults: bool, now_ns: int
     ) -> tuple[CanFrame, ...]:
-        """Frames in sending order; `stamp_ns` is when each is to be sent, `FRAME_GAP_NS` apart.
+        """Frames in sending order; `stamp_ns` is each frame's sending time, `FRAME_GAP_NS` apart.
 
-        Pedals are zero until by-wire is on. FrameError when a command is not a finite number.
+        Pedals are zero until by-wire is on. FrameError for a command that is not finite.
         """
         count = {"counter": counter, "complement": COUNTER_STEPS - 1 - counter}
-        enable = {"enable": shake.enables}
-        live = shake.live
+        enable = {"enable": handshake.enables}
+        is_on = handshake.is_on
         values: tuple[dict[str, float], ...] = (
-            {"clear_faults": clear_faults, "clear_overrides": shake.clears, **count},
+            {"clear_faults": clear_faults, "clear_overrides": handshake.clears, **count},
             {**enable, **count},
-            {**enable, "position": act.throttle_ratio if live else 0.0},
-            {**enable, "position": act.brake_ratio if live else 0.0},
-            {**enable, "gear": GEAR_CODE[act.gear]},
+            {**enable, "position": actuation.throttle_ratio if is_on else 0.0},
+            {**enable, "position": actuation.brake_ratio if is_on else 0.0},
+            {**enable, "gear": GEAR_CODE[actuation.gear]},
             {
                 **enable,
-                "wheel_angle": wheel_from_front(self.steering, act.steer_rad),
+                "wheel_angle": wheel_from_front(self.steering, actuation.steer_rad),
                 "wheel_rate": self.wheel_rate_radps,
             },
         )

@@ -1,4 +1,4 @@
-"""What the by-wire module has last reported."""
+"""The by-wire module's latest reports."""
 
 from functools import cache
 
@@ -41,7 +41,7 @@ SPEED_NOT_AVAILABLE_MPS = 327.62
 class Reports(msgspec.Struct, frozen=True):
     """Newest value of each report; `*_ns` are arrival stamps, 0 before the first.
 
-    doubted_mps, doubted_ns  the last speed report, as long as it is not believed
+    doubted_mps, doubted_ns  a speed report that is not plausible yet
     """
 
     enabled: float = 0.0
@@ -69,7 +69,7 @@ class Reports(msgspec.Struct, frozen=True):
     doubted_ns: int = 0
 
     def stamps_ns(self) -> tuple[tuple[FaultCode, int], ...]:
-        """Arrival of each report that must keep coming, by the fault of its loss."""
+        """Arrival of each cyclic report, by the fault of its loss."""
         return (
             ("can_global_report_lost", self.global_ns),
             ("can_accelerator_report_lost", self.accelerator_ns),
@@ -96,9 +96,12 @@ def _readers() -> dict[int, _Reader]:
     return readers
 
 
-def heard(reports: Reports, frames: tuple[CanFrame, ...]) -> Reports:
-    """Reports after these frames, taken in order. Other modules' frames pass by; a frame of the wrong
-    length, a speed marked not available and one that leaps are noted as malformed and change nothing else."""
+def take_reports(reports: Reports, frames: tuple[CanFrame, ...]) -> Reports:
+    """The reports after these frames, in order; frames of other modules are ignored.
+
+    A frame of the wrong length, a speed marked not available and a speed that leaps are noted as malformed
+    and change nothing else.
+    """
     readers = _readers()
     values: dict[str, float] | None = None
     for frame in frames:

@@ -1,4 +1,4 @@
-"""What the gate knows of a servo drive-by-wire: when a set of commands is sound, and how to brake with it."""
+"""The gate's interface to a servo drive-by-wire: checks of a command set, and braking frames."""
 
 import msgspec
 
@@ -20,7 +20,7 @@ from vehicle_agent.signals import CanFrame
 
 
 class ServoBraking(msgspec.Struct, frozen=True):
-    """See `vehicle_agent.can.braking.Braking`."""
+    """See `vehicle_agent.can.braking.ByWireBraking`."""
 
     steering: SteeringColumn = SteeringColumn()
     by_wire: ByWire = ByWire()

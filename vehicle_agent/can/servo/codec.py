@@ -1,20 +1,20 @@
 """The can room for a servo drive-by-wire (NUS, section II): frames <-> VehicleMotion / Actuation.
 
-Two servo motors for steering and brake and a PWM voltage for the throttle; a wheel encoder at the left front
-wheel. Steering and brake are inferred from the motors' encoders.
+Servo motors on steering and brake, a PWM voltage for the throttle, a wheel encoder at the left front wheel.
+Steering and brake are computed from the motors' encoders.
 """
 
 import msgspec
 
 from vehicle_agent.can.handshake import advance
-from vehicle_agent.can.module_state import CodecState, ModuleStatus, watched
+from vehicle_agent.can.module_state import CodecState, ModuleStatus, with_faults
 from vehicle_agent.can.servo.commands import (
     SERVO_COUNTER_STEPS,
     ServoEncoder,
     brake_from_travel,
     throttle_from_duty,
 )
-from vehicle_agent.can.servo.reports import ServoReports, encoder_ratio, heard
+from vehicle_agent.can.servo.reports import ServoReports, encoder_ratio, take_reports
 from vehicle_agent.can.steering_column import front_from_wheel, wheel_rate_radps
 from vehicle_agent.config import Body, ByWire, Limits, Profile, SteeringColumn
 from vehicle_agent.signals import Actuation, CanFrame, VehicleMotion
@@ -27,7 +27,7 @@ class ServoState(CodecState, frozen=True):
 
 
 class ServoCart(msgspec.Struct, frozen=True):
-    """What the codec must know of the vehicle; `steering` is servo shaft over front-wheel angle."""
+    """The vehicle's parameters for the codec; `steering` is servo shaft over front-wheel angle."""
 
     steering: SteeringColumn = SteeringColumn()
     by_wire: ByWire = ByWire()
@@ -41,9 +41,9 @@ class ServoCart(msgspec.Struct, frozen=True):
         self, state: ServoState, frames: tuple[CanFrame, ...], now_ns: int
     ) -> tuple[VehicleMotion, ServoState]:
         """The vehicle's motion after this tick's reports; the speed is the rear axle's."""
-        reports = heard(state.reports, frames)
-        word = _word(reports)
-        state = watched(msgspec.structs.replace(state, reports=reports), word, frames, now_ns)
+        reports = take_reports(state.reports, frames)
+        status = _module_status(reports)
+        state = with_faults(msgspec.structs.replace(state, reports=reports), status, frames, now_ns)
         steer_rad = front_from_wheel(self.steering, reports.shaft_rad)
         ratio = encoder_ratio(steer_rad, self.body.wheelbase_m, self.by_wire.track_width_m)
         motion = VehicleMotion(
@@ -52,7 +52,7 @@ class ServoCart(msgspec.Struct, frozen=True):
             steer_rad=steer_rad,
             throttle_ratio=throttle_from_duty(self.by_wire, reports.duty),
             brake_ratio=brake_from_travel(self.by_wire, reports.travel),
-            enabled=word.has_vehicle(now_ns),
+            enabled=status.has_vehicle(now_ns),
             overridden=state.overridden,
             ready=bool(reports.homed) and not reports.stop_pressed,
             battery_ratio=reports.charge_ratio,
@@ -61,23 +61,23 @@ class ServoCart(msgspec.Struct, frozen=True):
         return motion, state
 
     def encode(
-        self, state: ServoState, act: Actuation, now_ns: int
+        self, state: ServoState, actuation: Actuation, now_ns: int
     ) -> tuple[tuple[CanFrame, ...], ServoState]:
         """All command frames of this tick, from this tick's actuation alone.
 
-        FrameError when a command is not a finite number: frames end and the gate brakes.
+        FrameError for a command that is not finite: frames end and the gate brakes.
         """
         reports = state.reports
-        # Until the servos have found their end stops nobody is asked: a refusal would look like a fault.
-        wanted = act.enable and (bool(reports.homed) or state.handshake.enables)
-        has_vehicle = _word(reports).has_vehicle(now_ns)
-        shake = advance(state.handshake, wanted, has_vehicle, state.overridden, now_ns)
-        clear_faults = bool(reports.fault) and not shake.enables
+        # No request before the servos have found their end stops: a refusal would look like a fault.
+        requested = actuation.enable and (bool(reports.homed) or state.handshake.enables)
+        has_vehicle = _module_status(reports).has_vehicle(now_ns)
+        handshake = advance(state.handshake, requested, has_vehicle, state.overridden, now_ns)
+        clear_faults = bool(reports.fault) and not handshake.enables
         shaft_rate_radps = wheel_rate_radps(self.steering, self.body, self.limits)
         encoder = ServoEncoder(self.steering, self.by_wire, shaft_rate_radps)
-        frames = encoder.frames(act, shake, state.counter, clear_faults, now_ns)
+        frames = encoder.frames(actuation, handshake, state.counter, clear_faults, now_ns)
         counter = (state.counter + 1) % SERVO_COUNTER_STEPS
-        return frames, msgspec.structs.replace(state, handshake=shake, counter=counter)
+        return frames, msgspec.structs.replace(state, handshake=handshake, counter=counter)
 
 
 def servo_cart(profile: Profile) -> ServoCart:
@@ -85,7 +85,7 @@ def servo_cart(profile: Profile) -> ServoCart:
     return ServoCart(profile.steering, profile.by_wire, profile.body, profile.limits)
 
 
-def _word(reports: ServoReports) -> ModuleStatus:
+def _module_status(reports: ServoReports) -> ModuleStatus:
     return ModuleStatus(
         enabled=bool(reports.armed),
         enabled_ns=reports.drive_ns,

@@ -34,14 +34,14 @@ def crc8(data: bytes) -> int:
 
 
 def checked_frame(layout: MessageLayout, values: dict[str, float], stamp_ns: int) -> CanFrame:
-    """The frame with its check byte, the last one, filled in."""
+    """The frame with its check byte, which is the last one."""
     body = layout.pack(values)[:-1]
     check = crc8(bytes([layout.arbitration_id & 0xFF]) + body)
     return CanFrame(stamp_ns, layout.arbitration_id, body + bytes([check]))
 
 
 def unpack_checked(layout: MessageLayout, data: bytes) -> dict[str, float]:
-    """A command's values. FrameError for a wrong length or a check byte that does not fit."""
+    """A command's values. FrameError for a wrong length or a wrong check byte."""
     values = layout.unpack(data)
     if values["check"] != crc8(bytes([layout.arbitration_id & 0xFF]) + data[:-1]):
         raise FrameError(f"{layout.name}: the check byte does not fit")
@@ -56,23 +56,23 @@ class ServoEncoder(msgspec.Struct, frozen=True):
     shaft_rate_radps: float
 
     def frames(
-        self, act: Actuation, shake: Handshake, counter: int, clear_faults: bool, now_ns: int
+        self, actuation: Actuation, handshake: Handshake, counter: int, clear_faults: bool, now_ns: int
     ) -> tuple[CanFrame, ...]:
-        """In sending order, `SERVO_FRAME_GAP_NS` apart; brake and throttle at rest until by-wire is on.
+        """Frames in sending order, `SERVO_FRAME_GAP_NS` apart; no brake and throttle until by-wire is on.
 
-        FrameError when a command is not a finite number.
+        FrameError for a command that is not finite.
         """
-        live = shake.live
+        is_on = handshake.is_on
         values: tuple[dict[str, float], ...] = (
             {
-                "arm": shake.enables,
-                "reset": shake.clears or clear_faults,
-                "direction": DIRECTION_CODE[act.gear],
+                "arm": handshake.enables,
+                "reset": handshake.clears or clear_faults,
+                "direction": DIRECTION_CODE[actuation.gear],
             },
-            {"travel": travel_from_brake(self.by_wire, act.brake_ratio) if live else 0.0},
-            {"duty": duty_from_throttle(self.by_wire, act.throttle_ratio) if live else 0.0},
+            {"travel": travel_from_brake(self.by_wire, actuation.brake_ratio) if is_on else 0.0},
+            {"duty": duty_from_throttle(self.by_wire, actuation.throttle_ratio) if is_on else 0.0},
             {
-                "shaft_angle": wheel_from_front(self.steering, act.steer_rad),
+                "shaft_angle": wheel_from_front(self.steering, actuation.steer_rad),
                 "shaft_rate": self.shaft_rate_radps,
             },
         )
@@ -84,7 +84,7 @@ class ServoEncoder(msgspec.Struct, frozen=True):
 
 
 def duty_from_throttle(by_wire: ByWire, throttle_ratio: float) -> float:
-    """PWM duty for a throttle of 0..1; 0 for none: the dead band is only entered to drive."""
+    """PWM duty for a throttle of 0..1; 0 for none, otherwise above the dead band."""
     if throttle_ratio <= 0.0:
         return 0.0
     span = by_wire.throttle_duty_max - by_wire.throttle_duty_min
@@ -98,7 +98,7 @@ def throttle_from_duty(by_wire: ByWire, duty: float) -> float:
 
 
 def travel_from_brake(by_wire: ByWire, brake_ratio: float) -> float:
-    """Servo travel for a brake of 0..1; the free travel is passed over at once."""
+    """Servo travel for a brake of 0..1; 0 for none, otherwise beyond the free travel."""
     if brake_ratio <= 0.0:
         return 0.0
     return by_wire.brake_travel_free + brake_ratio * (1.0 - by_wire.brake_travel_free)

@@ -1,4 +1,4 @@
-"""What the servo drive-by-wire has last reported."""
+"""The servo drive-by-wire's latest reports."""
 
 import math
 from functools import cache
@@ -32,7 +32,7 @@ STAMPED = ("drive", "brake", "throttle", "steering", "encoder")
 class ServoReports(msgspec.Struct, frozen=True):
     """Newest value of each report; `*_ns` are arrival stamps, 0 before the first.
 
-    doubted_mps, doubted_ns  the last encoder report, as long as it is not believed
+    doubted_mps, doubted_ns  an encoder report that is not plausible yet
     """
 
     armed: float = 0.0
@@ -56,7 +56,7 @@ class ServoReports(msgspec.Struct, frozen=True):
     doubted_ns: int = 0
 
     def stamps_ns(self) -> tuple[tuple[FaultCode, int], ...]:
-        """Arrival of each report that must keep coming, by the fault of its loss."""
+        """Arrival of each cyclic report, by the fault of its loss."""
         return (
             ("can_drive_report_lost", self.drive_ns),
             ("can_brake_report_lost", self.brake_ns),
@@ -71,9 +71,11 @@ def _known() -> dict[int, MessageLayout]:
     return {layouts(SERVO)[name].arbitration_id: layouts(SERVO)[name] for name in READ}
 
 
-def heard(reports: ServoReports, frames: tuple[CanFrame, ...]) -> ServoReports:
-    """Reports after these frames, taken in order. Other modules' frames pass by; one of the wrong length and
-    a speed that leaps are noted as malformed and change nothing else."""
+def take_reports(reports: ServoReports, frames: tuple[CanFrame, ...]) -> ServoReports:
+    """The reports after these frames, in order; frames of other modules are ignored.
+
+    A frame of the wrong length and a speed that leaps are noted as malformed and change nothing else.
+    """
     known = _known()
     values = msgspec.structs.asdict(reports)
     for frame in frames:
@@ -100,9 +102,9 @@ def _take(values: dict[str, float], layout: MessageLayout, frame: CanFrame) -> N
 
 
 def encoder_ratio(steer_rad: float, wheelbase_m: float, track_width_m: float) -> float:
-    """Speed of the left front wheel over that of the rear axle's centre, for a rigid body that turns.
+    """Speed of the left front wheel over that of the rear axle's centre, for a turning rigid body.
 
-    The wheel sits wheelbase ahead and half a track to the left: v_wheel = v |(1 - k w/2, k L)| with the
+    The wheel is a wheelbase ahead and half a track to the left: v_wheel = v |(1 - k w/2, k L)| with the
     curvature k = tan(delta) / L.
     """
     curvature_1pm = math.tan(steer_rad) / wheelbase_m

@@ -1,46 +1,50 @@
-"""One actuator's problem solved: exactly where no bound is met, by OSQP where one is."""
+"""The solution of one actuator's problem: exact if it meets no bound, otherwise by OSQP."""
 
 import msgspec
 import numpy as np
 
 from contract.geometry import Array
-from vehicle_agent.control.mpc.bounded import InputBounds, solved, within
-from vehicle_agent.control.mpc.problem import AxisProblem, condensed, free_inputs
+from vehicle_agent.control.mpc.bounded import InputBounds, are_within, solve_bounded
+from vehicle_agent.control.mpc.problem import AxisProblem, condense, unconstrained_inputs
 
 
 class WarmStart(msgspec.Struct, frozen=True):
-    """What a solve starts from: the last inputs (N,) and multipliers (2 N,)."""
+    """The start of a solve: the last inputs (N,) and multipliers (2 N,)."""
 
     inputs: Array
-    prices: Array
+    multipliers: Array
 
 
 class AxisSolution(msgspec.Struct, frozen=True):
-    """inputs (N,); bounded: a bound was met; iterations of OSQP, 0 without it."""
+    """inputs (N,); bounded: a bound is met; iterations of OSQP, 0 without it."""
 
     inputs: Array
-    guess: WarmStart
+    warm_start: WarmStart
     bounded: bool
     feasible: bool
     iterations: int
 
 
-def no_guess(steps: int) -> WarmStart:
+def cold_start(steps: int) -> WarmStart:
     return WarmStart(np.zeros(steps), np.zeros(2 * steps))
 
 
-def best_inputs(problem: AxisProblem, bounds: InputBounds, dt_s: float, guess: WarmStart) -> AxisSolution:
-    """Inputs (N,) for a problem whose last state is the command.
+def solve_axis(problem: AxisProblem, bounds: InputBounds, dt_s: float, warm_start: WarmStart) -> AxisSolution:
+    """The best inputs (N,) of a problem whose last state is the command.
 
-    Inputs that are best without bounds and keep all of them are best with them too; then OSQP is not called.
-    Otherwise OSQP starts from the guess.
+    If the best inputs without bounds keep all bounds, they are the solution. Otherwise OSQP starts from
+    warm_start.
     """
-    inputs = free_inputs(problem)
+    inputs = unconstrained_inputs(problem)
     command = float(problem.x0[-1])
-    if within(inputs, command, bounds, dt_s):
-        return AxisSolution(inputs, WarmStart(inputs, np.zeros_like(guess.prices)), False, True, 0)
-    H, g = condensed(problem)
-    answer = solved(H, g, command, bounds, dt_s, guess.inputs, guess.prices)
+    if are_within(inputs, command, bounds, dt_s):
+        return AxisSolution(inputs, WarmStart(inputs, np.zeros_like(warm_start.multipliers)), False, True, 0)
+    H, g = condense(problem)
+    solution = solve_bounded(H, g, command, bounds, dt_s, warm_start.inputs, warm_start.multipliers)
     return AxisSolution(
-        answer.inputs, WarmStart(answer.inputs, answer.prices), True, answer.feasible, answer.iterations
+        solution.inputs,
+        WarmStart(solution.inputs, solution.multipliers),
+        True,
+        solution.feasible,
+        solution.iterations,
     )

@@ -1,8 +1,7 @@
-"""The same problems where a bound is met: OSQP with a fixed pattern (Snow Lion, eq. 6).
+"""The same problems when a bound is met: OSQP with a fixed sparsity pattern (Snow Lion, eq. 6).
 
-Variables are the inputs over their bound. Rows: the inputs themselves, and the command they add up to. Both
-are met by standing still, so that no problem is infeasible as long as the command it starts from is within
-bounds.
+Variables are the inputs over their bound. Rows are the inputs, and the command as their sum. Zero inputs keep
+both bounds, so every problem is feasible whose first command is within its bounds.
 """
 
 import math
@@ -15,7 +14,7 @@ from scipy import sparse
 
 from contract.geometry import Array, IntArray
 
-# What OSQP says of an answer that may be driven: solved, and solved less exactly than asked for.
+# OSQP's status of a usable solution: solved, and solved less exactly than requested.
 SOLVED = (1, 2)
 # A count, never a time; the tolerance is in parts of the bounds.
 ITERATIONS = 800
@@ -24,7 +23,7 @@ RHO = 0.1
 
 
 class InputBounds(msgspec.Struct, frozen=True):
-    """rate: of the input, either way; command_min and command_max: of the sum."""
+    """rate: bound of the input, both ways; command_min and command_max: bounds of the command."""
 
     rate: float
     command_min: float
@@ -32,16 +31,16 @@ class InputBounds(msgspec.Struct, frozen=True):
 
 
 class QpSolution(msgspec.Struct, frozen=True):
-    """inputs (N,) within the bounds; prices (2 N,) OSQP's multipliers; feasible: OSQP did not give up."""
+    """inputs (N,) within the bounds; multipliers (2 N,) of OSQP; feasible: OSQP found a solution."""
 
     inputs: Array
-    prices: Array
+    multipliers: Array
     feasible: bool
     iterations: int
 
 
-def within(inputs: Array, command: float, bounds: InputBounds, dt_s: float) -> bool:
-    """Do inputs (N,) from `command` on keep the bounds as they are?"""
+def are_within(inputs: Array, command: float, bounds: InputBounds, dt_s: float) -> bool:
+    """True if the inputs (N,), applied from `command` on, keep all bounds."""
     commands = command + dt_s * np.cumsum(inputs)
     return bool(
         np.abs(inputs).max() <= bounds.rate
@@ -50,14 +49,14 @@ def within(inputs: Array, command: float, bounds: InputBounds, dt_s: float) -> b
     )
 
 
-def solved(
-    H: Array, g: Array, command: float, bounds: InputBounds, dt_s: float, inputs: Array, prices: Array
+def solve_bounded(
+    H: Array, g: Array, command: float, bounds: InputBounds, dt_s: float, inputs: Array, multipliers: Array
 ) -> QpSolution:
-    """Minimise 1/2 u' H u + g' u within bounds, started from a guess: inputs (N,) and prices (2 N,).
+    """The minimum of 1/2 u' H u + g' u within bounds, from a start: inputs (N,), multipliers (2 N,).
 
-    command must lie within its bounds. The answer depends on the arguments alone: the workspace works without
-    scaling, all that changes is given anew each time, and its step size starts from the same value and
-    adapts by counts; so nothing of earlier problems stays in it.
+    command must lie within its bounds. The solution depends on the arguments alone: there is no scaling, all
+    changing values are set each time, and the step size starts from the same value and adapts by counts. So
+    the workspace keeps nothing of earlier problems.
     """
     n = len(g)
     workspace, triangle = _workspace(n)
@@ -72,32 +71,34 @@ def solved(
         u=np.concatenate((np.full(n, 1.0), np.full(n, (bounds.command_max - command) / span))),
     )
     workspace.update_settings(rho=RHO)
-    workspace.warm_start(x=inputs / bounds.rate, y=prices)
-    answer = workspace.solve(raise_error=False)
-    good = bool(answer.info.status_val in SOLVED and np.isfinite(answer.x).all())
-    wanted = answer.x * bounds.rate if good else inputs
-    kept = np.ascontiguousarray(answer.y) if good else np.zeros(2 * n)
-    return QpSolution(kept_within(wanted, command, bounds, dt_s), kept, good, int(answer.info.iter))
+    workspace.warm_start(x=inputs / bounds.rate, y=multipliers)
+    result = workspace.solve(raise_error=False)
+    is_solved = bool(result.info.status_val in SOLVED and np.isfinite(result.x).all())
+    unclamped = result.x * bounds.rate if is_solved else inputs
+    new_multipliers = np.ascontiguousarray(result.y) if is_solved else np.zeros(2 * n)
+    return QpSolution(
+        clamp_inputs(unclamped, command, bounds, dt_s), new_multipliers, is_solved, int(result.info.iter)
+    )
 
 
 def prepare(steps: int) -> None:
-    """Set the workspace for that many inputs up, so that no solve waits for it."""
+    """Sets up the workspace for that many inputs, so that no solve waits for it."""
     _workspace(steps)
 
 
-def kept_within(inputs: Array, command: float, bounds: InputBounds, dt_s: float) -> Array:
-    """The inputs (N,) with whatever is beyond a bound taken off, first to last."""
-    out = np.clip(inputs, -bounds.rate, bounds.rate)
-    for k in range(len(out)):
-        reached = min(max(command + out[k] * dt_s, bounds.command_min), bounds.command_max)
-        out[k] = (reached - command) / dt_s
+def clamp_inputs(inputs: Array, command: float, bounds: InputBounds, dt_s: float) -> Array:
+    """The inputs (N,), limited to the bounds from first to last."""
+    clamped = np.clip(inputs, -bounds.rate, bounds.rate)
+    for k in range(len(clamped)):
+        reached = min(max(command + clamped[k] * dt_s, bounds.command_min), bounds.command_max)
+        clamped[k] = (reached - command) / dt_s
         command = reached
-    return out
+    return clamped
 
 
 @cache
 def _workspace(n: int) -> tuple[osqp.OSQP, tuple[IntArray, IntArray]]:
-    """OSQP's memory for n inputs, and where the upper triangle of H lies, column by column."""
+    """OSQP's workspace for n inputs, and the indices of the upper triangle of H, column by column."""
     columns, rows = np.nonzero(np.tril(np.ones((n, n))))
     pattern = sparse.csc_matrix(np.triu(np.ones((n, n))))
     sums = sparse.csc_matrix(np.vstack((np.eye(n), np.tril(np.ones((n, n))))))

@@ -1,4 +1,4 @@
-"""Steering: the lateral problem put together from the speeds and curvatures ahead, and solved."""
+"""Steering: builds the lateral problem from the speeds and curvatures ahead, and solves it."""
 
 import math
 from functools import cache
@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from contract.geometry import Array
-from vehicle_agent.control.mpc.axis import AxisSolution, WarmStart, best_inputs
+from vehicle_agent.control.mpc.axis import AxisSolution, WarmStart, solve_axis
 from vehicle_agent.control.mpc.bounded import InputBounds
 from vehicle_agent.control.mpc.lateral_model import (
     INPUT,
@@ -24,16 +24,17 @@ from vehicle_agent.control.mpc.lateral_model import (
 )
 from vehicle_agent.control.mpc.problem import AxisProblem, end_cost
 
-# The end costs are tabled by speed, from the least speed at which the lateral error can be steered at all.
+# Speeds of the table of end costs, from the least speed at which steering changes the lateral error.
 END_MPS = tuple(0.25 * i for i in range(2, 41))
 END_ROUNDS = 1500
 
 
 class LateralWeights(msgspec.Struct, frozen=True):
-    """Costs a second: of the rear axle's offset (1/m2), its course error (1/rad2), yaw rate error, and
-    steering rate beyond what the curve itself takes.
+    """Costs a second: of the rear axle's offset (1/m2), its course error (1/rad2), the yaw rate error, and
+    the steering rate beyond the curve's own.
 
-    The course, not the heading: in a curve the rear axle slips, and the heading must be off for it to be on.
+    The course is used, not the heading: in a curve the rear axle slips, and the heading differs from the
+    path's.
     """
 
     offset: float = 60.0
@@ -68,7 +69,7 @@ class LateralMpc(msgspec.Struct, frozen=True):
     dt_s: float = 0.05
 
     def prepare(self) -> None:
-        """Make ready what every solve shares, so that none waits for it."""
+        """Computes the table of end costs, so that no solve waits for it."""
         _end_costs(self)
 
     def solve(
@@ -78,12 +79,12 @@ class LateralMpc(msgspec.Struct, frozen=True):
         compliance: float,
         speeds_mps: Array,
         curvatures_1pm: Array,
-        guess: WarmStart,
+        warm_start: WarmStart,
     ) -> AxisSolution:
-        """Rates (N,) of the tangent of the wheels' angle, from the errors when the first takes effect.
+        """Rates (N,) of the tangent of the wheel angle, from the errors when the first rate takes effect.
 
-        The model's wheel angle is that tangent: then it is exact on every circle, and a bound on its rate
-        bounds the angle's own. `turned_rad` turns it back into an angle.
+        The model's wheel angle is that tangent, so it is exact on every circle, and a bound on its rate
+        bounds the angle's rate. `next_command_rad` converts it back to an angle.
         bias_rad    the wheels stand at the reported angle plus this; compliance: see `rates_matrix`
         speeds_mps, curvatures_1pm  (N + 1,) expected along the horizon
         """
@@ -96,9 +97,9 @@ class LateralMpc(msgspec.Struct, frozen=True):
             math.tan(bias_rad + self.steer_rad_max),
         )
         speed_mps, curvature_1pm = float(speeds_mps[-1]), float(curvatures_1pm[-1])
-        soft = compliance * float(dynamic_share(speed_mps)) * self.chassis.understeer_s2pm
-        wheels = (self.chassis.wheelbase_m + soft * speeds_mps**2) * curvatures_1pm
-        rates = np.clip(np.diff(wheels) / self.dt_s, -bounds.rate, bounds.rate)
+        softness = compliance * float(dynamic_share(speed_mps)) * self.chassis.understeer_s2pm
+        wheel_tangents = (self.chassis.wheelbase_m + softness * speeds_mps**2) * curvatures_1pm
+        rates = np.clip(np.diff(wheel_tangents) / self.dt_s, -bounds.rate, bounds.rate)
         problem = AxisProblem(
             A,
             B,
@@ -106,16 +107,16 @@ class LateralMpc(msgspec.Struct, frozen=True):
             Q,
             w.steer_rate * self.dt_s,
             rates,
-            _end_costs(self)[_end_number(speed_mps)],
-            self._turning(speed_mps, curvature_1pm, compliance),
+            _end_costs(self)[_end_index(speed_mps)],
+            self._steady_turn(speed_mps, curvature_1pm, compliance),
             self._first_state(start, bias_rad),
         )
-        return best_inputs(problem, bounds, self.dt_s, guess)
+        return solve_axis(problem, bounds, self.dt_s, warm_start)
 
     def _first_state(self, start: LateralStart, bias_rad: float) -> Array:
         """(6,) the model's state at the start."""
         rear_m = self.chassis.cog_to_rear_m
-        # The command may be a rounding beyond its bounds; the problem must not start there.
+        # Rounding may put the command beyond its bounds; the problem must not start there.
         command_rad = min(max(start.command_rad, -self.steer_rad_max), self.steer_rad_max)
         return np.array(
             (
@@ -128,28 +129,29 @@ class LateralMpc(msgspec.Struct, frozen=True):
             )
         )
 
-    def turned_rad(self, command_rad: float, bias_rad: float, rate: float, dt_s: float) -> float:
+    def next_command_rad(self, command_rad: float, bias_rad: float, rate: float, dt_s: float) -> float:
         """The command after dt_s of a rate that `solve` gave, within the steering's limit."""
-        turned = math.atan(math.tan(command_rad + bias_rad) + rate * dt_s) - bias_rad
-        return min(max(turned, -self.steer_rad_max), self.steer_rad_max)
+        command_rad_next = math.atan(math.tan(command_rad + bias_rad) + rate * dt_s) - bias_rad
+        return min(max(command_rad_next, -self.steer_rad_max), self.steer_rad_max)
 
-    def _turning(self, speed_mps: float, curvature_1pm: float, compliance: float) -> Array:
-        """(6,) the state of following a circle without error: turned in by the slip, wheels at what it
-        takes."""
-        soft, chassis = compliance * float(dynamic_share(speed_mps)), self.chassis
+    def _steady_turn(self, speed_mps: float, curvature_1pm: float, compliance: float) -> Array:
+        """(6,) the state of following a circle without error, with its slip and wheel angle."""
+        softness, chassis = compliance * float(dynamic_share(speed_mps)), self.chassis
         side_mps2 = speed_mps * speed_mps * curvature_1pm
-        slip_rad = soft * chassis.rear_slip_per_mps2 * side_mps2
-        wheels = chassis.wheelbase_m * curvature_1pm + soft * chassis.understeer_s2pm * side_mps2
-        return np.array((chassis.cog_to_rear_m * slip_rad, 0.0, slip_rad, 0.0, wheels, wheels))
+        slip_rad = softness * chassis.rear_slip_per_mps2 * side_mps2
+        wheel_tangents = chassis.wheelbase_m * curvature_1pm + softness * chassis.understeer_s2pm * side_mps2
+        return np.array(
+            (chassis.cog_to_rear_m * slip_rad, 0.0, slip_rad, 0.0, wheel_tangents, wheel_tangents)
+        )
 
 
-def _end_number(speed_mps: float) -> int:
+def _end_index(speed_mps: float) -> int:
     return min(max(round((speed_mps - END_MPS[0]) / 0.25), 0), len(END_MPS) - 1)
 
 
 @cache
 def _end_costs(mpc: LateralMpc) -> Array:
-    """(speeds, 6, 6) what the errors left at the end will still cost, by speed; nominal tyres."""
+    """(speeds, 6, 6) cost of the errors at the end of the horizon, by speed; nominal tyres."""
     w = mpc.weights
     weights = np.array((w.offset, w.course, w.yaw_rate)) * mpc.dt_s
     costs = np.zeros((len(END_MPS), STATES, STATES))
@@ -165,8 +167,7 @@ def horizon(
 ) -> tuple[Array, Array, Array, Array]:
     """(A (N, 6, 6), B (N, 6), d (N, 6), Q (N, 6, 6)) of each step; speeds and curvatures (N + 1,).
 
-    Within a step the speed is its mean and psi_dot_tar runs straight from its value at the one end to the
-    other.
+    Within a step the speed is its mean, and psi_dot_tar is linear between its values at both ends.
     """
     N = speeds.shape[0] - 1
     A, B = np.zeros((N, STATES, STATES)), np.zeros((N, STATES))

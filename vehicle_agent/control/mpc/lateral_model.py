@@ -1,14 +1,12 @@
 """The lateral half of the error model, step by step along the horizon (Snow Lion, eqs. 3-5, corrected).
 
 State z (6,): e_lat (m, left of the trajectory positive) and its rate, e_psi (rad) and its rate, the tangent
-of the front wheels' angle and of its command. Input: the command's rate. Known beforehand: psi_dot_tar = V
-curvature. e_lon and its rate, the paper's other two states, are in `longitudinal.py`: no term of A couples
-them.
+of the front wheels' angle and of its command. Input: the command's rate. Known: psi_dot_tar = V curvature.
+e_lon and its rate, the paper's other two states, are in `longitudinal.py`: no term of A couples them.
 
-The paper's e_lat belongs to the centre of gravity. Here it is the place that the centre of gravity has beyond
-the one it would have with the rear axle on the trajectory, e_lat = e_rear + l_r e_psi, so that e_rear is read
-off the state. Then its rate is the paper's less l_r psi_dot_tar, which moves terms of A into C and adds
--l_r psi_ddot_tar.
+The paper's e_lat belongs to the centre of gravity. Here it is the offset of the centre of gravity from its
+place with the rear axle on the trajectory: e_lat = e_rear + l_r e_psi, so e_rear follows from the state. Its
+rate is the paper's less l_r psi_dot_tar, which moves terms of A into C and adds -l_r psi_ddot_tar.
 """
 
 import msgspec
@@ -23,12 +21,12 @@ TARGET, INPUT, TARGET_RATE = 6, 7, 8
 SIZE = 9
 # Kinematic below the first speed, dynamic above the second, blended between (eq. 4 is singular at V = 0).
 BLEND_MPS = (1.0, 2.0)
-# How fast the kinematic rows bring the rates to what the wheels say.
+# Time constant with which the kinematic rows bring the rates to those of the wheel angle.
 KINEMATIC_S = 0.02
 
 
 class Chassis(msgspec.Struct, frozen=True):
-    """The vehicle as eq. 4 sees it.
+    """The vehicle's parameters in eq. 4.
 
     cog_to_*_m         l_f and l_r, from the centre of gravity to the axles
     cornering_*_npr    C_f and C_r of an axle (both wheels), N/rad
@@ -45,10 +43,10 @@ class Chassis(msgspec.Struct, frozen=True):
 
     def __post_init__(self) -> None:
         if not all(value > 0.0 for value in self.row().tolist()):
-            raise ValueError("every figure of a chassis must be positive and finite")
+            raise ValueError("every value of a chassis must be positive and finite")
 
     def row(self) -> Array:
-        """(7,) as the kernels take it, in the order of the fields."""
+        """(7,) the parameters for the kernels, in the order of the fields."""
         return np.array(msgspec.structs.astuple(self), dtype=np.float64)
 
     @property
@@ -72,17 +70,17 @@ class Chassis(msgspec.Struct, frozen=True):
 
 @njit(cache=True)
 def dynamic_share(speed_mps: float) -> float:
-    """How far the dynamic model counts, 0..1."""
+    """Share of the dynamic model, 0..1."""
     t = min(max((speed_mps - BLEND_MPS[0]) / (BLEND_MPS[1] - BLEND_MPS[0]), 0.0), 1.0)
     return t * t * (3.0 - 2.0 * t)
 
 
 @njit(cache=True)
 def rates_matrix(speed: float, compliance: float, p: Array, M: Array) -> None:
-    """Fill M (SIZE, SIZE): d/dt of [z, psi_dot_tar, input, psi_ddot_tar] at one speed.
+    """Fills M (SIZE, SIZE): d/dt of [z, psi_dot_tar, input, psi_ddot_tar] at one speed.
 
-    compliance  tyre compliance over the nominal: both stiffnesses are divided by it; towards 0 the wheels
-                roll where they point. p from `Chassis.row`.
+    compliance  tyre compliance over the nominal: both stiffnesses are divided by it; near 0 the wheels roll
+                without slip. p from `Chassis.row`.
     """
     mass, inertia, lf, lr, lag = p[0], p[1], p[2], p[3], p[6]
     cf, cr = p[4] / compliance, p[5] / compliance
@@ -116,7 +114,7 @@ def rates_matrix(speed: float, compliance: float, p: Array, M: Array) -> None:
 
 @njit(cache=True)
 def exponential(M: Array, dt: float, out: Array) -> None:
-    """out = exp(M dt) by two halves of the (0, 2) Pade form, which stays stable however stiff M is.
+    """out = exp(M dt) by two halves of the (0, 2) Pade form, which is stable for any stiff M.
 
     M and out (n, n). Error of a mode of rate w: about (w dt)^3 / 24.
     """

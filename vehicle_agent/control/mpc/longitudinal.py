@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Array
-from vehicle_agent.control.mpc.axis import AxisSolution, WarmStart, best_inputs
+from vehicle_agent.control.mpc.axis import AxisSolution, WarmStart, solve_axis
 from vehicle_agent.control.mpc.bounded import InputBounds
 from vehicle_agent.control.mpc.lateral_model import exponential
 from vehicle_agent.control.mpc.problem import AxisProblem, end_cost
@@ -16,8 +16,8 @@ END_ROUNDS = 1500
 
 
 class LongitudinalWeights(msgspec.Struct, frozen=True):
-    """Costs a second: of the distance behind (1/m2), of the speed missing (1/(m/s)2), of jerk beyond
-    the reference's own (1/(m/s3)2)."""
+    """Costs a second: of the position error (1/m2), of the speed error (1/(m/s)2), of jerk beyond the
+    reference's own (1/(m/s3)2)."""
 
     distance: float = 40.0
     speed: float = 20.0
@@ -38,26 +38,27 @@ class LongitudinalMpc(msgspec.Struct, frozen=True):
     def solve(
         self,
         behind_m: float,
-        missing_mps: float,
+        speed_error_mps: float,
         accel_mps2: float,
         command_mps2: float,
-        wanted_mps2: Array,
-        guess: WarmStart,
+        reference_mps2: Array,
+        warm_start: WarmStart,
     ) -> AxisSolution:
-        """Jerks (N,) from the errors at the time the first of them takes effect.
+        """Jerks (N,) from the errors when the first jerk takes effect.
 
-        behind_m, missing_mps  e_lon and its rate; wanted_mps2 (N,) a_ref, mean of each step
+        behind_m, speed_error_mps  e_lon and its rate
+        reference_mps2             (N,) a_ref, mean of each step
         """
         command_mps2 = min(max(command_mps2, -self.decel_mps2_max), self.accel_mps2_max)
         A, B, D, Q, P = _steps(self)
-        x0 = np.array((behind_m, missing_mps, accel_mps2, command_mps2))
-        d = wanted_mps2[:, None] * D
+        x0 = np.array((behind_m, speed_error_mps, accel_mps2, command_mps2))
+        d = reference_mps2[:, None] * D
         bounds = InputBounds(self.jerk_mps3_max, -self.decel_mps2_max, self.accel_mps2_max)
-        rise = np.diff(np.append(wanted_mps2, wanted_mps2[-1])) / self.dt_s
-        w = np.clip(rise, -self.jerk_mps3_max, self.jerk_mps3_max)
+        reference_jerk = np.diff(np.append(reference_mps2, reference_mps2[-1])) / self.dt_s
+        w = np.clip(reference_jerk, -self.jerk_mps3_max, self.jerk_mps3_max)
         R = self.weights.jerk * self.dt_s
         problem = AxisProblem(A, B, d, Q, R, w, P, np.zeros(STATES), x0)
-        return best_inputs(problem, bounds, self.dt_s, guess)
+        return solve_axis(problem, bounds, self.dt_s, warm_start)
 
 
 @cache

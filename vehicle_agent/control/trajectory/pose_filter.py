@@ -1,8 +1,8 @@
-"""Where the vehicle is, for steering by: poses with noise, carried by odometry and gyroscope.
+"""The pose that control steers by: noisy poses, propagated by odometry and gyroscope.
 
-An extended Kalman filter that also finds what steering must know and nobody measures: the gyroscope's bias,
-the angle at which the wheels stand beyond what the steering reports, and how soft the tyres are.
-Localization's own pose may be good to centimetres only; what it says over seconds is good to millimetres.
+An extended Kalman filter. It also estimates what is not measured: the gyroscope's bias, the difference
+between the wheel angle and the reported angle, and the compliance of the tyres. A single pose of localization
+is accurate to centimetres; their mean over seconds is accurate to millimetres.
 """
 
 import math
@@ -13,21 +13,21 @@ from numba import njit
 
 from contract.geometry import Array, Pose2, wrap_angle
 
-# The mean's entries: pose in the map, then the three that nobody measures.
+# Entries of the mean: pose in the map, then the three that are not measured.
 FX, FY, FYAW, GYRO_BIAS, STEER_BIAS, COMPLIANCE = range(6)
 SIZE = 6
 
 
 class PoseFilter(msgspec.Struct, frozen=True):
-    """Noise of what comes in, and how fast what is hidden may wander.
+    """Measurement noise, and process noise of the states.
 
-    heading_rad_per_m     heading noise over position noise, which localization states; 0.3 degrees at 2 cm
-    position_m_min, heading_rad_min  never believed better than this
+    heading_rad_per_m     heading noise over position noise, which localization gives; 0.3 degrees at 2 cm
+    position_m_min, heading_rad_min  least standard deviation of a pose
     gyro_radps            noise of a yaw rate sample
-    turn_radps            of the yaw rate that the wheels' angle explains, modelling included
-    along_mps, across_mps how fast the position wanders off odometry, m/s at 1 Hz
-    yaw_rads, gyro_bias_rads, steer_bias_rads, compliance_s   per square root of a second
-    gate_m, gate_rad      a pose farther off is not believed, until strays_max in a row are
+    turn_radps            noise of the yaw rate from the wheel angle, model errors included
+    along_mps, across_mps process noise of the position, m/s at 1 Hz
+    yaw_rads, gyro_bias_rads, steer_bias_rads, compliance_s   process noise per square root of a second
+    gate_m, gate_rad      a pose farther away is an outlier; after outliers_max in a row the filter restarts
     """
 
     heading_rad_per_m: float = 0.26
@@ -46,37 +46,40 @@ class PoseFilter(msgspec.Struct, frozen=True):
     compliance_max: float = 2.0
     gate_m: float = 0.5
     gate_rad: float = 0.2
-    strays_max: int = 50
+    outliers_max: int = 50
 
     def row(self) -> Array:
-        """(16,) the kernel's numbers, in the order of the fields up to `gate_rad`."""
+        """(16,) the parameters for the kernels, in the order of the fields up to `gate_rad`."""
         return np.array(msgspec.structs.astuple(self)[:16], dtype=np.float64)
 
 
 class PoseFilterState(msgspec.Struct, frozen=True):
-    """mean (6,), covariance (6, 6); strays: poses in a row that were not believed; blind_s: since the last
-    one that was. stamp_ns 0: no pose has come yet."""
+    """mean (6,), covariance (6, 6).
+
+    stamp_ns, fix_ns  stamp of the state, 0 before the first pose; stamp of the last fix
+    outliers          poses in a row outside the gate; no_pose_s: time since the last one inside
+    """
 
     mean: Array
     covariance: Array
     stamp_ns: int = 0
     fix_ns: int = 0
-    strays: int = 0
-    blind_s: float = 0.0
+    outliers: int = 0
+    no_pose_s: float = 0.0
 
 
-def unknown() -> PoseFilterState:
-    """Before the first pose: nothing hidden is known, and nominal tyres are assumed."""
+def initial_filter_state() -> PoseFilterState:
+    """The state before the first pose, with nominal tyres and no biases."""
     return PoseFilterState(
         np.array((0.0, 0.0, 0.0, 0.0, 0.0, 1.0)), np.diag((0.0, 0.0, 0.0, 1e-6, 4e-4, 0.09))
     )
 
 
-def placed(
-    belief: PoseFilterState, pose_map: Pose2, std_m: float, heading_std_rad: float, stamp_ns: int
+def reset_at(
+    pose_estimate: PoseFilterState, pose_map: Pose2, std_m: float, heading_std_rad: float, stamp_ns: int
 ) -> PoseFilterState:
-    """Start anew at a pose; what was learnt of the vehicle stays learnt."""
-    mean, covariance = belief.mean.copy(), belief.covariance.copy()
+    """The state started again at a pose; biases and compliance are kept."""
+    mean, covariance = pose_estimate.mean.copy(), pose_estimate.covariance.copy()
     mean[:3] = pose_map.x_m, pose_map.y_m, pose_map.yaw_rad
     covariance[:3, :] = covariance[:, :3] = 0.0
     for i, std in enumerate((std_m, std_m, heading_std_rad)):
@@ -85,8 +88,8 @@ def placed(
 
 
 @njit(cache=True)
-def predicted(mean: Array, P: Array, speed: float, yaw_rate: float, dt: float, slip: float, n: Array) -> None:
-    """Carry mean (6,) and P (6, 6) in place over dt.
+def predict(mean: Array, P: Array, speed: float, yaw_rate: float, dt: float, slip: float, n: Array) -> None:
+    """Propagates mean (6,) and P (6, 6) in place over dt.
 
     speed, yaw_rate  of the wheels and the gyroscope; slip: of the rear axle, rad per m/s2, for nominal tyres
     """
@@ -97,28 +100,28 @@ def predicted(mean: Array, P: Array, speed: float, yaw_rate: float, dt: float, s
     step = speed * dt
     F = np.eye(SIZE)
     F[FX, FYAW], F[FY, FYAW] = -step * sin, step * cos
-    swing = -0.5 * dt + mean[COMPLIANCE] * slip * speed
-    F[FX, GYRO_BIAS], F[FY, GYRO_BIAS] = -step * sin * swing, step * cos * swing
+    sensitivity = -0.5 * dt + mean[COMPLIANCE] * slip * speed
+    F[FX, GYRO_BIAS], F[FY, GYRO_BIAS] = -step * sin * sensitivity, step * cos * sensitivity
     F[FX, COMPLIANCE], F[FY, COMPLIANCE] = step * sin * drift, -step * cos * drift
     F[FYAW, GYRO_BIAS] = -dt
     mean[FX] += step * cos
     mean[FY] += step * sin
     mean[FYAW] = wrap_angle(mean[FYAW] + turn * dt)
-    _sandwiched(F, P)
-    moving = min(1.0, speed)
-    along, across = (n[5] * moving) ** 2 * dt, (n[6] * moving) ** 2 * dt
+    _propagate_covariance(F, P)
+    motion_share = min(1.0, speed)
+    along, across = (n[5] * motion_share) ** 2 * dt, (n[6] * motion_share) ** 2 * dt
     P[FX, FX] += cos * cos * along + sin * sin * across
     P[FY, FY] += sin * sin * along + cos * cos * across
     P[FX, FY] += cos * sin * (along - across)
     P[FY, FX] = P[FX, FY]
-    P[FYAW, FYAW] += (n[7] ** 2 * moving + n[3] ** 2 * dt) * dt
+    P[FYAW, FYAW] += (n[7] ** 2 * motion_share + n[3] ** 2 * dt) * dt
     P[GYRO_BIAS, GYRO_BIAS] += n[8] ** 2 * dt
-    P[STEER_BIAS, STEER_BIAS] += n[9] ** 2 * moving * dt
-    P[COMPLIANCE, COMPLIANCE] += n[10] ** 2 * moving * dt
+    P[STEER_BIAS, STEER_BIAS] += n[9] ** 2 * motion_share * dt
+    P[COMPLIANCE, COMPLIANCE] += n[10] ** 2 * motion_share * dt
 
 
 @njit(cache=True)
-def _sandwiched(F: Array, P: Array) -> None:
+def _propagate_covariance(F: Array, P: Array) -> None:
     """P = F P F' in place."""
     FP = np.zeros((SIZE, SIZE))
     for i in range(SIZE):
@@ -135,8 +138,8 @@ def _sandwiched(F: Array, P: Array) -> None:
 
 
 @njit(cache=True)
-def _taken(mean: Array, P: Array, H: Array, innovation: float, variance: float) -> None:
-    """One scalar measurement; H (6,)."""
+def _update_scalar(mean: Array, P: Array, H: Array, innovation: float, variance: float) -> None:
+    """Updates mean and P in place by one scalar measurement; H (6,)."""
     PH = np.zeros(SIZE)
     total = variance
     for i in range(SIZE):
@@ -151,11 +154,11 @@ def _taken(mean: Array, P: Array, H: Array, innovation: float, variance: float) 
 
 
 @njit(cache=True)
-def turned(
+def update_yaw_rate(
     mean: Array, P: Array, speed: float, yaw_rate: float, wheels: float, wheelbase: float, understeer: float,
     n: Array,
 ) -> None:  # fmt: skip
-    """What the wheels' reported angle and the yaw rate say of the steering's bias and the tyres; in place."""
+    """Updates steering bias and compliance in place by the reported wheel angle and the yaw rate."""
     length = wheelbase + understeer * mean[COMPLIANCE] * speed * speed
     angle = wheels + mean[STEER_BIAS]
     expected = speed * math.tan(angle) / length
@@ -163,15 +166,15 @@ def turned(
     H[STEER_BIAS] = speed / (length * math.cos(angle) ** 2)
     H[GYRO_BIAS] = 1.0
     H[COMPLIANCE] = -expected / length * understeer * speed * speed
-    _taken(mean, P, H, yaw_rate - mean[GYRO_BIAS] - expected, n[4] * n[4])
-    _bounded(mean, n)
+    _update_scalar(mean, P, H, yaw_rate - mean[GYRO_BIAS] - expected, n[4] * n[4])
+    _clamp(mean, n)
 
 
 @njit(cache=True)
-def fixed(
+def update_pose(
     mean: Array, P: Array, x: float, y: float, yaw: float, std_m: float, std_rad: float, n: Array
 ) -> bool:
-    """Take a pose in, in place; False when it is beyond the gate and was not taken."""
+    """Updates mean and P in place by a pose; False if it is outside the gate and was ignored."""
     if math.hypot(x - mean[FX], y - mean[FY]) > n[14] + 6.0 * std_m:
         return False
     if abs(wrap_angle(yaw - mean[FYAW])) > n[15] + 6.0 * std_rad:
@@ -179,17 +182,17 @@ def fixed(
     for i, value in enumerate((x, y, yaw)):
         H = np.zeros(SIZE)
         H[i] = 1.0
-        off = value - mean[i]
+        deviation = value - mean[i]
         if i == FYAW:
-            _taken(mean, P, H, wrap_angle(off), std_rad * std_rad)
+            _update_scalar(mean, P, H, wrap_angle(deviation), std_rad * std_rad)
         else:
-            _taken(mean, P, H, off, std_m * std_m)
+            _update_scalar(mean, P, H, deviation, std_m * std_m)
     mean[FYAW] = wrap_angle(mean[FYAW])
-    _bounded(mean, n)
+    _clamp(mean, n)
     return True
 
 
 @njit(cache=True)
-def _bounded(mean: Array, n: Array) -> None:
+def _clamp(mean: Array, n: Array) -> None:
     mean[STEER_BIAS] = min(max(mean[STEER_BIAS], -n[11]), n[11])
     mean[COMPLIANCE] = min(max(mean[COMPLIANCE], n[12]), n[13])

@@ -1,4 +1,4 @@
-"""A trajectory as control reads it: where it is along its own length, and what it asks for at a time."""
+"""Lookups in a trajectory's rows: by time, by length, and the nearest place."""
 
 import math
 
@@ -9,16 +9,16 @@ from contract.geometry import Array, wrap_angle
 
 # Columns of `signals.Trajectory.rows`.
 T, X, Y, YAW, CURVATURE, SPEED, ACCEL = range(7)
-# What is wrong with rows, by number; 0 is nothing.
+# Faults of rows, by number; 0 is none.
 FAULTS = ("", "too few rows", "not finite", "times do not rise", "speed out of reason", "it jumps")
 SPEED_MPS_MAX = 20.0
-# A row may be this much farther from the one before than its speed explains.
+# A row may be this much farther from the previous one than its speed explains.
 JUMP_M = 0.5
 
 
 @njit(cache=True)
 def fault_number(rows: Array) -> int:
-    """Which of FAULTS rows (k, 8) have; a trajectory with none can be followed, wherever the vehicle is."""
+    """Index in FAULTS of the first fault of rows (k, 8); 0 if they can be followed."""
     k = rows.shape[0]
     if k < 2 or rows.shape[1] < 8:
         return 1
@@ -40,7 +40,7 @@ def fault_number(rows: Array) -> int:
 
 @njit(cache=True)
 def lengths(rows: Array) -> Array:
-    """(k,) metres along the rows (k, 8) from the first; arcs, not chords, by the rows' curvature."""
+    """(k,) length along the rows (k, 8) from the first, in m; of arcs, by the rows' curvature."""
     s = np.zeros(rows.shape[0])
     for i in range(1, rows.shape[0]):
         chord = math.hypot(rows[i, X] - rows[i - 1, X], rows[i, Y] - rows[i - 1, Y])
@@ -51,10 +51,10 @@ def lengths(rows: Array) -> Array:
 
 @njit(cache=True)
 def at_time(rows: Array, s: Array, t_s: float, decel_mps2: float) -> tuple[float, float]:
-    """(s in m, speed in m/s) that the trajectory asks for t_s after its stamp.
+    """(s in m, speed in m/s) of the trajectory t_s after its stamp.
 
-    Before its first row it goes on as it begins. After its last it brakes by decel_mps2 to a stop: rows
-    that end in motion have run out, and nobody may drive on by them.
+    Before its first row it has the first row's speed. After its last row it brakes by decel_mps2 to a stop:
+    rows that end in motion must not be followed beyond their end.
     """
     k = rows.shape[0]
     if t_s <= rows[0, T]:
@@ -69,8 +69,8 @@ def at_time(rows: Array, s: Array, t_s: float, decel_mps2: float) -> tuple[float
     u = (t_s - rows[i, T]) / dt
     v0, v1, ds = rows[i, SPEED], rows[i + 1, SPEED], s[i + 1] - s[i]
     # Cubic with the rows' speeds at its ends.
-    place = s[i] + u * (dt * v0 + u * (3.0 * ds - dt * (2.0 * v0 + v1) + u * (dt * (v0 + v1) - 2.0 * ds)))
-    return place, v0 + u * (v1 - v0)
+    position = s[i] + u * (dt * v0 + u * (3.0 * ds - dt * (2.0 * v0 + v1) + u * (dt * (v0 + v1) - 2.0 * ds)))
+    return position, v0 + u * (v1 - v0)
 
 
 @njit(cache=True)
@@ -85,7 +85,7 @@ def at_length(rows: Array, s: Array, s_m: float) -> tuple[float, float]:
     ds = s[i + 1] - s[i]
     u = (s_m - s[i]) / ds
     kappa = rows[i, CURVATURE] + u * (rows[i + 1, CURVATURE] - rows[i, CURVATURE])
-    # The yaw that this curvature integrates to, less what it misses at the row's end.
+    # The integral of this curvature, corrected so that it meets the next row's yaw.
     mean = 0.5 * (rows[i, CURVATURE] + rows[i + 1, CURVATURE]) * ds
     missing = wrap_angle(rows[i + 1, YAW] - rows[i, YAW]) - mean
     yaw = rows[i, YAW] + 0.5 * (rows[i, CURVATURE] + kappa) * u * ds + u * missing
@@ -96,13 +96,13 @@ def at_length(rows: Array, s: Array, s_m: float) -> tuple[float, float]:
 def nearest(
     rows: Array, s: Array, x_m: float, y_m: float, near_m: float, window_m: float
 ) -> tuple[float, float]:
-    """(s in m, offset in m, left positive) of (x, y) beside the rows within window_m of near_m along them.
+    """(s in m, offset in m, left positive) of (x, y) relative to the rows within window_m of near_m.
 
-    Between rows the path is their arc: the offset is taken from it, not from the chord. Before the first row
-    and behind the last it goes straight on.
+    Between rows the path is an arc; the offset is measured from the arc. Before the first and behind the last
+    row it is straight.
     """
     k = rows.shape[0]
-    best, place, offset = np.inf, s[0], 0.0
+    best, position, offset = np.inf, s[0], 0.0
     for i in range(k - 1):
         length = s[i + 1] - s[i]
         if length <= 1e-9:
@@ -124,13 +124,13 @@ def nearest(
             inside = min(max(t, 0.0), 1.0)
             kappa = rows[i, CURVATURE] + inside * (rows[i + 1, CURVATURE] - rows[i, CURVATURE])
             offset = side + 0.5 * kappa * chord * chord * inside * (1.0 - inside)
-            place = s[i] + t * length
-    return place, offset
+            position = s[i] + t * length
+    return position, offset
 
 
 @njit(cache=True)
-def braking(x_m: float, y_m: float, yaw_rad: float, speed_mps: float, decel_mps2: float) -> Array:
-    """(k, 8) rows straight on from a pose that brake to a stop, or ask for standing where it stands."""
+def stop_rows(x_m: float, y_m: float, yaw_rad: float, speed_mps: float, decel_mps2: float) -> Array:
+    """(k, 8) rows of a straight stop from a pose; of standing there at speed 0."""
     duration = max(speed_mps / decel_mps2, 0.1)
     n = 12
     rows = np.zeros((n, 8))
@@ -141,26 +141,26 @@ def braking(x_m: float, y_m: float, yaw_rad: float, speed_mps: float, decel_mps2
         rows[i, X], rows[i, Y] = x_m + s * math.cos(yaw_rad), y_m + s * math.sin(yaw_rad)
         rows[i, YAW], rows[i, 7] = yaw_rad, s
     if speed_mps <= 0.0:
-        # A direction needs two different places.
+        # A direction needs two different points.
         rows[n - 1, X] += 1e-3 * math.cos(yaw_rad)
         rows[n - 1, Y] += 1e-3 * math.sin(yaw_rad)
     return rows
 
 
 @njit(cache=True)
-def asked(
+def reference_at_times(
     rows: Array, s: Array, t_s: float, dt_s: float, steps: int, decel_mps2: float
 ) -> tuple[Array, Array]:
-    """((steps + 1,) places in m, (steps + 1,) speeds) that the rows ask for from t_s on, dt_s apart."""
-    places, speeds = np.empty(steps + 1), np.empty(steps + 1)
+    """((steps + 1,) s in m, (steps + 1,) speeds) of the rows from t_s on, dt_s apart."""
+    positions, speeds = np.empty(steps + 1), np.empty(steps + 1)
     for k in range(steps + 1):
-        places[k], speeds[k] = at_time(rows, s, t_s + k * dt_s, decel_mps2)
-    return places, speeds
+        positions[k], speeds[k] = at_time(rows, s, t_s + k * dt_s, decel_mps2)
+    return positions, speeds
 
 
 @njit(cache=True)
 def next_stop_m(rows: Array, s: Array, t_s: float) -> float:
-    """Where along the rows they next ask for standing, from t_s on; inf when they do not."""
+    """s in m of the next stop in the rows, from t_s on; inf without one."""
     for i in range(rows.shape[0]):
         if rows[i, T] >= t_s and rows[i, SPEED] <= 0.01:
             return float(s[i])
@@ -169,11 +169,11 @@ def next_stop_m(rows: Array, s: Array, t_s: float) -> float:
 
 
 @njit(cache=True)
-def bends(rows: Array, s: Array, s_m: float, speeds: Array, dt_s: float) -> Array:
-    """(n,) curvatures met when driving on from s_m at speeds (n,), dt_s apart."""
-    found = np.empty(speeds.shape[0])
+def curvatures_ahead(rows: Array, s: Array, s_m: float, speeds: Array, dt_s: float) -> Array:
+    """(n,) curvatures on the way from s_m on at speeds (n,), dt_s apart."""
+    curvatures = np.empty(speeds.shape[0])
     for k in range(speeds.shape[0]):
-        found[k] = at_length(rows, s, s_m)[1]
+        curvatures[k] = at_length(rows, s, s_m)[1]
         if k + 1 < speeds.shape[0]:
             s_m += 0.5 * (speeds[k] + speeds[k + 1]) * dt_s
-    return found
+    return curvatures

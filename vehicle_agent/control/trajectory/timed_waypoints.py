@@ -1,4 +1,4 @@
-"""A timed trajectory out of waypoints and speeds, for a planner that gives no times."""
+"""A trajectory from waypoints and speeds, for a planner that gives no times."""
 
 import math
 
@@ -13,16 +13,15 @@ ROWS_MAX = 200
 
 
 @njit(cache=True)
-def timed(
+def timed_rows(
     points: Array, speeds: Array, x_m: float, y_m: float, yaw_rad: float, speed_mps: float,
     now_mps: float, accel_mps2: float, decel_mps2: float,
 ) -> Array:  # fmt: skip
-    """(k, 8) rows from the vehicle on, through waypoints (n, 2) still ahead with speeds (n,).
+    """(k, 8) rows from the vehicle through waypoints (n, 2) ahead with speeds (n,).
 
-    x_m, y_m, yaw_rad, now_mps  of the vehicle, where time 0 is; speed_mps: no faster than this anywhere
-    The rows begin at the vehicle's present speed and change it by accel_mps2 and decel_mps2 at most; they end
-    at rest where the waypoints ask for rest, and otherwise by braking behind the last of them. (0, 8) without
-    two different waypoints ahead.
+    x_m, y_m, yaw_rad, now_mps  of the vehicle at time 0; speed_mps: speed limit
+    The rows begin at the vehicle's speed and change it by accel_mps2 and decel_mps2 at most. They end at the
+    first rest of the waypoints, otherwise at the last waypoint. (0, 8) without two different waypoints ahead.
     """
     line = _line(points, x_m, y_m, yaw_rad)
     if line.shape[0] < 3:
@@ -60,7 +59,7 @@ def timed(
 
 @njit(cache=True)
 def _line(points: Array, x_m: float, y_m: float, yaw_rad: float) -> Array:
-    """The waypoints (n, 2) ahead, led back along their first direction to beside the vehicle."""
+    """(m, 2) the waypoints ahead, extended back along their first direction to the vehicle."""
     n = points.shape[0]
     first = 0
     while first < n and (
@@ -83,8 +82,8 @@ def _line(points: Array, x_m: float, y_m: float, yaw_rad: float) -> Array:
 
 @njit(cache=True)
 def _smooth(points: Array, s: Array) -> tuple[Array, Array]:
-    """(yaw (n,) continuous, curvature (n,)) of (n, 2) points, averaged over SMOOTH_M either way: waypoints
-    have corners."""
+    """(yaw (n,) continuous, curvature (n,)) of points (n, 2), averaged over SMOOTH_M on both sides, since
+    waypoints have corners."""
     n = points.shape[0]
     raw = np.empty(n)
     for i in range(n):

@@ -1,4 +1,4 @@
-"""The waypoint follower: turn towards the waypoint two metres ahead (GEM, section IV)."""
+"""The waypoint follower: turns towards the waypoint two metres ahead (GEM, section IV)."""
 
 import math
 
@@ -18,11 +18,11 @@ class FollowerState(msgspec.Struct, frozen=True):
 class WaypointFollower(msgspec.Struct, frozen=True):
     """omega = Kp theta, theta the heading error to the target waypoint.
 
-    switch_m          the next waypoint is the target once the vehicle is this near to the present one
-    heading_gain_1ps  Kp at `gain_speed_mps`. On a circle a waypoint L ahead is seen L / 2R off the heading
-                      and the vehicle must turn at v / R, so only Kp = 2 v / L holds the circle: about 2.4 at
-                      3 m/s and 2.5 m. The paper names no Kp
-    gain_speed_mps    0 keeps Kp the same at every speed, as in the paper
+    switch_m          the next waypoint is the target once the vehicle is this near to the current one
+    heading_gain_1ps  Kp at `gain_speed_mps`. On a circle a waypoint L ahead is L / 2R off the heading, and
+                      the vehicle must turn at v / R. Only Kp = 2 v / L holds the circle: about 2.4 at 3 m/s
+                      and 2.5 m. The paper gives no Kp
+    gain_speed_mps    Kp is proportional to speed; 0: the same at every speed, as in the paper
     heading_integral_1ps2  the integral term that the paper proposes against a constant heading error
     """
 
@@ -39,7 +39,7 @@ class WaypointFollower(msgspec.Struct, frozen=True):
         """(turn rate in rad/s, heading error in rad, state). points_map (n, 2): waypoints still ahead."""
         if len(points_map) == 0:
             return 0.0, 0.0, FollowerState()
-        target = aimed_at(points_map, pose_map.x_m, pose_map.y_m, self.switch_m)
+        target = target_waypoint(points_map, pose_map.x_m, pose_map.y_m, self.switch_m)
         x_m, y_m = points_map[target]
         bearing_rad = math.atan2(y_m - pose_map.y_m, x_m - pose_map.x_m)
         error_rad = float(wrap_angle(bearing_rad - pose_map.yaw_rad))
@@ -56,8 +56,8 @@ class WaypointFollower(msgspec.Struct, frozen=True):
 
 
 @njit(cache=True)
-def aimed_at(points: Array, x_m: float, y_m: float, switch_m: float) -> int:
-    """The first waypoint, in order, that is not within switch_m yet; the last one when all are."""
+def target_waypoint(points: Array, x_m: float, y_m: float, switch_m: float) -> int:
+    """Index of the first waypoint (n, 2) that is not within switch_m; of the last one when all are."""
     n: int = points.shape[0]
     for i in range(n):
         if math.hypot(points[i, 0] - x_m, points[i, 1] - y_m) > switch_m:
@@ -65,20 +65,22 @@ def aimed_at(points: Array, x_m: float, y_m: float, switch_m: float) -> int:
     return n - 1
 
 
-def led_pose(
+def predicted_pose(
     pose_map: Pose2, speed_mps: float, steers_rad: np.ndarray, wheelbase_m: float, dt_s: float
 ) -> Pose2:
-    """Where the vehicle will be when a command of now takes effect.
+    """The pose when a command of now takes effect.
 
-    steers_rad  (k,) front-wheel angles over the actuators' delay, one each dt_s: commanded, not yet done
+    steers_rad  (k,) front-wheel angles over the actuators' delay, one every dt_s: commanded, not yet executed
     """
     return Pose2(
-        *advanced(pose_map.x_m, pose_map.y_m, pose_map.yaw_rad, speed_mps, steers_rad, wheelbase_m, dt_s)
+        *propagate_bicycle(
+            pose_map.x_m, pose_map.y_m, pose_map.yaw_rad, speed_mps, steers_rad, wheelbase_m, dt_s
+        )
     )
 
 
 @njit(cache=True)
-def advanced(
+def propagate_bicycle(
     x_m: float, y_m: float, yaw_rad: float, speed_mps: float, steers: Array, wheelbase_m: float, dt_s: float
 ) -> tuple[float, float, float]:
     """(x, y, yaw) after driving the steering angles (k,), dt_s each; kinematic bicycle, midpoint rule."""

@@ -8,8 +8,7 @@ import msgspec
 class BicycleSteering(msgspec.Struct, frozen=True):
     """delta = atan(L omega / v), limited in angle and rate.
 
-    speed_mps_min  below this the wheels are turned as if the vehicle went this fast: at rest any turn rate
-                   would ask for full lock
+    speed_mps_min  a lower speed counts as this: at rest any turn rate would need full lock
     """
 
     wheelbase_m: float = 2.6
@@ -21,7 +20,7 @@ class BicycleSteering(msgspec.Struct, frozen=True):
     def steer_rad(
         self, turn_radps: float, speed_mps: float, before_rad: float, trim_rad: float = 0.0
     ) -> float:
-        """The next command after `before_rad`, to wheels that stand trim_rad to the left of it."""
+        """The next command after `before_rad`, for wheels that stand trim_rad to the left of the command."""
         wanted = math.atan(self.wheelbase_m * turn_radps / max(speed_mps, self.speed_mps_min))
         wanted = min(max(wanted - trim_rad, -self.steer_rad_max), self.steer_rad_max)
         reach = self.steer_rate_radps_max * self.dt_s

@@ -1,4 +1,4 @@
-"""How far the wheels stand beside what the steering reports, learned from how the vehicle turns."""
+"""The difference between the wheel angle and the reported angle, learned from the yaw rate."""
 
 import math
 
@@ -8,13 +8,14 @@ from vehicle_agent.signals import Ego, VehicleMotion
 
 
 class SteeringTrim(msgspec.Struct, frozen=True):
-    """A first-order mean of atan(L omega / v) - steer, rad: a bent linkage, a cross slope, tyres that drift.
+    """A first-order mean of atan(L omega / v) - steer, rad: a bent linkage, a cross slope, drifting tyres.
 
-    Waypoint followers have no integral that would find it, for in a curve their error is not zero; the turn
-    rate shows it everywhere.
+    Waypoint followers have no integral for it, since in a curve their error is not zero. The yaw rate shows
+    it everywhere.
 
-    settle_s   time constant; learned above speed_mps_min, where the turn rate's noise is small beside it
-    trim_rad_max  more than this is a fault to be found by the watch on the steering, not to be steered away
+    settle_s       time constant
+    speed_mps_min  slower, the noise of the yaw rate is too large to learn from
+    trim_rad_max   a larger difference is a fault, which the gate's steering monitor detects
     """
 
     wheelbase_m: float = 2.6
@@ -24,10 +25,10 @@ class SteeringTrim(msgspec.Struct, frozen=True):
     dt_s: float = 0.02
 
     def step(self, trim_rad: float, ego: Ego, motion: VehicleMotion) -> float:
-        """The next trim; unchanged while the vehicle is slow, or moves as no wheel angle explains."""
+        """The next trim; unchanged while the vehicle is slow or the yaw rate is not finite."""
         if ego.speed_mps < self.speed_mps_min or not math.isfinite(ego.yaw_rate_radps):
             return trim_rad
-        turned_rad = math.atan(self.wheelbase_m * ego.yaw_rate_radps / ego.speed_mps)
-        off_rad = min(max(turned_rad - motion.steer_rad, -0.1), 0.1)
-        trim_rad += (off_rad - trim_rad) * self.dt_s / self.settle_s
+        effective_rad = math.atan(self.wheelbase_m * ego.yaw_rate_radps / ego.speed_mps)
+        deviation_rad = min(max(effective_rad - motion.steer_rad, -0.1), 0.1)
+        trim_rad += (deviation_rad - trim_rad) * self.dt_s / self.settle_s
         return min(max(trim_rad, -self.trim_rad_max), self.trim_rad_max)

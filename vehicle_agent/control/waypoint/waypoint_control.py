@@ -1,9 +1,9 @@
-"""The GEM stack's control: waypoint follower and twist controller behind one door."""
+"""The GEM stack's control: waypoint follower and twist controller."""
 
 import msgspec
 import numpy as np
 
-from vehicle_agent.control.waypoint.follower import FollowerState, WaypointFollower, led_pose
+from vehicle_agent.control.waypoint.follower import FollowerState, WaypointFollower, predicted_pose
 from vehicle_agent.control.waypoint.pure_pursuit import PurePursuit
 from vehicle_agent.control.waypoint.steering import BicycleSteering
 from vehicle_agent.control.waypoint.steering_trim import SteeringTrim
@@ -12,22 +12,24 @@ from vehicle_agent.signals import ControlCommand, Ego, Path, VehicleMotion
 
 
 class WaypointControlState(msgspec.Struct, frozen=True):
-    """What control remembers; steers_rad (k,) are the last commands, oldest first, not yet carried out.
+    """What control remembers.
 
-    trim_rad: the wheels stand so far to the left of what was commanded
+    steers_rad (k,)  the last commands, oldest first, not yet executed
+    trim_rad         the wheels stand this far to the left of the command
     """
 
     steers_rad: np.ndarray
-    aim: FollowerState = FollowerState()
+    follower: FollowerState = FollowerState()
     pedals: TwistState = TwistState()
     trim_rad: float = 0.0
 
 
 class WaypointControl(msgspec.Struct, frozen=True):
-    """steer_delay_s: from a steering command to the wheels; the follower aims from where it will be then.
+    """Follower, steering and twist controller.
 
-    trim: None: the wheels are taken to stand as they are told
-    released_brake_ratio: a reported brake below this lets the standing vehicle start
+    trim                  None: no correction of the wheel angle
+    steer_delay_s         from a steering command to the wheels; the follower uses the pose at that time
+    released_brake_ratio  above this reported brake a standing vehicle is held
     """
 
     follower: WaypointFollower | PurePursuit = WaypointFollower()
@@ -44,13 +46,13 @@ class WaypointControl(msgspec.Struct, frozen=True):
     def step(
         self, state: WaypointControlState, ego: Ego, path: Path, motion: VehicleMotion
     ) -> tuple[ControlCommand, WaypointControlState]:
-        """Follow the path's waypoints at its speed. Without by-wire the memory starts from what is."""
+        """The command that follows the path at its speed. Without by-wire the state follows the reports."""
         if not motion.enabled:
             state = WaypointControlState(
                 np.full_like(state.steers_rad, motion.steer_rad), trim_rad=state.trim_rad
             )
         elif path.speed_mps > 0.0 and self._is_held(ego, motion):
-            state = WaypointControlState(state.steers_rad, state.aim, trim_rad=state.trim_rad)
+            state = WaypointControlState(state.steers_rad, state.follower, trim_rad=state.trim_rad)
         trim_rad = 0.0 if self.trim is None else self.trim.step(state.trim_rad, ego, motion)
         if path.emergency:
             pedals = self.twist.full_stop()
@@ -59,16 +61,18 @@ class WaypointControl(msgspec.Struct, frozen=True):
                 state.pedals, path.speed_mps, path.accel_mps2, ego.speed_mps, ego.accel_mps2
             )
         before_rad = float(state.steers_rad[-1])
-        pending = state.steers_rad if self.steer_delay_s > 0.0 else state.steers_rad[:0]
-        pose_map = led_pose(
-            ego.pose_map, ego.speed_mps, pending + trim_rad, self.steering.wheelbase_m, self.dt_s
+        pending_steers_rad = state.steers_rad if self.steer_delay_s > 0.0 else state.steers_rad[:0]
+        pose_map = predicted_pose(
+            ego.pose_map, ego.speed_mps, pending_steers_rad + trim_rad, self.steering.wheelbase_m, self.dt_s
         )
         speed_mps = max(ego.speed_mps, self.steering.speed_mps_min)
-        turn_radps, error_rad, aim = self.follower.step(state.aim, pose_map, speed_mps, path.points_map)
+        turn_radps, error_rad, follower = self.follower.step(
+            state.follower, pose_map, speed_mps, path.points_map
+        )
         steer_rad = self.steering.steer_rad(turn_radps, speed_mps, before_rad, trim_rad)
         if len(path.points_map) == 0:
             steer_rad = before_rad
-        wish = ControlCommand(
+        command = ControlCommand(
             steer_rad=steer_rad,
             throttle_ratio=pedals.throttle_ratio,
             brake_ratio=pedals.brake_ratio,
@@ -81,9 +85,13 @@ class WaypointControl(msgspec.Struct, frozen=True):
                 ("throttle_integral", pedals.integral_ratio),
             ),
         )
-        return wish, WaypointControlState(np.append(state.steers_rad[1:], steer_rad), aim, pedals, trim_rad)
+        return command, WaypointControlState(
+            np.append(state.steers_rad[1:], steer_rad), follower, pedals, trim_rad
+        )
 
     def _is_held(self, ego: Ego, motion: VehicleMotion) -> bool:
-        """The brake keeps the vehicle standing: the guard's perhaps, for minutes. Throttle that were wound
-        up against it meanwhile would make the vehicle leap forward once it is let go."""
+        """The brake holds the vehicle, the guard's perhaps, for minutes.
+
+        Throttle that winds up meanwhile would make the vehicle leap when the brake is released.
+        """
         return ego.speed_mps < self.twist.hold_below_mps and motion.brake_ratio > self.released_brake_ratio

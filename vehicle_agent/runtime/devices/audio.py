@@ -1,6 +1,6 @@
-"""The loudspeaker: recorded sentences through a player program, everything else through text-to-speech.
+"""The loudspeaker: recorded sentences by a player program, all others by text-to-speech.
 
-Programs are started and looked after, never waited for; one speaks at a time.
+Programs are started and monitored without waiting; one speaks at a time.
 """
 
 import shutil
@@ -15,14 +15,14 @@ import structlog
 
 log = structlog.get_logger()
 
-# Older sentences give way: what was worth saying ten seconds ago is not any more.
+# When the queue is full, the oldest sentence is dropped.
 WAITING_MAX = 4
 SPEAKS_S_MAX = 30.0
 Clock = Callable[[], float]
 
 
 class AudioError(Exception):
-    """Nothing can be spoken; the message says which program or file is missing."""
+    """The loudspeaker cannot be used; the message names the missing program or file."""
 
 
 class AudioSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -41,10 +41,10 @@ class AudioSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Loudspeaker:
-    """`say` queues a sentence, `look` starts what is next when nothing speaks; call it often."""
+    """`say` queues a sentence; `update` starts the next one when none is spoken. Call `update` often."""
 
     def __init__(self, settings: AudioSettings, clock: Clock = time.monotonic) -> None:
-        """Raises AudioError when a program or a recording that is named is not there."""
+        """Raises AudioError if a program or a recording in the settings is missing."""
         if len(settings.voices) != len(settings.languages):
             raise AudioError("`voices` must name one voice for each of `languages`")
         if not settings.recordings and not settings.speech:
@@ -56,36 +56,36 @@ class Loudspeaker:
             if command and shutil.which(command[0]) is None:
                 raise AudioError(f"no program {command[0]!r}; install it (Debian: alsa-utils, espeak-ng)")
         self._waiting: deque[tuple[str, tuple[str, ...]]] = deque(maxlen=WAITING_MAX)
-        self._speaking: subprocess.Popen[bytes] | None = None
+        self._program: subprocess.Popen[bytes] | None = None
         self._begun_s = 0.0
 
     @property
     def is_speaking(self) -> bool:
-        return self._speaking is not None
+        return self._program is not None
 
     def say(self, english: str, chinese: str) -> None:
-        """After what is being spoken; a text that is the same in both languages is spoken once."""
+        """Queues a sentence; a text that is the same in both languages is spoken once."""
         texts = {"en": english, "zh": chinese}
-        told = set()
+        queued = set()
         for language, voice in zip(self._settings.languages, self._settings.voices, strict=True):
             text = texts[language]
-            if text and text not in told:
-                told.add(text)
+            if text and text not in queued:
+                queued.add(text)
                 command = self._command(text, voice)
                 if command:
                     self._waiting.append((text, command))
                 else:
                     log.warning("voice.no_recording", text=text)
 
-    def look(self) -> None:
-        """Hear whether the program has ended, end one that hangs, start the next. Never waits."""
-        if self._speaking is not None and not self._has_ended(self._speaking):
+    def update(self) -> None:
+        """Checks the running program, ends one that hangs, starts the next. Never waits."""
+        if self._program is not None and not self._has_ended(self._program):
             return
-        self._speaking = None
+        self._program = None
         if self._waiting:
             text, command = self._waiting.popleft()
             try:
-                self._speaking = subprocess.Popen(
+                self._program = subprocess.Popen(
                     command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
                 )
             except OSError as error:
@@ -93,12 +93,12 @@ class Loudspeaker:
             self._begun_s = self._clock()
 
     def close(self) -> None:
-        """Fall silent."""
+        """Ends speech and clears the queue."""
         self._waiting.clear()
-        if self._speaking is not None:
-            self._speaking.kill()
-            self._speaking.wait()
-            self._speaking = None
+        if self._program is not None:
+            self._program.kill()
+            self._program.wait()
+            self._program = None
 
     def _has_ended(self, program: subprocess.Popen[bytes]) -> bool:
         code = program.poll()
@@ -121,7 +121,7 @@ class Loudspeaker:
 
 
 def _recordings(folder: Path) -> dict[str, Path]:
-    """Sentence -> WAV file, all of them there."""
+    """The WAV file of each sentence; every file exists."""
     index = folder / "sentences.toml"
     try:
         names = msgspec.toml.decode(index.read_bytes(), type=dict[str, str])

@@ -1,4 +1,4 @@
-"""Opening a vehicle's CAN bus: SocketCAN on a vehicle, IP multicast on the loopback for a simulated one."""
+"""A vehicle's CAN bus: SocketCAN on a vehicle, IP multicast on the loopback for a simulated one."""
 
 import can
 
@@ -8,10 +8,10 @@ class CanBusError(Exception):
 
 
 def open_bus(channel: str) -> can.BusABC:
-    """channel  a SocketCAN interface ("can0"), or "udp:ADDRESS:PORT" of a simulated bus.
+    """The bus of a channel: a SocketCAN interface ("can0"), or "udp:ADDRESS:PORT" of a simulated bus.
 
-    Simulated buses on one machine need ports of their own: Linux delivers a port's datagrams of every
-    joined group to every socket that is bound to it. Raises CanBusError.
+    Simulated buses on one machine need different ports: Linux delivers a port's datagrams of every joined
+    group to every socket that is bound to it. Raises CanBusError.
     """
     if not channel.startswith("udp:"):
         return _open_socketcan(channel)

@@ -1,7 +1,7 @@
 """An LED matrix behind a network controller that speaks DDP, the Distributed Display Protocol, over UDP.
 
 A frame goes out as packets of at most 1440 bytes of pixels (480 of three bytes), in order, each with a header
-of ten bytes; the last one has the push flag and lights them all. Nobody answers, and nobody is waited for.
+of ten bytes; the last one has the push flag, which shows the frame. There are no replies.
 """
 
 import socket
@@ -10,7 +10,7 @@ import struct
 from vehicle_agent.runtime.devices.led_text import Pixels
 
 DDP_PORT = 4048
-# Version 1 in the upper two bits; the lowest bit pushes what has come.
+# Version 1 in the upper two bits; the lowest bit shows the frame.
 VERSION_1, PUSH = 0x40, 0x01
 # RGB, eight bits a channel; the default output of a controller.
 RGB_888, DISPLAY = 0x0B, 0x01
@@ -22,16 +22,16 @@ HEADER = struct.Struct(">BBBBIH")
 def packets(frame: Pixels, sequence: int) -> list[bytes]:
     """The datagrams of a (height, width, 3) frame, row by row; sequence 1..15."""
     data = frame.tobytes()
-    out = []
+    datagrams = []
     for offset in range(0, len(data), PAYLOAD_BYTES_MAX):
         part = data[offset : offset + PAYLOAD_BYTES_MAX]
         flags = VERSION_1 | (PUSH if offset + len(part) == len(data) else 0)
-        out.append(HEADER.pack(flags, sequence, RGB_888, DISPLAY, offset, len(part)) + part)
-    return out
+        datagrams.append(HEADER.pack(flags, sequence, RGB_888, DISPLAY, offset, len(part)) + part)
+    return datagrams
 
 
 class DdpMatrix:
-    """One controller. lost: packets for which there was no room or no way; the next frame makes up for it."""
+    """One controller. lost: packets that could not be sent; the next frame replaces them."""
 
     def __init__(self, host: str, port: int = DDP_PORT) -> None:
         self.lost = 0
@@ -40,14 +40,14 @@ class DdpMatrix:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
 
-    def light(self, frame: Pixels) -> None:
-        """Send a frame. Never waits."""
+    def send_frame(self, frame: Pixels) -> None:
+        """Sends a frame without waiting."""
         self._sequence = self._sequence % 15 + 1
         for packet in packets(frame, self._sequence):
             try:
                 self._socket.sendto(packet, self._address)
             except OSError:
-                # A cable that is off must not end the talking; `lost` is told by the process.
+                # A missing cable must not end the process.
                 self.lost += 1
 
     def close(self) -> None:

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 Pixels = NDArray[np.uint8]
-# No character of any script looks like this private one: fonts draw their box for the missing there.
+# A private character that no font has: fonts draw their box for missing characters.
 _MISSING = "\U0010fffd"
 # Noto Sans SC (OFL-1.1), which has Latin letters too; installed with the agent.
 _FONT_PACKAGE, _FONT_FILE = "pylopdf_fonts_zh_cn", "NotoSansSC-Regular.otf"
-# What is written when nobody says what will be.
+# Sizes are chosen by this text when no required texts are given.
 _SAMPLE = "AQÉgj国龘"
 _SIZE_PX_MIN = 6
 
@@ -42,10 +42,10 @@ class Panel(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class TextPanel:
-    """Draws lines of text; equal texts at equal times give equal pixels."""
+    """Draws lines of text as pixels; equal texts at equal times give equal pixels."""
 
-    def __init__(self, panel: Panel, must_write: tuple[str, ...] = ()) -> None:
-        """must_write: texts by language that every font must have the characters for. Raises FontError."""
+    def __init__(self, panel: Panel, required_texts: tuple[str, ...] = ()) -> None:
+        """required_texts: one a language; its font must have all their characters. Raises FontError."""
         fonts = panel.fonts or (str(shipped_font()),) * len(panel.languages)
         if len(fonts) != len(panel.languages) or not panel.languages:
             raise FontError(
@@ -55,32 +55,32 @@ class TextPanel:
         self.panel = panel
         self.line_px = panel.height_px // len(panel.languages)
         self._names = fonts
-        samples = must_write or (_SAMPLE,) * len(fonts)
+        samples = required_texts or (_SAMPLE,) * len(fonts)
         self._fonts = [_largest(name, text, self.line_px) for name, text in zip(fonts, samples, strict=True)]
-        for number, text in enumerate(must_write):
+        for number, text in enumerate(required_texts):
             self._check(number, text)
-        self._drawn = lru_cache(maxsize=64)(self._line)
+        self._cached_line = lru_cache(maxsize=64)(self._line)
 
-    def moves(self, lines: tuple[str, ...]) -> bool:
-        """Some line is wider than the panel, so that its picture changes with time."""
+    def is_scrolling(self, lines: tuple[str, ...]) -> bool:
+        """True if a line is wider than the panel, so that its pixels change with time."""
         return any(
-            text and self._drawn(number, text).shape[1] > self.panel.width_px
+            text and self._cached_line(number, text).shape[1] > self.panel.width_px
             for number, text in enumerate(lines)
         )
 
     def frame(self, lines: tuple[str, ...], t_s: float) -> Pixels:
-        """(height, width, 3) t_s after the texts were put up; lines: one text for each language."""
+        """(height, width, 3) pixels t_s after the texts were set; lines: one text for each language."""
         panel = self.panel
         lit = np.zeros((panel.height_px, panel.width_px), dtype=bool)
         for number, text in enumerate(lines):
             if text:
                 top = number * self.line_px
-                lit[top : top + self.line_px] = self._window(self._drawn(number, text), t_s)
+                lit[top : top + self.line_px] = self._window(self._cached_line(number, text), t_s)
         frame: Pixels = lit[:, :, None] * np.array(panel.colour, dtype=np.uint8)
         return frame
 
     def _window(self, line: NDArray[np.bool_], t_s: float) -> NDArray[np.bool_]:
-        """What of a line is seen now: in the middle when it fits, else moving to the left, endlessly."""
+        """The visible part of a line: centred if it fits, otherwise scrolling to the left."""
         width = self.panel.width_px
         out = np.zeros((self.line_px, width), dtype=bool)
         if line.shape[1] <= width:
@@ -94,7 +94,7 @@ class TextPanel:
         return out
 
     def _line(self, number: int, text: str) -> NDArray[np.bool_]:
-        """A text that reaches higher or lower than the others (É in a stop's name) is written smaller."""
+        """A text's pixels; a text that is higher than the line (É in a stop's name) is drawn smaller."""
         font = self._fonts[number]
         if _ink_px(font, text) > self.line_px:
             font = _largest(self._names[number], text, self.line_px)
@@ -108,7 +108,11 @@ class TextPanel:
         font = self._fonts[number]
         box = bytes(font.getmask(_MISSING, mode="1"))
         missing = sorted(
-            {mark for mark in text if not mark.isspace() and bytes(font.getmask(mark, mode="1")) == box}
+            {
+                character
+                for character in text
+                if not character.isspace() and bytes(font.getmask(character, mode="1")) == box
+            }
         )
         if missing:
             raise FontError(
@@ -118,7 +122,7 @@ class TextPanel:
 
 
 def shipped_font() -> Path:
-    """Raises FontError when the agent was installed without it."""
+    """The path of the shipped font. Raises FontError if it is not installed."""
     found = find_spec(_FONT_PACKAGE)
     if found is None or found.origin is None:
         raise FontError(
@@ -129,13 +133,13 @@ def shipped_font() -> Path:
 
 
 def _ink_px(font: ImageFont.FreeTypeFont, text: str) -> int:
-    """How high the text's own marks reach: fonts keep room for more than is ever written."""
+    """Height of the text's own characters; a font reserves more."""
     _, top, _, bottom = font.getbbox(text, anchor="ls")
     return math.ceil(bottom - top)
 
 
 def _largest(path: str, text: str, line_px: int) -> ImageFont.FreeTypeFont:
-    """The largest size whose marks fit the line."""
+    """The font in the largest size in which the text fits the line."""
     try:
         for size in range(2 * line_px, _SIZE_PX_MIN - 1, -1):
             font = ImageFont.truetype(path, size)

@@ -1,6 +1,6 @@
-"""Screens and loudspeaker as a process of the vehicle computer: takes the tick's words, drives the devices.
+"""Screens and loudspeaker as a process of the vehicle computer: takes the HMI output, drives the devices.
 
-Whatever shows or speaks is an `Outlet`; which ones a vehicle has is said by `speaking.toml` in its folder.
+Each device is an `OutputDevice`; `speaking.toml` in the vehicle's folder lists them.
 """
 
 import select
@@ -23,12 +23,12 @@ from vehicle_agent.signals import HmiOutput
 log = structlog.get_logger()
 
 FRAME_S = 0.05
-# A controller that was away, or goes dark without news, is told again.
+# A frame is repeated for a controller that was away or goes dark.
 REPEAT_S = 1.0
 
 
 class SpeakingError(Exception):
-    """speaking.toml cannot be used; the message says which line of it to mend."""
+    """speaking.toml cannot be used; the message names the field or line."""
 
 
 class ScreenSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -40,7 +40,7 @@ class ScreenSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class SpeakingSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """port: loopback port on which the tick's words come; devices that are left out are not driven."""
+    """port: loopback port for the HMI output; devices that are left out are not driven."""
 
     port: int = 47_600
     front: ScreenSettings | None = None
@@ -48,11 +48,11 @@ class SpeakingSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     audio: AudioSettings | None = None
 
 
-class Outlet(Protocol):
-    """Shows or speaks what a vehicle says. Neither call ever waits for a device."""
+class OutputDevice(Protocol):
+    """Shows or speaks the HMI output. No call waits for a device."""
 
-    def take(self, says: HmiOutput, now_s: float) -> None:
-        """New words, or the same again."""
+    def take(self, hmi_output: HmiOutput, now_s: float) -> None:
+        """Takes an HMI output, new or repeated."""
         ...
 
     def step(self, now_s: float) -> None:
@@ -75,9 +75,11 @@ class Screen:
         self._since_s = 0.0
         self._sent_s: float | None = None
 
-    def take(self, says: HmiOutput, now_s: float) -> None:
+    def take(self, hmi_output: HmiOutput, now_s: float) -> None:
         by_language = (
-            {"en": says.rear, "zh": says.rear_zh} if self._rear else {"en": says.screen, "zh": says.screen_zh}
+            {"en": hmi_output.rear, "zh": hmi_output.rear_zh}
+            if self._rear
+            else {"en": hmi_output.screen, "zh": hmi_output.screen_zh}
         )
         lines = tuple(by_language[name] for name in self._languages)
         if lines != self._lines:
@@ -86,35 +88,35 @@ class Screen:
 
     def step(self, now_s: float) -> None:
         due = self._sent_s is None or now_s - self._sent_s >= REPEAT_S
-        if due or self._text.moves(self._lines):
+        if due or self._text.is_scrolling(self._lines):
             self._sent_s = now_s
-            self._matrix.light(self._text.frame(self._lines, now_s - self._since_s))
+            self._matrix.send_frame(self._text.frame(self._lines, now_s - self._since_s))
 
     def close(self) -> None:
         self._matrix.close()
 
 
-class Voice:
+class SpeechOutput:
     """The loudspeaker."""
 
     def __init__(self, settings: AudioSettings) -> None:
         """Raises AudioError."""
         self._loudspeaker = Loudspeaker(settings)
 
-    def take(self, says: HmiOutput, now_s: float) -> None:
-        if says.announce or says.announce_zh:
-            self._loudspeaker.say(says.announce, says.announce_zh)
-        self._loudspeaker.look()
+    def take(self, hmi_output: HmiOutput, now_s: float) -> None:
+        if hmi_output.announce or hmi_output.announce_zh:
+            self._loudspeaker.say(hmi_output.announce, hmi_output.announce_zh)
+        self._loudspeaker.update()
 
     def step(self, now_s: float) -> None:
-        self._loudspeaker.look()
+        self._loudspeaker.update()
 
     def close(self) -> None:
         self._loudspeaker.close()
 
 
 def load_speaking(path: Path) -> SpeakingSettings | None:
-    """None when there is no such file: the vehicle's devices take the words themselves."""
+    """The settings; None without the file: the vehicle's devices read the HMI output themselves."""
     try:
         return msgspec.toml.decode(path.read_bytes(), type=SpeakingSettings)
     except FileNotFoundError:
@@ -123,30 +125,30 @@ def load_speaking(path: Path) -> SpeakingSettings | None:
         raise SpeakingError(f"{path}: {error}") from error
 
 
-def outlets(settings: SpeakingSettings) -> list[Outlet]:
+def output_devices(settings: SpeakingSettings) -> list[OutputDevice]:
     """The devices of these settings. Raises SpeakingError."""
-    made: list[Outlet] = []
+    devices: list[OutputDevice] = []
     name = ""
     try:
         for name, screen in (("front", settings.front), ("rear", settings.rear)):
             if screen is not None:
-                made.append(Screen(screen, rear=name == "rear"))
+                devices.append(Screen(screen, rear=name == "rear"))
         if settings.audio is not None:
             name = "audio"
-            made.append(Voice(settings.audio))
+            devices.append(SpeechOutput(settings.audio))
     except (FontError, AudioError) as error:
-        for outlet in made:
-            outlet.close()
+        for device in devices:
+            device.close()
         raise SpeakingError(f"speaking.toml, [{name}]: {error}") from error
-    return made
+    return devices
 
 
 class SpeakingProcess:
-    """Nothing but a socket and a beat; the tick never waits for it."""
+    """Takes HMI outputs and drives the devices; the tick never waits for it."""
 
     def __init__(self, settings: SpeakingSettings) -> None:
         """Raises SpeakingError, DeviceFeedError."""
-        self._outlets = outlets(settings)
+        self._devices = output_devices(settings)
         self._port = DatagramPort(settings.port)
         self._stopping = False
 
@@ -160,21 +162,21 @@ class SpeakingProcess:
         self.close()
 
     def run_step(self, now_s: float) -> None:
-        """Hand out what has come, then move what moves."""
+        """Gives received outputs to the devices, then steps each device."""
         for datagram in self._port.take():
             if isinstance(datagram, DeviceOutputs):
-                for outlet in self._outlets:
-                    outlet.take(datagram.hmi, now_s)
-        for outlet in self._outlets:
-            outlet.step(now_s)
+                for device in self._devices:
+                    device.take(datagram.hmi, now_s)
+        for device in self._devices:
+            device.step(now_s)
 
     @property
     def port(self) -> int:
         return self._port.port
 
     def close(self) -> None:
-        for outlet in self._outlets:
-            outlet.close()
+        for device in self._devices:
+            device.close()
         self._port.close()
 
     def _stop(self, _number: int, _frame: FrameType | None) -> None:

@@ -1,4 +1,4 @@
-"""A vehicle's processes: what runs on its computer, and how the pieces are wired.
+"""A vehicle's processes and how they are connected.
 
 One vehicle has a tick, a gate, a worker and a link process. Simulated vehicles on one machine share one
 worker and one link process; each keeps a tick and a gate of its own.
@@ -40,9 +40,9 @@ SOFTWARE = "0.1.0"
 
 @dataclass(frozen=True, slots=True)
 class AgentPlace:
-    """folder: the vehicle's folder on disk; mail: where its mailboxes are made (short paths).
+    """folder: the vehicle's folder on disk; mail: the folder of its mailboxes (a short path).
 
-    clock: a vehicle's own; several vehicles on one machine may share another one.
+    clock: the processes' clock; simulated vehicles on one machine may share one
     """
 
     folder: Path
@@ -51,9 +51,9 @@ class AgentPlace:
 
 
 def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
-    """The processes of these vehicles, in starting order: who brakes comes first.
+    """The processes of these vehicles, in starting order: the gates come first.
 
-    A vehicle whose stack plans beside the tick has a planner of its own.
+    A vehicle whose stack plans beside the tick has its own planner.
     """
     names = [AgentFolder(place.folder).vehicle().vehicle_id for place in places]
     planners = [
@@ -88,14 +88,14 @@ def run_gate(place: AgentPlace) -> None:
 def run_planner(place: AgentPlace) -> None:
     files = AgentFolder(place.folder)
     planner = build_planner(files.profile(), files.road_map())
-    assert planner is not None, "only stacks that plan beside the tick are given this process"
+    assert planner is not None, "only stacks that plan beside the tick have this process"
     with closing(place.clock.open(f"planner {files.vehicle().vehicle_id}")) as clock:
         PlannerProcess(place.mail, planner, clock).run()
 
 
 def run_speaking(place: AgentPlace) -> None:
     settings = AgentFolder(place.folder).speaking()
-    assert settings is not None, "only vehicles with a speaking.toml are given this process"
+    assert settings is not None, "only vehicles with a speaking.toml have this process"
     SpeakingProcess(settings).run()
 
 
@@ -123,7 +123,7 @@ def run_links(places: tuple[AgentPlace, ...]) -> None:
 
 
 def run_tick(place: AgentPlace) -> None:
-    """A new boot: mission memory from disk, everything else from scratch."""
+    """Runs the tick from a new boot: mission memory from disk, all other states initial."""
     files = AgentFolder(place.folder)
     vehicle, profile, road_map = files.vehicle(), files.profile(), files.road_map()
     car = build_car(profile, road_map)
@@ -150,21 +150,21 @@ def run_tick(place: AgentPlace) -> None:
     speaking = files.speaking()
     ports = (vehicle.words_port,) if speaking is None else (vehicle.words_port, speaking.port)
 
-    def show(says: HmiOutput) -> None:
+    def show(hmi_output: HmiOutput) -> None:
         for port in ports:
-            speaker.send(port, DeviceOutputs(says))
+            speaker.send(port, DeviceOutputs(hmi_output))
 
     devices = DeviceSensors(vehicle.values_port)
     with closing(clock):
         if vehicle.cameras:
-            both = SensorsAndCameras(devices, CameraLink(vehicle.cameras, clock))
-            TickProcess(place.mail, computer, both, show, clock).run()
+            sensors = SensorsAndCameras(devices, CameraLink(vehicle.cameras, clock))
+            TickProcess(place.mail, computer, sensors, show, clock).run()
         else:
             TickProcess(place.mail, computer, devices, show, clock).run()
 
 
 def _linked(place: AgentPlace, clock: Clock) -> LinkedVehicle:
-    """The link numbers its own starts, and events are its: those of a killed link keep their number."""
+    """The link's parameters. Events belong to the link's own boot id; a killed link's events keep theirs."""
     files = AgentFolder(place.folder)
     vehicle, profile, road_map = files.vehicle(), files.profile(), files.road_map()
     identity = Identity(
@@ -188,6 +188,6 @@ def _linked(place: AgentPlace, clock: Clock) -> LinkedVehicle:
 
 
 def mission_memory(files: AgentFolder) -> MissionMemory:
-    """What the mission knew when it last changed; empty on the first boot."""
+    """The mission's memory on disk; empty on the first boot."""
     data = read_memory(files.outbox)
     return MissionMemory() if data is None else msgspec.msgpack.decode(data, type=MissionMemory)

@@ -1,10 +1,11 @@
-"""A vehicle's folder: what makes this agent this vehicle, and what it must find again after a crash.
+"""A vehicle's folder: its identity, settings, and the state that survives a crash.
 
-vehicle.toml      who it is, whom it serves, which bus it drives (written at enrolment)
+vehicle.toml      vehicle id, server, CAN channel, ports (written at enrolment)
 profile.toml      the kind of vehicle
-speaking.toml     its screens and loudspeaker, when this computer drives them (see `speaking`)
-key.pem           its own key
-boots             how often it has started
+map.json          the campus map
+speaking.toml     screens and loudspeaker, if this computer drives them (see `speaking`)
+key.pem           the vehicle's key
+boot.count, link.count  numbers of starts of the tick and of the link
 outbox/           events and mission memory
 runs/BOOT/        run-log segments
 """
@@ -18,7 +19,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from contract.roads.load import load_map
 from contract.roads.model import RoadMap
 from vehicle_agent.config import Profile, load_profile
-from vehicle_agent.link.keys import load_or_make_key
+from vehicle_agent.link.keys import load_or_create_key
 from vehicle_agent.runtime.devices.speaking import SpeakingSettings, load_speaking
 
 
@@ -27,16 +28,16 @@ class AgentFolderError(Exception):
 
 
 class VehicleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What an agent must know before it can dial.
+    """An agent's settings.
 
     server_url          the server's address, e.g. https://shuttles.campus.edu
     can_channel         see `can_bus.open_bus`
     values_port         loopback port on which device values come (see `device_feed`)
-    scans_port          loopback port on which finished scans are told
+    scans_port          loopback port on which finished scans are announced
     words_port          loopback port of screen, speaker and doors
-    scan_ring           file through which scans are handed over
-    cameras             HOST:PORT on this vehicle's own network to hear crossings' cameras on, "" for none
-    server_certificate  path of a certificate to trust, for a server with one of its own making
+    scan_ring           file with the scans
+    cameras             HOST:PORT on this vehicle's own network for reports of crossing cameras, "" for none
+    server_certificate  path of a certificate to trust, for a server with a self-signed one
     """
 
     vehicle_id: str
@@ -76,7 +77,7 @@ class AgentFolder:
         (self.root / "vehicle.toml").write_text("\n".join(lines) + "\n")
 
     def prepare(self, vehicle: VehicleFile, campus_map: Path, profile: Path | None) -> None:
-        """Write everything an agent needs beside its key."""
+        """Writes everything that an agent needs except its key."""
         self.save_vehicle(vehicle)
         shutil.copyfile(campus_map, self.root / "map.json")
         if profile is not None:
@@ -95,7 +96,7 @@ class AgentFolder:
         return load_map(self.root / "map.json")
 
     def key(self) -> Ed25519PrivateKey:
-        return load_or_make_key(self.root / "key.pem")
+        return load_or_create_key(self.root / "key.pem")
 
     def next_boot_id(self, who: str = "boot") -> str:
         """A new id for every start of the tick ("boot") or of the link ("link"), in order."""

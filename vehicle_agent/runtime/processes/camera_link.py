@@ -1,8 +1,8 @@
-"""The local link: a crossing's camera speaks to the vehicles around it without the cloud.
+"""The local link: reports of crossing cameras without the server.
 
-One UDP datagram a word on the vehicle's own network, the same JSON as on /ws/infrastructure. Nobody signs
-it: whoever can send here can slow the vehicle down, and nothing else (docs/vehicle/onboard.md,
-infrastructure).
+One UDP datagram a report on the vehicle's own network, with the same JSON as on /ws/infrastructure. Datagrams
+are not signed: a forged report can slow the vehicle down and has no other effect (docs/vehicle/world.md,
+Infrastructure).
 """
 
 import socket
@@ -15,17 +15,17 @@ from vehicle_agent.runtime.processes.clock import MONOTONIC, Clock
 from vehicle_agent.signals import InboxBody, PedestrianPresence
 
 DATAGRAM_BYTES_MAX = 2_000
-# Of one poll: a flood must not keep the tick from its work.
-WORDS_MAX = 50
+# Reports a poll: a flood must not delay the tick.
+REPORTS_MAX = 50
 
 _decoder = msgspec.json.Decoder(PresenceReport)
 
 
 class CameraLink:
-    """malformed: datagrams that were no word."""
+    """malformed: number of datagrams that were no report."""
 
     def __init__(self, address: str, clock: Clock = MONOTONIC) -> None:
-        """address HOST:PORT of the vehicle on its own network. DeviceFeedError when it cannot be opened."""
+        """address: HOST:PORT of the vehicle on its own network. DeviceFeedError if it cannot be opened."""
         host, _, port = address.rpartition(":")
         self.malformed = 0
         self._clock = clock
@@ -45,34 +45,34 @@ class CameraLink:
         return number
 
     def poll(self) -> list[tuple[str, InboxBody]]:
-        """(source, word) of everything that has come, stamped with when it was seen, by our own clock."""
-        heard: list[tuple[str, InboxBody]] = []
-        for _ in range(WORDS_MAX):
+        """(source, report) of each report received, stamped with its detection by this vehicle's clock."""
+        received: list[tuple[str, InboxBody]] = []
+        for _ in range(REPORTS_MAX):
             try:
                 data = self._socket.recv(DATAGRAM_BYTES_MAX)
             except BlockingIOError:
                 break
             try:
-                word = _decoder.decode(data)
+                report = _decoder.decode(data)
             except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
                 self.malformed += 1
                 continue
-            seen_ns = self._clock.now_ns() - round(word.age_s * 1e9)
-            heard.append(("camera", PedestrianPresence(seen_ns, word.area_id, word.count)))
-        return heard
+            detected_ns = self._clock.now_ns() - round(report.age_s * 1e9)
+            received.append(("camera", PedestrianPresence(detected_ns, report.area_id, report.count)))
+        return received
 
     def close(self) -> None:
         self._socket.close()
 
 
 class SensorsAndCameras:
-    """The tick's devices and the cameras around it as one."""
+    """The tick's devices and the camera link as one."""
 
     def __init__(self, sensors: DeviceSensors, cameras: CameraLink) -> None:
         self._sensors, self._cameras = sensors, cameras
 
     def poll(self) -> list[tuple[str, InboxBody]]:
-        """Devices first; each in the order in which it came."""
+        """The devices' values, then the reports, each in order of arrival."""
         return self._sensors.poll() + self._cameras.poll()
 
     def close(self) -> None:

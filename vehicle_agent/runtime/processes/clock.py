@@ -1,7 +1,7 @@
-"""The clock that a vehicle's processes live by.
+"""The clock of a vehicle's processes.
 
 On a vehicle it is the computer's monotonic clock. A composition that starts the processes may give them
-another one, which all of them share.
+another one, which they share.
 """
 
 import select
@@ -17,29 +17,29 @@ class Clock(Protocol):
     def now_ns(self) -> int: ...
 
     def utc_offset_ns(self) -> int:
-        """UTC minus this clock, by this computer's own idea of UTC."""
+        """UTC, by this computer's clock, minus this clock."""
         ...
 
     def wait(self, due_ns: int, files: Sequence[int] = ()) -> None:
-        """Until the clock has come to due_ns or one of the files can be read; sometimes sooner."""
+        """Waits until due_ns or until one of the files can be read; may return earlier."""
         ...
 
     def close(self) -> None:
-        """The process ends in order."""
+        """Ends the process's use of the clock."""
         ...
 
 
 class ClockSource(Protocol):
-    """What a process is given to open its clock with; it can be pickled."""
+    """Opens a process's clock; can be pickled."""
 
     def open(self, name: str) -> Clock:
-        """name: the process's own among all that share the clock."""
+        """name: the process's name, unique among all that share the clock."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class MonotonicClock:
-    """The computer's own: nothing stops it."""
+    """The computer's monotonic clock."""
 
     def open(self, name: str) -> Clock:
         return self

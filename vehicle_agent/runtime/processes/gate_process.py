@@ -28,10 +28,10 @@ log = structlog.get_logger()
 
 
 class GateProcess:
-    """Moves frames both ways; the deciding is `Gate`'s."""
+    """Moves frames both ways; `Gate` decides."""
 
     def __init__(self, folder: Path, channel: str, profile: Profile, clock: Clock) -> None:
-        """folder  where the vehicle's mailboxes are; channel: see `open_bus`."""
+        """folder: of the vehicle's mailboxes; channel: see `open_bus`."""
         by_wire = braking_of(profile)
         warm_footprint()
         self._clock = clock
@@ -41,7 +41,7 @@ class GateProcess:
         self._mailbox = Mailbox(folder / "gate")
         self._tick = folder / "tick"
         self._stopping = False
-        # A simulated bus brings a sender's own frames back.
+        # A simulated bus returns a sender's own frames.
         self._own_ids = by_wire.command_ids()
 
     def run(self) -> None:
@@ -53,12 +53,12 @@ class GateProcess:
         was_braking = ""
         while not self._stopping:
             self._clock.wait(due_ns, (self._bus.fileno(), self._mailbox.fileno()))
-            self._pass_reports_on()
-            took = self._take_commands()
+            self._forward_reports()
+            has_commands = self._take_commands()
             now_ns = self._clock.now_ns()
-            if took or now_ns >= due_ns:
+            if has_commands or now_ns >= due_ns:
                 self._send(self._gate.step(now_ns))
-                self._tell_tick(self._gate.report_frames(now_ns))
+                self._send_to_tick(self._gate.report_frames(now_ns))
                 due_ns = now_ns + TICK_NS
             if self._gate.braking != was_braking:
                 was_braking = self._gate.braking
@@ -70,22 +70,22 @@ class GateProcess:
         self._stopping = True
 
     def _take_commands(self) -> bool:
-        took = False
+        has_commands = False
         for mail in self._mailbox.take():
             if isinstance(mail, Commands):
                 self._gate.take_commands(mail.frames, self._clock.now_ns())
-                took = True
+                has_commands = True
             elif isinstance(mail, Deliveries):
-                self._see(mail)
-        return took
+                self._take_percepts(mail)
+        return has_commands
 
-    def _see(self, mail: Deliveries) -> None:
-        """What the perception worker tells the tick, it tells the gate too."""
+    def _take_percepts(self, mail: Deliveries) -> None:
+        """Takes percepts, which the worker posts to tick and gate."""
         for delivery in mail.items:
             if isinstance(delivery.body, ObstaclePercept | TrackPercept):
                 self._gate.take_percept(delivery.body)
 
-    def _pass_reports_on(self) -> None:
+    def _forward_reports(self) -> None:
         frames = []
         while (message := self._bus.recv(timeout=0)) is not None:
             if message.arbitration_id in self._own_ids:
@@ -93,15 +93,15 @@ class GateProcess:
             frames.append(CanFrame(self._clock.now_ns(), message.arbitration_id, bytes(message.data)))
         if frames:
             self._gate.take_reports(tuple(frames), frames[-1].stamp_ns)
-            self._tell_tick(tuple(frames))
+            self._send_to_tick(tuple(frames))
 
-    def _tell_tick(self, frames: tuple[CanFrame, ...]) -> None:
+    def _send_to_tick(self, frames: tuple[CanFrame, ...]) -> None:
         if frames:
             deliveries = tuple(Delivery(frame.stamp_ns, "can", frame) for frame in frames)
             self._mailbox.post(self._tick, Deliveries(deliveries))
 
     def _send(self, frames: tuple[CanFrame, ...]) -> None:
-        """The by-wire module wants a pause between frames."""
+        """Sends frames with the pause that the by-wire module needs between them."""
         for number, frame in enumerate(frames):
             if number:
                 time.sleep(self._frame_gap_s)

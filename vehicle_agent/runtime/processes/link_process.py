@@ -1,6 +1,6 @@
-"""The link as a process, for one vehicle or for all simulated ones: desks, run logs, uploads, sockets.
+"""The link as a process, for one vehicle or for all simulated ones: bridges, run logs, uploads, sockets.
 
-The tick never waits for it: mail comes in over the vehicle's `link` mailbox, words go back to `tick`.
+The tick never waits for it: mail arrives in the vehicle's `link` mailbox, messages go to `tick`.
 """
 
 import asyncio
@@ -35,10 +35,10 @@ log = structlog.get_logger()
 
 @dataclass(frozen=True, slots=True)
 class LinkedVehicle:
-    """What the link must know of one vehicle.
+    """The link's parameters for one vehicle.
 
     mail      the folder of its mailboxes
-    progress  of the order that it follows, by its memory on disk
+    progress  of its order, from the memory on disk
     """
 
     folder: Path
@@ -60,7 +60,7 @@ class VehicleLink:
         self._clock = vehicle.clock
         self._identity = vehicle.identity
         self._tls = _tls_context(config.server_url, config.server_certificate)
-        self._desk = LinkBridge(
+        self._bridge = LinkBridge(
             files.outbox, vehicle.identity, lambda text: signature_text(key, text), vehicle.progress
         )
         self._runs = files.runs
@@ -68,7 +68,7 @@ class VehicleLink:
         self._mailbox = Mailbox(vehicle.mail / "link")
         self._tick = vehicle.mail / "tick"
         self._tick_boot_id = ""
-        self._tick_heard = asyncio.Event()
+        self._tick_is_up = asyncio.Event()
         self._reports: asyncio.Queue[TickReport] = asyncio.Queue(maxsize=2000)
         self._http = httpx.AsyncClient(
             base_url=config.server_url, verify=self._tls if self._tls is not None else True
@@ -77,29 +77,29 @@ class VehicleLink:
             vehicle.identity.vehicle_id, self._http, lambda text: signature_text(key, text)
         )
         url = config.server_url.replace("http", "ws", 1) + "/ws/vehicle"
-        self._client = LinkClient(url, self._desk, self._deliver, self._clock.now_ns, self._tls)
+        self._client = LinkClient(url, self._bridge, self._deliver, self._clock.now_ns, self._tls)
 
     async def run(self) -> None:
-        """Until cancelled; then the open segment is finished, so that it can be uploaded next time."""
+        """Runs until cancelled; then finishes and uploads the open segment."""
         asyncio.get_running_loop().add_reader(self._mailbox.fileno(), self._collect)
         self._queue_earlier_segments()
         try:
             async with asyncio.TaskGroup() as tasks:
-                tasks.create_task(self._dial())
-                tasks.create_task(self._work())
+                tasks.create_task(self._connect_when_ready())
+                tasks.create_task(self._process_reports())
                 tasks.create_task(self._uploader.run())
         finally:
             asyncio.get_running_loop().remove_reader(self._mailbox.fileno())
             self._log_files.close()
             for segment in self._log_files.take_finished():
                 await self._uploader.upload(Path(segment.path), segment.sha256)
-            self._desk.close()
+            self._bridge.close()
             self._mailbox.close()
             await self._http.aclose()
 
-    async def _dial(self) -> None:
-        """Not before the tick can hear what the server says."""
-        await self._tick_heard.wait()
+    async def _connect_when_ready(self) -> None:
+        """Connects once the tick can take the server's messages."""
+        await self._tick_is_up.wait()
         await self._client.run()
 
     def _collect(self) -> None:
@@ -107,51 +107,52 @@ class VehicleLink:
             if not isinstance(mail, TickReport):
                 continue
             self._notice_boot(mail)
-            self._tick_heard.set()
+            self._tick_is_up.set()
             if self._reports.full():
                 log.error("link.tick_report_lost", vehicle_id=self._identity.vehicle_id)
             else:
                 self._reports.put_nowait(mail)
 
     def _notice_boot(self, report: TickReport) -> None:
-        """A tick that has started anew knows neither link nor grants: a new hello brings it everything."""
+        """Reconnects after a restart of the tick: it has no grants, and a new hello brings them."""
         for entry in report.entries:
             if isinstance(entry, SegmentBegin) and entry.header.boot_id != self._tick_boot_id:
                 self._tick_boot_id = entry.header.boot_id
-                if self._tick_heard.is_set():
-                    self._client.redial()
+                if self._tick_is_up.is_set():
+                    self._client.reconnect()
 
-    async def _work(self) -> None:
+    async def _process_reports(self) -> None:
         while True:
             report = await self._reports.get()
-            if report.news is not None:
-                await self._take_news(report.news)
+            if report.update is not None:
+                await self._process_update(report.update)
             if report.entries:
                 await asyncio.to_thread(self._write_log, list(report.entries))
                 for segment in self._log_files.take_finished():
                     self._uploader.add(Path(segment.path), segment.sha256)
 
-    async def _take_news(self, news: TickUpdate) -> None:
-        lines = self._desk.number(news)
-        if lines or news.memory is not None:
-            await asyncio.to_thread(self._desk.write, news, lines)
-        self._desk.speak(news, self._clock.now_ns())
+    async def _process_update(self, update: TickUpdate) -> None:
+        lines = self._bridge.number_events(update)
+        if lines or update.memory is not None:
+            await asyncio.to_thread(self._bridge.write, update, lines)
+        self._bridge.send(update, self._clock.now_ns())
         self._client.wake()
 
     def _write_log(self, entries: list[RunLogEntry]) -> None:
         self._log_files.write(entries)
 
-    def _deliver(self, word: LinkMessage) -> None:
-        delivery = Delivery(self._clock.now_ns(), "link", word)
+    def _deliver(self, message: LinkMessage) -> None:
+        delivery = Delivery(self._clock.now_ns(), "link", message)
         if not self._mailbox.post(self._tick, Deliveries((delivery,))):
-            log.warning("link.word_lost", vehicle_id=self._identity.vehicle_id, word=type(word).__name__)
+            log.warning("link.word_lost", vehicle_id=self._identity.vehicle_id, word=type(message).__name__)
 
     def _queue_earlier_segments(self) -> None:
-        """Segments of earlier boots: finished or cut short, the server takes them once."""
+        """Queues what an earlier link left, finished or cut short, before this one writes; the server stores
+        each segment once.
+        """
         for path in sorted(self._runs.glob("*/*.mcap")):
-            if path.parent.name != self._identity.boot_id:
-                segment = finished_segment(path, int(path.stem))
-                self._uploader.add(path, segment.sha256)
+            segment = finished_segment(path, int(path.stem))
+            self._uploader.add(path, segment.sha256)
 
 
 def _tls_context(server_url: str, certificate: str) -> ssl.SSLContext | None:
@@ -161,7 +162,7 @@ def _tls_context(server_url: str, certificate: str) -> ssl.SSLContext | None:
 
 
 async def serve_links(vehicles: list[LinkedVehicle]) -> None:
-    """Run the links of these vehicles until SIGTERM."""
+    """Runs the links of these vehicles until SIGTERM."""
     stop = asyncio.Event()
     asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, stop.set)
     links = [asyncio.create_task(VehicleLink(vehicle).run()) for vehicle in vehicles]

@@ -1,7 +1,7 @@
-"""How the processes of one vehicle computer talk: Unix datagram sockets in a folder, one a process.
+"""Mail between the processes of one vehicle computer: Unix datagram sockets in a folder, one a process.
 
-A datagram arrives whole or not at all, in order, and nobody waits for anybody: a process that is gone
-loses its mail, and one that comes back finds its mailbox again by name.
+A datagram arrives whole or not at all, and in order. A sender never waits. A process that is gone loses its
+mail; after a restart it binds the same path again.
 """
 
 import socket
@@ -19,7 +19,7 @@ BUFFER_BYTES = 4 * 1024 * 1024
 
 
 class Delivery(msgspec.Struct, frozen=True):
-    """To the tick: something for the inbox."""
+    """To the tick: one inbox item."""
 
     arrival_ns: int
     source: str
@@ -37,9 +37,9 @@ class Commands(msgspec.Struct, frozen=True, tag="commands"):
 
 
 class TickReport(msgspec.Struct, frozen=True, tag="tick_report"):
-    """To the link: what to tell, and what to write down."""
+    """To the link: data for the server, and run-log entries."""
 
-    news: TickUpdate | None
+    update: TickUpdate | None
     entries: tuple[RunLogEntry, ...]
 
 
@@ -56,10 +56,10 @@ _decoder: msgspec.msgpack.Decoder[Mail] = msgspec.msgpack.Decoder(Mail, dec_hook
 
 
 class Mailbox:
-    """One process's socket. lost: mail that nobody took, because the other process is gone or too slow."""
+    """One process's socket. lost: count of mail to a process that is gone or too slow."""
 
     def __init__(self, path: Path) -> None:
-        """Binds at `path`; a mailbox left behind by a killed process is taken over."""
+        """Binds at `path`; replaces the mailbox of a killed process."""
         path.parent.mkdir(parents=True, exist_ok=True)
         path.unlink(missing_ok=True)
         self.path = path
@@ -74,7 +74,7 @@ class Mailbox:
         return self._socket.fileno()
 
     def post(self, to: Path, mail: Mail) -> bool:
-        """Never waits; False when the mail is lost, which is counted."""
+        """Sends mail without waiting; False if it is lost, which is counted."""
         try:
             self._socket.sendto(_encoder.encode(mail), str(to))
         except (FileNotFoundError, ConnectionRefusedError, BlockingIOError):
@@ -83,7 +83,7 @@ class Mailbox:
         return True
 
     def take(self) -> list[Mail]:
-        """Everything that has come, in order."""
+        """All mail received, in order."""
         mail: list[Mail] = []
         while True:
             try:

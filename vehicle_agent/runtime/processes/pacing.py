@@ -1,11 +1,11 @@
-"""A beat of 20 ms: late beats run once, and no burst catches up."""
+"""Ticks every 20 ms: a late tick runs once, and missed ticks are not repeated."""
 
 from vehicle_agent.runtime.processes.clock import MONOTONIC, Clock
 from vehicle_agent.signals.rates import TICK_NS
 
 
 class Pacer:
-    """late_ns: how far behind its moment the last beat began."""
+    """late_ns: how late the last tick began."""
 
     def __init__(self, clock: Clock = MONOTONIC) -> None:
         self.late_ns = 0
@@ -13,7 +13,7 @@ class Pacer:
         self._next_ns = clock.now_ns() + TICK_NS
 
     def wait(self) -> int:
-        """Sleep until the next beat; returns the stamp at which it begins."""
+        """Waits until the next tick; returns its stamp."""
         while (now_ns := self._clock.now_ns()) < self._next_ns:
             self._clock.wait(self._next_ns)
         self.late_ns = now_ns - self._next_ns

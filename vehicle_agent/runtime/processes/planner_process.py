@@ -19,7 +19,7 @@ WAIT_NS = 500_000_000
 
 
 class PlannerProcess:
-    """Only the newest job is worked on: an older one starts where the vehicle no longer is."""
+    """Answers the newest job only: an older one starts where the vehicle no longer is."""
 
     def __init__(self, mail: Path, planner: Callable[[PlanJob], PlanAnswer], clock: Clock) -> None:
         """mail: the folder of the vehicle's mailboxes."""

@@ -1,4 +1,4 @@
-"""Who must never wait for the rest of the machine asks for it."""
+"""Real-time priority for gate and tick."""
 
 import os
 
@@ -6,15 +6,15 @@ import structlog
 
 log = structlog.get_logger()
 
-# Who brakes goes before who drives.
+# The gate runs before the tick.
 GATE_PRIORITY, TICK_PRIORITY = 20, 10
 
 
 def ask_for_real_time(name: str, priority: int) -> bool:
-    """Before everybody else on this machine, from now on; only for a process that mostly sleeps.
+    """Requests SCHED_FIFO for this process, which must mostly sleep; True if granted.
 
-    False where the system does not know this or does not allow it (it takes CAP_SYS_NICE); then the process
-    goes on as any other, and says so.
+    False if the system does not have it or does not allow it (it needs CAP_SYS_NICE). The process then
+    continues with normal priority and logs a warning.
     """
     if not hasattr(os, "sched_setscheduler"):
         log.warning("process.not_real_time", name=name, reason="unknown to this system")

@@ -1,6 +1,6 @@
-"""Keeps a set of processes running: starts them, starts one again that has ended, stops all on SIGTERM.
+"""Keeps a set of processes running: starts them, restarts one that has ended, stops all on SIGTERM.
 
-A child that keeps ending is started less and less often; its exit is logged every time.
+A child that keeps ending is restarted after longer and longer pauses; each exit is logged.
 """
 
 import ctypes
@@ -24,7 +24,7 @@ FIRST_PAUSE_S = 0.2
 LONGEST_PAUSE_S = 10.0
 STABLE_AFTER_S = 20.0
 STOP_WITHIN_S = 8.0
-LOOK_EVERY_S = 0.1
+CHECK_EVERY_S = 0.1
 PR_SET_PDEATHSIG = 1
 
 
@@ -32,8 +32,8 @@ PR_SET_PDEATHSIG = 1
 class Job:
     """A process to keep running: a module-level function and its arguments.
 
-    restart   start it again when it ends
-    log_file  where its output goes, appended; None: to ours
+    restart   restart it when it ends
+    log_file  its output is appended here; None: the parent's output
     """
 
     name: str
@@ -53,7 +53,7 @@ class _Child:
 
 
 class Supervisor:
-    """pids: process ids by job name, for whoever wants to look or to kill."""
+    """pids: process ids of running jobs, by name."""
 
     def __init__(self, jobs: list[Job]) -> None:
         """Jobs are started in order and stopped in reverse order."""
@@ -74,8 +74,8 @@ class Supervisor:
         for job in self._jobs:
             self._children[job.name] = _Child(job, self._spawn(job), time.monotonic())
 
-    def look(self) -> None:
-        """Start again what has ended and is due."""
+    def restart_ended(self) -> None:
+        """Restarts the jobs that have ended and are due."""
         now_s = time.monotonic()
         for name, child in self._children.items():
             if child.process.is_alive() or not child.job.restart:
@@ -91,11 +91,11 @@ class Supervisor:
                 log.info("process.restarted", name=name, pid=child.process.pid)
 
     def has_ended(self, name: str) -> bool:
-        """Whether a job that is not restarted has ended."""
+        """True if a job that is not restarted has ended."""
         return not self._children[name].process.is_alive()
 
     def stop(self) -> None:
-        """SIGTERM to every child, last started first; SIGKILL for who does not end in time."""
+        """Sends SIGTERM to every child, last started first, and SIGKILL to one that does not end in time."""
         for child in reversed(self._children.values()):
             if child.process.is_alive():
                 child.process.terminate()
@@ -108,13 +108,13 @@ class Supervisor:
                 child.process.join()
 
     def run(self) -> None:
-        """Until SIGTERM or SIGINT."""
+        """Runs until SIGTERM or SIGINT."""
         signal.signal(signal.SIGTERM, self._stop)
         signal.signal(signal.SIGINT, self._stop)
         self.start()
         while not self._stopping:
-            self.look()
-            time.sleep(LOOK_EVERY_S)
+            self.restart_ended()
+            time.sleep(CHECK_EVERY_S)
         self.stop()
 
     def _spawn(self, job: Job) -> SpawnProcess:
@@ -127,8 +127,10 @@ class Supervisor:
 
 
 def _run(job: Job, parent: int) -> None:
-    """In the child: out of the terminal's reach, so that Ctrl-C ends the parent, which then ends us in order;
-    and not without the parent."""
+    """Runs a job in the child, in its own session and never without its parent.
+
+    Ctrl-C then reaches the parent only, which stops its children in order.
+    """
     os.setsid()
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)

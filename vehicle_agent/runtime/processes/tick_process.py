@@ -1,4 +1,4 @@
-"""The tick as a process: nothing but a beat, an inbox, the tick and the mailboxes of its neighbours."""
+"""The tick as a process: pacer, inbox, tick, and mail to the other processes."""
 
 import gc
 import signal
@@ -30,47 +30,47 @@ from vehicle_agent.signals.rates import LATE_TICK_FAULT_NS, REPORT_EVERY_TICKS
 
 log = structlog.get_logger()
 
-# Screen, speaker and doors are told at every change, and again in case they were away.
+# Screen, speaker and doors get every change, and repeats in case a device was away.
 SHOW_EVERY_NS = 1_000_000_000
 
 Show = Callable[[HmiOutput], None]
 
 
 class Sensors(Protocol):
-    """Devices that the tick process reads itself, without ever waiting for them."""
+    """Devices that the tick process reads without waiting."""
 
     def poll(self) -> list[tuple[str, InboxBody]]:
-        """(source, value) of everything that has come since the last poll."""
+        """(source, value) of all values since the last poll."""
         ...
 
 
 class TickUpdateWriter:
-    """Picks out of each tick's outputs what the link has to hear: news, not repetition."""
+    """Makes the link's update from each tick's outputs: changes only."""
 
     def __init__(self) -> None:
         self._ticks = 0
         self._memory: MissionMemory | None = None
 
-    def news(self, outputs: Outputs, memory: MissionMemory, stamp_ns: int) -> TickUpdate | None:
-        """None in a tick that has nothing to tell. Reports go at 5 Hz and with every event."""
-        due = self._ticks % REPORT_EVERY_TICKS == 0
+    def update(self, outputs: Outputs, memory: MissionMemory, stamp_ns: int) -> TickUpdate | None:
+        """The update of a tick, None without changes. Status goes at 5 Hz and with every event."""
+        is_due = self._ticks % REPORT_EVERY_TICKS == 0
         self._ticks += 1
-        changed = memory is not self._memory and memory != self._memory
+        memory_changed = memory is not self._memory and memory != self._memory
         self._memory = memory
-        if not (due or changed or outputs.events or outputs.answers):
+        if not (is_due or memory_changed or outputs.events or outputs.answers):
             return None
         return TickUpdate(
             stamp_ns=stamp_ns,
-            report=report_with_driving_view(outputs) if due or outputs.events else None,
+            report=report_with_driving_view(outputs) if is_due or outputs.events else None,
             events=outputs.events,
             answers=outputs.answers,
-            memory=msgspec.msgpack.encode(memory) if changed else None,
-            progress=order_progress(memory) if changed else None,
+            memory=msgspec.msgpack.encode(memory) if memory_changed else None,
+            progress=order_progress(memory) if memory_changed else None,
         )
 
 
 class TickProcess:
-    """One vehicle's loop."""
+    """One vehicle's onboard loop."""
 
     def __init__(
         self, mail: Path, computer: VehicleComputer, sensors: Sensors, show: Show, clock: Clock
@@ -83,13 +83,13 @@ class TickProcess:
         self._sensors = sensors
         self._show = show
         self._inbox = Inbox()
-        self._news = TickUpdateWriter()
+        self._update_writer = TickUpdateWriter()
         self._shown: HmiOutput | None = None
         self._shown_ns = 0
         self._stopping = False
 
     def run(self) -> None:
-        """Until SIGTERM. An exception in the tick ends the process: the gate brakes, a new one starts."""
+        """Runs until SIGTERM. An exception in the tick ends the process; the gate brakes, it restarts."""
         signal.signal(signal.SIGTERM, self._stop)
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         ask_for_real_time("tick", TICK_PRIORITY)
@@ -102,7 +102,7 @@ class TickProcess:
                 log.warning("tick.late", late_ms=pacer.late_ns / 1e6)
             self._collect()
             outputs = self._computer.run_tick(self._inbox.drain(), now_ns, pacer.late_ns)
-            self._hand_out(outputs, now_ns)
+            self._send_outputs(outputs, now_ns)
         self._mailbox.close()
 
     def _stop(self, _number: int, _frame: FrameType | None) -> None:
@@ -117,8 +117,8 @@ class TickProcess:
         for source, body in self._sensors.poll():
             self._inbox.put(now_ns, source, body)
 
-    def _hand_out(self, outputs: Outputs, now_ns: int) -> None:
-        """Frames first: everything else can wait."""
+    def _send_outputs(self, outputs: Outputs, now_ns: int) -> None:
+        """Sends the outputs; frames first."""
         self._mailbox.post(self._mail / "gate", Commands(outputs.frames))
         if outputs.jobs:
             self._mailbox.post(self._mail / "planner", Work(outputs.jobs))
@@ -126,6 +126,6 @@ class TickProcess:
             self._shown, self._shown_ns = outputs.hmi, now_ns
             self._show(outputs.hmi)
         memory = self._computer.state.mission.memory
-        news = self._news.news(outputs, memory, now_ns)
-        if news is not None or self._computer.entries:
-            self._mailbox.post(self._mail / "link", TickReport(news, tuple(self._computer.entries)))
+        update = self._update_writer.update(outputs, memory, now_ns)
+        if update is not None or self._computer.entries:
+            self._mailbox.post(self._mail / "link", TickReport(update, tuple(self._computer.entries)))

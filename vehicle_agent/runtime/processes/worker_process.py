@@ -29,7 +29,7 @@ class ScannedVehicle:
 
 
 class _Feed:
-    """One vehicle's scans. The ring is opened when the first scan is told, for the driver makes it."""
+    """One vehicle's scans. The ring is opened with the first scan, since the driver creates it."""
 
     def __init__(self, vehicle: ScannedVehicle, clock: Clock) -> None:
         self.vehicle = vehicle
@@ -38,11 +38,11 @@ class _Feed:
         self.mailbox = Mailbox(vehicle.mail / "worker")
         self._ring: ScanRing | None = None
 
-    def work(self) -> None:
-        """Only the newest scan: an older one is not worth the time."""
-        told = [datagram for datagram in self.port.take() if isinstance(datagram, ScanReady)]
-        if told:
-            self._answer(told[-1])
+    def process_newest(self) -> None:
+        """Processes the newest scan; older ones are skipped."""
+        announced = [datagram for datagram in self.port.take() if isinstance(datagram, ScanReady)]
+        if announced:
+            self._answer(announced[-1])
 
     def _answer(self, ready: ScanReady) -> None:
         try:
@@ -52,12 +52,12 @@ class _Feed:
             return
         scan = self._ring.read(ready)
         if scan is None:
-            # The driver has made a new ring, or we are too slow: the next scan will tell.
+            # The driver has created a new ring, or the scan was overwritten: the next scan decides.
             self._ring = None
             return
         percept = percept_from_scan(scan[0], ready.stamp_ns, self.vehicle.height_map)
         delivery = Delivery(self._clock.now_ns(), "worker", percept)
-        # The gate looks for itself: nobody in between may be wrong.
+        # The gate gets percepts directly, so that an error of the tick does not reach it.
         for reader in ("tick", "gate"):
             self.mailbox.post(self.vehicle.mail / reader, Deliveries((delivery,)))
 
@@ -81,6 +81,6 @@ def serve_percepts(vehicles: tuple[ScannedVehicle, ...], clock: Clock) -> None:
     while not stopping:
         clock.wait(clock.now_ns() + WAIT_NS, files)
         for feed in feeds:
-            feed.work()
+            feed.process_newest()
     for feed in feeds:
         feed.close()

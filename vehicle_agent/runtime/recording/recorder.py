@@ -1,7 +1,7 @@
-"""What one tick leaves for the run log: the input tape, what each room gave, and channels for viewers.
+"""A tick's entries for the run log: the input tape, each room's output, and channels for viewers.
 
-Pure bookkeeping: it makes entries, somebody else (`runlog_files`) owns the disk. Arrays are recorded by
-digest, for a replay computes them again from the tape.
+The recorder only makes entries; `runlog_files` writes them. Arrays are recorded as digests, since a replay
+computes them again from the tape.
 """
 
 import hashlib
@@ -41,7 +41,7 @@ SIGNALS = (*Flow.__struct_fields__, "frames", "events", "answers")
 
 
 class SegmentBegin(msgspec.Struct, frozen=True, tag="segment_begin"):
-    """Close the segment before, if any, and begin another with this head."""
+    """Ends the segment before, if any, and begins another with this header."""
 
     header: RunHeader
     state: bytes
@@ -57,10 +57,10 @@ RunLogEntry = SegmentBegin | LogEntry
 
 
 class FlowEncoder:
-    """A tick's signals as MessagePack, room by room; a signal that is the same object is encoded once."""
+    """Encodes a tick's signals as MessagePack, room by room; an unchanged object is encoded once."""
 
     def __init__(self) -> None:
-        self._kept: dict[str, tuple[object, msgspec.Raw]] = {}
+        self._cache: dict[str, tuple[object, msgspec.Raw]] = {}
         self._encoder = msgspec.msgpack.Encoder(enc_hook=_array_digest)
 
     def encode(self, outputs: Outputs) -> msgspec.Raw:
@@ -72,12 +72,12 @@ class FlowEncoder:
         return msgspec.Raw(self._encoder.encode(rooms))
 
     def _room(self, name: str, signal: Any) -> msgspec.Raw:
-        kept = self._kept.get(name)
-        if kept is not None and kept[0] is signal:
-            return kept[1]
+        cached = self._cache.get(name)
+        if cached is not None and cached[0] is signal:
+            return cached[1]
         plain = msgspec.structs.replace(signal, line=None) if name == "task" else signal
         encoded = msgspec.Raw(self._encoder.encode(plain))
-        self._kept[name] = (signal, encoded)
+        self._cache[name] = (signal, encoded)
         return encoded
 
 
@@ -92,7 +92,7 @@ class Recorder:
     """Turns ticks into run-log entries, and begins a segment every five minutes."""
 
     def __init__(self, header: RunHeader, body: Body, areas: tuple[ObservationArea, ...] = ()) -> None:
-        """header  of the first segment; its counters are filled in here. areas: the map's."""
+        """header: of the first segment, whose counters are set here; areas: of the map."""
         self._header = header
         self._scene = ViewerScene(header.vehicle_id, body, areas)
         self._flow = FlowEncoder()
@@ -100,7 +100,7 @@ class Recorder:
         self._records = msgspec.msgpack.Encoder()
         self._ticks = 0
         self._segment = -1
-        self._seen: Detections | None = None
+        self._last_detections: Detections | None = None
 
     def record(
         self,
@@ -111,7 +111,7 @@ class Recorder:
         late_ns: int,
         utc_offset_ns: int,
     ) -> list[RunLogEntry]:
-        """Everything to log of the tick that took `before` and `items` and gave `outputs`."""
+        """The entries of the tick that took `before` and `items` and gave `outputs`."""
         entries: list[RunLogEntry] = []
         if self._ticks % SEGMENT_TICKS == 0:
             entries.append(self._begin_segment(before, utc_offset_ns))
@@ -129,7 +129,7 @@ class Recorder:
 
     def _begin_segment(self, before: OnboardState, utc_offset_ns: int) -> SegmentBegin:
         self._segment += 1
-        self._seen = None
+        self._last_detections = None
         header = msgspec.structs.replace(
             self._header, segment=self._segment, first_tick=before.tick, utc_offset_ns=utc_offset_ns
         )
@@ -138,7 +138,7 @@ class Recorder:
     def _channels(
         self, items: Sequence[InboxItem], outputs: Outputs, stamp_ns: int, utc_offset_ns: int
     ) -> list[LogEntry]:
-        """What people look at: five or ten times a second is enough for eyes."""
+        """The entries for viewers, at 5 and 10 Hz."""
         flow, utc_ns = outputs.flow, stamp_ns + utc_offset_ns
         entries = [LogEntry(EVENT_TOPIC, stamp_ns, msgspec.json.encode(event)) for event in outputs.events]
         if self._ticks % REPORT_EVERY_TICKS == 0 or outputs.events:
@@ -152,8 +152,8 @@ class Recorder:
             entries.append(LogEntry(POSE_TOPIC, stamp_ns, foxglove.pose_in_frame(utc_ns, pose_map)))
             fixes = [item.body for item in items if isinstance(item.body, GnssFix)]
             entries += [LogEntry(LOCATION_TOPIC, stamp_ns, _location(utc_ns, fix)) for fix in fixes[-1:]]
-        if flow.detections is not self._seen:
-            self._seen = flow.detections
+        if flow.detections is not self._last_detections:
+            self._last_detections = flow.detections
             entries.append(
                 LogEntry(OBSTACLE_TOPIC, stamp_ns, foxglove.point_cloud(utc_ns, flow.detections.points_map))
             )

@@ -1,4 +1,4 @@
-"""A vehicle's runs on disk: a folder for each boot, in it the segments."""
+"""A vehicle's runs on disk: one folder a boot, with its segments."""
 
 import hashlib
 from pathlib import Path
@@ -14,7 +14,7 @@ from vehicle_agent.runtime.recording.recorder import RunLogEntry, SegmentBegin
 
 
 class FinishedSegment(msgspec.Struct, frozen=True):
-    """A segment that nobody writes to any more, ready to be uploaded by its content's hash."""
+    """A closed segment, ready for upload by its content's hash."""
 
     path: str
     sha256: str
@@ -26,39 +26,39 @@ class RunLogFiles:
     """Writes a vehicle's run-log entries. `take_finished` gives each closed segment once."""
 
     def __init__(self, runs: Path, profile: bytes, road_map_json: bytes) -> None:
-        """runs: the folder that holds one folder a boot."""
+        """runs: the folder with one folder a boot."""
         self._runs = runs
         self._profile = profile
         self._road_map_json = road_map_json
         self._road_map = zstandard.compress(road_map_json, 3)
         self._writer: SegmentWriter | None = None
         self._segment = -1
-        self._begins: RunHeader | None = None
+        self._pending_header: RunHeader | None = None
         self._map_scene: MapScene | None = None
         self._finished: list[FinishedSegment] = []
 
     def write(self, entries: list[RunLogEntry]) -> None:
-        """Raises FileExistsError when the boot_id is not new."""
+        """Writes entries. Raises FileExistsError if the segment exists already."""
         for entry in entries:
             if isinstance(entry, SegmentBegin):
                 self.close()
                 path = self._runs / entry.header.boot_id / f"{entry.header.segment:04d}.mcap"
                 self._writer = SegmentWriter(path, entry.header, entry.state, self._profile, self._road_map)
-                self._segment, self._begins = entry.header.segment, entry.header
+                self._segment, self._pending_header = entry.header.segment, entry.header
             elif self._writer is not None:
-                if self._begins is not None:
-                    self._draw_map(self._writer, self._begins, entry.stamp_ns)
-                    self._begins = None
+                if self._pending_header is not None:
+                    self._add_map(self._writer, self._pending_header, entry.stamp_ns)
+                    self._pending_header = None
                 self._writer.add(entry.topic, entry.stamp_ns, entry.data)
 
-    def _draw_map(self, writer: SegmentWriter, begins: RunHeader, stamp_ns: int) -> None:
-        """What the segment is seen on, before its first message."""
+    def _add_map(self, writer: SegmentWriter, header: RunHeader, stamp_ns: int) -> None:
+        """Writes the map's scene, before the segment's first message."""
         if self._map_scene is None:
             self._map_scene = MapScene(decode_map(self._road_map_json))
-        writer.add(MAP_TOPIC, stamp_ns, self._map_scene.at(stamp_ns + begins.utc_offset_ns))
+        writer.add(MAP_TOPIC, stamp_ns, self._map_scene.at(stamp_ns + header.utc_offset_ns))
 
     def close(self) -> None:
-        """Finish the open segment."""
+        """Finishes the open segment."""
         if self._writer is not None:
             self._writer.close()
             self._finished.append(finished_segment(self._writer.path, self._segment))

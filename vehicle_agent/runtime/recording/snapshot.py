@@ -1,4 +1,4 @@
-"""The onboard state as bytes, and back: what makes a run-log segment replayable alone."""
+"""The onboard state as bytes and back, so that each run-log segment can be replayed alone."""
 
 import msgspec
 
@@ -16,7 +16,7 @@ def encode_state(state: OnboardState) -> bytes:
 
 
 def decode_state(data: bytes, car: Car) -> OnboardState:
-    """The state of the rooms of this car. Raises msgspec.DecodeError when it is another stack's."""
+    """The state of this car's rooms. Raises msgspec.DecodeError for the state of another stack."""
     rooms = msgspec.msgpack.decode(data, type=dict[str, msgspec.Raw])
     pattern = initial_state(car)
     decoded = {

@@ -1,5 +1,5 @@
-"""One tick as a scene for Foxglove: the vehicle and why it is no faster, its path, who is around and where
-they are expected, and the areas that it watches."""
+"""One tick as a scene for Foxglove: the vehicle and what limits its speed, its path, road users with
+predictions, and the watched areas."""
 
 import numpy as np
 
@@ -18,10 +18,10 @@ from contract.runlog.foxglove import (
     text,
 )
 from vehicle_agent.config import Body
-from vehicle_agent.onboard.driving_view import MOVES_MPS
+from vehicle_agent.onboard.driving_view import MOVING_MPS
 from vehicle_agent.signals import PEDESTRIAN, TRACK_KINDS, Flow, Path, World
 
-_OWN, _MATE = rgba(0.15, 0.45, 0.95, 0.85), rgba(0.55, 0.55, 0.6, 0.7)
+_OWN, _FLEET = rgba(0.15, 0.45, 0.95, 0.85), rgba(0.55, 0.55, 0.6, 0.7)
 _FAST, _SLOW = np.array([0.1, 0.7, 0.35]), np.array([0.9, 0.2, 0.1])
 _PATH = rgba(0.1, 0.7, 0.35)
 _INK = rgba(0.05, 0.05, 0.05)
@@ -34,13 +34,13 @@ _KINDS = {
 _HEIGHT_M = {"pedestrian": 1.7, "cyclist": 1.7, "vehicle": 1.6, "other": 1.0}
 _YIELDED_TO = rgba(0.9, 0.1, 0.1, 0.95)
 _PREDICTED = rgba(0.95, 0.6, 0.1, 0.6)
-_CLEAR, _TAKEN = rgba(0.1, 0.7, 0.35, 0.8), rgba(0.9, 0.2, 0.1, 0.9)
+_CLEAR, _OCCUPIED = rgba(0.1, 0.7, 0.35, 0.8), rgba(0.9, 0.2, 0.1, 0.9)
 _AHEAD_S = 4.0
 _FULL_MPS = 4.0
 
 
 class ViewerScene:
-    """Makes the scene of one vehicle's ticks."""
+    """Makes the scenes of one vehicle's ticks."""
 
     def __init__(self, vehicle_id: str, body: Body, areas: tuple[ObservationArea, ...]) -> None:
         self._vehicle_id = vehicle_id
@@ -49,7 +49,7 @@ class ViewerScene:
         self._outlines = {area.area_id: outline_array(area) for area in areas}
 
     def scene(self, flow: Flow, utc_ns: int) -> bytes:
-        """A SceneUpdate; what has gone since the one before is in it no more and fades within a second."""
+        """A SceneUpdate; an entity that is missing from it fades within a second."""
         return scene_update(
             [
                 *self._vehicles(flow, utc_ns),
@@ -61,20 +61,20 @@ class ViewerScene:
         )
 
     def _vehicles(self, flow: Flow, utc_ns: int) -> list[Entity]:
-        says = f"{flow.guard_status.mode} {flow.ego.speed_mps * 3.6:.0f} km/h {flow.path.limited_by}"
-        own = self._box(utc_ns, self._vehicle_id, flow.ego.pose_map, says)
+        caption = f"{flow.guard_status.mode} {flow.ego.speed_mps * 3.6:.0f} km/h {flow.path.limited_by}"
+        own = self._box(utc_ns, self._vehicle_id, flow.ego.pose_map, caption)
         return [
             own,
             *(
-                self._box(utc_ns, mate.vehicle_id, mate.pose_map, mate.vehicle_id)
-                for mate in flow.world.fleet_vehicles
+                self._box(utc_ns, vehicle.vehicle_id, vehicle.pose_map, vehicle.vehicle_id)
+                for vehicle in flow.world.fleet_vehicles
             ),
         ]
 
-    def _box(self, utc_ns: int, name: str, pose_map: Pose2, words: str) -> Entity:
+    def _box(self, utc_ns: int, name: str, pose_map: Pose2, caption: str) -> Entity:
         centre = compose(pose_map, self._to_centre)
-        color = _OWN if name == self._vehicle_id else _MATE
-        label = text(centre, self._size[2] + 0.8, words, _INK)
+        color = _OWN if name == self._vehicle_id else _FLEET
+        label = text(centre, self._size[2] + 0.8, caption, _INK)
         return entity(utc_ns, name, cubes=[cube(centre, self._size, color)], texts=[label])
 
     def _areas(self, world: World) -> list[Primitive]:
@@ -82,13 +82,13 @@ class ViewerScene:
         for watched in world.watched:
             outline = self._outlines.get(watched.area_id)
             if outline is not None:
-                color = _TAKEN if watched.track_ids or watched.reported else _CLEAR
+                color = _OCCUPIED if watched.track_ids or watched.reported else _CLEAR
                 lines.append(line(outline, color, thickness_m=0.25, closed=True, z_m=0.15))
         return lines
 
 
 def _path(path: Path) -> list[Primitive]:
-    """Green where it will be driven fast, red where slowly."""
+    """The path as a line: green where fast, red where slow."""
     if len(path.points_map) < 2:
         return []
     share = np.clip(path.speeds_mps / _FULL_MPS, 0.0, 1.0)[:, None]
@@ -113,11 +113,11 @@ def _tracks(world: World, yielded_to: set[int], utc_ns: int) -> Entity:
 
 
 def _predictions(world: World) -> list[Primitive]:
-    """Of those who move, the next seconds at every half of one."""
+    """Lines of the moving tracks' predictions, every half second."""
     predictions, tracks = world.predictions, world.tracks
     if len(predictions.poses_map) != len(tracks.ids):
         return []
     speeds = np.hypot(tracks.velocities_map_mps[:, 0], tracks.velocities_map_mps[:, 1])
     shown = np.flatnonzero(predictions.times_s <= _AHEAD_S)[::2]
-    moving = np.flatnonzero(speeds > MOVES_MPS)
+    moving = np.flatnonzero(speeds > MOVING_MPS)
     return [line(predictions.poses_map[i][shown, :2], _PREDICTED, thickness_m=0.08) for i in moving]

@@ -6,10 +6,10 @@ from scipy.linalg import expm, solve_discrete_are
 from scipy.optimize import LinearConstraint, minimize
 
 from contract.geometry import Array
-from vehicle_agent.control.mpc.axis import best_inputs, no_guess
-from vehicle_agent.control.mpc.bounded import InputBounds, solved, within
+from vehicle_agent.control.mpc.axis import cold_start, solve_axis
+from vehicle_agent.control.mpc.bounded import InputBounds, are_within, solve_bounded
 from vehicle_agent.control.mpc.lateral_model import Chassis, exponential, rates_matrix
-from vehicle_agent.control.mpc.problem import AxisProblem, condensed, end_cost, free_inputs
+from vehicle_agent.control.mpc.problem import AxisProblem, condense, end_cost, unconstrained_inputs
 
 N, DT = 40, 0.05
 
@@ -40,8 +40,8 @@ def cost(
 @pytest.mark.parametrize("seed", range(5))
 def test_free_inputs_are_where_the_condensed_gradient_vanishes(seed: int) -> None:
     problem = a_problem(seed)
-    H, g = condensed(problem)
-    u = free_inputs(problem)
+    H, g = condense(problem)
+    u = unconstrained_inputs(problem)
     assert np.abs(H @ u + g).max() < 1e-9 * np.abs(g).max()
     rng = np.random.default_rng(seed)
     assert all(cost(u, *problem) < cost(u + rng.normal(0.0, 0.01, N), *problem) for _ in range(20))
@@ -51,10 +51,10 @@ def test_free_inputs_are_where_the_condensed_gradient_vanishes(seed: int) -> Non
 def test_bounded_inputs_agree_with_an_independent_solver(seed: int) -> None:
     problem = a_problem(seed)
     bounds = InputBounds(0.4, problem.x0[2] - 0.3, problem.x0[2] + 0.2)
-    answer = best_inputs(problem, bounds, DT, no_guess(N))
+    answer = solve_axis(problem, bounds, DT, cold_start(N))
     assert answer.bounded
     assert answer.feasible
-    H, g = condensed(problem)
+    H, g = condense(problem)
     sums = DT * np.tril(np.ones((N, N)))
     oracle = minimize(
         lambda u: 0.5 * u @ H @ u + g @ u,
@@ -65,7 +65,7 @@ def test_bounded_inputs_agree_with_an_independent_solver(seed: int) -> None:
         method="SLSQP",
         options={"maxiter": 1000, "ftol": 1e-14},
     )
-    assert within(
+    assert are_within(
         answer.inputs,
         problem.x0[2],
         InputBounds(0.4 + 1e-9, bounds.command_min - 1e-9, bounds.command_max + 1e-9),
@@ -78,18 +78,18 @@ def test_bounded_inputs_agree_with_an_independent_solver(seed: int) -> None:
 
 def test_what_the_solver_did_before_changes_nothing() -> None:
     first, second = a_problem(1), a_problem(2)
-    H, g = condensed(first)
+    H, g = condense(first)
     bounds = InputBounds(0.4, -2.0, 2.0)
     args = (H, g, float(first.x0[2]), bounds, DT, np.zeros(N), np.zeros(2 * N))
-    before = solved(*args)
+    before = solve_bounded(*args)
     for rate in (0.01, 3.0):
-        H2, g2 = condensed(second)
-        solved(
+        H2, g2 = condense(second)
+        solve_bounded(
             H2, 100.0 * g2, float(second.x0[2]), InputBounds(rate, -2.0, 2.0), DT, np.ones(N), np.ones(2 * N)
         )
-    after = solved(*args)
+    after = solve_bounded(*args)
     assert np.array_equal(before.inputs, after.inputs)
-    assert np.array_equal(before.prices, after.prices)
+    assert np.array_equal(before.multipliers, after.multipliers)
 
 
 def test_the_end_cost_solves_the_riccati_equation() -> None:

@@ -33,7 +33,7 @@ def test_the_foot_is_on_one_pedal_only_and_stays_there_for_a_whim() -> None:
 def test_when_the_vehicle_sets_off_the_brake_goes_only_while_the_throttle_comes() -> None:
     pedals, foot = PedalController(), PedalState()
     for _ in range(100):
-        foot = pedals.held(foot)
+        foot = pedals.hold(foot)
     brakes = []
     for _ in range(10):
         foot = pedals.step(foot, 0.5, 0.0)
@@ -48,7 +48,7 @@ def test_holding_comes_gently_and_stays() -> None:
     pedalling, foot = PedalController(), PedalState(holding=False)
     brakes = []
     for _ in range(100):
-        foot = pedalling.held(foot)
+        foot = pedalling.hold(foot)
         brakes.append(foot.brake_ratio)
     assert np.diff(brakes).max() <= 0.02 + 1e-12
     assert brakes[-1] == pedalling.hold_ratio

@@ -11,12 +11,12 @@ from vehicle_agent.control.trajectory.pose_filter import (
     GYRO_BIAS,
     STEER_BIAS,
     PoseFilter,
-    placed,
-    predicted,
-    turned,
-    unknown,
+    initial_filter_state,
+    predict,
+    reset_at,
+    update_yaw_rate,
 )
-from vehicle_agent.control.trajectory.pose_filter import fixed as take_fix
+from vehicle_agent.control.trajectory.pose_filter import update_pose as take_fix
 
 BASE_M, UNDERSTEER, SLIP, DT_S = 2.6, 0.0025, 0.0096, 0.02
 NOISE = (0.02, math.radians(0.3))
@@ -30,7 +30,7 @@ def weaving(
     rng = np.random.default_rng(seed)
     n = PoseFilter().row()
     x, y, yaw, v = 0.0, 0.0, 0.0, 3.0
-    belief = placed(unknown(), Pose2(x, y, yaw), *NOISE, 0)
+    belief = reset_at(initial_filter_state(), Pose2(x, y, yaw), *NOISE, 0)
     mean, P = belief.mean, belief.covariance
     errors = []
     for k in range(round(seconds / DT_S)):
@@ -39,8 +39,8 @@ def weaving(
         course = yaw + 0.5 * rate * DT_S - softness * SLIP * v * rate
         x, y, yaw = x + v * DT_S * math.cos(course), y + v * DT_S * math.sin(course), yaw + rate * DT_S
         gyro = rate + gyro_bias + rng.normal(0.0, 0.003)
-        predicted(mean, P, v, gyro, DT_S, SLIP, n)
-        turned(mean, P, v, gyro, steer, BASE_M, UNDERSTEER, n)
+        predict(mean, P, v, gyro, DT_S, SLIP, n)
+        update_yaw_rate(mean, P, v, gyro, steer, BASE_M, UNDERSTEER, n)
         told = np.array((x, y, yaw)) + rng.normal(0.0, 1.0, 3) * (NOISE[0], NOISE[0], NOISE[1])
         assert take_fix(mean, P, *told.tolist(), *NOISE, n)
         errors.append((mean[0] - x, mean[1] - y, math.remainder(mean[2] - yaw, 2.0 * math.pi)))
@@ -71,7 +71,7 @@ def test_tyres_that_do_not_slip_are_found_too() -> None:
 
 
 def test_a_pose_beyond_the_gate_is_not_taken() -> None:
-    belief = placed(unknown(), Pose2(0.0, 0.0, 0.0), *NOISE, 0)
+    belief = reset_at(initial_filter_state(), Pose2(0.0, 0.0, 0.0), *NOISE, 0)
     mean, P = belief.mean.copy(), belief.covariance.copy()
     n = PoseFilter().row()
     assert not take_fix(mean, P, 5.0, 0.0, 0.0, *NOISE, n)
@@ -81,7 +81,7 @@ def test_a_pose_beyond_the_gate_is_not_taken() -> None:
 
 
 def test_a_turn_of_the_heading_past_pi_is_no_surprise() -> None:
-    belief = placed(unknown(), Pose2(0.0, 0.0, math.pi - 0.01), *NOISE, 0)
+    belief = reset_at(initial_filter_state(), Pose2(0.0, 0.0, math.pi - 0.01), *NOISE, 0)
     n = PoseFilter().row()
     assert take_fix(belief.mean, belief.covariance, 0.0, 0.0, -math.pi + 0.01, *NOISE, n)
     assert abs(math.remainder(belief.mean[2] - math.pi, 2.0 * math.pi)) < 0.02

@@ -9,8 +9,8 @@ from contract.geometry import Pose2
 from vehicle_agent.control.waypoint.follower import (
     FollowerState,
     WaypointFollower,
-    aimed_at,
-    led_pose,
+    predicted_pose,
+    target_waypoint,
 )
 from vehicle_agent.control.waypoint.steering import BicycleSteering
 
@@ -18,12 +18,12 @@ LINE = np.column_stack((np.arange(1.0, 20.0), np.zeros(19)))
 
 
 def test_the_target_is_the_first_waypoint_farther_than_two_metres() -> None:
-    assert aimed_at(LINE, 0.0, 0.0, 2.0) == 2
-    assert aimed_at(LINE, 0.95, 0.0, 2.0) == 2
+    assert target_waypoint(LINE, 0.0, 0.0, 2.0) == 2
+    assert target_waypoint(LINE, 0.95, 0.0, 2.0) == 2
 
 
 def test_the_last_waypoint_stays_the_target_when_all_are_near() -> None:
-    assert aimed_at(LINE[:2], 1.0, 0.0, 2.0) == 1
+    assert target_waypoint(LINE[:2], 1.0, 0.0, 2.0) == 1
 
 
 def test_the_turn_rate_is_the_gain_times_the_heading_error() -> None:
@@ -61,7 +61,7 @@ def test_without_waypoints_there_is_no_turn() -> None:
 
 def test_the_led_pose_is_where_pending_commands_bring_the_vehicle() -> None:
     steer = math.atan(2.6 / 10.0)
-    pose = led_pose(Pose2(0.0, 0.0, 0.0), 2.0, np.full(50, steer), 2.6, 0.02)
+    pose = predicted_pose(Pose2(0.0, 0.0, 0.0), 2.0, np.full(50, steer), 2.6, 0.02)
     assert pose.yaw_rad == pytest.approx(0.2)
     assert pose.x_m == pytest.approx(10.0 * math.sin(0.2), abs=1e-3)
     assert pose.y_m == pytest.approx(10.0 * (1.0 - math.cos(0.2)), abs=1e-3)

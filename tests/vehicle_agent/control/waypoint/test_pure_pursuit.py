@@ -7,7 +7,7 @@ import pytest
 
 from contract.geometry import Pose2
 from vehicle_agent.control.waypoint.follower import FollowerState
-from vehicle_agent.control.waypoint.pure_pursuit import PurePursuit, point_ahead
+from vehicle_agent.control.waypoint.pure_pursuit import PurePursuit, look_ahead_point
 
 PURSUIT = PurePursuit()
 
@@ -30,7 +30,7 @@ def test_on_a_circle_it_turns_as_the_circle_does(radius_m: float) -> None:
 
 def test_the_point_is_three_metres_away_wherever_the_waypoints_lie() -> None:
     points = np.column_stack((np.arange(0.3, 20.0), np.full(20, 0.5)))
-    x, y = point_ahead(points, 0.0, 0.0, 3.0)
+    x, y = look_ahead_point(points, 0.0, 0.0, 3.0)
     assert math.hypot(x, y) == pytest.approx(3.0)
     assert y == 0.5
 
@@ -41,7 +41,7 @@ def test_it_steers_towards_the_line_from_either_side() -> None:
 
 
 def test_the_last_point_is_aimed_at_when_the_path_ends_before() -> None:
-    assert point_ahead(np.array([[1.0, 0.0], [2.0, 0.0]]), 0.0, 0.0, 3.0) == (2.0, 0.0)
+    assert look_ahead_point(np.array([[1.0, 0.0], [2.0, 0.0]]), 0.0, 0.0, 3.0) == (2.0, 0.0)
 
 
 def test_without_a_path_it_goes_straight() -> None:

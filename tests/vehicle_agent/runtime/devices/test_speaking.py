@@ -26,7 +26,7 @@ from vehicle_agent.runtime.devices.speaking import (
     SpeakingError,
     SpeakingProcess,
     SpeakingSettings,
-    outlets,
+    output_devices,
 )
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
 from vehicle_agent.signals import HmiOutput
@@ -86,7 +86,7 @@ def test_a_frame_arrives_as_it_was_lit_whatever_its_size() -> None:
     matrix, frame = FakeMatrix(panel), np.random.default_rng(1).integers(0, 255, (64, 128, 3), np.uint8)
     sender = DdpMatrix("127.0.0.1", matrix.port)
     for _ in range(17):
-        sender.light(frame)
+        sender.send_frame(frame)
         assert (matrix.frame() == frame).all()
     assert set(matrix.sequences) == set(range(1, 16))
     sender.close()
@@ -95,7 +95,7 @@ def test_a_frame_arrives_as_it_was_lit_whatever_its_size() -> None:
 
 def test_a_text_that_fits_stands_still_in_the_middle() -> None:
     text = TextPanel(PANEL)
-    assert not text.moves(("GO",))
+    assert not text.is_scrolling(("GO",))
     frame = text.frame(("GO",), 0.0)
     assert (frame == text.frame(("GO",), 7.3)).all()
     columns = np.flatnonzero(frame.any(axis=(0, 2)))
@@ -106,7 +106,7 @@ def test_a_text_that_fits_stands_still_in_the_middle() -> None:
 def test_a_long_text_comes_round_again() -> None:
     text = TextPanel(PANEL)
     line = ("PLEASE STEP ASIDE",)
-    assert text.moves(line)
+    assert text.is_scrolling(line)
     first = text.frame(line, 0.0)
     moved = text.frame(line, 0.25)
     assert (first[:, 10:] == moved[:, :-10]).all()
@@ -195,7 +195,7 @@ def test_without_the_shipped_font_a_panel_must_name_one(monkeypatch: pytest.Monk
 )
 def test_a_panel_that_cannot_be_drawn_says_why(panel: Panel, told: str) -> None:
     with pytest.raises(SpeakingError, match=rf"\[rear\].*{told}"):
-        outlets(SpeakingSettings(rear=ScreenSettings("127.0.0.1", panel=panel)))
+        output_devices(SpeakingSettings(rear=ScreenSettings("127.0.0.1", panel=panel)))
 
 
 def test_front_and_rear_show_their_own_text_and_repeat_it() -> None:
@@ -242,7 +242,7 @@ def player(folder: Path, seconds: float = 0.0, code: int = 0) -> tuple[str, Path
 def heard(log: Path, count: int, loudspeaker: Loudspeaker) -> list[str]:
     until_s = time.monotonic() + 5.0
     while time.monotonic() < until_s:
-        loudspeaker.look()
+        loudspeaker.update()
         lines = log.read_text().splitlines() if log.exists() else []
         if len(lines) >= count and not loudspeaker.is_speaking:
             return lines
@@ -255,7 +255,7 @@ def test_sentences_are_spoken_one_after_the_other_in_both_languages(tmp_path: Pa
     speaker = Loudspeaker(AudioSettings(speech=(program, "-v", "{voice}")))
     begun_s = time.monotonic()
     speaker.say("Doors are opening.", "车门正在打开。")
-    speaker.look()
+    speaker.update()
     assert time.monotonic() - begun_s < 0.5
     assert heard(log, 2, speaker) == ["车门正在打开。", "Doors are opening."]
     speaker.close()
@@ -278,7 +278,7 @@ def test_a_player_that_fails_or_hangs_does_not_silence_the_next(tmp_path: Path) 
     now_s = [0.0]
     speaker = Loudspeaker(AudioSettings(("en",), speech=(program,), voices=("en",)), lambda: now_s[0])
     speaker.say("one", "")
-    speaker.look()
+    speaker.update()
     assert speaker.is_speaking
     until_s = time.monotonic() + 5.0
     while not (log.exists() and log.read_text()):

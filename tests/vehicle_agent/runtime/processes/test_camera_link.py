@@ -8,7 +8,7 @@ import pytest
 from contract.wire.codec import encode
 from contract.wire.messages import PresenceReport
 from vehicle_agent.device_feed import DeviceFeedError
-from vehicle_agent.runtime.processes.camera_link import WORDS_MAX, CameraLink
+from vehicle_agent.runtime.processes.camera_link import REPORTS_MAX, CameraLink
 from vehicle_agent.signals import InboxBody, PedestrianPresence
 
 HOST = "127.0.0.1"
@@ -41,7 +41,7 @@ def test_what_is_no_word_is_counted_and_passed_by() -> None:
 
 def test_a_flood_is_taken_in_portions() -> None:
     link = CameraLink(f"{HOST}:0")
-    assert len(heard(link, *[encode(PresenceReport("zebra", 1))] * (WORDS_MAX + 10))) == WORDS_MAX
+    assert len(heard(link, *[encode(PresenceReport("zebra", 1))] * (REPORTS_MAX + 10))) == REPORTS_MAX
     link.close()
 
 

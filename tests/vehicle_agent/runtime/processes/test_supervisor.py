@@ -21,7 +21,7 @@ def until(supervisor: Supervisor, condition: Callable[[], bool]) -> None:
     deadline = time.monotonic() + 20.0
     while not condition():
         assert time.monotonic() < deadline
-        supervisor.look()
+        supervisor.restart_ended()
         time.sleep(0.02)
 
 
@@ -48,6 +48,6 @@ def test_a_process_that_is_not_to_be_restarted_stays_ended(tmp_path: Path) -> No
     supervisor = Supervisor([Job("once", os.getpid, restart=False)])
     supervisor.start()
     until(supervisor, lambda: supervisor.has_ended("once"))
-    supervisor.look()
+    supervisor.restart_ended()
     assert supervisor.pids == {}
     supervisor.stop()
