@@ -1,0 +1,22 @@
+"""The fleet runs by the numbers that its pages give."""
+
+import math
+from dataclasses import fields
+
+import pytest
+
+from server.domain.rules import FleetRules
+from tests.documented import DOCS, documented_defaults
+
+PAGES = [f"server/{path.name}" for path in sorted((DOCS / "server").glob("*.md"))]
+DOCUMENTED = documented_defaults(PAGES)
+RULES = [field.name for field in fields(FleetRules) if isinstance(field.default, int | float)]
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in RULES if not isinstance(getattr(FleetRules(), name), bool)]
+)
+def test_a_rule_of_the_fleet_is_documented_with_its_default(name: str) -> None:
+    default = float(getattr(FleetRules(), name))
+    assert name in DOCUMENTED, f"no table of docs/server gives {name}"
+    assert all(math.isclose(value, default) for value in DOCUMENTED[name]), (DOCUMENTED[name], default)
