@@ -1,9 +1,9 @@
 """A room drives by the numbers that its page gives."""
 
+import inspect
 import math
 from typing import Any
 
-import msgspec
 import pytest
 
 from tests.documented import documented_defaults
@@ -37,13 +37,11 @@ PAGES: dict[str, tuple[Any, ...]] = {
 
 
 def defaults(source: Any) -> dict[str, float]:
-    """The numbers that a module or a struct has by default, by name."""
-    if hasattr(source, "__struct_fields__"):
-        found = {field.name: field.default for field in msgspec.structs.fields(source)}
+    """The numbers that a module has, or a class is given by default, by name."""
+    if isinstance(source, type):
+        found = {name: given.default for name, given in inspect.signature(source).parameters.items()}
     else:
-        found = {name: getattr(source, name, None) for name in dir(source)}
-    if hasattr(source, "__dataclass_fields__"):
-        found = {name: field.default for name, field in source.__dataclass_fields__.items()}
+        found = vars(source)
     return {
         name: float(value)
         for name, value in found.items()
