@@ -1,0 +1,96 @@
+"""What a shuttle reports of its visits becomes the plan, the ride and the position that are stored."""
+
+from dataclasses import replace
+
+from contract.geometry import Pose2
+from server.domain.orders.orders import OrderState
+from server.domain.planning.plans import PlannedVisit
+from server.domain.rides.rides import RideState
+from server.usecases.orders import visits
+from server.usecases.planning import plans
+from tests.server.usecases.fake_fleet import FakeFleet
+from tests.server.usecases.fake_shuttle import FakeShuttle
+
+
+def to_pickup(fleet: FakeFleet) -> tuple[FakeShuttle, PlannedVisit, str]:
+    """A shuttle, the visit at which its ride boards, and the ride."""
+    ride = fleet.book("NN20", "C6")
+    shuttle = next(s for s in fleet.shuttles if s.vehicle_id == ride.vehicle_id)
+    visit = next(
+        v for v in fleet.campus.read(lambda u: plans.plan_of(u, shuttle.vehicle_id)).visits if v.board
+    )
+    return shuttle, visit, ride.ride_id
+
+
+def stored_pose(fleet: FakeFleet, vehicle_id: str) -> Pose2:
+    where = fleet.campus.read(lambda uow: uow.vehicles.whereabouts(vehicle_id))
+    assert where is not None
+    assert where.status is not None
+    return where.status.pose_map
+
+
+def test_an_arrival_lets_its_riders_board_and_those_of_no_other_shuttle(driven_fleet: FakeFleet) -> None:
+    shuttle, visit, ride_id = to_pickup(driven_fleet)
+    ride = driven_fleet.ride(ride_id)
+    other = next(s for s in driven_fleet.shuttles if s is not shuttle)
+    driven_fleet.campus.do(lambda uow: uow.rides.save(replace(ride, vehicle_id=other.vehicle_id)))
+    driven_fleet.campus.do(lambda u: visits.change(u, shuttle.vehicle_id, visit.visit_id, "under_way"))
+    assert driven_fleet.ride(ride_id).state is RideState.ASSIGNED
+
+
+def test_an_arrival_is_taken_over_once_and_never_backwards(driven_fleet: FakeFleet) -> None:
+    shuttle, visit, ride_id = to_pickup(driven_fleet)
+    change = lambda state: driven_fleet.campus.do(  # noqa: E731
+        lambda u: visits.change(u, shuttle.vehicle_id, visit.visit_id, state)
+    )
+    assert change("under_way") == visit
+    assert driven_fleet.ride(ride_id).state is RideState.BOARDING
+    assert change("under_way") is None
+    assert change("pending") is None
+    plan = driven_fleet.campus.read(lambda uow: plans.plan_of(uow, shuttle.vehicle_id))
+    assert plan.visit(visit.visit_id) == replace(visit, state="under_way")
+    assert driven_fleet.campus.do(lambda u: visits.change(u, "ghost", visit.visit_id, "done")) is None
+
+
+def test_a_shuttle_near_its_stop_is_shown_at_it_and_one_far_away_where_it_is(driven_fleet: FakeFleet) -> None:
+    shuttle, visit, _ = to_pickup(driven_fleet)
+    x_m, y_m, yaw_rad = driven_fleet.network.pose(visit.lane_id, visit.s_m)
+    for away_m, is_moved in ((visits.NEAR_M + 0.1, False), (visits.NEAR_M, True)):
+        shuttle.astray = Pose2(x_m + away_m, y_m, 0.0)
+        shuttle.report()
+        before = stored_pose(driven_fleet, shuttle.vehicle_id)
+        driven_fleet.campus.do(
+            lambda u, m=is_moved: visits.change(  # type: ignore[misc]
+                u, shuttle.vehicle_id, visit.visit_id, "done" if m else "under_way"
+            )
+        )
+        after = stored_pose(driven_fleet, shuttle.vehicle_id)
+        assert after == (Pose2(x_m, y_m, yaw_rad) if is_moved else before)
+
+
+def test_a_skipped_visit_moves_nobody(driven_fleet: FakeFleet) -> None:
+    shuttle, visit, _ = to_pickup(driven_fleet)
+    x_m, y_m, _ = driven_fleet.network.pose(visit.lane_id, visit.s_m)
+    shuttle.astray = Pose2(x_m + 3.0, y_m, 0.0)
+    shuttle.report()
+    driven_fleet.campus.do(lambda u: visits.change(u, shuttle.vehicle_id, visit.visit_id, "skipped"))
+    assert stored_pose(driven_fleet, shuttle.vehicle_id) == shuttle.astray
+
+
+def test_an_order_of_which_every_visit_was_made_is_done(driven_fleet: FakeFleet) -> None:
+    shuttle, _, _ = to_pickup(driven_fleet)
+    driven_fleet.step()
+    order = driven_fleet.campus.read(lambda uow: uow.orders.current(shuttle.vehicle_id))
+    assert order is not None
+    for visit in order.payload.visits:
+        assert current_state(driven_fleet, shuttle) is not OrderState.DONE
+        driven_fleet.campus.do(
+            lambda u, v=visit: visits.change(u, shuttle.vehicle_id, v.visit_id, "done")  # type: ignore[misc]
+        )
+    assert current_state(driven_fleet, shuttle) is OrderState.DONE
+
+
+def current_state(fleet: FakeFleet, shuttle: FakeShuttle) -> OrderState:
+    order = fleet.campus.read(lambda uow: uow.orders.current(shuttle.vehicle_id))
+    assert order is not None
+    return order.state
