@@ -56,9 +56,10 @@ class RowCache:
             self._keep_old(rows, key)
             rows[key] = value
 
-    def remove(self, name: str, key: Hashable) -> None:
+    def remove(self, name: str, key: Hashable, value: Any = _ABSENT) -> None:
+        """Remove a row of a loaded table; with a value, only the row that has it."""
         rows = self._tables.get(name)
-        if rows is not None and key in rows:
+        if rows is not None and key in rows and value in (_ABSENT, rows[key]):
             self._keep_old(rows, key)
             del rows[key]
 

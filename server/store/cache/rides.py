@@ -1,7 +1,6 @@
 """Rides that have not ended, in memory."""
 
 from collections.abc import Sequence
-from itertools import chain
 
 from sqlalchemy import Connection
 
@@ -67,8 +66,10 @@ class CachedRideRepository(SqlRideRepository):
         if ride.idempotency_key is not None:
             indexes.append((_KEYS, ride.idempotency_key))
         if ride.has_ended:
-            for name, key in chain([(_RIDES, ride.ride_id)], indexes):
-                self._memory.remove(name, key)
+            self._memory.remove(_RIDES, ride.ride_id)
+            for name, key in indexes:
+                # The code may have been given to another ride since.
+                self._memory.remove(name, key, ride.ride_id)
         else:
             self._memory.put(_RIDES, ride.ride_id, ride)
             for name, key in indexes:
