@@ -1,8 +1,11 @@
 """The parameter tables of docs/: what an engineer who tunes by them takes for the default."""
 
+import inspect
+import math
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 DOCS = Path(__file__).parents[1] / "docs"
 _SCALES = {"ms": 1e6, "s": 1e9, "us": 1e3}
@@ -21,6 +24,38 @@ def documented_defaults(pages: Iterable[str]) -> dict[str, set[float]]:
                 if value is not None:
                     found.setdefault(name, set()).add(value)
     return found
+
+
+def defaults(source: Any) -> dict[str, float]:
+    """The numbers that a module has, or a class is given by default, by name."""
+    if isinstance(source, type):
+        found = {name: given.default for name, given in inspect.signature(source).parameters.items()}
+    else:
+        found = vars(source)
+    return {
+        name: float(value)
+        for name, value in found.items()
+        if isinstance(value, int | float) and not isinstance(value, bool)
+    }
+
+
+def differing(page: str, sources: Iterable[Any]) -> list[str]:
+    """Names of which a page gives another value than the modules and classes that it documents.
+
+    AssertionError for a source of which the page says nothing.
+    """
+    documented = documented_defaults([page])
+    wrong = []
+    for source in sources:
+        known = defaults(source)
+        shared = known.keys() & documented.keys()
+        assert shared, f"docs/{page} documents nothing of {source.__name__}"
+        wrong += [
+            f"{source.__name__}.{name} is {known[name]:g}, the page says {documented[name]}"
+            for name in sorted(shared)
+            if not any(math.isclose(value, known[name]) for value in documented[name])
+        ]
+    return wrong
 
 
 def _rows(text: str) -> Iterator[tuple[list[str], list[str], list[str]]]:

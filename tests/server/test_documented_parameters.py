@@ -5,8 +5,12 @@ from dataclasses import fields
 
 import pytest
 
+from server.dispatch.engine.search.optimise import Settings
+from server.dispatch.engine.search.partition import Partitioning
 from server.domain.rules import FleetRules
-from tests.documented import DOCS, documented_defaults
+from server.fleet.hub import Hub
+from server.loops.solver import ProcessSolver
+from tests.documented import DOCS, differing, documented_defaults
 
 PAGES = [f"server/{path.name}" for path in sorted((DOCS / "server").glob("*.md"))]
 DOCUMENTED = documented_defaults(PAGES)
@@ -20,3 +24,15 @@ def test_a_rule_of_the_fleet_is_documented_with_its_default(name: str) -> None:
     default = float(getattr(FleetRules(), name))
     assert name in DOCUMENTED, f"no table of docs/server gives {name}"
     assert all(math.isclose(value, default) for value in DOCUMENTED[name]), (DOCUMENTED[name], default)
+
+
+@pytest.mark.parametrize(
+    ("page", "sources"),
+    [
+        ("dispatch-engine", (Settings, Partitioning)),
+        ("fleet", (Hub,)),
+        ("loops", (ProcessSolver,)),
+    ],
+)
+def test_a_page_gives_the_defaults_of_its_room(page: str, sources: tuple[type, ...]) -> None:
+    assert differing(f"server/{page}.md", sources) == []
