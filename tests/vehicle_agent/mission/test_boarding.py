@@ -16,8 +16,11 @@ from contract.wire.messages import (
     VisitChanged,
 )
 from tests.vehicle_agent.mission.ring import OFFSET_NS, RingShuttle, a_visit, an_order, rest
+from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.signals import CodeTyped, SeatSensor
 
+RULES = MissionRules()
+DWELL_S = 5.0
 ANN, BOB = RiderTask("ann", 1, "1111"), RiderTask("bob", 2, "2222")
 ON, OFF = ("south", 40.0), ("north", 30.0)
 
@@ -138,6 +141,44 @@ def test_riders_alight_by_seat_by_tap_and_by_code() -> None:
     shuttle.step(SeatSensor(1, 0))
     assert shuttle.of(RiderAlighted) == [RiderAlighted("ann", "sensor"), RiderAlighted("bob", "tap")]
     assert shuttle.state.memory.aboard == ()
+
+
+@pytest.mark.parametrize(("stay", "extra_s"), [(True, RULES.alight_grace_ns * 1e-9), (False, 0.0)])
+def test_the_doors_stay_open_a_while_longer_for_who_should_get_off_and_for_nobody_else(
+    stay: bool, extra_s: float
+) -> None:
+    shuttle = at_the_stop()
+    shuttle.step(SeatSensor(1, 3))
+    to_the_next_stop(shuttle)
+    shuttle.step(SeatSensor(1, 2 if stay else 0))
+    opened_s = shuttle.now_ns * 1e-9
+    shuttle.run_until(lambda: not shuttle.state.doors.commanded_open)
+    assert shuttle.now_ns * 1e-9 - opened_s == pytest.approx(DWELL_S + extra_s, abs=0.5)
+
+
+def test_seats_of_strangers_who_get_up_again_are_not_given_to_the_next_party() -> None:
+    """One seat is taken by nobody's booking while the party of two boards by code."""
+    shuttle = at_the_stop()
+    shuttle.step(CodeTyped(1, "1111"))
+    shuttle.step(SeatSensor(1, 1), SeatSensor(2, 2))
+    shuttle.step(SeatSensor(3, 1))
+    shuttle.step(SeatSensor(4, 2))
+    assert [event.ride_id for event in shuttle.of(RiderBoarded)] == ["ann"]  # type: ignore[attr-defined]
+    shuttle.step(SeatSensor(5, 3))
+    assert [event.ride_id for event in shuttle.of(RiderBoarded)] == ["ann", "bob"]  # type: ignore[attr-defined]
+
+
+def test_who_gets_up_after_a_tap_is_not_counted_twice() -> None:
+    """A tap lets the party of one out; a stranger stands up with it; the party of two stays seated."""
+    shuttle = at_the_stop()
+    shuttle.step(SeatSensor(1, 3))
+    shuttle.step(SeatSensor(2, 5))
+    to_the_next_stop(shuttle)
+    shuttle.step(PassengerTap(1, "t", "ann", "alight"))
+    shuttle.step(SeatSensor(3, 3))
+    assert shuttle.of(RiderAlighted) == [RiderAlighted("ann", "tap")]
+    shuttle.step(SeatSensor(4, 0))
+    assert shuttle.of(RiderAlighted) == [RiderAlighted("ann", "tap"), RiderAlighted("bob", "sensor")]
 
 
 def test_a_rider_who_stays_aboard_is_reported_once_and_the_shuttle_drives_on() -> None:

@@ -1,5 +1,6 @@
 """A stop on which another vehicle stands: waited for, short of it, and docked at once it is free."""
 
+from contract.wire.messages import Command
 from tests.vehicle_agent.mission.ring import RingShuttle, a_visit, an_order, rest
 from vehicle_agent.mission.rules import MissionRules
 
@@ -49,6 +50,19 @@ def test_the_shuttle_docks_when_the_stop_has_been_free_for_a_second() -> None:
     assert shuttle.state.stage == "serving"
     assert shuttle.state.memory.visit_state("a") == "under_way"
     assert abs(shuttle.state.s_m - stop_s_m(shuttle)) < 0.5
+
+
+def test_a_shuttle_that_stands_nearer_than_the_waiting_place_waits_where_it_stands() -> None:
+    shuttle = on_the_way()
+    shuttle.run_until(lambda: stop_s_m(shuttle) - shuttle.state.s_m <= 4.0)
+    shuttle.step(Command(1, "stay", "stop_now"))
+    shuttle.run_until(lambda: shuttle.speed_mps == 0.0)
+    standing_m = shuttle.state.s_m
+    shuttle.occupied_stops = ("a",)
+    shuttle.step(Command(1, "go", "resume"))
+    shuttle.run(5.0)
+    assert shuttle.state.s_m - standing_m < 0.2
+    assert shuttle.state.wait_s_m is not None
 
 
 def test_another_occupied_stop_does_not_matter() -> None:
