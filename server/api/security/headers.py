@@ -32,7 +32,7 @@ HSTS = "max-age=31536000"
 class SecurityHeaders:
     """Adds HEADERS to every response that has none of its own."""
 
-    def __init__(self, app: ASGIApp, with_tls: bool = False) -> None:
+    def __init__(self, app: ASGIApp, with_tls: bool) -> None:
         self._app = app
         self._headers = HEADERS | ({"Strict-Transport-Security": HSTS} if with_tls else {})
 

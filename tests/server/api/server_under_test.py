@@ -89,6 +89,12 @@ class ServerUnderTest:
     def close(self) -> None:
         self.run(self._lifespan.__aexit__(None, None, None))
 
+    def from_host(self, host: str) -> None:
+        """Requests come from this address from now on."""
+        self.client = httpx.AsyncClient(
+            transport=httpx.ASGITransport(self.app, client=(host, 50_000)), base_url="http://campus.test"
+        )
+
     def elapse(self, seconds: float) -> None:
         self.conductor.run_for(seconds)
 

@@ -46,6 +46,14 @@ def test_guessing_passwords_is_slowed_down_by_our_clock(server: ServerUnderTest)
     assert server.post("/session", CREDENTIALS).status_code == 200
 
 
+def test_who_guesses_passwords_slows_nobody_else_down(server: ServerUnderTest) -> None:
+    for number in range(7):
+        server.post("/session", CREDENTIALS | {"password": str(number)})
+    assert server.post("/session", CREDENTIALS).status_code == 429
+    server.from_host("10.0.0.7")
+    assert server.post("/session", CREDENTIALS).status_code == 200
+
+
 def test_a_change_needs_the_csrf_token_beside_the_cookie(server: ServerUnderTest) -> None:
     change = {"name": "script", "scopes": ["read"]}
     assert server.post("/developer-tokens", change).json()["code"] == "session_expired"
