@@ -175,3 +175,19 @@ def test_the_gearbox_refuses_to_shift_while_rolling() -> None:
     driver.run(4.0, ROLL)
     driver.run(0.5, Actuation(True, "reverse", 0.0, 0.0, 0.0))
     assert driver.module.targets(driver.fleet.truth("s1")).direction == 1.0
+
+
+def test_the_module_reports_how_many_frames_it_could_not_use() -> None:
+    driver = CanDriver()
+    driver.run(0.5, ROLL)
+    watch = driver.module.watch
+    watch.take(CanFrame(driver.now_ns + 1_000_000, 0x100, b"1"))
+    watch.take(command("global_command", driver.now_ns + 2_000_000, counter=3, complement=3))
+    watch.take(command("brake_command", driver.now_ns + 3_000_000))
+    watch.take(command("accelerator_command", driver.now_ns + 3_100_000))
+    driver.run(0.1, ROLL)
+    counts = watch.malformed, watch.miscounted, watch.crowded
+    assert min(counts) >= 1
+    layout = layouts()["global_report"]
+    newest = [frame for frame in driver.heard if frame.arbitration_id == layout.arbitration_id][-1]
+    assert layout.unpack(newest.data)["computer_read_errors"] == sum(counts)
