@@ -350,3 +350,11 @@ def someone(x_m: float, y_m: float) -> Tracks:
 
 def test_a_new_guard_is_held() -> None:
     assert GuardState().mode == "held"
+
+
+def test_the_steering_follows_a_command_at_the_rate_of_the_steering_also_after_a_long_tick() -> None:
+    bench, rate = driving(), GUARD.limits.steer_rate_radps_max
+    turning = ControlCommand(0.4, 0.3, 0.0, 0.1)
+    assert bench.step(wish=turning)[0].steer_rad == pytest.approx(rate * 0.02)
+    assert bench.step(wish=turning, tick_ns=40_000_000)[0].steer_rad == pytest.approx(rate * 0.06)
+    assert bench.step(wish=turning, tick_ns=400_000_000)[0].steer_rad == pytest.approx(rate * 0.16)

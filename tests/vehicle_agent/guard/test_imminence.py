@@ -7,7 +7,7 @@ import pytest
 
 from contract.geometry import Pose2
 from vehicle_agent.config import Profile
-from vehicle_agent.guard.imminence import clearance_m, travel_m
+from vehicle_agent.guard.imminence import clearance_m, travel_m, will_touch
 from vehicle_agent.signals import (
     CYCLIST,
     NO_TRACKS,
@@ -206,3 +206,14 @@ def test_only_a_person_behind_the_vehicle_does_not_keep_it_from_setting_off(
     ego = Ego(NOW_NS, Pose2(0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0, 0.02, NOW_NS, True)
     world = World(NOW_NS, NOW_NS, np.empty((0, 2)), (), (), False, a_track(x, y))
     assert AVOIDANCE.may_set_off(*AVOIDANCE.road_users(world, ego), 0.0) is may
+
+
+@pytest.mark.parametrize(("ahead_m", "touched"), [(0.9, True), (1.05, True), (1.2, False)])
+def test_who_stands_ahead_may_have_stepped_nearer_by_the_end_of_braking(
+    ahead_m: float, touched: bool
+) -> None:
+    """From 10 m/s with 5 m/s2 the vehicle stands after 2 s; by then a person deviates by 0.5 m/s2 t^2 / 2."""
+    reach_m = travel_m(2.0, 10.0, 0.0, 0.0, 5.0)
+    person = np.array([[FRONT + reach_m + ahead_m, 0.0, 0.0, 0.0, 0.0, 3.0, 0.5]])
+    body = (BODY.rear_overhang_m, FRONT, HALF)
+    assert will_touch(person, 0.0, 10.0, 0.0, 0.0, 5.0, body, 0.0, 0.1) == touched
