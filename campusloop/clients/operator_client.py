@@ -1,8 +1,8 @@
 """An operator's hands for demos and tests: the console's requests without the console."""
 
 import asyncio
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypedDict
 
 import httpx
 
@@ -15,6 +15,14 @@ class OperatorError(Exception):
     """The server said no; the message is its problem's title and detail."""
 
 
+class ReportedVehicle(TypedDict):
+    """What is read here of a vehicle as the API tells of it."""
+
+    connected: bool
+    placed: bool
+    held: bool
+
+
 class OperatorClient:
     """Signed in by `sign_in`; every method is one request and raises OperatorError for a problem."""
 
@@ -25,7 +33,7 @@ class OperatorClient:
 
     async def sign_in(self, name: str, password: str) -> None:
         session = await self._post("/api/v1/session", {"name": name, "password": password})
-        self._csrf = session["csrf_token"]
+        self._csrf = session.json()["csrf_token"]
 
     async def enrol(self, vehicle_id: str, body: Body, public_key: str) -> None:
         """Make a code for the vehicle and, as the vehicle, enrol its key with it."""
@@ -39,11 +47,13 @@ class OperatorClient:
                 "wheelchair_places": body.wheelchair_places,
             },
         )
-        enrolment = {"code": made["code"], "vehicle_id": vehicle_id, "public_key": public_key}
+        enrolment = {"code": made.json()["code"], "vehicle_id": vehicle_id, "public_key": public_key}
         await self._post("/api/v1/enrolments", enrolment)
 
-    async def vehicle(self, vehicle_id: str) -> dict[str, Any]:
-        return _checked(await self._client.get(f"/api/v1/vehicles/{vehicle_id}"))
+    async def vehicle(self, vehicle_id: str) -> ReportedVehicle:
+        answer = _checked(await self._client.get(f"/api/v1/vehicles/{vehicle_id}"))
+        reported: ReportedVehicle = answer.json()
+        return reported
 
     async def vehicles(self) -> list[dict[str, Any]]:
         answer = await self._client.get("/api/v1/vehicles")
@@ -59,15 +69,15 @@ class OperatorClient:
             await self.command(vehicle_id, "resume")
         await self._until(vehicle_id, lambda vehicle: not vehicle["held"])
 
-    async def _until(self, vehicle_id: str, holds: Callable[[dict[str, Any]], bool]) -> None:
+    async def _until(self, vehicle_id: str, holds: Callable[[ReportedVehicle], bool]) -> None:
         vehicle = await self.vehicle(vehicle_id)
         while not holds(vehicle):
             await asyncio.sleep(POLL_EVERY_S)
             vehicle = await self.vehicle(vehicle_id)
 
-    async def command(self, vehicle_id: str, verb: str) -> dict[str, Any]:
+    async def command(self, vehicle_id: str, verb: str) -> None:
         """hold, resume, stop-now, recall or release."""
-        return await self._post(f"/api/v1/vehicles/{vehicle_id}/{verb}", None)
+        await self._post(f"/api/v1/vehicles/{vehicle_id}/{verb}", None)
 
     async def incidents(self) -> list[dict[str, Any]]:
         answer = await self._client.get("/api/v1/incidents")
@@ -76,13 +86,13 @@ class OperatorClient:
         listed: list[dict[str, Any]] = answer.json()
         return listed
 
-    async def _post(self, path: str, body: dict[str, Any] | None) -> dict[str, Any]:
+    async def _post(self, path: str, body: Mapping[str, object] | None) -> httpx.Response:
         headers = {"X-CSRF-Token": self._csrf} if self._csrf else {}
         return _checked(await self._client.post(path, json=body, headers=headers))
 
 
-def _checked(answer: httpx.Response) -> dict[str, Any]:
-    body: dict[str, Any] = answer.json()
+def _checked(answer: httpx.Response) -> httpx.Response:
     if answer.is_error:
-        raise OperatorError(f"{answer.request.url.path}: {body.get('title')}: {body.get('detail')}")
-    return body
+        problem: Mapping[str, object] = answer.json()
+        raise OperatorError(f"{answer.request.url.path}: {problem.get('title')}: {problem.get('detail')}")
+    return answer

@@ -8,10 +8,12 @@ import asyncio
 import contextvars
 import heapq
 from collections import deque
-from collections.abc import Callable, Coroutine, Generator
-from typing import Any, TypeVar
+from collections.abc import Callable, Coroutine, Generator, Mapping
+from concurrent.futures import Executor
+from typing import Any, TypeVar, TypeVarTuple
 
 T = TypeVar("T")
+Arguments = TypeVarTuple("Arguments")
 AnyHandle = asyncio.Handle | asyncio.TimerHandle
 
 # A callback chain this long within one instant is a livelock, not work.
@@ -30,7 +32,7 @@ class VirtualLoop(asyncio.AbstractEventLoop):
         self._ready: deque[AnyHandle] = deque()
         self._timers: list[tuple[int, int, asyncio.TimerHandle]] = []
         self._created = 0
-        self._failures: list[dict[str, Any]] = []
+        self._failures: list[Mapping[str, object]] = []
         self._closed = False
 
     # ------------------------------------------------------------ what the conductor calls
@@ -58,7 +60,7 @@ class VirtualLoop(asyncio.AbstractEventLoop):
             asyncio._set_running_loop(None)
         self._raise_failure()
 
-    def run_now(self, coroutine: Coroutine[Any, Any, T]) -> T:
+    def run_now(self, coroutine: Coroutine[object, None, T]) -> T:
         """Run a coroutine to its end without time moving; for what needs no waiting (set-up, requests)."""
         task = self.create_task(coroutine)
         self.run_until_idle(self.now_ns)
@@ -88,25 +90,40 @@ class VirtualLoop(asyncio.AbstractEventLoop):
     def time(self) -> float:
         return self.now_ns / 1e9
 
-    def call_soon(  # type: ignore[override]
-        self, callback: Callable[..., object], *args: Any, context: contextvars.Context | None = None
+    def call_soon(
+        self,
+        callback: Callable[[*Arguments], object],
+        *args: *Arguments,
+        context: contextvars.Context | None = None,
     ) -> asyncio.Handle:
         handle = asyncio.Handle(callback, args, self, context)
         self._ready.append(handle)
         return handle
 
-    def call_later(  # type: ignore[override]
-        self, delay: float, callback: Callable[..., object], *args: Any, context: Any = None
+    def call_later(
+        self,
+        delay: float,
+        callback: Callable[[*Arguments], object],
+        *args: *Arguments,
+        context: contextvars.Context | None = None,
     ) -> asyncio.TimerHandle:
         return self._at(self.now_ns + round(delay * 1e9), callback, args, context)
 
-    def call_at(  # type: ignore[override]
-        self, when: float, callback: Callable[..., object], *args: Any, context: Any = None
+    def call_at(
+        self,
+        when: float,
+        callback: Callable[[*Arguments], object],
+        *args: *Arguments,
+        context: contextvars.Context | None = None,
     ) -> asyncio.TimerHandle:
         return self._at(round(when * 1e9), callback, args, context)
 
     def _at(
-        self, when_ns: int, callback: Callable[..., object], args: tuple[Any, ...], context: Any
+        self,
+        when_ns: int,
+        callback: Callable[[*Arguments], object],
+        args: tuple[*Arguments],
+        context: contextvars.Context | None,
     ) -> asyncio.TimerHandle:
         timer = asyncio.TimerHandle(when_ns / 1e9, callback, args, self, context)
         heapq.heappush(self._timers, (when_ns, self._created, timer))
@@ -118,7 +135,7 @@ class VirtualLoop(asyncio.AbstractEventLoop):
 
     def create_task(
         self,
-        coro: Generator[Any, None, T] | Coroutine[Any, Any, T],
+        coro: Generator[asyncio.Future[object] | None, None, T] | Coroutine[object, None, T],
         *,
         name: str | None = None,
         context: contextvars.Context | None = None,
@@ -129,10 +146,10 @@ class VirtualLoop(asyncio.AbstractEventLoop):
     def _timer_handle_cancelled(self, handle: asyncio.TimerHandle) -> None:
         """Nothing to do: a cancelled timer is skipped when it falls due."""
 
-    def call_exception_handler(self, context: dict[str, Any]) -> None:
+    def call_exception_handler(self, context: Mapping[str, object]) -> None:
         self._failures.append(context)
 
-    def default_exception_handler(self, context: dict[str, Any]) -> None:
+    def default_exception_handler(self, context: Mapping[str, object]) -> None:
         self._failures.append(context)
 
     def get_debug(self) -> bool:
@@ -151,12 +168,15 @@ class VirtualLoop(asyncio.AbstractEventLoop):
 
     # ------------------------------------------------------------ what must not happen
 
-    def call_soon_threadsafe(  # type: ignore[override]
-        self, callback: Callable[..., object], *args: Any, context: Any = None
+    def call_soon_threadsafe(
+        self,
+        callback: Callable[[*Arguments], object],
+        *args: *Arguments,
+        context: contextvars.Context | None = None,
     ) -> asyncio.Handle:
         raise VirtualTimeError("a call from another thread in virtual time")
 
-    def run_in_executor(  # type: ignore[override]
-        self, executor: Any, func: Callable[..., T], *args: Any
+    def run_in_executor(
+        self, executor: Executor | None, func: Callable[[*Arguments], T], *args: *Arguments
     ) -> "asyncio.Future[T]":
         raise VirtualTimeError(f"{func!r} asked for an executor in virtual time (a plain def endpoint?)")

@@ -3,12 +3,10 @@
 An array travels as (shape, dtype, bytes), so that what comes back is equal bit for bit.
 """
 
-from typing import Any
-
 import numpy as np
 
 
-def enc_hook(value: Any) -> Any:
+def enc_hook(value: object) -> object:
     """For `msgspec` encoders. NotImplementedError for anything but arrays and numpy scalars."""
     if isinstance(value, np.ndarray):
         return value.shape, value.dtype.str, np.ascontiguousarray(value).tobytes()
@@ -17,7 +15,7 @@ def enc_hook(value: Any) -> Any:
     raise NotImplementedError(f"{type(value).__name__} has no place in a state or a record")
 
 
-def dec_hook(kind: Any, value: Any) -> Any:
+def dec_hook(kind: object, value: tuple[tuple[int, ...], str, bytes]) -> object:
     """For `msgspec` decoders; gives a writable, C-contiguous copy: what the kernels are compiled for."""
     if getattr(kind, "__origin__", kind) is np.ndarray:
         shape, dtype, data = value

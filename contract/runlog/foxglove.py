@@ -7,7 +7,6 @@ two goes with every picture. Lengths are rounded to a centimetre: these are for 
 import base64
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import msgspec
 import numpy as np
@@ -21,8 +20,8 @@ LINE_STRIP, LINE_LOOP = 0, 1
 NO_POSE = Pose2(0.0, 0.0, 0.0)
 
 Color = dict[str, float]
-Primitive = dict[str, Any]
-Entity = dict[str, Any]
+Primitive = dict[str, object]
+Entity = dict[str, object]
 
 
 def rgba(r: float, g: float, b: float, a: float = 1.0) -> Color:
@@ -34,7 +33,7 @@ def timestamp(utc_ns: int) -> dict[str, int]:
     return {"sec": utc_ns // 1_000_000_000, "nsec": utc_ns % 1_000_000_000}
 
 
-def pose3(pose_map: Pose2, z_m: float = 0.0) -> dict[str, Any]:
+def pose3(pose_map: Pose2, z_m: float = 0.0) -> dict[str, object]:
     """A planar pose as position and quaternion."""
     return {"position": _vector(pose_map.x_m, pose_map.y_m, z_m), "orientation": _rotation(pose_map.yaw_rad)}
 

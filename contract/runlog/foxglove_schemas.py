@@ -4,14 +4,12 @@ A viewer knows a channel by its schema's name and reads it by these fields, whic
 Foxglove schemas.
 """
 
-from typing import Any
-
 import msgspec
 
-_Fields = dict[str, Any]
+_Fields = dict[str, object]
 
 
-def _object(**properties: Any) -> _Fields:
+def _object(**properties: object) -> _Fields:
     return {"type": "object", "properties": properties}
 
 

@@ -1,7 +1,6 @@
 """Snapshots as bytes, so that a decision can be repeated. All numbers are restored exactly."""
 
 import zlib
-from typing import Any
 
 import msgspec
 import numpy as np
@@ -28,13 +27,13 @@ def decode_problem(content: bytes) -> Problem:
         raise ProblemUnreadable(str(error)) from error
 
 
-def _to_plain(value: Any) -> Any:
+def _to_plain(value: object) -> object:
     if isinstance(value, np.ndarray):
         return [list(value.shape), value.astype("<f8").tobytes()]
     raise NotImplementedError(f"{type(value)} is not part of a problem")
 
 
-def _from_plain(_: type, value: Any) -> Any:
+def _from_plain(_: type, value: tuple[list[int], bytes]) -> object:
     shape, content = value
     return np.frombuffer(content, "<f8").reshape(shape).copy()
 

@@ -6,7 +6,6 @@ Transports are anything with `send` and `close`: a websocket live, an in-memory 
 import asyncio
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
-from typing import Any
 
 import msgspec
 import structlog
@@ -197,7 +196,7 @@ class Hub:
                 if link.awaits_answers:
                     link.push()
 
-    def _spawn(self, name: str, work: Coroutine[Any, Any, None], link: Link | None = None) -> None:
+    def _spawn(self, name: str, work: Coroutine[object, None, None], link: Link | None = None) -> None:
         task = asyncio.get_running_loop().create_task(work)
         self._tasks[task] = _Job(name, link)
         task.add_done_callback(self._task_done)

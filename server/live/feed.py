@@ -7,7 +7,6 @@ then, so that a lost message costs seconds of staleness and nothing else.
 import asyncio
 from collections.abc import Coroutine, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import msgspec
 import structlog
@@ -180,7 +179,7 @@ class SceneFeed:
             scene = _with_newer_status(scene, held, held.status)
         self.board.put_vehicle(scene)
 
-    def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
+    def _spawn(self, work: Coroutine[object, None, None]) -> None:
         task = asyncio.get_running_loop().create_task(work)
         self._tasks.append(task)
         task.add_done_callback(_report_failure)

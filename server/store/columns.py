@@ -1,7 +1,7 @@
 """How values are stored in columns: instants in UTC, nested values as JSON text."""
 
 from datetime import UTC, datetime
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import msgspec
 from sqlalchemy import DateTime, Dialect
@@ -31,7 +31,7 @@ class Utc(TypeDecorator[datetime]):
         return value.replace(tzinfo=UTC) if value.tzinfo is None else value.astimezone(UTC)
 
 
-def to_json(value: Any) -> str:
+def to_json(value: object) -> str:
     return _encoder.encode(value).decode()
 
 

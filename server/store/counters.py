@@ -1,14 +1,13 @@
 """Numbers that only grow. Drawing one locks its row: writers of one thing take turns."""
 
-from typing import Any
-
 from sqlalchemy import Connection
+from sqlalchemy.sql.dml import ReturningInsert
 
 from server.store import tables
-from server.store.repository import Repository
+from server.store.repository import Repository, dialect_insert
 
 # One statement a dialect: it draws the number and locks its row at once.
-_DRAWING: dict[str, Any] = {}
+_DRAWING: dict[str, ReturningInsert[int]] = {}
 
 
 class Counters(Repository):
@@ -22,15 +21,16 @@ class Counters(Repository):
         ).scalar_one()
         return int(last) - count + 1
 
-    def _drawing(self) -> Any:
-        if self._connection.dialect.name not in _DRAWING:
+    def _drawing(self) -> ReturningInsert[int]:
+        dialect = self._connection.dialect.name
+        if dialect not in _DRAWING:
             counter = tables.counters
-            new = self._dialect_insert(counter)
+            new = dialect_insert(dialect, counter)
             drawn = {"value": counter.c.value + new.excluded.value}
-            _DRAWING[self._connection.dialect.name] = new.on_conflict_do_update(
+            _DRAWING[dialect] = new.on_conflict_do_update(
                 index_elements=["campus_id", "name"], set_=drawn
             ).returning(counter.c.value)
-        return _DRAWING[self._connection.dialect.name]
+        return _DRAWING[dialect]
 
     def lock(self, name: str) -> None:
         """Lock this counter until the transaction ends."""

@@ -1,5 +1,6 @@
 """Opening a database by its URL: SQLite in WAL mode, or PostgreSQL."""
 
+import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -60,7 +61,7 @@ def _sqlite(url: str) -> Engine:
     )
 
     @event.listens_for(engine, "connect")
-    def _prepare(raw: Any, _record: Any) -> None:
+    def _prepare(raw: sqlite3.Connection, _record: object) -> None:
         for pragma in (
             "journal_mode=WAL",
             "synchronous=FULL",

@@ -21,6 +21,7 @@ from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.sql import ColumnElement
 
 AnyRow = Row[Any]
+DialectInsert = postgresql.Insert | sqlite.Insert
 
 
 @cache
@@ -40,12 +41,17 @@ def _inserting(table: Table) -> Insert:
 
 
 @cache
-def _putting(dialect: str, table: Table, names: tuple[str, ...]) -> Any:
+def _putting(dialect: str, table: Table, names: tuple[str, ...]) -> DialectInsert:
     keys = [column.name for column in table.primary_key.columns]
-    new = (postgresql.insert if dialect == "postgresql" else sqlite.insert)(table)
+    new = dialect_insert(dialect, table)
     new = new.values({name: bindparam(name) for name in ("campus_id", *names)})
     changed = {name: new.excluded[name] for name in names if name not in keys}
     return new.on_conflict_do_update(index_elements=keys, set_=changed)
+
+
+def dialect_insert(dialect: str, table: Table) -> DialectInsert:
+    """An insert that can say what happens to a row whose key is there already."""
+    return postgresql.insert(table) if dialect == "postgresql" else sqlite.insert(table)
 
 
 class Repository:
@@ -63,14 +69,14 @@ class Repository:
     def _many(self, statement: Select[Any]) -> Sequence[AnyRow]:
         return self._connection.execute(statement).all()
 
-    def _find(self, table: Table, **equal: Any) -> AnyRow | None:
+    def _find(self, table: Table, **equal: object) -> AnyRow | None:
         """The row whose columns equal these. Its statement is made once, which saves half the time."""
         statement = _finding(table, tuple(equal))
         if self._locks:
             statement = statement.with_for_update()
         return self._connection.execute(statement, {"campus_id": self._campus_id, **equal}).first()
 
-    def _change(self, table: Table, values: Mapping[str, Any], **equal: Any) -> int:
+    def _change(self, table: Table, values: Mapping[str, object], **equal: object) -> int:
         """Change the rows whose columns equal these; how many there were. Made once, like `_find`."""
         named = {f"where_{name}": value for name, value in equal.items()}
         statement = _changing(table, tuple(values), tuple(equal))
@@ -80,29 +86,29 @@ class Repository:
     def _select(self, table: Table, *conditions: ColumnElement[bool]) -> Select[Any]:
         return select(table).where(table.c.campus_id == self._campus_id, *conditions)
 
-    def _insert(self, table: Table, values: Mapping[str, Any]) -> None:
+    def _insert(self, table: Table, values: Mapping[str, object]) -> None:
         self._insert_all(table, [values])
 
-    def _insert_all(self, table: Table, rows: Sequence[Mapping[str, Any]]) -> None:
+    def _insert_all(self, table: Table, rows: Sequence[Mapping[str, object]]) -> None:
         self._connection.execute(_inserting(table), [{"campus_id": self._campus_id, **row} for row in rows])
 
-    def _put(self, table: Table, values: Mapping[str, Any]) -> None:
+    def _put(self, table: Table, values: Mapping[str, object]) -> None:
         """Insert the row, or replace the one of the same key."""
         self._put_all(table, [values])
 
-    def _put_all(self, table: Table, rows: Sequence[Mapping[str, Any]]) -> None:
+    def _put_all(self, table: Table, rows: Sequence[Mapping[str, object]]) -> None:
         """`_put` for rows of different keys and the same columns, in one statement."""
         if rows:
             statement = _putting(self._connection.dialect.name, table, tuple(rows[0]))
             self._connection.execute(statement, [{"campus_id": self._campus_id, **row} for row in rows])
 
-    def _add_missing(self, table: Table, rows: Sequence[Mapping[str, Any]]) -> None:
+    def _add_missing(self, table: Table, rows: Sequence[Mapping[str, object]]) -> None:
         """Insert the rows whose keys are new."""
         if rows:
-            statement = self._dialect_insert(table).on_conflict_do_nothing()
+            statement = dialect_insert(self._connection.dialect.name, table).on_conflict_do_nothing()
             self._connection.execute(statement, [{"campus_id": self._campus_id, **row} for row in rows])
 
-    def _update(self, table: Table, values: Mapping[str, Any], *conditions: ColumnElement[bool]) -> int:
+    def _update(self, table: Table, values: Mapping[str, object], *conditions: ColumnElement[bool]) -> int:
         """How many rows were changed."""
         done = self._connection.execute(
             table.update().where(and_(table.c.campus_id == self._campus_id, *conditions)).values(**values)
@@ -114,8 +120,3 @@ class Repository:
             table.delete().where(and_(table.c.campus_id == self._campus_id, *conditions))
         )
         return int(done.rowcount)
-
-    def _dialect_insert(self, table: Table) -> Any:
-        if self._connection.dialect.name == "postgresql":
-            return postgresql.insert(table)
-        return sqlite.insert(table)

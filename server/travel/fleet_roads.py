@@ -6,8 +6,7 @@ roads that are not closed.
 """
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Any, TypeVar
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -21,17 +20,15 @@ from contract.roads.travel_times import Place, travel_time_matrix
 from server.dispatch.answer import PromiseRules
 from server.dispatch.problem import Walk
 from server.domain.rules import FleetRules
-from server.travel.closed_roads import way_out
+from server.travel.cached_results import CachedResults
+from server.travel.road_access import Own, RoadAccess
 from server.travel.walking import walks_between_stops
 
-T = TypeVar("T")
-Own = frozenset[str]
 # Each set of closed sections that vehicles meet has its own table, a few kilobytes.
 _CLOSURES_KEPT = 2000
 # Sets of roads closed by operators, each with tables of its own.
 _CLOSED_VIEWS_KEPT = 16
 _ROUTES_KEPT = 20_000
-_KEPT = 50_000
 
 
 class FleetRoads:
@@ -39,6 +36,8 @@ class FleetRoads:
 
     speed_cap_mps  what a shuttle drives at most; slack: planned over free-flow travel time
     closed  sections that operators have closed; every_road: the same map with none closed
+    access  the sections that a vehicle may not enter
+    results what others have made of this map and of objects of theirs
     """
 
     def __init__(
@@ -54,10 +53,11 @@ class FleetRoads:
         self.every_road = every_road or self
         self.stop_ids = tuple(stop.stop_id for stop in network.road_map.stops)
         self.stop_numbers = {stop_id: i for i, stop_id in enumerate(self.stop_ids)}
-        self._stop_places: list[Place] = [(stop.lane_id, stop.s_m) for stop in network.road_map.stops]
-        self._speed_cap_mps = speed_cap_mps
-        self._slack = slack
-        self._kept_clear: dict[Own, frozenset[str]] = {}
+        self.access = RoadAccess(network, closed)
+        self.results = CachedResults()
+        self.stop_places: list[Place] = [(stop.lane_id, stop.s_m) for stop in network.road_map.stops]
+        self.speed_cap_mps = speed_cap_mps
+        self.slack = slack
         self._stop_times: dict[Own, Array] = {}
         self._walks: tuple[tuple[Walk, ...], ...] | None = None
         self._to_stops: dict[frozenset[str], TimesToPlaces] = {}
@@ -65,12 +65,10 @@ class FleetRoads:
         self._from_rest: dict[str, Array] = {}
         self._routes: dict[tuple[Place, Place, frozenset[str]], Route | None] = {}
         self._to_charger_s: float | None = None
-        self._cached: dict[str, tuple[tuple[object, ...], Any]] = {}
         self._empty: Reservations = (
             Reservations(network.road_map.sections) if every_road is None else every_road._empty
         )
         self._views: dict[frozenset[str], FleetRoads] = {}
-        self._ways_out: dict[str, frozenset[str]] = {}
         self._served: BoolArray | None = None
         self._way_home_s: float | None = None
 
@@ -81,41 +79,15 @@ class FleetRoads:
         views = self.every_road._views
         view = views.get(closed)
         if view is None:
-            view = FleetRoads(self.network, self._speed_cap_mps, self._slack, closed, self.every_road)
+            view = FleetRoads(self.network, self.speed_cap_mps, self.slack, closed, self.every_road)
             if len(views) >= _CLOSED_VIEWS_KEPT:
                 views.clear()
             views[closed] = view
         return view
 
-    def cached(self, name: str, parts: tuple[object, ...], make: Callable[[], T]) -> T:
-        """What was made of these immutable objects. It is made again when one of them is another object.
-
-        A store that keeps its objects in memory returns the same ones until they change.
-        """
-        known = self._cached.get(name)
-        if known is not None and all(a is b for a, b in zip(known[0], parts, strict=True)):
-            found: T = known[1]
-            return found
-        if len(self._cached) >= _KEPT:
-            self._cached.clear()
-        made = make()
-        self._cached[name] = parts, made
-        return made
-
     def reservations(self) -> Reservations:
         """A controller for this map without any vehicle."""
         return self._empty.emptied()
-
-    def kept_clear(self, own: Own) -> frozenset[str]:
-        """What the owner of these resting places may not drive through."""
-        if own not in self._kept_clear:
-            self._kept_clear[own] = self.network.kept_clear(own) | self.closed
-        return self._kept_clear[own]
-
-    def closed_for(self, section_id: str) -> frozenset[str]:
-        """The closed sections that a vehicle which stands in this one may not enter: on closed road it may
-        drive on to leave it."""
-        return self.closed - self._way_out(section_id) if self.closed else self.closed
 
     def direct_s(self, from_stop: str, to_stop: str) -> float:
         """Planned seconds from stop to stop on an empty campus; infinite where no road leads there.
@@ -174,7 +146,7 @@ class FleetRoads:
 
         opened  sections that the vehicle may drive through all the same: those of its present route
         """
-        rests = self.every_road.kept_clear(own) - opened
+        rests = self.every_road.access.kept_clear(own) - opened
         times = self._from_place(place, rests | self.closed)
         if not np.isfinite(times).all():
             through = self._from_place(place, self.closed)
@@ -182,46 +154,8 @@ class FleetRoads:
                 cut_off = np.isfinite(self.every_road._from_place(place, rests)) | ~self._served_stops()
                 through = np.where(cut_off, np.inf, through)
             times = np.where(np.isfinite(times), times, through)
-        planned: Array = times * self._slack
+        planned: Array = times * self.slack
         return planned
-
-    def times_over_held(
-        self,
-        held: Sequence[str],
-        place: Place,
-        own: Own,
-        opened: frozenset[str],
-        stopping_m: float,
-        heading_for: str = "",
-    ) -> Array:
-        """(n,) planned seconds to every stop from a place on the first of the held sections.
-
-        A shuttle drives what it holds to its end, so a way that turns off begins there. A stop on it is
-        come by on the way, if it lies stopping_m ahead at least; `heading_for` names the stop that the
-        shuttle drives to already, for which it has begun to brake in time.
-        """
-        passed = np.full(len(self.stop_ids), np.inf)
-        clock_s, travelled_m = 0.0, 0.0
-        lane_id, s_m = place
-        for section_id in held:
-            section = self.network.sections[section_id]
-            if section.lane_id != lane_id or not section.s_from_m <= s_m <= section.s_to_m:
-                lane_id, s_m = section.lane_id, section.s_from_m
-            for number, (stop_lane_id, stop_s_m) in enumerate(self._stop_places):
-                ahead_m = travelled_m + stop_s_m - s_m
-                is_on_it = stop_lane_id == lane_id and s_m <= stop_s_m <= section.s_to_m
-                is_in_time = ahead_m >= stopping_m or self.stop_ids[number] == heading_for
-                if is_on_it and is_in_time and math.isinf(passed[number]):
-                    passed[number] = clock_s + self._time_between(lane_id, s_m, stop_s_m)
-            clock_s += self._time_between(lane_id, s_m, section.s_to_m)
-            travelled_m += section.s_to_m - s_m
-            s_m = section.s_to_m
-        beyond = self.times_to_stops((lane_id, s_m), own, opened) + clock_s * self._slack
-        if self.closed and self.network.section_at(lane_id, s_m).section_id in self.closed_for(held[-1]):
-            # What it holds ends in mid-lane, before closed road.
-            beyond = np.full(len(self.stop_ids), np.inf)
-        times: Array = np.where(np.isfinite(passed), passed * self._slack, beyond)
-        return times
 
     def without_closed_stops(self, row: Array, planned: Sequence[str]) -> Array:
         """(n,) times of which those to stops on closed road are left out, save to these planned ones."""
@@ -232,9 +166,9 @@ class FleetRoads:
         """Planned seconds from a place to a resting place; infinite where the others are in the way."""
         key = (place, rest.place_id)
         if key not in self._to_rest:
-            closed = self._closed_from(place, self.kept_clear(frozenset({rest.place_id})))
-            there = TimesToPlaces(self.network, [(rest.lane_id, rest.s_m)], self._speed_cap_mps, closed)
-            self._to_rest[key] = self._slack * float(there.from_place(place)[0])
+            closed = self.access.closed_from(place, self.access.kept_clear(frozenset({rest.place_id})))
+            there = TimesToPlaces(self.network, [(rest.lane_id, rest.s_m)], self.speed_cap_mps, closed)
+            self._to_rest[key] = self.slack * float(there.from_place(place)[0])
         return self._to_rest[key]
 
     def way_home_s(self) -> float:
@@ -243,7 +177,7 @@ class FleetRoads:
             rests = self.network.road_map.resting_places
             nearest = (
                 min((self.time_to_rest(place, rest) for rest in rests), default=0.0)
-                for place in self._stop_places
+                for place in self.stop_places
             )
             self._way_home_s = max((s for s in nearest if math.isfinite(s)), default=0.0)
         return self._way_home_s
@@ -260,7 +194,7 @@ class FleetRoads:
         """Planned seconds from the stop that is farthest from a charger to the nearest one."""
         if self._to_charger_s is None:
             chargers = self.network.road_map.charging_places
-            ways_s = (min(self.time_to_rest(stop, place) for place in chargers) for stop in self._stop_places)
+            ways_s = (min(self.time_to_rest(stop, place) for place in chargers) for stop in self.stop_places)
             self._to_charger_s = max((way_s for way_s in ways_s if math.isfinite(way_s)), default=0.0)
         return self._to_charger_s
 
@@ -271,34 +205,22 @@ class FleetRoads:
             if len(self._routes) >= _ROUTES_KEPT:
                 self._routes.clear()
             self._routes[key] = find_route(
-                self.network, *origin, *destination, blocked, speed_cap_mps=self._speed_cap_mps
+                self.network, *origin, *destination, blocked, speed_cap_mps=self.speed_cap_mps
             )
         return self._routes[key]
 
     def _from_place(self, place: Place, blocked: frozenset[str]) -> Array:
         """(n,) free-flow seconds to every stop; the section of the place itself is open."""
-        closed = self._closed_from(place, blocked)
+        closed = self.access.closed_from(place, blocked)
         times = self._to_stops.get(closed)
         if times is None:
             if len(self._to_stops) >= _CLOSURES_KEPT:
                 self._to_stops.clear()
-            times = TimesToPlaces(self.network, self._stop_places, self._speed_cap_mps, closed)
+            times = TimesToPlaces(self.network, self.stop_places, self.speed_cap_mps, closed)
             self._to_stops[closed] = times
         if not self.closed:
             return times.from_place(place)
         return np.where(self._served_stops(), times.from_place(place), np.inf)
-
-    def _closed_from(self, place: Place, blocked: frozenset[str]) -> frozenset[str]:
-        """What may not be entered on a way from a place: its own section is open, and the way off closed
-        road."""
-        section_id = self.network.section_at(*place).section_id
-        shut = blocked - {section_id}
-        return shut - self._way_out(section_id) if self.closed else shut
-
-    def _way_out(self, section_id: str) -> frozenset[str]:
-        if section_id not in self._ways_out:
-            self._ways_out[section_id] = way_out(self.network, section_id, self.closed)
-        return self._ways_out[section_id]
 
     def _served_stops(self) -> BoolArray:
         """(n,) stops that are not on closed road, and from which a resting place can be reached as on the
@@ -312,26 +234,23 @@ class FleetRoads:
                         any(math.isfinite(self.time_to_rest(place, rest)) for rest in rests)
                         or not any(math.isfinite(self.every_road.time_to_rest(place, rest)) for rest in rests)
                     )
-                    for place in self._stop_places
+                    for place in self.stop_places
                 ]
             )
         return self._served
 
-    def _time_between(self, lane_id: str, s_from_m: float, s_to_m: float) -> float:
-        return self.network.time_between(lane_id, s_from_m, s_to_m, self._speed_cap_mps)
-
     def _stop_times_with(self, own: Own) -> Array:
         if own not in self._stop_times:
-            blocked = self.kept_clear(own)
-            times, _ = travel_time_matrix(self.network, self._stop_places, self._speed_cap_mps, blocked)
+            blocked = self.access.kept_clear(own)
+            times, _ = travel_time_matrix(self.network, self.stop_places, self.speed_cap_mps, blocked)
             if self.closed:
                 self._allow_for_closures(times, blocked)
-            self._stop_times[own] = times * self._slack
+            self._stop_times[own] = times * self.slack
         return self._stop_times[own]
 
     def _allow_for_closures(self, times: Array, blocked: frozenset[str]) -> None:
         """No vehicle drives to a stop that closures cut off; from a stop on closed road a way leads off."""
-        for number, place in enumerate(self._stop_places):
+        for number, place in enumerate(self.stop_places):
             if self.network.section_at(*place).section_id in self.closed:
                 times[number] = self._from_place(place, blocked)
         times[:, ~self._served_stops()] = np.inf

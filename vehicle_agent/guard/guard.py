@@ -206,10 +206,7 @@ class Guard(msgspec.Struct, frozen=True):
         if not motion.enabled:
             # The module enables only at zero pedals; before that, pedals have no effect.
             return Actuation(True, "drive", motion.steer_rad, 0.0, 0.0), ""
-        steer_rad = state.steer_rad
-        if command is not None:
-            dt_s = min(0.1, (ego.stamp_ns - state.stamp_ns) * 1e-9) if state.stamp_ns else 0.02
-            steer_rad = self.limits.steer_rad(steer_rad, command.steer_rad, max(dt_s, 0.0))
+        steer_rad = self._steer_rad(state, command, ego.stamp_ns)
         throttle = 0.0
         may_drive = mode == "autonomous" and task.mode == "drive" and not task.doors_open
         if command is not None and may_drive:
@@ -219,6 +216,13 @@ class Guard(msgspec.Struct, frozen=True):
         if brake > 0.0 or max(ego.speed_mps, motion.speed_mps) > state.allowed_mps + _OVERSHOOT_MPS:
             throttle = 0.0
         return Actuation(True, "drive", steer_rad, throttle, min(max(brake, 0.0), 1.0)), intervened
+
+    def _steer_rad(self, state: GuardState, command: ControlCommand | None, stamp_ns: int) -> float:
+        """The commanded wheel angle within the limits; the last one without a command."""
+        if command is None:
+            return state.steer_rad
+        dt_s = min(0.1, (stamp_ns - state.stamp_ns) * 1e-9) if state.stamp_ns else 0.02
+        return self.limits.steer_rad(state.steer_rad, command.steer_rad, max(dt_s, 0.0))
 
     def _brakes(
         self,

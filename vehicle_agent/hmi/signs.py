@@ -58,13 +58,16 @@ def sign_for(
         return SignText(texts.DOORS_CLOSING, texts.REAR_DOORS, DOORS)
     if is_blocked:
         return SignText(texts.STEP_ASIDE, texts.REAR_YIELDING, WARNING)
+    return _towards_people(yielding) or _on_the_way(task, path, near_m)
+
+
+def _towards_people(yielding: YieldingState) -> SignText | None:
+    """The sign for a person whom the vehicle yields to or passes."""
     if yielding.yields:
         if yielding.stands:
             return SignText(texts.AFTER_YOU, texts.REAR_YIELDING)
         return SignText(texts.SLOWING, texts.REAR_SLOWING)
-    if yielding.passes:
-        return SignText(texts.PASSING, texts.REAR_PASSING)
-    return _on_the_way(task, path, near_m)
+    return SignText(texts.PASSING, texts.REAR_PASSING) if yielding.passes else None
 
 
 def is_arriving(task: Task, path: Path, near_m: float) -> bool:

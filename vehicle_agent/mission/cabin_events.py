@@ -51,18 +51,7 @@ def _seat_button(
     if state.temporary is not None:
         stop = state.temporary
         return state.after(SeatButtonPressed(seat, True, stop.visit_id, stop.place.lane_id, stop.place.s_m))
-    visit_s_m = state.target_s_m()
-    reason, s_m = "", None
-    if visit is None or route is None or visit_s_m is None:
-        reason = "the shuttle has nowhere to drive"
-    elif state.stage != "driving":
-        reason = "the shuttle stands at a stop"
-    elif state.held or state.is_off_route:
-        reason = "the shuttle is held"
-    else:
-        limit_m = min(authority.hold_s_m, visit_s_m - rules.stops.before_stop_m)
-        s_m = next_stopping_place(network, route, state.s_m, speed_mps, limit_m, rules.body, rules.stops)
-        reason = "" if s_m is not None else "no place to stop lies before the next stop"
+    s_m, reason = _temporary_stop_s_m(state, network, rules, authority, speed_mps)
     if s_m is None or route is None:
         visit_id = "" if visit is None else visit.visit_id
         # At a stop or while held, the screen already shows the reason.
@@ -79,3 +68,23 @@ def _seat_button(
         temporary=TemporaryStop(visit_id, seat, place, s_m),
         temporaries=number,
     )
+
+
+def _temporary_stop_s_m(
+    state: MissionState,
+    network: RoadNetwork,
+    rules: MissionRules,
+    authority: MovementAuthority,
+    speed_mps: float,
+) -> tuple[float | None, str]:
+    """(where on the route the shuttle can stop before its next stop; why it cannot)."""
+    visit_s_m = state.target_s_m()
+    if state.visit() is None or state.route is None or visit_s_m is None:
+        return None, "the shuttle has nowhere to drive"
+    if state.stage != "driving":
+        return None, "the shuttle stands at a stop"
+    if state.held or state.is_off_route:
+        return None, "the shuttle is held"
+    limit_m = min(authority.hold_s_m, visit_s_m - rules.stops.before_stop_m)
+    s_m = next_stopping_place(network, state.route, state.s_m, speed_mps, limit_m, rules.body, rules.stops)
+    return s_m, "" if s_m is not None else "no place to stop lies before the next stop"

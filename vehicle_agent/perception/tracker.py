@@ -5,7 +5,7 @@ import math
 import msgspec
 import numpy as np
 
-from contract.geometry import Array, Pose2, wrap_angle
+from contract.geometry import Array, BoolArray, Pose2, wrap_angle
 from vehicle_agent.signals import NO_TRACKS, PEDESTRIAN, TRACK_KINDS, TrackPercept, Tracks
 
 
@@ -63,17 +63,8 @@ class AlphaBetaTracker(msgspec.Struct, frozen=True):
 
     def _valid(self, percept: TrackPercept, pose_map: Pose2) -> Tracks:
         """The plausible tracks in the map frame: finite, not too fast or large, each id once."""
-        n = len(percept.ids)
         table = np.column_stack((percept.poses_base, percept.velocities_base_mps, percept.sizes_m))
-        with np.errstate(invalid="ignore", over="ignore"):
-            valid = np.isfinite(table).all(axis=1)
-            valid &= np.hypot(table[:, 3], table[:, 4]) <= self.speed_mps_max
-            valid &= (table[:, 5:] > 0.0).all(axis=1) & (table[:, 5:] <= self.size_m_max).all(axis=1)
-            valid &= np.abs(table[:, :2]).max(axis=1, initial=0.0) < 1e4
-        valid &= (percept.kinds >= 0) & (percept.kinds < len(TRACK_KINDS))
-        is_first = np.zeros(n, np.bool_)
-        is_first[np.unique(percept.ids, return_index=True)[1]] = True
-        valid &= is_first
+        valid = self._plausible(percept, table)
         rows, cos, sin = table[valid], math.cos(pose_map.yaw_rad), math.sin(pose_map.yaw_rad)
         poses = np.column_stack(
             (
@@ -93,6 +84,19 @@ class AlphaBetaTracker(msgspec.Struct, frozen=True):
             velocities,
             rows[:, 5:].copy(),
         )
+
+    def _plausible(self, percept: TrackPercept, table: Array) -> BoolArray:
+        """(n,) which rows (n, 7) of pose, velocity and size can be a track's."""
+        with np.errstate(invalid="ignore", over="ignore"):
+            valid = np.isfinite(table).all(axis=1)
+            valid &= np.hypot(table[:, 3], table[:, 4]) <= self.speed_mps_max
+            valid &= (table[:, 5:] > 0.0).all(axis=1) & (table[:, 5:] <= self.size_m_max).all(axis=1)
+            valid &= np.abs(table[:, :2]).max(axis=1, initial=0.0) < 1e4
+        valid &= (percept.kinds >= 0) & (percept.kinds < len(TRACK_KINDS))
+        is_first = np.zeros(len(percept.ids), np.bool_)
+        is_first[np.unique(percept.ids, return_index=True)[1]] = True
+        plausible: BoolArray = valid & is_first
+        return plausible
 
 
 def _set_walking_headings(kinds: np.ndarray, poses: Array, velocities: Array) -> None:

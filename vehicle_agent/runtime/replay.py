@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
@@ -79,16 +78,7 @@ def replay_segment(
     profile  another vehicle profile than the recorded one, to see where the vehicle would drive differently
     Raises RunLogError for a segment that cannot be read or is damaged.
     """
-    segment = open_segment(path)
-    if profile is None:
-        profile = msgspec.msgpack.decode(segment.profile, type=Profile)
-    car = build_car(profile, decode_map(segment.road_map))
-    try:
-        computer = VehicleComputer(car, decode_state(segment.state, car))
-    except msgspec.DecodeError as error:
-        raise RunLogError(
-            "other_software", f"{path} holds the state of another software version: {error}"
-        ) from error
+    computer = _computer_at_start(path, build_car, profile)
     decoder = msgspec.msgpack.Decoder(tuple[InboxItem, ...], dec_hook=dec_hook)
     encoder = FlowEncoder()
     count = 0
@@ -110,10 +100,24 @@ def replay_segment(
     return ReplayResult(count, None)
 
 
+def _computer_at_start(path: Path, build_car: BuildCar, profile: Profile | None) -> VehicleComputer:
+    """The computer in the state that the segment begins with."""
+    segment = open_segment(path)
+    if profile is None:
+        profile = msgspec.msgpack.decode(segment.profile, type=Profile)
+    car = build_car(profile, decode_map(segment.road_map))
+    try:
+        return VehicleComputer(car, decode_state(segment.state, car))
+    except msgspec.DecodeError as error:
+        raise RunLogError(
+            "other_software", f"{path} holds the state of another software version: {error}"
+        ) from error
+
+
 def _first_difference(tick: int, recorded: msgspec.Raw, computed: msgspec.Raw) -> Difference:
     """The first difference in flow order, then in the order of the fields, within structs and lists too."""
-    before: dict[str, Any] = msgspec.msgpack.decode(recorded)
-    after: dict[str, Any] = msgspec.msgpack.decode(computed)
+    before: dict[str, object] = msgspec.msgpack.decode(recorded)
+    after: dict[str, object] = msgspec.msgpack.decode(computed)
     for signal in SIGNALS:
         found = _differing("", before.get(signal), after.get(signal))
         if found is not None:
@@ -122,7 +126,7 @@ def _first_difference(tick: int, recorded: msgspec.Raw, computed: msgspec.Raw) -
     return Difference(tick, "?", "?", "encoding", len(recorded), len(computed))
 
 
-def _differing(name: str, old: Any, new: Any) -> tuple[str, object, object] | None:
+def _differing(name: str, old: object, new: object) -> tuple[str, object, object] | None:
     if isinstance(old, dict) and isinstance(new, dict):
         keys = list(old) + [key for key in new if key not in old]
         pairs = [(f"{name}.{key}", old.get(key), new.get(key)) for key in keys]

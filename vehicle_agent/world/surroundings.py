@@ -1,6 +1,8 @@
 """Obstacles that are not fleet vehicles, and the fleet vehicles themselves."""
 
 import math
+from collections.abc import Mapping
+from typing import TypeVar
 
 import msgspec
 import numpy as np
@@ -15,6 +17,8 @@ from vehicle_agent.signals import (
     World,
 )
 from vehicle_agent.signals.rates import FLEET_VEHICLE_AGE_NS_MAX, PRESENCE_AGE_NS_MAX
+
+Report = TypeVar("Report", FleetVehicle, PedestrianPresence)
 
 
 class SurroundingsState(msgspec.Struct, frozen=True):
@@ -58,16 +62,8 @@ class Surroundings(msgspec.Struct, frozen=True):
                 fleet_vehicles[message.vehicle_id] = message
             else:
                 _take_newer(presence, message, now_ns)
-        recent = tuple(
-            fleet_vehicles[name]
-            for name in sorted(fleet_vehicles)
-            if now_ns - fleet_vehicles[name].stamp_ns <= self.fleet_age_ns_max
-        )
-        recent_presence = tuple(
-            presence[name]
-            for name in sorted(presence)
-            if now_ns - presence[name].stamp_ns <= self.presence_age_ns_max
-        )
+        recent = _recent(fleet_vehicles, now_ns - self.fleet_age_ns_max)
+        recent_presence = _recent(presence, now_ns - self.presence_age_ns_max)
         points = state.filtered_points
         if detections.stamp_ns != state.filtered_ns:
             points = self._without_fleet_vehicles(
@@ -96,6 +92,11 @@ class Surroundings(msgspec.Struct, frozen=True):
             )
         remaining: Array = points_map[keep]
         return remaining
+
+
+def _recent(reports: Mapping[str, Report], since_ns: int) -> tuple[Report, ...]:
+    """The reports since a time, in the order of their names."""
+    return tuple(reports[name] for name in sorted(reports) if reports[name].stamp_ns >= since_ns)
 
 
 def _take_newer(presence: dict[str, PedestrianPresence], message: PedestrianPresence, now_ns: int) -> None:

@@ -49,7 +49,7 @@ class RowCache:
             self._undo.append(lambda: self._drop(name))
         return found
 
-    def put(self, name: str, key: Hashable, value: Any) -> None:
+    def put(self, name: str, key: Hashable, value: object) -> None:
         """Change a row of a loaded table; a table that is not loaded will be read later."""
         rows = self._tables.get(name)
         if rows is not None:
@@ -78,7 +78,7 @@ class RowCache:
         self._tables.pop(name, None)
 
 
-def _put_back(rows: Rows, key: Hashable, old: Any) -> None:
+def _put_back(rows: Rows, key: Hashable, old: object) -> None:
     if old is _ABSENT:
         rows.pop(key, None)
     else:

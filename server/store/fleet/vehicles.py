@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import fields
 from datetime import datetime
 from functools import lru_cache
-from typing import Any
 
 from sqlalchemy import Connection, func, select
 
@@ -125,7 +124,7 @@ def whereabouts_from_row(row: AnyRow) -> Whereabouts:
     return Whereabouts(row.vehicle_id, row.heard_at, status)
 
 
-def _vehicle_to_row(vehicle: Vehicle) -> dict[str, Any]:
+def _vehicle_to_row(vehicle: Vehicle) -> dict[str, object]:
     values = {name: getattr(vehicle, name) for name in _VEHICLE_FIELDS if name != "campus_id"}
     return values | {"shifts": None if vehicle.shifts is None else to_json(vehicle.shifts)}
 
@@ -144,7 +143,7 @@ def _command_from_row(row: AnyRow) -> VehicleCommand:
     )
 
 
-def _command_to_row(command: VehicleCommand) -> dict[str, Any]:
+def _command_to_row(command: VehicleCommand) -> dict[str, object]:
     return {
         "command_id": command.command_id,
         "vehicle_id": command.vehicle_id,

@@ -1,7 +1,6 @@
 """Orders as they went over the wire, every revision a row."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from sqlalchemy import Connection, func, select
 
@@ -60,7 +59,7 @@ def order_from_row(row: AnyRow) -> IssuedOrder:
     )
 
 
-def _to_row(order: IssuedOrder) -> dict[str, Any]:
+def _to_row(order: IssuedOrder) -> dict[str, object]:
     return {
         "order_id": order.order_id,
         "revision": order.revision,

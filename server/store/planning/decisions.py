@@ -1,7 +1,6 @@
 """The dispatcher's decisions as rows."""
 
 from datetime import datetime
-from typing import Any
 
 from server.domain.planning.decisions import (
     Alternative,
@@ -19,7 +18,7 @@ _ride = tables.ride_decisions.c
 
 class SqlDecisionRepository(Repository):
     def add(self, decision: Decision) -> None:
-        values: dict[str, Any] = {
+        values: dict[str, object] = {
             "decision_id": decision.decision_id,
             "made_at": decision.made_at,
             "kind": decision.kind,

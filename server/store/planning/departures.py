@@ -1,7 +1,5 @@
 """Timetable departures as rows."""
 
-from typing import Any
-
 from server.domain.service.timetable import Call, Departure, DepartureState
 from server.store import tables
 from server.store.columns import from_json, to_json
@@ -43,7 +41,7 @@ def departure_from_row(row: AnyRow) -> Departure:
     )
 
 
-def _to_row(departure: Departure) -> dict[str, Any]:
+def _to_row(departure: Departure) -> dict[str, object]:
     return {
         "departure_id": departure.departure_id,
         "trip_id": departure.trip_id,

@@ -1,7 +1,5 @@
 """Incidents as rows."""
 
-from typing import Any
-
 from server.domain.record.incidents import Incident, IncidentKind
 from server.store import tables
 from server.store.repository import AnyRow, Repository
@@ -55,7 +53,7 @@ def incident_from_row(row: AnyRow) -> Incident:
     )
 
 
-def _to_row(incident: Incident) -> dict[str, Any]:
+def _to_row(incident: Incident) -> dict[str, object]:
     return {
         "incident_id": incident.incident_id,
         "kind": str(incident.kind),

@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
-from typing import Any
 
-from sqlalchemy import Connection
+from sqlalchemy import ColumnElement, Connection
 
 from server.domain.rides.rides import (
     ENDED,
@@ -95,7 +94,7 @@ class SqlRideRepository(Repository):
         )
         return tuple(_tap_from_row(row) for row in rows)
 
-    def _listed(self, *conditions: Any) -> tuple[Ride, ...]:
+    def _listed(self, *conditions: ColumnElement[bool]) -> tuple[Ride, ...]:
         self.flush()
         rows = self._many(self._select(tables.rides, *conditions).order_by(_ride.requested_at, _ride.ride_id))
         return tuple(ride_from_row(row) for row in rows)
@@ -147,7 +146,7 @@ def ride_from_row(row: AnyRow) -> Ride:
     )
 
 
-def _ride_to_row(ride: Ride) -> dict[str, Any]:
+def _ride_to_row(ride: Ride) -> dict[str, object]:
     promise, first = ride.promise, ride.first_promise
     return {
         "ride_id": ride.ride_id,
@@ -193,7 +192,7 @@ def _tap_from_row(row: AnyRow) -> Tap:
     return replace(tap, state=row.state, reason=row.reason)
 
 
-def _tap_to_row(tap: Tap) -> dict[str, Any]:
+def _tap_to_row(tap: Tap) -> dict[str, object]:
     return {
         "tap_id": tap.tap_id,
         "ride_id": tap.ride_id,

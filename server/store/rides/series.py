@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from datetime import date
-from typing import Any
 
 from server.domain.rides.series import (
     Occurrence,
@@ -98,7 +97,7 @@ def _to_series(row: AnyRow) -> Series:
     )
 
 
-def _to_row(series: Series) -> dict[str, Any]:
+def _to_row(series: Series) -> dict[str, object]:
     return {
         "series_id": series.series_id,
         "token": series.token,

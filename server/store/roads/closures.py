@@ -1,7 +1,5 @@
 """Road closures as rows."""
 
-from typing import Any
-
 from server.domain.roads.closures import Closure, ClosureState
 from server.store import tables
 from server.store.columns import from_json, to_json
@@ -30,7 +28,7 @@ class SqlClosureRepository(Repository):
         self._change(tables.closures, _to_row(closure), closure_id=closure.closure_id)
 
 
-def _to_row(closure: Closure) -> dict[str, Any]:
+def _to_row(closure: Closure) -> dict[str, object]:
     return {
         "closure_id": closure.closure_id,
         "lane_ids": to_json(closure.lane_ids),

@@ -73,7 +73,7 @@ def _open_ahead(roads: FleetRoads, occupancy: Occupancy) -> tuple[str, ...]:
     """The road ahead, up to the first closed section."""
     if not roads.closed:
         return occupancy.ahead
-    shut = roads.closed_for(occupancy.held_ids[-1])
+    shut = roads.access.closed_for(occupancy.held_ids[-1])
     first = next((n for n, section_id in enumerate(occupancy.ahead) if section_id in shut), None)
     return occupancy.ahead[:first]
 

@@ -19,6 +19,7 @@ from server.domain.rides.rides import Ride, RideState
 from server.domain.rules import FleetRules
 from server.domain.service.timetable import Departure
 from server.travel.fleet_roads import FleetRoads
+from server.travel.held_sections import times_over_held
 from server.usecases.planning.battery_limits import ChargeLimits, within_battery
 from server.usecases.planning.shift_limits import with_shifts
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -134,7 +135,7 @@ def _drive(uow: UnitOfWork, vehicle_id: str, occupancy: Occupancy, status: Statu
         here = road_position(uow.network(), occupancy.held_ids, status)
         return _DriveState(here, uow.rules.stopping_m(status.speed_mps), status.visit_id)
 
-    return uow.roads().cached(f"drive {vehicle_id}", (occupancy, status, uow.rules), make)
+    return uow.roads().results.get(f"drive {vehicle_id}", (occupancy, status, uow.rules), make)
 
 
 def _vehicle(
@@ -151,7 +152,7 @@ def _vehicle(
     inside = tuple(ride_id for ride_id, ride in mine.items() if ride.state is RideState.ABOARD)
     return VehicleState(
         vehicle_id=vehicle.vehicle_id,
-        to_places_s=roads.cached(
+        to_places_s=roads.results.get(
             f"to stops {vehicle.vehicle_id}",
             (plan, occupancy, drives, visits[0] if visits else None),
             lambda: _to_stops_s(roads, plan, visits, occupancy, drives),
@@ -206,7 +207,7 @@ def _to_stops_s(
     is_going_there = bool(visits) and visits[0].visit_id == drives.heading_for
     heading_for = visits[0].stop_id if is_going_there else ""
     place = (here.lane_id, here.s_m)
-    row = roads.times_over_held(held, place, own, opened, drives.stopping_m, heading_for)
+    row = times_over_held(roads, held, place, own, opened, drives.stopping_m, heading_for)
     if roads.closed:
         row = roads.without_closed_stops(row, [visit.stop_id for visit in visits])
     if visits and _is_there(visits[0], here):
@@ -238,7 +239,7 @@ def _call(uow: UnitOfWork, visit: PlannedVisit, mine: dict[str, Ride]) -> Call:
 def request_of(uow: UnitOfWork, ride: Ride) -> Request:
     begins = ride.earliest if ride.promise is None else ride.promise.pickup_from
     pace = uow.travel_time_factor_at(max(uow.now, begins))
-    known = uow.roads().cached(
+    known = uow.roads().results.get(
         f"request {ride.ride_id}", (ride, uow.rules), lambda: _request(uow.roads(), uow.rules, ride, pace)
     )
     return known if known.pace == pace else _request(uow.roads(), uow.rules, ride, pace)

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from contract.roads.routing import route_sections
 from server.domain.planning.plans import PlannedVisit
-from server.travel.fleet_roads import FleetRoads, Own
+from server.travel.fleet_roads import FleetRoads
+from server.travel.road_access import Own
 from server.usecases.roads.road_positions import ARRIVED_M, RoadPosition, ahead_of
 from server.usecases.roads.section_reservations import SectionReservations
 
@@ -53,7 +54,7 @@ class _RouteBuilder:
         self._held = list(held)
         self._sections = list(held)
         self._blocked = blocked
-        self._shut = roads.closed_for(held[-1])
+        self._shut = roads.access.closed_for(held[-1])
         self._at: RoadPosition | None = start
         self._place = (start.lane_id, start.s_m)
         self._legs: list[tuple[str, ...]] = []
@@ -125,8 +126,8 @@ class _RouteBuilder:
 def blocked_for(roads: FleetRoads, own: Own, held: Sequence[str], ahead: Sequence[str]) -> frozenset[str]:
     """What a vehicle may not drive through: others' resting places, except on its present route, and closed
     road, except to leave it."""
-    rests = roads.every_road.kept_clear(own).difference(held, ahead)
-    return rests | roads.closed_for(held[-1]) if roads.closed else rests
+    rests = roads.every_road.access.kept_clear(own).difference(held, ahead)
+    return rests | roads.access.closed_for(held[-1]) if roads.closed else rests
 
 
 def leads_through_closed(roads: FleetRoads, reservations: SectionReservations, vehicle_id: str) -> bool:
@@ -134,4 +135,4 @@ def leads_through_closed(roads: FleetRoads, reservations: SectionReservations, v
     if not roads.closed:
         return False
     occupancy = reservations.occupancy(vehicle_id)
-    return not roads.closed_for(occupancy.held_ids[-1]).isdisjoint(occupancy.ahead)
+    return not roads.access.closed_for(occupancy.held_ids[-1]).isdisjoint(occupancy.ahead)

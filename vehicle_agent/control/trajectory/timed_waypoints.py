@@ -35,15 +35,7 @@ def timed_rows(
     skipped = line.shape[0] - speeds.shape[0]
     for i in range(line.shape[0]):
         at[i] = min(speed_mps, max(0.0, speeds[max(0, i - skipped)]))
-    limit = np.interp(s, marks, at)
-    v = np.empty(n)
-    for i in range(n - 2, -1, -1):
-        limit[i] = min(limit[i], math.sqrt(limit[i + 1] ** 2 + 2.0 * decel_mps2 * (s[i + 1] - s[i])))
-    v[0] = now_mps
-    for i in range(1, n):
-        ds = s[i] - s[i - 1]
-        slowest = math.sqrt(max(0.0, v[i - 1] ** 2 - 2.0 * decel_mps2 * ds))
-        v[i] = max(slowest, min(limit[i], math.sqrt(v[i - 1] ** 2 + 2.0 * accel_mps2 * ds)))
+    v = _reachable_speeds(np.interp(s, marks, at), s, now_mps, accel_mps2, decel_mps2)
     rows = np.zeros((n, 8))
     for i in range(n):
         if i > 0:
@@ -55,6 +47,21 @@ def timed_rows(
         rows[i, 1], rows[i, 2], rows[i, 3] = dense[i, 0], dense[i, 1], yaw[i]
         rows[i, 4], rows[i, 5], rows[i, 7] = kappa[i], v[i], s[i]
     return rows
+
+
+@njit(cache=True)
+def _reachable_speeds(limit: Array, s: Array, now_mps: float, accel_mps2: float, decel_mps2: float) -> Array:
+    """(n,) speeds at s (n,) from now_mps on, below the limits (n,) where the accelerations allow it."""
+    n = s.shape[0]
+    v = np.empty(n)
+    for i in range(n - 2, -1, -1):
+        limit[i] = min(limit[i], math.sqrt(limit[i + 1] ** 2 + 2.0 * decel_mps2 * (s[i + 1] - s[i])))
+    v[0] = now_mps
+    for i in range(1, n):
+        ds = s[i] - s[i - 1]
+        slowest = math.sqrt(max(0.0, v[i - 1] ** 2 - 2.0 * decel_mps2 * ds))
+        v[i] = max(slowest, min(limit[i], math.sqrt(v[i - 1] ** 2 + 2.0 * accel_mps2 * ds)))
+    return v
 
 
 @njit(cache=True)

@@ -243,25 +243,7 @@ class MotionPlanning:
         if driven is not None:
             here = trajectory_lookup.row_at(driven, ego.stamp_ns)
             if not self._cadence.is_off_trajectory(here, ego):
-                row = trajectory_lookup.row_at(driven, begin_ns)
-                pose = Pose2(
-                    float(row[trajectory_lookup.X]),
-                    float(row[trajectory_lookup.Y]),
-                    float(row[trajectory_lookup.YAW]),
-                )
-                speed_mps, accel_mps2 = (
-                    float(row[trajectory_lookup.SPEED]),
-                    float(row[trajectory_lookup.ACCEL]),
-                )
-                later = trajectory_lookup.row_at(driven, begin_ns + _HELD_NS)
-                held = (float(later[trajectory_lookup.ACCEL]) - accel_mps2) / (_HELD_NS * 1e-9)
-                return StartState(
-                    pose,
-                    speed_mps,
-                    accel_mps2,
-                    float(row[trajectory_lookup.CURVATURE]),
-                    held if speed_mps > _MOVES_MPS else None,
-                )
+                return _start_on(driven, begin_ns)
         dt_s = (begin_ns - ego.stamp_ns) * 1e-9
         yaw_rad = ego.pose_map.yaw_rad + 0.5 * dt_s * ego.yaw_rate_radps
         pose = Pose2(
@@ -312,6 +294,24 @@ class MotionPlanning:
         if state.answer is None or math.isinf(state.answer.cut_s_m):
             return None
         return max(0.0, state.answer.cut_s_m - task.s_m - self._front_m)
+
+
+def _start_on(driven: Trajectory, begin_ns: int) -> StartState:
+    """The state of the trajectory at a time."""
+    row = trajectory_lookup.row_at(driven, begin_ns)
+    pose = Pose2(
+        float(row[trajectory_lookup.X]), float(row[trajectory_lookup.Y]), float(row[trajectory_lookup.YAW])
+    )
+    speed_mps, accel_mps2 = float(row[trajectory_lookup.SPEED]), float(row[trajectory_lookup.ACCEL])
+    later = trajectory_lookup.row_at(driven, begin_ns + _HELD_NS)
+    held = (float(later[trajectory_lookup.ACCEL]) - accel_mps2) / (_HELD_NS * 1e-9)
+    return StartState(
+        pose,
+        speed_mps,
+        accel_mps2,
+        float(row[trajectory_lookup.CURVATURE]),
+        held if speed_mps > _MOVES_MPS else None,
+    )
 
 
 def _driven(state: MotionPlanningState) -> Trajectory | None:

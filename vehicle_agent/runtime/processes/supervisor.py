@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from types import FrameType
-from typing import Any
 
 import structlog
 
@@ -38,7 +37,7 @@ class Job:
 
     name: str
     target: Callable[..., object]
-    arguments: tuple[Any, ...] = ()
+    arguments: tuple[object, ...] = ()
     restart: bool = True
     log_file: Path | None = None
 

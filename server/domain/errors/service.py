@@ -1,0 +1,33 @@
+"""Refusals of the hours of service and its calendars."""
+
+from server.domain.errors.base import DomainError
+
+
+class NoService(DomainError):
+    """The campus does not run at that time, or not for long enough; the detail names when it opens."""
+
+    code = "no_service"
+
+
+class PatternUnknown(DomainError):
+    """No service of this name has a calendar."""
+
+    code = "pattern_unknown"
+
+
+class PatternInvalid(DomainError):
+    """A calendar whose days or hours contradict each other."""
+
+    code = "pattern_invalid"
+
+
+class PatternInUse(DomainError):
+    """Timetable trips run by this calendar."""
+
+    code = "pattern_in_use"
+
+
+class ExceptionUnknown(DomainError):
+    """The calendar has no exception on that day."""
+
+    code = "exception_unknown"
