@@ -180,7 +180,7 @@ class MotionRequest(msgspec.Struct, frozen=True):
 
 
 class MotionParams(msgspec.Struct, frozen=True):
-    """The planner's parameters; see docs/vehicle/planning.md.
+    """The planner's parameters; see docs/vehicle/planning/motion.md.
 
     step_m, checks     distance of the support states, and check points a step
     sample_m           spacing of the path's samples, for limits and projections
