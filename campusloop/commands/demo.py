@@ -15,7 +15,7 @@ from campusloop.kernels.compiling import KernelError, compile_kernels
 from campusloop.kernels.groups import for_campus
 from campusloop.live.campus import CampusStartError, LiveOptions
 from campusloop.live.demo import LiveDemo
-from campusloop.live.run_folder import NotOurFolder, emptied
+from campusloop.live.run_folder import ForeignFolder, empty_folder
 from campusloop.shipped import DEFAULT_MAP
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import Profile, ProfileError, load_profile
@@ -79,7 +79,7 @@ def demo(
             paced=True,
         )
         asyncio.run(LiveDemo(options, console, people_book=people).run())
-    except (MapError, ProfileError, CampusStartError, NotOurFolder, KernelError) as error:
+    except (MapError, ProfileError, CampusStartError, ForeignFolder, KernelError) as error:
         console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
 
@@ -102,7 +102,7 @@ def _timetable(
     except ValueError as error:
         console.print(f"[red]{error}[/red]; give times as HH:MM")
         raise typer.Exit(EXIT_BAD_INPUT) from error
-    emptied(folder)
+    empty_folder(folder)
     calls, failures = run_timetable(options, begins, ends, console)
     for failure in failures:
         console.print(f"[red]{failure}[/red]", soft_wrap=True, highlight=False)
@@ -123,7 +123,7 @@ def _headless(
     from campusloop.virtual.campus import CampusOptions
     from campusloop.virtual.headless import run_headless
 
-    options = CampusOptions(load_map(campus_map), emptied(folder), seed, vehicles, profile)
+    options = CampusOptions(load_map(campus_map), empty_folder(folder), seed, vehicles, profile)
     result = run_headless(options, rides, console)
     for failure in result.failures:
         console.print(f"[red]{failure}[/red]", soft_wrap=True, highlight=False)
