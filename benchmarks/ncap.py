@@ -53,7 +53,7 @@ def _run(task: tuple[Cell, Profile, int, Path | None, LogChoice]) -> Row:
     run = SceneDrive(cell.scene(profile, seed), logs.of(cell.name)).run()
     if traces is not None:
         run.trace.write(traces, cell.name)
-    hits = [speed_mps for _, number, speed_mps in run.verdict.front_contacts if number == 1]
+    hits = [speed_mps for _, number, speed_mps in run.metrics.front_contacts if number == 1]
     return {
         "cell": cell.name,
         "kind": cell.kind,
@@ -63,7 +63,7 @@ def _run(task: tuple[Cell, Profile, int, Path | None, LogChoice]) -> Row:
         "avoided": not hits,
         "impact_mps": hits[0] if hits else None,
         "least_impact_mps": best.impact_mps,
-        "clearance_m": run.verdict.clearance_m if np.isfinite(run.verdict.clearance_m) else None,
+        "clearance_m": run.metrics.clearance_m if np.isfinite(run.metrics.clearance_m) else None,
         "passed": run.time_s is not None,
     }
 

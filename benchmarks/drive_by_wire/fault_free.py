@@ -52,7 +52,7 @@ class Watcher:
         )
         if stopped and not self._stopped:
             self.nuisance.append(stopped)
-            self._drive.vehicle.tell(self._drive.now_ns, self._go())
+            self._drive.vehicle.put_link_message(self._drive.now_ns, self._go())
         self._stopped = stopped
         self._avoidance(watch.avoiding)
 

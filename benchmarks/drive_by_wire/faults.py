@@ -63,7 +63,7 @@ def _sets_lost(least: int, most: int) -> Inject:
             left[0] -= 1
             return sets if left[0] < 0 else []
 
-        drive.mail = mail
+        drive.set_filter = mail
         return _nothing
 
     return inject
@@ -96,7 +96,7 @@ def _sets_repeated(drive: FaultedDrive, rng: np.random.Generator) -> Callable[[i
         stamp_ns = drive.now_ns if fresh else kept[0][0].stamp_ns
         return [tuple(CanFrame(stamp_ns, frame.arbitration_id, frame.data) for frame in kept[0])]
 
-    drive.mail = mail
+    drive.set_filter = mail
     return _nothing
 
 
@@ -113,7 +113,7 @@ def _sets_late(drive: FaultedDrive, rng: np.random.Generator) -> Callable[[int],
             return ready
         return [queue.pop(0)] if len(queue) > late else []
 
-    drive.mail = mail
+    drive.set_filter = mail
     return _nothing
 
 
@@ -131,7 +131,7 @@ def _set_flipped(least: int, most: int) -> Inject:
                 return [_one_flipped(frames, rng) for frames in sets]
             return [(flipped(frames[0], int(rng.integers(8, 16))), *frames[1:]) for frames in sets]
 
-        drive.mail = mail
+        drive.set_filter = mail
         return _nothing
 
     return inject
@@ -155,11 +155,11 @@ def _bus_lost(least: int, most: int, way: str, *, one_frame: bool = False) -> In
         def spoil(frames: tuple[CanFrame, ...]) -> tuple[CanFrame, ...]:
             return tuple(frame for k, frame in enumerate(frames) if one_frame and k != which)
 
-        setattr(faults, f"spoil_{way}", spoil)
+        setattr(faults, f"filter_{way}", spoil)
 
         def after(step: int) -> None:
             if step + 1 == steps:
-                setattr(faults, f"spoil_{way}", _as_they_are)
+                setattr(faults, f"filter_{way}", _as_they_are)
 
         return after
 
@@ -178,10 +178,10 @@ def _bus_flipped(way: str) -> Inject:
 
         def spoil(frames: tuple[CanFrame, ...]) -> tuple[CanFrame, ...]:
             if frames:
-                setattr(faults, f"spoil_{way}", _as_they_are)
+                setattr(faults, f"filter_{way}", _as_they_are)
             return _one_flipped(frames, rng)
 
-        setattr(faults, f"spoil_{way}", spoil)
+        setattr(faults, f"filter_{way}", spoil)
         return _nothing
 
     return inject
@@ -212,7 +212,7 @@ def _gate_dead(drive: FaultedDrive, rng: np.random.Generator) -> Callable[[int],
 
     def after(step: int) -> None:
         if step == again:
-            drive.revive_gate()
+            drive.restart_gate()
 
     return after
 

@@ -135,7 +135,7 @@ def _is_seen(drive: FaultedDrive, kind: FaultKind) -> bool:
     """Something was spoiled in this step: reports come at 30 Hz only."""
     if kind.name != _REPORTS_LOST:
         return True
-    return drive.world.bus_faults(VEHICLE_ID).spoiled_to_vehicle > 0
+    return drive.world.bus_faults(VEHICLE_ID).changed_to_vehicle > 0
 
 
 def _is_right(kind: FaultKind, course: Course, seen: InjectionResult) -> bool:
@@ -155,7 +155,7 @@ def _is_right(kind: FaultKind, course: Course, seen: InjectionResult) -> bool:
 
 def _released(drive: FaultedDrive) -> bool:
     """An operator's resume, once the fault is over, is all it takes."""
-    drive.mail = lambda sets: sets
+    drive.set_filter = lambda sets: sets
     drive.world.module(VEHICLE_ID).steering_stuck = False
     if drive.tick_jump_ns != drive.gate_jump_ns:
         # A tick whose clock is not the gate's must be started anew.

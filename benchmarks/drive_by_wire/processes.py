@@ -19,7 +19,7 @@ from benchmarks.reporting.report import Row
 from campusloop.live.process_fault_rig import (
     GATE_JOB,
     TICK_JOB,
-    OnBus,
+    BusSample,
     ProcessFaultRig,
     straight_road,
 )
@@ -69,9 +69,9 @@ def _drive(vehicle: ProcessFaultRig, folder: Path) -> None:
     """Resumed until it has its speed; as often as it takes, for a process may just be starting."""
     deadline_s = time.monotonic() + _READY_S
     while time.monotonic() < deadline_s:
-        vehicle.go()
-        heard = vehicle.listen(9.0, lambda item: item.motion is not None and item.motion.speed_mps > 3.95)
-        if heard and heard[-1].motion is not None and heard[-1].motion.speed_mps > 3.95:
+        vehicle.send_order()
+        samples = vehicle.listen(9.0, lambda item: item.motion is not None and item.motion.speed_mps > 3.95)
+        if samples and samples[-1].motion is not None and samples[-1].motion.speed_mps > 3.95:
             vehicle.listen(0.5)
             return
     said = "\n".join(f"== {log.name}\n{log.read_text()[-1500:]}" for log in sorted(folder.glob("*.log")))
@@ -87,18 +87,20 @@ def _fault(
     pid = vehicle.processes.pids[who]
     fault_ns = time.monotonic_ns()
     os.kill(pid, getattr(signal, what))
-    heard = list(before)
+    samples = list(before)
     if what == "SIGSTOP":
-        heard += vehicle.listen(float(rng.uniform(0.3, 1.5)))
+        samples += vehicle.listen(float(rng.uniform(0.3, 1.5)))
         os.kill(pid, signal.SIGCONT)
-    heard += vehicle.listen(_STAND_S, lambda item: _stands(item))
-    stood = bool(heard) and _stands(heard[-1])
+    samples += vehicle.listen(_STAND_S, lambda item: _stands(item))
+    stood = bool(samples) and _stands(samples[-1])
     still = vehicle.listen(_STILL_S + (4.0 if what == "SIGKILL" else 0.0))
-    due_ns = _first_missed_ns(heard, fault_ns)
-    braked = [item.stamp_ns for item in heard if item.brake_ratio >= BRAKES_FROM and item.stamp_ns > fault_ns]
+    due_ns = _first_missed_ns(samples, fault_ns)
+    braked = [
+        item.stamp_ns for item in samples if item.brake_ratio >= BRAKES_FROM and item.stamp_ns > fault_ns
+    ]
     lost = [
         item.stamp_ns
-        for item in heard
+        for item in samples
         if item.motion is not None and item.stamp_ns > fault_ns and not item.motion.enabled
     ]
     must = "brake" if who == TICK_JOB else "fail action"
@@ -106,14 +108,14 @@ def _fault(
     latency_ms = (braked[0] - due_ns) / 1e6 if braked else None
     lost_ms = (lost[0] - due_ns) / 1e6 if lost else None
     if traces is not None:
-        _write(traces / f"process-{number:03d}.csv", heard + still, fault_ns)
+        _write(traces / f"process-{number:03d}.csv", samples + still, fault_ns)
     return {
         "part": "processes",
         "kind": f"{what} {who}",
         "must": must,
         "fail_action": profile.fail_action,
         "latency_ms": latency_ms,
-        "stop_m": _way_m(heard, due_ns) if stood else None,
+        "stop_m": _way_m(samples, due_ns) if stood else None,
         "by_wire_lost_ms": lost_ms,
         "restarts": restarts,
         "right": not restarts
@@ -122,29 +124,29 @@ def _fault(
     }
 
 
-def _stands(item: OnBus) -> bool:
+def _stands(item: BusSample) -> bool:
     return item.motion is not None and abs(item.motion.speed_mps) < _STANDS_MPS
 
 
-def _first_missed_ns(heard: list[OnBus], fault_ns: int) -> int:
+def _first_missed_ns(samples: list[BusSample], fault_ns: int) -> int:
     """When the first set should have come that did not: a tick after the last one before the fault."""
-    sets = [item.stamp_ns for item in heard if item.motion is None and item.stamp_ns <= fault_ns]
+    sets = [item.stamp_ns for item in samples if item.motion is None and item.stamp_ns <= fault_ns]
     return max(fault_ns, sets[-1] + TICK_NS) if sets else fault_ns
 
 
-def _way_m(heard: list[OnBus], from_ns: int) -> float:
+def _way_m(samples: list[BusSample], from_ns: int) -> float:
     """By the speed reports; one holds until the next."""
-    reports = [(item.stamp_ns, item.motion.speed_mps) for item in heard if item.motion is not None]
+    reports = [(item.stamp_ns, item.motion.speed_mps) for item in samples if item.motion is not None]
     way_m = 0.0
     for (begin_ns, speed_mps), (end_ns, _) in pairwise(reports):
         way_m += speed_mps * max(0, end_ns - max(begin_ns, from_ns)) * 1e-9
     return way_m
 
 
-def _write(path: Path, heard: list[OnBus], fault_ns: int) -> None:
+def _write(path: Path, samples: list[BusSample], fault_ns: int) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     lines = ["t_s,v_mps,by_wire,brake_sent"]
-    for item in heard:
+    for item in samples:
         speed = "" if item.motion is None else f"{item.motion.speed_mps:.2f},{int(item.motion.enabled)}"
         brake = f"{item.brake_ratio:.3f}" if item.motion is None else ""
         lines.append(f"{(item.stamp_ns - fault_ns) * 1e-9:.4f},{speed or ','},{brake}")

@@ -12,8 +12,8 @@ from typing import Protocol
 import numpy as np
 
 from benchmarks.peers.messages import Ask, Plan, Road
+from campusloop.scenes.contact_metrics import contact_metrics
 from campusloop.scenes.drive import VEHICLE_ID, Scene, SceneRun
-from campusloop.scenes.judge import judge
 from campusloop.scenes.path_map import LANE_ID, extended
 from campusloop.scenes.trace import SceneTrace
 from campusloop.virtual.conductor import STEP_NS
@@ -107,7 +107,7 @@ class PeerDrive:
             float(rows[-1, 0]) if reached else None,
             way_m[-1] - scene.start_s_m,
             trace,
-            judge(rows, trace.agents, scene.profile.body),
+            contact_metrics(rows, trace.agents, scene.profile.body),
             tuple(self.cycles_cpu_ms),
             0.0,
             tuple(sorted(self.words.items(), key=lambda item: -item[1])),

@@ -11,7 +11,7 @@ from campusloop.scenes.braking_oracle import best_braking
 from campusloop.scenes.crowd_clips import clip_runs
 from campusloop.scenes.drive import Scene
 from campusloop.scenes.protection_cells import Cell, cells
-from campusloop.scenes.random_crowds import DrawnScene, Pieces, drawn_scene, pieces
+from campusloop.scenes.random_crowds import RandomScene, SceneSources, draw_scene, scene_sources
 from campusloop.scenes.stacks import profile_of
 from simulator.traffic.recordings import Clip, drone_clips
 from vehicle_agent.config import Profile
@@ -30,20 +30,20 @@ class Case:
 
 def random_cases(seeds: range, recordings: Path | None) -> Iterator[Case]:
     """`sparse`, `dense` and, among recorded people, `replayed`."""
-    found = pieces(tuple(sorted(_MAPS.glob("*/map.json"))), recordings)
+    found = scene_sources(tuple(sorted(_MAPS.glob("*/map.json"))), recordings)
     for seed in seeds:
-        drawn = drawn_scene(found, profile_of("snow_lion"), seed)
+        drawn = draw_scene(found, profile_of("snow_lion"), seed)
         yield Case(drawn.scene.name, _kind(drawn), partial(_drawn, found, seed))
 
 
-def _kind(drawn: DrawnScene) -> str:
+def _kind(drawn: RandomScene) -> str:
     if drawn.crowd != "reactive":
         return "replayed"
     return "sparse" if drawn.is_sparse else "dense"
 
 
-def _drawn(found: Pieces, seed: int, profile: Profile) -> Scene:
-    return drawn_scene(found, profile, seed).scene
+def _drawn(found: SceneSources, seed: int, profile: Profile) -> Scene:
+    return draw_scene(found, profile, seed).scene
 
 
 def clip_cases(folder: Path, seed: int) -> Iterator[Case]:

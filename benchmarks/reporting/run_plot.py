@@ -15,7 +15,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from campusloop.scenes.judge import clearances
+from campusloop.scenes.contact_metrics import clearances
 from contract.geometry import Array
 from vehicle_agent.config import Body
 from vehicle_agent.signals import PEDESTRIAN

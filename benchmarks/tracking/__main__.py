@@ -10,7 +10,7 @@ localization noise and with perfect localization. The `gem` stack follows waypoi
 the same noise, and is also driven on the kinematic vehicle: that is its `peak_cross_track_m`, the other its
 `disturbed_peak_cross_track_m`. The `nus` stack's pure pursuit follows the same waypoints at the 2 m/s that
 its look-ahead holds for. Stacks that follow trajectories get timed rows off the curve. What the reference
-time is: `benchmarks/tracking/stacks.py`. Recorded loops are for the `gem` stack.
+time is: `benchmarks/tracking/stacks.py`. RecordedTrack loops are for the `gem` stack.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""An operator's hands for demos and tests: the console's requests without the console."""
+"""A client with the console's requests, for demos and tests."""
 
 import asyncio
 from collections.abc import Callable
@@ -12,14 +12,14 @@ POLL_EVERY_S = 0.5
 
 
 class OperatorError(Exception):
-    """The server said no; the message is its problem's title and detail."""
+    """The server refused a request; the message is the problem's title and detail."""
 
 
 class OperatorClient:
-    """Signed in by `sign_in`; every method is one request and raises OperatorError for a problem."""
+    """Call `sign_in` first. The methods raise OperatorError when the server refuses a request."""
 
     def __init__(self, client: httpx.AsyncClient) -> None:
-        """client: base URL of the server; its cookie jar keeps the session."""
+        """client: has the server's base URL; its cookie jar keeps the session."""
         self._client = client
         self._csrf = ""
 
@@ -28,9 +28,9 @@ class OperatorClient:
         self._csrf = session["csrf_token"]
 
     async def enrol(self, vehicle_id: str, body: Body, public_key: str) -> None:
-        """Make a code for the vehicle and, as the vehicle, enrol its key with it."""
+        """Create a code for the vehicle and, as the vehicle, enrol its key with the code."""
         name = vehicle_id.replace("-", " ").capitalize()
-        made = await self._post(
+        created = await self._post(
             "/api/v1/enrolments/codes",
             {
                 "vehicle_id": vehicle_id,
@@ -39,7 +39,7 @@ class OperatorClient:
                 "wheelchair_places": body.wheelchair_places,
             },
         )
-        enrolment = {"code": made["code"], "vehicle_id": vehicle_id, "public_key": public_key}
+        enrolment = {"code": created["code"], "vehicle_id": vehicle_id, "public_key": public_key}
         await self._post("/api/v1/enrolments", enrolment)
 
     async def vehicle(self, vehicle_id: str) -> dict[str, Any]:
@@ -49,8 +49,8 @@ class OperatorClient:
         answer = await self._client.get("/api/v1/vehicles")
         if answer.is_error:
             raise OperatorError(answer.text)
-        listed: list[dict[str, Any]] = answer.json()
-        return listed
+        vehicles: list[dict[str, Any]] = answer.json()
+        return vehicles
 
     async def release(self, vehicle_id: str) -> None:
         """Wait until the vehicle is connected and placed, resume it, and wait until it is not held."""
@@ -66,15 +66,15 @@ class OperatorClient:
             vehicle = await self.vehicle(vehicle_id)
 
     async def command(self, vehicle_id: str, verb: str) -> dict[str, Any]:
-        """hold, resume, stop-now, recall or release."""
+        """verb: hold, resume, stop-now, recall or release."""
         return await self._post(f"/api/v1/vehicles/{vehicle_id}/{verb}", None)
 
     async def incidents(self) -> list[dict[str, Any]]:
         answer = await self._client.get("/api/v1/incidents")
         if answer.is_error:
             raise OperatorError(answer.text)
-        listed: list[dict[str, Any]] = answer.json()
-        return listed
+        incidents: list[dict[str, Any]] = answer.json()
+        return incidents
 
     async def _post(self, path: str, body: dict[str, Any] | None) -> dict[str, Any]:
         headers = {"X-CSRF-Token": self._csrf} if self._csrf else {}

@@ -8,7 +8,7 @@ import httpx
 import typer
 from rich.console import Console
 
-from campusloop.kernels.compiling import ready_kernels
+from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import for_vehicle
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import ProfileError, load_profile
@@ -26,7 +26,7 @@ EXIT_BAD_INPUT = 2
 
 @app.command()
 def enrol(
-    folder: Annotated[Path, typer.Argument(help="The vehicle's folder; made if it is not there.")],
+    folder: Annotated[Path, typer.Argument(help="The vehicle's folder; created if it does not exist.")],
     server: Annotated[str, typer.Option(help="The server's address, e.g. https://shuttles.campus.edu")],
     vehicle_id: Annotated[str, typer.Option(help="As named on the console.")],
     code: Annotated[str, typer.Option(help="The enrolment code from the console; works once.")],
@@ -38,11 +38,13 @@ def enrol(
     scans_port: Annotated[int, typer.Option(help="Loopback port of finished scans.")] = 47_400,
     words_port: Annotated[int, typer.Option(help="Loopback port of screen, speaker and doors.")] = 47_500,
     cameras: Annotated[
-        str, typer.Option(help="HOST:PORT to hear crossings' cameras on, without the cloud.")
+        str, typer.Option(help="HOST:PORT to receive crossing cameras on, without the cloud.")
     ] = "",
-    certificate: Annotated[str, typer.Option(help="Certificate to trust, if the server made its own.")] = "",
+    certificate: Annotated[
+        str, typer.Option(help="Certificate to trust, if the server's is self-signed.")
+    ] = "",
 ) -> None:
-    """Make the vehicle's key and have the server take it in, once."""
+    """Create the vehicle's key and enrol it with the server, once."""
     vehicle = VehicleFile(
         vehicle_id=vehicle_id,
         server_url=server.rstrip("/"),
@@ -76,9 +78,11 @@ def enrol(
 
 @app.command()
 def run(
-    folders: Annotated[list[Path], typer.Argument(help="One folder a vehicle; several share their workers.")],
+    folders: Annotated[
+        list[Path], typer.Argument(help="A folder for each vehicle; several share their workers.")
+    ],
 ) -> None:
-    """Run the agent until SIGTERM or Ctrl-C: gate, link, worker and tick, restarted when they end."""
+    """Run the agent's processes until SIGTERM or Ctrl-C, and restart those that end."""
     try:
         for folder in folders:
             files = AgentFolder(folder)
@@ -89,7 +93,7 @@ def run(
             for device in output_devices(speaking) if speaking is not None else ():
                 device.close()
         stacks = {AgentFolder(folder).profile().stack for folder in folders}
-        ready_kernels(tuple(sorted({group for stack in stacks for group in for_vehicle(stack)})))
+        ensure_kernels(tuple(sorted({group for stack in stacks for group in for_vehicle(stack)})))
         with tempfile.TemporaryDirectory(prefix="campusloop-") as mail:
             places = tuple(
                 AgentPlace(folder.resolve(), Path(mail) / str(number))

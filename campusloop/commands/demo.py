@@ -20,8 +20,8 @@ from campusloop.shipped import DEFAULT_MAP
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import Profile, ProfileError, load_profile
 
-# Of tables that go to a file or to another program.
-WIDTH_ELSEWHERE = 120
+# Of tables in a file or pipe.
+WIDTH_WITHOUT_TERMINAL = 120
 
 HEADLESS = Path("var/headless")
 
@@ -53,7 +53,7 @@ def demo(
     """Run a campus: book at the printed address, watch at /console."""
     console = Console()
     if not console.is_terminal:
-        console = Console(width=WIDTH_ELSEWHERE)
+        console = Console(width=WIDTH_WITHOUT_TERMINAL)
     if headless:
         structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.ERROR))
     count = vehicles or (2 if (os.cpu_count() or 1) <= 2 else 3)
@@ -87,7 +87,7 @@ def demo(
 def _timetable(
     console: Console, campus_map: Path, vehicles: int, seed: int, begin: str, end: str, folder: Path
 ) -> None:
-    # Here, for they bring the whole server along: live, that is another process.
+    # Imported here, because they import the whole server, which is another process in the live demo.
     from campusloop.virtual.campus import CampusOptions
     from campusloop.virtual.timetable_run import local_moment, run_timetable
 
@@ -108,7 +108,7 @@ def _timetable(
         console.print(f"[red]{failure}[/red]", soft_wrap=True, highlight=False)
     if failures:
         raise typer.Exit(EXIT_FAILED)
-    console.print(f"all {len(calls)} calls kept, every run replays exactly; the runs are in {folder}")
+    console.print(f"all {len(calls)} calls were on time, every run replays exactly; the runs are in {folder}")
 
 
 def _headless(

@@ -203,7 +203,7 @@ class LiveCampus:
         supervisor.start()
 
     async def _trusted(self) -> ssl.SSLContext | bool:
-        """What to verify the server's TLS with. A self-signed certificate exists only after the server's start."""
+        """What to verify the server's TLS with. A self-signed certificate exists after the server's start."""
         if self.certificate is None:
             return True
         for _ in range(round(READY_WITHIN_S / POLL_EVERY_S)):

@@ -125,7 +125,7 @@ class LiveDemo:
 
 
 def first_rides(road_map: RoadMap, vehicles: int, rng: np.random.Generator) -> list[RideDemand]:
-    """Random rides. The first ones are near the waiting shuttles, so that a whole ride can soon be watched."""
+    """Random rides. The first ones are near the waiting shuttles, so that whole rides soon happen."""
     short = stop_pairs(road_map, FIRST_M_MIN, RIDE_M_MAX)
     near = nearest_pairs(road_map, short, road_map.resting_places[:vehicles])
     rides = random_rides(PEOPLE, stop_pairs(road_map, RIDE_M_MIN, RIDE_M_MAX), SPACING_S, rng)

@@ -1,10 +1,10 @@
 """A clock for a whole live campus on one machine. It runs slower where the machine does not keep up.
 
-Every periodic process reserves the clock: when it begins to wait, it writes the deadline by which it reads the
-clock again (`PacedClock.wait`). The simulator's process has the master clock (`MasterClock`). The master runs
-with the computer's clock, but never more than SLACK_NS past the earliest deadline. A process that gets no
-processor time is late by the wall clock and on time by this clock, so no other vehicle brakes for it. The
-processes do not know which clock they have: on a vehicle they have the computer's.
+Every periodic process has a reservation: when it begins to wait, it writes the deadline by which it reads the
+clock again (`PacedClock.wait`). The simulator's process has the master clock (`MasterClock`). The clock runs
+with the computer's, but never more than SLACK_NS past the earliest deadline. A process that gets no processor
+time is late by the wall clock and on time by this clock, so no other process brakes for it. The processes do
+not know which clock they have: on a vehicle they have the computer's.
 
 The master ignores the reservation of a process that has ended or has missed its deadline for
 STALL_TIMEOUT_NS. A tick that hangs is therefore a silent tick here, too.
@@ -103,7 +103,7 @@ class PacedClock(_Shared):
     def wait(self, due_ns: int, files: Sequence[int] = ()) -> None:
         """Wait until due_ns or until one of the files can be read, at most one period."""
         now_ns = self.now_ns()
-        until_ns = min(due_ns, now_ns + BEAT_NS)
+        until_ns = min(due_ns, now_ns + PERIOD_NS)
         self._reservation[_DEADLINE] = until_ns
         while now_ns < until_ns:
             stands = self._shared[_LIMIT] <= now_ns

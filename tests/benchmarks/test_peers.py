@@ -24,7 +24,7 @@ CROSSING = "day-walks-near-0.50-10.0"
 def test_a_scenes_driver_is_told_the_road_and_reaches_the_goal_at_the_cap() -> None:
     run = PeerDrive(_street(), Pursuit(blind=True)).run()
     assert run.time_s == pytest.approx(40.0 / 3.0, abs=1.0)
-    assert not run.verdict.front_contacts
+    assert not run.metrics.front_contacts
     assert max(row[4] for row in run.trace.rows) <= 3.0 + 1e-9
 
 
@@ -33,8 +33,8 @@ def test_blind_pursuit_drives_into_who_crosses_and_braking_pursuit_does_not() ->
     cell = next(cell for cell in cells(profile.body) if cell.name == CROSSING)
     blind = PeerDrive(cell.scene(profile, 1), Pursuit(blind=True)).run()
     braking_run = PeerDrive(cell.scene(profile, 1), Pursuit(blind=False)).run()
-    assert [number for _, number, _ in blind.verdict.front_contacts] == [1]
-    assert not braking_run.verdict.front_contacts
+    assert [number for _, number, _ in blind.metrics.front_contacts] == [1]
+    assert not braking_run.metrics.front_contacts
     assert braking_run.time_s is not None
 
 

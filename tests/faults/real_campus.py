@@ -63,7 +63,7 @@ class RealCampus:
 
     def ask(self) -> Journey:
         journey = Journey(RideDemand(len(self._lives) + 1, 0.0, *self.pair, 1, "code"))
-        self._lives.append(asyncio.create_task(self._passengers.live(journey)))
+        self._lives.append(asyncio.create_task(self._passengers.run_journey(journey)))
         return journey
 
     async def until(self, condition: Callable[[], bool], within_s: float = RIDE_WITHIN_S) -> None:

@@ -29,12 +29,12 @@ class CampusDay:
         self.passengers = self.campus.passengers(self._tell)
 
     def _tell(self, journey: Journey) -> None:
-        self.told.append((journey.wish.number, journey.state))
+        self.told.append((journey.demand.number, journey.state))
 
     def ask(self, number: int = 1, party: int = 1, how: Any = "code", turns_up: bool = True) -> Journey:
         """A passenger wants to ride, now."""
         journey = Journey(RideDemand(number, 0.0, *self.pair, party, how, turns_up))
-        self.campus.conductor.loop.create_task(self.passengers.live(journey))
+        self.campus.conductor.loop.create_task(self.passengers.run_journey(journey))
         return journey
 
     def until(self, condition: Callable[[], bool], timeout_s: float = 1200.0) -> None:

@@ -12,8 +12,8 @@ def doors_opened(day: CampusDay) -> int:
 
 
 def screen(day: CampusDay) -> str:
-    says = day.campus.world.displays["shuttle-1"].says
-    return "" if says is None else says.screen
+    output = day.campus.world.displays["shuttle-1"].output
+    return "" if output is None else output.screen
 
 
 def test_a_seat_button_stops_the_shuttle_on_the_way_and_the_ride_goes_on(day: CampusDay) -> None:

@@ -29,7 +29,7 @@ def test_a_link_that_is_cut_while_riding_changes_nothing_for_the_passenger(day: 
     day.until_state(journey, "aboard")
     day.campus.network.cut("shuttle-1")
     day.run_for(20.0)
-    day.campus.network.mend("shuttle-1")
+    day.campus.network.restore("shuttle-1")
     day.until_state(journey, "completed")
     assert [state for number, state in day.told].count("aboard") == 1
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from campusloop.live.paced_clock import (
     PERIOD_NS,
-    STALL_TIMEOUT_NS,
     SLACK_NS,
+    STALL_TIMEOUT_NS,
     MasterClock,
     PacedClock,
     PacedClocks,
