@@ -1,12 +1,11 @@
 """Random drives through crowds: `python -m benchmarks.monte_carlo --runs N [--recordings DIR] --json F`.
 
 Each run draws from its own seed: a path (a lane of a shipped map, or a random curve), where the shuttle
-starts on it, how noisy its tracker is and how often it misses, and a crowd: reactive people of a random
-density, of whom some do not look, or recorded people from DIR (drone clips and obsmat files), laid across the
-path. A front contact while moving faster than 0.3 m/s is the shuttle's fault; others are counted apart. A
-stall is a stand of more than 20 s during all of which a way 1.5 widths wide led past everybody ahead. In
-sparse crowds (at most one person on 100 m2) the mean speed is compared with that of the same drive without
-people.
+starts on it, its tracker's noise and misses, and a crowd. The crowd is reactive people of a random density,
+of whom some are inattentive, or recorded people from DIR (drone clips and obsmat files), placed on the path.
+A front contact while moving faster than 0.3 m/s is the shuttle's fault; others are counted separately. A
+stall is a stand of more than 20 s with a free corridor 1.5 widths wide past all people ahead. In sparse
+crowds (at most one person on 100 m2) the mean speed is compared with that of the same drive without people.
 """
 
 import argparse
@@ -78,7 +77,7 @@ def main() -> None:
 
 
 def _pin(cores: list[int]) -> None:
-    """One core for all when there is one worker, else each its own by the scheduler's choice."""
+    """Restrict this worker to the given cores."""
     os.sched_setaffinity(0, set(cores))
 
 
@@ -88,7 +87,7 @@ def _sources(recordings: Path | None) -> SceneSources:
 
 
 def _run(job: tuple[str, int, Path | None, Path | None, LogChoice]) -> Row:
-    """One drive, and in a sparse crowd the same without people."""
+    """One drive; in a sparse crowd also the same drive without people."""
     stack, seed, recordings, traces, logs = job
     drawn = draw_scene(_sources(recordings), profile_of(stack), seed)
     run = SceneDrive(drawn.scene, logs.of(drawn.scene.name)).run()

@@ -1,10 +1,9 @@
 """Consumer-test cells with people and cyclists: `python -m benchmarks.ncap --json F [--traces DIR]`.
 
 Crossing, running, an occluded child, turning and longitudinal, at 5 to 20 km/h, by day and by night. The
-shuttle drives each cell with its whole onboard loop. Beside it stands an oracle that brakes as hard as it can
-as soon as the target is in sight (0.27 s, 5.6 m/s2): what it avoids is avoidable. The progress beside it:
-hard stops (3 m/s2 and more) over --street-km of a street along which people walk and stand without coming
-into the way.
+shuttle drives each cell with its whole onboard loop. It is compared with an oracle that brakes as hard as it
+can as soon as the target is in sight (0.27 s, 5.6 m/s2): a contact that it avoids is avoidable. Needless hard
+stops (3 m/s2 and more) are counted over --street-km of a street where people walk and stand beside the path.
 """
 
 import argparse

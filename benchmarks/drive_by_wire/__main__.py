@@ -54,14 +54,14 @@ def main() -> None:
         real = process_faults(arguments.processes, profile, arguments.traces)
         rows += real
         summary |= process_summary(real)
-    told = {
+    shown = {
         "injections": arguments.injections,
         "processes": arguments.processes,
         "hours": arguments.hours,
         "seed": arguments.seed,
         "profile": str(arguments.profile),
     }
-    report.write(arguments.json, "drive_by_wire", told, rows, summary)
+    report.write(arguments.json, "drive_by_wire", shown, rows, summary)
 
 
 def virtual(profile: Profile, injections: int, seed: int, traces: Path | None) -> list[Row]:
@@ -78,10 +78,10 @@ def virtual(profile: Profile, injections: int, seed: int, traces: Path | None) -
         kind = kinds[number % len(kinds)]
         turn = number // len(kinds)
         course = courses[SPEEDS_KMH[turn % len(SPEEDS_KMH)], turn // len(SPEEDS_KMH) % 2]
-        row, watched = inject(course, kind, number, seed)
+        row, result = inject(course, kind, number, seed)
         rows.append(row)
         if traces is not None:
-            _write_trace(traces / f"{kind.name.replace(' ', '-')}.csv", watched.trace)
+            _write_trace(traces / f"{kind.name.replace(' ', '-')}.csv", result.trace)
         if not row["right"] or row["crash"]:
             print(row, flush=True)
     if traces is not None:

@@ -13,7 +13,7 @@ from campusloop.kernels.groups import for_vehicle
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import ProfileError, load_profile
 from vehicle_agent.link.keys import VehicleKeyError, load_or_create_key, public_key_text
-from vehicle_agent.runtime.devices.speaking import SpeakingError, output_devices
+from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceError, output_devices
 from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, AgentFolderError, VehicleFile
 from vehicle_agent.runtime.processes.supervisor import Supervisor
@@ -89,8 +89,8 @@ def run(
             files.vehicle()
             files.profile()
             files.road_map()
-            speaking = files.speaking()
-            for device in output_devices(speaking) if speaking is not None else ():
+            hmi_devices = files.hmi_devices()
+            for device in output_devices(hmi_devices) if hmi_devices is not None else ():
                 device.close()
         stacks = {AgentFolder(folder).profile().stack for folder in folders}
         ensure_kernels(tuple(sorted({group for stack in stacks for group in for_vehicle(stack)})))
@@ -102,7 +102,7 @@ def run(
             jobs = agent_jobs(places)
             console.print(f"driving {', '.join(folder.name for folder in folders)}; Ctrl-C ends it")
             Supervisor(jobs).run()
-    except (AgentFolderError, ProfileError, MapError, SpeakingError) as error:
+    except (AgentFolderError, ProfileError, MapError, HmiDeviceError) as error:
         _refuse(str(error))
 
 

@@ -133,7 +133,7 @@ class Explainer:
             f"all changes of this improvement lower the plan's cost by {-best.extra_cost_s:.0f} s."
         ]
         if before is not None:
-            lines.append(f"Before, {self._vehicle(before.vehicle_id)} had it: {self._times(before)}.")
+            lines.append(f"Before, {self._vehicle(before.vehicle_id)} was assigned: {self._times(before)}.")
         return lines
 
     def _offered(self, alternatives: Sequence[Alternative], ride: Ride) -> list[str]:
