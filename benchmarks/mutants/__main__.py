@@ -1,4 +1,4 @@
-"""Do the short tests notice wrong changes? `python -m benchmarks.mutants --sample N --seed S [--room R ...]`.
+"""Mutation testing of the short tests: `python -m benchmarks.mutants --sample N --seed S [--room R ...]`.
 
 A sample of all small wrong changes (a comparison at its boundary, a sign, a number, a condition turned round)
 to the rooms is drawn, the same share of each room. Each change is made alone in a private copy of the tree;

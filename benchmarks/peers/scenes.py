@@ -1,4 +1,4 @@
-"""The scenes that everybody drives: random crowds, recorded cars' ways through people, protection cells."""
+"""The scenes of all drivers: random crowds, recorded cars' paths among people, and protection cells."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -75,7 +75,7 @@ def _cell(cell: Cell, seed: int, profile: Profile) -> Scene:
 
 
 def profile_for(stack: str) -> Profile:
-    """The stack's vehicle at the Snow Lion shuttle's cap: who is slow is safe for no merit of its own."""
+    """The stack's vehicle at the Snow Lion shuttle's speed cap, so that none is safe only by being slow."""
     cap_mps = profile_of("snow_lion").limits.speed_mps_max
     profile = profile_of(stack)
     limits = msgspec.structs.replace(profile.limits, speed_mps_max=cap_mps)

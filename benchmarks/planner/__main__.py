@@ -1,4 +1,4 @@
-"""How long one motion plan takes and whether it is right: `python -m benchmarks.planner --seeds N --json F`.
+"""Time and validity of motion plans: `python -m benchmarks.planner --seeds N --json F`.
 
 Random campus scenes with 50 others (people walking, standing, cyclists, cars) over 8 s and 40 m, on the
 shipped maps and on synthetic bends, from 0 to 20 km/h; each is followed in closed loop for some plans with

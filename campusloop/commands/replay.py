@@ -66,6 +66,6 @@ def _print_result(path: Path, result: ReplayResult) -> None:
     if result.cut_short:
         console.print(
             f"[yellow]{result.cut_short}; the {result.ticks} ticks before it replay as recorded. "
-            "A process killed while recording leaves such a file; the server may have it whole[/yellow]",
+            "A process killed while recording leaves such a file; use the server's copy[/yellow]",
             soft_wrap=True,
         )

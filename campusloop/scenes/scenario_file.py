@@ -206,7 +206,7 @@ def _wrong(found: ScenarioFile) -> list[tuple[str, str]]:
             wrong.append((f"fault[{k}].to_s", "to_s must be later than from_s"))
     for k, camera in enumerate(found.camera):
         if not camera.rate_hz > 0.0:
-            wrong.append((f"camera[{k}].rate_hz", "the rate must be above 0 Hz"))
+            wrong.append((f"camera[{k}].rate_hz", "the rate must be more than 0 Hz"))
     for name, places in _places(found):
         if not all(math.isfinite(value) for place in places for value in place):
             wrong.append((name, "a coordinate is not finite"))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.peers.drive import PeerDrive, braking, road_of, row_at
-from benchmarks.peers.messages import Ask, Plan, Road
+from benchmarks.peers.messages import Plan, PlanRequest, Road
 from benchmarks.peers.process import PeerError, PeerProcess
 from benchmarks.peers.pursuit import Pursuit
 from benchmarks.peers.score import Result, summary
@@ -172,7 +172,7 @@ class _Mute:
     def begin(self, road: Road) -> None:
         assert road.speed_mps_max == 3.0
 
-    def plan(self, ask: Ask) -> Plan:
+    def plan(self, ask: PlanRequest) -> Plan:
         self._left -= 1
         if self._left < 0:
             return Plan([], "no_plan", self._cycle_ms, 0.0, 0.0)
@@ -184,7 +184,7 @@ class _Elsewhere(_Mute):
     def __init__(self) -> None:
         super().__init__(1)
 
-    def plan(self, ask: Ask) -> Plan:
+    def plan(self, ask: PlanRequest) -> Plan:
         return Plan([(0.0, ask.x_m + 3.0, 0.0, 0.0, 1.0, 0.0, 0.0)] * 2, "", 0.0, 0.0, 0.0)
 
 
@@ -198,8 +198,8 @@ def _road() -> Road:
     return road_of(_street())
 
 
-def _ask(v_mps: float) -> Ask:
-    return Ask(0.0, 0.0, 0.0, 0.0, v_mps, 0.0, 0.0, [(1.0, 9.0, 1.0, 0.0, 0.0, 0.0, 0.5, 0.5, 1.0)])
+def _ask(v_mps: float) -> PlanRequest:
+    return PlanRequest(0.0, 0.0, 0.0, 0.0, v_mps, 0.0, 0.0, [(1.0, 9.0, 1.0, 0.0, 0.0, 0.0, 0.5, 0.5, 1.0)])
 
 
 def _fake(answer_s: float = 60.0) -> PeerProcess:
