@@ -3,8 +3,8 @@
     python -m benchmarks.loop --json F
 
 Real time: the whole onboard loop on the wall clock with one VLP-16 (16 x 1800 at 10 Hz), CPU time of every
-room and of the tick with its recording, and how late ticks begin. Lockstep: virtual seconds per second of one
-vehicle with plant, by-wire, CAN, gate and recorder, without lidar and with it (ray casting and height map
+room and of the tick with its recording, and the lateness of ticks. Lockstep: virtual seconds per second of
+one vehicle with plant, by-wire, CAN, gate and recorder, without lidar and with it (ray casting and height map
 included), on one core.
 """
 

@@ -1,10 +1,10 @@
 """CPU time of the Snow Lion stack's control in a tick: `python -m benchmarks.mpc --json F [--steps N]`.
 
 One continuous drive over CAN on the simulated shuttle with tyres, noise and steering bias: straights at 4.2
-m/s, curves and tight bends, crawling, stops and standing, on and on. The last fifth of the steps is driven
-with the steering rate limited to 1 degree a second, about what its bends take, so that the bound is met
-again and again. A step is the room's whole `step`: observer, projection, lead, both problems (N = 40) and
-pedals. `infeasible` counts a problem that the solver did not finish, too.
+m/s, curves and tight bends, crawling, stops and standing, repeated. The last fifth of the steps is driven
+with the steering rate limited to 1 degree a second, about the rate of its bends, so that the bound is often
+met. A step is the room's whole `step`: observer, projection, lead, both problems (N = 40) and pedals.
+`infeasible` also counts problems that the solver did not finish.
 """
 
 import argparse

@@ -4,13 +4,13 @@ The GEM paper's figure of eight at 3 m/s had a peak cross-track error of 12 cm. 
 the least radius that the paper's own 0.5 m/s2 allows at that speed, 18 m, and two laps of it. The error is
 the rear-axle centre's distance from the curve itself.
 
-Every stack drives it on a shuttle with tyres (`simulator/vehicle/tyres.py`) whose wheels stand 0.6 degrees
-beyond what the steering reports, 0.25 s and a lag late, at its nominal weight and 20 % more and less, with
-localization noise and with perfect localization. The `gem` stack follows waypoints, which are recorded with
-the same noise, and is also driven on the kinematic vehicle: that is its `peak_cross_track_m`, the other its
-`disturbed_peak_cross_track_m`. The `nus` stack's pure pursuit follows the same waypoints at the 2 m/s that
-its look-ahead holds for. Stacks that follow trajectories get timed rows off the curve. What the reference
-time is: `benchmarks/tracking/stacks.py`. Recorded loops are for the `gem` stack.
+Every stack drives it on a shuttle with tyres (`simulator/vehicle/tyres.py`), a steering bias of 0.6 degrees,
+a steering delay of 0.25 s and a lag, at its nominal weight and 20 % more and less, with localization noise
+and with perfect localization. The `gem` stack follows waypoints, which are recorded with the same noise. It
+is also driven on the kinematic vehicle: this gives its `peak_cross_track_m`, the other its
+`disturbed_peak_cross_track_m`. The `nus` stack's pure pursuit follows the same waypoints at 2 m/s, for which
+its look-ahead is set. Stacks that follow trajectories get timed rows of the curve. The reference time is
+defined in `benchmarks/tracking/stacks.py`. Recorded loops are for the `gem` stack.
 """
 
 import argparse
