@@ -47,7 +47,7 @@ def _figure(value: object) -> str:
 
 
 def _refresh(rows: list[str], machine: dict[str, Any], commit: str) -> None:
-    """Replace what stands between the two marks."""
+    """Replace the text between the two marks."""
     text = README.read_text(encoding="utf-8")
     before, _, rest = text.partition(BEGIN)
     _, _, after = rest.partition(END)

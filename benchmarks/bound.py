@@ -1,4 +1,4 @@
-"""How tight and how quick the proven lower bounds of dial-a-ride instances are.
+"""Tightness and time of proven lower bounds of dial-a-ride instances.
 
     python -m benchmarks.bound DIR --seconds 600 [--optima FILE] [--json FILE] [--solutions DIR]
 

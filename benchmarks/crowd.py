@@ -1,10 +1,10 @@
 """Through recorded crowds: `python -m benchmarks.crowd DIR [--json F] [--traces DIR] [--logs DIR]`.
 
 DIR holds drone recordings of cars among students. Every car that drove (mean of 0.5 m/s and more) is a run:
-the shuttle drives that car's path among the people, and the other cars, as they were recorded, beginning
-where, when and as fast as the car did, with the car's own maximum in the clip as its cap. The people do not
-see the shuttle. A front contact while moving faster than 0.3 m/s counts, and a run that takes more than twice
-the human's time is a failure. The human's own drive is judged by the same rule, with the shuttle's outline.
+the shuttle drives that car's path among the recorded people and other cars. It begins with the car's
+position, time and speed; its speed limit is the car's maximum in the clip. The people do not see the shuttle.
+A front contact while moving faster than 0.3 m/s counts, and a run that takes more than twice the human's time
+is a failure. The human's drive is evaluated by the same rule, with the shuttle's outline.
 """
 
 import argparse
@@ -61,9 +61,9 @@ def _row(stack: str, clip: str, number: int, clip_run: ClipRun, run: SceneRun) -
         "human_max_mps": clip_run.human_max_mps,
         "time_s": run.time_s if run.time_s is not None else limit_s,
         "reached": run.time_s is not None,
-        "contacts": len(run.verdict.front_contacts),
-        "other_contacts": len(run.verdict.other_contacts),
-        "clearance_m": _finite(run.verdict.clearance_m),
+        "contacts": len(run.metrics.front_contacts),
+        "other_contacts": len(run.metrics.other_contacts),
+        "clearance_m": _finite(run.metrics.clearance_m),
         "human_contacts": len(clip_run.human.front_contacts),
         "human_clearance_m": _finite(clip_run.human.clearance_m),
         "plan_cpu_p95_ms": float(np.percentile(cpu_ms, 95)),

@@ -59,7 +59,7 @@ def main() -> None:
 
 
 def warm(instance: Instance) -> None:
-    """Load the compiled kernels, so that no instance's time has that in it."""
+    """Load the compiled kernels, so that their loading is not in an instance's time."""
     optimiser = Optimiser(task_of(instance), 1)
     optimiser.run_slice()
     optimiser.put_together()

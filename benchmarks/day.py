@@ -41,8 +41,8 @@ _VISITS_MAX = 200
 
 @dataclass(frozen=True, slots=True)
 class DispatchPolicy:
-    """patience, see Schedule; every how many seconds of the day what number of vehicles is searched around
-    one, with so many attempts; 0 vehicles for never."""
+    """patience: see Schedule. Every `every_s` seconds of the day, `vehicles` around one are searched with
+    `attempts`; 0 vehicles for no search."""
 
     name: str
     patience: float
@@ -72,15 +72,15 @@ def main() -> None:
     args = parser.parse_args()
     if args.vehicles < 1 or args.seats < 1 or args.speed_mps <= 0.0:
         parser.error("there must be a vehicle with a seat, and a speed above 0")
-    asked = read_rides(args.file, args.speed_mps)
-    print(f"{len(asked.rides)} rides; the latest time is that of {asked.latest_is}", flush=True)
+    requests = read_rides(args.file, args.speed_mps)
+    print(f"{len(requests.rides)} rides; the latest time is that of {requests.latest_is}", flush=True)
     searching = DispatchPolicy("engine", args.patience, args.every, args.around, args.attempts)
     rows, days = [], {}
-    for manner in (_GREEDY, searching):
-        day = driven(asked, args.vehicles, args.seats, args.speed_mps, manner)
-        rows.append(day.row(manner.name, asked, args.speed_mps))
+    for policy in (_GREEDY, searching):
+        day = driven(requests, args.vehicles, args.seats, args.speed_mps, policy)
+        rows.append(day.row(policy.name, requests, args.speed_mps))
         print(rows[-1], flush=True)
-        days[manner.name] = day
+        days[policy.name] = day
     write_routes(args.solutions, args.file.stem, days["engine"].routes)
     greedy, ours = rows
     report.write(
@@ -94,7 +94,7 @@ def main() -> None:
             "vehicle_km": ours["vehicle_km"],
             "greedy_served_pct": greedy["served_pct"],
             "greedy_vehicle_km": greedy["vehicle_km"],
-            "rides": len(asked.rides),
+            "rides": len(requests.rides),
         },
     )
 
@@ -203,17 +203,17 @@ class Day:
     cpu_s: float
     answers_s: list[float]
 
-    def row(self, name: str, asked: DayRequest, speed_mps: float) -> Row:
-        waits = [at - asked.rides[k].pickup_from_s for k, at in self.picked_s.items()]
+    def row(self, name: str, requests: DayRequest, speed_mps: float) -> Row:
+        waits = [at - requests.rides[k].pickup_from_s for k, at in self.picked_s.items()]
         broken = sum(
-            self.picked_s[k] > asked.rides[k].pickup_to_s + 1e-3
-            or self.picked_s[k] < asked.rides[k].pickup_from_s - 1e-3
-            or at > asked.rides[k].arrive_by_s + 1e-3
+            self.picked_s[k] > requests.rides[k].pickup_to_s + 1e-3
+            or self.picked_s[k] < requests.rides[k].pickup_from_s - 1e-3
+            or at > requests.rides[k].arrive_by_s + 1e-3
             for k, at in self.arrived_s.items()
         )
         return {
             "engine": name,
-            "served_pct": round(100.0 * len(self.arrived_s) / len(asked.rides), 3),
+            "served_pct": round(100.0 * len(self.arrived_s) / len(requests.rides), 3),
             "vehicle_km": round(self.driven_s * speed_mps / 1000.0, 1),
             "median_wait_s": round(float(np.median(waits)), 1),
             "broken": broken,
@@ -223,26 +223,26 @@ class Day:
         }
 
 
-def driven(asked: DayRequest, vehicles: int, seats: int, speed_mps: float, manner: DispatchPolicy) -> Day:
+def driven(requests: DayRequest, vehicles: int, seats: int, speed_mps: float, policy: DispatchPolicy) -> Day:
     """The whole day in announcement order."""
-    schedule = _board(asked, vehicles, seats, speed_mps, manner.patience)
-    order = np.argsort(asked.announced_s, kind="stable")
+    schedule = _schedule(requests, vehicles, seats, speed_mps, policy.patience)
+    order = np.argsort(requests.announced_s, kind="stable")
     routes: dict[str, list[int]] = {name: [] for name in schedule.vehicle_ids}
     day = Day([], {}, {}, 0.0, 0.0, 0.0, [])
     wall, cpu = time.perf_counter(), time.process_time()
-    searched_s, turn = float(asked.announced_s[order[0]]), 0
+    searched_s, turn = float(requests.announced_s[order[0]]), 0
     for k in order:
-        now_s = float(asked.announced_s[k])
-        while manner.vehicles and searched_s + manner.every_s <= now_s:
-            searched_s += manner.every_s
+        now_s = float(requests.announced_s[k])
+        while policy.vehicles and searched_s + policy.every_s <= now_s:
+            searched_s += policy.every_s
             _note(day, routes, schedule.advance(searched_s))
-            improve_around(schedule, (turn * 7919) % vehicles, manner.vehicles, manner.attempts, turn)
+            improve_around(schedule, (turn * 7919) % vehicles, policy.vehicles, policy.attempts, turn)
             turn += 1
         _note(day, routes, schedule.advance(now_s))
         began = time.perf_counter()
-        _answer(schedule, asked.rides[k])
+        _answer(schedule, requests.rides[k])
         day.answers_s.append(time.perf_counter() - began)
-    _note(day, routes, schedule.advance(float(asked.announced_s.max()) + 1e6))
+    _note(day, routes, schedule.advance(float(requests.announced_s.max()) + 1e6))
     day.wall_s, day.cpu_s = time.perf_counter() - wall, time.process_time() - cpu
     day.driven_s = schedule.driven_s
     day.routes = list(routes.values())
@@ -266,12 +266,12 @@ def _note(day: Day, routes: dict[str, list[int]], visits: Sequence[CompletedCall
         (day.arrived_s if made.alights else day.picked_s)[k] = made.at_s
 
 
-def _board(asked: DayRequest, vehicles: int, seats: int, speed_mps: float, patience: float) -> Schedule:
-    spread = np.linspace(0, len(asked.rides) - 1, vehicles).astype(int)
-    begins_s = float(asked.announced_s.min())
+def _schedule(requests: DayRequest, vehicles: int, seats: int, speed_mps: float, patience: float) -> Schedule:
+    spread = np.linspace(0, len(requests.rides) - 1, vehicles).astype(int)
+    begins_s = float(requests.announced_s.min())
     fleet = tuple(
         VehicleState(
-            f"v{v}", np.zeros(0), begins_s, seats, 0, at_xy=(asked.xy_m[2 * k, 0], asked.xy_m[2 * k, 1])
+            f"v{v}", np.zeros(0), begins_s, seats, 0, at_xy=(requests.xy_m[2 * k, 0], requests.xy_m[2 * k, 1])
         )
         for v, k in enumerate(spread)
     )
@@ -280,9 +280,9 @@ def _board(asked: DayRequest, vehicles: int, seats: int, speed_mps: float, patie
         {},
         np.zeros((0, 0)),
         weights=CostWeights(wait=0.0, walk=0.0, ride=0.0),
-        plane=Plane(asked.xy_m, 1.0 / speed_mps),
+        plane=Plane(requests.xy_m, 1.0 / speed_mps),
     )
-    return Schedule(problem, spare=len(asked.rides), patience=patience, visits=_VISITS_MAX)
+    return Schedule(problem, spare=len(requests.rides), patience=patience, visits=_VISITS_MAX)
 
 
 if __name__ == "__main__":

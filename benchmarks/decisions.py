@@ -1,4 +1,4 @@
-"""How long one booking is decided on, with a fleet at work: all vehicles asked, runner-up and promise too.
+"""Time to decide one booking with a busy fleet: all vehicles are considered, with runner-up and promise.
 
     python -m benchmarks.decisions --vehicles N --rides M [--decisions K] [--seed S] [--json FILE]
 
@@ -53,7 +53,7 @@ def main() -> None:
 
 
 class _Day:
-    """A schedule and the clock that goes on with it."""
+    """A schedule and its clock."""
 
     def __init__(self, vehicles: int, rides: int, seed: int) -> None:
         self._rng = np.random.default_rng(seed)
@@ -82,10 +82,10 @@ class _Day:
         refused = 0
         while self._carried < rides:
             before = self._carried
-            self._ask()
+            self._answer_request()
             refused = refused + 1 if self._carried == before else 0
             if refused >= 50:
-                self._go_on(60.0)
+                self._advance(60.0)
 
     def measured(self, rides: int, decisions: int) -> dict[str, float | int]:
         took: list[float] = []
@@ -95,9 +95,9 @@ class _Day:
         for _ in range(decisions):
             began = time.perf_counter()
             while self._carried > rides:
-                self._go_on(1.0)
+                self._advance(1.0)
             advanced.append(time.perf_counter() - began)
-            answer, seconds = self._ask()
+            answer, seconds = self._answer_request()
             (refusals if answer.best is None else took).append(seconds)
             accepted += answer.best is not None
         every = 1e3 * np.array([*took, *refusals])
@@ -114,7 +114,7 @@ class _Day:
             "advance_p50_ms": round(1e3 * float(np.median(advanced)), 4),
         }
 
-    def _ask(self) -> tuple[Answer, float]:
+    def _answer_request(self) -> tuple[Answer, float]:
         self._number += 1
         pickup, dropoff = (int(place) for place in self._rng.choice(_STOPS, 2, replace=False))
         direct_s = float(self._times[pickup, dropoff])
@@ -137,7 +137,7 @@ class _Day:
         self._carried += answer.best is not None
         return answer, seconds
 
-    def _go_on(self, seconds: float) -> None:
+    def _advance(self, seconds: float) -> None:
         self._now_s += seconds
         self._carried -= sum(made.alights for made in self._board.advance(self._now_s))
 

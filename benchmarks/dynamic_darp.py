@@ -2,9 +2,9 @@
 
     python -m benchmarks.dynamic_darp DIR [--best-known FILE] [--slices N] [--solutions DIR] [--json FILE]
 
-The vehicles drive as the dispatcher's board says; a visit that has been set out for stays. Whoever is
-accepted is served within every rule, which is checked from the routes driven (instances/rescore.py). The
-cost is compared with the best known one of the static instance, where everything is known beforehand.
+The vehicles drive by the dispatcher's schedule; a visit to which a vehicle is driving stays. An accepted
+request is served within every rule, which is checked from the driven routes (instances/rescore.py). The cost
+is compared with the best known one of the static instance, where all requests are known beforehand.
 Budgets are counts: slices of attempts after each request.
 """
 
@@ -100,7 +100,7 @@ def _driven(instance: Instance, slices: int, seed: int) -> _Day:
     revealed = instance.revealed
     if revealed is None:
         raise ValueError(f"{instance.name} does not say when its requests become known")
-    schedule = _board(instance)
+    schedule = _schedule(instance)
     node_of = {f"r{k}": pair for k, pair in enumerate(instance.pairs)}
     routes: dict[str, list[int]] = {name: [] for name in schedule.vehicle_ids}
     longest_s = 0.0
@@ -133,7 +133,7 @@ def _answer(schedule: Schedule, request: Request, slices: int, seed: int) -> boo
     return True
 
 
-def _board(instance: Instance) -> Schedule:
+def _schedule(instance: Instance) -> Schedule:
     depot = (float(instance.xy[0, 0]), float(instance.xy[0, 1]))
     vehicle = VehicleState(
         vehicle_id="",

@@ -1,4 +1,4 @@
-"""How the code is laid out, in counts: `python -m benchmarks.house [--json F]`.
+"""Counts of the code's structure: `python -m benchmarks.house [--json F]`.
 
 Every figure is counted with `ast`, the file list of git and the import graph. No threshold is applied here.
 """

@@ -1,10 +1,10 @@
-"""How much of a core one vehicle's loop takes: at 50 Hz in real time, and how fast virtual time can run.
+"""CPU time of one vehicle's loop: at 50 Hz in real time, and the speed of virtual time.
 
     python -m benchmarks.loop --json F
 
 Real time: the whole onboard loop on the wall clock with one VLP-16 (16 x 1800 at 10 Hz), CPU time of every
-room and of the tick with its recording, and how late ticks begin. Lockstep: virtual seconds per second of one
-vehicle with plant, by-wire, CAN, gate and recorder, without lidar and with it (ray casting and height map
+room and of the tick with its recording, and the lateness of ticks. Lockstep: virtual seconds per second of
+one vehicle with plant, by-wire, CAN, gate and recorder, without lidar and with it (ray casting and height map
 included), on one core.
 """
 
@@ -81,7 +81,7 @@ def real_time(road_map: RoadMap, seconds: float, seed: int) -> tuple[list[Row], 
 
 
 def lockstep(road_map: RoadMap, virtual_s: float, seed: int, *, lidar: bool) -> float:
-    """Virtual seconds per CPU second, median of three stretches, after the first is thrown away."""
+    """Virtual seconds per CPU second, median of three stretches, after a discarded first one."""
     with tempfile.TemporaryDirectory() as folder:
         drive = SoloDrive(
             road_map, Path(folder), seed, lidar=lidar, traffic=TrafficParams() if lidar else None

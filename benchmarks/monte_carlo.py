@@ -1,12 +1,11 @@
 """Random drives through crowds: `python -m benchmarks.monte_carlo --runs N [--recordings DIR] --json F`.
 
 Each run draws from its own seed: a path (a lane of a shipped map, or a random curve), where the shuttle
-starts on it, how noisy its tracker is and how often it misses, and a crowd: reactive people of a random
-density, of whom some do not look, or recorded people from DIR (drone clips and obsmat files), laid across the
-path. A front contact while moving faster than 0.3 m/s is the shuttle's fault; others are counted apart. A
-stall is a stand of more than 20 s during all of which a way 1.5 widths wide led past everybody ahead. In
-sparse crowds (at most one person on 100 m2) the mean speed is compared with that of the same drive without
-people.
+starts on it, its tracker's noise and misses, and a crowd. The crowd is reactive people of a random density,
+of whom some are inattentive, or recorded people from DIR (drone clips and obsmat files), placed on the path.
+A front contact while moving faster than 0.3 m/s is the shuttle's fault; others are counted separately. A
+stall is a stand of more than 20 s with a free corridor 1.5 widths wide past all people ahead. In sparse
+crowds (at most one person on 100 m2) the mean speed is compared with that of the same drive without people.
 """
 
 import argparse
@@ -21,7 +20,13 @@ import numpy as np
 from benchmarks.reporting.report import Row, RunReport
 from benchmarks.reporting.run_logs import LogChoice, add_log_arguments, log_choice
 from campusloop.scenes.drive import SceneDrive
-from campusloop.scenes.random_crowds import SPARSE_PER_100M2, DrawnScene, Pieces, drawn_scene, pieces
+from campusloop.scenes.random_crowds import (
+    SPARSE_PER_100M2,
+    RandomScene,
+    SceneSources,
+    draw_scene,
+    scene_sources,
+)
 from campusloop.scenes.stacks import profile_of
 from campusloop.scenes.stalls import stalls
 from simulator.traffic.recordings import RecordingError
@@ -38,7 +43,7 @@ def main() -> None:
     try:
         for stack in stacks:
             profile_of(stack)
-        _pieces(arguments.recordings)
+        _sources(arguments.recordings)
     except (RecordingError, ProfileError) as error:
         raise SystemExit(f"cannot drive: {error}") from error
     first = arguments.seed
@@ -72,23 +77,23 @@ def main() -> None:
 
 
 def _pin(cores: list[int]) -> None:
-    """One core for all when there is one worker, else each its own by the scheduler's choice."""
+    """Restrict this worker to the given cores."""
     os.sched_setaffinity(0, set(cores))
 
 
 @lru_cache(maxsize=1)
-def _pieces(recordings: Path | None) -> Pieces:
-    return pieces(tuple(sorted(_MAPS.glob("*/map.json"))), recordings)
+def _sources(recordings: Path | None) -> SceneSources:
+    return scene_sources(tuple(sorted(_MAPS.glob("*/map.json"))), recordings)
 
 
 def _run(job: tuple[str, int, Path | None, Path | None, LogChoice]) -> Row:
-    """One drive, and in a sparse crowd the same without people."""
+    """One drive; in a sparse crowd also the same drive without people."""
     stack, seed, recordings, traces, logs = job
-    drawn = drawn_scene(_pieces(recordings), profile_of(stack), seed)
+    drawn = draw_scene(_sources(recordings), profile_of(stack), seed)
     run = SceneDrive(drawn.scene, logs.of(drawn.scene.name)).run()
     if traces is not None:
         run.trace.write(traces / stack, drawn.scene.name)
-    rows, verdict = run.trace.array(), run.verdict
+    rows, metrics = run.trace.array(), run.metrics
     mean_mps = run.driven_m / max(float(rows[-1, 0]), 1e-9)
     free_mps = _free_mps(drawn) if drawn.is_sparse else None
     cpu_ms = run.plan_cpu_ms or (0.0,)
@@ -101,9 +106,9 @@ def _run(job: tuple[str, int, Path | None, Path | None, LogChoice]) -> Row:
         "time_s": float(rows[-1, 0]),
         "driven_m": run.driven_m,
         "reached": run.time_s is not None,
-        "contacts": len(verdict.front_contacts),
-        "other_contacts": len(verdict.other_contacts),
-        "clearance_m": verdict.clearance_m if np.isfinite(verdict.clearance_m) else None,
+        "contacts": len(metrics.front_contacts),
+        "other_contacts": len(metrics.other_contacts),
+        "clearance_m": metrics.clearance_m if np.isfinite(metrics.clearance_m) else None,
         "mean_mps": mean_mps,
         "free_mps": free_mps,
         "stalls": stalls(run, drawn.scene),
@@ -112,7 +117,7 @@ def _run(job: tuple[str, int, Path | None, Path | None, LogChoice]) -> Row:
     }
 
 
-def _free_mps(drawn: DrawnScene) -> float:
+def _free_mps(drawn: RandomScene) -> float:
     run = SceneDrive(drawn.without_people()).run()
     return run.driven_m / max(float(run.trace.array()[-1, 0]), 1e-9)
 

@@ -1,10 +1,10 @@
-"""What the Snow Lion stack's control costs a tick: `python -m benchmarks.mpc --json F [--steps N]`.
+"""CPU time of the Snow Lion stack's control in a tick: `python -m benchmarks.mpc --json F [--steps N]`.
 
 One continuous drive over CAN on the simulated shuttle with tyres, noise and steering bias: straights at 4.2
-m/s, curves and tight bends, crawling, stops and standing, on and on. The last fifth of the steps is driven
-with the steering rate limited to 1 degree a second, about what its bends take, so that the bound is met
-again and again. A step is the room's whole `step`: observer, projection, lead, both problems (N = 40) and
-pedals. `infeasible` counts a problem that the solver did not finish, too.
+m/s, curves and tight bends, crawling, stops and standing, repeated. The last fifth of the steps is driven
+with the steering rate limited to 1 degree a second, about the rate of its bends, so that the bound is often
+met. A step is the room's whole `step`: observer, projection, lead, both problems (N = 40) and pedals.
+`infeasible` also counts problems that the solver did not finish.
 """
 
 import argparse
@@ -46,7 +46,7 @@ LEGS: tuple[tuple[float, tuple[Bend, ...]], ...] = (
     (1.5, ((4.0, 0.0, 0.18), (6.0, 0.18, 0.18), (4.0, 0.18, 0.0), (10.0, 0.0, 0.0))),
     (0.3, ((5.0, 0.0, 0.0),)),
 )
-# Bends at about the rate that the slow wheel can turn: what errors ask for beyond it meets the bound.
+# Bends at about the rate that the slow wheel can turn, so that corrections meet the bound.
 MILD_LEGS: tuple[tuple[float, tuple[Bend, ...]], ...] = (
     (
         3.0,
@@ -69,13 +69,13 @@ def main() -> None:
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     profile = load_profile(arguments.profile)
     limited = arguments.steps // 5
-    hands = control(profile)
+    controller = control(profile)
     warm = course(LEGS, 500)
-    # What is kept of every step for the report would be collected in the middle of somebody's measurement.
+    # Garbage collection of the report's data would disturb the measurements.
     gc.disable()
-    follow_timed(warm, profile, hands, _plant(), noisy(arguments.seed, GnssNoise()), 0.0)
+    follow_timed(warm, profile, controller, _plant(), noisy(arguments.seed, GnssNoise()), 0.0)
     runs = {
-        "whole steering rate": _drive(LEGS, arguments.steps - limited, profile, hands, arguments.seed),
+        "whole steering rate": _drive(LEGS, arguments.steps - limited, profile, controller, arguments.seed),
         "1 degree a second": _drive(MILD_LEGS, limited, profile, _slow(profile), arguments.seed + 1),
     }
     rows = [_row(name, run) for name, run in runs.items()]
@@ -125,11 +125,11 @@ def _drive(
     legs: tuple[tuple[float, tuple[Bend, ...]], ...],
     steps: int,
     profile: Profile,
-    hands: TrajectoryControl,
+    controller: TrajectoryControl,
     seed: int,
 ) -> TimedRun:
     rows = course(legs, steps)
-    return follow_timed(rows, profile, hands, _plant(), noisy(seed, GnssNoise()), 0.0)
+    return follow_timed(rows, profile, controller, _plant(), noisy(seed, GnssNoise()), 0.0)
 
 
 def _plant() -> PlantParams:
@@ -143,7 +143,7 @@ def _slow(profile: Profile) -> TrajectoryControl:
 
 
 def _row(name: str, run: TimedRun) -> Row:
-    said = [dict(wish.diagnostics) for wish in run.wishes]
+    diagnostics = [dict(command.diagnostics) for command in run.commands]
     times = {
         f"p{q}_{kind}_ms": float(np.percentile(1e3 * values, q))
         for kind, values in (("cpu", run.step_cpu_s), ("wall", run.step_wall_s))
@@ -157,8 +157,8 @@ def _row(name: str, run: TimedRun) -> Row:
         "bound_met": run.state.bounded,
         "infeasible": run.state.infeasible,
         "standing_ratio": float(np.mean(run.drive.trace[:, 4] == 0.0)),
-        "not_followed": sum(word["path_fault"] != 0.0 for word in said),
-        "peak_offset_m": max(abs(word["offset_m"]) for word in said),
+        "not_followed": sum(values["path_fault"] != 0.0 for values in diagnostics),
+        "peak_offset_m": max(abs(values["offset_m"]) for values in diagnostics),
     }
 
 

@@ -1,10 +1,9 @@
 """Consumer-test cells with people and cyclists: `python -m benchmarks.ncap --json F [--traces DIR]`.
 
 Crossing, running, an occluded child, turning and longitudinal, at 5 to 20 km/h, by day and by night. The
-shuttle drives each cell with its whole onboard loop. Beside it stands an oracle that brakes as hard as it can
-as soon as the target is in sight (0.27 s, 5.6 m/s2): what it avoids is avoidable. The progress beside it:
-hard stops (3 m/s2 and more) over --street-km of a street along which people walk and stand without coming
-into the way.
+shuttle drives each cell with its whole onboard loop. It is compared with an oracle that brakes as hard as it
+can as soon as the target is in sight (0.27 s, 5.6 m/s2): a contact that it avoids is avoidable. Needless hard
+stops (3 m/s2 and more) are counted over --street-km of a street where people walk and stand beside the path.
 """
 
 import argparse
@@ -53,7 +52,7 @@ def _run(task: tuple[Cell, Profile, int, Path | None, LogChoice]) -> Row:
     run = SceneDrive(cell.scene(profile, seed), logs.of(cell.name)).run()
     if traces is not None:
         run.trace.write(traces, cell.name)
-    hits = [speed_mps for _, number, speed_mps in run.verdict.front_contacts if number == 1]
+    hits = [speed_mps for _, number, speed_mps in run.metrics.front_contacts if number == 1]
     return {
         "cell": cell.name,
         "kind": cell.kind,
@@ -63,7 +62,7 @@ def _run(task: tuple[Cell, Profile, int, Path | None, LogChoice]) -> Row:
         "avoided": not hits,
         "impact_mps": hits[0] if hits else None,
         "least_impact_mps": best.impact_mps,
-        "clearance_m": run.verdict.clearance_m if np.isfinite(run.verdict.clearance_m) else None,
+        "clearance_m": run.metrics.clearance_m if np.isfinite(run.metrics.clearance_m) else None,
         "passed": run.time_s is not None,
     }
 

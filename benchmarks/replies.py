@@ -1,11 +1,11 @@
-"""How soon a refused rider has other offers, and the riders of a lost shuttle another one.
+"""Response times of refusals with alternatives, and of replanning the rides of a lost shuttle.
 
     python -m benchmarks.replies [--vehicles 12] [--rides 150] [--map MAP.json] [--json FILE]
 
 Each figure is one use case in one transaction on SQLite, commit included, as the server runs it. The fleet
-is filled with bookings for the next hour until it refuses some; refused bookings are timed by themselves.
-Then one shuttle after the other is lost: the first of its rides are made to be aboard, and it is taken off
-the road. Timed is the transaction that plans everybody anew, whoever was aboard included.
+is filled with bookings for the next hour until it refuses some; refused bookings are timed separately. Then
+one shuttle after the other is lost: its first rides are set to be aboard, and it is taken off the road. The
+transaction that replans its rides, those aboard included, is timed.
 """
 
 import argparse
@@ -76,7 +76,7 @@ async def _measured(
     refused_ms: list[float] = []
     while len(taken) < wanted or len(refused_ms) < _REFUSALS:
         begins = time.perf_counter()
-        ride = await transactions.run(lambda uow: rides.book(uow, _wish(uow, rng, stops)))
+        ride = await transactions.run(lambda uow: rides.book(uow, _ride_request(uow, rng, stops)))
         if ride.state is RideState.ASSIGNED:
             taken.append(ride)
         else:
@@ -113,11 +113,11 @@ async def _lost(transactions: Transactions, fleet: int) -> tuple[list[float], in
 
 def _board(uow: UnitOfWork, vehicle_id: str, sequence: int, ride_id: str) -> None:
     now = ns_of(uow.now)
-    said = RiderBoarded(ride_id, "sensor")
-    events.apply_event(uow, RecordedEvent(vehicle_id, _BOOT, sequence, now, now, said))
+    boarded = RiderBoarded(ride_id, "sensor")
+    events.apply_event(uow, RecordedEvent(vehicle_id, _BOOT, sequence, now, now, boarded))
 
 
-def _wish(uow: UnitOfWork, rng: random.Random, stops: list[str]) -> BookRide:
+def _ride_request(uow: UnitOfWork, rng: random.Random, stops: list[str]) -> BookRide:
     from_stop, to_stop = rng.sample(stops, 2)
     earliest = uow.now + timedelta(seconds=rng.uniform(0.0, 3600.0))
     return BookRide(from_stop, to_stop, rng.randint(1, 3), earliest=earliest)

@@ -1,4 +1,4 @@
-"""The command line. Each command is a file in `commands/`; this one only hangs them up."""
+"""The command line. Each command is a file in `commands/`; this file registers them."""
 
 import sys
 from collections.abc import Iterable
@@ -23,10 +23,10 @@ _COMMANDS = (
 )
 _GROUPS = {
     "map": "Campus maps: import, check, rebuild.",
-    "scenario": "Scenarios from small files: run them, see what passes.",
+    "scenario": "Scenario files: run them and check their expectations.",
     "agent": "The agent on a vehicle: enrol, run.",
     "dispatch": "Dispatch: explain, replay, what if; demand; bounds of published instances.",
-    "infrastructure": "What cameras at crossings are good for.",
+    "infrastructure": "The time that cameras at crossings save.",
     "waypoints": "Waypoint files, of a route or of a recorded drive.",
 }
 _HIDDEN = ("warm",)
@@ -40,7 +40,7 @@ def app_of(names: Iterable[str] = _COMMANDS) -> typer.Typer:
         pretty_exceptions_enable=False,
         help="A campus fleet of autonomous shuttles: booking, dispatch, driving, live view and replay.",
     )
-    # Without a callback, an app of one command would take that command's name for an argument.
+    # Without a callback, an app of one command would treat that command's name as an argument.
     app.callback()(lambda: None)
     for name in names:
         module = import_module(f"campusloop.commands.{name}")
@@ -52,7 +52,7 @@ def app_of(names: Iterable[str] = _COMMANDS) -> typer.Typer:
 
 
 def main() -> None:
-    """A command that is named first is imported alone: the others bring a server or a vehicle along."""
+    """Import only the command that is named first: the others import a server or a vehicle."""
     named = [name for name in sys.argv[1:2] if name in _COMMANDS]
     app_of(named or _COMMANDS)()
 

@@ -1,1 +1,1 @@
-"""What server, vehicle agent and simulator agreed on: geometry, roads, wire, run log."""
+"""The contract of server, vehicle agent and simulator: geometry, roads, wire, run log."""

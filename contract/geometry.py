@@ -76,7 +76,7 @@ def arc_lengths(points: Array) -> Array:
 def project(
     points: Array, s: Array, x_m: float, y_m: float, first: int, last: int
 ) -> tuple[float, float, int]:
-    """The polyline's nearest point to (x, y), seen from segments first..last-1 only.
+    """The polyline's nearest point to (x, y), among segments first..last-1 only.
 
     points (n, 2), s (n,) from `arc_lengths`; first, last clipped to [0, n - 1].
     Returns (s_m, d_m, segment): d is positive to the left of the direction of travel.

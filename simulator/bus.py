@@ -1,11 +1,11 @@
-"""The CAN bus of one vehicle in virtual time: ordered lists, and no loss but what `faults` says."""
+"""The CAN bus of one vehicle in virtual time: ordered lists, without loss except for injected `faults`."""
 
 from simulator.ecus.bus_faults import BusFaults
 from vehicle_agent.signals import CanFrame
 
 
 class ListBus:
-    """Frames in the order in which they are stamped, both ways."""
+    """Frames in the order of their stamps, in both directions."""
 
     def __init__(self) -> None:
         self.faults = BusFaults()

@@ -1,4 +1,4 @@
-"""What stands at the resting places that charge: a shuttle at rest there takes power."""
+"""Chargers at resting places: a shuttle at rest there is charged."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from contract.roads.network import RoadNetwork
 
 # A single-phase wall box.
 CHARGER_W = 7.4e3
-# The shuttle stops within decimetres; the plug or the pad finds it within this.
+# The shuttle stops within decimetres of the place; the charger reaches this far.
 REACH_M = 2.0
 
 

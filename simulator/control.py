@@ -1,7 +1,7 @@
-"""What a scenario, a demo or a person says to a running simulation, and what it answers.
+"""The messages that control a running simulation, and its reports.
 
-msgpack datagrams on the loopback. Whoever sends `Subscribe` is told of taps, of riders who got off and of
-the score once a second.
+They are msgpack datagrams on the loopback. A sender of `Subscribe` gets reports of taps, of riders who have
+alighted, and once a second of the scores.
 """
 
 from typing import Literal
@@ -12,7 +12,7 @@ from contract.geometry import Pose2
 
 
 class Subscribe(msgspec.Struct, frozen=True, tag="subscribe"):
-    """Tell me, at the address this datagram came from."""
+    """Send reports to the address that this datagram came from."""
 
 
 class RiderComes(msgspec.Struct, frozen=True, tag="rider_comes"):
@@ -27,7 +27,7 @@ class RiderComes(msgspec.Struct, frozen=True, tag="rider_comes"):
 
 
 class RideAssigned(msgspec.Struct, frozen=True, tag="ride_assigned"):
-    """The rider now gets on this vehicle when it stands at the stop; "" for none."""
+    """The rider now boards this vehicle when it stands at the stop; "" for none."""
 
     ride_id: str
     vehicle_id: str
@@ -39,7 +39,7 @@ class SeatPressed(msgspec.Struct, frozen=True, tag="seat_pressed"):
 
 
 class DriverActs(msgspec.Struct, frozen=True, tag="driver_acts"):
-    """The safety driver's feet and hands from now on; all zero and None: hands off."""
+    """The safety driver's pedals and steering from now on; all zero and None: no input."""
 
     vehicle_id: str
     brake_ratio: float = 0.0
@@ -58,21 +58,21 @@ class GnssOutage(msgspec.Struct, frozen=True, tag="gnss_outage"):
 
 
 class ByWireFault(msgspec.Struct, frozen=True, tag="by_wire_fault"):
-    """The by-wire module reports an internal fault and lets go, as long as it is present."""
+    """The by-wire module reports an internal fault and disables itself while the fault is present."""
 
     vehicle_id: str
     present: bool
 
 
 class SteeringStuck(msgspec.Struct, frozen=True, tag="steering_stuck"):
-    """The steering motor stays where it is, as long as it is stuck; nobody reports it."""
+    """The steering motor does not move while it is stuck; the module does not report it."""
 
     vehicle_id: str
     stuck: bool
 
 
 class FramesLost(msgspec.Struct, frozen=True, tag="frames_lost"):
-    """Nothing passes on the bus to the module, or from it, as long as it is said so."""
+    """Frames to the module, or from it, are lost while the flag is set."""
 
     vehicle_id: str
     to_module: bool
@@ -80,7 +80,7 @@ class FramesLost(msgspec.Struct, frozen=True, tag="frames_lost"):
 
 
 class PersonPlaced(msgspec.Struct, frozen=True, tag="person_placed"):
-    """Somebody stands at a place of the map, and walks to the waypoints if there are any."""
+    """A person stands at a place of the map, and walks to the waypoints if there are any."""
 
     x_m: float
     y_m: float
@@ -88,7 +88,7 @@ class PersonPlaced(msgspec.Struct, frozen=True, tag="person_placed"):
 
 
 class RiderTapped(msgspec.Struct, frozen=True, tag="tapped"):
-    """A rider tapped on the phone; the demo sends it on as the phone would."""
+    """A rider tapped on the phone; the demo forwards it as the phone would."""
 
     ride_id: str
     kind: Literal["board", "alight"]

@@ -56,7 +56,7 @@ class SimFleet:
         return self.buses[vehicle_id].take_for_vehicle()
 
     def step(self, now_ns: int) -> None:
-        """Advance from now_ns to now_ns + 20 ms; frames stamped in that time are heard at its end."""
+        """Advance from now_ns to now_ns + 20 ms; frames stamped in that time are received at its end."""
         end_ns = now_ns + STEP_NS
         for vehicle_id, i in self._number.items():
             module, truth = self.modules[vehicle_id], self._views[vehicle_id]
@@ -70,7 +70,7 @@ class SimFleet:
             self.buses[vehicle_id].send_from_module(self.modules[vehicle_id].report(end_ns, truth))
 
     def place(self, vehicle_id: str, pose_map: Pose2, speed_mps: float = 0.0) -> None:
-        """Set a vehicle down, at rest or rolling."""
+        """Place a vehicle, at rest or with a speed."""
         i = self._number[vehicle_id]
         self.plant.place(i, pose_map, speed_mps)
         self._views[vehicle_id] = self.plant.view(i)

@@ -1,4 +1,4 @@
-"""Simulated passengers: they come to the stop, get on through the doors, sit, and get off."""
+"""Simulated passengers: they come to the stop, board, sit and alight."""
 
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
@@ -11,21 +11,21 @@ from vehicle_agent.signals import CodeTyped, SeatButton, SeatSensor
 STOP_REACH_M = 6.0
 _SEAT_REPEAT_NS = 1_000_000_000
 
-How = Literal["code", "tap", "sensor"]
+BoardingMethod = Literal["code", "tap", "sensor"]
 
 
 class Phone(Protocol):
-    """What a rider can see and do on the phone; given by the composition."""
+    """A rider's phone; the composition implements it."""
 
     def vehicle_of(self, ride_id: str) -> str:
-        """The vehicle that the ride's party gets on when it stands at the stop, "" for none."""
+        """The vehicle that the ride's party boards at the stop, "" for none."""
         ...
 
     def tap(self, ride_id: str, kind: Literal["board", "alight"]) -> None: ...
 
 
 class NoPhones:
-    """Nobody has booked anything: a world without riders."""
+    """For a world without riders."""
 
     def vehicle_of(self, ride_id: str) -> str:
         return ""
@@ -41,7 +41,7 @@ class Rider:
     ride_id: str
     code: str
     party: int
-    how: How
+    how: BoardingMethod
     from_map: Pose2
     to_map: Pose2
     ready_ns: int = 0
@@ -59,8 +59,8 @@ class _Trip:
 @dataclass(slots=True)
 class _Cabin:
     occupied: int = 0
-    told: int = -1
-    told_ns: int = 0
+    reported: int = -1
+    reported_ns: int = 0
     pressed: list[SeatButton] = field(default_factory=list)
 
 
@@ -73,39 +73,39 @@ class Riders:
         self._cabins = {vehicle_id: _Cabin() for vehicle_id in vehicle_ids}
 
     def add(self, rider: Rider) -> None:
-        """ValueError when this ride is known already."""
+        """Raises ValueError if this ride already has a rider."""
         if rider.ride_id in self._trips:
             raise ValueError(f"ride {rider.ride_id} already has a rider")
         self._trips[rider.ride_id] = _Trip(rider)
 
     def is_gone(self, ride_id: str) -> bool:
-        """The party has got off."""
+        """The party has alighted."""
         return self._trips[ride_id].state == "gone"
 
     def press_seat_button(self, vehicle_id: str, seat: int, now_ns: int) -> None:
         self._cabins[vehicle_id].pressed.append(SeatButton(now_ns, seat))
 
     def occupied(self, vehicle_id: str) -> int:
-        """Seats taken now."""
+        """The number of occupied seats."""
         return self._cabins[vehicle_id].occupied
 
     def step(
         self, now_ns: int, vehicle_id: str, pose_map: Pose2, doors_open: bool
     ) -> tuple[CodeTyped | SeatSensor | SeatButton, ...]:
-        """What the cabin's screen, buttons and seats say in this step, for one vehicle."""
+        """The cabin events of one vehicle in this step."""
         items: list[CodeTyped | SeatSensor | SeatButton] = []
         cabin = self._cabins[vehicle_id]
         items.extend(cabin.pressed)
         cabin.pressed = []
         if doors_open:
             for trip in self._trips.values():
-                self._through_the_doors(trip, now_ns, vehicle_id, pose_map, items)
-        if cabin.occupied != cabin.told or now_ns - cabin.told_ns >= _SEAT_REPEAT_NS:
-            cabin.told, cabin.told_ns = cabin.occupied, now_ns
+                self._move_party(trip, now_ns, vehicle_id, pose_map, items)
+        if cabin.occupied != cabin.reported or now_ns - cabin.reported_ns >= _SEAT_REPEAT_NS:
+            cabin.reported, cabin.reported_ns = cabin.occupied, now_ns
             items.append(SeatSensor(now_ns, cabin.occupied))
         return tuple(items)
 
-    def _through_the_doors(
+    def _move_party(
         self,
         trip: _Trip,
         now_ns: int,

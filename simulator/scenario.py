@@ -1,4 +1,4 @@
-"""Things that are made to happen to a world: at a time of the scenario, or because somebody asked."""
+"""Interventions in a world, from a scenario or from control messages."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ from simulator.world import SimWorld, WorldError
 
 
 def intervene(world: SimWorld, intervention: Intervention, now_ns: int) -> None:
-    """Make it happen. KeyError for an unknown vehicle, WorldError for a person where nobody walks."""
+    """Execute an intervention. KeyError for an unknown vehicle; WorldError for a person without traffic."""
     match intervention:
         case SeatPressed(vehicle_id, seat):
             world.riders.press_seat_button(vehicle_id, seat, now_ns)
@@ -37,7 +37,7 @@ def intervene(world: SimWorld, intervention: Intervention, now_ns: int) -> None:
             faults.loses_to_module, faults.loses_to_vehicle = to_module, to_vehicle
         case PersonPlaced(x_m, y_m, waypoints):
             if world.pedestrians is None:
-                raise WorldError("this world has nobody on foot; give it TrafficParams to place a person")
+                raise WorldError("this world has no pedestrians; give it TrafficParams to place a person")
             world.pedestrians.population.place(x_m, y_m, waypoints)
 
 
@@ -50,16 +50,16 @@ class ScenarioEvent:
 
 
 class Scenario:
-    """Plays happenings in order of time; those of one time in the order given."""
+    """Executes events in order of time; those of one time in the given order."""
 
-    def __init__(self, happenings: tuple[ScenarioEvent, ...]) -> None:
-        self._ahead = sorted(happenings, key=lambda happening: happening.at_ns)
+    def __init__(self, events: tuple[ScenarioEvent, ...]) -> None:
+        self._ahead = sorted(events, key=lambda event: event.at_ns)
 
     @property
     def is_over(self) -> bool:
         return not self._ahead
 
     def step(self, world: SimWorld, now_ns: int) -> None:
-        """Before the world's step at now_ns: everything due by then."""
+        """Execute the events due by now_ns; call it before the world's step."""
         while self._ahead and self._ahead[0].at_ns <= now_ns:
             intervene(world, self._ahead.pop(0).intervention, now_ns)

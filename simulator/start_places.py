@@ -1,4 +1,4 @@
-"""Where vehicles stand when a world begins."""
+"""The vehicles' start poses in a world."""
 
 from contract.geometry import Pose2
 from contract.roads.model import RoadMap

@@ -37,7 +37,7 @@ def warm_kernels() -> None:
     vehicles = np.zeros((1, VEHICLE_COLUMNS))
     crowd = Population(TrafficParams(), rng)
     crowd.add_crosser(ahead[0], 10.0, 0.8)
-    step_crowd(crowd.people, crowd.doing, crowd.ways, crowd.way, vehicles, ahead, 8.0, 0.02)
+    step_crowd(crowd.people, crowd.activity, crowd.ways, crowd.way, vehicles, ahead, 8.0, 0.02)
     relations(vehicles[0], ahead[0], crowd.people[:, :2].copy())
     outlines_overlap(vehicles[0], vehicles[0])
     outline_meets_edges(vehicles[0], np.zeros((1, 4)))

@@ -1,7 +1,7 @@
 """Everything outside the vehicles' computers: bodies, by-wire, sensors, people, doors and the score.
 
-One `step` is 20 ms of world time and nothing in here reads a clock, so the same world runs in virtual time
-under the conductor and in real time in `campusloop simulate`.
+One `step` is 20 ms of world time and the world reads no clock, so the same world runs in virtual time under
+the conductor and in real time in `campusloop simulate`.
 """
 
 from dataclasses import dataclass, field
@@ -34,20 +34,20 @@ from simulator.vehicle.plant import PlantParams, PlantView
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import VEHICLE, CanFrame, HmiOutput, InboxBody, TrackPercept
 
-# Fleet mates as seen by a tracker are numbered from here, people and other traffic below.
+# A tracker's numbers of fleet vehicles start here; people and other traffic have lower ones.
 FLEET_NUMBERS_FROM = 1_000_000
 
 
 class WorldError(Exception):
-    """A world that cannot be set up; the message says what to change."""
+    """The world cannot be set up; the message says what to change."""
 
 
 @dataclass(frozen=True, slots=True)
 class WorldOptions:
-    """traffic None: nobody on foot. lidar False: no scans. `plants`: dynamics of some vehicles, by id.
+    """traffic None: no pedestrians. lidar False: no scans. `plants`: dynamics of some vehicles, by id.
 
-    actors   instead of `traffic`: who moves around the vehicles
-    tracker  noise of the trackers of vehicles whose stack follows others
+    actors   road users in place of `traffic`
+    tracker  noise of the trackers, for vehicles whose stack tracks road users
     """
 
     traffic: TrafficParams | None = field(default_factory=TrafficParams)
@@ -61,7 +61,7 @@ class WorldOptions:
 
 
 class SimWorld:
-    """The vehicles named in `profiles`, set down at `poses_map`, on a map, from a seed."""
+    """The vehicles of `profiles`, placed at `poses_map` on a map; the seed determines all randomness."""
 
     def __init__(
         self,
@@ -72,7 +72,7 @@ class SimWorld:
         phone: Phone,
         options: WorldOptions | None = None,
     ) -> None:
-        """WorldError without vehicles or when a vehicle has no start pose."""
+        """Raises WorldError without vehicles, or if a vehicle has no start pose."""
         if not profiles:
             raise WorldError("a world needs at least one vehicle")
         missing = [v for v in profiles if v not in poses_map]
@@ -100,7 +100,7 @@ class SimWorld:
         self.doors = {v: Doors() for v in profiles}
         self.displays = {v: Display() for v in profiles}
         self._set_up_sensors(road_map)
-        self._look()
+        self._update_views()
 
     def _set_up_sensors(self, road_map: RoadMap) -> None:
         options, profiles = self.options, self._profiles
@@ -123,7 +123,7 @@ class SimWorld:
         self._scan_due_ns: dict[str, int] = {}
 
     def _rng(self, name: str) -> np.random.Generator:
-        """An own stream for each purpose: a new consumer never shifts an old one's numbers."""
+        """A separate stream for each purpose; a new consumer does not change the others."""
         return np.random.default_rng([self._seed, *name.encode()])
 
     # what a vehicle computer is wired to
@@ -133,7 +133,7 @@ class SimWorld:
         return self.fleet.frames_to_vehicle(vehicle_id)
 
     def frames_from_vehicle(self, vehicle_id: str, frames: tuple[CanFrame, ...]) -> None:
-        """Command frames; each is heard in the step that covers its stamp."""
+        """Send command frames; each is received in the step that covers its stamp."""
         self.fleet.frames_from_vehicle(vehicle_id, frames)
 
     def sensor_items(self, vehicle_id: str, now_ns: int) -> list[InboxBody]:
@@ -152,7 +152,7 @@ class SimWorld:
         return items
 
     def scan(self, vehicle_id: str, now_ns: int) -> tuple[Array32, Array32] | None:
-        """A lidar scan when one is due: points (n, 3) base frame and intensities (n,), float32.
+        """A lidar scan if one is due: points (n, 3) base frame and intensities (n,), float32.
 
         Vehicles scan in turn, one 20 ms step apart, so that no step carries all scans.
         """
@@ -180,7 +180,7 @@ class SimWorld:
         return tracker.percepts(now_ns, self.truth(vehicle_id).pose_map, seen)
 
     def bodies(self) -> Bodies:
-        """Everybody and everything that moves, but for the vehicles of this world."""
+        """All road users except the vehicles of this world."""
         return self.actors.bodies() if self.actors else no_bodies()
 
     def _fleet_bodies(self, numbers: np.ndarray) -> Bodies:
@@ -197,17 +197,17 @@ class SimWorld:
             np.column_stack((rows[:, V_FRONT] + rows[:, V_REAR], 2.0 * rows[:, V_HALF])),
         )
 
-    def show(self, vehicle_id: str, says: HmiOutput, now_ns: int) -> None:
-        """Screen, speaker and doors do what the vehicle says."""
-        self.displays[vehicle_id].show(says, now_ns)
-        self.doors[vehicle_id].command(says.doors_open, now_ns)
+    def show(self, vehicle_id: str, output: HmiOutput, now_ns: int) -> None:
+        """Pass the vehicle's HMI output to its screen, speaker and doors."""
+        self.displays[vehicle_id].show(output, now_ns)
+        self.doors[vehicle_id].command(output.doors_open, now_ns)
 
     # time
 
     def step(self, now_ns: int) -> None:
         """Advance the world from now_ns to now_ns + 20 ms."""
         self.fleet.step(now_ns)
-        self._look()
+        self._update_views()
         places_map, speeds_mps = self._vehicles[:, V_X:V_YAW], self._vehicles[:, V_SPEED]
         self.fleet.plant.charging_w[:] = self._chargers.power_w(places_map, speeds_mps)
         dt_s = STEP_NS * 1e-9
@@ -219,8 +219,8 @@ class SimWorld:
         views = [self.truth(v) for v in self.vehicle_ids]
         self._score.step(now_ns + STEP_NS, dt_s, views, self._vehicles, self._ahead, places, numbers)
 
-    def _look(self) -> None:
-        """Refresh the arrays that people and score see the vehicles by."""
+    def _update_views(self) -> None:
+        """Update the arrays of vehicles for people and score."""
         for i, vehicle_id in enumerate(self.vehicle_ids):
             view, body = self.truth(vehicle_id), self._profiles[vehicle_id].body
             pose = view.pose_map
@@ -240,28 +240,28 @@ class SimWorld:
     # ground truth and scenario
 
     def truth(self, vehicle_id: str) -> PlantView:
-        """Where the vehicle really is and how it really moves."""
+        """The vehicle's true motion."""
         return self.fleet.truth(vehicle_id)
 
     def score(self, vehicle_id: str) -> VehicleScore:
         return self._score.scores[vehicle_id]
 
     def module(self, vehicle_id: str) -> Module:
-        """The by-wire module, to inject what a safety driver does, a fault or the stop button."""
+        """The by-wire module, to inject a safety driver's input, a fault or the stop button."""
         return self.fleet.modules[vehicle_id]
 
     def bus_faults(self, vehicle_id: str) -> BusFaults:
-        """What is wrong with the vehicle's bus, to be changed."""
+        """The faults of the vehicle's bus; the caller may change them."""
         return self.fleet.buses[vehicle_id].faults
 
     def follow(self, vehicle_id: str, points_map: Array) -> None:
-        """Tell people and score the vehicle's route (n, 2); without one they take the lanes ahead."""
+        """Set the vehicle's route (n, 2) for people and score; without one they use the lanes ahead."""
         self._corridors[self._number[vehicle_id]].follow(points_map)
 
     def place(self, vehicle_id: str, pose_map: Pose2, speed_mps: float = 0.0) -> None:
-        """Set a vehicle down, at rest or rolling."""
+        """Place a vehicle, at rest or with a speed."""
         self.fleet.place(vehicle_id, pose_map, speed_mps)
-        self._look()
+        self._update_views()
 
     def people_near(self, vehicle_id: str, within_m: float) -> Array:
         """(n, 2) places of people around a vehicle."""

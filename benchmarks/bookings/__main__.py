@@ -3,9 +3,9 @@
     python -m benchmarks.bookings [--rate 200] [--seconds 20] [--vehicles 12] [--map MAP.json] [--json FILE]
 
 The server runs in a process of its own with connected shuttles that report their positions. Bookings arrive
-at random moments (Poisson) over keep-alive connections whether or not earlier ones are answered; each one's
-time is counted from the moment at which it should have been sent. Pickups are wanted at once or within the
-hour. The fleet is soon full: what is refused counts like what is taken.
+at random moments (Poisson) over keep-alive connections whether or not earlier ones are answered. Each one's
+time is counted from the moment at which it was due. Pickups are requested for now or within the hour. The
+fleet is soon full: refused bookings count like accepted ones.
 """
 
 import argparse
@@ -89,32 +89,32 @@ async def _load(
         due += rng.expovariate(rate)
         await asyncio.sleep(max(0.0, due - time.perf_counter()))
         measured = answers if due >= begins + _WARM_UP_S else []
-        tasks.append(asyncio.create_task(_book(idle, _wish(rng, stops), due, measured)))
+        tasks.append(asyncio.create_task(_book(idle, _ride_request(rng, stops), due, measured)))
     await asyncio.gather(*tasks)
     return answers
 
 
-def _wish(rng: random.Random, stops: list[str]) -> bytes:
+def _ride_request(rng: random.Random, stops: list[str]) -> bytes:
     from_stop, to_stop = rng.sample(stops, 2)
-    wish: dict[str, object] = {"from_stop": from_stop, "to_stop": to_stop, "party": rng.randint(1, 3)}
+    request: dict[str, object] = {"from_stop": from_stop, "to_stop": to_stop, "party": rng.randint(1, 3)}
     if rng.random() < 0.5:
         later = time.gmtime(time.time() + rng.uniform(0.0, 3600.0))
-        wish["earliest"] = time.strftime("%Y-%m-%dT%H:%M:%SZ", later)
-    return json.dumps(wish).encode()
+        request["earliest"] = time.strftime("%Y-%m-%dT%H:%M:%SZ", later)
+    return json.dumps(request).encode()
 
 
 async def _book(
-    idle: "asyncio.Queue[_Connection]", wish: bytes, due: float, answers: list[tuple[str, float]]
+    idle: "asyncio.Queue[_Connection]", request: bytes, due: float, answers: list[tuple[str, float]]
 ) -> None:
     connection = await idle.get()
-    status, body = await connection.post("/api/v1/rides", wish)
+    status, body = await connection.post("/api/v1/rides", request)
     idle.put_nowait(connection)
     state = str(json.loads(body)["state"]) if status == 201 else str(status)
     answers.append((state, time.perf_counter() - due))
 
 
 class _Connection:
-    """HTTP/1.1 over one kept connection: a client library would take more of the machine than the server."""
+    """HTTP/1.1 over one persistent connection: a client library would take more CPU than the server."""
 
     def __init__(self, port: int) -> None:
         self._port = port
@@ -139,7 +139,7 @@ class _Connection:
 
 
 def _cpu_s(pid: int) -> float | None:
-    """CPU seconds that a process has had; None where the system does not say."""
+    """CPU seconds of a process; None where the system does not report them."""
     stat = Path(f"/proc/{pid}/stat")
     if not stat.exists():
         return None

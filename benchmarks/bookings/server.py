@@ -1,4 +1,4 @@
-"""The server of `benchmarks.bookings`: shuttles that stand at their resting places and say so.
+"""The server of `benchmarks.bookings`: shuttles that stand at their resting places and report it.
 
     python -m benchmarks.bookings.server MAP.json VAR_DIR VEHICLES
 

@@ -1,16 +1,16 @@
 """Faults between tick and wheels: `python -m benchmarks.drive_by_wire --injections 5000 --json F`.
 
 Faults are injected while the shuttle drives, in virtual time, into the real chain: tick outputs -> gate ->
-bus -> by-wire module -> plant, and back. Sets of commands are lost, late, repeated, flipped; frames are lost
-and flipped on the bus, both ways; the steering sticks, the tick dies, clocks jump. Told from the first frame
-that should have come: how soon a brake is on the bus, how far the vehicle still goes, whether it ever moves
-again without an operator's resume. A stuck wheel counts from the moment it is 0.05 rad off where a sound one
-would be. Harmless faults (one or two lost sets) must not stop it. Apart from these a dead gate and bus,
-where nobody can brake by wire, are judged by the profile's fail action.
+bus -> by-wire module -> plant, and back. Sets of commands are lost, late, repeated or corrupted; frames are
+lost and corrupted on the bus, in both directions; the steering sticks, the tick dies, clocks jump. Measured
+from the first missing frame: the time until a brake is on the bus, the stopping distance, and whether the
+vehicle moves again without an operator's resume. A stuck wheel counts from an angle error of 0.05 rad.
+Harmless faults (one or two lost sets) must not stop the vehicle. With a dead gate or bus no process can brake
+by wire; these are evaluated by the profile's fail action.
 
-`--processes N`: N times SIGKILL or SIGSTOP on real gate and tick processes with a simulation in real time
-beside them. `--hours H`: fault-free hours in virtual time through people on a campus; a nuisance stop is any
-stop by guard or gate that nobody gave reason for. `--traces DIR` writes every run for re-scoring.
+`--processes N`: N times SIGKILL or SIGSTOP on real gate and tick processes, with a simulation in real time.
+`--hours H`: fault-free hours in virtual time among people on a campus; a nuisance stop is any stop by guard
+or gate without a reason. `--traces DIR` writes every run for re-scoring.
 """
 
 import argparse
@@ -54,18 +54,18 @@ def main() -> None:
         real = process_faults(arguments.processes, profile, arguments.traces)
         rows += real
         summary |= process_summary(real)
-    told = {
+    shown = {
         "injections": arguments.injections,
         "processes": arguments.processes,
         "hours": arguments.hours,
         "seed": arguments.seed,
         "profile": str(arguments.profile),
     }
-    report.write(arguments.json, "drive_by_wire", told, rows, summary)
+    report.write(arguments.json, "drive_by_wire", shown, rows, summary)
 
 
 def virtual(profile: Profile, injections: int, seed: int, traces: Path | None) -> list[Row]:
-    """All kinds in turn, at each of the speeds in turn; every second fail action is the spring brake."""
+    """All kinds in turn, at each of the speeds; the fail action alternates with the spring brake."""
     kinds = catalogue()
     sprung = msgspec.structs.replace(profile, fail_action="spring_brake")
     courses = {
@@ -78,10 +78,10 @@ def virtual(profile: Profile, injections: int, seed: int, traces: Path | None) -
         kind = kinds[number % len(kinds)]
         turn = number // len(kinds)
         course = courses[SPEEDS_KMH[turn % len(SPEEDS_KMH)], turn // len(SPEEDS_KMH) % 2]
-        row, watched = inject(course, kind, number, seed)
+        row, result = inject(course, kind, number, seed)
         rows.append(row)
         if traces is not None:
-            _write_trace(traces / f"{kind.name.replace(' ', '-')}.csv", watched.trace)
+            _write_trace(traces / f"{kind.name.replace(' ', '-')}.csv", result.trace)
         if not row["right"] or row["crash"]:
             print(row, flush=True)
     if traces is not None:
@@ -90,8 +90,8 @@ def virtual(profile: Profile, injections: int, seed: int, traces: Path | None) -
 
 
 def virtual_summary(rows: list[Row]) -> Row:
-    """Over all that must brake, and all that did: a flipped bit may. One that takes by-wire away (the enable
-    bit itself, past the bus's own checks) leaves the fail action, as a dead bus does."""
+    """The maxima over all injections that braked. A flipped bit may disable by-wire (the enable bit itself,
+    past the bus's checks); then the fail action applies, as with a dead bus."""
     lost = [row for row in rows if row["must"] == "either" and _lost_by_wire(row)]
     braked = [row for row in rows if row["latency_ms"] is not None and not _lost_by_wire(row)]
     released = [row["released"] for row in rows if row["released"] is not None]
@@ -118,7 +118,7 @@ def by_kind(rows: list[Row]) -> list[Row]:
     out: list[Row] = []
     for name in dict.fromkeys(str(row["kind"]) for row in rows):
         mine = [row for row in rows if row["kind"] == name]
-        # Where by-wire is lost a brake that is sent does nothing.
+        # If by-wire is lost, a brake on the bus has no effect.
         braked = [row for row in mine if row["latency_ms"] is not None and not _lost_by_wire(row)]
         latencies = [_number(row["latency_ms"]) for row in braked]
         out.append(

@@ -1,4 +1,4 @@
-"""Hours of fault-free driving in virtual time, and how often guard or gate stop the vehicle for nothing."""
+"""Hours of fault-free driving in virtual time, and the stops by guard or gate without a reason."""
 
 import tempfile
 import time
@@ -15,7 +15,7 @@ from vehicle_agent.config import Profile
 
 SHIPPED = Path(__file__).resolve().parents[2] / "maps" / "shanghai-university" / "map.json"
 DRIVE_S = 900.0
-# Somebody this near is a reason to brake; a stop with nobody nearer is none.
+# A stop with no person nearer than this is without a reason.
 REASON_M = 5.0
 _STANDS_MPS = 0.05
 
@@ -33,8 +33,8 @@ def fault_free_hours(profile: Profile, hours: float, seed: int) -> list[Row]:
     return rows
 
 
-class Watcher:
-    """Counts what guard and gate do by themselves, each episode once."""
+class StopCounter:
+    """Counts the reactions of guard and gate, each episode once."""
 
     def __init__(self, drive: SoloDrive) -> None:
         self._drive = drive
@@ -46,18 +46,18 @@ class Watcher:
     def step(self) -> None:
         vehicle = self._drive.vehicle
         assert vehicle.wired.computer is not None
-        watch = vehicle.wired.computer.state.guard
+        guard = vehicle.wired.computer.state.guard
         stopped = vehicle.wired.gate.braking or (
-            watch.reason if watch.mode in ("minimal_risk", "fault") else ""
+            guard.reason if guard.mode in ("minimal_risk", "fault") else ""
         )
         if stopped and not self._stopped:
             self.nuisance.append(stopped)
-            self._drive.vehicle.tell(self._drive.now_ns, self._go())
+            self._drive.vehicle.put_link_message(self._drive.now_ns, self._resume())
         self._stopped = stopped
-        self._avoidance(watch.avoiding)
+        self._avoidance(guard.avoiding)
 
     def _avoidance(self, avoiding: bool) -> None:
-        """A stop for somebody is a nuisance when by the truth there is nobody."""
+        """A stop for a person is a nuisance stop if no person is near by ground truth."""
         self.avoided += avoiding and not self._avoiding
         stands = self._drive.world.truth(VEHICLE_ID).speed_mps < _STANDS_MPS
         if not avoiding:
@@ -69,7 +69,7 @@ class Watcher:
                 self.nuisance.append("nobody there")
         self._avoiding = avoiding
 
-    def _go(self) -> Command:
+    def _resume(self) -> Command:
         number = len(self.nuisance) + 1
         return Command(number, f"again-{number}", "resume")
 
@@ -86,10 +86,10 @@ def _drive(road_map: RoadMap, profile: Profile, seconds: float, seed: int) -> Ro
             profile=profile,
         )
         drive.set_off()
-        watcher = Watcher(drive)
+        counter = StopCounter(drive)
         for _ in range(round(seconds * 1e9 / STEP_NS)):
             drive.step()
-            watcher.step()
+            counter.step()
         score = drive.world.score(VEHICLE_ID)
         drive.vehicle.shut_down()
     return {
@@ -99,8 +99,8 @@ def _drive(road_map: RoadMap, profile: Profile, seconds: float, seed: int) -> Ro
         "distance_m": score.distance_m,
         "contacts": score.contacts_people + score.contacts_vehicles + score.contacts_buildings,
         "encounters": score.encounters,
-        "guard_braked": watcher.avoided,
-        "nuisance_stops": len(watcher.nuisance),
-        "nuisance": "; ".join(watcher.nuisance),
+        "guard_braked": counter.avoided,
+        "nuisance_stops": len(counter.nuisance),
+        "nuisance": "; ".join(counter.nuisance),
         "cpu_s": time.process_time() - begun_s,
     }

@@ -1,4 +1,4 @@
-"""The faults that `benchmarks.drive_by_wire` injects: what each spoils, and what must follow."""
+"""The faults that `benchmarks.drive_by_wire` injects, and the required reaction to each."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ Inject = Callable[[FaultedDrive, np.random.Generator], Callable[[int], None]]
 
 @dataclass(frozen=True, slots=True)
 class FaultKind:
-    """must: what a sound vehicle does; "either" is a flipped bit, which may or may not say something.
+    """must: the required reaction; "either" is for a flipped bit, which may or may not have an effect.
 
-    inject   spoils a drive that is under way and returns what is to be done after each step, by its number
+    inject   injects the fault into a drive; returns a function to call after each step, with its number
     """
 
     name: str
@@ -27,7 +27,7 @@ class FaultKind:
 
 
 def catalogue() -> tuple[FaultKind, ...]:
-    """All kinds; "fail action" ones leave nobody who could brake by wire."""
+    """All kinds; with the "fail action" kinds no process can brake by wire."""
     return (
         FaultKind("one set lost", "go on", _sets_lost(1, 1)),
         FaultKind("two sets lost", "go on", _sets_lost(2, 2)),
@@ -59,18 +59,18 @@ def _sets_lost(least: int, most: int) -> Inject:
     def inject(drive: FaultedDrive, rng: np.random.Generator) -> Callable[[int], None]:
         left = [int(rng.integers(least, most + 1))]
 
-        def mail(sets: Sets) -> Sets:
+        def set_filter(sets: Sets) -> Sets:
             left[0] -= 1
             return sets if left[0] < 0 else []
 
-        drive.mail = mail
+        drive.set_filter = set_filter
         return _nothing
 
     return inject
 
 
 def _tick_dead(drive: FaultedDrive, rng: np.random.Generator) -> Callable[[int], None]:
-    """Dead, and started anew by the supervisor some time later: it knows nothing then."""
+    """Dead, and restarted by the supervisor some time later, in its initial state."""
     drive.tick_dead = True
     again = int(rng.integers(10, 100))
 
@@ -82,30 +82,30 @@ def _tick_dead(drive: FaultedDrive, rng: np.random.Generator) -> Callable[[int],
 
 
 def _sets_repeated(drive: FaultedDrive, rng: np.random.Generator) -> Callable[[int], None]:
-    """The same set again and again, with its old stamp or with a fresh one, then the living tick's."""
+    """The same set repeatedly, with its old stamp or a new one; then the running tick's sets."""
     left, fresh = [int(rng.integers(4, 26))], bool(rng.integers(2))
-    kept: Sets = []
+    repeated: Sets = []
 
-    def mail(sets: Sets) -> Sets:
-        if not kept:
-            kept.extend(sets)
+    def set_filter(sets: Sets) -> Sets:
+        if not repeated:
+            repeated.extend(sets)
             return sets
         left[0] -= 1
         if left[0] < 0:
             return sets
-        stamp_ns = drive.now_ns if fresh else kept[0][0].stamp_ns
-        return [tuple(CanFrame(stamp_ns, frame.arbitration_id, frame.data) for frame in kept[0])]
+        stamp_ns = drive.now_ns if fresh else repeated[0][0].stamp_ns
+        return [tuple(CanFrame(stamp_ns, frame.arbitration_id, frame.data) for frame in repeated[0])]
 
-    drive.mail = mail
+    drive.set_filter = set_filter
     return _nothing
 
 
 def _sets_late(drive: FaultedDrive, rng: np.random.Generator) -> Callable[[int], None]:
-    """Every set comes so many steps late from now on, for a second."""
+    """Every set is delayed by some steps from now on, for a second."""
     late, steps = int(rng.integers(3, 16)), [0]
     queue: Sets = []
 
-    def mail(sets: Sets) -> Sets:
+    def set_filter(sets: Sets) -> Sets:
         steps[0] += 1
         queue.extend(sets)
         if steps[0] > 50:
@@ -113,7 +113,7 @@ def _sets_late(drive: FaultedDrive, rng: np.random.Generator) -> Callable[[int],
             return ready
         return [queue.pop(0)] if len(queue) > late else []
 
-    drive.mail = mail
+    drive.set_filter = set_filter
     return _nothing
 
 
@@ -123,7 +123,7 @@ def _set_flipped(least: int, most: int) -> Inject:
     def inject(drive: FaultedDrive, rng: np.random.Generator) -> Callable[[int], None]:
         left = [int(rng.integers(least, most + 1))]
 
-        def mail(sets: Sets) -> Sets:
+        def set_filter(sets: Sets) -> Sets:
             left[0] -= 1
             if left[0] < 0:
                 return sets
@@ -131,14 +131,14 @@ def _set_flipped(least: int, most: int) -> Inject:
                 return [_one_flipped(frames, rng) for frames in sets]
             return [(flipped(frames[0], int(rng.integers(8, 16))), *frames[1:]) for frames in sets]
 
-        drive.mail = mail
+        drive.set_filter = set_filter
         return _nothing
 
     return inject
 
 
 def _one_flipped(frames: tuple[CanFrame, ...], rng: np.random.Generator) -> tuple[CanFrame, ...]:
-    """A random frame of these with a random bit the other way round; nothing of nothing."""
+    """The frames with a random bit of a random frame inverted."""
     if not frames:
         return frames
     which = int(rng.integers(len(frames)))
@@ -152,36 +152,36 @@ def _bus_lost(least: int, most: int, way: str, *, one_frame: bool = False) -> In
         steps = int(rng.integers(least, most + 1))
         which = int(rng.integers(6))
 
-        def spoil(frames: tuple[CanFrame, ...]) -> tuple[CanFrame, ...]:
+        def filter_frames(frames: tuple[CanFrame, ...]) -> tuple[CanFrame, ...]:
             return tuple(frame for k, frame in enumerate(frames) if one_frame and k != which)
 
-        setattr(faults, f"spoil_{way}", spoil)
+        setattr(faults, f"filter_{way}", filter_frames)
 
         def after(step: int) -> None:
             if step + 1 == steps:
-                setattr(faults, f"spoil_{way}", _as_they_are)
+                setattr(faults, f"filter_{way}", _unchanged)
 
         return after
 
     return inject
 
 
-def _as_they_are(frames: tuple[CanFrame, ...]) -> tuple[CanFrame, ...]:
+def _unchanged(frames: tuple[CanFrame, ...]) -> tuple[CanFrame, ...]:
     return frames
 
 
 def _bus_flipped(way: str) -> Inject:
-    """The first frames from now on, once."""
+    """A bit of the next frames, once."""
 
     def inject(drive: FaultedDrive, rng: np.random.Generator) -> Callable[[int], None]:
         faults = drive.world.bus_faults(VEHICLE_ID)
 
-        def spoil(frames: tuple[CanFrame, ...]) -> tuple[CanFrame, ...]:
+        def filter_frames(frames: tuple[CanFrame, ...]) -> tuple[CanFrame, ...]:
             if frames:
-                setattr(faults, f"spoil_{way}", _as_they_are)
+                setattr(faults, f"filter_{way}", _unchanged)
             return _one_flipped(frames, rng)
 
-        setattr(faults, f"spoil_{way}", spoil)
+        setattr(faults, f"filter_{way}", filter_frames)
         return _nothing
 
     return inject
@@ -193,7 +193,7 @@ def _steering_stuck(drive: FaultedDrive, rng: np.random.Generator) -> Callable[[
 
 
 def _clock_jumps(*, both: bool) -> Inject:
-    """By a fifth of a second to a quarter of an hour, either way; of the tick alone, or of the gate's too."""
+    """By 0.2 s to 100 s, in either direction; of the tick alone, or of the gate too."""
 
     def inject(drive: FaultedDrive, rng: np.random.Generator) -> Callable[[int], None]:
         size_s = float(10.0 ** rng.uniform(-0.7, 2.0))
@@ -206,13 +206,13 @@ def _clock_jumps(*, both: bool) -> Inject:
 
 
 def _gate_dead(drive: FaultedDrive, rng: np.random.Generator) -> Callable[[int], None]:
-    """Dead, and started anew by the supervisor some time later."""
+    """Dead, and restarted by the supervisor some time later."""
     drive.gate_dead = True
     again = int(rng.integers(10, 150))
 
     def after(step: int) -> None:
         if step == again:
-            drive.revive_gate()
+            drive.restart_gate()
 
     return after
 

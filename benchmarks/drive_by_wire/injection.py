@@ -1,4 +1,4 @@
-"""One injection in virtual time: drive, spoil, watch, and say what happened."""
+"""One injection in virtual time: drive, inject the fault, and measure the reaction."""
 
 import math
 from collections import deque
@@ -20,21 +20,21 @@ from simulator.vehicle.plant import PlantParams, plant_params
 
 STEP_MS = STEP_NS / 1e6
 TRACE_COLUMNS = ("injection", "t_s", "way_m", "v_mps", "steer_rad", "brake_sent", "by_wire")
-# A wheel that stuck cannot be seen before it is off where it should be by this much: about three degrees.
-STUCK_SEEN_RAD = 0.05
+# A stuck wheel cannot be detected before its angle error is this large, about three degrees.
+STUCK_DETECTABLE_RAD = 0.05
 _STANDS_MPS = 0.01
-_WATCH_S = 8.0
+_OBSERVE_S = 8.0
 _STANDS_S = 1.0
 _MOVED_M = 0.02
 _GOES_ON_S = 1.5
-# An operator looks, and waits for what the console still shows to be over.
-_LOOKS_STEPS, _OVER_STEPS_MAX = 25, 250
+# The operator resumes after a while, when the console shows no more stop faults.
+_OPERATOR_STEPS, _FAULTS_OVER_STEPS_MAX = 25, 250
 _STUCK, _REPORTS_LOST = "steering stuck", "reports lost"
 
 
 @dataclass(slots=True)
 class InjectionResult:
-    """What came of an injection. latency_ms, stop_m: None when nothing braked, or it did not stop."""
+    """The result of an injection. latency_ms, stop_m: None without a brake, or without a stop."""
 
     latency_ms: float | None = None
     stop_m: float | None = None
@@ -45,7 +45,7 @@ class InjectionResult:
 
 
 def inject(course: Course, kind: FaultKind, number: int, seed: int) -> tuple[Row, InjectionResult]:
-    """The injection and what a row of the report says of it."""
+    """Run one injection. Returns its row of the report and the result."""
     rng = np.random.default_rng([seed, number])
     drive = FaultedDrive(course, int(rng.integers(2**31)))
     drive.set_off()
@@ -53,61 +53,61 @@ def inject(course: Course, kind: FaultKind, number: int, seed: int) -> tuple[Row
         drive.step()
     speed_mps = drive.world.truth(VEHICLE_ID).speed_mps
     after = kind.inject(drive, rng)
-    watched = _watch(drive, kind, after, number)
+    result = _observe(drive, kind, after, number)
     row: Row = {
         "injection": number,
         "kind": kind.name,
         "must": kind.must,
         "fail_action": course.profile.fail_action,
         "speed_mps": speed_mps,
-        "latency_ms": watched.latency_ms,
-        "stop_m": watched.stop_m,
-        "moved_again_m": watched.moved_again_m,
-        "by_wire_lost_ms": watched.by_wire_ms,
+        "latency_ms": result.latency_ms,
+        "stop_m": result.stop_m,
+        "moved_again_m": result.moved_again_m,
+        "by_wire_lost_ms": result.by_wire_ms,
         "gate": drive.wired.gate.braking,
         "guard": drive.computer.state.guard.reason,
         "crash": "; ".join(drive.crashes),
-        "right": _is_right(kind, course, watched),
-        "restarts": watched.moved_again_m > _MOVED_M,
+        "right": _is_right(kind, course, result),
+        "restarts": result.moved_again_m > _MOVED_M,
         "released": _released(drive) if kind.must == "brake" and number % 11 == 0 else None,
     }
-    return row, watched
+    return row, result
 
 
-class SoundColumn:
-    """Where a sound steering is, on the commands that are given, by the dead time and lag."""
+class FaultFreeSteering:
+    """The angle of a fault-free steering for the given commands, with dead time and lag."""
 
     def __init__(self, steer_rad: float, params: PlantParams) -> None:
         self.steer_rad = steer_rad
         delay_steps = round(params.steer_delay_s * 1e9 / STEP_NS)
-        self._keeps = math.exp(-STEP_NS * 1e-9 / params.steer_lag_s)
-        self._waiting = deque([steer_rad] * delay_steps)
+        self._retained = math.exp(-STEP_NS * 1e-9 / params.steer_lag_s)
+        self._delayed = deque([steer_rad] * delay_steps)
 
     def step(self, commanded_rad: float) -> float:
-        self._waiting.append(commanded_rad)
-        target = self._waiting.popleft()
-        self.steer_rad = target + (self.steer_rad - target) * self._keeps
+        self._delayed.append(commanded_rad)
+        target = self._delayed.popleft()
+        self.steer_rad = target + (self.steer_rad - target) * self._retained
         return self.steer_rad
 
 
-def _watch(
+def _observe(
     drive: FaultedDrive, kind: FaultKind, after: Callable[[int], None], number: int
 ) -> InjectionResult:
-    """Until it has stood for a while, or has gone on undisturbed long enough."""
+    """Step until the vehicle has stood for a while, or has driven on long enough."""
     out = InjectionResult()
     truth = drive.world.truth(VEHICLE_ID)
     begin_m, stood_m, still = truth.odometer_m, -1.0, 0
-    # The step of the first frame that should have come, or of the first angle that should have been another.
+    # The step of the first missing frame, or of the first detectable angle error.
     fault_step = -1
-    column = SoundColumn(truth.steer_rad, plant_params(drive.course.profile))
-    for step in range(round(_WATCH_S * 1e9 / STEP_NS)):
+    column = FaultFreeSteering(truth.steer_rad, plant_params(drive.course.profile))
+    for step in range(round(_OBSERVE_S * 1e9 / STEP_NS)):
         drive.step()
         after(step)
         truth = drive.world.truth(VEHICLE_ID)
         if fault_step < 0:
             astray_rad = abs(column.step(drive.computer.state.guard.steer_rad) - truth.steer_rad)
-            seen = astray_rad > STUCK_SEEN_RAD if kind.name == _STUCK else _is_seen(drive, kind)
-            # What is braked for before it could be seen by this rule is braked for at once.
+            seen = astray_rad > STUCK_DETECTABLE_RAD if kind.name == _STUCK else _is_seen(drive, kind)
+            # A brake before the fault is detectable by this rule has no latency.
             if seen or drive.brake_ratio >= BRAKES_FROM:
                 fault_step, begin_m = step, truth.odometer_m
         if out.latency_ms is None and fault_step >= 0 and drive.brake_ratio >= BRAKES_FROM:
@@ -132,14 +132,14 @@ def _watch(
 
 
 def _is_seen(drive: FaultedDrive, kind: FaultKind) -> bool:
-    """Something was spoiled in this step: reports come at 30 Hz only."""
+    """A report was changed in this step; reports come only at 30 Hz."""
     if kind.name != _REPORTS_LOST:
         return True
-    return drive.world.bus_faults(VEHICLE_ID).spoiled_to_vehicle > 0
+    return drive.world.bus_faults(VEHICLE_ID).changed_to_vehicle > 0
 
 
 def _is_right(kind: FaultKind, course: Course, seen: InjectionResult) -> bool:
-    """Did the vehicle do what it must? Latency and distance are judged over all, in the summary."""
+    """The vehicle has reacted as required. The summary checks latency and distance over all injections."""
     still = seen.moved_again_m <= _MOVED_M
     if kind.must == "brake":
         return seen.latency_ms is not None and seen.stop_m is not None and still
@@ -154,17 +154,17 @@ def _is_right(kind: FaultKind, course: Course, seen: InjectionResult) -> bool:
 
 
 def _released(drive: FaultedDrive) -> bool:
-    """An operator's resume, once the fault is over, is all it takes."""
-    drive.mail = lambda sets: sets
+    """The vehicle drives again after the fault is over and an operator has resumed it."""
+    drive.set_filter = lambda sets: sets
     drive.world.module(VEHICLE_ID).steering_stuck = False
     if drive.tick_jump_ns != drive.gate_jump_ns:
-        # A tick whose clock is not the gate's must be started anew.
+        # A tick whose clock differs from the gate's must be restarted.
         drive.tick_jump_ns = drive.gate_jump_ns
         drive.boot_tick()
-    for step in range(_OVER_STEPS_MAX):
+    for step in range(_FAULTS_OVER_STEPS_MAX):
         drive.step()
         faults = drive.computer.state.guard.faults
-        if step >= _LOOKS_STEPS and not any(fault.severity == "stop" for fault in faults):
+        if step >= _OPERATOR_STEPS and not any(fault.severity == "stop" for fault in faults):
             break
     stood_m = drive.world.truth(VEHICLE_ID).odometer_m
     drive.resume()

@@ -1,4 +1,4 @@
-"""What the benchmarks on published instances share: finding them, their best known costs, writing routes."""
+"""Shared by the benchmarks on published instances: finding them, best known costs, writing routes."""
 
 import argparse
 import csv
@@ -15,7 +15,7 @@ _R_FILE = re.compile(r"R(\d+)([ab])")
 
 
 def arguments(description: str | None) -> argparse.ArgumentParser:
-    """What every benchmark on published instances is told."""
+    """The arguments of every benchmark on published instances."""
     parser = argparse.ArgumentParser(
         description=description, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -1,10 +1,10 @@
-"""Do the short tests notice wrong changes? `python -m benchmarks.mutants --sample N --seed S [--room R ...]`.
+"""Mutation testing of the short tests: `python -m benchmarks.mutants --sample N --seed S [--room R ...]`.
 
 A sample of all small wrong changes (a comparison at its boundary, a sign, a number, a condition turned round)
-to the rooms is drawn, the same share of each room. Each change is made alone in a private copy of the tree;
-then the short tests run, those that mirror the room first. A change that no test notices is a survivor: a
-row with the line as it was and as it is. Changes that no test can notice are named in equivalents.json, each
-with its reason; they do not count.
+to the rooms is drawn, the same share of each room. Each change is applied alone in a private copy of the
+tree; then the short tests run, those that mirror the room first. A change that no test detects is a survivor:
+a row with the line before and after. Equivalent changes, which no test can detect, are listed in
+equivalents.json with their reasons; they do not count.
 """
 
 import argparse

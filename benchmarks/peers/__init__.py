@@ -1,1 +1,1 @@
-"""Open planners and simple rules in the scenes that our stacks drive: `python -m benchmarks.peers`."""
+"""Open planners and simple rules in the scenes of our stacks: `python -m benchmarks.peers`."""

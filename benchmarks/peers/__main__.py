@@ -2,14 +2,14 @@
 
 Random crowds (sparse to dense; `--recordings DIR` adds recorded people and every recorded car's drive) and
 protection cells that can be avoided, each driven by our Snow Lion stack with its whole onboard loop, by the
-GEM rule (stack gem, at the same cap), by pure pursuit (blind, and braking for whoever is on its way) and by
-open Frenet planners: CommonRoad's reactive planner and FISS+. A drive succeeds when it reaches the goal in
-the scene's time and drives into nobody.
+GEM rule (stack gem, at the same cap), by pure pursuit (blind, and braking for people on its path) and by open
+Frenet planners: CommonRoad's reactive planner and FISS+. A drive succeeds if it reaches the goal in the
+scene's time without a front contact.
 
-The others have it easier than ours: the same tracks, but exact poses; their plans are kept exactly, without
-delay, and planning takes no time. Open planners run in an environment and a process of their own; only their
-own planning call is timed. `--drivers` names who drives, `--thin NAME=K` lets a slow one drive every Kth
-scene only.
+The other planners have easier conditions than ours: the same tracks, but exact poses; their plans are
+followed exactly, without delay, and planning takes no time. Open planners run in an environment and a process
+of their own; only their planning call is timed. `--drivers` selects the drivers; with `--thin NAME=K` a slow
+one drives every Kth scene only.
 """
 
 import argparse
@@ -43,14 +43,14 @@ def main() -> None:
     arguments = _arguments()
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     names = arguments.drivers.split(",")
-    thin = dict(_thinned(word) for word in arguments.thin)
+    thin = dict(_thinned(text) for text in arguments.thin)
     unknown = [name for name in (*names, *thin) if name not in (*STACKS, *RULES, *OPEN)]
     if unknown:
         raise SystemExit(f"no driver {unknown[0]!r}; there are: {', '.join((*STACKS, *RULES, *OPEN))}")
     try:
         cases = _cases(arguments)
         with ExitStack() as stack:
-            results, about = _driven(arguments, names, thin, cases, stack)
+            results, about = _drive_all(arguments, names, thin, cases, stack)
     except (RecordingError, PeerError) as error:
         raise SystemExit(f"cannot compare: {error}") from error
     report.write(
@@ -82,10 +82,13 @@ def _cases(arguments: argparse.Namespace) -> list[Case]:
     return cases
 
 
-def _driven(
+def _drive_all(
     arguments: argparse.Namespace, names: list[str], thin: dict[str, int], cases: list[Case], stack: ExitStack
 ) -> tuple[list[Result], list[str]]:
-    """Scene by scene, so that all drivers meet the machine in the same state; (results, who the open are)."""
+    """Drive scene by scene, so that the machine's state is the same for all drivers.
+
+    Returns (results, descriptions of the open planners).
+    """
     drivers: dict[str, Driver] = {name: Pursuit(RULES[name]) for name in names if name in RULES}
     about = []
     for name in names:
@@ -140,10 +143,10 @@ def _end(result: Result) -> str:
     return "reached" if result.reached else "not reached"
 
 
-def _thinned(word: str) -> tuple[str, int]:
-    name, _, every = word.partition("=")
+def _thinned(text: str) -> tuple[str, int]:
+    name, _, every = text.partition("=")
     if not every.isdigit() or int(every) < 1:
-        raise SystemExit(f"--thin wants NAME=K with K from 1 on, not {word!r}")
+        raise SystemExit(f"--thin needs NAME=K with K from 1 on, not {text!r}")
     return name, int(every)
 
 

@@ -1,8 +1,8 @@
-"""A scene driven by somebody else's planner: same road, people and tracker, and its plans kept exactly.
+"""A scene driven by another planner, with the same road, people and tracker; its plans are followed exactly.
 
-The vehicle is where the plan in force says, at every step: no delay, no actuators, no error of localization
-and no time for planning, so nothing but the planner itself can fail. Ours drives the same scene with all of
-them. Where a planner finds nothing, the vehicle brakes hard along what it planned last.
+At every step the vehicle is where the present plan says. There is no delay, no actuator, no localization
+error and no planning time, so only the planner itself can fail. Our stack drives the same scene with all of
+them. If a planner has no plan, the vehicle brakes hard along its last plan.
 """
 
 import math
@@ -11,9 +11,9 @@ from typing import Protocol
 
 import numpy as np
 
-from benchmarks.peers.messages import Ask, Plan, Road
+from benchmarks.peers.messages import Plan, PlanRequest, Road
+from campusloop.scenes.contact_metrics import contact_metrics
 from campusloop.scenes.drive import VEHICLE_ID, Scene, SceneRun
-from campusloop.scenes.judge import judge
 from campusloop.scenes.path_map import LANE_ID, extended
 from campusloop.scenes.trace import SceneTrace
 from campusloop.virtual.conductor import STEP_NS
@@ -29,28 +29,28 @@ from vehicle_agent.signals import PEDESTRIAN
 
 _PLAN_EVERY_STEPS = 5
 _BEYOND_M = (5.0, 60.0)
-# A plan must begin where the vehicle is, but for its own rounding and smoothing: else it is none.
+# A plan must begin at the vehicle, except for its rounding and smoothing; otherwise it is rejected.
 _JUMP_M_MAX = 0.5
 _ELSEWHERE = "begins elsewhere"
 _BRAKES_SHARE = 0.9
 _STILL_MPS = 0.2
 _STANDS_MPS = 0.02
-# As the Snow Lion vehicle's plan on clips: no rule of ours about comfort holds a peer back.
+# As for the Snow Lion vehicle on clips, so that our comfort limits do not slow a peer down.
 _LATERAL_MPS2 = 2.0
 
 
 class Driver(Protocol):
-    """`begin` tells the road; `plan` answers ten times a second."""
+    """`begin` passes the road; `plan` is called ten times a second."""
 
     def begin(self, road: Road) -> None: ...
 
-    def plan(self, ask: Ask) -> Plan: ...
+    def plan(self, request: PlanRequest) -> Plan: ...
 
 
 class PeerDrive:
-    """One scene and one driver; `run` drives it to its end. `words` counts what the planner said of itself.
+    """One scene and one driver; `run` drives it to its end. `words` counts the planner's status texts.
 
-    unfinished  the planner had used planning_s_max of CPU before the end: the drive says nothing
+    unfinished  the planner had used planning_s_max of CPU before the end: the drive does not count
     """
 
     def __init__(self, scene: Scene, driver: Driver, planning_s_max: float = math.inf) -> None:
@@ -68,7 +68,7 @@ class PeerDrive:
             scene.profile.lidar.x_m,
             np.random.default_rng([scene.seed, *f"tracker {VEHICLE_ID}".encode()]),
         )
-        self._keeper, self._kept = AlphaBetaTracker(), TrackerState()
+        self._filter, self._filter_state = AlphaBetaTracker(), TrackerState()
         x, y, yaw = pose_at(self._points, self._s, scene.start_s_m)
         self._row: tuple[float, ...] = (0.0, x, y, yaw, scene.start_mps, 0.0, 0.0)
         self._plan = np.array([self._row])
@@ -88,9 +88,9 @@ class PeerDrive:
         steps = math.floor(scene.limit_s * 1e9 / STEP_NS)
         for k in range(steps):
             now_ns = (k + 1) * STEP_NS
-            self._look(now_ns)
+            self._take_percepts(now_ns)
             if k % _PLAN_EVERY_STEPS == 0:
-                self._take(self._driver.plan(self._ask(now_ns)))
+                self._take(self._driver.plan(self._plan_request(now_ns)))
             self._age_s += STEP_NS * 1e-9
             self._move()
             trace.rows.append(self._trace_row((k + 1) * STEP_NS * 1e-9))
@@ -107,25 +107,25 @@ class PeerDrive:
             float(rows[-1, 0]) if reached else None,
             way_m[-1] - scene.start_s_m,
             trace,
-            judge(rows, trace.agents, scene.profile.body),
+            contact_metrics(rows, trace.agents, scene.profile.body),
             tuple(self.cycles_cpu_ms),
             0.0,
             tuple(sorted(self.words.items(), key=lambda item: -item[1])),
             way_m=tuple(way_m[1:]),
         )
 
-    def _look(self, now_ns: int) -> None:
-        """What the tracker answers, kept and smoothed as in our perception, with the pose at its scan."""
+    def _take_percepts(self, now_ns: int) -> None:
+        """Take the tracker's percepts, filtered as in our perception, with the pose at each scan."""
         pose = Pose2(*self._row[1:4])
         self._poses.append((now_ns, pose))
         bodies = self.scene.actors.bodies() if self.scene.actors else no_bodies()
         for percept in self._tracker.percepts(now_ns, pose, bodies):
             seen_from = next(pose for stamp_ns, pose in self._poses if stamp_ns == percept.stamp_ns)
-            self._kept = self._keeper.step(self._kept, percept, seen_from)
+            self._filter_state = self._filter.step(self._filter_state, percept, seen_from)
 
-    def _ask(self, now_ns: int) -> Ask:
-        """Everybody carried on to now by the velocity of the track; who hardly moves stands."""
-        tracks = self._kept.tracks
+    def _plan_request(self, now_ns: int) -> PlanRequest:
+        """Tracks are predicted to now by their velocity; slow ones are set to standing."""
+        tracks = self._filter_state.tracks
         late_s = (now_ns - tracks.stamp_ns) * 1e-9
         velocities = tracks.velocities_map_mps.copy()
         velocities[np.hypot(velocities[:, 0], velocities[:, 1]) < _STILL_MPS] = 0.0
@@ -139,7 +139,7 @@ class PeerDrive:
         if v < _STANDS_MPS:
             # At rest nothing decelerates: a start state that does has no way on but backwards.
             v, a = 0.0, 0.0
-        return Ask((now_ns - STEP_NS) * 1e-9, x, y, yaw, v, a, curvature, others)
+        return PlanRequest((now_ns - STEP_NS) * 1e-9, x, y, yaw, v, a, curvature, others)
 
     def _take(self, plan: Plan) -> None:
         self.cycles_cpu_ms.append(plan.cycle_cpu_ms)
@@ -188,7 +188,7 @@ class PeerDrive:
 
 
 def road_of(scene: Scene) -> Road:
-    """The path goes on straight beyond the scene's, so that no horizon ends at its end."""
+    """The scene's road, with a straight extension so that no planning horizon ends at the path's end."""
     lane = next(lane for lane in scene.road_map.lanes if lane.lane_id == LANE_ID)
     body, limits = scene.profile.body, scene.profile.limits
     path = extended(np.array(lane.points), *_BEYOND_M)
@@ -209,7 +209,7 @@ def road_of(scene: Scene) -> Road:
 
 
 def row_at(plan: Array, age_s: float) -> tuple[float, ...]:
-    """The plan's row (PLAN_COLUMNS) at a time, between two rows a straight line; at its end it stands."""
+    """The plan's row (PLAN_COLUMNS) at a time, interpolated between rows; after its end it stands."""
     times = plan[:, 0]
     if age_s >= times[-1]:
         _, x, y, yaw, _, _, curvature = plan[-1]
@@ -223,7 +223,7 @@ def row_at(plan: Array, age_s: float) -> tuple[float, ...]:
 
 
 def braking(plan: Array, age_s: float, row: tuple[float, ...], decel_mps2: float) -> Array:
-    """Stop at a constant rate along what is left of a plan, and straight on where that is too short."""
+    """A stop at a constant rate along the rest of a plan, and straight on if that is too short."""
     speed_mps = max(0.0, row[4])
     left = np.vstack((np.array([row]), plan[plan[:, 0] > age_s]))
     way_m = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(left[:, 1:3], axis=0).T))))

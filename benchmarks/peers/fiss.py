@@ -10,7 +10,7 @@ from typing import Any
 import fiss_planner as fp
 import numpy as np
 
-from benchmarks.peers.messages import Ask, Road
+from benchmarks.peers.messages import PlanRequest, Road
 
 HORIZON_S = 6.0
 _STEP_S = 0.1
@@ -60,13 +60,15 @@ class Fiss:
         crowd(planner)
         return config
 
-    def prepare(self, ask: Ask) -> None:
-        cos, sin = math.cos(ask.yaw_rad), math.sin(ask.yaw_rad)
-        x_m, y_m = ask.x_m + self._ahead_m * cos, ask.y_m + self._ahead_m * sin
-        self._t_s = ask.t_s
-        self._ego = fp.EgoState(x_m, y_m, ask.yaw_rad, ask.v_mps, ask.a_mps2, ask.curvature_1pm)
+    def prepare(self, request: PlanRequest) -> None:
+        cos, sin = math.cos(request.yaw_rad), math.sin(request.yaw_rad)
+        x_m, y_m = request.x_m + self._ahead_m * cos, request.y_m + self._ahead_m * sin
+        self._t_s = request.t_s
+        self._ego = fp.EgoState(
+            x_m, y_m, request.yaw_rad, request.v_mps, request.a_mps2, request.curvature_1pm
+        )
         self._others = []
-        for number, x, y, yaw, vx, vy, length, width, _ in ask.others:
+        for number, x, y, yaw, vx, vy, length, width, _ in request.others:
             v = math.hypot(vx, vy)
             course = math.atan2(vy, vx) if v > 0.0 else yaw
             self._others.append(
@@ -92,7 +94,7 @@ class Fiss:
 
     def _held(self, yaw: Any, v: Any) -> Any:
         """The headings, but below 0.3 m/s the one before: there its lateral polynomial, a function of time,
-        turns on the spot, and nobody can follow that."""
+        turns on the spot, which no vehicle can follow."""
         out, last = np.array(yaw), self._ego.yaw
         for k in range(len(out)):
             last = out[k] = out[k] if v[k] >= _TURNS_FROM_MPS else last
@@ -100,10 +102,10 @@ class Fiss:
 
 
 def crowd(planner: Any) -> None:
-    """Of five settings tried on random crowds 901 to 905 the one that came farthest and touched nobody.
+    """Of five settings on random crowds 901 to 905, the one that drove farthest without a contact.
 
-    Its envelope of headway and time to collision is for car traffic: people break it all the time, and the
-    planner then brakes in an emergency. Margins and costs of clearance remain.
+    Its safety envelope of headway and time to collision is for car traffic: people violate it all the time,
+    and the planner then makes an emergency stop. Margins and costs of clearance remain.
     """
     planner.safety.enabled = False
     planner.sampling.min_t, planner.sampling.max_t = 2.0, 4.0

@@ -1,12 +1,12 @@
-"""What is said through the pipe between the benchmark and an open planner in a process of its own.
+"""The messages between the benchmark and an open planner in a process of its own.
 
-One JSON object a line. `Road` begins a scene and has no answer; every `Ask` has one `Plan`. The planner's
-process needs msgspec and its own libraries, nothing of ours but `benchmarks.peers`.
+One JSON object a line. `Road` begins a scene and has no answer; every `PlanRequest` is answered by a `Plan`.
+The planner's process needs msgspec, its own libraries and `benchmarks.peers` only.
 """
 
 import msgspec
 
-# Columns of Ask.others: one row for everybody in sight, map frame, the middle of the outline.
+# Columns of PlanRequest.others: a row for each visible road user, map frame, the middle of the outline.
 OTHER_COLUMNS = ("number", "x_m", "y_m", "yaw_rad", "vx_mps", "vy_mps", "length_m", "width_m", "is_person")
 # Columns of Plan.rows: the rear-axle centre at times from now on.
 PLAN_COLUMNS = ("t_s", "x_m", "y_m", "yaw_rad", "v_mps", "a_mps2", "curvature_1pm")
@@ -35,7 +35,7 @@ class Road(msgspec.Struct, frozen=True, tag="road"):
     curvature_1pm_max: float
 
 
-class Ask(msgspec.Struct, frozen=True, tag="ask"):
+class PlanRequest(msgspec.Struct, frozen=True, tag="ask"):
     """Plan from this state of the rear axle on. others: rows of OTHER_COLUMNS, constant velocities."""
 
     t_s: float
@@ -49,7 +49,7 @@ class Ask(msgspec.Struct, frozen=True, tag="ask"):
 
 
 class Plan(msgspec.Struct, frozen=True, tag="plan"):
-    """rows of PLAN_COLUMNS, empty when the planner found nothing; words: its own, or its exception's.
+    """rows of PLAN_COLUMNS, empty without a plan; words: the planner's status text, or its exception's.
 
     cycle_cpu_ms, cycle_wall_ms  of its planning call alone
     prepare_cpu_ms               of turning the others into its own obstacles
@@ -70,5 +70,5 @@ class Ready(msgspec.Struct, frozen=True, tag="ready"):
     licence: str
 
 
-ToPlanner = Road | Ask
+ToPlanner = Road | PlanRequest
 FromPlanner = Ready | Plan

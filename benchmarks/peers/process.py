@@ -1,4 +1,4 @@
-"""An open planner in a process of its own, with its own interpreter, on the same core as everybody else."""
+"""An open planner in a process of its own, with its own interpreter, on the same core as all others."""
 
 import os
 import select
@@ -9,21 +9,21 @@ from types import TracebackType
 
 import msgspec
 
-from benchmarks.peers.messages import Ask, FromPlanner, Plan, Ready, Road
+from benchmarks.peers.messages import FromPlanner, Plan, PlanRequest, Ready, Road
 
 ROOT = Path(__file__).resolve().parents[2]
 ANSWER_WALL_S = 300.0
 
 
 class PeerError(Exception):
-    """A planner's process that cannot be talked to; the message says what it last did."""
+    """A planner's process does not answer; the message says what it did last."""
 
 
 class PeerProcess:
-    """`begin` a scene, then `plan` in it; `ready` says who it is. A context: the process ends with it."""
+    """`begin` a scene, then `plan` in it; `ready` describes the planner. The context ends the process."""
 
     def __init__(self, command: list[str], answer_s: float = ANSWER_WALL_S) -> None:
-        """PeerError when the process does not come up."""
+        """Raises PeerError if the process does not start."""
         self._command = " ".join(command)
         self._answer_s = answer_s
         threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -39,7 +39,7 @@ class PeerProcess:
         except OSError as error:
             raise PeerError(f"{self._command}: {error}") from error
         self._decoder = msgspec.json.Decoder(FromPlanner)
-        self._heard = b""
+        self._received = b""
         try:
             ready = self._answer()
         except PeerError:
@@ -47,18 +47,18 @@ class PeerProcess:
             raise
         if not isinstance(ready, Ready):
             self.close()
-            raise PeerError(f"{self._command}: did not begin with who it is")
+            raise PeerError(f"{self._command}: did not begin with its name and version")
         self.ready = ready
 
     def begin(self, road: Road) -> None:
-        self._say(road)
+        self._send(road)
 
-    def plan(self, ask: Ask) -> Plan:
-        """PeerError when the process ends, says something else or takes longer than it may."""
-        self._say(ask)
+    def plan(self, request: PlanRequest) -> Plan:
+        """Raises PeerError if the process ends, sends another message or does not answer in time."""
+        self._send(request)
         plan = self._answer()
         if not isinstance(plan, Plan):
-            raise PeerError(f"{self._command}: was asked for a plan and said {type(plan).__name__}")
+            raise PeerError(f"{self._command}: was asked for a plan and sent {type(plan).__name__}")
         return plan
 
     def close(self) -> None:
@@ -79,7 +79,7 @@ class PeerProcess:
     ) -> None:
         self.close()
 
-    def _say(self, message: Road | Ask) -> None:
+    def _send(self, message: Road | PlanRequest) -> None:
         pipe = self._process.stdin
         assert pipe is not None
         try:
@@ -92,15 +92,15 @@ class PeerProcess:
         pipe = self._process.stdout
         assert pipe is not None
         until_s = time.monotonic() + self._answer_s
-        while b"\n" not in self._heard:
+        while b"\n" not in self._received:
             left_s = until_s - time.monotonic()
             if left_s <= 0.0 or not select.select([pipe], [], [], left_s)[0]:
                 raise PeerError(f"{self._command}: no answer in {self._answer_s:g} s")
             piece = os.read(pipe.fileno(), 1 << 16)
             if not piece:
                 raise PeerError(f"{self._command}: has ended with status {self._process.wait()}")
-            self._heard += piece
-        line, _, self._heard = self._heard.partition(b"\n")
+            self._received += piece
+        line, _, self._received = self._received.partition(b"\n")
         try:
             return self._decoder.decode(line)
         except msgspec.MsgspecError as error:

@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 
-from benchmarks.peers.messages import Ask, Plan, Road
+from benchmarks.peers.messages import Plan, PlanRequest, Road
 from contract.geometry import Array, Pose2, arc_lengths, curvatures, pose_at, project
 from vehicle_agent.control.waypoint.follower import FollowerState
 from vehicle_agent.control.waypoint.pure_pursuit import PurePursuit
@@ -18,8 +18,8 @@ _AT = 0.25
 
 
 class Pursuit:
-    """`blind` sees nobody. Otherwise it brakes at a comfortable rate to stand 1.5 m before whoever is now
-    within 0.3 m of the body's way over the next 15 m, and as hard as it can when that is too late."""
+    """`blind` ignores people. Otherwise it brakes comfortably to stand 1.5 m before a road user within 0.3 m
+    of the body's path over the next 15 m, and as hard as it can if that is too late."""
 
     def __init__(self, blind: bool) -> None:
         self._blind = blind
@@ -31,15 +31,15 @@ class Pursuit:
         bends = np.maximum(np.abs(curvatures(self._path)), 1e-6)
         self._caps_mps = np.minimum(road.speed_mps_max, np.sqrt(road.lateral_accel_mps2_max / bends))
 
-    def plan(self, ask: Ask) -> Plan:
-        """The next 0.3 s of a bicycle that does what it is told at once."""
+    def plan(self, request: PlanRequest) -> Plan:
+        """The next 0.3 s of a bicycle that follows commands without delay."""
         begun_cpu, begun_wall = time.process_time_ns(), time.perf_counter_ns()
-        road, wish_mps, hard = self._road, *self._wish(ask)
-        accel = road.accel_mps2_max if wish_mps > ask.v_mps else -road.accel_mps2_max
+        road, target_mps, hard = self._road, *self._target_speed(request)
+        accel = road.accel_mps2_max if target_mps > request.v_mps else -road.accel_mps2_max
         if hard:
             accel = -road.decel_mps2_max
-        x, y, yaw, v = ask.x_m, ask.y_m, ask.yaw_rad, ask.v_mps
-        curvature = ask.curvature_1pm
+        x, y, yaw, v = request.x_m, request.y_m, request.yaw_rad, request.v_mps
+        curvature = request.curvature_1pm
         rows = [(0.0, x, y, yaw, v, accel, curvature)]
         rate = road.steer_rate_radps_max / road.wheelbase_m
         for k in range(1, _STEPS + 1):
@@ -47,7 +47,7 @@ class Pursuit:
             curvature += min(max(wanted - curvature, -rate * _STEP_S), rate * _STEP_S)
             before = v
             v = max(0.0, v + accel * _STEP_S)
-            v = min(v, max(wish_mps, before)) if accel > 0.0 else (v if hard else max(v, wish_mps))
+            v = min(v, max(target_mps, before)) if accel > 0.0 else (v if hard else max(v, target_mps))
             way = 0.5 * (before + v) * _STEP_S
             yaw += curvature * way
             x, y = x + way * math.cos(yaw), y + way * math.sin(yaw)
@@ -62,28 +62,28 @@ class Pursuit:
         limit = self._road.curvature_1pm_max
         return min(max(turn, -limit), limit)
 
-    def _wish(self, ask: Ask) -> tuple[float, bool]:
-        """(speed to have, whether as hard as it can)."""
+    def _target_speed(self, request: PlanRequest) -> tuple[float, bool]:
+        """(target speed, whether to brake as hard as possible)."""
         road = self._road
-        s_m, _, segment = project(self._path, self._s, ask.x_m, ask.y_m, 0, len(self._path))
+        s_m, _, segment = project(self._path, self._s, request.x_m, request.y_m, 0, len(self._path))
         comfort = road.accel_mps2_max
         ahead = slice(segment, segment + 30)
         slows = np.sqrt(self._caps_mps[ahead] ** 2 + 2.0 * comfort * np.maximum(self._s[ahead] - s_m, 0.0))
-        wish_mps = float(slows.min())
+        target_mps = float(slows.min())
         if self._blind:
-            return wish_mps, False
-        free_m = self._free_m(ask, s_m)
+            return target_mps, False
+        free_m = self._free_m(request, s_m)
         stop_m = free_m - _BEFORE_M
-        needed = ask.v_mps**2 / (2.0 * max(stop_m, 1e-3))
+        needed = request.v_mps**2 / (2.0 * max(stop_m, 1e-3))
         hard = stop_m <= 0.0 or needed > 1.5 * comfort
-        return min(wish_mps, math.sqrt(2.0 * comfort * max(stop_m, 0.0))), hard
+        return min(target_mps, math.sqrt(2.0 * comfort * max(stop_m, 0.0))), hard
 
-    def _free_m(self, ask: Ask, s_m: float) -> float:
-        """Way of the bumper to the nearest outline in the swept way, up to 15 m."""
+    def _free_m(self, request: PlanRequest, s_m: float) -> float:
+        """Distance of the bumper to the nearest outline in the swept path, up to 15 m."""
         road = self._road
         front_m = road.length_m - road.rear_overhang_m
-        places = np.array([(other[1], other[2]) for other in ask.others]).reshape(-1, 2)
-        radii = np.array([_radius_m(*other[6:9]) for other in ask.others])
+        places = np.array([(other[1], other[2]) for other in request.others]).reshape(-1, 2)
+        radii = np.array([_radius_m(*other[6:9]) for other in request.others])
         if not len(places):
             return _LOOK_M
         for way_m in np.arange(0.0, _LOOK_M, _AT):

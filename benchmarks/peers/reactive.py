@@ -17,14 +17,14 @@ from commonroad_rp.state import ReactivePlannerState
 from commonroad_rp.utility.config import ReactivePlannerConfiguration
 from commonroad_rp.utility.utils_coordinate_system import create_coordinate_system
 
-from benchmarks.peers.messages import Ask, Road
+from benchmarks.peers.messages import PlanRequest, Road
 
 _LIGHT_STEPS = 30
 _LIGHT_LEVELS = 2
-# Added to everybody's outline for the tracker's noise. With 0.3 m it stood in crowds where it need not.
+# Added to all outlines for the tracker's noise. With 0.3 m it stood in crowds without need.
 MARGIN_M = 0.15
 # Of its three offsets a side, the outer one. Over a whole road at walking speed nearly all of its samples
-# bend more sharply than the vehicle can, and it stood at bends with nobody near.
+# bend more sharply than the vehicle can, and it stood at bends with no person near.
 ASIDE_M = 1.0
 # Of the spline through the path (its default 2.0 moved bends by 0.2 m and made sharper ones at their ends).
 _SMOOTHING = 0.5
@@ -68,33 +68,33 @@ class Reactive:
         self._dt_s = config.planning.dt
         self._next: tuple[Any, Any] | None = None
 
-    def prepare(self, ask: Ask) -> None:
+    def prepare(self, request: PlanRequest) -> None:
         state = ReactivePlannerState(
             time_step=0,
-            position=np.array([ask.x_m, ask.y_m]),
-            orientation=ask.yaw_rad,
-            velocity=ask.v_mps,
-            acceleration=ask.a_mps2,
-            steering_angle=math.atan(self._wheelbase_m * ask.curvature_1pm),
-            yaw_rate=ask.v_mps * ask.curvature_1pm,
+            position=np.array([request.x_m, request.y_m]),
+            orientation=request.yaw_rad,
+            velocity=request.v_mps,
+            acceleration=request.a_mps2,
+            steering_angle=math.atan(self._wheelbase_m * request.curvature_1pm),
+            yaw_rate=request.v_mps * request.curvature_1pm,
         )
         # Followed exactly, the last plan's next state is where the vehicle is: its own loop goes on so, too.
         # But at rest: its standing plan repeats the acceleration that it stopped with, and starts no more.
-        planner, curvilinear = self._planner, self._next if ask.v_mps > 0.0 else None
-        planner._low_vel_mode = ask.v_mps < planner.config.planning.low_vel_mode_threshold
+        planner, curvilinear = self._planner, self._next if request.v_mps > 0.0 else None
+        planner._low_vel_mode = request.v_mps < planner.config.planning.low_vel_mode_threshold
         planner.reset(
             initial_state_cart=state,
             initial_state_curv=curvilinear,
-            collision_checker=self._checker(ask),
+            collision_checker=self._checker(request),
             coordinate_system=self._system,
         )
         # The speed now is passed for the sake of its interval, which is then set to all that is allowed.
-        planner.set_desired_velocity(self._speed_mps, current_speed=max(ask.v_mps, 1e-3))
+        planner.set_desired_velocity(self._speed_mps, current_speed=max(request.v_mps, 1e-3))
         planner.set_v_sampling_parameters(0.0, self._speed_mps)
 
-    def _checker(self, ask: Ask) -> Any:
+    def _checker(self, request: PlanRequest) -> Any:
         checker = pycrcc.CollisionChecker()
-        for _, x, y, yaw, vx, vy, length, width, is_person in ask.others:
+        for _, x, y, yaw, vx, vy, length, width, is_person in request.others:
             moving = pycrcc.TimeVariantCollisionObject(0)
             for k in range(self._steps + 1):
                 at_x, at_y = x + k * self._dt_s * vx, y + k * self._dt_s * vy

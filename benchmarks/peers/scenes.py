@@ -1,4 +1,4 @@
-"""The scenes that everybody drives: random crowds, recorded cars' ways through people, protection cells."""
+"""The scenes of all drivers: random crowds, recorded cars' paths among people, and protection cells."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -11,7 +11,7 @@ from campusloop.scenes.braking_oracle import best_braking
 from campusloop.scenes.crowd_clips import clip_runs
 from campusloop.scenes.drive import Scene
 from campusloop.scenes.protection_cells import Cell, cells
-from campusloop.scenes.random_crowds import DrawnScene, Pieces, drawn_scene, pieces
+from campusloop.scenes.random_crowds import RandomScene, SceneSources, draw_scene, scene_sources
 from campusloop.scenes.stacks import profile_of
 from simulator.traffic.recordings import Clip, drone_clips
 from vehicle_agent.config import Profile
@@ -30,20 +30,20 @@ class Case:
 
 def random_cases(seeds: range, recordings: Path | None) -> Iterator[Case]:
     """`sparse`, `dense` and, among recorded people, `replayed`."""
-    found = pieces(tuple(sorted(_MAPS.glob("*/map.json"))), recordings)
+    found = scene_sources(tuple(sorted(_MAPS.glob("*/map.json"))), recordings)
     for seed in seeds:
-        drawn = drawn_scene(found, profile_of("snow_lion"), seed)
+        drawn = draw_scene(found, profile_of("snow_lion"), seed)
         yield Case(drawn.scene.name, _kind(drawn), partial(_drawn, found, seed))
 
 
-def _kind(drawn: DrawnScene) -> str:
+def _kind(drawn: RandomScene) -> str:
     if drawn.crowd != "reactive":
         return "replayed"
     return "sparse" if drawn.is_sparse else "dense"
 
 
-def _drawn(found: Pieces, seed: int, profile: Profile) -> Scene:
-    return drawn_scene(found, profile, seed).scene
+def _drawn(found: SceneSources, seed: int, profile: Profile) -> Scene:
+    return draw_scene(found, profile, seed).scene
 
 
 def clip_cases(folder: Path, seed: int) -> Iterator[Case]:
@@ -75,7 +75,7 @@ def _cell(cell: Cell, seed: int, profile: Profile) -> Scene:
 
 
 def profile_for(stack: str) -> Profile:
-    """The stack's vehicle at the Snow Lion shuttle's cap: who is slow is safe for no merit of its own."""
+    """The stack's vehicle at the Snow Lion shuttle's speed cap, so that none is safe only by being slow."""
     cap_mps = profile_of("snow_lion").limits.speed_mps_max
     profile = profile_of(stack)
     limits = msgspec.structs.replace(profile.limits, speed_mps_max=cap_mps)

@@ -1,4 +1,4 @@
-"""How the drivers did, each alone and against ours in the scenes that both drove."""
+"""Scores of the drivers, each alone and against ours in the scenes that both drove."""
 
 import math
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ class Result:
     """One drive.
 
     cycles_cpu_ms  of each planning cycle, empty for a driver without one
-    unfinished     given up for its planning took too long: its cycles count, and nothing else
+    unfinished     ended because its planning took too long: only its cycles count
     """
 
     driver: str
@@ -36,7 +36,7 @@ class Result:
 
     @property
     def success(self) -> bool:
-        """The goal within the scene's time, and nobody driven into."""
+        """The goal was reached within the scene's time, without a front contact."""
         return self.reached and self.contacts == 0 and not self.unfinished
 
     def row(self) -> Row:
@@ -62,16 +62,16 @@ class Result:
 def result_of(
     driver: str, kind: str, scene: Scene, run: SceneRun, cap_mps: float, *, unfinished: bool = False
 ) -> Result:
-    """A drive that did not reach its goal counts with the time at which it was given up."""
+    """A drive that did not reach its goal counts with the time at which it was ended."""
     return Result(
         driver,
         scene.name,
         kind,
         run.time_s if run.time_s is not None else scene.limit_s,
         run.time_s is not None,
-        len(run.verdict.front_contacts),
-        len(run.verdict.other_contacts),
-        run.verdict.clearance_m,
+        len(run.metrics.front_contacts),
+        len(run.metrics.other_contacts),
+        run.metrics.clearance_m,
         run.driven_m,
         cap_mps,
         run.plan_cpu_ms,

@@ -1,7 +1,7 @@
 """The planner's process: `python -m benchmarks.peers.serve PLANNER SETTING`, with the planner's interpreter.
 
-Reads `Road` and `Ask` from standard input, writes `Ready` and `Plan` to standard output; what the planner
-itself prints goes to standard error.
+Reads `Road` and `PlanRequest` from standard input, writes `Ready` and `Plan` to standard output. The
+planner's own output goes to standard error.
 """
 
 import os
@@ -13,21 +13,21 @@ from typing import Any, Protocol
 
 import msgspec
 
-from benchmarks.peers.messages import Ask, Plan, Ready, Road, ToPlanner
+from benchmarks.peers.messages import Plan, PlanRequest, Ready, Road, ToPlanner
 
 
 class OpenPlanner(Protocol):
     """One planner behind one setting.
 
-    begin takes a scene; prepare turns an Ask into what the planner itself works on, plan is its own call,
-    rows gives its answer back in PLAN_COLUMNS, empty for none, with its own word on it.
+    begin takes a scene; prepare converts a PlanRequest to the planner's own input; plan is its own call; rows
+    converts its result to PLAN_COLUMNS, empty for none, with its status text.
     """
 
     package: str
 
     def begin(self, road: Road) -> None: ...
 
-    def prepare(self, ask: Ask) -> None: ...
+    def prepare(self, request: PlanRequest) -> None: ...
 
     def plan(self) -> Any: ...
 
@@ -47,10 +47,10 @@ def planner_of(name: str, setting: str) -> OpenPlanner:
     raise ValueError(f"there is no open planner {name!r}; there are: reactive, fiss")
 
 
-def answer(planner: OpenPlanner, ask: Ask) -> Plan:
-    """One cycle, timed. A planner that raises has found no plan: its error is told, not hidden."""
+def answer(planner: OpenPlanner, request: PlanRequest) -> Plan:
+    """One timed cycle. A planner that raises has no plan; its error is reported."""
     begun = time.process_time_ns()
-    planner.prepare(ask)
+    planner.prepare(request)
     cpu, wall = time.process_time_ns(), time.perf_counter_ns()
     prepare_ms = 1e-6 * (cpu - begun)
     raised = ""
@@ -72,17 +72,17 @@ def main() -> None:
     planner = planner_of(name, setting)
     about = metadata.metadata(planner.package)
     licence = about.get("License-Expression") or about.get("License") or "not stated"
-    _say(out, Ready(f"{name} {setting}", metadata.version(planner.package), licence))
+    _send(out, Ready(f"{name} {setting}", metadata.version(planner.package), licence))
     decoder = msgspec.json.Decoder(ToPlanner)
     for line in sys.stdin.buffer:
         said = decoder.decode(line)
         if isinstance(said, Road):
             planner.begin(said)
         else:
-            _say(out, answer(planner, said))
+            _send(out, answer(planner, said))
 
 
-def _say(out: Any, message: Ready | Plan) -> None:
+def _send(out: Any, message: Ready | Plan) -> None:
     out.write(msgspec.json.encode(message) + b"\n")
     out.flush()
 

@@ -1,10 +1,10 @@
-"""How long one motion plan takes and whether it is right: `python -m benchmarks.planner --seeds N --json F`.
+"""Time and validity of motion plans: `python -m benchmarks.planner --seeds N --json F`.
 
 Random campus scenes with 50 others (people walking, standing, cyclists, cars) over 8 s and 40 m, on the
 shipped maps and on synthetic bends, from 0 to 20 km/h; each is followed in closed loop for some plans with
-warm start. One plan is behaviour, path, speed and checks. Feasible is what the independent checker
-(vehicle_agent/planning/motion/checker.py) finds nothing wrong with; somebody inside the outline asks for a
-stop. `--traces DIR` writes every request's trajectory; `--oracle` compares the path with gtsam's optimum.
+warm start. One plan is behaviour, path, speed and checks. A plan is feasible if the independent checker
+(vehicle_agent/planning/motion/checker.py) accepts it; a road user inside the outline requires a stop.
+`--traces DIR` writes every request's trajectory; `--oracle` compares the path with gtsam's optimum.
 """
 
 import argparse

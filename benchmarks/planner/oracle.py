@@ -1,4 +1,4 @@
-"""The path's optimum found a second time: a factor graph in gtsam, with every residual written anew.
+"""An independent solution of the path's optimum: a factor graph in gtsam, with its own residuals.
 
 Needs the extra `oracle`. Nothing of the planner's factors is used: residuals are numpy expressions of the
 states, and their Jacobians are complex-step derivatives, exact to rounding (Squire and Trapp 1998). What is

@@ -187,7 +187,7 @@ class SceneMaker:
 
 
 def _leave_way_out(scene: Scene) -> None:
-    """Take away whom not even the hardest braking would miss: nobody has driven into such a scene."""
+    """Remove road users that even the hardest braking would hit: such a scene cannot have come about."""
     params = MotionParams()
     corridor = scene.corridor()
     n = len(corridor.s_m)

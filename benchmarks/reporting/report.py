@@ -1,4 +1,4 @@
-"""What every benchmark leaves behind: a table to read, and one JSON object with machine, commit and rows."""
+"""The report of a benchmark: a printed table, and one JSON object with machine, commit and rows."""
 
 import json
 import os
@@ -18,7 +18,7 @@ _ROOT = Path(__file__).resolve().parents[2]
 
 
 def machine() -> dict[str, Value]:
-    """The processor and what runs on it: figures mean nothing without."""
+    """The processor and its software, without which figures cannot be compared."""
     return {
         "cpu": _cpu_model(),
         "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
@@ -53,7 +53,7 @@ def reference_loop_s() -> float:
 
 
 class RunReport:
-    """The report of one run: made when the run begins, written when it ends."""
+    """The report of one run: created when the run begins, written when it ends."""
 
     def __init__(self) -> None:
         self._reference_loop_before_s = reference_loop_s()

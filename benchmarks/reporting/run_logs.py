@@ -7,13 +7,13 @@ from pathlib import Path
 
 @dataclass(frozen=True, slots=True)
 class LogChoice:
-    """folder: where run logs go, None: nowhere. only: of runs in whose name this occurs, "" for all."""
+    """folder: of run logs, None for no logs. only: for runs whose name contains this text."""
 
     folder: Path | None
     only: str = ""
 
     def of(self, name: str) -> Path | None:
-        """Where this run's log goes, or None when none is kept."""
+        """The folder of this run's log, or None for no log."""
         return self.folder if self.folder is not None and self.only in name else None
 
 
@@ -27,7 +27,7 @@ def add_log_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def log_choice(arguments: argparse.Namespace) -> LogChoice:
-    """Raises SystemExit when there are run logs in the folder already: a log is written once."""
+    """Raises SystemExit if the folder has run logs already: a log is written once."""
     folder: Path | None = arguments.logs
     if folder is not None and any(folder.rglob("*.mcap")):
         raise SystemExit(f"{folder} holds run logs already; give another --logs")

@@ -1,8 +1,8 @@
 """A drive as a picture: `python -m benchmarks.reporting.run_plot TRACE.csv --out FILE.png`.
 
 TRACE.csv is one of those that `--traces DIR` and `campusloop scenario run --out DIR` write, TRACE.agents.csv
-lies beside it. Above: the drive from above, coloured by speed, among the ways of all who came near. Below:
-its speed, and the clearance between the shuttle's outline and the nearest of them.
+lies beside it. Above: the drive seen from above, coloured by speed, with the paths of all agents near it.
+Below: its speed, and the clearance between the shuttle's outline and the nearest agent.
 """
 
 import argparse
@@ -15,7 +15,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from campusloop.scenes.judge import clearances
+from campusloop.scenes.contact_metrics import clearances
 from contract.geometry import Array
 from vehicle_agent.config import Body
 from vehicle_agent.signals import PEDESTRIAN
@@ -44,7 +44,7 @@ def plot(rows: Array, agents: Array, body: Body, title: str = "") -> Figure:
     FigureCanvasAgg(figure)
     above, below = figure.subplots(2, 1, height_ratios=[3, 2])
     above.set_title(title, loc="left")
-    _draw_ways(above, rows, agents)
+    _draw_agent_paths(above, rows, agents)
     _draw_drive(figure, above, rows, body)
     above.set_aspect("equal")
     above.set(xlabel="x (m)", ylabel="y (m)")
@@ -62,7 +62,7 @@ def plot(rows: Array, agents: Array, body: Body, title: str = "") -> Figure:
 
 
 def clearance_over_time(rows: Array, agents: Array, body: Body) -> tuple[Array, Array]:
-    """(times, metres) at 10 Hz; NaN where nobody is near."""
+    """(times, metres) at 10 Hz; NaN without an agent near by."""
     sampled = rows[:: max(1, round(0.1 / max(float(np.diff(rows[:2, 0])[0]), 1e-3)))]
     at = np.round(agents[:, 0], 2)
     out = np.full(len(sampled), np.nan)
@@ -78,7 +78,7 @@ def clearance_over_time(rows: Array, agents: Array, body: Body) -> tuple[Array, 
     return sampled[:, 0], out
 
 
-def _draw_ways(axes: Axes, rows: Array, agents: Array) -> None:
+def _draw_agent_paths(axes: Axes, rows: Array, agents: Array) -> None:
     ways = []
     for number in np.unique(agents[:, _ID]):
         mine = agents[agents[:, _ID] == number]
@@ -105,7 +105,7 @@ def _draw_drive(figure: Figure, axes: Axes, rows: Array, body: Body) -> None:
 
 
 def _table(path: Path, columns: int) -> Array:
-    """Raises SystemExit for what is no trace."""
+    """Raises SystemExit for a file that is not a trace."""
     try:
         table: Array = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
     except (OSError, ValueError) as error:

@@ -1,16 +1,16 @@
-"""How well each stack keeps a path: `python -m benchmarks.tracking --json F [LOOP.csv ...]`.
+"""Path tracking of each stack: `python -m benchmarks.tracking --json F [LOOP.csv ...]`.
 
 The GEM paper's figure of eight at 3 m/s had a peak cross-track error of 12 cm. Here it is a lemniscate with
 the least radius that the paper's own 0.5 m/s2 allows at that speed, 18 m, and two laps of it. The error is
 the rear-axle centre's distance from the curve itself.
 
-Every stack drives it on a shuttle with tyres (`simulator/vehicle/tyres.py`) whose wheels stand 0.6 degrees
-beyond what the steering reports, 0.25 s and a lag late, at its nominal weight and 20 % more and less, with
-localization noise and with perfect localization. The `gem` stack follows waypoints, which are recorded with
-the same noise, and is also driven on the kinematic vehicle: that is its `peak_cross_track_m`, the other its
-`disturbed_peak_cross_track_m`. The `nus` stack's pure pursuit follows the same waypoints at the 2 m/s that
-its look-ahead holds for. Stacks that follow trajectories get timed rows off the curve. What the reference
-time is: `benchmarks/tracking/stacks.py`. Recorded loops are for the `gem` stack.
+Every stack drives it on a shuttle with tyres (`simulator/vehicle/tyres.py`), a steering bias of 0.6 degrees,
+a steering delay of 0.25 s and a lag, at its nominal weight and 20 % more and less, with localization noise
+and with perfect localization. The `gem` stack follows waypoints, which are recorded with the same noise. It
+is also driven on the kinematic vehicle: this gives its `peak_cross_track_m`, the other its
+`disturbed_peak_cross_track_m`. The `nus` stack's pure pursuit follows the same waypoints at 2 m/s, for which
+its look-ahead is set. Stacks that follow trajectories get timed rows of the curve. The reference time is
+defined in `benchmarks/tracking/stacks.py`. Recorded loops are for the `gem` stack.
 """
 
 import argparse
@@ -53,19 +53,19 @@ def main() -> None:
             seeds = 1 if conditions.noise is None else arguments.seeds
             for seed in range(1, seeds + 1):
                 task = FollowTask(curve, profile, arguments.speed_mps, seed, conditions)
-                rows += _followed(stack, task, arguments.traces)
+                rows += _follow(stack, task, arguments.traces)
     for file in arguments.waypoints if "gem" in arguments.stacks else ():
         for seed in range(1, arguments.seeds + 1):
             kinematic = Conditions(_KINEMATIC, None, noise)
             task = FollowTask(recorded_path(file), loop_profile, arguments.speed_mps, seed, kinematic)
-            rows += _followed("gem", task, arguments.traces)
+            rows += _follow("gem", task, arguments.traces)
     report.write(arguments.json, "tracking", _plain(arguments), rows, _summary(rows, curve.name))
 
 
 def _conditions(
     stack: str, profile: Profile, noise: GnssNoise, arguments: argparse.Namespace
 ) -> list[Conditions]:
-    """In which a stack drives the curve."""
+    """The conditions in which a stack drives the curve."""
     found = [Conditions(_KINEMATIC, None, noise)] if stack in KINEMATIC_STACKS else []
     for share in (0.0, arguments.load_ratio, -arguments.load_ratio):
         found.append(Conditions(f"load {100.0 * share:+.0f} %", _plant(profile, share, arguments), noise))
@@ -74,7 +74,7 @@ def _conditions(
 
 
 def _plant(profile: Profile, load_ratio: float, arguments: argparse.Namespace) -> PlantParams:
-    """The profile's vehicle with tyres, load and a steering that stands off."""
+    """The profile's vehicle with tyres, load and a steering bias."""
     base = plant_params(profile)
     fields = {name: getattr(base, name) for name in base.__slots__}
     fields |= {
@@ -89,20 +89,20 @@ def _plant(profile: Profile, load_ratio: float, arguments: argparse.Namespace) -
     return PlantParams(**fields)
 
 
-def _followed(stack: str, task: FollowTask, traces: Path | None) -> list[Row]:
+def _follow(stack: str, task: FollowTask, traces: Path | None) -> list[Row]:
     """One row for each of the stack's followers."""
     rows = []
     for follower, drive_by in STACKS[stack].items():
-        followed = drive_by(task)
+        result = drive_by(task)
         if traces is not None:
             name = f"{task.path.name}-{stack}-{follower}-{task.conditions.name}-seed{task.seed}"
-            _write_trace(traces, name.replace(" ", "-").replace("%", "pct"), followed.drive)
-        rows.append(_row(stack, follower, task, followed))
+            _write_trace(traces, name.replace(" ", "-").replace("%", "pct"), result.drive)
+        rows.append(_row(stack, follower, task, result))
     return rows
 
 
-def _row(stack: str, follower: str, task: FollowTask, followed: TrackingResult) -> Row:
-    drive = followed.drive
+def _row(stack: str, follower: str, task: FollowTask, result: TrackingResult) -> Row:
+    drive = result.drive
     off_m = np.abs(task.path.cross_track_m(drive.trace[:, 1:3]))
     return {
         "path": task.path.name,
@@ -117,15 +117,15 @@ def _row(stack: str, follower: str, task: FollowTask, followed: TrackingResult) 
         "p95_cross_track_m": float(np.percentile(off_m, 95)),
         "mean_speed_mps": float(drive.trace[:, 4].mean()),
         "max_speed_mps": float(drive.trace[:, 4].max()),
-        "duration_s": followed.driven_s,
-        "reference_s": followed.reference_s,
-        "time_ratio": followed.driven_s / followed.reference_s,
+        "duration_s": result.driven_s,
+        "reference_s": result.reference_s,
+        "time_ratio": result.driven_s / result.reference_s,
         "cpu_us_per_tick": 1e6 * drive.cpu_s / drive.ticks,
     }
 
 
 def _summary(rows: list[Row], curve: str) -> Row:
-    """Ours; the worst row counts. A drive that did not come to its end has no figure worth telling."""
+    """The figures of the followers "ours"; the worst row counts. An unfinished drive has no figure."""
     summary: dict[str, float | None] = {}
     for row in rows:
         if row["follower"] == "ours":

@@ -1,4 +1,4 @@
-"""Paths to be followed: a lemniscate, and loops that somebody recorded."""
+"""Paths to follow: a lemniscate, and recorded loops."""
 
 import csv
 import math
@@ -13,7 +13,7 @@ DENSE_M = 0.02
 
 
 class PathFileError(Exception):
-    """A recorded path that cannot be used; the message says why."""
+    """A recorded path cannot be used; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class ReferencePath:
     def cross_track_m(self, xy: Array) -> Array:
         """(n,) signed distances of a drive's (n, 2) places from the path, followed along it in order.
 
-        A closed curve goes on where the last lap ends: who stops a little beyond is not off it.
+        A closed curve continues after the last lap, so that a stop a little beyond the end is still on it.
         """
         errors = np.empty(len(xy))
         segment = 0
@@ -57,24 +57,24 @@ def lemniscate(least_radius_m: float, laps: int) -> ReferencePath:
 
 
 def recorded_path(path: Path, spacing_m: float = 1.0) -> ReferencePath:
-    """A recording of x, y (m) and whatever follows, thinned to `spacing_m` and rounded off between.
+    """A recording of x, y (m) and other columns, thinned to `spacing_m` and smoothed between.
 
-    Standing still is left out. PathFileError for a file that is no such recording.
+    Standing still is left out. PathFileError for an invalid file.
     """
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise PathFileError(f"{path}: {error}") from error
-    kept: list[tuple[float, float]] = []
+    places: list[tuple[float, float]] = []
     for number, row in enumerate(csv.reader(lines), start=1):
         if not row or row[0].lstrip().startswith("#"):
             continue
         x_m, y_m = _place(path, number, row)
-        if not kept or math.hypot(x_m - kept[-1][0], y_m - kept[-1][1]) >= spacing_m:
-            kept.append((x_m, y_m))
-    if len(kept) < 5:
+        if not places or math.hypot(x_m - places[-1][0], y_m - places[-1][1]) >= spacing_m:
+            places.append((x_m, y_m))
+    if len(places) < 5:
         raise PathFileError(f"{path}: it never gets {5 * spacing_m:g} m away from its start")
-    points = resample(_through(np.array(kept)), DENSE_M)
+    points = resample(_through(np.array(places)), DENSE_M)
     return ReferencePath(path.stem, points, arc_lengths(points), False)
 
 

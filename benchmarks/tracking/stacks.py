@@ -1,4 +1,4 @@
-"""Which stacks the tracking benchmark drives, and how each follows a curve. A new stack is one entry."""
+"""The stacks of the tracking benchmark, and how each follows a curve. A new stack is one entry."""
 
 import tempfile
 from collections.abc import Callable
@@ -38,7 +38,7 @@ class Conditions:
 
 @dataclass(frozen=True, slots=True)
 class FollowTask:
-    """One drive to be made."""
+    """One drive of the benchmark."""
 
     path: ReferencePath
     profile: Profile
@@ -49,11 +49,11 @@ class FollowTask:
 
 @dataclass(frozen=True, slots=True)
 class TrackingResult:
-    """driven_s over reference_s is what the drive took beyond its plan.
+    """driven_s over reference_s is the time ratio of the drive to its plan.
 
-    The reference time is that of the speed rule of `timed_drive.SpeedRule` at the commanded speed, from
-    rest. For a stack that stops at the curve's end it ends at rest there, and driven_s when the vehicle
-    stands; for one that rolls on it ends in passing the end.
+    The reference time is that of `timed_drive.SpeedRule` at the commanded speed, from rest. If the stack
+    stops at the curve's end, the reference ends at rest there and driven_s when the vehicle stands. Otherwise
+    both end when the vehicle passes the end.
     """
 
     drive: Drive
@@ -61,8 +61,8 @@ class TrackingResult:
     reference_s: float
 
 
-def timed(task: FollowTask, control: TrajectoryControl) -> TrackingResult:
-    """By timed rows off the curve itself, from rest to rest."""
+def follow_rows(task: FollowTask, control: TrajectoryControl) -> TrackingResult:
+    """Follow timed rows of the curve itself, from rest to rest."""
     rows = timed_rows(task.path, SpeedRule(task.speed_mps))
     noise = task.conditions.noise
     sense = perfect if noise is None else noisy(task.seed, noise)
@@ -71,13 +71,13 @@ def timed(task: FollowTask, control: TrajectoryControl) -> TrackingResult:
     return TrackingResult(drive, float(drive.trace[moving, 0].max(initial=0.0)), float(rows[-1, 0]))
 
 
-def by_waypoints(task: FollowTask, hands: WaypointControl) -> TrackingResult:
-    """By waypoints recorded on the curve with the same noise; through its end without stopping."""
+def follow_waypoints(task: FollowTask, control: WaypointControl) -> TrackingResult:
+    """Follow waypoints recorded on the curve with the same noise, past its end without stopping."""
     noise = task.conditions.noise or NO_NOISE
     with tempfile.TemporaryDirectory() as folder:
         file = record(task.path, task.profile, task.speed_mps, Path(folder), task.seed, noise)
         drive = follow(
-            task.path, file, task.profile, hands, task.speed_mps, task.seed, noise, task.conditions.params
+            task.path, file, task.profile, control, task.speed_mps, task.seed, noise, task.conditions.params
         )
     rows = timed_rows(task.path, SpeedRule(task.speed_mps))
     cruise_mps = float(rows[:, 5].max())
@@ -92,26 +92,25 @@ def _params(task: FollowTask) -> PlantParams:
     return task.conditions.params or PlantParams(wheelbase_m=task.profile.body.wheelbase_m)
 
 
-def _as_in_the_paper(hands: WaypointControl) -> WaypointControl:
-    """One gain at every speed, aimed from where the vehicle is now and not where it will be; no trim."""
-    follower = msgspec.structs.replace(hands.follower, heading_gain_1ps=2.0, gain_speed_mps=0.0)
-    return msgspec.structs.replace(hands, follower=follower, steer_delay_s=0.0, trim=None)
+def _as_in_the_paper(control: WaypointControl) -> WaypointControl:
+    """One gain at every speed, from the present pose without prediction; no trim."""
+    follower = msgspec.structs.replace(control.follower, heading_gain_1ps=2.0, gain_speed_mps=0.0)
+    return msgspec.structs.replace(control, follower=follower, steer_delay_s=0.0, trim=None)
 
 
 def _slower(task: FollowTask) -> FollowTask:
-    """As fast as its look-ahead allows; the reference time is that of this speed."""
+    """At the speed that its look-ahead allows; the reference time is that of this speed."""
     return replace(task, speed_mps=min(task.speed_mps, nus.SPEED_MPS_MAX))
 
 
 # stack -> follower -> how it drives; the stack's figures are those of its follower "ours".
 STACKS: dict[str, dict[str, Callable[[FollowTask], TrackingResult]]] = {
     "gem": {
-        "ours": lambda task: by_waypoints(task, waypoint_control(task.profile)),
-        "paper": lambda task: by_waypoints(task, _as_in_the_paper(waypoint_control(task.profile))),
+        "ours": lambda task: follow_waypoints(task, waypoint_control(task.profile)),
+        "paper": lambda task: follow_waypoints(task, _as_in_the_paper(waypoint_control(task.profile))),
     },
-    "nus": {"ours": lambda task: by_waypoints(_slower(task), nus.pursuit_control(task.profile))},
-    "snow_lion": {"ours": lambda task: timed(task, snow_lion_control.control(task.profile))},
+    "nus": {"ours": lambda task: follow_waypoints(_slower(task), nus.pursuit_control(task.profile))},
+    "snow_lion": {"ours": lambda task: follow_rows(task, snow_lion_control.control(task.profile))},
 }
-# Stacks that were published with a vehicle that rolls where its wheels point: also driven, and judged, on
-# that.
+# Stacks published with a kinematic vehicle: they are also driven, and evaluated, on one.
 KINEMATIC_STACKS = frozenset({"gem"})

@@ -1,4 +1,4 @@
-"""A curve as a timed trajectory, and a stack that follows timed trajectories driven along it over CAN."""
+"""Converts a curve to a timed trajectory, and drives a stack along it over CAN."""
 
 import math
 import time
@@ -25,7 +25,7 @@ _ORIGIN = Origin(30.6187, -96.3365)
 _STEP_S = STEP_NS * 1e-9
 _NAME = "shuttle"
 ROW_S = 0.1
-# What a planner would hand over at 10 Hz, and how long the vehicle may stand before it must go.
+# The length and rate of a planner's trajectories, and the time before the vehicle must start.
 AHEAD_S = 8.0
 PLAN_EVERY = 5
 READY_S = 2.0
@@ -38,7 +38,7 @@ class TimedControl(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class SpeedRule:
-    """cruise, and how it is reached and left: the acceleration's bound and its rate's."""
+    """The cruise speed, and the bounds of acceleration and jerk with which it is reached and left."""
 
     speed_mps: float = 3.0
     accel_mps2: float = 0.5
@@ -119,7 +119,7 @@ def noisy(seed: int, noise: GnssNoise) -> Sensing:
 
 
 def perfect(now_ns: int, truth: PlantView, motion: VehicleMotion) -> Ego:
-    """Localization that errs in nothing."""
+    """Localization without errors."""
     return Ego(
         now_ns, truth.pose_map, truth.speed_mps, truth.accel_mps2, truth.yaw_rate_radps, motion.steer_rad,
         0.0, now_ns, True,
@@ -128,11 +128,11 @@ def perfect(now_ns: int, truth: PlantView, motion: VehicleMotion) -> Ego:
 
 @dataclass(frozen=True, slots=True)
 class TimedRun:
-    """drive, and of each tick what control wished and the seconds its step took; state: control's, at the
+    """drive; for each tick control's command and the seconds that its step took; state: control's, at the
     end."""
 
     drive: Drive
-    wishes: list[ControlCommand]
+    commands: list[ControlCommand]
     step_cpu_s: Array
     step_wall_s: Array
     state: Any
@@ -141,23 +141,23 @@ class TimedRun:
 def follow_timed(
     rows: Array,
     profile: Profile,
-    hands: TimedControl,
+    control: TimedControl,
     params: PlantParams,
     sense: Sensing,
     settle_s: float = 3.0,
 ) -> TimedRun:
     """Drive rows (k, 8) from rest at their beginning over CAN until settle_s after their end.
 
-    The trajectory is handed over in windows of AHEAD_S as a planner's would be, stamped so that row 0's
-    time is READY_S after by-wire is asked for. The trace's time 0 is row 0's.
+    The trajectory is passed in windows of AHEAD_S as a planner's would be, stamped so that row 0's time is
+    READY_S after by-wire is requested. The trace's time 0 is row 0's.
     """
     start = Pose2(float(rows[0, 1]), float(rows[0, 2]), float(rows[0, 3]))
     fleet = SimFleet({_NAME: profile}, {_NAME: start}, {_NAME: params})
     can = pacmod(profile)
-    can_state, ctl_state = can.initial(), hands.initial()
+    can_state, ctl_state = can.initial(), control.initial()
     stamp_ns = STEP_NS + round(READY_S * 1e9)
     ticks = round((READY_S + float(rows[-1, 0]) + settle_s) / _STEP_S)
-    trace, wishes, times_s = np.zeros((ticks, 7)), [], np.zeros((ticks, 2))
+    trace, commands, times_s = np.zeros((ticks, 7)), [], np.zeros((ticks, 2))
     trajectory = window(rows, stamp_ns, 0.0)
     for tick in range(ticks):
         now_ns = (tick + 1) * STEP_NS
@@ -171,9 +171,9 @@ def follow_timed(
         motion, can_state = can.decode(can_state, fleet.frames_to_vehicle(_NAME), now_ns)
         ego = sense(now_ns, truth, motion)
         began_s = time.process_time(), time.perf_counter()
-        wish, ctl_state = hands.step(ctl_state, ego, planned, motion)
+        command, ctl_state = control.step(ctl_state, ego, planned, motion)
         times_s[tick] = time.process_time() - began_s[0], time.perf_counter() - began_s[1]
-        act = Actuation(True, "drive", wish.steer_rad, wish.throttle_ratio, wish.brake_ratio)
+        act = Actuation(True, "drive", command.steer_rad, command.throttle_ratio, command.brake_ratio)
         out, can_state = can.encode(can_state, act, now_ns)
         fleet.frames_from_vehicle(_NAME, out)
         fleet.step(now_ns)
@@ -182,12 +182,12 @@ def follow_timed(
             (now_ns - stamp_ns) * 1e-9, at.x_m, at.y_m, at.yaw_rad, truth.speed_mps, truth.accel_mps2,
             truth.steer_rad,
         )  # fmt: skip
-        wishes.append(wish)
+        commands.append(command)
     left_m = math.hypot(trace[-1, 1] - rows[-1, 1], trace[-1, 2] - rows[-1, 2])
     driven_m = fleet.truth(_NAME).odometer_m
     finished = left_m < 0.5 and trace[-1, 4] == 0.0 and driven_m > float(rows[-1, 7] - rows[0, 7]) - 1.0
     drive = Drive(trace, finished, ticks, float(times_s[:, 0].sum()))
-    return TimedRun(drive, wishes, times_s[:, 0], times_s[:, 1], ctl_state)
+    return TimedRun(drive, commands, times_s[:, 0], times_s[:, 1], ctl_state)
 
 
 def window(rows: Array, stamp_ns: int, t_s: float) -> Trajectory:

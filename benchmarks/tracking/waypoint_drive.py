@@ -1,4 +1,4 @@
-"""Record a path's waypoints by driving it exactly, then follow them on the simulated vehicle over CAN."""
+"""Records a path's waypoints by driving it exactly, and follows them on the simulated vehicle over CAN."""
 
 import math
 import time
@@ -32,7 +32,7 @@ _NAME = "gem"
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """One following of a path: trace (n, 7) t, x, y, yaw, v, a, steer; cpu_s: of the onboard rooms alone."""
+    """One drive along a path: trace (n, 7) t, x, y, yaw, v, a, steer; cpu_s: of the onboard rooms alone."""
 
     trace: Array
     finished: bool
@@ -70,7 +70,7 @@ def follow(
     path: ReferencePath,
     file: Path,
     profile: Profile,
-    hands: WaypointControl,
+    control: WaypointControl,
     speed_mps: float,
     seed: int,
     noise: GnssNoise,
@@ -88,7 +88,7 @@ def follow(
     rng = np.random.default_rng([seed, 2])
     receiver, imu = GnssReceiver(_ORIGIN, noise, rng), Imu(ImuNoise(), rng)
     can, localization = pacmod(profile), GnssLocalization(_ORIGIN)
-    can_state, loc_state, ctl_state = can.initial(), localization.initial(), hands.initial()
+    can_state, loc_state, ctl_state = can.initial(), localization.initial(), control.initial()
     now_ns, segment, cpu_s = STEP_NS, 0, 0.0
     rows: list[tuple[float, ...]] = []
     goal_m = float(waypoints.s_m[-1]) - rules.overrun_m
@@ -113,8 +113,8 @@ def follow(
             now_ns, waypoints.points_map[ahead], waypoints.speeds_mps[ahead], speed.speed_mps, speed.name,
             None, goal_m - s_m, False, speed.accel_mps2,
         )  # fmt: skip
-        wish, ctl_state = hands.step(ctl_state, ego, planned, motion)
-        act = Actuation(True, "drive", wish.steer_rad, wish.throttle_ratio, wish.brake_ratio)
+        command, ctl_state = control.step(ctl_state, ego, planned, motion)
+        act = Actuation(True, "drive", command.steer_rad, command.throttle_ratio, command.brake_ratio)
         out, can_state = can.encode(can_state, act, now_ns)
         cpu_s += time.process_time() - began_s
         fleet.frames_from_vehicle(_NAME, out)
@@ -128,7 +128,7 @@ def follow(
 
 
 def _with_overrun(waypoints: Waypoints, overrun_m: float) -> Waypoints:
-    """Straight on beyond the last waypoint, so that there is something to aim at until the end."""
+    """The waypoints extended straight on, so that there is a look-ahead point until the end."""
     a, b = waypoints.points_map[-2], waypoints.points_map[-1]
     step = (b - a) / np.hypot(*(b - a))
     distances = np.arange(1.0, overrun_m + 0.5)

@@ -1,7 +1,7 @@
-"""The operator of a demo: somebody has to let shuttles drive on that stopped because the machine was busy.
+"""The demo's operator: it releases shuttles that stopped because the machine was busy.
 
-In real time on a laptop, starting a browser can starve the simulator for a few tenths of a second. To a
-vehicle that is a by-wire module or a sensor gone silent: it stops and waits for an operator, as it must.
+On a laptop, starting a browser can starve the simulator for a few tenths of a second. For the vehicle a
+by-wire module or a sensor is then silent: it stops and waits for an operator.
 """
 
 import asyncio
@@ -12,17 +12,17 @@ import httpx
 
 from campusloop.clients.operator_client import OperatorError
 
-LOOK_EVERY_S = 2.0
-# One vehicle that cannot be released must not keep the others waiting.
-RELEASE_WITHIN_S = 10.0
-# The endings of faults that a starved machine causes: something came late or not at all.
+POLL_S = 2.0
+# A vehicle that cannot be released must not delay the others.
+RELEASE_TIMEOUT_S = 10.0
+# Suffixes of the fault codes for inputs that come late or not at all.
 _LATENESS = ("_lost", "_late", "_missing", "_stale", "_timeout")
-# What a by-wire module without a life sign does next.
-_FOLLOWS = "bywire_refuses_enable"
+# A by-wire module that has lost the heartbeat reports this fault next.
+_CONSEQUENCE = "bywire_refuses_enable"
 
 
 class OperatorPort(Protocol):
-    """What of an operator's hands is needed here (`OperatorClient`)."""
+    """The part of `OperatorClient` that is used here."""
 
     async def incidents(self) -> list[dict[str, Any]]: ...
 
@@ -30,44 +30,49 @@ class OperatorPort(Protocol):
 
 
 class DemoOperator:
-    """Releases such a vehicle when its incident has been open for one look.
+    """Releases a vehicle when its incident has been open for one poll.
 
-    An incident that somebody has acknowledged on the console is theirs.
+    An incident that is acknowledged on the console is left to the person who acknowledged it.
     """
 
     def __init__(
         self,
         operator: OperatorPort,
-        tell: Callable[[str], None],
-        released: Callable[[str], None],
-        release_within_s: float = RELEASE_WITHIN_S,
+        report: Callable[[str], None],
+        on_released: Callable[[str], None],
+        release_timeout_s: float = RELEASE_TIMEOUT_S,
     ) -> None:
-        """tell: what went wrong; released: a vehicle that was let drive on, each time."""
+        """report: is called with each error; on_released: with each released vehicle's id."""
         self._operator = operator
-        self._release_within_s = release_within_s
-        self._tell = tell
-        self._released = released
+        self._release_timeout_s = release_timeout_s
+        self._report = report
+        self._on_released = on_released
         self._seen: frozenset[str] = frozenset()
 
     async def run(self) -> None:
-        """Until cancelled."""
+        """Poll until cancelled."""
         while True:
-            await asyncio.sleep(LOOK_EVERY_S)
+            await asyncio.sleep(POLL_S)
             try:
-                await self.look()
+                await self.poll()
             except (httpx.TransportError, OperatorError) as error:
-                self._tell(f"the demo's operator could not help: {error}")
+                self._report(
+                    f"the demo's operator could not read the incidents or release a vehicle: {error}"
+                )
 
     async def _release(self, vehicle_id: str) -> None:
         try:
-            async with asyncio.timeout(self._release_within_s):
+            async with asyncio.timeout(self._release_timeout_s):
                 await self._operator.release(vehicle_id)
-            self._released(vehicle_id)
+            self._on_released(vehicle_id)
         except TimeoutError:
-            self._tell(f"{vehicle_id} could not be released; look at the console")
+            self._report(f"{vehicle_id} could not be released; look at the console")
 
-    async def look(self) -> None:
-        """Raises OperatorError, httpx.TransportError."""
+    async def poll(self) -> None:
+        """Release the vehicles whose incident was open at the last poll too.
+
+        Raises OperatorError, httpx.TransportError.
+        """
         stopped = {i["incident_id"]: i for i in await self._operator.incidents() if is_from_lateness(i)}
         for incident_id in sorted(self._seen & stopped.keys()):
             await self._release(stopped[incident_id]["vehicle_id"])
@@ -75,8 +80,8 @@ class DemoOperator:
 
 
 def is_from_lateness(incident: dict[str, Any]) -> bool:
-    """A minimal-risk stop that nobody looks after, all of whose causes are things that came late."""
-    causes = [cause for cause in str(incident["cause"]).split(", ") if cause != _FOLLOWS]
+    """An open, unacknowledged minimal-risk stop whose causes are all late or missing inputs."""
+    causes = [cause for cause in str(incident["cause"]).split(", ") if cause != _CONSEQUENCE]
     is_late = bool(causes) and all(cause.endswith(_LATENESS) for cause in causes)
-    is_ours = incident["acknowledged_at"] is None and incident["closed_at"] is None
-    return incident["kind"] == "minimal_risk_stop" and is_ours and is_late
+    is_unattended = incident["acknowledged_at"] is None and incident["closed_at"] is None
+    return incident["kind"] == "minimal_risk_stop" and is_unattended and is_late

@@ -1,4 +1,4 @@
-"""An operator's hands for demos and tests: the console's requests without the console."""
+"""A client with the console's requests, for demos and tests."""
 
 import asyncio
 from collections.abc import Callable, Mapping
@@ -12,7 +12,7 @@ POLL_EVERY_S = 0.5
 
 
 class OperatorError(Exception):
-    """The server said no; the message is its problem's title and detail."""
+    """The server refused a request; the message is the problem's title and detail."""
 
 
 class ReportedVehicle(TypedDict):
@@ -24,10 +24,10 @@ class ReportedVehicle(TypedDict):
 
 
 class OperatorClient:
-    """Signed in by `sign_in`; every method is one request and raises OperatorError for a problem."""
+    """Call `sign_in` first. The methods raise OperatorError when the server refuses a request."""
 
     def __init__(self, client: httpx.AsyncClient) -> None:
-        """client: base URL of the server; its cookie jar keeps the session."""
+        """client: has the server's base URL; its cookie jar keeps the session."""
         self._client = client
         self._csrf = ""
 
@@ -36,9 +36,9 @@ class OperatorClient:
         self._csrf = session.json()["csrf_token"]
 
     async def enrol(self, vehicle_id: str, body: Body, public_key: str) -> None:
-        """Make a code for the vehicle and, as the vehicle, enrol its key with it."""
+        """Create a code for the vehicle and, as the vehicle, enrol its key with the code."""
         name = vehicle_id.replace("-", " ").capitalize()
-        made = await self._post(
+        created = await self._post(
             "/api/v1/enrolments/codes",
             {
                 "vehicle_id": vehicle_id,
@@ -47,7 +47,8 @@ class OperatorClient:
                 "wheelchair_places": body.wheelchair_places,
             },
         )
-        enrolment = {"code": made.json()["code"], "vehicle_id": vehicle_id, "public_key": public_key}
+        code = created.json()["code"]
+        enrolment = {"code": code, "vehicle_id": vehicle_id, "public_key": public_key}
         await self._post("/api/v1/enrolments", enrolment)
 
     async def vehicle(self, vehicle_id: str) -> ReportedVehicle:
@@ -59,8 +60,8 @@ class OperatorClient:
         answer = await self._client.get("/api/v1/vehicles")
         if answer.is_error:
             raise OperatorError(answer.text)
-        listed: list[dict[str, Any]] = answer.json()
-        return listed
+        vehicles: list[dict[str, Any]] = answer.json()
+        return vehicles
 
     async def release(self, vehicle_id: str) -> None:
         """Wait until the vehicle is connected and placed, resume it, and wait until it is not held."""
@@ -76,15 +77,15 @@ class OperatorClient:
             vehicle = await self.vehicle(vehicle_id)
 
     async def command(self, vehicle_id: str, verb: str) -> None:
-        """hold, resume, stop-now, recall or release."""
+        """verb: hold, resume, stop-now, recall or release."""
         await self._post(f"/api/v1/vehicles/{vehicle_id}/{verb}", None)
 
     async def incidents(self) -> list[dict[str, Any]]:
         answer = await self._client.get("/api/v1/incidents")
         if answer.is_error:
             raise OperatorError(answer.text)
-        listed: list[dict[str, Any]] = answer.json()
-        return listed
+        incidents: list[dict[str, Any]] = answer.json()
+        return incidents
 
     async def _post(self, path: str, body: Mapping[str, object] | None) -> httpx.Response:
         headers = {"X-CSRF-Token": self._csrf} if self._csrf else {}

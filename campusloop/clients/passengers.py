@@ -1,7 +1,7 @@
-"""Simulated passengers: they book through the public API like anybody, and tell how it went.
+"""Simulated passengers. They book through the public API and follow their rides to the end.
 
-The same coroutines run in real time and in virtual time; how a body gets to the stop and through the doors
-is the simulator's business, behind `RiderPort`.
+The same coroutines run in real time and in virtual time. The simulator moves the riders to the stop and
+through the doors, behind `RiderPort`.
 """
 
 import asyncio
@@ -13,40 +13,43 @@ from typing import Any, Literal, Protocol
 import httpx
 
 POLL_EVERY_S = 2.0
-# Whom no shuttle can take now asks again after a while, so often at most.
-ASK_AGAIN_S = 120.0
-ASKS_MAX = 12
+# A refused passenger books again after this time, at most so many times in all.
+RETRY_S = 120.0
+REQUESTS_MAX = 12
 ENDED = frozenset({"completed", "refused", "cancelled", "no_show", "failed"})
 
-How = Literal["code", "tap", "sensor"]
-HOWS: tuple[How, ...] = ("code", "tap", "sensor")
+BoardingMethod = Literal["code", "tap", "sensor"]
+BOARDING_METHODS: tuple[BoardingMethod, ...] = ("code", "tap", "sensor")
 
 
 class ApiError(Exception):
-    """The server said no; the message is its problem's title and detail."""
+    """The server refused a request; the message is the problem's title and detail."""
 
 
 @dataclass(frozen=True, slots=True)
 class RideDemand:
-    """A ride somebody wants, `after_s` seconds after the start. turns_up: at the stop, to ride it."""
+    """A ride that a passenger books `after_s` seconds after the start.
+
+    turns_up: whether the party comes to the stop
+    """
 
     number: int
     after_s: float
     from_stop: str
     to_stop: str
     party: int
-    how: How
+    how: BoardingMethod
     turns_up: bool = True
 
 
 @dataclass(slots=True)
 class Journey:
-    """What became of a wish. boards: the shuttle they would get on now.
+    """A passenger's ride so far. boards: the shuttle that the party would board now, "" for none.
 
-    history: (moment, state) in order; whoever is refused asks more than once.
+    history: (moment, state) in order; a refused passenger has requested more than once.
     """
 
-    wish: RideDemand
+    demand: RideDemand
     ride_id: str = ""
     ride_code: str = ""
     state: str = ""
@@ -62,7 +65,7 @@ class Journey:
 
     @property
     def wait_s(self) -> float | None:
-        """From asking to sitting."""
+        """From the request to sitting on board."""
         return _between(self.moment("requested"), self.moment("aboard"))
 
     @property
@@ -75,40 +78,42 @@ def _between(begin: datetime | None, end: datetime | None) -> float | None:
 
 
 class RiderPort(Protocol):
-    """Puts a party of flesh and blood into the world."""
+    """Adds a party of riders to the simulated world."""
 
-    def add(self, ticket: dict[str, Any], wish: RideDemand) -> None: ...
+    def add(self, ticket: dict[str, Any], demand: RideDemand) -> None: ...
 
     def assigned(self, ride_id: str, vehicle_id: str) -> None:
-        """The phone now says to get on this vehicle, "" for none."""
+        """The phone now shows this vehicle to board, "" for none."""
         ...
 
 
-Tell = Callable[[Journey], None]
+JourneyListener = Callable[[Journey], None]
 Now = Callable[[], datetime]
 
 
 class Passengers:
-    """Lives of all simulated passengers of a demo."""
+    """All simulated passengers of a demo."""
 
-    def __init__(self, client: httpx.AsyncClient, riders: RiderPort, now: Now, tell: Tell) -> None:
-        """client: base URL of the server; tell: called at every change of a journey."""
+    def __init__(
+        self, client: httpx.AsyncClient, riders: RiderPort, now: Now, on_change: JourneyListener
+    ) -> None:
+        """client: has the server's base URL; on_change: called at every change of a journey's state."""
         self._client = client
         self._riders = riders
         self._now = now
-        self._tell = tell
+        self._on_change = on_change
         self._tokens: dict[str, str] = {}
 
-    async def live(self, journey: Journey) -> Journey:
-        """One party from wish to end of ride."""
-        wish = journey.wish
-        await asyncio.sleep(wish.after_s)
-        ticket = await self._ask(journey)
-        for _ in range(ASKS_MAX - 1):
+    async def run_journey(self, journey: Journey) -> Journey:
+        """Take one party from its demand to the end of its ride."""
+        demand = journey.demand
+        await asyncio.sleep(demand.after_s)
+        ticket = await self._request(journey)
+        for _ in range(REQUESTS_MAX - 1):
             if ticket["state"] != "refused":
                 break
-            await asyncio.sleep(ASK_AGAIN_S)
-            ticket = await self._ask(journey)
+            await asyncio.sleep(RETRY_S)
+            ticket = await self._request(journey)
         while journey.state not in ENDED:
             await asyncio.sleep(POLL_EVERY_S)
             ride = await self._ride(ticket["token"])
@@ -121,7 +126,7 @@ class Passengers:
         path = f"/api/v1/rides/{self._tokens[ride_id]}/{kind}"
         answer = await self._client.post(path)
         if answer.status_code != httpx.codes.CONFLICT:
-            # A conflict is no news to a rider: the seat sensor was faster than the thumb.
+            # A conflict is harmless: the seat sensor has reported the boarding before the button.
             _body(answer, path)
 
     async def cancel(self, ride_id: str) -> None:
@@ -132,24 +137,24 @@ class Passengers:
         path = f"/api/v1/rides/{self._tokens[ride_id]}/help"
         _body(await self._client.post(path, json={"text": text}), path)
 
-    async def _ask(self, journey: Journey) -> dict[str, Any]:
-        wish = journey.wish
-        self._note(journey, "requested")
-        ticket = await self._book(wish)
+    async def _request(self, journey: Journey) -> dict[str, Any]:
+        demand = journey.demand
+        self._set_state(journey, "requested")
+        ticket = await self._book(demand)
         journey.ride_id, journey.ride_code = ticket["ride_id"], ticket["ride_code"]
         journey.promise = ticket["promise"]
         self._tokens[journey.ride_id] = ticket["token"]
-        if ticket["state"] != "refused" and wish.turns_up:
-            self._riders.add(ticket, wish)
+        if ticket["state"] != "refused" and demand.turns_up:
+            self._riders.add(ticket, demand)
         self._update(journey, ticket)
         return ticket
 
-    async def _book(self, wish: RideDemand) -> dict[str, Any]:
-        request = {"from_stop": wish.from_stop, "to_stop": wish.to_stop, "party": wish.party}
+    async def _book(self, demand: RideDemand) -> dict[str, Any]:
+        request = {"from_stop": demand.from_stop, "to_stop": demand.to_stop, "party": demand.party}
         return _body(await self._client.post("/api/v1/rides", json=request), "booking")
 
     async def _ride(self, token: str) -> dict[str, Any] | None:
-        """The ride as the phone sees it; None while the server cannot be reached: the phone asks again."""
+        """The ride as the phone shows it; None while the server cannot be reached."""
         try:
             return _body(await self._client.get(f"/api/v1/rides/{token}"), "ride")
         except httpx.TransportError:
@@ -164,18 +169,18 @@ class Passengers:
         journey.reason = ride["reason_detail"] or ride["reason"]
         journey.promise_broken = ride["promise_broken"]
         if ride["state"] != journey.state:
-            self._note(journey, ride["state"])
+            self._set_state(journey, ride["state"])
 
     def _is_due(self, journey: Journey, state: str) -> bool:
-        """The phone says that the shuttle is here, or by the promise it may be: nobody gets on before."""
+        """The party boards when the shuttle is reported at the stop, or when the promised window begins."""
         if state == "boarding" or journey.promise is None:
             return state == "boarding"
         return self._now() >= datetime.fromisoformat(journey.promise["pickup_from"])
 
-    def _note(self, journey: Journey, state: str) -> None:
+    def _set_state(self, journey: Journey, state: str) -> None:
         journey.state = state
         journey.history.append((self._now(), state))
-        self._tell(journey)
+        self._on_change(journey)
 
 
 def _body(answer: httpx.Response, what: str) -> dict[str, Any]:

@@ -1,10 +1,10 @@
-"""Which rides the simulated passengers ask for."""
+"""The rides that simulated passengers book."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from campusloop.clients.passengers import HOWS, RideDemand
+from campusloop.clients.passengers import BOARDING_METHODS, RideDemand
 from contract.roads.model import RestingPlace, RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import find_route
@@ -31,24 +31,24 @@ def stop_pairs(road_map: RoadMap, length_m_min: float, length_m_max: float) -> l
 def nearest_pairs(
     road_map: RoadMap, pairs: Sequence[StopPair], places: Sequence[RestingPlace]
 ) -> list[StopPair]:
-    """For each place the pair that a vehicle there serves on the shortest way, each pickup once.
+    """For each place the pair that a vehicle there serves with the shortest route, each pickup once.
 
-    A place from which no pickup can be reached has none.
+    A place from which no pickup can be reached has no pair.
     """
     network = RoadNetwork(road_map)
     stops = {stop.stop_id: stop for stop in road_map.stops}
     chosen: list[StopPair] = []
     for place in places:
-        ways_m = []
+        routes_m = []
         for pair in pairs:
             pickup, dropoff = stops[pair[0]], stops[pair[1]]
             approach = find_route(network, place.lane_id, place.s_m, pickup.lane_id, pickup.s_m)
             ride = find_route(network, pickup.lane_id, pickup.s_m, dropoff.lane_id, dropoff.s_m)
             if approach is None or ride is None or pickup.stop_id in {first for first, _ in chosen}:
                 continue
-            ways_m.append((approach.length_m + ride.length_m, pair))
-        if ways_m:
-            chosen.append(min(ways_m)[1])
+            routes_m.append((approach.length_m + ride.length_m, pair))
+        if routes_m:
+            chosen.append(min(routes_m)[1])
     return chosen
 
 
@@ -61,7 +61,7 @@ def random_rides(
     for number in range(1, count + 1):
         from_stop, to_stop = pairs[int(rng.integers(len(pairs)))]
         party = int(rng.choice([1, 1, 1, 2, 2, 3]))
-        how = HOWS[int(rng.integers(len(HOWS)))]
+        how = BOARDING_METHODS[int(rng.integers(len(BOARDING_METHODS)))]
         rides.append(RideDemand(number, round(after_s, 1), from_stop, to_stop, party, how))
         after_s += float(rng.exponential(spacing_s))
     return rides

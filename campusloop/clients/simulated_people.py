@@ -1,4 +1,4 @@
-"""The passengers' bodies in a running simulation: the demo's end of `simulator.control`."""
+"""Riders in a running simulation: the demo's client of `simulator.control`."""
 
 import asyncio
 import contextlib
@@ -26,7 +26,7 @@ Tap = Callable[[str, Literal["board", "alight"]], Awaitable[None]]
 
 
 class SimulatedPeople:
-    """A rider port whose world is another process."""
+    """A rider port for a world in another process."""
 
     def __init__(self, road_map: RoadMap, port: int) -> None:
         """port: the simulation's control port on the loopback."""
@@ -35,15 +35,15 @@ class SimulatedPeople:
         self._port = port
         self._transport: asyncio.DatagramTransport | None = None
 
-    def add(self, ticket: dict[str, Any], wish: RideDemand) -> None:
+    def add(self, ticket: dict[str, Any], demand: RideDemand) -> None:
         self._send(
             RiderComes(
                 ticket["ride_id"],
                 ticket["boarding_code"],
-                wish.party,
-                wish.how,
-                self._stop_pose(wish.from_stop),
-                self._stop_pose(wish.to_stop),
+                demand.party,
+                demand.how,
+                self._stop_pose(demand.from_stop),
+                self._stop_pose(demand.to_stop),
             )
         )
 
@@ -52,12 +52,14 @@ class SimulatedPeople:
 
     @contextlib.asynccontextmanager
     async def listening(self, tap: Tap) -> AsyncIterator[None]:
-        """Pass the riders' taps on while the context lasts."""
+        """Forward the riders' taps while the context lasts."""
         taps: asyncio.Queue[RiderTapped] = asyncio.Queue()
         loop = asyncio.get_running_loop()
-        transport, _ = await loop.create_datagram_endpoint(lambda: _Ear(taps), remote_addr=(HOST, self._port))
+        transport, _ = await loop.create_datagram_endpoint(
+            lambda: _TapReceiver(taps), remote_addr=(HOST, self._port)
+        )
         self._transport = transport
-        tasks = [asyncio.create_task(self._pass_on(taps, tap)), asyncio.create_task(self._subscribe())]
+        tasks = [asyncio.create_task(self._forward(taps, tap)), asyncio.create_task(self._subscribe())]
         try:
             yield
         finally:
@@ -67,12 +69,12 @@ class SimulatedPeople:
             transport.close()
 
     async def _subscribe(self) -> None:
-        """Again and again: a restarted simulation has forgotten us."""
+        """Repeated, because a restarted simulation has lost the subscription."""
         while True:
             self._send(Subscribe())
             await asyncio.sleep(SUBSCRIBE_EVERY_S)
 
-    async def _pass_on(self, taps: "asyncio.Queue[RiderTapped]", tap: Tap) -> None:
+    async def _forward(self, taps: "asyncio.Queue[RiderTapped]", tap: Tap) -> None:
         while True:
             tapped = await taps.get()
             await tap(tapped.ride_id, tapped.kind)
@@ -86,7 +88,7 @@ class SimulatedPeople:
         return Pose2(*self._network.pose(stop.lane_id, stop.s_m))
 
 
-class _Ear(asyncio.DatagramProtocol):
+class _TapReceiver(asyncio.DatagramProtocol):
     def __init__(self, taps: "asyncio.Queue[RiderTapped]") -> None:
         self._taps = taps
 

@@ -1,1 +1,1 @@
-"""The command line, one file a noun."""
+"""The commands of the command line, a file for each noun."""

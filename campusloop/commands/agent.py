@@ -8,12 +8,12 @@ import httpx
 import typer
 from rich.console import Console
 
-from campusloop.kernels.compiling import ready_kernels
+from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import for_vehicle
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import ProfileError, load_profile
 from vehicle_agent.link.keys import VehicleKeyError, load_or_create_key, public_key_text
-from vehicle_agent.runtime.devices.speaking import SpeakingError, output_devices
+from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceError, output_devices
 from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, AgentFolderError, VehicleFile
 from vehicle_agent.runtime.processes.supervisor import Supervisor
@@ -26,7 +26,7 @@ EXIT_BAD_INPUT = 2
 
 @app.command()
 def enrol(
-    folder: Annotated[Path, typer.Argument(help="The vehicle's folder; made if it is not there.")],
+    folder: Annotated[Path, typer.Argument(help="The vehicle's folder; created if it does not exist.")],
     server: Annotated[str, typer.Option(help="The server's address, e.g. https://shuttles.campus.edu")],
     vehicle_id: Annotated[str, typer.Option(help="As named on the console.")],
     code: Annotated[str, typer.Option(help="The enrolment code from the console; works once.")],
@@ -38,11 +38,13 @@ def enrol(
     scans_port: Annotated[int, typer.Option(help="Loopback port of finished scans.")] = 47_400,
     words_port: Annotated[int, typer.Option(help="Loopback port of screen, speaker and doors.")] = 47_500,
     cameras: Annotated[
-        str, typer.Option(help="HOST:PORT to hear crossings' cameras on, without the cloud.")
+        str, typer.Option(help="HOST:PORT to receive crossing cameras on, without the cloud.")
     ] = "",
-    certificate: Annotated[str, typer.Option(help="Certificate to trust, if the server made its own.")] = "",
+    certificate: Annotated[
+        str, typer.Option(help="Certificate to trust, if the server's is self-signed.")
+    ] = "",
 ) -> None:
-    """Make the vehicle's key and have the server take it in, once."""
+    """Create the vehicle's key and enrol it with the server, once."""
     vehicle = VehicleFile(
         vehicle_id=vehicle_id,
         server_url=server.rstrip("/"),
@@ -76,20 +78,22 @@ def enrol(
 
 @app.command()
 def run(
-    folders: Annotated[list[Path], typer.Argument(help="One folder a vehicle; several share their workers.")],
+    folders: Annotated[
+        list[Path], typer.Argument(help="A folder for each vehicle; several share their workers.")
+    ],
 ) -> None:
-    """Run the agent until SIGTERM or Ctrl-C: gate, link, worker and tick, restarted when they end."""
+    """Run the agent's processes until SIGTERM or Ctrl-C, and restart those that end."""
     try:
         for folder in folders:
             files = AgentFolder(folder)
             files.vehicle()
             files.profile()
             files.road_map()
-            speaking = files.speaking()
-            for device in output_devices(speaking) if speaking is not None else ():
+            hmi_devices = files.hmi_devices()
+            for device in output_devices(hmi_devices) if hmi_devices is not None else ():
                 device.close()
         stacks = {AgentFolder(folder).profile().stack for folder in folders}
-        ready_kernels(tuple(sorted({group for stack in stacks for group in for_vehicle(stack)})))
+        ensure_kernels(tuple(sorted({group for stack in stacks for group in for_vehicle(stack)})))
         with tempfile.TemporaryDirectory(prefix="campusloop-") as mail:
             places = tuple(
                 AgentPlace(folder.resolve(), Path(mail) / str(number))
@@ -98,7 +102,7 @@ def run(
             jobs = agent_jobs(places)
             console.print(f"driving {', '.join(folder.name for folder in folders)}; Ctrl-C ends it")
             Supervisor(jobs).run()
-    except (AgentFolderError, ProfileError, MapError, SpeakingError) as error:
+    except (AgentFolderError, ProfileError, MapError, HmiDeviceError) as error:
         _refuse(str(error))
 
 

@@ -15,13 +15,13 @@ from campusloop.kernels.compiling import KernelError, compile_kernels
 from campusloop.kernels.groups import for_campus
 from campusloop.live.campus import CampusStartError, LiveOptions
 from campusloop.live.demo import LiveDemo
-from campusloop.live.run_folder import NotOurFolder, emptied
+from campusloop.live.run_folder import ForeignFolder, empty_folder
 from campusloop.shipped import DEFAULT_MAP
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import Profile, ProfileError, load_profile
 
-# Of tables that go to a file or to another program.
-WIDTH_ELSEWHERE = 120
+# Of tables in a file or pipe.
+WIDTH_WITHOUT_TERMINAL = 120
 
 HEADLESS = Path("var/headless")
 
@@ -53,7 +53,7 @@ def demo(
     """Run a campus: book at the printed address, watch at /console."""
     console = Console()
     if not console.is_terminal:
-        console = Console(width=WIDTH_ELSEWHERE)
+        console = Console(width=WIDTH_WITHOUT_TERMINAL)
     if headless:
         structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.ERROR))
     count = vehicles or (2 if (os.cpu_count() or 1) <= 2 else 3)
@@ -79,7 +79,7 @@ def demo(
             paced=True,
         )
         asyncio.run(LiveDemo(options, console, people_book=people).run())
-    except (MapError, ProfileError, CampusStartError, NotOurFolder, KernelError) as error:
+    except (MapError, ProfileError, CampusStartError, ForeignFolder, KernelError) as error:
         console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
 
@@ -87,7 +87,7 @@ def demo(
 def _timetable(
     console: Console, campus_map: Path, vehicles: int, seed: int, begin: str, end: str, folder: Path
 ) -> None:
-    # Here, for they bring the whole server along: live, that is another process.
+    # Imported here, because they import the whole server, which is another process in the live demo.
     from campusloop.virtual.campus import CampusOptions
     from campusloop.virtual.timetable_run import local_moment, run_timetable
 
@@ -102,13 +102,13 @@ def _timetable(
     except ValueError as error:
         console.print(f"[red]{error}[/red]; give times as HH:MM")
         raise typer.Exit(EXIT_BAD_INPUT) from error
-    emptied(folder)
+    empty_folder(folder)
     calls, failures = run_timetable(options, begins, ends, console)
     for failure in failures:
         console.print(f"[red]{failure}[/red]", soft_wrap=True, highlight=False)
     if failures:
         raise typer.Exit(EXIT_FAILED)
-    console.print(f"all {len(calls)} calls kept, every run replays exactly; the runs are in {folder}")
+    console.print(f"all {len(calls)} calls were on time, every run replays exactly; the runs are in {folder}")
 
 
 def _headless(
@@ -123,7 +123,7 @@ def _headless(
     from campusloop.virtual.campus import CampusOptions
     from campusloop.virtual.headless import run_headless
 
-    options = CampusOptions(load_map(campus_map), emptied(folder), seed, vehicles, profile)
+    options = CampusOptions(load_map(campus_map), empty_folder(folder), seed, vehicles, profile)
     result = run_headless(options, rides, console)
     for failure in result.failures:
         console.print(f"[red]{failure}[/red]", soft_wrap=True, highlight=False)

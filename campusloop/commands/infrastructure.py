@@ -1,4 +1,4 @@
-"""`campusloop infrastructure`: what cameras at crossings are good for."""
+"""`campusloop infrastructure`: the time that cameras at crossings save."""
 
 import json
 import platform
@@ -23,17 +23,17 @@ from campusloop.studies.infrastructure.infrastructure_gain import (
 )
 from vehicle_agent.config import ProfileError, load_profile
 
-app = typer.Typer(help="What cameras at crossings are good for.", no_args_is_help=True)
+app = typer.Typer(help="The time that cameras at crossings save.", no_args_is_help=True)
 
 EXIT_BAD_INPUT = 2
-# What fits on the loop with the gap that carts keep at 2 m/s.
+# As many as fit on the loop with the carts' gap at 2 m/s.
 VEHICLES_MAX = 20
 SPEED_MPS_MAX = 2.0
 
 
 @app.callback()
 def infrastructure() -> None:
-    """A group of commands, also while there is one."""
+    """Makes typer treat the single command as a group."""
 
 
 @app.command()
@@ -41,7 +41,9 @@ def gain(
     out: Annotated[Path, typer.Option(help="Folder for gain.json and the two plots.")],
     vehicles: Annotated[str, typer.Option(help="Fleet sizes, up to 20.")] = "1,2,5,10,20",
     speeds: Annotated[str, typer.Option(help="m/s, up to 2.")] = "1,2",
-    rates: Annotated[str, typer.Option("--lambda", help="People a second who come to cross.")] = "0.02,0.1,1",
+    rates: Annotated[
+        str, typer.Option("--lambda", help="People per second who come to cross.")
+    ] = "0.02,0.1,1",
     laps: Annotated[int, typer.Option(min=1, help="A vehicle's laps.")] = 20,
     seed: Annotated[int, typer.Option(help="Of people and camera.")] = 1,
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
@@ -90,7 +92,7 @@ def gain(
 
 
 def _print(console: Console, rows: list[GainRow]) -> None:
-    table = Table("people/s", "m/s", "vehicles", "laps", "lap without, s", "with, s", "gain in all, s")
+    table = Table("people/s", "m/s", "vehicles", "laps", "lap without, s", "with, s", "total gain, s")
     for row in rows:
         total = f"{row.cumulative_s[-1]:.1f}" if row.cumulative_s else "-"
         table.add_row(

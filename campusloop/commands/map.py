@@ -63,7 +63,7 @@ def import_file(
 
 @app.command("check")
 def check_map(map_file: Annotated[Path, typer.Argument(metavar="MAP.json")]) -> None:
-    """Print what is wrong with a map; exit 1 when anything is."""
+    """Print the problems of a map; exit 1 if there are any."""
     console = Console()
     try:
         road_map = load_map(map_file)
@@ -100,7 +100,7 @@ def _refuse(console: Console, error: MapError) -> NoReturn:
 
 
 def _write(out: Path, road_map: RoadMap) -> None:
-    """All of it or nothing: a map that is cut by a full disk must not replace a good one."""
+    """Write atomically: a map that a full disk cuts short must not replace a good one."""
     part = out.with_name(out.name + ".part")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)

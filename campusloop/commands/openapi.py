@@ -1,4 +1,4 @@
-"""`campusloop openapi`: the API's description, from which the web client is generated."""
+"""`campusloop openapi`: the OpenAPI document, from which the web client is generated."""
 
 import json
 import sys

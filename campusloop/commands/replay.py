@@ -1,4 +1,4 @@
-"""`campusloop replay`: run recorded segments again and compare them bit for bit."""
+"""`campusloop replay`: repeat recorded segments and compare them bit for bit."""
 
 from pathlib import Path
 from typing import Annotated
@@ -22,7 +22,8 @@ EXIT_UNREADABLE = 2
 def replay(
     runs: Annotated[list[Path], typer.Argument(help="Segments (.mcap) or folders with segments in them.")],
     profile: Annotated[
-        Path | None, typer.Option(help="Replay with another vehicle profile, to see where it leaves the run.")
+        Path | None,
+        typer.Option(help="Replay with another vehicle profile, to see where the run first differs."),
     ] = None,
 ) -> None:
     """Replay recorded runs; exit 1 at the first difference (tick, room, field), 2 for a damaged log."""
@@ -45,26 +46,26 @@ def replay(
                 console.print(f"[red]{path}: {error}[/red]", soft_wrap=True)
                 raise typer.Exit(EXIT_UNREADABLE) from error
             ticks += result.ticks
-            _tell(path, result)
+            _print_result(path, result)
             progress.advance(task)
     console.print(f"{len(paths)} segments, {ticks} ticks: exactly as recorded")
 
 
 def segment_paths(runs: list[Path]) -> list[Path]:
-    """Every segment named or below a folder named, in order."""
+    """The given segments and those below the given folders, in order."""
     found: list[Path] = []
     for run in runs:
         found += sorted(run.rglob("*.mcap")) if run.is_dir() else [run]
     return found
 
 
-def _tell(path: Path, result: ReplayResult) -> None:
+def _print_result(path: Path, result: ReplayResult) -> None:
     if result.difference is not None:
         console.print(f"[red]{path} differs at {result.difference}[/red]", soft_wrap=True)
         raise typer.Exit(EXIT_DIFFERENT)
     if result.cut_short:
         console.print(
             f"[yellow]{result.cut_short}; the {result.ticks} ticks before it replay as recorded. "
-            "A kill while recording leaves such a file; if it was whole, use the server's copy[/yellow]",
+            "A process killed while recording leaves such a file; use the server's copy[/yellow]",
             soft_wrap=True,
         )

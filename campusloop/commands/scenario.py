@@ -1,4 +1,4 @@
-"""`campusloop scenario run`: drive scenario files with the whole onboard loop; exit 1 when one fails."""
+"""`campusloop scenario run`: drive scenario files with the whole onboard loop; exit 1 if one fails."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,7 +7,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from campusloop.kernels.compiling import ready_kernels
+from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import SIMULATOR, for_vehicle
 from campusloop.scenes.scenario import Outcome, drive
 from campusloop.scenes.scenario_file import ScenarioError, ScenarioFile, load_scenario
@@ -34,10 +34,10 @@ def run(
     stack: Annotated[str, typer.Option(help="snow_lion, gem or nus; several with commas.")] = "snow_lion",
     out: Annotated[Path | None, typer.Option(help="Folder for traces (CSV) and run logs (MCAP).")] = None,
     profile_path: Annotated[
-        Path | None, typer.Option("--profile", help="Another vehicle than the stack's own (TOML).")
+        Path | None, typer.Option("--profile", help="Vehicle profile (TOML); the stack's own without it.")
     ] = None,
 ) -> None:
-    """Drive scenarios, compare with what they expect. With --out, every run is also replayed bit for bit."""
+    """Drive scenarios and check their expectations. With --out, every run is also replayed bit for bit."""
     try:
         paths = scenario_paths(files)
         found = [(path, load_scenario(path)) for path in paths]
@@ -45,7 +45,7 @@ def run(
     except (ScenarioError, ProfileError) as error:
         console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
-    ready_kernels((*SIMULATOR, *sorted({group for name in profiles for group in for_vehicle(name)})))
+    ensure_kernels((*SIMULATOR, *sorted({group for name in profiles for group in for_vehicle(name)})))
     table = Table(title="Scenarios", title_justify="left")
     for heading in ("scenario", "stack", "time s", "contacts", "clearance m", "result"):
         table.add_column(heading, overflow="fold")
@@ -55,7 +55,7 @@ def run(
             if scenario.stacks and name not in scenario.stacks:
                 continue
             try:
-                failures, outcome = _driven(path, scenario, name, profile, out)
+                failures, outcome = _drive_and_replay(path, scenario, name, profile, out)
             except ScenarioError as error:
                 console.print(f"[red]{path}: {error}[/red]", soft_wrap=True, highlight=False)
                 raise typer.Exit(EXIT_BAD_INPUT) from error
@@ -68,7 +68,7 @@ def run(
 
 
 def scenario_paths(files: list[Path]) -> list[Path]:
-    """Every file named or in a folder named, in order. ScenarioError for a folder without any."""
+    """The given files and those below the given folders, in order. ScenarioError for a folder without any."""
     out: list[Path] = []
     for file in files:
         inside = sorted(file.rglob("*.toml")) if file.is_dir() else [file]
@@ -78,10 +78,10 @@ def scenario_paths(files: list[Path]) -> list[Path]:
     return out
 
 
-def _driven(
+def _drive_and_replay(
     path: Path, scenario: ScenarioFile, stack: str, profile: Profile, out: Path | None
 ) -> tuple[tuple[str, ...], Outcome]:
-    """What failed, and how it went; a replay that differs is a failure too."""
+    """(failures, outcome); a replay that differs is a failure too."""
     folder = None if out is None else out / stack / path.stem
     if folder is not None and folder.exists():
         raise ScenarioError(f"{folder} is there already; give another --out")
@@ -99,10 +99,10 @@ def _driven(
 
 
 def _figures(outcome: Outcome) -> tuple[str, str, str]:
-    run, verdict = outcome.run, outcome.run.verdict
+    run, metrics = outcome.run, outcome.run.metrics
     time = "-" if run.time_s is None else f"{run.time_s:.1f}"
-    clearance = "-" if verdict.clearance_m == float("inf") else f"{verdict.clearance_m:.2f}"
-    return time, f"{len(verdict.front_contacts)} + {len(verdict.other_contacts)}", clearance
+    clearance = "-" if metrics.clearance_m == float("inf") else f"{metrics.clearance_m:.2f}"
+    return time, f"{len(metrics.front_contacts)} + {len(metrics.other_contacts)}", clearance
 
 
 def _profile(stack: str, path: Path | None) -> Profile:

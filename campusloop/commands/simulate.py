@@ -1,5 +1,7 @@
-"""`campusloop simulate`: plant, by-wire, sensors and people of all vehicles, in real time; with --km whole
-campuses in virtual time, and Table 2 of the Snow Lion paper of what was driven."""
+"""`campusloop simulate`: plant, by-wire, sensors and people of all vehicles, in real time.
+
+With --km it drives whole campuses in virtual time and prints Table 2 of the Snow Lion paper for them.
+"""
 
 import os
 from pathlib import Path
@@ -8,7 +10,7 @@ from typing import Annotated, NoReturn
 import typer
 from rich.console import Console
 
-from campusloop.kernels.compiling import ready_kernels
+from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import SIMULATOR, for_campus
 from campusloop.live.simulation import simulate_vehicles
 from campusloop.scenes.stacks import profile_of
@@ -17,7 +19,7 @@ from contract.roads.load import MapError
 from simulator.live.ports import BASE_PORT
 from vehicle_agent.config import ProfileError
 
-_TOUCHED, _BAD_INPUT = 1, 2
+_CONTACTS, _BAD_INPUT = 1, 2
 
 
 def simulate(
@@ -31,16 +33,16 @@ def simulate(
     ] = None,
     seed: Annotated[int, typer.Option(help="of noise and people")] = 1,
     base_port: Annotated[int, typer.Option(help="first of the loopback ports used")] = BASE_PORT,
-    folder: Annotated[Path, typer.Option(help="where lidar scans are handed over")] = Path("var/simulation"),
+    folder: Annotated[Path, typer.Option(help="folder of the lidars' scan rings")] = Path("var/simulation"),
     people: Annotated[bool, typer.Option(help="pedestrians around the shuttles")] = True,
     lidar: Annotated[bool, typer.Option(help="simulate the lidars")] = True,
-    km: Annotated[float, typer.Option(min=0.0, help="drive so far in virtual time instead")] = 0.0,
+    km: Annotated[float, typer.Option(min=0.0, help="drive this distance in virtual time instead")] = 0.0,
     stack: Annotated[str, typer.Option(help="with --km: snow_lion, gem or nus")] = "snow_lion",
     out: Annotated[Path | None, typer.Option(help="with --km: folder for figures, plots and samples")] = None,
     workers: Annotated[int, typer.Option(min=0, help="with --km: processes; 0: one a core")] = 0,
-    stint_s: Annotated[float, typer.Option(min=60.0, help="with --km: virtual time of one stint")] = 3600.0,
+    stint_s: Annotated[float, typer.Option(min=60.0, help="with --km: virtual time of one shift")] = 3600.0,
 ) -> None:
-    """Simulate vehicles in real time until Ctrl-C; each speaks CAN on a bus of its own."""
+    """Simulate vehicles in real time until Ctrl-C; each has a CAN bus of its own."""
     console = Console()
     if km > 0.0:
         maps = SHIPPED_MAPS if map_path is None else (map_path,)
@@ -48,7 +50,7 @@ def simulate(
         return
     if map_path is None:
         _refuse(console, "give a campus map: --map maps/shanghai-university/map.json")
-    ready_kernels(SIMULATOR)
+    ensure_kernels(SIMULATOR)
     vehicle_ids = tuple(name.strip() for name in vehicles.split(",") if name.strip())
     simulate_vehicles(map_path, vehicle_ids, profile_path, seed, base_port, folder, people, lidar)
 
@@ -63,17 +65,17 @@ def _drive_km(
     stint_s: float,
     out: Path | None,
 ) -> None:
-    """Exit 1 when anybody was touched."""
-    # A whole campus comes with it, server included; the simulation in real time has no use for one.
-    from campusloop.studies.endurance.ride_quality_report import NothingDriven, tell_km
+    """Exit 1 if there was a contact."""
+    # This imports a whole campus with its server, which the simulation in real time does not need.
+    from campusloop.studies.endurance.ride_quality_report import NoDistanceDriven, report_km
 
     try:
-        ready_kernels(for_campus(profile_of(stack).stack))
-        contacts = tell_km(console, maps, stack, km, seed, workers, stint_s, out)
-    except (MapError, ProfileError, NothingDriven) as error:
+        ensure_kernels(for_campus(profile_of(stack).stack))
+        contacts = report_km(console, maps, stack, km, seed, workers, stint_s, out)
+    except (MapError, ProfileError, NoDistanceDriven) as error:
         _refuse(console, str(error))
     if contacts:
-        raise typer.Exit(_TOUCHED)
+        raise typer.Exit(_CONTACTS)
 
 
 def _refuse(console: Console, reason: str) -> NoReturn:

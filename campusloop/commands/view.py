@@ -8,7 +8,7 @@ import typer
 from rich.console import Console
 
 from campusloop.clients.operator_client import OperatorError
-from campusloop.live.run_viewer import NothingToView, runs_in
+from campusloop.live.run_viewer import RunViewError, runs_in
 from campusloop.live.run_viewer import view as view_runs
 from server.live_ports import CannotStart
 
@@ -24,6 +24,6 @@ def view(
     """Replay run logs in the browser: of scenarios, benchmarks, demos, or from a vehicle's disk."""
     try:
         asyncio.run(view_runs(runs_in(tuple(logs)), port, console.print))
-    except (NothingToView, CannotStart, OperatorError) as error:
+    except (RunViewError, CannotStart, OperatorError) as error:
         console.print(f"[red]{error}[/red]")
         raise typer.Exit(EXIT_BAD_INPUT) from error

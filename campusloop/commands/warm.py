@@ -1,4 +1,4 @@
-"""`campusloop warm`: compile numba kernels into the cache, so that nothing live meets the compiler."""
+"""`campusloop warm`: compile numba kernels into the cache, so that no live process waits for the compiler."""
 
 from typing import Annotated
 
@@ -13,9 +13,9 @@ EXIT_BAD_INPUT = 2
 
 
 def warm(
-    groups: Annotated[list[str] | None, typer.Argument(help=f"Of {', '.join(GROUPS)}; all of them.")] = None,
+    groups: Annotated[list[str] | None, typer.Argument(help=f"Of {', '.join(GROUPS)}; default: all.")] = None,
 ) -> None:
-    """Compile the numerical kernels; what is compiled already stays."""
+    """Compile the numerical kernels that are not compiled yet."""
     console = Console(soft_wrap=True)
     named = tuple(groups or EVERYTHING)
     unknown = [name for name in named if name not in GROUPS]

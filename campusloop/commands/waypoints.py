@@ -1,4 +1,4 @@
-"""`campusloop waypoints`: waypoint files, one for each speed, of a route or of a drive that was recorded."""
+"""`campusloop waypoints`: waypoint files, one for each speed, of a route or of a recorded drive."""
 
 import itertools
 import math
@@ -25,10 +25,12 @@ EXIT_BAD_INPUT = 2
 
 Speeds = Annotated[
     list[float] | None,
-    typer.Option("--speed", min=0.1, help="Desired speed (m/s), repeated for more files; else 1, 2 and 3."),
+    typer.Option(
+        "--speed", min=0.1, help="Desired speed (m/s), repeated for more files; default: 1, 2 and 3."
+    ),
 ]
 Out = Annotated[Path, typer.Option("--out", help="Folder to write to.")]
-Name = Annotated[str, typer.Option(help="What the files' names begin with.")]
+Name = Annotated[str, typer.Option(help="Prefix of the files' names.")]
 
 DEFAULT_SPEEDS_MPS = (1.0, 2.0, 3.0)
 
@@ -41,7 +43,7 @@ def record(
     name: Name = "drive",
     spacing_m: Annotated[float, typer.Option(min=0.1, help="Between waypoints.")] = 1.0,
 ) -> None:
-    """Write the waypoints of a recorded drive, by hand or not: latitude, longitude, speed."""
+    """Write the waypoints of a recorded drive, manual or autonomous: latitude, longitude, speed."""
     paths = segment_paths(runs)
     if not paths:
         _refuse("No segments (*.mcap) there. A run lies in VEHICLE/runs/BOOT/.")
@@ -50,10 +52,10 @@ def record(
     except (RunLogError, MapError) as error:
         _refuse(str(error))
     if len(waypoints) < 2:
-        _refuse("the vehicle did not move, or never knew where it was, in these segments")
+        _refuse("the vehicle did not move, or was never localized, in these segments")
     length_m = sum(math.dist((a.x_m, a.y_m), (b.x_m, b.y_m)) for a, b in itertools.pairwise(waypoints))
     console.print(f"{len(waypoints)} waypoints over {length_m:.0f} m")
-    _tell(write_recording(out, name, waypoints, origin, speeds or DEFAULT_SPEEDS_MPS))
+    _print_written(write_recording(out, name, waypoints, origin, speeds or DEFAULT_SPEEDS_MPS))
 
 
 @app.command()
@@ -74,11 +76,13 @@ def route(
     network = RoadNetwork(road_map)
     found = find_route(network, origin.lane_id, origin.s_m, target.lane_id, target.s_m)
     if found is None or origin is target:
-        _refuse(f"there is no way from {from_stop} to {to_stop}")
+        _refuse(f"there is no route from {from_stop} to {to_stop}")
     console.print(f"{origin.name} to {target.name}: {found.length_m:.0f} m")
     title = name or f"{from_stop}-to-{to_stop}"
     line = route_line(network, found)
-    _tell(write_route(out, title, line, road_map.origin, speeds or DEFAULT_SPEEDS_MPS, WaypointRules()))
+    _print_written(
+        write_route(out, title, line, road_map.origin, speeds or DEFAULT_SPEEDS_MPS, WaypointRules())
+    )
 
 
 def _stop(road_map: RoadMap, stop_id: str) -> Stop:
@@ -89,7 +93,7 @@ def _stop(road_map: RoadMap, stop_id: str) -> Stop:
     _refuse(f"{road_map.name} has no stop {stop_id}; there are: {known}")
 
 
-def _tell(written: list[Path]) -> None:
+def _print_written(written: list[Path]) -> None:
     for path in written:
         console.print(f"written: {path}", soft_wrap=True, highlight=False)
 

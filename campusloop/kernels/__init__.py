@@ -1,1 +1,1 @@
-"""The numerical kernels as a whole: which command needs which, whether their caches hold, compiling them."""
+"""The compiled kernels: the groups that each command needs, the validity of their caches, and compilation."""

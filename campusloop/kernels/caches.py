@@ -1,7 +1,7 @@
-"""The compiled kernels on disk: which of them still hold, and which groups are complete.
+"""The caches of compiled kernels: which are still valid, and which groups are complete.
 
-Numba keeps them beside the sources and starts a file's kernels afresh when that file was written. It does not
-notice that a kernel, constant or class of another file has changed, so those caches are deleted here.
+Numba stores them beside the sources and compiles a file's kernels again when that file has changed. It does
+not notice a change of a kernel, constant or class in another file, so this module deletes those caches.
 """
 
 import os
@@ -16,32 +16,32 @@ from campusloop.kernels.groups import GROUPS, Group
 from campusloop.kernels.sources import Sources
 
 _LIBRARIES = ("numba", "llvmlite", "numpy")
-# Among numba's own files: who deletes those deletes it too.
+# Among numba's own files, so that it is deleted together with them.
 _RECORD = Path("campusloop") / "__pycache__" / "kernels.json"
 _INDEX, _DATA = "nbi", "nbc"
 
 
-class Complete(msgspec.Struct, frozen=True):
-    """A group that was compiled whole.
+class CompleteGroup(msgspec.Struct, frozen=True):
+    """A group whose kernels are all compiled.
 
-    sources: what it was compiled from; files: numba's indexes
+    sources: digests of its sources; files: numba's index files
     """
 
     sources: str
     files: tuple[str, ...]
 
 
-class Record(msgspec.Struct):
-    """written: each source file's moment and size; kernels: by module, what its kernels are made of."""
+class CacheRecord(msgspec.Struct):
+    """written: each source file's modification time and size; kernels: by module, a digest of its sources."""
 
     written: dict[str, tuple[int, int]] = {}
     libraries: tuple[str, ...] = ()
     kernels: dict[str, str] = {}
-    complete: dict[str, Complete] = {}
+    complete: dict[str, CompleteGroup] = {}
 
 
 class KernelCaches:
-    """The caches of the sources below `root`. deleted: how many modules' caches did not hold any more."""
+    """The caches of the sources. deleted: how many modules had invalid caches."""
 
     def __init__(self, sources: Sources, groups: Mapping[str, Group] = GROUPS) -> None:
         self._sources = sources
@@ -51,27 +51,28 @@ class KernelCaches:
         self.deleted = 0
 
     def missing(self, groups: tuple[str, ...]) -> tuple[str, ...]:
-        """The groups that are not complete, in the order of all; caches that hold no more are deleted."""
-        self._look()
+        """The groups that are not complete, in the order of all groups. Deletes invalid caches."""
+        self._delete_invalid()
         return tuple(name for name in self._groups if name in groups and not self._is_complete(name))
 
-    def note(self, group: str) -> None:
-        """A group has been compiled whole, from the sources that `missing` has looked at."""
+    def record_complete(self, group: str) -> None:
+        """Record that a group is compiled from the sources that `missing` has read."""
         modules = self._modules(group)
         files = tuple(str(path) for module in modules for path in self._files(module, _INDEX))
-        self._record.complete[group] = Complete(self._digest(modules), files)
+        self._record.complete[group] = CompleteGroup(self._digest(modules), files)
         self._write()
 
-    def _look(self) -> None:
+    def _delete_invalid(self) -> None:
         written = {name: _written(module.path) for name, module in self._sources.modules.items()}
         libraries = (python_version(), *(version(name) for name in _LIBRARIES))
         if (written, libraries) == (self._record.written, self._record.libraries):
             return
         kernels = {
-            name: f"{self._sources.mark(name)} {written[name]} {libraries}" for name in self._sources.kernels
+            name: f"{self._sources.digest(name)} {written[name]} {libraries}"
+            for name in self._sources.kernels
         }
-        for name, mark in kernels.items():
-            if self._record.kernels.get(name) != mark:
+        for name, digest in kernels.items():
+            if self._record.kernels.get(name) != digest:
                 found = self._files(name, _INDEX) + self._files(name, _DATA)
                 for path in found:
                     path.unlink(missing_ok=True)
@@ -86,7 +87,7 @@ class KernelCaches:
         return complete.sources == self._digest(self._modules(group))
 
     def _modules(self, group: str) -> list[str]:
-        """The modules with kernels that the group's warming may reach."""
+        """The modules with kernels that the group's warm function may reach."""
         return sorted(self._sources.imported(self._groups[group].module) & self._record.kernels.keys())
 
     def _digest(self, modules: list[str]) -> str:
@@ -96,15 +97,15 @@ class KernelCaches:
         source = self._sources.modules[module].path
         return sorted((source.parent / "__pycache__").glob(f"{source.stem}.*.{kind}"))
 
-    def _read(self) -> Record:
+    def _read(self) -> CacheRecord:
         try:
-            return msgspec.json.decode(self._path.read_bytes(), type=Record)
+            return msgspec.json.decode(self._path.read_bytes(), type=CacheRecord)
         except (FileNotFoundError, msgspec.DecodeError):
-            # Then nothing is known of what is there, and it is compiled again.
-            return Record()
+            # The existing caches are then unknown, and everything is compiled again.
+            return CacheRecord()
 
     def _write(self) -> None:
-        """Whole or not at all: two commands may be at it."""
+        """Atomic, because two commands may write at the same time."""
         self._path.parent.mkdir(exist_ok=True)
         draft = self._path.with_suffix(f".{os.getpid()}")
         draft.write_bytes(msgspec.json.encode(self._record))

@@ -22,10 +22,10 @@ from campusloop.kernels.groups import GROUPS
 from campusloop.kernels.sources import Sources
 
 PACKAGES = ("contract", "server", "vehicle_agent", "simulator", "campusloop")
-_LOOK_EVERY_S = 0.2
+_POLL_S = 0.2
 _PR_SET_PDEATHSIG = 1
 
-# How many kernels a process has compiled so far: in its own slot of an array that its parent reads.
+# How many kernels this process has compiled, in its own slot of an array that its parent reads.
 _counts: Any = None
 
 
@@ -34,7 +34,7 @@ class KernelError(Exception):
 
 
 @dataclass(slots=True)
-class _Work:
+class _CompileJob:
     group: str
     future: Future[float]
     begun_s: float = 0.0
@@ -42,25 +42,25 @@ class _Work:
 
 
 def compile_kernels(groups: tuple[str, ...], console: Console) -> None:
-    """Have the kernels of these groups on disk, so that no tick and no booking meets the compiler.
+    """Compile the missing kernels of these groups, so that no tick and no booking waits for the compiler.
 
-    Says nothing when they are there already. Raises KernelError.
+    Prints nothing if all are compiled. Raises KernelError.
     """
     caches = KernelCaches(Sources(Path(__file__).parents[2], PACKAGES))
     missing = caches.missing(groups)
     if missing:
-        _compile(missing, caches.note, console)
+        _compile(missing, caches.record_complete, console)
 
 
-def ready_kernels(groups: tuple[str, ...]) -> None:
-    """`compile_kernels` for a command whose own output goes to stdout; ends the process when that fails."""
+def ensure_kernels(groups: tuple[str, ...]) -> None:
+    """`compile_kernels` for a command that prints to stdout. Exits the process when it fails."""
     try:
         compile_kernels(groups, Console(stderr=True))
     except KernelError as error:
         raise SystemExit(str(error)) from error
 
 
-def _compile(groups: tuple[str, ...], note: Callable[[str], None], console: Console) -> None:
+def _compile(groups: tuple[str, ...], on_complete: Callable[[str], None], console: Console) -> None:
     started = time.perf_counter()
     spawning = multiprocessing.get_context("spawn")
     compiled = spawning.Array("q", len(GROUPS))
@@ -69,48 +69,46 @@ def _compile(groups: tuple[str, ...], note: Callable[[str], None], console: Cons
     numbers = {name: number for number, name in enumerate(GROUPS)}
     with (
         ProcessPoolExecutor(
-            cores, mp_context=spawning, initializer=_begin, initargs=(compiled, os.getpid())
+            cores, mp_context=spawning, initializer=_start_worker, initargs=(compiled, os.getpid())
         ) as pool,
         _progress(console) as progress,
     ):
-        works = [_Work(name, pool.submit(_warm, GROUPS[name].warm, numbers[name])) for name in groups]
-        bars = {
-            work.group: progress.add_task(work.group, start=False, total=None, compiled=0) for work in works
-        }
-        open_works = list(works)
-        while open_works:
-            time.sleep(_LOOK_EVERY_S)
-            for work in list(open_works):
-                count = compiled[numbers[work.group]]
-                if work.future.running() or work.future.done():
-                    progress.start_task(bars[work.group])
-                progress.update(bars[work.group], compiled=count)
-                if not work.future.done():
+        jobs = [_CompileJob(name, pool.submit(_warm, GROUPS[name].warm, numbers[name])) for name in groups]
+        bars = {job.group: progress.add_task(job.group, start=False, total=None, compiled=0) for job in jobs}
+        open_jobs = list(jobs)
+        while open_jobs:
+            time.sleep(_POLL_S)
+            for job in list(open_jobs):
+                count = compiled[numbers[job.group]]
+                if job.future.running() or job.future.done():
+                    progress.start_task(bars[job.group])
+                progress.update(bars[job.group], compiled=count)
+                if not job.future.done():
                     continue
-                took_s = _result(work)
-                note(work.group)
-                progress.stop_task(bars[work.group])
-                progress.update(bars[work.group], visible=False)
-                open_works.remove(work)
-                done = len(works) - len(open_works)
+                took_s = _result(job)
+                on_complete(job.group)
+                progress.stop_task(bars[job.group])
+                progress.update(bars[job.group], visible=False)
+                open_jobs.remove(job)
+                done = len(jobs) - len(open_jobs)
                 console.print(
-                    f"kernels {done}/{len(works)}: {work.group}, {count} compiled in {took_s:.0f} s",
+                    f"kernels {done}/{len(jobs)}: {job.group}, {count} compiled in {took_s:.0f} s",
                     highlight=False,
                 )
     console.print(f"kernels ready after {time.perf_counter() - started:.0f} s", highlight=False)
 
 
-def _result(work: _Work) -> float:
+def _result(job: _CompileJob) -> float:
     try:
-        return work.future.result()
+        return job.future.result()
     except BrokenProcessPool as error:
         raise KernelError(
-            f"a process that compiled the kernels of {work.group} was ended; is there too little memory?"
+            f"the process that compiled the kernels of {job.group} was killed; is there too little memory?"
         ) from error
 
 
 def _progress(console: Console) -> Progress:
-    """Nothing where it cannot be redrawn: there the lines say enough."""
+    """Disabled where the console is no terminal."""
     return Progress(
         SpinnerColumn(),
         TextColumn("compiling {task.description}"),
@@ -123,8 +121,8 @@ def _progress(console: Console) -> Progress:
     )
 
 
-def _begin(compiled: Any, parent: int) -> None:
-    """In a process of the pool: not without its parent, and Ctrl-C is the parent's to tell."""
+def _start_worker(compiled: Any, parent: int) -> None:
+    """In a process of the pool: end with the parent process, and let Ctrl-C end this process at once."""
     global _counts
     _counts = compiled
     signal.signal(signal.SIGINT, signal.SIG_DFL)
@@ -135,7 +133,7 @@ def _begin(compiled: Any, parent: int) -> None:
 
 
 def _warm(target: str, slot: int) -> float:
-    """Call what calls each kernel of a group; how long it took."""
+    """Call the group's warm function, which calls each kernel. Returns the wall time in seconds."""
     from numba.core import event
 
     class Counting(event.Listener):

@@ -1,11 +1,11 @@
-"""Which kernels go together: what one command needs and another does not."""
+"""Groups of kernels: each is needed by some commands and not by others."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """warm: "module:function" that calls every kernel of the group once; imported where it is called only."""
+    """warm: "module:function", which calls every kernel of the group once; imported when it is called."""
 
     name: str
     warm: str
@@ -15,8 +15,8 @@ class Group:
         return self.warm.split(":")[0]
 
 
-# The longest first: what is begun last should not take longest. `bookings` comes after `search`, with which
-# it shares most.
+# The longest first, so that the last one to start is short. `bookings` comes after `search`, with which it
+# shares most kernels.
 GROUPS = {
     group.name: group
     for group in (
@@ -37,10 +37,10 @@ SIMULATOR = ("simulator",)
 
 
 def for_vehicle(stack: str) -> tuple[str, ...]:
-    """What an agent with this stack needs."""
+    """The groups that an agent with this stack needs."""
     return (stack, "gate")
 
 
 def for_campus(stack: str) -> tuple[str, ...]:
-    """What a server, a simulator and agents with this stack need."""
+    """The groups that a server, a simulator and agents with this stack need."""
     return (*SERVER, *SIMULATOR, *for_vehicle(stack))

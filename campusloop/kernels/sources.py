@@ -1,7 +1,7 @@
-"""What a module's kernels are compiled from, by reading sources: nothing is imported.
+"""The definitions that a module's kernels depend on, found by parsing the sources without importing them.
 
-A compiled kernel holds the kernels that it calls, the constants it names and the fields of its arguments'
-classes, in whichever file. Numba looks at the kernel's own file alone.
+A compiled kernel contains the kernels that it calls, the constants it names and the fields of its arguments'
+classes, from all files. Numba checks only the kernel's own file.
 """
 
 import ast
@@ -19,7 +19,7 @@ _WHOLE = ""
 
 @dataclass(frozen=True)
 class Module:
-    """One source file. name: as it is imported."""
+    """One source file. name: its name in import statements."""
 
     name: str
     path: Path
@@ -30,12 +30,12 @@ class Module:
 
     @cached_property
     def statements(self) -> dict[str, list[ast.stmt]]:
-        """What each name of the module is made by, in order."""
-        made: dict[str, list[ast.stmt]] = {}
+        """The statements that define each name of the module, in order."""
+        defining: dict[str, list[ast.stmt]] = {}
         for statement in _top_level(self._tree.body):
-            for name in _names_made(statement):
-                made.setdefault(name, []).append(statement)
-        return made
+            for name in _defined_names(statement):
+                defining.setdefault(name, []).append(statement)
+        return defining
 
     @cached_property
     def dump(self) -> str:
@@ -56,7 +56,7 @@ class Module:
 
 @dataclass(frozen=True)
 class Sources:
-    """The files of some packages. root: the folder that holds the packages."""
+    """The files of some packages. root: the folder with the packages."""
 
     root: Path
     packages: tuple[str, ...]
@@ -75,33 +75,34 @@ class Sources:
 
     @cached_property
     def kernels(self) -> dict[str, tuple[str, ...]]:
-        """By module, the names of its kernels: functions with a decorator from numba, or with one of ours
-        that uses it."""
+        """By module, the names of its kernels: functions with a decorator from numba, or with a decorator of
+        the packages that uses numba."""
         found = {}
         for name, module in self.modules.items():
             names = tuple(
-                made
-                for made, statements in module.statements.items()
+                defined
+                for defined, statements in module.statements.items()
                 if any(self._is_kernel(module, statement) for statement in statements)
             )
             if names:
                 found[name] = names
         return found
 
-    def mark(self, name: str) -> str:
-        """A digest of all that the module's kernels are compiled from; comments and layout do not count."""
+    def digest(self, name: str) -> str:
+        """A digest of all definitions that the module's kernels depend on, without comments and layout."""
         digest = hashlib.sha256()
-        for module_name, made in sorted(self._behind((name, kernel) for kernel in self.kernels[name])):
+        kernels = ((name, kernel) for kernel in self.kernels[name])
+        for module_name, defined in sorted(self._dependencies(kernels)):
             module = self.modules[module_name]
-            if made == _WHOLE:
+            if defined == _WHOLE:
                 text = module.dump
             else:
-                text = "\n".join(ast.dump(statement) for statement in module.statements[made])
-            digest.update(f"{module_name}:{made}\n{text}\n".encode())
+                text = "\n".join(ast.dump(statement) for statement in module.statements[defined])
+            digest.update(f"{module_name}:{defined}\n{text}\n".encode())
         return digest.hexdigest()
 
     def imported(self, name: str) -> frozenset[str]:
-        """Our modules that importing this one may bring along, itself included."""
+        """The packages' modules that an import of this one may import, itself included."""
         found: set[str] = set()
         waiting = [name]
         while waiting:
@@ -115,35 +116,35 @@ class Sources:
     def _is_kernel(self, module: Module, statement: ast.stmt) -> bool:
         if not isinstance(statement, ast.FunctionDef):
             return False
-        used = {name for decorator in statement.decorator_list for name in _names_used(decorator)}
+        used = {name for decorator in statement.decorator_list for name in _used_names(decorator)}
         return any(self._comes_from_numba(module, name) for name in used)
 
     def _comes_from_numba(self, module: Module, name: str) -> bool:
-        for module_name, made in self._behind([(module.name, name)]):
-            for statement in self.modules[module_name].statements.get(made, []):
+        for module_name, defined in self._dependencies([(module.name, name)]):
+            for statement in self.modules[module_name].statements.get(defined, []):
                 if isinstance(statement, ast.ImportFrom) and statement.module == _NUMBA:
                     return True
                 if isinstance(statement, ast.Import) and any(a.name == _NUMBA for a in statement.names):
                     return True
         return False
 
-    def _behind(self, definitions: Iterable[Definition]) -> set[Definition]:
-        """These definitions and all that they name, directly or not, as far as it is ours."""
+    def _dependencies(self, definitions: Iterable[Definition]) -> set[Definition]:
+        """These definitions and all definitions of the packages that they name, directly or indirectly."""
         found: set[Definition] = set()
-        waiting = [definition for definition in definitions if self._is_ours(definition)]
+        waiting = [definition for definition in definitions if self._is_local(definition)]
         while waiting:
             definition = waiting.pop()
             if definition in found:
                 continue
             found.add(definition)
-            waiting += [other for other in self._named_by(definition) if self._is_ours(other)]
+            waiting += [other for other in self._names_in(definition) if self._is_local(other)]
         return found
 
-    def _is_ours(self, definition: Definition) -> bool:
+    def _is_local(self, definition: Definition) -> bool:
         module = self.modules.get(definition[0])
         return module is not None and (definition[1] == _WHOLE or definition[1] in module.statements)
 
-    def _named_by(self, definition: Definition) -> Iterator[Definition]:
+    def _names_in(self, definition: Definition) -> Iterator[Definition]:
         module = self.modules[definition[0]]
         names = module.statements if definition[1] == _WHOLE else [definition[1]]
         for name in names:
@@ -152,27 +153,27 @@ class Sources:
                     for alias in statement.names:
                         yield (alias.name, _WHOLE)
                 elif isinstance(statement, ast.ImportFrom):
-                    yield from self._imported_by(statement, name)
+                    yield from self._imports_in(statement, name)
                 else:
-                    for used in _names_used(statement):
+                    for used in _used_names(statement):
                         yield (module.name, used)
 
-    def _imported_by(self, statement: ast.ImportFrom, name: str) -> Iterator[Definition]:
+    def _imports_in(self, statement: ast.ImportFrom, name: str) -> Iterator[Definition]:
         origin = statement.module or ""
         for alias in statement.names:
             if (alias.asname or alias.name) != name:
                 continue
             if f"{origin}.{alias.name}" in self.modules:
                 yield (f"{origin}.{alias.name}", _WHOLE)
-            elif self._is_ours((origin, alias.name)):
+            elif self._is_local((origin, alias.name)):
                 yield (origin, alias.name)
             else:
-                # Made in a way that is not seen here.
+                # Defined in a way that the parser does not recognise.
                 yield (origin, _WHOLE)
 
 
 def _top_level(statements: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
-    """Also those under `if`, `try` and `with`, which make names of the module as well."""
+    """The statements, with those under `if`, `try` and `with`, which define names of the module too."""
     for statement in statements:
         if isinstance(statement, ast.If | ast.Try | ast.With):
             yield from _top_level(
@@ -184,7 +185,7 @@ def _top_level(statements: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
             yield statement
 
 
-def _names_made(statement: ast.stmt) -> Iterator[str]:
+def _defined_names(statement: ast.stmt) -> Iterator[str]:
     match statement:
         case ast.FunctionDef() | ast.AsyncFunctionDef() | ast.ClassDef():
             yield statement.name
@@ -200,12 +201,12 @@ def _names_made(statement: ast.stmt) -> Iterator[str]:
                     yield node.id
 
 
-def _names_used(node: ast.AST) -> Iterator[str]:
-    """Also those in annotations that are written as strings."""
+def _used_names(node: ast.AST) -> Iterator[str]:
+    """The names in a node, with those in annotations that are written as strings."""
     for part in ast.walk(node):
         if isinstance(part, ast.Name):
             yield part.id
         for note in (getattr(part, "annotation", None), getattr(part, "returns", None)):
             for text in ast.walk(note) if isinstance(note, ast.AST) else ():
                 if isinstance(text, ast.Constant) and isinstance(text.value, str):
-                    yield from _names_used(ast.parse(text.value, mode="eval"))
+                    yield from _used_names(ast.parse(text.value, mode="eval"))

@@ -18,7 +18,7 @@ import psutil
 from campusloop.clients.operator_client import OperatorClient
 from campusloop.live.jobs import serve, simulate
 from campusloop.live.paced_clock import PacedClock, PacedClocks
-from campusloop.live.run_folder import emptied
+from campusloop.live.run_folder import empty_folder
 from contract.roads.load import load_map
 from simulator.live.live import scan_ring_path
 from simulator.live.ports import BASE_PORT, ports_of
@@ -40,11 +40,11 @@ class CampusStartError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class LiveOptions:
-    """folder is emptied first. base_port: first of the simulator's loopback ports.
+    """folder is deleted and created again. base_port: first of the simulator's loopback ports.
 
     profile_path: of every shuttle; None: the campus shuttle
     paced: all processes share a clock that runs slower where the machine does not keep up (`paced_clock`);
-    else the computer's, by which a late process is late
+    otherwise they have the computer's clock
     """
 
     map_path: Path
@@ -62,7 +62,7 @@ class LiveOptions:
 
 
 class LiveCampus:
-    """`start`, use `client` and `operator` as from outside, `watch` beside it, then `stop`."""
+    """Call `start`; then use `client` and `operator` as from outside while `watch` runs; then `stop`."""
 
     def __init__(self, options: LiveOptions) -> None:
         """Raises MapError, ProfileError."""
@@ -72,12 +72,12 @@ class LiveCampus:
         self._profile = Profile() if options.profile_path is None else load_profile(options.profile_path)
         self._mail = Path(tempfile.mkdtemp(prefix="campusloop-"))
         self._supervisors: list[Supervisor] = []
-        self._clocks = self._made_clocks() if options.paced else None
+        self._clocks = self._created_clocks() if options.paced else None
         self._clock: PacedClock | None = None if self._clocks is None else self._clocks.open("campus")
         self._began_s = time.monotonic()
         exposed = options.host not in ("127.0.0.1", "localhost")
-        made = options.folder / "tls" / "certificate.pem" if exposed else None
-        self.certificate = options.tls_cert or made
+        self_signed = options.folder / "tls" / "certificate.pem" if exposed else None
+        self.certificate = options.tls_cert or self_signed
         self.origin = f"{'https' if exposed else 'http'}://127.0.0.1:{options.port}"
         self.client = httpx.AsyncClient(base_url=self.origin)
         self.operator = OperatorClient(self.client)
@@ -92,23 +92,23 @@ class LiveCampus:
         return {name: pid for supervisor in self._supervisors for name, pid in supervisor.pids.items()}
 
     def now(self) -> datetime:
-        """By the clock that everybody on this campus goes by."""
+        """By the clock of this campus's processes."""
         return datetime.now(UTC) if self._clock is None else self._clock.utc()
 
     @property
-    def held_s(self) -> float:
-        """How far the campus's clock is behind the wall's by now, because the machine did not keep up."""
-        return 0.0 if self._clock is None else self._clock.held_ns() * 1e-9
+    def lag_s(self) -> float:
+        """How far the campus's clock is behind the wall clock, because the machine did not keep up."""
+        return 0.0 if self._clock is None else self._clock.lag_ns() * 1e-9
 
     async def start(self) -> None:
-        """Everything up, enrolled and connected to nobody's surprise; vehicles are still held.
+        """Start all processes and enrol the vehicles; the vehicles are still held.
 
-        Raises CampusStartError, NotOurFolder.
+        Raises CampusStartError, ForeignFolder.
         """
-        (emptied(self.options.folder) / "logs").mkdir()
+        (empty_folder(self.options.folder) / "logs").mkdir()
         self._supervise([self._server_job()])
         places = tuple(self._place(number, name) for number, name in enumerate(self.vehicle_ids))
-        # Beside the server, which takes longer to start; stopped after the agents, which end by its clock.
+        # Started while the server starts, which takes longer. Stopped after the agents, which need its clock.
         self._supervise([self._simulator_job()])
         trusted = await self._trusted()
         self.client = httpx.AsyncClient(base_url=self.origin, verify=trusted, timeout=30.0)
@@ -118,7 +118,7 @@ class LiveCampus:
         for name, place in zip(self.vehicle_ids, places, strict=True):
             key = load_or_create_key(place.folder / "key.pem")
             await self.operator.enrol(name, self._profile.body, public_key_text(key))
-        # In their own order: a tick that starts before its link loses the beginning of its run log.
+        # In the order of `agent_jobs`: a tick that starts before its link loses the beginning of its run log.
         jobs = agent_jobs(places)
         self._supervise([replace(job, log_file=self.log_file(job.name)) for job in jobs])
 
@@ -127,14 +127,14 @@ class LiveCampus:
         await asyncio.gather(*(self.operator.release(name) for name in self.vehicle_ids))
 
     async def watch(self) -> None:
-        """Start again what ends; until cancelled."""
+        """Restart processes that end, until cancelled."""
         while True:
             await asyncio.sleep(CHECK_EVERY_S)
             for supervisor in self._supervisors:
                 supervisor.restart_ended()
 
     async def stop(self) -> None:
-        """Agents, simulator, server; each in order, nothing is left running."""
+        """Stop the agents, then the simulator, then the server. No process is left running."""
         for supervisor in reversed(self._supervisors):
             await asyncio.to_thread(supervisor.stop)
         await self.client.aclose()
@@ -192,9 +192,9 @@ class LiveCampus:
         shared_memory = Path("/dev/shm")
         return (shared_memory if shared_memory.is_dir() else self.options.folder) / self._mail.name
 
-    def _made_clocks(self) -> PacedClocks:
+    def _created_clocks(self) -> PacedClocks:
         clocks = PacedClocks(self._scans / "clock")
-        clocks.make()
+        clocks.create()
         return clocks
 
     def _supervise(self, jobs: list[Job]) -> None:
@@ -203,7 +203,7 @@ class LiveCampus:
         supervisor.start()
 
     async def _trusted(self) -> ssl.SSLContext | bool:
-        """What to verify the server's TLS with; a certificate of its own making is there after its start."""
+        """What to verify the server's TLS with. A self-signed certificate exists after the server's start."""
         if self.certificate is None:
             return True
         for _ in range(round(READY_WITHIN_S / POLL_EVERY_S)):
@@ -211,18 +211,18 @@ class LiveCampus:
                 return ssl.create_default_context(cafile=self.certificate)
             await asyncio.sleep(POLL_EVERY_S)
         raise CampusStartError(
-            f"the server made no certificate at {self.certificate}; it said:\n{self._said()}"
+            f"the server wrote no certificate to {self.certificate}; its log:\n{self._server_log()}"
         )
 
     async def _until_ready(self) -> None:
         for _ in range(round(READY_WITHIN_S / POLL_EVERY_S)):
             if self._supervisors[0].has_ended("server"):
-                raise CampusStartError(f"the server did not start; it said:\n{self._said()}")
+                raise CampusStartError(f"the server did not start; its log:\n{self._server_log()}")
             if await self._is_ready():
                 return
             await asyncio.sleep(POLL_EVERY_S)
         raise CampusStartError(
-            f"the server did not come up within {READY_WITHIN_S:.0f} s; it said:\n{self._said()}"
+            f"the server was not ready after {READY_WITHIN_S:.0f} s; its log:\n{self._server_log()}"
         )
 
     async def _is_ready(self) -> bool:
@@ -232,7 +232,7 @@ class LiveCampus:
             # Not listening yet.
             return False
 
-    def _said(self) -> str:
+    def _server_log(self) -> str:
         log = self.log_file("server")
         return log.read_text()[-2000:] if log.exists() else "(nothing)"
 

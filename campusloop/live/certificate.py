@@ -1,4 +1,4 @@
-"""A self-signed certificate, so that a phone on the campus network can use the pages over TLS."""
+"""Self-signed certificates, so that phones on the campus network can use the pages over TLS."""
 
 import ipaddress
 import os
@@ -17,7 +17,7 @@ RENEW_DAYS = 30
 
 
 def local_addresses(host: str) -> tuple[str, ...]:
-    """Names and addresses under which this machine answers when it listens on `host`, sorted."""
+    """The names and addresses of this machine when it listens on `host`, sorted."""
     if host not in {"0.0.0.0", "::", ""}:
         return (host,)
     name = socket.gethostname()
@@ -41,7 +41,7 @@ def _source_address(family: socket.AddressFamily, target: str) -> str | None:
 
 
 def self_signed(folder: Path, names: tuple[str, ...], now: datetime | None = None) -> tuple[Path, Path]:
-    """(certificate, key) as PEM files in `folder`; made anew when absent, near its end or for other names."""
+    """(certificate, key) as PEM files in `folder`. Creates them if absent, near expiry or for other names."""
     now = now or datetime.now(UTC)
     certificate_path, key_path = folder / "certificate.pem", folder / "key.pem"
     if key_path.exists() and _is_usable(certificate_path, names, now):
@@ -90,6 +90,6 @@ def _is_usable(path: Path, names: tuple[str, ...], now: datetime) -> bool:
         certificate = x509.load_pem_x509_certificate(path.read_bytes())
     except ValueError:
         return False
-    held = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
-    wanted = {_general_name(name) for name in names}
-    return wanted <= set(held) and certificate.not_valid_after_utc - now > timedelta(days=RENEW_DAYS)
+    covered = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    needed = {_general_name(name) for name in names}
+    return needed <= set(covered) and certificate.not_valid_after_utc - now > timedelta(days=RENEW_DAYS)

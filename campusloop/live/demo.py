@@ -1,6 +1,6 @@
-"""`campusloop demo` in real time: a live campus, people who book, and somebody who tells about it.
+"""`campusloop demo` in real time: a live campus, simulated passengers, and the progress on the terminal.
 
-What a visitor sees is the product itself: the only things simulated are bodies, sensors and people.
+Server, agents and pages are the real ones. Only vehicle bodies, sensors and people are simulated.
 """
 
 import asyncio
@@ -32,7 +32,7 @@ FIRST_M_MIN = 250.0
 
 
 class LiveDemo:
-    """Starts the campus, tells where it is, lets people book, and stops everything on Ctrl-C."""
+    """Starts the campus, prints its addresses, lets passengers book, and stops everything on Ctrl-C."""
 
     def __init__(self, options: LiveOptions, console: Console, *, people_book: bool) -> None:
         self._campus = LiveCampus(options)
@@ -41,14 +41,14 @@ class LiveDemo:
         self._progress = DemoProgress(console, self._campus.now, ZoneInfo(self._campus.road_map.timezone))
 
     async def run(self) -> None:
-        """Until Ctrl-C or SIGTERM. Raises CampusStartError."""
+        """Run until Ctrl-C or SIGTERM. Raises CampusStartError, ForeignFolder."""
         stopped = asyncio.Event()
         for number in (signal.SIGINT, signal.SIGTERM):
             asyncio.get_running_loop().add_signal_handler(number, stopped.set)
         try:
             self._say("starting server, simulator and shuttles")
             await self._campus.start()
-            self._greet()
+            self._print_addresses()
             with self._progress:
                 await self._until(stopped)
             self._count()
@@ -59,10 +59,10 @@ class LiveDemo:
             self._say(line)
 
     async def _until(self, stopped: asyncio.Event) -> None:
-        """Until told to stop, or until one of the tasks fails."""
+        """Wait for the stop event, or until one of the tasks fails."""
         tasks = [
-            asyncio.create_task(work)
-            for work in (self._campus.watch(), self._serve_people(), self._follow(), self._operate())
+            asyncio.create_task(coroutine)
+            for coroutine in (self._campus.watch(), self._serve_people(), self._follow(), self._operate())
         ]
         waiting = asyncio.create_task(stopped.wait())
         await asyncio.wait([waiting, *tasks], return_when=asyncio.FIRST_COMPLETED)
@@ -81,36 +81,36 @@ class LiveDemo:
         await asyncio.Event().wait()
 
     async def _book(self) -> None:
-        """People come for as long as the demo runs."""
+        """New passengers come for as long as the demo runs."""
         options = self._campus.options
         people = SimulatedPeople(self._campus.road_map, control_port(options.base_port))
         passengers = Passengers(self._campus.client, people, self._campus.now, self._progress.ride)
         rng = np.random.default_rng(options.seed)
-        async with people.listening(passengers.tap), asyncio.TaskGroup() as lives:
+        async with people.listening(passengers.tap), asyncio.TaskGroup() as journeys:
             for ride in first_rides(self._campus.road_map, options.vehicles, rng):
-                lives.create_task(passengers.live(Journey(replace(ride, after_s=0.0))))
+                journeys.create_task(passengers.run_journey(Journey(replace(ride, after_s=0.0))))
                 await asyncio.sleep(max(SPACING_S_MIN, float(rng.exponential(SPACING_S))))
 
     async def _operate(self) -> None:
-        # A shuttle that is starting lacks its first scan: that is no stop for safety.
+        # A starting shuttle has no scan yet. It stops for that reason, which is not an incident to release.
         await self._released.wait()
         await DemoOperator(self._campus.operator, self._say, self._progress.released).run()
 
     async def _follow(self) -> None:
-        """Show on the terminal where the shuttles are."""
+        """Show the shuttles' positions on the terminal."""
         while True:
             try:
                 self._progress.vehicles(await self._campus.operator.vehicles())
             except (httpx.TransportError, OperatorError) as error:
-                self._say(f"the server does not say where the shuttles are: {error}")
+                self._say(f"the server does not answer where the shuttles are: {error}")
             self._count()
             await asyncio.sleep(FOLLOW_EVERY_S)
 
     def _count(self) -> None:
-        self._progress.counts.held_s = self._campus.held_s
+        self._progress.counts.lag_s = self._campus.lag_s
         self._progress.counts.cores = self._campus.cores_used()
 
-    def _greet(self) -> None:
+    def _print_addresses(self) -> None:
         options = self._campus.options
         names = local_addresses(options.host) if self._campus.certificate else []
         hosts = [f"[{name}]" if ":" in name else name for name in names]
@@ -125,7 +125,7 @@ class LiveDemo:
 
 
 def first_rides(road_map: RoadMap, vehicles: int, rng: np.random.Generator) -> list[RideDemand]:
-    """Random rides. The first ones are near the waiting shuttles: a visitor soon sees a whole ride."""
+    """Random rides. The first ones are near the waiting shuttles, so that whole rides soon happen."""
     short = stop_pairs(road_map, FIRST_M_MIN, RIDE_M_MAX)
     near = nearest_pairs(road_map, short, road_map.resting_places[:vehicles])
     rides = random_rides(PEOPLE, stop_pairs(road_map, RIDE_M_MIN, RIDE_M_MAX), SPACING_S, rng)

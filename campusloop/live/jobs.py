@@ -1,6 +1,6 @@
-"""The big processes of a live campus by name: each imports what it runs itself, and who starts it does not.
+"""The targets of a live campus's large processes. Each imports its code in its own process.
 
-Importing the server takes three seconds; the process that starts it needs nothing of it.
+Importing the server takes three seconds, and the process that starts it does not need it.
 """
 
 from typing import Any

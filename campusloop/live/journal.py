@@ -1,4 +1,4 @@
-"""How processes write what happened: one line a fact, `noun.verb` with fields, to standard error."""
+"""The log format of all processes: one line an event, `noun.verb` with fields, on standard error."""
 
 import logging
 import sys
@@ -7,7 +7,7 @@ import structlog
 
 
 def write_journal(level: int = logging.INFO) -> None:
-    """Set up structlog for this process: JSON lines, or readable ones on a terminal."""
+    """Set up structlog for this process: JSON lines, or plain text on a terminal."""
     terminal = sys.stderr.isatty()
     renderer = structlog.dev.ConsoleRenderer() if terminal else structlog.processors.JSONRenderer()
     errors = [] if terminal else [structlog.processors.dict_tracebacks]

@@ -1,12 +1,13 @@
 """A clock for a whole live campus on one machine. It runs slower where the machine does not keep up.
 
-Every process that beats says by when it will have looked again (`PacedClock.wait`). The simulator's process
-keeps the clock (`KeptClock`): it runs with the computer's, but never further than SLACK_NS past the earliest
-of those moments. A process that got no processor is late on the wall and on time by the clock, so that no
-neighbour brakes for it. No vehicle is told: on a vehicle the same processes have the computer's clock.
+Every periodic process has a reservation: when it begins to wait, it writes the deadline by which it reads the
+clock again (`PacedClock.wait`). The simulator's process has the master clock (`MasterClock`). The clock runs
+with the computer's, but never more than SLACK_NS past the earliest deadline. A process that gets no processor
+time is late by the wall clock and on time by this clock, so no other process brakes for it. The processes do
+not know which clock they have: on a vehicle they have the computer's.
 
-A process that has ended, or has stood still for PATIENCE_NS, is not waited for: a tick that hangs is a silent
-tick here, too.
+The master ignores the reservation of a process that has ended or has missed its deadline for
+STALL_TIMEOUT_NS. A tick that hangs is therefore a silent tick here, too.
 """
 
 import mmap
@@ -18,40 +19,41 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-BEAT_NS = 20_000_000
-# Well under the half beat that the gate leaves the scheduler.
+PERIOD_NS = 20_000_000
+# Well under the half period that the gate leaves for scheduling.
 SLACK_NS = 5_000_000
-PATIENCE_NS = 5_000_000_000
-# How soon a clock that stands is looked at again.
-LOOK_NS = 1_000_000
+STALL_TIMEOUT_NS = 5_000_000_000
+# How often a process polls a clock that stands still.
+POLL_NS = 1_000_000
 _NO_LIMIT = 2**62
-_NOBODY = 0
-# The fields of the clock's file and of each process's.
-_UTC_OFFSET, _HELD, _LIMIT = range(3)
-_PID, _DUE = range(2)
+_NO_DEADLINE = 0
+# The fields of the clock's file, and of each process's reservation.
+_UTC_OFFSET, _LAG, _LIMIT = range(3)
+_PID, _DEADLINE = range(2)
 
 Monotonic = Callable[[], int]
 
 
 @dataclass(frozen=True, slots=True)
 class PacedClocks:
-    """Where the clock is kept: a folder, best in memory. Vehicles' processes open their clocks by it."""
+    """The folder of the clock's files, best in memory. Processes open their clocks from it."""
 
     folder: Path
 
-    def make(self) -> None:
-        """Begin now. The clock runs with the computer's clocks until a process keeps it."""
+    def create(self) -> None:
+        """Create the clock. It runs with the computer's clocks until a process opens the master."""
         self.folder.mkdir(parents=True, exist_ok=True)
         fields = _fields(self._clock, 3)
         fields[_UTC_OFFSET] = time.time_ns() - time.monotonic_ns()
-        fields[_HELD], fields[_LIMIT] = 0, _NO_LIMIT
+        fields[_LAG], fields[_LIMIT] = 0, _NO_LIMIT
 
     def open(self, name: str) -> "PacedClock":
-        return PacedClock(_fields(self._clock, 3), _fields(self.folder / f"{name.replace(' ', '-')}.beat", 2))
+        reservation = _fields(self.folder / f"{name.replace(' ', '-')}.reservation", 2)
+        return PacedClock(_fields(self._clock, 3), reservation)
 
-    def keep(self) -> "KeptClock":
-        """For the one process that all others follow."""
-        return KeptClock(_fields(self._clock, 3), self.folder)
+    def open_master(self) -> "MasterClock":
+        """For one process only."""
+        return MasterClock(_fields(self._clock, 3), self.folder)
 
     @property
     def _clock(self) -> Path:
@@ -59,7 +61,7 @@ class PacedClocks:
 
 
 class _Shared:
-    """The clock as every process reads it: the computer's, less the time for which it was held."""
+    """The clock as every process reads it: the computer's clock minus the lag."""
 
     def __init__(self, shared: memoryview, monotonic: Monotonic) -> None:
         self._shared = shared
@@ -67,9 +69,10 @@ class _Shared:
         self._last_ns = 0
 
     def now_ns(self) -> int:
-        # The keeper writes what is held before a new limit: this order never sees the one without the other.
+        # The master writes the lag before the limit, and this reads the limit first: a new limit without its
+        # lag is never seen.
         limit_ns = self._shared[_LIMIT]
-        now_ns = min(self._monotonic() - self._shared[_HELD], limit_ns)
+        now_ns = min(self._monotonic() - self._shared[_LAG], limit_ns)
         self._last_ns = max(self._last_ns, now_ns)
         return self._last_ns
 
@@ -80,31 +83,31 @@ class _Shared:
         stamp_ns = self.now_ns() + self.utc_offset_ns()
         return datetime(1970, 1, 1, tzinfo=UTC) + timedelta(microseconds=stamp_ns // 1000)
 
-    def held_ns(self) -> int:
-        """For how long the clock has stood so far."""
-        standing_ns = self._monotonic() - self._shared[_HELD] - self._shared[_LIMIT]
-        return self._shared[_HELD] + max(0, standing_ns)
+    def lag_ns(self) -> int:
+        """How far the clock is behind the computer's: the total time for which it has stood still."""
+        standing_ns = self._monotonic() - self._shared[_LAG] - self._shared[_LIMIT]
+        return self._shared[_LAG] + max(0, standing_ns)
 
 
 class PacedClock(_Shared):
-    """One process's view. From its first `wait` on the clock waits for it."""
+    """One process's view. From its first `wait` on, the clock waits for this process."""
 
     def __init__(
-        self, shared: memoryview, beat: memoryview, monotonic: Monotonic = time.monotonic_ns
+        self, shared: memoryview, reservation: memoryview, monotonic: Monotonic = time.monotonic_ns
     ) -> None:
         super().__init__(shared, monotonic)
-        self._beat = beat
-        beat[_DUE] = _NOBODY
-        beat[_PID] = os.getpid()
+        self._reservation = reservation
+        reservation[_DEADLINE] = _NO_DEADLINE
+        reservation[_PID] = os.getpid()
 
     def wait(self, due_ns: int, files: Sequence[int] = ()) -> None:
-        """Until the clock has come to due_ns or one of the files can be read, a beat at most."""
+        """Wait until due_ns or until one of the files can be read, at most one period."""
         now_ns = self.now_ns()
-        until_ns = min(due_ns, now_ns + BEAT_NS)
-        self._beat[_DUE] = until_ns
+        until_ns = min(due_ns, now_ns + PERIOD_NS)
+        self._reservation[_DEADLINE] = until_ns
         while now_ns < until_ns:
             stands = self._shared[_LIMIT] <= now_ns
-            pause_s = (LOOK_NS if stands else until_ns - now_ns) * 1e-9
+            pause_s = (POLL_NS if stands else until_ns - now_ns) * 1e-9
             if files:
                 if select.select(files, [], [], pause_s)[0]:
                     return
@@ -113,72 +116,73 @@ class PacedClock(_Shared):
             now_ns = self.now_ns()
 
     def close(self) -> None:
-        self._beat[_DUE] = _NOBODY
+        self._reservation[_DEADLINE] = _NO_DEADLINE
 
 
-class KeptClock(_Shared):
-    """The keeper's view. steps are its own beats; waiting for them, it lets the clock run."""
+class MasterClock(_Shared):
+    """The view of the process that moves the clock's limit, while it waits for its own next step."""
 
     def __init__(self, shared: memoryview, folder: Path, monotonic: Monotonic = time.monotonic_ns) -> None:
         super().__init__(shared, monotonic)
         self._folder = folder
-        self._beats: dict[Path, memoryview] = {}
-        self._found_ns = 0
-        # By process: the moment that it has not got past, and since when on the computer's clock.
-        self._standing: dict[Path, tuple[int, int]] = {}
+        self._reservations: dict[Path, memoryview] = {}
+        self._listed_ns = 0
+        # By process: the deadline that it has missed, and since when by the computer's clock.
+        self._stalled: dict[Path, tuple[int, int]] = {}
         if shared[_LIMIT] == _NO_LIMIT:
             shared[_LIMIT] = self.now_ns()
 
     def wait(self, due_ns: int) -> None:
-        """Until the clock has come to due_ns."""
+        """Wait until due_ns."""
         while True:
-            self.let_run(due_ns)
+            self.advance_limit(due_ns)
             now_ns = self.now_ns()
             if now_ns >= due_ns:
                 return
-            # Early enough to move the limit before the clock runs into it.
-            look_ns = min(due_ns, self._shared[_LIMIT] - SLACK_NS // 2)
-            time.sleep(max(look_ns - now_ns, LOOK_NS) * 1e-9)
+            # Early enough to move the limit before the clock reaches it.
+            wake_ns = min(due_ns, self._shared[_LIMIT] - SLACK_NS // 2)
+            time.sleep(max(wake_ns - now_ns, POLL_NS) * 1e-9)
 
-    def let_run(self, due_ns: int) -> None:
-        """Move the limit to what the keeper's own next beat and those of all others allow."""
-        earliest_ns = min([due_ns, *self._beats_ns()])
+    def advance_limit(self, due_ns: int) -> None:
+        """Move the limit to SLACK_NS past the earliest deadline; due_ns is the master's own."""
+        earliest_ns = min([due_ns, *self._deadlines_ns()])
         limit_ns, now_ns = self._shared[_LIMIT], self._monotonic()
         if earliest_ns + SLACK_NS > limit_ns:
-            # It goes on from where it stood.
-            self._shared[_HELD] = max(self._shared[_HELD], now_ns - limit_ns)
+            # The clock continues from where it stood.
+            self._shared[_LAG] = max(self._shared[_LAG], now_ns - limit_ns)
             self._shared[_LIMIT] = earliest_ns + SLACK_NS
 
-    def _beats_ns(self) -> list[int]:
+    def _deadlines_ns(self) -> list[int]:
+        """The deadlines that the clock waits for."""
         limit_ns, now_ns = self._shared[_LIMIT], self._monotonic()
-        self._find_beats()
-        found = []
-        for path, beat in self._beats.items():
-            due_ns = beat[_DUE]
-            if due_ns == _NOBODY:
+        self._list_reservations()
+        deadlines_ns = []
+        for path, reservation in self._reservations.items():
+            deadline_ns = reservation[_DEADLINE]
+            if deadline_ns == _NO_DEADLINE:
                 continue
-            if due_ns + SLACK_NS > limit_ns:
-                self._standing.pop(path, None)
-                found.append(due_ns)
+            if deadline_ns + SLACK_NS > limit_ns:
+                self._stalled.pop(path, None)
+                deadlines_ns.append(deadline_ns)
                 continue
-            # The clock stands for this one.
-            standing_ns, since_ns = self._standing.get(path, (due_ns, now_ns))
-            if standing_ns != due_ns:
+            # The clock stands still for this process.
+            missed_ns, since_ns = self._stalled.get(path, (deadline_ns, now_ns))
+            if missed_ns != deadline_ns:
                 since_ns = now_ns
-            self._standing[path] = (due_ns, since_ns)
-            if now_ns - since_ns < PATIENCE_NS and _is_alive(beat[_PID]):
-                found.append(due_ns)
-        return found
+            self._stalled[path] = (deadline_ns, since_ns)
+            if now_ns - since_ns < STALL_TIMEOUT_NS and _is_alive(reservation[_PID]):
+                deadlines_ns.append(deadline_ns)
+        return deadlines_ns
 
-    def _find_beats(self) -> None:
-        """Processes begin at any time; the folder's own moment tells when one has."""
+    def _list_reservations(self) -> None:
+        """Processes start at any time; the folder's modification time shows when one has."""
         changed_ns = self._folder.stat().st_mtime_ns
-        if changed_ns == self._found_ns:
+        if changed_ns == self._listed_ns:
             return
-        self._found_ns = changed_ns
-        for path in self._folder.glob("*.beat"):
-            if path not in self._beats:
-                self._beats[path] = _fields(path, 2)
+        self._listed_ns = changed_ns
+        for path in self._folder.glob("*.reservation"):
+            if path not in self._reservations:
+                self._reservations[path] = _fields(path, 2)
 
 
 def _is_alive(pid: int) -> bool:
@@ -190,7 +194,7 @@ def _is_alive(pid: int) -> bool:
 
 
 def _fields(path: Path, count: int) -> memoryview:
-    """Whole numbers of 64 bits in a file that processes share; they are read and written one at a time."""
+    """64-bit integers in a file that processes share; each is read and written by itself."""
     with path.open("a+b") as file:
         if file.seek(0, os.SEEK_END) < 8 * count:
             file.truncate(8 * count)

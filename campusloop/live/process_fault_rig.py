@@ -1,6 +1,6 @@
-"""One vehicle's gate and tick as real processes, with a simulation in real time and nobody else.
+"""One vehicle's gate and tick as real processes, with a simulation in real time.
 
-No server and no link: whoever makes it posts orders to the tick as the link would, and listens on its bus.
+There is no server and no link: the rig posts orders to the tick as the link would, and listens on the bus.
 """
 
 import shutil
@@ -17,7 +17,7 @@ import numpy as np
 
 from campusloop.live.simulation import simulate_vehicles
 from campusloop.scenes.path_map import LANE_ID, path_map
-from campusloop.virtual.granted_order import go_words, granted_order, rest_at
+from campusloop.virtual.granted_order import granted_order, rest_at, start_messages
 from contract.roads.load import decode_map, encode_map
 from contract.roads.model import RestingPlace, RoadMap
 from contract.roads.network import RoadNetwork
@@ -41,8 +41,8 @@ _START_S_M = 15.0
 
 
 @dataclass(frozen=True, slots=True)
-class OnBus:
-    """What a listener has heard at stamp_ns: a report, or the brake of a set of commands."""
+class BusSample:
+    """What was on the bus at stamp_ns: a report (motion), or the brake of a set of commands."""
 
     stamp_ns: int
     motion: VehicleMotion | None
@@ -50,17 +50,17 @@ class OnBus:
 
 
 class ProcessFaultRig:
-    """`start`, `go`, `listen` again and again, `stop`. processes: to look whom to signal."""
+    """Call `start`, `send_order`, `listen` repeatedly, and `stop`. processes: gives the pids to signal."""
 
     def __init__(self, profile: Profile, road_map: RoadMap, folder: Path, base_port: int) -> None:
-        """folder: for everything that lies on disk; logs are `folder/NAME.log`."""
+        """folder: of all files; the logs are `folder/NAME.log`."""
         self._profile, self._map, self._folder, self._base_port = profile, road_map, folder, base_port
         self._mail = Path(tempfile.mkdtemp(prefix="campusloop-"))
         self._ports = ports_of(0, base_port)
         self._codec, self._by_wire = codec_of(profile), braking_of(profile)
         self._reports: Any = self._codec.initial()
         self._set: list[CanFrame] = []
-        self._said = 0
+        self._orders_sent = 0
         self.processes = Supervisor(self._jobs())
         self._mailbox = Mailbox(self._mail / "vehicle" / "link")
         self._bus = open_bus(self._ports.can_channel)
@@ -69,26 +69,26 @@ class ProcessFaultRig:
         self.processes.start()
 
     def stop(self) -> None:
-        """Nothing is left running."""
+        """Stop all processes."""
         self.processes.stop()
         self._bus.shutdown()
         self._mailbox.close()
         shutil.rmtree(self._mail, ignore_errors=True)
 
-    def go(self) -> None:
-        """The order to the road's end, and an operator's resume."""
+    def send_order(self) -> None:
+        """Send the order to drive to the road's end, and an operator's resume."""
         network, now_ns = RoadNetwork(self._map), time.monotonic_ns()
-        self._said += 1
+        self._orders_sent += 1
         visits = rest_at((LANE_ID,), network.lines[LANE_ID].length_m - 1.0)
         sections = [section.section_id for section in network.sections_of(LANE_ID)]
-        order = granted_order("bare", self._map.map_version, visits, sections, self._said)
-        words = go_words(order, now_ns)
-        mail = Deliveries(tuple(Delivery(now_ns, "link", word) for word in words))
-        self._mailbox.post(self._mail / "vehicle" / "tick", mail)
+        order = granted_order("bare", self._map.map_version, visits, sections, self._orders_sent)
+        messages = start_messages(order, now_ns)
+        deliveries = Deliveries(tuple(Delivery(now_ns, "link", message) for message in messages))
+        self._mailbox.post(self._mail / "vehicle" / "tick", deliveries)
 
-    def listen(self, seconds: float, until: Callable[[OnBus], bool] = lambda _heard: False) -> list[OnBus]:
-        """Everything on the bus for so long, or until something is heard; who ended is started again."""
-        heard: list[OnBus] = []
+    def listen(self, seconds: float, until: Callable[[BusSample], bool] = lambda _: False) -> list[BusSample]:
+        """Everything on the bus for that time or until a sample fulfils `until`. Restarts ended processes."""
+        samples: list[BusSample] = []
         end_s = time.monotonic() + seconds
         while (left_s := end_s - time.monotonic()) > 0.0:
             self.processes.restart_ended()
@@ -96,29 +96,29 @@ class ProcessFaultRig:
             message = self._bus.recv(timeout=min(left_s, 0.05))
             if message is None:
                 continue
-            found = self._understood(message)
-            if found is not None:
-                heard.append(found)
-                if until(found):
+            sample = self._decode(message)
+            if sample is not None:
+                samples.append(sample)
+                if until(sample):
                     break
-        return heard
+        return samples
 
-    def _understood(self, message: can.Message) -> OnBus | None:
-        """A whole set of commands, or a report; stamped when the system took it from the wire."""
+    def _decode(self, message: can.Message) -> BusSample | None:
+        """A report, or a complete set of commands; stamped when the system received it."""
         stamp_ns = time.monotonic_ns() - max(0, round((time.time() - message.timestamp) * 1e9))
         frame = CanFrame(stamp_ns, message.arbitration_id, bytes(message.data))
         if message.arbitration_id not in self._by_wire.command_ids():
             motion, self._reports = self._codec.decode(self._reports, (frame,), stamp_ns)
-            return OnBus(stamp_ns, motion)
+            return BusSample(stamp_ns, motion)
         self._set = [*self._set[1 - _SET_FRAMES_MAX :], frame]
         for first in range(len(self._set)):
             try:
-                asked = self._by_wire.commanded(tuple(self._set[first:]))
+                command = self._by_wire.commanded(tuple(self._set[first:]))
             except CommandSetError:
-                # Not a whole set yet, or what went before it.
+                # The set is not complete, or begins with frames of the set before.
                 continue
             first_ns, self._set = self._set[first].stamp_ns, []
-            return OnBus(first_ns, None, asked.brake_ratio)
+            return BusSample(first_ns, None, command.brake_ratio)
         return None
 
     def _jobs(self) -> list[Job]:
@@ -152,14 +152,14 @@ def straight_road(length_m: float, speed_mps: float) -> RoadMap:
     points = np.column_stack((np.arange(0.0, length_m, 1.0), np.zeros(round(length_m))))
     road_map = path_map("straight", points, width_m=4.0, speed_limit_mps=speed_mps)
     start = RestingPlace("start", LANE_ID, _START_S_M)
-    # Written out and read again: the version is of what the map says now.
+    # Encoded and decoded again, so that the version is that of the changed map.
     return decode_map(
         encode_map(msgspec.structs.replace(road_map, resting_places=(start, *road_map.resting_places)))
     )
 
 
 def _hardware(map_path: Path, profile_path: Path, base_port: int, folder: Path) -> None:
-    """The simulation stands for a module that has a processor of its own."""
+    """With real-time priority, because a real by-wire module has a processor of its own."""
     ask_for_real_time("simulator", TICK_PRIORITY)
     simulate_vehicles(
         map_path,
@@ -173,7 +173,7 @@ def _hardware(map_path: Path, profile_path: Path, base_port: int, folder: Path) 
 
 
 def _toml(profile: Profile) -> str:
-    """The profile as `load_profile` reads it."""
+    """The profile in the format of `load_profile`."""
     fields = msgspec.to_builtins(profile)
     lines = [
         f"{key} = {msgspec.json.encode(v).decode()}" for key, v in fields.items() if not isinstance(v, dict)

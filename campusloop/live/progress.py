@@ -1,4 +1,4 @@
-"""What a person follows while the live demo runs: a line a shuttle, a line a ride; at the end a summary."""
+"""The live demo's output: a line for each shuttle and ride, and a summary at the end."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -25,18 +25,18 @@ Moment = Callable[[], datetime]
 
 @dataclass(slots=True)
 class Counts:
-    """released: by shuttle, how often the demo's operator let it drive on.
+    """released: by shuttle, how often the demo's operator released it.
 
-    held_s: how far the campus's clock is behind the wall's; cores: in use on average
+    lag_s: how far the campus's clock is behind the wall clock; cores: in use on average
     """
 
     released: dict[str, int] = field(default_factory=dict)
-    held_s: float = 0.0
+    lag_s: float = 0.0
     cores: float = 0.0
 
 
 class DemoProgress:
-    """In a terminal a table that is redrawn; elsewhere a line when a shuttle or a ride gets somewhere."""
+    """On a terminal a table that is redrawn; elsewhere a line when a shuttle or a ride changes."""
 
     def __init__(self, console: Console, now: Moment, zone: ZoneInfo) -> None:
         self.counts = Counts()
@@ -60,25 +60,25 @@ class DemoProgress:
             self._live = None
 
     def say(self, text: str) -> None:
-        """Something else worth a line of its own."""
+        """Print a line of its own."""
         self._console.print(text, highlight=False, soft_wrap=True)
 
     def ride(self, journey: Journey) -> None:
         """A ride's state has changed."""
-        self._journeys[journey.wish.number] = journey
+        self._journeys[journey.demand.number] = journey
         if self._live is None:
             self.say(timeline_line(journey, self._now(), self._zone))
 
-    def vehicles(self, told: list[dict[str, Any]]) -> None:
-        """Where all shuttles are, as the API tells."""
-        for vehicle in told:
+    def vehicles(self, vehicles: list[dict[str, Any]]) -> None:
+        """Show all shuttles, as the API lists them."""
+        for vehicle in vehicles:
             vehicle_id, doing = vehicle["vehicle_id"], doing_of(vehicle)
             if self._live is None and doing != self._vehicles.get(vehicle_id):
                 self.say(f"{self._now().astimezone(self._zone):%H:%M:%S}  {vehicle_id} {doing}")
             self._vehicles[vehicle_id] = doing if self._live is None else f"{doing}{_speed_of(vehicle)}"
 
     def released(self, vehicle_id: str) -> None:
-        """The demo's operator has let a shuttle drive on that had stopped for its safety."""
+        """The demo's operator has released a shuttle after a safety stop."""
         self.counts.released[vehicle_id] = self.counts.released.get(vehicle_id, 0) + 1
 
     def screen(self) -> RenderableType:
@@ -86,18 +86,18 @@ class DemoProgress:
         for vehicle_id, doing in sorted(self._vehicles.items()):
             rows.add_row(Text(vehicle_id, style="bold"), Text(doing))
         for journey in self._shown():
-            rows.add_row(Text(f"ride {journey.wish.number}", style="bold"), Text(ride_words(journey)))
+            rows.add_row(Text(f"ride {journey.demand.number}", style="bold"), Text(ride_text(journey)))
         return Group(rows, Text(self._footer(), style="dim"))
 
     def summary(self) -> list[str]:
-        """What it came to, in lines."""
+        """The totals, in lines."""
         by_state: dict[str, int] = {}
         for journey in self._journeys.values():
             by_state[journey.state] = by_state.get(journey.state, 0) + 1
         waits = [j.wait_s for j in self._journeys.values() if j.wait_s is not None]
-        asked = len(self._journeys)
+        requested = len(self._journeys)
         states = ", ".join(f"{count} {state}" for state, count in sorted(by_state.items()))
-        lines = [f"rides: {asked} asked for" + (f" ({states})" if states else "")]
+        lines = [f"rides: {requested} requested" + (f" ({states})" if states else "")]
         if waits:
             lines.append(f"waited: {mean(waits) / 60:.1f} min on average until aboard")
         return [*lines, self._footer()]
@@ -111,26 +111,26 @@ class DemoProgress:
         counts = self.counts
         released = sum(counts.released.values())
         times = "once" if released == 1 else f"{released} times"
-        words = [f"{counts.cores:.2f} cores used"]
-        words.append(
+        texts = [f"{counts.cores:.2f} cores used"]
+        texts.append(
             f"stopped for safety and released by the demo's operator {times}"
             if released
             else "no safety stop"
         )
-        if counts.held_s >= 1.0:
-            words.append(f"the campus's clock waited {counts.held_s:.0f} s for this machine")
-        return "; ".join(words)
+        if counts.lag_s >= 1.0:
+            texts.append(f"the campus's clock waited {counts.lag_s:.0f} s for this machine")
+        return "; ".join(texts)
 
 
 def doing_of(vehicle: dict[str, Any]) -> str:
-    """Where a shuttle is and what it does, from the API's words for it."""
+    """Where a shuttle is and what it does, as text from the API's fields."""
     status = vehicle["status"]
     if not vehicle["connected"]:
         return "is not connected"
     if status is None:
         return "is starting"
     if vehicle["held"]:
-        return "stands until an operator lets it drive"
+        return "is held until an operator resumes it"
     visit = next((v for v in vehicle["visits"] if v["state"] in ("under_way", "pending")), None)
     if visit is None:
         return "rests"
@@ -142,18 +142,18 @@ def doing_of(vehicle: dict[str, Any]) -> str:
     return f"drives to {place}"
 
 
-def ride_words(journey: Journey) -> str:
+def ride_text(journey: Journey) -> str:
     """A ride's line on the screen."""
-    wish = journey.wish
-    way = f"{wish.from_stop} to {wish.to_stop}, party of {wish.party}"
-    words = {
-        "requested": "asks",
+    demand = journey.demand
+    trip = f"{demand.from_stop} to {demand.to_stop}, party of {demand.party}"
+    texts = {
+        "requested": "requests a ride",
         "assigned": f"waits for {journey.vehicle_id}",
-        "boarding": f"gets on {journey.vehicle_id}",
+        "boarding": f"boards {journey.vehicle_id}",
         "aboard": f"is aboard {journey.vehicle_id}",
         "completed": "has arrived",
     }
-    return f"{way}: {words.get(journey.state, f'{journey.state} {journey.reason}')}"
+    return f"{trip}: {texts.get(journey.state, f'{journey.state} {journey.reason}')}"
 
 
 def _speed_of(vehicle: dict[str, Any]) -> str:

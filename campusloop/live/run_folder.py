@@ -1,4 +1,4 @@
-"""The folder that a demo writes to: emptied at the start, but never somebody else's."""
+"""The folder that a demo writes to. It is emptied at the start; a folder with other files is refused."""
 
 import shutil
 from pathlib import Path
@@ -6,15 +6,15 @@ from pathlib import Path
 MARKER = "campusloop-demo"
 
 
-class NotOurFolder(Exception):
-    """There is something in the folder that no demo has put there; the message says what to do."""
+class ForeignFolder(Exception):
+    """The folder holds files that no demo has written; the message says what to do."""
 
 
-def emptied(folder: Path) -> Path:
-    """The folder, there and empty but for its marker. Raises NotOurFolder."""
+def empty_folder(folder: Path) -> Path:
+    """Create the folder, or delete its contents; it then holds only its marker. Raises ForeignFolder."""
     marker = folder / MARKER
     if folder.exists() and any(folder.iterdir()) and not marker.exists():
-        raise NotOurFolder(f"{folder} holds files that no demo wrote; name another one with --folder")
+        raise ForeignFolder(f"{folder} holds files that no demo wrote; name another one with --folder")
     if folder.exists():
         shutil.rmtree(folder)
     folder.mkdir(parents=True)

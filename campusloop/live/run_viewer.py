@@ -1,4 +1,4 @@
-"""Run logs from a folder in the web viewer: a server of their own that holds nothing else."""
+"""Run logs from a folder in the web viewer, on a temporary server."""
 
 import asyncio
 import hashlib
@@ -28,13 +28,13 @@ _POLL_S = 0.1
 _START_S = 60.0
 
 
-class NothingToView(Exception):
-    """There are no run logs, or they cannot be taken in; the message says what to do."""
+class RunViewError(Exception):
+    """There are no run logs, or they cannot be loaded; the message says what to do."""
 
 
 @dataclass(frozen=True, slots=True)
 class ViewedRun:
-    """One segment's file and whose it is."""
+    """One segment's file, its vehicle and its boot."""
 
     path: Path
     vehicle_id: str
@@ -42,23 +42,23 @@ class ViewedRun:
 
 
 def runs_in(places: tuple[Path, ...]) -> tuple[ViewedRun, ...]:
-    """Every segment named or anywhere below a folder named, by path. Raises NothingToView."""
+    """The given segments and those below the given folders, by path. Raises RunViewError."""
     found: list[ViewedRun] = []
     for place in places:
         paths = sorted(place.rglob("*.mcap")) if place.is_dir() else [place]
         if not paths:
-            raise NothingToView(f"{place}: no run logs (*.mcap) there")
+            raise RunViewError(f"{place}: no run logs (*.mcap) there")
         for path in paths:
             try:
                 header = open_segment(path).header
             except RunLogError as error:
-                raise NothingToView(str(error)) from error
+                raise RunViewError(str(error)) from error
             found.append(ViewedRun(path, header.vehicle_id, header.boot_id))
     return tuple(found)
 
 
-async def view(runs: tuple[ViewedRun, ...], port: int, tell: Callable[[str], None]) -> None:
-    """Serve these runs on this machine until Ctrl-C. Raises NothingToView, CannotStart, OperatorError."""
+async def view(runs: tuple[ViewedRun, ...], port: int, report: Callable[[str], None]) -> None:
+    """Serve these runs on this machine until Ctrl-C. Raises RunViewError, CannotStart, OperatorError."""
     with tempfile.TemporaryDirectory(prefix="campusloop-view-") as var:
         password = secrets.token_urlsafe(6)
         listening = listen("127.0.0.1", port)
@@ -76,8 +76,8 @@ async def view(runs: tuple[ViewedRun, ...], port: int, tell: Callable[[str], Non
         try:
             await _until_started(server)
             async with httpx.AsyncClient(base_url=settings.origin(), timeout=TIMEOUT_S) as client:
-                await _take_in(runs, client, password)
-            _greet(runs, settings.origin(), password, tell)
+                await _upload(runs, client, password)
+            _print_addresses(runs, settings.origin(), password, report)
             await serving
         finally:
             server.should_exit = True
@@ -89,11 +89,11 @@ async def _until_started(server: uvicorn.Server) -> None:
         if server.started:
             return
         await asyncio.sleep(_POLL_S)
-    raise NothingToView(f"the viewer's server did not come up within {_START_S:.0f} s")
+    raise RunViewError(f"the viewer's server was not ready within {_START_S:.0f} s")
 
 
-async def _take_in(runs: tuple[ViewedRun, ...], client: httpx.AsyncClient, password: str) -> None:
-    """As the vehicles themselves would: enrolled, and every segment signed."""
+async def _upload(runs: tuple[ViewedRun, ...], client: httpx.AsyncClient, password: str) -> None:
+    """Enrol the vehicles and upload every segment, signed, as the vehicles would."""
     operator = OperatorClient(client)
     await operator.sign_in(OPERATOR, password)
     keys: dict[str, Ed25519PrivateKey] = {}
@@ -106,11 +106,13 @@ async def _take_in(runs: tuple[ViewedRun, ...], client: httpx.AsyncClient, passw
         sha256 = hashlib.sha256(data).hexdigest()
         answer = await put_segment(client, run.vehicle_id, partial(signature_text, key), data, sha256)
         if answer.is_error:
-            raise NothingToView(f"{run.path}: {answer.json().get('detail')}")
+            raise RunViewError(f"{run.path}: {answer.json().get('detail')}")
 
 
-def _greet(runs: tuple[ViewedRun, ...], origin: str, password: str, tell: Callable[[str], None]) -> None:
-    tell(f"operator's name: {OPERATOR}   password: {password}")
+def _print_addresses(
+    runs: tuple[ViewedRun, ...], origin: str, password: str, report: Callable[[str], None]
+) -> None:
+    report(f"operator's name: {OPERATOR}   password: {password}")
     for name in dict.fromkeys(f"{run.vehicle_id}/{run.boot_id}" for run in runs):
-        tell(f"{origin}/console#/runs/{name}")
-    tell("Ctrl-C stops it")
+        report(f"{origin}/console#/runs/{name}")
+    report("Ctrl-C stops it")

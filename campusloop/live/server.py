@@ -1,4 +1,4 @@
-"""The server as a live process: secured, listening, and ready to answer promptly."""
+"""The server as a live process: TLS, the listening socket and the settings for short response times."""
 
 import asyncio
 import errno
@@ -29,7 +29,7 @@ from server.usecases.ports.clock_and_ids import Clock
 
 BAD_SETTING = 2
 BACKLOG = 512
-_TURN_S = 0.5e-3
+_SWITCH_INTERVAL_S = 0.5e-3
 _NEW_OBJECTS = 10_000
 
 console = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -48,7 +48,8 @@ def serve_campus(
 ) -> None:
     """Serve one campus until SIGTERM or Ctrl-C. A bad setting ends the process with the reason.
 
-    What is None comes from the environment or the defaults (`server.settings`); clocks: the computer's.
+    Arguments that are None come from the environment or the defaults (`server.settings`).
+    clocks: None for the computer's clock
     """
     try:
         settings = secured(
@@ -80,9 +81,9 @@ class _CampusClock:
 
 
 def secured(settings: Settings, make_certificate: bool = False, plain: bool = False) -> Settings:
-    """Settings with TLS where others could listen in: as given, or self-signed under var/tls.
+    """Settings with TLS for addresses other than loopback: as given, or self-signed under var/tls.
 
-    Raises SettingsError when TLS is both asked for and ruled out, or cannot be used.
+    Raises SettingsError if TLS is both requested and excluded, or cannot be used.
     """
     if plain and (make_certificate or settings.has_tls()):
         raise SettingsError("--no-tls contradicts a certificate; leave one of them out")
@@ -97,7 +98,7 @@ def secured(settings: Settings, make_certificate: bool = False, plain: bool = Fa
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """A listening socket. Raises CannotStart when the address is taken or not ours."""
+    """A listening socket. Raises CannotStart if the address is in use or not one of this machine's."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     listening = socket.socket(family, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -107,7 +108,7 @@ def listen(host: str, port: int) -> socket.socket:
     except OSError as error:
         listening.close()
         if error.errno == errno.EADDRINUSE:
-            raise CannotStart(f"port {port} on {host} is taken; stop what uses it or give --port") from error
+            raise CannotStart(f"port {port} on {host} is in use; stop what uses it or give --port") from error
         raise CannotStart(
             f"cannot listen on {host} port {port}: {error.strerror}; give another --host"
         ) from error
@@ -122,42 +123,42 @@ async def _serve(settings: Settings, listening: socket.socket, clock: Clock) -> 
     except CannotStart as error:
         listening.close()
         _refuse(str(error))
-    _greet(settings, live)
+    _print_addresses(settings, live)
     server = uvicorn.Server(uvicorn_config(settings, live))
     answer_promptly()
     await server.serve(sockets=[listening])
 
 
 def answer_promptly() -> None:
-    """Get ready for one long run in which nobody waits long for anybody; called when all is made.
+    """Set up the process for short response times; call it when all objects are created.
 
-    The dispatcher's kernels are loaded, so that the first booking does not wait for them.
+    Loads the dispatcher's kernels, so that the first booking does not wait for them.
 
-    A thread that lets go of the interpreter, as the store's writer does at every statement, gets it back
-    after Python's 5 ms or when the others rest: shorter turns. And whatever is there now stays until the
-    end: the collector looking through it again and again would stop everything for a quarter of a second.
+    Shortens the switch interval: the store's writer thread releases the interpreter at every statement and
+    would get it back only after Python's 5 ms. Freezes the present objects, which live until the end: with
+    them, a garbage collection would stop the process for a quarter of a second.
     """
     warm_kernels()
-    sys.setswitchinterval(_TURN_S)
+    sys.setswitchinterval(_SWITCH_INTERVAL_S)
     gc.collect()
     gc.freeze()
     gc.set_threshold(_NEW_OBJECTS, 20, 20)
 
 
 def uvicorn_config(settings: Settings, live: LivePorts) -> uvicorn.Config:
-    """How the server is run wherever it is run live."""
+    """The configuration of every live server."""
     return uvicorn.Config(
         create_app(settings, live.ports),
         lifespan="on",
         http="httptools",
         ws="websockets-sansio",
         ws_per_message_deflate=False,
-        ws_max_size=2 * MAX_MESSAGE_BYTES,  # above our own limit, so that it is answered with a goodbye
+        ws_max_size=2 * MAX_MESSAGE_BYTES,  # above the protocol's limit, whose violation closes the session
         ssl_certfile=settings.tls_cert,
         ssl_keyfile=settings.tls_key,
         server_header=False,
         proxy_headers=False,
-        access_log=False,  # a ride's link is a secret and would be in it
+        access_log=False,  # a ride's link is a secret
         log_level="warning",
         timeout_graceful_shutdown=5,
     )
@@ -176,7 +177,7 @@ def _check_certificate(settings: Settings) -> None:
         ) from error
 
 
-def _greet(settings: Settings, live: LivePorts) -> None:
+def _print_addresses(settings: Settings, live: LivePorts) -> None:
     for name in local_addresses(settings.host):
         origin = settings.model_copy(update={"host": name}).origin()
         console.print(f"passengers  {origin}/\noperators   {origin}/console")

@@ -1,4 +1,4 @@
-"""The simulator as a live process: every vehicle's body, by-wire, sensors and the people, in real time."""
+"""The simulator as a live process: bodies, by-wire and sensors of all vehicles, and people, in real time."""
 
 import gc
 import signal
@@ -12,7 +12,7 @@ from rich.table import Table
 from campusloop.live.paced_clock import PacedClocks
 from contract.roads.load import MapError, load_map
 from simulator.live.bus import LiveBusError
-from simulator.live.control_server import CarriedPhones, ControlError
+from simulator.live.control_server import ControlError, RemotePhones
 from simulator.live.live import LiveSimulation, scan_ring_path
 from simulator.live.ports import BASE_PORT, control_port, ports_of
 from simulator.start_places import start_poses
@@ -38,12 +38,12 @@ def simulate_vehicles(
 ) -> None:
     """Simulate until SIGTERM or Ctrl-C. Input that cannot be simulated ends the process with the reason.
 
-    clocks: the simulation keeps this clock for all that share it; None: the computer's
+    clocks: the simulation opens their master; None: the computer's clock
     """
     console = Console()
     if len(set(vehicle_ids)) != len(vehicle_ids):
         _refuse(console, "every vehicle needs an id of its own: --vehicles shuttle-1,shuttle-2")
-    phones = CarriedPhones()
+    phones = RemotePhones()
     try:
         road_map = load_map(map_path)
         profile = load_profile(profile_path) if profile_path else Profile()
@@ -59,19 +59,20 @@ def simulate_vehicles(
         if clocks is None:
             simulation = LiveSimulation(world, phones, folder, base_port)
         else:
-            # A clock that has stood still does not tell how far apart two frames came.
-            simulation = LiveSimulation(world, phones, folder, base_port, clocks.keep(), frame_gap_ns=0)
+            # The gaps between frames cannot be measured with a clock that stands still at times.
+            clock = clocks.open_master()
+            simulation = LiveSimulation(world, phones, folder, base_port, clock, frame_gap_ns=0)
     except (MapError, ProfileError, WorldError, LiveBusError, DeviceFeedError, ControlError) as error:
         _refuse(console, str(error))
     _print_wiring(console, vehicle_ids, base_port, folder)
-    _run_until_told(simulation)
+    _run_until_signal(simulation)
     console.print(
         f"{simulation.steps} steps, {simulation.late_steps} late, {simulation.lost_ns * 1e-9:.2f} s lost"
     )
 
 
-def _run_until_told(simulation: LiveSimulation) -> None:
-    """SIGINT and SIGTERM end the run after the present step."""
+def _run_until_signal(simulation: LiveSimulation) -> None:
+    """Run until SIGINT or SIGTERM, which end the run after the present step."""
 
     def stop(_number: int, _frame: FrameType | None) -> None:
         simulation.stop()

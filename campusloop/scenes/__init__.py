@@ -1,1 +1,1 @@
-"""Scenes: one vehicle, one way to drive, and whoever moves around it; driven by the whole onboard loop."""
+"""Scenes: one vehicle, one path and the road users around it, driven by the whole onboard loop."""

@@ -1,7 +1,7 @@
-"""What braking alone could do in a cell: the least impact speed, and whether a contact can be avoided at all.
+"""The best result of braking alone in a protection cell: the impact speed, or no contact.
 
-The target is seen when its nearest point is in line of sight; 0.27 s later the vehicle brakes at 5.6 m/s2, on
-its path, until it stands.
+The target is detected when its nearest point is in line of sight. The vehicle stays on its path and brakes at
+5.6 m/s2 from 0.27 s later, until it stands.
 """
 
 import math
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from campusloop.scenes.judge import MOVING_MPS, clearances
+from campusloop.scenes.contact_metrics import MOVING_MPS, clearances
 from campusloop.scenes.protection_cells import RANGES_M, Cell
 from contract.geometry import arc_lengths, pose_at
 from simulator.sensors.line_of_sight import visible
@@ -24,7 +24,7 @@ _LASTS_S = 30.0
 
 @dataclass(frozen=True, slots=True)
 class OracleResult:
-    """impact_mps: of a front contact, None when there is none; seen_s: when the target came into sight."""
+    """impact_mps: of a front contact, None without one; seen_s: when the target came into sight."""
 
     impact_mps: float | None
     seen_s: float | None
@@ -59,7 +59,7 @@ def best_braking(cell: Cell, body: Body, sensor_x_m: float) -> OracleResult:
 
 
 def _sees(bodies: Bodies, x_m: float, y_m: float, yaw_rad: float, sensor_x_m: float, range_m: float) -> bool:
-    """The target's nearest point, looked at as a target without size."""
+    """Whether the target's nearest point is visible; a point, because parts of a target may be hidden."""
     k = int(np.flatnonzero(bodies.numbers == 1)[0])
     sx, sy = x_m + sensor_x_m * math.cos(yaw_rad), y_m + sensor_x_m * math.sin(yaw_rad)
     pose, size = bodies.poses_map[k], bodies.sizes_m[k]
@@ -71,7 +71,7 @@ def _sees(bodies: Bodies, x_m: float, y_m: float, yaw_rad: float, sensor_x_m: fl
     nearest = np.array([[sx + share * (pose[0] - sx), sy + share * (pose[1] - sy), 0.0]])
     boxes = bodies.boxes()
     if not bodies.people[k]:
-        # The cyclist's own box hides nothing of itself.
+        # A cyclist's own box does not occlude it.
         boxes = boxes[np.hypot(boxes[:, 0] - pose[0], boxes[:, 1] - pose[1]) > 0.1]
     found = visible(sx, sy, nearest, np.full((1, 2), 0.02), np.ones(1), np.empty((0, 4)), boxes)
     return bool(found[0] > 0.0)

@@ -1,4 +1,4 @@
-"""Scenes from drone recordings: the shuttle drives a recorded car's path among the people who were there."""
+"""Scenes from drone recordings: the shuttle drives a recorded car's path among the recorded people."""
 
 import math
 from dataclasses import dataclass
@@ -7,17 +7,17 @@ import msgspec
 import numpy as np
 from scipy.interpolate import make_splrep
 
+from campusloop.scenes.contact_metrics import ContactMetrics, contact_metrics
 from campusloop.scenes.drive import Scene
-from campusloop.scenes.judge import Verdict, judge
 from campusloop.scenes.path_map import extended, path_map
 from contract.geometry import Array, arc_lengths
 from simulator.traffic.actors import Bodies
-from simulator.traffic.recordings import Clip, Recorded
+from simulator.traffic.recordings import Clip, RecordedTrack
 from simulator.traffic.replayed import ReplayedTraffic
 from vehicle_agent.config import Body, Profile
 
-# Slower tracks are parked or waiting: obstacles, no drives.
-DRIVES_FROM_MPS = 0.5
+# Cars with a lower mean speed are parked or waiting; they are obstacles.
+DRIVING_MPS_MIN = 0.5
 TIMES_HUMAN_MAX = 2.0
 _BEFORE_M, _AFTER_M = 12.0, 30.0
 _WIDTH_M = 4.0
@@ -26,24 +26,24 @@ _LATERAL_MPS2 = 2.0
 
 @dataclass(frozen=True, slots=True)
 class ClipRun:
-    """A scene, and the human who drove it: time_s and the verdict by the same rule."""
+    """A scene, and the recorded human drive: its time, maximum speed, and the same contact metrics."""
 
     scene: Scene
     human_time_s: float
     human_max_mps: float
-    human: Verdict
+    human: ContactMetrics
 
 
 def clip_runs(clip: Clip, profile: Profile, seed: int) -> list[ClipRun]:
-    """One for each car of the clip that drove; the profile's speed is capped at the car's own maximum."""
+    """One run for each driving car of the clip; the speed limit is the car's own maximum."""
     runs = []
     for car in clip.cars():
-        if car.mean_speed_mps >= DRIVES_FROM_MPS:
+        if car.mean_speed_mps >= DRIVING_MPS_MIN:
             runs.append(_run(clip, car, profile, seed))
     return runs
 
 
-def _run(clip: Clip, car: Recorded, profile: Profile, seed: int) -> ClipRun:
+def _run(clip: Clip, car: RecordedTrack, profile: Profile, seed: int) -> ClipRun:
     body = profile.body
     path = rear_axle_path(car, body)
     whole = extended(path, _BEFORE_M, _AFTER_M)
@@ -72,10 +72,10 @@ def _run(clip: Clip, car: Recorded, profile: Profile, seed: int) -> ClipRun:
     return ClipRun(scene, human_time_s, cap_mps, _human(clip, car, body))
 
 
-def rear_axle_path(car: Recorded, body: Body) -> Array:
-    """(n, 2) where the shuttle's rear axle goes when its middle follows the car's.
+def rear_axle_path(car: RecordedTrack, body: Body) -> Array:
+    """(n, 2) path of the shuttle's rear axle when its centre follows the car's centre.
 
-    Smoothed to the recording's own noise of some centimetres, a point every half metre.
+    Smoothed to the recording's noise of some centimetres, with a point every half metre.
     """
     back_m = 0.5 * body.length_m - body.rear_overhang_m
     yaw = car.states[:, 2]
@@ -90,8 +90,8 @@ def rear_axle_path(car: Recorded, body: Body) -> Array:
     return path
 
 
-def _human(clip: Clip, car: Recorded, body: Body) -> Verdict:
-    """The recorded drive by the rule of the runs, with the shuttle's outline about the car's middle."""
+def _human(clip: Clip, car: RecordedTrack, body: Body) -> ContactMetrics:
+    """The contact metrics of the recorded drive, with the shuttle's outline about the car's centre."""
     others = ReplayedTraffic(clip, float(car.times_s[0]), frozenset({car.number}))
     back_m = 0.5 * body.length_m - body.rear_overhang_m
     rows, agents = [], list[Bodies]()
@@ -101,4 +101,4 @@ def _human(clip: Clip, car: Recorded, body: Body) -> Verdict:
             (t, x - back_m * math.cos(yaw), y - back_m * math.sin(yaw), yaw, math.hypot(vx, vy), 0.0, 0.0)
         )
         agents.append(others.bodies())
-    return judge(np.array(rows), agents, body)
+    return contact_metrics(np.array(rows), agents, body)

@@ -1,4 +1,4 @@
-"""One scene driven from start to goal by the whole onboard loop: CAN, gate, by-wire, plant and all."""
+"""One scene driven from start to goal by the whole onboard loop, with CAN, gate, by-wire and plant."""
 
 import re
 from collections.abc import Callable
@@ -9,12 +9,12 @@ from typing import Protocol
 import msgspec
 import numpy as np
 
+from campusloop.scenes.contact_metrics import ContactMetrics, contact_metrics
 from campusloop.scenes.faults import Camera, FaultyInputs, InputFault, camera_feeds
-from campusloop.scenes.judge import Verdict, judge
 from campusloop.scenes.path_map import LANE_ID
 from campusloop.scenes.trace import SceneTrace
 from campusloop.virtual.conductor import STEP_NS
-from campusloop.virtual.granted_order import go_words, granted_order, rest_at
+from campusloop.virtual.granted_order import granted_order, rest_at, start_messages
 from campusloop.virtual.wiring import WiredVehicle
 from contract.geometry import Pose2, pose_at, project
 from contract.roads.load import encode_map
@@ -39,16 +39,16 @@ VEHICLE_ID = "shuttle"
 _START_NS = 1_000_000_000
 _FAR_FUTURE_NS = 10**18
 _SET_OFF_STEPS_MAX = 500
-# As long as names may be on the wire.
+# The longest name that the wire allows.
 _NAME_LENGTH = 64
 
 
 class SceneError(Exception):
-    """A scene that cannot be driven; the message says why."""
+    """The scene cannot be driven; the message says why."""
 
 
-class HeldActors(Actors, Protocol):
-    """Actors whose clock can be stopped until the vehicle sets off."""
+class PausableActors(Actors, Protocol):
+    """Actors whose clock stands still while `hold` is set, until the vehicle starts."""
 
     hold: bool
 
@@ -57,12 +57,12 @@ class HeldActors(Actors, Protocol):
 class Scene:
     """road_map: of one lane (`path_map`), or a campus with a `route`; places are the rear axle's.
 
-    start_s_m, start_mps  where the run begins, already rolling: on the lane, or along the route
-    goal_s_m              where it ends; the vehicle is ordered to the lane's (the route's) end, beyond it
-    limit_s               the run is given up after this time
-    route                 on a campus; places are then counted from its start
-    faults, cameras       what is wrong with the vehicle's inputs; who watches the map's observation areas
-    resumes_s             when an operator says that the vehicle may go on
+    start_s_m, start_mps  position and speed at the start of the run, along the lane or route
+    goal_s_m              where the run ends; the vehicle's order leads to the end of the lane or route
+    limit_s               the run is ended after this time
+    route                 on a campus; positions are then measured from its start
+    faults, cameras       faults of the vehicle's inputs; cameras over the map's observation areas
+    resumes_s             when an operator resumes the vehicle
     stop_id               the stop at the route's end, if it ends at one
     """
 
@@ -74,7 +74,7 @@ class Scene:
     goal_s_m: float
     limit_s: float
     seed: int
-    actors: HeldActors | None = None
+    actors: PausableActors | None = None
     options: WorldOptions = field(default_factory=lambda: WorldOptions(traffic=None))
     route: Route | None = None
     faults: tuple[InputFault, ...] = ()
@@ -85,21 +85,23 @@ class Scene:
 
 @dataclass(frozen=True, slots=True)
 class SceneRun:
-    """time_s to the goal, or None when it was not reached; plan_ms: CPU of each motion plan.
+    """The result of a drive. time_s: to the goal, or None if it was not reached.
 
-    told   everything the vehicle said of itself: modes, and codes of faults
-    way_m  along the road at each row of the trace
+    plan_cpu_ms  CPU time of each motion plan
+    limited_by   (what limited the planned speed, number of ticks), the most frequent first
+    reported     guard modes and fault codes that occurred
+    way_m        distance along the road at each row of the trace
     """
 
     name: str
     time_s: float | None
     driven_m: float
     trace: SceneTrace
-    verdict: Verdict
+    metrics: ContactMetrics
     plan_cpu_ms: tuple[float, ...]
     tick_cpu_s: float
     limited_by: tuple[tuple[str, int], ...]
-    told: tuple[str, ...] = ()
+    reported: tuple[str, ...] = ()
     way_m: tuple[float, ...] = ()
 
 
@@ -107,7 +109,7 @@ class SceneDrive:
     """Steps world and vehicle computer together; `run` drives the scene to its end."""
 
     def __init__(self, scene: Scene, runs: Path | None = None) -> None:
-        """runs: where the run log goes, into a folder named after stack and scene; None: none is kept."""
+        """runs: folder of the run log, in a folder named after stack and scene; None for no log."""
         self.scene = scene
         profile = scene.profile
         self._network = RoadNetwork(scene.road_map)
@@ -132,7 +134,7 @@ class SceneDrive:
         self._trace = SceneTrace()
         self._tick_cpu_s = 0.0
         self._limited: dict[str, int] = {}
-        self._told: dict[str, None] = {}
+        self._reported: dict[str, None] = {}
         self._way_m: list[float] = []
         self._begin_ns = _FAR_FUTURE_NS
         self._faults = FaultyInputs(scene.faults, scene.road_map.origin)
@@ -142,16 +144,16 @@ class SceneDrive:
             self.world.follow(VEHICLE_ID, self._way.points)
 
     def run(self, watch: Callable[["SceneDrive"], None] = lambda _drive: None) -> SceneRun:
-        """To the goal or the time limit; `watch` is called after every step."""
+        """Drive to the goal or the time limit; `watch` is called after every step."""
         self._set_off()
         scene, begin_ns = self.scene, self.now_ns
         self._begin_ns = begin_ns
         while self.now_ns - begin_ns < scene.limit_s * 1e9:
             self.step()
             assert self.outputs is not None
-            self._told.setdefault(self.outputs.flow.guard_status.mode)
+            self._reported.setdefault(self.outputs.flow.guard_status.mode)
             for fault in self.outputs.flow.guard_status.faults:
-                self._told.setdefault(fault.code)
+                self._reported.setdefault(fault.code)
             limited_by = self.outputs.flow.path.limited_by
             self._limited[limited_by] = self._limited.get(limited_by, 0) + 1
             truth = self.world.truth(VEHICLE_ID)
@@ -169,59 +171,59 @@ class SceneDrive:
             float(rows[-1, 0]) if reached else None,
             self._driven_m(),
             self._trace,
-            judge(rows, self._trace.agents, scene.profile.body),
+            contact_metrics(rows, self._trace.agents, scene.profile.body),
             tuple(self.wired.plan_cpu_ms),
             self._tick_cpu_s,
             tuple(sorted(self._limited.items(), key=lambda item: -item[1])),
-            tuple(self._told),
+            tuple(self._reported),
             tuple(self._way_m),
         )
 
     def _driven_m(self) -> float:
-        """Along the way from the start, by the truth; never over to a piece of it that comes near."""
+        """True distance along the path from the start; never jumps to another part of the path near by."""
         pose, way, segment = self.world.truth(VEHICLE_ID).pose_map, self._way, self._segment
         s_m, _, self._segment = project(way.points, way.s, pose.x_m, pose.y_m, segment - 3, segment + 6)
         return s_m - self.scene.start_s_m
 
     def _set_off(self) -> None:
-        """By-wire is asked for at rest, with nobody around; then the run begins, rolling."""
+        """Engage by-wire at rest while the actors are held; then place the vehicle at the start speed."""
         actors = self.scene.actors
         if actors is not None:
             actors.hold = True
         for _ in range(25):
             self.step()
-        self._tell_order()
+        self._send_order()
         for _ in range(_SET_OFF_STEPS_MAX):
             self.step()
             if self.outputs is not None and self.outputs.flow.motion.enabled:
                 break
         else:
-            raise SceneError(f"{self.scene.name}: by-wire was not given")
+            raise SceneError(f"{self.scene.name}: by-wire was not engaged")
         self.world.place(VEHICLE_ID, self._start, self.scene.start_mps)
         if actors is not None:
             actors.hold = False
 
-    def _tell_order(self) -> None:
+    def _send_order(self) -> None:
         route = self.scene.route
         end_m = route.end_s_m if route is not None else self._network.lines[LANE_ID].length_m - 0.5
         visits = rest_at(self._way.lane_ids, end_m, self.scene.stop_id)
         sections = [section_id for section_id, _, _ in self._way.sections]
         order = granted_order("scene", self.scene.road_map.map_version, visits, sections)
-        for word in go_words(order, self.now_ns):
-            self._hear(word)
+        for message in start_messages(order, self.now_ns):
+            self._put_link_message(message)
 
     def step(self) -> None:
         """20 ms of the vehicle computer and of the world."""
         now_ns, faults = self.now_ns, self._faults
         now_s = (now_ns - self._begin_ns) * 1e-9
         for camera in self._cameras if now_s >= 0.0 else ():
-            word = camera.word(now_s, now_ns, self.world.bodies())
-            if word is not None:
-                self._hear(word)
+            presence = camera.report(now_s, now_ns, self.world.bodies())
+            if presence is not None:
+                self._put_link_message(presence)
         while self._resumes and self._resumes[0] <= now_s:
             number = len(self.scene.resumes_s) - len(self._resumes)
             self._resumes.pop(0)
-            self._hear(Command(1, f"resume-{number}", "resume"))
+            self._put_link_message(Command(1, f"resume-{number}", "resume"))
         self.outputs = self.wired.step(
             now_ns, lambda body: faults.passed(body, now_s), round(1e9 * faults.plan_delay_s(now_s))
         )
@@ -231,12 +233,12 @@ class SceneDrive:
         self.world.step(now_ns)
         self.now_ns += STEP_NS
 
-    def _hear(self, word: LinkMessage) -> None:
-        self.wired.inbox.put(self.now_ns, "link", word)
+    def _put_link_message(self, message: LinkMessage) -> None:
+        self.wired.inbox.put(self.now_ns, "link", message)
 
 
 def _way(network: RoadNetwork, scene: Scene) -> ReferenceLine:
-    """What is driven: the only lane, or the route."""
+    """The line to drive: the only lane, or the route."""
     route = scene.route
     if route is None:
         length_m = network.lines[LANE_ID].length_m
@@ -245,7 +247,7 @@ def _way(network: RoadNetwork, scene: Scene) -> ReferenceLine:
 
 
 def _header(scene: Scene) -> RunHeader:
-    """The run log's: one boot of one vehicle, named so that logs of many scenes can lie side by side."""
+    """The run log's header: one boot of one vehicle, named after stack and scene."""
     road_map, stack = scene.road_map, scene.profile.stack
     boot_id = re.sub(r"[^A-Za-z0-9._-]+", "-", f"{stack}-{scene.name}")[:_NAME_LENGTH]
     return RunHeader(VEHICLE_ID, boot_id, 0, road_map.campus_id, road_map.map_version, stack, SOFTWARE, 0, 0)

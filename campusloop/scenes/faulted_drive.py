@@ -1,7 +1,7 @@
-"""One shuttle on a winding road, whose tick, gate, bus, steering and clock can be made to fail.
+"""One shuttle on a winding road, with faults injected into tick, gate, bus, steering and clock.
 
-The chain is the real one (tick outputs -> gate -> bus -> by-wire module -> plant, and back), in virtual time,
-without sensors that have no part in it. Each step is 20 ms.
+The chain is the real one (tick outputs -> gate -> bus -> by-wire module -> plant, and back), in virtual time
+and without lidar. Each step is 20 ms.
 """
 
 import math
@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 
 from campusloop.scenes.path_map import LANE_ID, path_map
-from campusloop.virtual.granted_order import go_words, granted_order, rest_at
+from campusloop.virtual.granted_order import granted_order, rest_at, start_messages
 from campusloop.virtual.wiring import WiredGate
 from contract.geometry import Pose2
 from contract.roads.model import RoadMap
@@ -40,12 +40,12 @@ Sets = list[tuple[CanFrame, ...]]
 
 
 class FaultedDriveError(Exception):
-    """The drive could not begin; the message says why."""
+    """The drive could not start; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """What drives of one kind of vehicle at one speed have in common."""
+    """The map, car and speed that all drives of one campaign share."""
 
     profile: Profile
     road_map: RoadMap
@@ -55,10 +55,10 @@ class Course:
 
 
 def winding_course(profile: Profile, speed_mps: float) -> Course:
-    """A sine wave of least radius 35 m, driven at most at speed_mps; nothing is seen by lidar."""
+    """A sine wave with a minimum radius of 35 m, driven at most at speed_mps, without lidar."""
     limits = msgspec.structs.replace(profile.limits, speed_mps_max=speed_mps)
-    blind = LidarMount(rate_hz=0.0)
-    profile = msgspec.structs.replace(profile, limits=limits, lidar=blind)
+    no_lidar = LidarMount(rate_hz=0.0)
+    profile = msgspec.structs.replace(profile, limits=limits, lidar=no_lidar)
     x = np.arange(0.0, _LENGTH_M, 0.5)
     wave = 2.0 * math.pi / _WAVE_M
     y = np.sin(wave * (x - START_S_M)) / (_LEAST_RADIUS_M * wave**2)
@@ -67,14 +67,14 @@ def winding_course(profile: Profile, speed_mps: float) -> Course:
 
 
 class FaultedDrive:
-    """`set_off`, `step` on and on, spoil whatever is public, `resume`.
+    """Call `set_off`, then `step` repeatedly; inject faults through the public attributes; `resume`.
 
     wired           the gate, the tick's inbox and the bus between them and the world
-    mail            makes of this step's set (none when the tick is dead) the sets that the gate gets
+    set_filter      changes this step's command sets (none when the tick is dead) on their way to the gate
     tick_dead, gate_dead  the process does nothing
     tick_jump_ns, gate_jump_ns  how far its clock is ahead of the world's
-    crashes         what killed the tick by itself; nobody starts it again but `boot_tick`
-    brake_ratio     the brake that was sent on the bus in the last step, 0 when nothing was
+    crashes         the exceptions that ended the tick; only `boot_tick` starts it again
+    brake_ratio     the brake sent on the bus in the last step, 0 without a command
     """
 
     def __init__(self, course: Course, seed: int) -> None:
@@ -85,7 +85,7 @@ class FaultedDrive:
         poses = {VEHICLE_ID: self._start}
         self.world = SimWorld(course.road_map, {VEHICLE_ID: profile}, poses, seed, NoPhones(), options)
         self.now_ns = START_NS
-        self.mail: Callable[[Sets], Sets] = lambda sets: sets
+        self.set_filter: Callable[[Sets], Sets] = lambda sets: sets
         self.tick_dead = self.gate_dead = False
         self.tick_jump_ns = self.gate_jump_ns = 0
         self.crashes: list[str] = []
@@ -96,19 +96,19 @@ class FaultedDrive:
         self._resumes = 0
 
     def boot_tick(self) -> None:
-        """A new tick process: it knows nothing."""
+        """A new tick process, in its initial state."""
         car = self.course.car
         self.computer = VehicleComputer(car, initial_state(car))
-        self.wired.begin_inbox()
+        self.wired.restart_inbox()
         self.tick_dead = False
 
-    def revive_gate(self) -> None:
+    def restart_gate(self) -> None:
         """A new gate process."""
-        self.wired.begin_gate()
+        self.wired.restart_gate()
         self.gate_dead = False
 
     def set_off(self) -> None:
-        """By-wire is asked for at rest; then the vehicle is set down rolling at the course's speed."""
+        """Engage by-wire at rest; then place the vehicle at the start with the course's speed."""
         for _ in range(15):
             self.step()
         self.resume()
@@ -117,38 +117,39 @@ class FaultedDrive:
             if self.computer.state.can.handshake.is_on:
                 break
         else:
-            raise FaultedDriveError("by-wire was not given")
+            raise FaultedDriveError("by-wire was not engaged")
         self.world.place(VEHICLE_ID, self._start, self.course.speed_mps)
 
     def resume(self) -> None:
-        """The order, and an operator's word to go."""
+        """Send the order and an operator's resume."""
         now_ns = self.now_ns + self.tick_jump_ns
         network, version = self.course.network, self.course.road_map.map_version
         visits = rest_at((LANE_ID,), network.lines[LANE_ID].length_m - 0.5)
         sections = [section.section_id for section in network.sections_of(LANE_ID)]
         self._resumes += 1
-        for word in go_words(granted_order("faults", version, visits, sections, self._resumes), now_ns):
-            self.wired.inbox.put(now_ns, "link", word)
+        order = granted_order("faults", version, visits, sections, self._resumes)
+        for message in start_messages(order, now_ns):
+            self.wired.inbox.put(now_ns, "link", message)
 
     def step(self) -> None:
         world, now_ns = self.world, self.now_ns
         reports = world.frames_to_vehicle(VEHICLE_ID)
         gate_ns, tick_ns = now_ns + self.gate_jump_ns, now_ns + self.tick_jump_ns
         if not self.gate_dead:
-            self.wired.hear(reports, gate_ns)
+            self.wired.take_reports(reports, gate_ns)
         for item in world.sensor_items(VEHICLE_ID, now_ns):
-            assert not isinstance(item, MissionMessage), "sensors say nothing for the server"
+            assert not isinstance(item, MissionMessage), "sensors send nothing for the server"
             moved = msgspec.structs.replace(item, stamp_ns=item.stamp_ns + self.tick_jump_ns)
             self.wired.inbox.put(tick_ns, "sensors", moved)
         sets = [] if self.tick_dead else self._tick(tick_ns)
         self.brake_ratio = 0.0
         if not self.gate_dead:
-            self._pass_gate(self.mail(sets), gate_ns)
+            self._pass_gate(self.set_filter(sets), gate_ns)
         world.step(now_ns)
         self.now_ns += STEP_NS
 
     def _tick(self, tick_ns: int) -> Sets:
-        """One tick; whatever it raises is a bug, ends its process and is kept in `crashes`."""
+        """One tick. An exception is a bug; it ends the process and is recorded in `crashes`."""
         try:
             return [self.computer.run_tick(self.wired.inbox.drain(), tick_ns).frames]
         except (ArithmeticError, FrameError, LookupError, TypeError, ValueError) as error:
@@ -157,7 +158,7 @@ class FaultedDrive:
             return []
 
     def _pass_gate(self, sets: Sets, gate_ns: int) -> None:
-        """The bus is in the world's time, whatever the computer's clocks say."""
+        """Frames on the bus have the world's time, whatever the gate's clock."""
         for frames in sets:
             self.wired.gate.take_commands(frames, gate_ns)
         sent = self.wired.send(gate_ns, self.now_ns)

@@ -1,4 +1,4 @@
-"""Bad input for a driven scene: what sensors, workers and cameras bring, wrong on the way to the inbox."""
+"""Input faults of a driven scene: values of sensors, workers and cameras that are wrong or lost."""
 
 import math
 from typing import Literal
@@ -24,14 +24,14 @@ FaultKind = Literal[
     "pose_nan", "pose_jump", "pose_lost", "tracks_empty", "tracks_absurd", "tracks_lost", "scans_lost",
     "planner_slow",
 ]  # fmt: skip
-CameraWord = Literal["truth", "always_clear", "always_occupied"]
+CameraMode = Literal["truth", "always_clear", "always_occupied"]
 
 
 class InputFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """kind between from_s and to_s of the run.
+    """A fault of this kind between from_s and to_s of the run.
 
     jump_m   east and north, of `pose_jump`
-    delay_s  of `planner_slow`: how much longer than usual a plan takes
+    delay_s  of `planner_slow`: the additional delay of a plan
     """
 
     kind: FaultKind
@@ -42,23 +42,23 @@ class InputFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """An infrastructure camera over an observation area; silent from lost_s on."""
+    """An infrastructure camera over an observation area; it is silent from lost_s on."""
 
     area: str
-    says: CameraWord = "truth"
+    says: CameraMode = "truth"
     rate_hz: float = 2.0
     lost_s: float = math.inf
 
 
 class FaultyInputs:
-    """All faults of a scene; `passed` gives what reaches the inbox."""
+    """All input faults of a scene."""
 
     def __init__(self, faults: tuple[InputFault, ...], origin: Origin) -> None:
         self._faults = faults
         self._origin = origin
 
     def passed(self, body: InboxBody, now_s: float) -> InboxBody | None:
-        """The item as it arrives; None when it is lost."""
+        """The item as it reaches the inbox; None if it is lost."""
         out: InboxBody | None = body
         for fault in self._faults:
             if out is not None and fault.from_s <= now_s < fault.to_s:
@@ -66,7 +66,7 @@ class FaultyInputs:
         return out
 
     def plan_delay_s(self, now_s: float) -> float:
-        """What a plan asked for now takes longer than usual."""
+        """The additional delay of a plan that is requested now."""
         return sum(
             fault.delay_s
             for fault in self._faults
@@ -102,7 +102,7 @@ def _tracks(body: TrackPercept, poses: Array, velocities: Array) -> TrackPercept
 
 
 def _absurd(body: TrackPercept) -> TrackPercept:
-    """Beside the real ones: not a number, faster than sound, larger than a house, one number twice."""
+    """The real tracks and invalid ones: not a number, supersonic, huge, and a duplicate id."""
     poses = np.array([[math.nan, 2.0, 0.0], [12.0, 30.0, 0.0], [1e9, -1e9, 7.0], [9.0, 25.0, math.inf]])
     speeds = np.array([[0.0, 0.0], [0.0, -900.0], [0.0, 0.0], [math.nan, 0.0]])
     sizes = np.array([[0.5, 0.5], [0.5, 0.5], [-3.0, 400.0], [0.5, 0.5]])
@@ -117,11 +117,11 @@ def _absurd(body: TrackPercept) -> TrackPercept:
 
 
 class CameraError(Exception):
-    """A camera watches what is not there; the message says what there is."""
+    """The map lacks a camera's observation area; the message lists the areas."""
 
 
 def camera_feeds(cameras: tuple[Camera, ...], road_map: RoadMap) -> tuple["CameraFeed", ...]:
-    """Raises CameraError for an area that the map has not."""
+    """Raises CameraError for an area that the map lacks."""
     areas = {area.area_id: area for area in road_map.observation_areas}
     unknown = [camera.area for camera in cameras if camera.area not in areas]
     if unknown:
@@ -130,14 +130,14 @@ def camera_feeds(cameras: tuple[Camera, ...], road_map: RoadMap) -> tuple["Camer
 
 
 class CameraFeed:
-    """What a camera tells about its area; `word` is asked every step."""
+    """The reports of a camera about its area."""
 
     def __init__(self, camera: Camera, area: ObservationArea) -> None:
         self._camera, self._area_id, self._outline = camera, area.area_id, outline_array(area)
         self._due_s = 0.0
 
-    def word(self, now_s: float, now_ns: int, bodies: Bodies) -> PedestrianPresence | None:
-        """A message when one is due."""
+    def report(self, now_s: float, now_ns: int, bodies: Bodies) -> PedestrianPresence | None:
+        """A report if one is due; call it every step."""
         camera = self._camera
         if now_s < self._due_s or now_s >= camera.lost_s:
             return None
@@ -148,6 +148,6 @@ class CameraFeed:
             case "always_occupied":
                 count = 1
             case "truth":
-                feet = np.ascontiguousarray(bodies.poses_map[bodies.kinds == PEDESTRIAN, :2])
-                count = int(inside(self._outline, feet).sum()) if len(feet) else 0
+                places = np.ascontiguousarray(bodies.poses_map[bodies.kinds == PEDESTRIAN, :2])
+                count = int(inside(self._outline, places).sum()) if len(places) else 0
         return PedestrianPresence(now_ns, self._area_id, count)

@@ -1,4 +1,4 @@
-"""A path as a road map of one lane: where scenes without a campus are driven."""
+"""A path as a road map of one lane, for scenes without a campus."""
 
 import math
 
@@ -36,14 +36,14 @@ def path_map(
 
     areas: their stop lines name LANE_ID. ValueError for a path shorter than 2 m.
     """
-    evenly = resample(np.ascontiguousarray(points, dtype=np.float64), _SPACING_M)
-    length_m = float(arc_lengths(evenly)[-1])
+    resampled = resample(np.ascontiguousarray(points, dtype=np.float64), _SPACING_M)
+    length_m = float(arc_lengths(resampled)[-1])
     if not math.isfinite(length_m) or length_m < 2.0:
         raise ValueError(f"{name}: a path to drive must be at least 2 m long")
     lane = Lane(
         LANE_ID,
         "road",
-        tuple((float(x), float(y)) for x, y in evenly),
+        tuple((float(x), float(y)) for x, y in resampled),
         width_m,
         speed_limit_mps,
         False,
@@ -59,7 +59,7 @@ def path_map(
 
 
 def extended(points: Array, before_m: float, after_m: float) -> Array:
-    """The (n, 2) path with straight pieces at both ends."""
+    """The (n, 2) path with straight extensions at both ends."""
     ahead, back = points[-1] - points[-2], points[0] - points[1]
     ahead, back = ahead / np.hypot(*ahead), back / np.hypot(*back)
     pieces = [points]

@@ -1,5 +1,6 @@
 """Car-to-pedestrian and car-to-cyclist cells after the consumer tests: crossing, running, an occluded child,
-turning, longitudinal, by day and by night. Unbraked, each ends in a contact at a given share of the front."""
+turning, longitudinal, by day and by night. Without braking, each ends in a contact at a given share of the
+front's width."""
 
 import math
 from collections.abc import Iterator
@@ -12,9 +13,9 @@ from campusloop.scenes.drive import Scene
 from campusloop.scenes.path_map import path_map
 from contract.geometry import Array, arc_lengths, pose_at
 from simulator.sensors.tracker import TrackerNoise
-from simulator.traffic.made_clips import CHILD_SIZE_M, SIZES_M, clip_of, standing, walker
-from simulator.traffic.recordings import Clip, Recorded
+from simulator.traffic.recordings import Clip, RecordedTrack
 from simulator.traffic.replayed import ReplayedTraffic
+from simulator.traffic.scripted_clips import CHILD_SIZE_M, SIZES_M, clip_of, standing, walker
 from simulator.world import WorldOptions
 from vehicle_agent.config import Body, Profile
 from vehicle_agent.signals import CYCLIST, PEDESTRIAN, VEHICLE
@@ -34,7 +35,7 @@ _HIDDEN_M = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """path (n, 2) of the rear axle, meet_s_m the rear axle's place at the unbraked contact."""
+    """path (n, 2): of the rear axle; meet_s_m: the rear axle's position at the contact without braking."""
 
     name: str
     kind: str
@@ -46,7 +47,7 @@ class Cell:
     clip: Clip
 
     def scene(self, profile: Profile, seed: int) -> Scene:
-        """The shuttle rolling towards the contact at the cell's speed, which is also its cap."""
+        """The shuttle drives towards the contact at the cell's speed, which is also its speed limit."""
         limits = msgspec.structs.replace(profile.limits, speed_mps_max=self.speed_mps)
         return Scene(
             name=self.name,
@@ -63,7 +64,7 @@ class Cell:
 
 
 def cells(body: Body) -> Iterator[Cell]:
-    """All of them, in a fixed order."""
+    """All cells, in a fixed order."""
     for light in RANGES_M:
         for speed_kmh in SPEEDS_KMH:
             speed_mps = speed_kmh * KMH
@@ -75,7 +76,7 @@ def cells(body: Body) -> Iterator[Cell]:
 
 
 def _straight(speed_mps: float) -> tuple[Array, float, float]:
-    """(path, start, place of the contact): the vehicle drives along x."""
+    """(path, start, position of the contact): the vehicle drives along x."""
     meet_s_m = _RUN_UP_M + speed_mps * BEFORE_S
     x = np.arange(0.0, meet_s_m + _RUN_OUT_M, 1.0)
     path: Array = np.column_stack((x, np.zeros(len(x))))
@@ -90,14 +91,14 @@ def _crossing(body: Body, light: str, speed_mps: float) -> Iterator[Cell]:
         ("cycles", CYCLIST, 15.0),
         ("cycles-fast", CYCLIST, 20.0),
     )
-    for word, kind, target_kmh in crossers:
+    for motion, kind, target_kmh in crossers:
         for side, side_name in ((-1.0, "near"), (1.0, "far")):
             for share in SHARES:
                 path, start, meet = _straight(speed_mps)
                 track = _crosser(body, path, meet, side, share, kind, target_kmh * KMH)
                 yield Cell(
-                    f"{light}-{word}-{side_name}-{share:.2f}-{speed_mps / KMH:.1f}",
-                    f"crossing {word}",
+                    f"{light}-{motion}-{side_name}-{share:.2f}-{speed_mps / KMH:.1f}",
+                    f"crossing {motion}",
                     light,
                     speed_mps,
                     path,
@@ -117,10 +118,11 @@ def _crosser(
     target_mps: float,
     size_m: tuple[float, float] | None = None,
     way_m_max: float = 25.0,
-) -> Recorded:
-    """Crosses the path at a right angle so as to be at `share` of the front's width at the contact.
+) -> RecordedTrack:
+    """A target that crosses the path at a right angle and is at `share` of the front's width at the contact.
 
-    share counts from the side that the target comes from; it stands until way_m_max before the contact.
+    share is measured from the side that the target comes from. The target stands until it has to walk
+    way_m_max to the contact.
     """
     s = arc_lengths(path)
     x_m, y_m, yaw_rad = pose_at(path, s, meet_s_m)
@@ -150,7 +152,7 @@ def _occluded(body: Body, light: str, speed_mps: float) -> Iterator[Cell]:
                 )
                 child_x_m = meet + body.front_overhang_m + 0.5 * size_m[1]
                 aside_m = -(0.5 * body.width_m + gap_m + 0.9)
-                # The last parked car ends half a metre before the child's way, the next stands behind that.
+                # The last parked car ends half a metre before the child's path; the next stands behind it.
                 parked = (
                     standing(_PARKED, VEHICLE, child_x_m - 0.5 - 2.25, aside_m),
                     standing(_PARKED + 1, VEHICLE, child_x_m - 0.5 - 2.25 - 5.5, aside_m),
@@ -168,14 +170,14 @@ def _occluded(body: Body, light: str, speed_mps: float) -> Iterator[Cell]:
 
 
 def _longitudinal(body: Body, light: str, speed_mps: float) -> Iterator[Cell]:
-    """Ahead in the same direction, standing, and coming towards the vehicle."""
+    """Targets ahead: standing, in the same direction, and oncoming."""
     targets = (
         ("stands", PEDESTRIAN, 0.0),
         ("walks-ahead", PEDESTRIAN, 5.0),
         ("comes", PEDESTRIAN, -5.0),
         ("cycles-ahead", CYCLIST, 10.0),
     )
-    for word, kind, target_kmh in targets:
+    for motion, kind, target_kmh in targets:
         for share in (0.25, 0.5):
             target_mps = target_kmh * KMH
             if target_mps > 0.8 * speed_mps:
@@ -190,8 +192,8 @@ def _longitudinal(body: Body, light: str, speed_mps: float) -> Iterator[Cell]:
                 ahead_m = begin_m + math.copysign(100.0, target_mps)
                 track = walker(_TARGET, kind, ((begin_m, y_m), (ahead_m, y_m)), abs(target_mps))
             yield Cell(
-                f"{light}-{word}-{share:.2f}-{speed_mps / KMH:.1f}",
-                f"longitudinal {word}",
+                f"{light}-{motion}-{share:.2f}-{speed_mps / KMH:.1f}",
+                f"longitudinal {motion}",
                 light,
                 speed_mps,
                 path,
@@ -202,20 +204,20 @@ def _longitudinal(body: Body, light: str, speed_mps: float) -> Iterator[Cell]:
 
 
 def _turning(body: Body, light: str, speed_mps: float) -> Iterator[Cell]:
-    """The vehicle turns into a road that somebody crosses."""
+    """The vehicle turns into a road that a pedestrian crosses."""
     for way, radius_m in (("left", 8.0), ("right", -8.0)):
         path, turn_end_m = _turn(radius_m)
         meet = turn_end_m + 1.0
-        # Rolling, and straight: nobody begins in the middle of a bend.
+        # The run starts on the straight part, before the turn.
         start = max(2.0, min(meet - speed_mps * BEFORE_S, _STRAIGHT_M - 6.0))
-        for word, target_kmh in (("walks", 5.0), ("runs", 8.0)):
+        for motion, target_kmh in (("walks", 5.0), ("runs", 8.0)):
             for side, side_name in ((-1.0, "near"), (1.0, "far")):
                 for share in SHARES:
                     track = _crosser(body, path, meet, side, share, PEDESTRIAN, target_kmh * KMH)
                     late_s = (meet - start) / speed_mps - BEFORE_S
                     yield Cell(
-                        f"{light}-turn-{way}-{word}-{side_name}-{share:.2f}-{speed_mps / KMH:.1f}",
-                        f"turning {word}",
+                        f"{light}-turn-{way}-{motion}-{side_name}-{share:.2f}-{speed_mps / KMH:.1f}",
+                        f"turning {motion}",
                         light,
                         speed_mps,
                         path,
@@ -229,7 +231,7 @@ _STRAIGHT_M = 30.0
 
 
 def _turn(radius_m: float) -> tuple[Array, float]:
-    """(path, where the turn ends): straight, a quarter circle with eased ends, straight."""
+    """(path, position of the turn's end): straight, a quarter circle with eased ends, straight."""
     step, points, yaw, x, y = 0.25, [], 0.0, 0.0, 0.0
     straight_m, easing_m = _STRAIGHT_M, 4.0
     arc_m = abs(radius_m) * 0.5 * math.pi
@@ -245,12 +247,12 @@ def _turn(radius_m: float) -> tuple[Array, float]:
     return np.array(points), length_m
 
 
-def _shifted(track: Recorded, by_s: float) -> Recorded:
-    """The same, later, standing until then; who would begin before the scene does is already on the way."""
+def _shifted(track: RecordedTrack, by_s: float) -> RecordedTrack:
+    """The track by_s later, standing until then. A track that begins before the scene is already moving."""
     times_s, states = track.times_s + by_s, track.states
     if times_s[0] > 0.0:
         still = states[0].copy()
         still[3:] = 0.0
         times_s = np.concatenate(([0.0, max(float(times_s[0]) - 1e-3, 1e-4)], times_s))
         states = np.vstack((still, still, states))
-    return Recorded(track.number, track.kind, times_s, states, track.size_m)
+    return RecordedTrack(track.number, track.kind, times_s, states, track.size_m)

@@ -1,4 +1,4 @@
-"""A street along which people walk, stand and pass without ever coming into the shuttle's way."""
+"""A street where people walk and stand beside the shuttle's path and never on it."""
 
 import math
 
@@ -7,25 +7,25 @@ import numpy as np
 from campusloop.scenes.drive import Scene
 from campusloop.scenes.path_map import path_map
 from contract.geometry import Array, arc_lengths, pose_at
-from simulator.traffic.made_clips import clip_of, standing, walker
-from simulator.traffic.recordings import Recorded
+from simulator.traffic.recordings import RecordedTrack
 from simulator.traffic.replayed import ReplayedTraffic
+from simulator.traffic.scripted_clips import clip_of, standing, walker
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import PEDESTRIAN
 
 _EVERY_M = 12.0
 _START_M, _BEYOND_M = 14.0, 40.0
-# From the vehicle's side to a person's: nearer ones are a reason to slow, none is one to stop.
+# From the vehicle's side to a person's. The vehicle may slow down for the nearest, and has to stop for none.
 _BESIDE_M = (0.8, 2.5)
 
 
 def quiet_street(profile: Profile, length_m: float, seed: int) -> Scene:
-    """A gently winding street of the length; people every dozen metres, half of them walking along it."""
+    """A winding street of that length with a person every 12 m; half of them walk along it."""
     rng = np.random.default_rng([seed, 77])
     path = _winding(length_m + _START_M + _BEYOND_M, rng)
     s = arc_lengths(path)
     half_m = 0.5 * profile.body.width_m
-    tracks: list[Recorded] = []
+    tracks: list[RecordedTrack] = []
     for k in range(int(length_m / _EVERY_M)):
         at_m = _START_M + 15.0 + k * _EVERY_M + float(rng.uniform(-3.0, 3.0))
         side = 1.0 if rng.random() < 0.5 else -1.0

@@ -1,4 +1,4 @@
-"""Random scenes among people: everything that makes one is drawn from its seed."""
+"""Random scenes among people; each is drawn completely from its seed."""
 
 import math
 from collections.abc import Callable
@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from campusloop.scenes.drive import HeldActors, Scene
+from campusloop.scenes.drive import PausableActors, Scene
 from campusloop.scenes.path_map import path_map
 from contract.geometry import Array, arc_lengths, resample
 from contract.roads.load import load_map
 from contract.roads.network import RoadNetwork
 from simulator.sensors.tracker import TrackerNoise
-from simulator.traffic.recordings import Clip, Recorded, RecordingError, drone_clips, pavement_clip
+from simulator.traffic.recordings import Clip, RecordedTrack, RecordingError, drone_clips, pavement_clip
 from simulator.traffic.replayed import ReplayedTraffic
 from simulator.traffic.social_crowd import CrowdParams, SocialCrowd
 from simulator.world import WorldOptions
@@ -29,23 +29,23 @@ _AFTER_M = 12.0
 _SPEED_LIMIT_MPS = 4.2
 _PEOPLE_MIN = 4
 _EDGE_S = 6.0
-# Whoever begins nearer to the shuttle stays away: nobody could answer them.
+# A recorded person who would appear nearer to the shuttle is left out: no vehicle could react in time.
 _APPEAR_M = 15.0
-# About a rear axle that stands 5 to 10 m along the path.
+# Around the path's first point; the rear axle starts 5 to 10 m along the path.
 _CLEAR_M = 18.0
 
 
 @dataclass(frozen=True, slots=True)
-class Pieces:
-    """What scenes are drawn from. lanes: (name, points (n, 2), width_m); clips: recordings with people."""
+class SceneSources:
+    """The lanes and recordings that scenes are drawn from. lanes: (name, points (n, 2), width_m)."""
 
     lanes: tuple[tuple[str, Array, float], ...]
     clips: tuple[Clip, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class DrawnScene:
-    """A scene, and what it was drawn from; people_per_100m2: as asked for, or as recorded on average."""
+class RandomScene:
+    """A scene with its parameters. people_per_100m2: as drawn, or the recording's average."""
 
     scene: Scene
     path: str
@@ -60,8 +60,8 @@ class DrawnScene:
         return replace(self.scene, actors=None)
 
 
-def pieces(maps: tuple[Path, ...], recordings: Path | None) -> Pieces:
-    """Long enough lanes of the maps; every clip and obsmat file below a folder. RecordingError for none."""
+def scene_sources(maps: tuple[Path, ...], recordings: Path | None) -> SceneSources:
+    """The maps' lanes that are long enough, and all recordings below the folder. Raises RecordingError."""
     lanes = []
     for path in maps:
         network = RoadNetwork(load_map(path))
@@ -69,7 +69,7 @@ def pieces(maps: tuple[Path, ...], recordings: Path | None) -> Pieces:
             if line.length_m >= _LANE_M_MIN:
                 lane = network.lanes[lane_id]
                 lanes.append((f"{path.parent.name} {lane_id}", line.points, lane.width_m))
-    return Pieces(tuple(lanes), _clips(recordings) if recordings is not None else ())
+    return SceneSources(tuple(lanes), _clips(recordings) if recordings is not None else ())
 
 
 def _clips(folder: Path) -> tuple[Clip, ...]:
@@ -82,8 +82,8 @@ def _clips(folder: Path) -> tuple[Clip, ...]:
     return tuple(peopled)
 
 
-def drawn_scene(found: Pieces, profile: Profile, seed: int) -> DrawnScene:
-    """The same for the same pieces and seed, whichever the profile."""
+def draw_scene(found: SceneSources, profile: Profile, seed: int) -> RandomScene:
+    """Draw a scene. It depends on the sources and the seed, not on the profile's limits."""
     rng = np.random.default_rng([seed, *b"monte carlo"])
     path_name, points, width_m = _path(found, rng)
     length_m = float(arc_lengths(points)[-1])
@@ -109,11 +109,11 @@ def drawn_scene(found: Pieces, profile: Profile, seed: int) -> DrawnScene:
         actors=actors(),
         options=WorldOptions(traffic=None, tracker=noise),
     )
-    return DrawnScene(scene, path_name, crowd_name, density)
+    return RandomScene(scene, path_name, crowd_name, density)
 
 
-def _path(found: Pieces, rng: np.random.Generator) -> tuple[str, Array, float]:
-    """(what it is, points (n, 2), width_m): half of them lanes of the maps, half random curves."""
+def _path(found: SceneSources, rng: np.random.Generator) -> tuple[str, Array, float]:
+    """(description, points (n, 2), width_m): a lane of the maps or a random curve, with equal probability."""
     length_m = float(rng.uniform(*_LENGTH_M))
     if found.lanes and rng.random() < 0.5:
         name, points, width_m = found.lanes[int(rng.integers(len(found.lanes)))]
@@ -125,7 +125,7 @@ def _path(found: Pieces, rng: np.random.Generator) -> tuple[str, Array, float]:
 
 
 def random_curve(length_m: float, rng: np.random.Generator, radius_m_min: float = 9.0) -> Array:
-    """(n, 2) a point every half metre; curvature rises and falls evenly between random values."""
+    """(n, 2) a point every half metre; the curvature is linear between random values."""
     knots = max(3, round(length_m / 15.0) + 1)
     bends = rng.uniform(-1.0, 1.0, knots) / radius_m_min * (rng.random(knots) < 0.6)
     s = np.arange(0.0, length_m, 0.5)
@@ -140,29 +140,29 @@ def random_curve(length_m: float, rng: np.random.Generator, radius_m_min: float 
 
 
 def _crowd(
-    found: Pieces, points: Array, seed: int, rng: np.random.Generator
-) -> tuple[str, float, Callable[[], HeldActors]]:
-    """(what it is, density, a maker of the actors): recorded people, if there are any, in every other run."""
+    found: SceneSources, points: Array, seed: int, rng: np.random.Generator
+) -> tuple[str, float, Callable[[], PausableActors]]:
+    """(description, density, factory of the actors): recorded people, if any, in half of the runs."""
     low, high = _PER_100M2
     density = float(low * (high / low) ** rng.random())
     attentive = float(rng.uniform(0.6, 1.0))
     if found.clips and rng.random() < 0.5:
         clip = found.clips[int(rng.integers(len(found.clips)))]
         from_s = float(rng.uniform(0.0, max(0.0, clip.ends_s - 40.0)))
-        laid, people = _laid(clip, points, rng)
-        laid = _away_from_start(laid, points[0], from_s)
+        placed, people = _placed(clip, points, rng)
+        placed = _away_from_start(placed, points[0], from_s)
         area_100m2 = 2.0 * _REACH_M * float(arc_lengths(points)[-1]) / 100.0
         return (
             f"replayed {clip.name}",
             people / area_100m2,
-            lambda: ReplayedTraffic(laid, from_s, appear_m=_APPEAR_M),
+            lambda: ReplayedTraffic(placed, from_s, appear_m=_APPEAR_M),
         )
     params = CrowdParams(density, attentive, _REACH_M)
     return "reactive", density, lambda: SocialCrowd(params, points, seed)
 
 
-def _laid(clip: Clip, points: Array, rng: np.random.Generator) -> tuple[Clip, float]:
-    """The recorded people, cars left out, turned and moved over the middle of the path; their mean number."""
+def _placed(clip: Clip, points: Array, rng: np.random.Generator) -> tuple[Clip, float]:
+    """The recorded people without cars, rotated and moved onto the middle of the path; their mean number."""
     people = [track for track in clip.tracks if track.kind == PEDESTRIAN]
     places = np.vstack([track.states[:, :2] for track in people])
     middle, target = places.mean(axis=0), points[len(points) // 2]
@@ -175,13 +175,13 @@ def _laid(clip: Clip, points: Array, rng: np.random.Generator) -> tuple[Clip, fl
         states[:, :2] = (states[:, :2] - middle) @ rotation.T + target
         states[:, 2] += turn
         states[:, 3:5] = states[:, 3:5] @ rotation.T
-        moved.append(_walking_in(replace(track, states=states)))
+        moved.append(_extended(replace(track, states=states)))
     present_s = sum(float(track.times_s[-1] - track.times_s[0]) for track in people)
     return Clip(clip.name, tuple(moved), clip.ends_s), present_s / max(clip.ends_s, 1e-9)
 
 
-def _walking_in(track: Recorded) -> Recorded:
-    """A recording's picture ends somewhere: people come into it, and leave it, as they walk at its edge."""
+def _extended(track: RecordedTrack) -> RecordedTrack:
+    """The track extended by _EDGE_S at both ends: people enter and leave the picture at constant velocity."""
     times, states = track.times_s, track.states
     first, last = states[0].copy(), states[-1].copy()
     first[:2] -= _EDGE_S * first[3:5]
@@ -194,11 +194,11 @@ def _walking_in(track: Recorded) -> Recorded:
 
 
 def _away_from_start(clip: Clip, start: Array, from_s: float) -> Clip:
-    """Without those who would appear right beside the shuttle when the run begins."""
-    kept = []
+    """The clip without people who would appear beside the shuttle when the run begins."""
+    tracks = []
     for track in clip.tracks:
         there = track.times_s[0] <= from_s <= track.times_s[-1]
         x, y = (np.interp(from_s, track.times_s, track.states[:, k]) for k in (0, 1))
         if not there or math.hypot(x - start[0], y - start[1]) > _CLEAR_M:
-            kept.append(track)
-    return replace(clip, tracks=tuple(kept))
+            tracks.append(track)
+    return replace(clip, tracks=tuple(tracks))

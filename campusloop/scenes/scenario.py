@@ -1,4 +1,4 @@
-"""A scenario file as a scene, driven, and held against what it expects."""
+"""Drives a scenario file as a scene and compares the run with the file's expectations."""
 
 import math
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from contract.roads.model import Building, ObservationArea, RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import Route, find_route, route_line
 from simulator.sensors.tracker import TrackerNoise
-from simulator.traffic.scripted import Gathering, ScriptedRole, ScriptedTraffic
+from simulator.traffic.scripted import ActorGroups, ScriptedRole, ScriptedTraffic
 from simulator.traffic.social_crowd import CrowdParams, SocialCrowd
 from simulator.world import WorldOptions
 from vehicle_agent.config import Profile
@@ -30,14 +30,14 @@ _STOOD_ROWS = 25
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """failures: what was expected and did not come; empty: passed."""
+    """failures: the expectations that were not met; empty: passed."""
 
     run: SceneRun
     failures: tuple[str, ...]
 
 
 def scene_of(found: ScenarioFile, name: str, profile: Profile, folder: Path) -> Scene:
-    """folder: the file's, to which its map's path is relative. Raises ScenarioError."""
+    """The file's scene. folder: of the file; its map's path is relative to it. Raises ScenarioError."""
     road, shuttle = found.road, found.shuttle
     walls = tuple(_building(one) for one in found.occluder)
     route: Route | None = None
@@ -85,42 +85,42 @@ def scene_of(found: ScenarioFile, name: str, profile: Profile, folder: Path) -> 
 
 
 def drive(found: ScenarioFile, name: str, profile: Profile, folder: Path, runs: Path | None) -> Outcome:
-    """Drive it; runs: where the run log goes, None for none. Raises ScenarioError."""
+    """Drive a scenario. runs: folder of the run log, None for no log. Raises ScenarioError."""
     try:
         run = SceneDrive(scene_of(found, name, profile, folder), runs).run()
     except (SceneError, CameraError) as error:
         raise ScenarioError(str(error)) from error
-    return Outcome(run, unmet(found.expect, run))
+    return Outcome(run, unmet_expectations(found.expect, run))
 
 
-def unmet(expect: Expectations, run: SceneRun) -> tuple[str, ...]:
-    """What of the expectations does not hold for the run, in words."""
+def unmet_expectations(expect: Expectations, run: SceneRun) -> tuple[str, ...]:
+    """The expectations that the run does not meet, as texts."""
     rows, out = run.trace.array(), []
-    fronts = run.verdict.front_contacts
+    fronts = run.metrics.front_contacts
     if len(fronts) > expect.contacts:
         at_s, number, speed_mps = fronts[0]
         out.append(
             f"{len(fronts)} front contacts, the first with {number} at {at_s:.1f} s, {speed_mps:.1f} m/s"
         )
     if expect.reaches_goal is not None and expect.reaches_goal != (run.time_s is not None):
-        out.append(f"got {run.driven_m:.1f} m far" if expect.reaches_goal else "reached the goal")
+        out.append(f"drove only {run.driven_m:.1f} m" if expect.reaches_goal else "reached the goal")
     if expect.time_s_max is not None and (run.time_s is None or run.time_s > expect.time_s_max):
         taken = "never" if run.time_s is None else f"after {run.time_s:.1f} s"
         out.append(f"at the goal {taken}, not within {expect.time_s_max:g} s")
-    if expect.clearance_m_min is not None and run.verdict.clearance_m < expect.clearance_m_min:
-        out.append(f"clearance {run.verdict.clearance_m:.2f} m, not {expect.clearance_m_min:g} m")
-    out += _places_unmet(expect, run, rows)
+    if expect.clearance_m_min is not None and run.metrics.clearance_m < expect.clearance_m_min:
+        out.append(f"clearance {run.metrics.clearance_m:.2f} m, not {expect.clearance_m_min:g} m")
+    out += _unmet_positions(expect, run, rows)
     hardest = _hardest_mps2(rows)
     if expect.decel_mps2_max is not None and hardest > expect.decel_mps2_max:
         out.append(f"braked with {hardest:.2f} m/s2, more than {expect.decel_mps2_max:g}")
-    told = " | ".join((*run.told, *(name for name, _ in run.limited_by)))
-    out += [f"never said {word!r}; said: {told}" for word in expect.says if word not in told]
-    out += [f"said {word!r}" for word in expect.never_says if word in told]
+    reported = " | ".join((*run.reported, *(name for name, _ in run.limited_by)))
+    out += [f"never reported {text!r}; reported: {reported}" for text in expect.says if text not in reported]
+    out += [f"reported {text!r}" for text in expect.never_says if text in reported]
     return tuple(out)
 
 
-def _places_unmet(expect: Expectations, run: SceneRun, rows: Array) -> list[str]:
-    """By the way along the road at each row."""
+def _unmet_positions(expect: Expectations, run: SceneRun, rows: Array) -> list[str]:
+    """The unmet expectations on positions along the road."""
     out, s_m = [], np.array(run.way_m)
     still = np.abs(rows[:, 4]) < _STANDS_MPS
     stood = np.convolve(still, np.ones(_STOOD_ROWS), "full")[: len(still)] >= _STOOD_ROWS
@@ -157,7 +157,7 @@ def _campus(road: Road, walls: tuple[Building, ...], folder: Path, name: str) ->
     begin, end = stops[road.from_stop], stops[road.to_stop]
     route = find_route(RoadNetwork(road_map), begin.lane_id, begin.s_m, end.lane_id, end.s_m)
     if route is None or route.length_m < _BEFORE_END_M + 1.0:
-        raise ScenarioError(f"{name}: there is no way between these stops - at `$.road.to_stop`")
+        raise ScenarioError(f"{name}: there is no route between these stops - at `$.road.to_stop`")
     return msgspec.structs.replace(road_map, buildings=(*road_map.buildings, *walls)), route
 
 
@@ -185,9 +185,9 @@ def _box(x: float, y: float, yaw: float, length: float, width: float) -> tuple[t
     )
 
 
-def _actors(found: ScenarioFile, points: Array) -> Gathering:
+def _actors(found: ScenarioFile, points: Array) -> ActorGroups:
     people = [
-        _part(
+        _role(
             CYCLIST if one.cyclist else PEDESTRIAN, one.at, one.heading_deg, one.way, one.speed_mps, one.when,
             size_m=(1.8, 0.6) if one.cyclist else (one.diameter_m, one.diameter_m),
             accel_mps2=3.0, stays=one.stays,
@@ -195,7 +195,7 @@ def _actors(found: ScenarioFile, points: Array) -> Gathering:
         for one in found.person
     ]  # fmt: skip
     vehicles = [
-        _part(
+        _role(
             VEHICLE, one.at, one.heading_deg, one.way, one.speed_mps, one.when,
             size_m=(one.length_m, one.width_m), accel_mps2=one.accel_mps2, stays=one.stays,
         )
@@ -203,16 +203,16 @@ def _actors(found: ScenarioFile, points: Array) -> Gathering:
     ]  # fmt: skip
     scripted = ScriptedTraffic((*people, *vehicles))
     if found.crowd is None:
-        return Gathering((scripted,))
+        return ActorGroups((scripted,))
     params = CrowdParams(
         people_per_100m2=found.crowd.people_per_100m2,
         attentive_ratio=found.crowd.attentive_ratio,
         reach_m=found.crowd.reach_m,
     )
-    return Gathering((scripted, SocialCrowd(params, points, found.seed)))
+    return ActorGroups((scripted, SocialCrowd(params, points, found.seed)))
 
 
-def _part(
+def _role(
     kind: int,
     at: tuple[float, float],
     heading_deg: float,

@@ -1,6 +1,6 @@
-"""The scenario language: one small TOML file a scenario (docs/simulator/scenarios.md).
+"""The format of scenario files: one TOML file for each scenario (docs/simulator/scenarios.md).
 
-Everything that can be wrong with a file is said with the file and the field.
+Errors name the file and the field.
 """
 
 import math
@@ -22,11 +22,11 @@ class ScenarioError(Exception):
     """A scenario file cannot be driven; the message names file and field."""
 
 
-class _Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class _Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     pass
 
 
-class Crossing(_Part, frozen=True):
+class Crossing(_Table, frozen=True):
     """An observation area across the path, between s_m and s_m + length_m, reach_m to each side."""
 
     id: str
@@ -36,8 +36,8 @@ class Crossing(_Part, frozen=True):
     kind: Literal["crossing", "intersection"] = "crossing"
 
 
-class Road(_Part, frozen=True):
-    """Either `path` (the rear axle's way, m) or `map` with two of its stops."""
+class Road(_Table, frozen=True):
+    """Either `path` (points of the rear axle's path, m) or `map` with two of its stops."""
 
     path: tuple[Place, ...] = ()
     width_m: Positive = 4.0
@@ -49,8 +49,8 @@ class Road(_Part, frozen=True):
     to_stop: str = ""
 
 
-class Shuttle(_Part, frozen=True):
-    """start_s_m, goal_s_m: along the road; without a goal, 6 m before its end. Speeds of 0: the profile's."""
+class Shuttle(_Table, frozen=True):
+    """start_s_m, goal_s_m: along the road; default goal: 6 m before its end. speed_mps_max 0: no cap."""
 
     start_s_m: NotNegative = 6.0
     start_mps: NotNegative = 0.0
@@ -58,16 +58,19 @@ class Shuttle(_Part, frozen=True):
     speed_mps_max: NotNegative = 0.0
 
 
-class Cue(_Part, frozen=True):
-    """What a part waits for; both, when both are given. after_s: from the cue to the first step."""
+class Cue(_Table, frozen=True):
+    """When a person or vehicle starts: at a time, at a distance, or when both are reached.
+
+    after_s: delay from then on
+    """
 
     time_s: NotNegative | None = None
     distance_m: Positive | None = None
     after_s: NotNegative = 0.0
 
 
-class Person(_Part, frozen=True):
-    """Stands at `at` looking to heading_deg, then walks over the places of `way`."""
+class Person(_Table, frozen=True):
+    """Stands at `at` with heading_deg, then walks along the places of `way`."""
 
     at: Place
     heading_deg: float = 0.0
@@ -79,8 +82,8 @@ class Person(_Part, frozen=True):
     stays: bool = True
 
 
-class Vehicle(_Part, frozen=True):
-    """Parked, or on its way."""
+class Vehicle(_Table, frozen=True):
+    """Parked, or driving along `way`."""
 
     at: Place
     heading_deg: float = 0.0
@@ -93,8 +96,8 @@ class Vehicle(_Part, frozen=True):
     stays: bool = True
 
 
-class Occluder(_Part, frozen=True):
-    """A wall or a hut that hides what is behind it."""
+class Occluder(_Table, frozen=True):
+    """A wall or a hut that occludes what is behind it."""
 
     at: Place
     length_m: Positive
@@ -103,7 +106,7 @@ class Occluder(_Part, frozen=True):
     height_m: Positive = 3.0
 
 
-class Crowd(_Part, frozen=True):
+class Crowd(_Table, frozen=True):
     """People who react: see `simulator.traffic.social_crowd`."""
 
     people_per_100m2: NotNegative
@@ -111,32 +114,32 @@ class Crowd(_Part, frozen=True):
     reach_m: Positive = 12.0
 
 
-class Noise(_Part, frozen=True):
-    """dropout_ratio: of tracker scans in which a thing in sight is missed; latency_s of the tracker."""
+class Noise(_Table, frozen=True):
+    """Of the tracker. dropout_ratio: of scans in which a visible object is missed."""
 
     dropout_ratio: Annotated[float, Meta(ge=0.0, lt=1.0)] = 0.03
     latency_s: NotNegative = 0.08
 
 
-class Operator(_Part, frozen=True):
-    """resume_s: when an operator says that the vehicle may go on."""
+class Operator(_Table, frozen=True):
+    """resume_s: when an operator resumes the vehicle."""
 
     resume_s: tuple[NotNegative, ...] = ()
 
 
-class Expectations(_Part, frozen=True):
-    """What must be so; fields that are left out are not looked at.
+class Expectations(_Table, frozen=True):
+    """What the run must fulfil; missing fields are not checked.
 
     contacts           front contacts, at most
     reaches_goal       within the scenario's max_time_s
     time_s_max         to the goal
-    clearance_m_min    to anybody while the vehicle moved
-    stops_before_s_m   the rear axle stood for half a second, and never passed this place before that
-    never_passes_s_m   the rear axle never passed this place
-    stands_s_min       as long as this in all, after having driven
-    decel_mps2_max     no braking harder than this (mean over 0.1 s)
-    says               words that stand in what the vehicle said was wrong or limited it
-    never_says         words that do not
+    clearance_m_min    to every person and vehicle while the vehicle moved
+    stops_before_s_m   the rear axle stood for half a second before it first passed this position
+    never_passes_s_m   the rear axle never passed this position
+    stands_s_min       total time of standing after the vehicle has moved
+    decel_mps2_max     the hardest braking (mean over 0.1 s)
+    says               texts among the reported modes, fault codes and limits
+    never_says         texts that must not be among them
     """
 
     contacts: Annotated[int, Meta(ge=0)] = 0
@@ -151,8 +154,8 @@ class Expectations(_Part, frozen=True):
     never_says: tuple[str, ...] = ()
 
 
-class ScenarioFile(_Part, frozen=True):
-    """One scenario. stacks: which of them it is meant for; empty: all."""
+class ScenarioFile(_Table, frozen=True):
+    """One scenario. stacks: the stacks to which it applies; empty: all."""
 
     title: str
     road: Road
@@ -192,7 +195,7 @@ def _wrong(found: ScenarioFile) -> list[tuple[str, str]]:
     if road.map and not (road.from_stop and road.to_stop):
         wrong.append(("road", "a map needs `from_stop` and `to_stop`"))
     if road.path and len(road.path) < 2:
-        wrong.append(("road.path", "a path needs two places at least"))
+        wrong.append(("road.path", "a path needs at least two places"))
     if road.map and road.area:
         wrong.append(("road.area", "a map has observation areas of its own"))
     goal_s_m = found.shuttle.goal_s_m
@@ -203,7 +206,7 @@ def _wrong(found: ScenarioFile) -> list[tuple[str, str]]:
             wrong.append((f"fault[{k}].to_s", "to_s must be later than from_s"))
     for k, camera in enumerate(found.camera):
         if not camera.rate_hz > 0.0:
-            wrong.append((f"camera[{k}].rate_hz", "a camera speaks at more than 0 Hz"))
+            wrong.append((f"camera[{k}].rate_hz", "the rate must be more than 0 Hz"))
     for name, places in _places(found):
         if not all(math.isfinite(value) for place in places for value in place):
             wrong.append((name, "a coordinate is not finite"))

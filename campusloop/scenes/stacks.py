@@ -1,4 +1,4 @@
-"""Which vehicle each stack drives when scenes compare the stacks."""
+"""The vehicle of each stack, for scenes that compare the stacks."""
 
 from campusloop.shipped import PROFILES
 from vehicle_agent.config import Profile, ProfileError, load_profile

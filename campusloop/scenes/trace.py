@@ -1,4 +1,4 @@
-"""What really happened in a scene, as arrays and as files that others can score again."""
+"""The ground truth of a driven scene, as arrays and as files for scoring."""
 
 import csv
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ AGENT_COLUMNS = ("t_s", "id", "kind", "x_m", "y_m", "yaw_rad", "length_m", "widt
 
 @dataclass(slots=True)
 class SceneTrace:
-    """rows: one each 20 ms, VEHICLE_COLUMNS, rear-axle centre; agents: who was where at those times."""
+    """rows: VEHICLE_COLUMNS every 20 ms, rear-axle centre; agents: the bodies around at those times."""
 
     rows: list[tuple[float, ...]] = field(default_factory=list)
     agents: list[Bodies] = field(default_factory=list)

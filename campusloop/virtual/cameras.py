@@ -11,7 +11,7 @@ from simulator.world import SimWorld
 
 
 class VirtualCameras:
-    """A camera at every crossing of the map; what one says goes to `say` in the step it comes out."""
+    """A camera at every crossing of the map; a report is passed to `send` in the step in which it is due."""
 
     def __init__(
         self,
@@ -19,10 +19,10 @@ class VirtualCameras:
         params: CameraParams,
         world: SimWorld,
         rng: Callable[[str], np.random.Generator],
-        say: Callable[[PresenceReport], None],
+        send: Callable[[PresenceReport], None],
     ) -> None:
         """rng: a random stream by its purpose."""
-        self._world, self._say = world, say
+        self._world, self._send = world, send
         self._cameras = [
             CrossingCamera(area, params, rng(f"camera {area.area_id}"))
             for area in road_map.observation_areas
@@ -33,5 +33,5 @@ class VirtualCameras:
         people = self._world.pedestrians
         places = np.zeros((0, 2)) if people is None else people.places
         for camera in self._cameras:
-            for word in camera.step(now_ns, places):
-                self._say(word)
+            for report in camera.step(now_ns, places):
+                self._send(report)

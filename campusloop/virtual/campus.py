@@ -1,6 +1,6 @@
-"""A whole campus in virtual time: the server, the vehicles, the people, one conductor.
+"""A whole campus in virtual time: the server, the vehicles, the people and one conductor.
 
-Everything is reached as from outside: REST through in-memory ASGI, vehicles through in-memory pipes.
+Clients use REST through in-memory ASGI, vehicles use in-memory pipes.
 """
 
 import asyncio
@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import httpx
 
 from campusloop.clients.operator_client import OperatorClient
-from campusloop.clients.passengers import Passengers, RideDemand, Tell
+from campusloop.clients.passengers import JourneyListener, Passengers, RideDemand
 from campusloop.virtual.cameras import VirtualCameras
 from campusloop.virtual.conductor import Conductor
 from campusloop.virtual.link import VirtualNetwork
@@ -55,7 +55,7 @@ ORIGIN = "http://campus.test"
 
 
 class PlainHasher:
-    """Virtual time's password hashing: there is nobody to keep a secret from, and argon2 is slow."""
+    """Password hashing for virtual time, where passwords are no secrets and argon2 would be slow."""
 
     def hash(self, password: str) -> str:
         return f"plain:{password}"
@@ -68,7 +68,7 @@ class PlainHasher:
 class CampusOptions:
     """folder: where vehicles and server keep their files. begins: UTC at virtual time 0.
 
-    cameras  of what kind the camera at each of the map's crossings is; None for none
+    cameras  parameters of the camera at each of the map's crossings; None for no cameras
     """
 
     road_map: RoadMap
@@ -108,7 +108,7 @@ class _Fleet:
 
 
 class VirtualCampus:
-    """`start`, then run the conductor; everything else is done through `client` as by anybody outside."""
+    """Call `start`, then run the conductor. Use the campus through `client`, as from outside."""
 
     def __init__(self, options: CampusOptions) -> None:
         self.options = options
@@ -122,12 +122,12 @@ class VirtualCampus:
         self._phones = VirtualPhones()
         self.world, self.vehicles = self._set_up_vehicles()
         self._lifespan: asyncio.Task[None] | None = None
-        self._leave = asyncio.Event()
+        self._shutdown = asyncio.Event()
 
     # ------------------------------------------------------------ time
 
     def call(self, coroutine: Coroutine[Any, Any, T], timeout_s: float = 60.0) -> T:
-        """Let time pass until the coroutine is done. TimeoutError when it is not in time."""
+        """Run until the coroutine is done. Raises TimeoutError after timeout_s."""
         task = self.conductor.loop.create_task(coroutine)
         if not self.conductor.run_until(task.done, timeout_s):
             raise TimeoutError(f"{coroutine!r} is not done after {timeout_s} virtual seconds")
@@ -147,23 +147,23 @@ class VirtualCampus:
             vehicle.boot(self.conductor.now_ns)
         self.conductor.add("fleet", _Fleet(self.world, self.vehicles))
         if self.options.cameras is not None:
-            kind = self.options.cameras
+            params = self.options.cameras
             cameras = VirtualCameras(
-                self.options.road_map, kind, self.world, self.conductor.rng, self._camera_says
+                self.options.road_map, params, self.world, self.conductor.rng, self._forward_presence
             )
             self.conductor.add("cameras", cameras)
         self.conductor.loop.create_task(self._forward_taps())
         for vehicle_id in self.vehicles:
             self.call(self.operator.release(vehicle_id), timeout_s=60.0)
 
-    def _camera_says(self, word: PresenceReport) -> None:
-        """As the infrastructure socket does; while no server is up, nobody hears it."""
+    def _forward_presence(self, report: PresenceReport) -> None:
+        """As the infrastructure socket does. The report is lost while the server is down."""
         if self._server.app is not None:
-            desk = services_of_app(self._server.app).presence
-            self.conductor.loop.create_task(desk.seen(word))
+            presence = services_of_app(self._server.app).presence
+            self.conductor.loop.create_task(presence.seen(report))
 
     def start_server(self) -> None:
-        """Bring a server up on the campus's database; vehicles find it by themselves."""
+        """Start a server on the campus's database; the vehicles connect by themselves."""
         engine = open_engine(self.options.database_url)
         upgrade_to_head(engine)
         road_map = self.options.road_map
@@ -192,30 +192,30 @@ class VirtualCampus:
         )
         app = create_app(settings, ports)
         self._server.app = app
-        self._leave = asyncio.Event()
-        leave = self._leave
+        self._shutdown = asyncio.Event()
+        shutdown = self._shutdown
 
-        async def live() -> None:
+        async def run_lifespan() -> None:
             async with app.router.lifespan_context(app):
                 self.network.hub = services_of_app(app).hub
-                await leave.wait()
+                await shutdown.wait()
 
-        self._lifespan = self.conductor.loop.create_task(live())
+        self._lifespan = self.conductor.loop.create_task(run_lifespan())
         self.conductor.loop.run_until_idle(self.conductor.now_ns)
         if self._lifespan.done():
             self._lifespan.result()
 
     def stop_server(self) -> None:
-        """Take the server away; vehicles drive on with what they hold, and requests find nobody."""
+        """Stop the server. The vehicles continue with their granted sections; requests fail to connect."""
         self.network.hub = None
         self._server.app = None
-        self._leave.set()
+        self._shutdown.set()
         assert self._lifespan is not None
         self.conductor.run_until(self._lifespan.done, 30.0)
         self._lifespan.result()
 
     def stop(self) -> None:
-        """Finish every run log, then the server."""
+        """Close every run log, then stop the server."""
         self.conductor.remove("fleet")
         for vehicle in self.vehicles.values():
             vehicle.link.drop()
@@ -224,20 +224,20 @@ class VirtualCampus:
 
     # ------------------------------------------------------------ people
 
-    def passengers(self, tell: Tell) -> Passengers:
+    def passengers(self, on_change: JourneyListener) -> Passengers:
         """Simulated passengers of this campus."""
-        self._passengers = Passengers(self.client, self, self.clock.now, tell)
+        self._passengers = Passengers(self.client, self, self.clock.now, on_change)
         return self._passengers
 
-    def add(self, ticket: dict[str, Any], wish: RideDemand) -> None:
+    def add(self, ticket: dict[str, Any], demand: RideDemand) -> None:
         self.world.riders.add(
             Rider(
                 ticket["ride_id"],
                 ticket["boarding_code"],
-                wish.party,
-                wish.how,
-                self.stop_pose(wish.from_stop),
-                self.stop_pose(wish.to_stop),
+                demand.party,
+                demand.how,
+                self.stop_pose(demand.from_stop),
+                self.stop_pose(demand.to_stop),
                 self.conductor.now_ns,
             )
         )

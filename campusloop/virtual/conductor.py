@@ -1,7 +1,7 @@
-"""Virtual time: one synchronous step per 20 ms moves everything there is, in one fixed order.
+"""Virtual time: one synchronous step of 20 ms moves all participants, in a fixed order.
 
-Nothing else advances time. A seed therefore repeats a day, bit for bit, on any machine with the same
-libraries: vehicles, wire, server and the people in the simulator.
+Nothing else advances time. A seed therefore repeats a day of vehicles, wire, server and simulated people, bit
+for bit, on any machine with the same libraries.
 """
 
 import heapq
@@ -26,7 +26,7 @@ class Conductor:
 
     def __init__(self, seed: int, start_ns: int = 0) -> None:
         self.now_ns = start_ns
-        self.loop = VirtualLoop()  # type: ignore[abstract]  # what it leaves out raises, and should
+        self.loop = VirtualLoop()  # type: ignore[abstract]  # methods left out raise, as they should
         self.loop.now_ns = start_ns
         self._seed = seed
         self._participants: dict[str, Steppable] = {}
@@ -34,7 +34,7 @@ class Conductor:
         self._sequence = 0
 
     def rng(self, name: str) -> np.random.Generator:
-        """An own random stream for each named purpose: a new consumer never shifts an old one's numbers."""
+        """A separate random stream for each named purpose; a new consumer does not change the others."""
         return np.random.default_rng([self._seed, *name.encode()])
 
     def add(self, name: str, participant: Steppable) -> None:
@@ -48,7 +48,7 @@ class Conductor:
         del self._participants[name]
 
     def post(self, sender: str, due_ns: int, deliver: Callable[[], None]) -> None:
-        """Have `deliver` called in the first step at or after due_ns."""
+        """Call `deliver` in the first step at or after due_ns."""
         heapq.heappush(self._posted, (due_ns, sender, self._sequence, deliver))
         self._sequence += 1
 

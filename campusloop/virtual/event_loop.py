@@ -1,7 +1,7 @@
-"""An asyncio event loop that owns no clock: it runs what is ready, and time is moved from outside.
+"""An asyncio event loop without a clock: it runs ready callbacks, and the caller moves its time.
 
-Ties are broken by creation number, nothing runs in threads, and an exception that nobody awaits fails the
-run. Used by the conductor for simulation and tests.
+Ties are broken by creation number, nothing runs in threads, and an exception that is never awaited fails the
+run. The conductor uses it for simulation and tests.
 """
 
 import asyncio
@@ -21,7 +21,7 @@ CALLBACKS_MAX = 1_000_000
 
 
 class VirtualTimeError(AssertionError):
-    """Something tried to leave virtual time: a thread, a socket, a signal, or a wait that nothing ends."""
+    """An attempt to leave virtual time: a thread, a socket, a signal, or a wait that never ends."""
 
 
 class VirtualLoop(asyncio.AbstractEventLoop):
@@ -61,7 +61,7 @@ class VirtualLoop(asyncio.AbstractEventLoop):
         self._raise_failure()
 
     def run_now(self, coroutine: Coroutine[object, None, T]) -> T:
-        """Run a coroutine to its end without time moving; for what needs no waiting (set-up, requests)."""
+        """Run a coroutine to its end without moving time; for set-up and requests, which do not wait."""
         task = self.create_task(coroutine)
         self.run_until_idle(self.now_ns)
         if not task.done():

@@ -1,7 +1,7 @@
-"""`campusloop demo --headless`: the main job in virtual time, as fast as the machine allows, with its proof.
+"""`campusloop demo --headless`: rides in virtual time, as fast as the machine allows.
 
-Rides are booked by simulated passengers, driven through people by the real onboard loop, and every run is
-replayed at the end. Nothing is taken on trust: the summary comes from ground truth and from run logs.
+Simulated passengers book the rides, the real onboard loop drives them among people, and every run is replayed
+at the end. The summary comes from ground truth and from run logs.
 """
 
 import time
@@ -16,7 +16,7 @@ from rich.table import Table
 
 from campusloop.clients.passengers import Journey
 from campusloop.clients.ride_demand import RIDE_M_MAX, RIDE_M_MIN, random_rides, stop_pairs
-from campusloop.virtual.run_proof import RunProof, SpacedWord, flaws, virtual_progress
+from campusloop.virtual.run_proof import IntervalPrinter, RunProof, flaws, virtual_progress
 
 if TYPE_CHECKING:
     from campusloop.virtual.campus import CampusOptions, VirtualCampus
@@ -33,7 +33,7 @@ class DemoResult:
 
 
 class RideScores:
-    """What a vehicle's score was when a ride began and when it ended."""
+    """The vehicle's score at the beginning and at the end of each ride."""
 
     def __init__(self, campus: "VirtualCampus") -> None:
         self._campus = campus
@@ -44,14 +44,14 @@ class RideScores:
         if journey.state in ("aboard", "completed"):
             score = self._campus.world.score(journey.vehicle_id)
             at = self._begun if journey.state == "aboard" else self._ended
-            at[journey.wish.number] = (score.distance_m, score.encounters)
+            at[journey.demand.number] = (score.distance_m, score.encounters)
 
     def distance_m(self, journey: Journey) -> float | None:
-        number = journey.wish.number
+        number = journey.demand.number
         return self._ended[number][0] - self._begun[number][0] if number in self._ended else None
 
     def encounters(self, journey: Journey) -> int:
-        number = journey.wish.number
+        number = journey.demand.number
         return self._ended[number][1] - self._begun[number][1] if number in self._ended else 0
 
 
@@ -64,10 +64,10 @@ def run_headless(
 ) -> DemoResult:
     """Run the campus until every ride has ended, replay every run, print the summary.
 
-    pairs: the stops of rides to choose from; by default all that are a good ride apart
-    spacing_s: mean time between two passengers who ask
+    pairs: the stops of rides to choose from; by default all pairs between RIDE_M_MIN and RIDE_M_MAX apart
+    spacing_s: mean time between two passengers' requests
     """
-    # It brings the whole server along, which the live demo's own process has no use for.
+    # This imports the whole server, which the live demo's own process does not need.
     from campusloop.virtual.campus import START_NS, VirtualCampus
 
     started = time.perf_counter()
@@ -79,39 +79,41 @@ def run_headless(
 
     scores = RideScores(campus)
 
-    def tell(journey: Journey) -> None:
+    def on_change(journey: Journey) -> None:
         scores.note(journey)
         console.print(timeline_line(journey, campus.now(), clock), highlight=False, soft_wrap=True)
 
     campus.start()
     pairs = pairs or stop_pairs(options.road_map, RIDE_M_MIN, RIDE_M_MAX)
-    wanted = random_rides(rides, pairs, spacing_s, campus.conductor.rng("passengers"))
-    passengers = campus.passengers(tell)
-    tasks = [campus.conductor.loop.create_task(passengers.live(Journey(wish))) for wish in wanted]
+    demands = random_rides(rides, pairs, spacing_s, campus.conductor.rng("passengers"))
+    passengers = campus.passengers(on_change)
+    tasks = [campus.conductor.loop.create_task(passengers.run_journey(Journey(demand))) for demand in demands]
     with RunProof(options.folder) as proof:
         with virtual_progress(console) as progress:
             bar = progress.add_task("rides", total=rides, clock="")
             deadline_ns = campus.conductor.now_ns + round(RIDE_TIMEOUT_S * 1e9)
-            word = SpacedWord(console)
+            printer = IntervalPrinter(console)
             while not all(task.done() for task in tasks) and campus.conductor.now_ns < deadline_ns:
                 for _ in range(STEPS_PER_REFRESH):
                     campus.conductor.step()
-                proof.look()
+                proof.replay_closed()
                 done = sum(task.done() for task in tasks)
-                pace = (campus.conductor.now_ns - START_NS) / 1e9 / (time.perf_counter() - started)
-                doing = f"{campus.now().astimezone(clock):%H:%M:%S}, {pace:.1f} x"
-                progress.update(bar, completed=done, clock=f"{doing}, {driving(campus)}")
-                word.say(f"{doing}  {done} of {rides} rides have ended; {driving(campus)}")
+                speedup = (campus.conductor.now_ns - START_NS) / 1e9 / (time.perf_counter() - started)
+                moment = f"{campus.now().astimezone(clock):%H:%M:%S}, {speedup:.1f} x"
+                progress.update(bar, completed=done, clock=f"{moment}, {driving(campus)}")
+                printer.print(f"{moment}  {done} of {rides} rides have ended; {driving(campus)}")
         virtual_s = (campus.conductor.now_ns - START_NS) / 1e9
         campus.stop()
         wall_s = time.perf_counter() - started
         proofs = proof.results(console)
     journeys = [task.result() for task in tasks if task.done()]
     failures = [
-        f"ride {wish.number} did not end" for wish, task in zip(wanted, tasks, strict=True) if not task.done()
+        f"ride {demand.number} did not end"
+        for demand, task in zip(demands, tasks, strict=True)
+        if not task.done()
     ]
     failures += [
-        f"ride {j.wish.number} ended as {j.state} ({j.reason})" for j in journeys if j.state != "completed"
+        f"ride {j.demand.number} ended as {j.state} ({j.reason})" for j in journeys if j.state != "completed"
     ]
     failures += contacts(campus)
     failures += flaws(proofs)
@@ -126,28 +128,28 @@ def run_headless(
 
 
 def contacts(campus: "VirtualCampus") -> list[str]:
-    """Whoever touched anybody or anything, by ground truth."""
+    """The vehicles that had contacts, by ground truth."""
     scores = {vehicle_id: campus.world.score(vehicle_id) for vehicle_id in campus.vehicles}
-    return [f"{name} made {score.contacts} contacts" for name, score in scores.items() if score.contacts]
+    return [f"{name} had {score.contacts} contacts" for name, score in scores.items() if score.contacts]
 
 
 def driving(campus: "VirtualCampus") -> str:
-    """How far each shuttle has come, by ground truth."""
+    """How far each shuttle has driven, by ground truth."""
     return ", ".join(f"{name} {campus.world.score(name).distance_m:.0f} m" for name in campus.vehicles)
 
 
 def timeline_line(journey: Journey, now: datetime, clock: ZoneInfo) -> str:
-    """One line of a ride's life, for people."""
-    wish = journey.wish
-    words = {
-        "requested": f"asks: {wish.from_stop} to {wish.to_stop}, party of {wish.party}",
+    """A line of text about a ride's new state."""
+    demand = journey.demand
+    texts = {
+        "requested": f"requested: {demand.from_stop} to {demand.to_stop}, party of {demand.party}",
         "assigned": f"gets {journey.vehicle_id}{_promise(journey, clock)}",
         "boarding": f"{journey.vehicle_id} is at the stop",
-        "aboard": f"is aboard {journey.vehicle_id} ({wish.how})",
+        "aboard": f"is aboard {journey.vehicle_id} ({demand.how})",
         "completed": "has arrived",
     }
-    text = words.get(journey.state, f"{journey.state}: {journey.reason}")
-    return f"{now.astimezone(clock):%H:%M:%S}  ride {wish.number} {text}"
+    text = texts.get(journey.state, f"{journey.state}: {journey.reason}")
+    return f"{now.astimezone(clock):%H:%M:%S}  ride {demand.number} {text}"
 
 
 def _promise(journey: Journey, clock: ZoneInfo) -> str:
@@ -180,14 +182,14 @@ def print_summary(
         is_figure = heading in ("waited s", "rode s", "rode m", "encounters")
         rides.add_column(heading, justify="right" if is_figure else "left", no_wrap=not is_figure)
     for journey in journeys:
-        wish = journey.wish
+        demand = journey.demand
         kept = "" if journey.promise is None else ("broken" if journey.promise_broken else "kept")
         rides.add_row(
-            str(wish.number),
-            wish.from_stop,
-            wish.to_stop,
-            str(wish.party),
-            wish.how,
+            str(demand.number),
+            demand.from_stop,
+            demand.to_stop,
+            str(demand.party),
+            demand.how,
             journey.state,
             _seconds(journey.wait_s),
             _seconds(journey.ride_s),
@@ -200,7 +202,7 @@ def print_summary(
 
 
 def print_vehicles(console: Console, campus: "VirtualCampus") -> None:
-    """What each vehicle did, by ground truth."""
+    """Print a table of the vehicles' figures, by ground truth."""
     table = Table(title="Vehicles", title_justify="left")
     for heading in (
         "vehicle",

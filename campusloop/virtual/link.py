@@ -1,4 +1,4 @@
-"""The websocket shell's twin in virtual time: it dials an in-memory pipe and moves the session's bytes."""
+"""The link in virtual time: an in-memory pipe in place of the websocket, under the same session."""
 
 from collections.abc import Callable
 
@@ -10,15 +10,15 @@ from vehicle_agent.link.bridge import LinkBridge
 
 REDIAL_AFTER_NS = 2_000_000_000
 
-# Gives the vehicle's end of a fresh connection to the server, or None while the server is not there.
+# Returns the vehicle's end of a new connection to the server, or None while the server is down.
 Dial = Callable[[], PipeEnd | None]
 
 
 class VirtualLink:
-    """Dials, moves bytes both ways once a step, and dials again after a cut."""
+    """Dials, moves bytes in both directions once a step, and dials again after a disconnection."""
 
-    def __init__(self, desk: LinkBridge, dial: Dial) -> None:
-        self._session = desk.session
+    def __init__(self, bridge: LinkBridge, dial: Dial) -> None:
+        self._session = bridge.session
         self._dial = dial
         self._end: PipeEnd | None = None
         self._received: list[bytes] = []
@@ -42,13 +42,13 @@ class VirtualLink:
         for frame in self._session.take_outgoing():
             self._end.send(frame)
         if self._session.is_silent(now_ns):
-            self._end.close("nothing heard")
+            self._end.close("no message received")
             self._closed = True
         if self._closed:
             self._disconnect(now_ns)
 
     def drop(self) -> None:
-        """The vehicle is gone without a word: the server notices by the pipe."""
+        """The vehicle disappears without a goodbye; the server notices the closed pipe."""
         if self._end is not None:
             self._end.close("reset")
             self._end.on_message = lambda _data: None
@@ -90,8 +90,7 @@ class PipeTransport:
 
 
 class VirtualNetwork:
-    """The network between the vehicles and one server; it can be cut for a vehicle, and the server can be
-    away."""
+    """The network between vehicles and one server. It can be cut for a vehicle; the server can be down."""
 
     def __init__(self, conductor: Conductor) -> None:
         self.hub: Hub | None = None
@@ -113,13 +112,13 @@ class VirtualNetwork:
         return dial
 
     def cut(self, vehicle_id: str) -> None:
-        """No network for this vehicle until `mend`."""
+        """No network for this vehicle until `restore`."""
         self._dead.add(vehicle_id)
         pipe = self._pipes.pop(vehicle_id, None)
         if pipe is not None:
             pipe.cut()
 
-    def mend(self, vehicle_id: str) -> None:
+    def restore(self, vehicle_id: str) -> None:
         self._dead.discard(vehicle_id)
 
     def _answer(self, pipe: Pipe) -> None:

@@ -11,7 +11,7 @@ Closed = Callable[[str], None]
 
 
 class PipeEnd:
-    """One side of a pipe. Messages arrive whole, once and in order, until somebody cuts the pipe."""
+    """One side of a pipe. Messages arrive whole, once and in order, until the pipe is cut."""
 
     def __init__(self, name: str, pipe: "Pipe") -> None:
         self.name = name
@@ -26,11 +26,11 @@ class PipeEnd:
         self._pipe.close(self, reason)
 
     def _unexpected(self, data: bytes) -> None:
-        raise AssertionError(f"{self.name}: nobody listens, got {data[:80]!r}")
+        raise AssertionError(f"{self.name}: no receiver, got {data[:80]!r}")
 
 
 class Pipe:
-    """Two ends, a latency for each message, and a `cut` that loses what is under way."""
+    """Two ends, a latency for each message, and a `cut` that loses the messages under way."""
 
     def __init__(
         self, conductor: Conductor, name: str, latency_s: tuple[float, float] = (0.01, 0.06)
@@ -50,7 +50,7 @@ class Pipe:
         self._post(sender, lambda: receiver.on_message(data))
 
     def close(self, closer: PipeEnd, reason: str) -> None:
-        """An orderly close: what was sent before it still arrives."""
+        """An orderly close: messages sent before it still arrive."""
         receiver = self._other(closer)
 
         def end() -> None:
@@ -61,7 +61,7 @@ class Pipe:
             self._post(closer, end)
 
     def cut(self, reason: str = "cut") -> None:
-        """The network is gone: both ends learn it now, messages under way are lost."""
+        """The network fails: both ends are closed now, and messages under way are lost."""
         if self.is_open:
             self.is_open = False
             self.left.on_close(reason)

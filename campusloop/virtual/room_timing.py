@@ -1,4 +1,4 @@
-"""How long each onboard room takes, measured from outside: the rooms themselves know no clock."""
+"""The time that each onboard room takes, measured from outside, because the rooms have no clock."""
 
 import time
 from dataclasses import replace
@@ -21,9 +21,9 @@ TIMED = ("step", "decode", "encode")
 
 
 class RoomTimes:
-    """Wall time of every call, in ns, by room; `whole` is the complete tick with its recording.
+    """Wall time of every call, in ns, by room; `whole`: the complete tick with its recording.
 
-    The thread's CPU clock is a system call, and nearly all that runs in virtual time is this thread.
+    Wall time, because the thread's CPU clock needs a system call, and virtual time runs in this thread alone.
     """
 
     def __init__(self) -> None:
@@ -31,13 +31,13 @@ class RoomTimes:
         self.whole: list[int] = []
 
     def timed(self, car: Car) -> Car:
-        """The same car, with a stopwatch at every door."""
+        """The same car with every room timed."""
         rooms: dict[str, Any] = {name: _TimedRoom(getattr(car, name), self.by_room[name]) for name in ROOMS}
         return replace(car, **rooms)
 
 
 class _TimedRoom:
-    """Stands in a room's door and times who goes through."""
+    """A proxy of a room that times its calls."""
 
     def __init__(self, room: Any, samples: list[int]) -> None:
         self._room = room

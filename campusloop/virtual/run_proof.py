@@ -1,4 +1,4 @@
-"""Every recorded segment run again, on the cores that the campus leaves idle."""
+"""Replay of every recorded segment, on the cores that the campus leaves idle."""
 
 import multiprocessing
 import os
@@ -15,12 +15,12 @@ from contract.runlog.reader import RunLogError
 from vehicle_agent.runtime.replay import replay_segment
 from vehicle_agent.stacks.choice import build_car
 
-WORD_EVERY_S = 10.0
+PRINT_EVERY_S = 10.0
 
 
 @dataclass(frozen=True, slots=True)
 class Proof:
-    """One segment replayed. flaw: how it differs or why it cannot be read to its end; "" for none."""
+    """The result of one replayed segment. flaw: how it differs or why it cannot be read; "" for none."""
 
     path: Path
     ticks: int
@@ -28,12 +28,12 @@ class Proof:
 
 
 class RunProof:
-    """Replays segments while further ones are still being recorded."""
+    """Replays segments while the campus records further ones."""
 
     def __init__(self, folder: Path) -> None:
         """folder: every segment below it is replayed."""
         self._folder = folder
-        # A fork would take the running campus along.
+        # A fork would copy the running campus.
         spawning = multiprocessing.get_context("spawn")
         self._pool = ProcessPoolExecutor(os.cpu_count() or 1, mp_context=spawning)
         self._begun: dict[Path, Future[Proof]] = {}
@@ -46,23 +46,23 @@ class RunProof:
     ) -> None:
         self._pool.shutdown(cancel_futures=True)
 
-    def look(self) -> None:
-        """Begin with the segments that nobody writes to any more: all but the last one of a boot."""
+    def replay_closed(self) -> None:
+        """Start to replay the closed segments: all but the last one of each boot."""
         for boot in {path.parent for path in self._folder.rglob("*.mcap")}:
             for path in sorted(boot.glob("*.mcap"))[:-1]:
                 self._begin(path)
 
     def results(self, console: Console) -> list[Proof]:
-        """Once every run has ended: all segments, in the order of their paths."""
+        """Replay the rest and return all results, in the order of the paths. Call it after the last run."""
         paths = sorted(self._folder.rglob("*.mcap"))
         for path in paths:
             self._begin(path)
         results = []
-        word = SpacedWord(console)
+        printer = IntervalPrinter(console)
         with virtual_progress(console) as progress:
             bar = progress.add_task("replaying runs", total=len(paths), clock="")
             for number, path in enumerate(paths):
-                word.say(f"replaying what was driven: {number} of {len(paths)} segments are done")
+                printer.print(f"replaying the runs: {number} of {len(paths)} segments are done")
                 results.append(self._begun[path].result())
                 progress.advance(bar)
         return results
@@ -78,7 +78,7 @@ class RunProof:
 
 
 def prove(path: Path) -> Proof:
-    """Replay one segment; a damaged one is a flaw to be told like any other."""
+    """Replay one segment; a damaged log is a flaw too."""
     try:
         result = replay_segment(path, build_car)
     except RunLogError as error:
@@ -88,20 +88,20 @@ def prove(path: Path) -> Proof:
 
 
 def flaws(proofs: list[Proof]) -> list[str]:
-    """The segments that did not run as recorded to their end, and why."""
+    """The segments that did not replay as recorded, and why."""
     return [f"{proof.path}: {proof.flaw}" for proof in proofs if proof.flaw]
 
 
-class SpacedWord:
-    """What is being done, where no bar can be drawn: a line now and then."""
+class IntervalPrinter:
+    """Prints a progress line at most once per interval, where the console is no terminal."""
 
-    def __init__(self, console: Console, every_s: float = WORD_EVERY_S) -> None:
+    def __init__(self, console: Console, every_s: float = PRINT_EVERY_S) -> None:
         self._console = console
         self._every_s = every_s
         self._due_s = time.monotonic() + every_s
 
-    def say(self, text: str) -> None:
-        """Said when the last word is long enough ago."""
+    def print(self, text: str) -> None:
+        """Print the text if the interval since the last line is over."""
         if self._console.is_terminal or time.monotonic() < self._due_s:
             return
         self._due_s = time.monotonic() + self._every_s
@@ -109,7 +109,7 @@ class SpacedWord:
 
 
 def virtual_progress(console: Console) -> Progress:
-    """A bar with a count, the campus's clock and the time gone by; add_task(..., clock=...)."""
+    """A bar with a count, the campus's clock and the elapsed time; add_task(..., clock=...)."""
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -117,6 +117,6 @@ def virtual_progress(console: Console) -> Progress:
         TimeElapsedColumn(),
         console=console,
         transient=True,
-        # Drawing takes time from the campus, which runs in the same process.
+        # Drawing slows down the campus, which runs in the same process.
         refresh_per_second=2,
     )

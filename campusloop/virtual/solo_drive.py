@@ -1,4 +1,4 @@
-"""One shuttle alone on a campus, without a server: a tour of stops, every section granted. For benchmarks."""
+"""One shuttle alone on a campus, without a server, for benchmarks: a tour of stops, all sections granted."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 
 from campusloop.virtual.conductor import STEP_NS
-from campusloop.virtual.granted_order import go_words, granted_order
+from campusloop.virtual.granted_order import granted_order, start_messages
 from campusloop.virtual.vehicle import VirtualVehicle, VirtualVehicleSetup
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
@@ -73,11 +73,11 @@ class SoloDrive:
         self._order = tour(road_map, stops, seed)
 
     def set_off(self) -> None:
-        """A second to find out where it is, then the order and the release."""
+        """Step for a second, until the vehicle is localized; then send the order and the resume."""
         for _ in range(50):
             self.step()
-        for word in go_words(self._order, self.now_ns):
-            self.vehicle.tell(self.now_ns, word)
+        for message in start_messages(self._order, self.now_ns):
+            self.vehicle.put_link_message(self.now_ns, message)
 
     def step(self, now_ns: int | None = None) -> None:
         """now_ns: the wall clock's stamp for this step, when it is not virtual."""

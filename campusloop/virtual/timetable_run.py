@@ -1,7 +1,7 @@
 """`campusloop demo --headless --from 07:55 --to 10:05`: a stretch of the map's timetable in virtual time.
 
-Every call is checked against what the vehicles really did: the moment at which a shuttle closed its doors
-and left the stop, by its own events.
+Every call is compared with the vehicles' events: the moment at which a shuttle closed its doors and left the
+stop.
 """
 
 import time
@@ -14,7 +14,7 @@ from rich.table import Table
 
 from campusloop.virtual.campus import START_NS, CampusOptions, VirtualCampus
 from campusloop.virtual.headless import contacts, print_vehicles
-from campusloop.virtual.run_proof import RunProof, SpacedWord, flaws, virtual_progress
+from campusloop.virtual.run_proof import IntervalPrinter, RunProof, flaws, virtual_progress
 from contract.roads.model import RoadMap
 from contract.wire.messages import VisitChanged
 
@@ -24,8 +24,8 @@ EARLY_MAX_S = 0.0
 
 
 @dataclass(frozen=True, slots=True)
-class CallKept:
-    """One call of a trip. left_at: when a shuttle really left (at a trip's last stop: arrived), or None."""
+class TimetableCallResult:
+    """One call of a trip. left_at: when a shuttle left it, or arrived at the trip's last stop; or None."""
 
     trip_id: str
     stop_id: str
@@ -38,8 +38,8 @@ class CallKept:
         return None if self.left_at is None else (self.left_at - self.planned).total_seconds()
 
     @property
-    def is_kept(self) -> bool:
-        """Never early, at most a minute late; being early at a trip's last stop hurts nobody."""
+    def is_on_time(self) -> bool:
+        """Not early and at most a minute late; at a trip's last stop it may be early."""
         if self.late_s is None or self.late_s > LATE_MAX_S:
             return False
         return self.is_last or self.late_s >= EARLY_MAX_S
@@ -54,8 +54,8 @@ class Stay:
 
 def run_timetable(
     options: CampusOptions, begins: datetime, ends: datetime, console: Console
-) -> tuple[list[CallKept], list[str]]:
-    """Drive the timetable between two moments; the calls, and everything that was not kept."""
+) -> tuple[list[TimetableCallResult], list[str]]:
+    """Drive the timetable between two moments. Returns the calls, and all failures as texts."""
     started = time.perf_counter()
     options = replace(options, begins=(begins - WARM_UP).astimezone(UTC))
     zone = ZoneInfo(options.road_map.timezone)
@@ -64,22 +64,22 @@ def run_timetable(
     with RunProof(options.folder) as proof:
         with virtual_progress(console) as progress:
             bar = progress.add_task("virtual s", total=round((ends - campus.now()).total_seconds()), clock="")
-            word = SpacedWord(console)
+            printer = IntervalPrinter(console)
             while campus.now() < ends:
                 campus.conductor.run_for(5.0)
-                proof.look()
+                proof.replay_closed()
                 clock = f"{campus.now().astimezone(zone):%H:%M:%S}"
                 progress.update(bar, advance=5, clock=clock)
-                word.say(f"{clock}  {proof.replayed} segments are replayed")
+                printer.print(f"{clock}  {proof.replayed} segments are replayed")
         virtual_s = (campus.conductor.now_ns - START_NS) / 1e9
         calls = _calls(campus, options.road_map, begins, ends)
         campus.stop()
         proofs = proof.results(console)
     failures = [
         f"{call.trip_id} at {call.stop_id}: "
-        + ("nobody came" if call.late_s is None else f"{call.late_s:+.0f} s")
+        + ("no shuttle came" if call.late_s is None else f"{call.late_s:+.0f} s")
         for call in calls
-        if not call.is_kept
+        if not call.is_on_time
     ]
     failures += contacts(campus)
     failures += flaws(proofs)
@@ -96,13 +96,15 @@ def local_moment(day: datetime, clock_time: str, zone: ZoneInfo) -> datetime:
     return moment.replace(year=day.year, month=day.month, day=day.day)
 
 
-def _calls(campus: VirtualCampus, road_map: RoadMap, begins: datetime, ends: datetime) -> list[CallKept]:
-    """Each planned call with the stay that served it: the first to end at its time or after."""
+def _calls(
+    campus: VirtualCampus, road_map: RoadMap, begins: datetime, ends: datetime
+) -> list[TimetableCallResult]:
+    """Each planned call with the stay that served it: the first that ends at the planned time or later."""
     stays = _stays(campus)
     midnight = begins.astimezone(ZoneInfo(road_map.timezone)).replace(
         hour=0, minute=0, second=0, microsecond=0
     )
-    kept = []
+    results = []
     for trip in road_map.timetable:
         for number, (stop_id, second) in enumerate(trip.calls):
             planned = midnight + timedelta(seconds=second)
@@ -114,12 +116,12 @@ def _calls(campus: VirtualCampus, road_map: RoadMap, begins: datetime, ends: dat
             if serving:
                 stay = min(serving, key=lambda stay: stay.left)
                 at = stay.arrived if is_last else stay.left
-            kept.append(CallKept(trip.trip_id, stop_id, planned, at, is_last))
-    return kept
+            results.append(TimetableCallResult(trip.trip_id, stop_id, planned, at, is_last))
+    return results
 
 
 def _stays(campus: VirtualCampus) -> list[Stay]:
-    """Every stand at a stop; one that still lasts ends now."""
+    """Every stay at a stop; one that still lasts ends now."""
     stays: list[Stay] = []
     for vehicle in campus.vehicles.values():
         arrived: dict[str, Stay] = {}
@@ -135,7 +137,7 @@ def _stays(campus: VirtualCampus) -> list[Stay]:
     return stays
 
 
-def _print(console: Console, calls: list[CallKept], zone: ZoneInfo) -> None:
+def _print(console: Console, calls: list[TimetableCallResult], zone: ZoneInfo) -> None:
     table = Table(title="Timetable", title_justify="left")
     for heading in ("trip", "stop", "planned", "left / arrived", "late s", "kept"):
         table.add_column(heading, justify="right" if heading == "late s" else "left")
@@ -146,6 +148,6 @@ def _print(console: Console, calls: list[CallKept], zone: ZoneInfo) -> None:
             f"{call.planned.astimezone(zone):%H:%M:%S}",
             "" if call.left_at is None else f"{call.left_at.astimezone(zone):%H:%M:%S}",
             "" if call.late_s is None else f"{call.late_s:.0f}",
-            "yes" if call.is_kept else "NO",
+            "yes" if call.is_on_time else "NO",
         )
     console.print(table)

@@ -1,4 +1,4 @@
-"""One vehicle in virtual time: the same computer, gate and desk as on a real one, wired to the simulator."""
+"""One vehicle in virtual time: the computer, gate and link bridge of a real one, wired to the simulator."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,7 +41,7 @@ class VirtualVehicleSetup:
 
 
 class VirtualVehicle:
-    """boot by boot: `boot` starts a computer, `crash` takes it away, the disk stays.
+    """`boot` starts a computer, `crash` ends it; the disk stays.
 
     happened: every event with the time of its tick; times: of every room; outputs: of the last tick.
     wired: its computer and gate, and the simulated bus.
@@ -62,7 +62,7 @@ class VirtualVehicle:
         self.outputs: Outputs | None = None
 
     def boot(self, now_ns: int) -> None:
-        """A new boot: mission memory from disk, everything else from scratch."""
+        """A new boot: mission memory from disk, everything else in its initial state."""
         self._boots += 1
         setup = self.setup
         boot_id = f"boot-{self._boots:06d}"
@@ -103,19 +103,19 @@ class VirtualVehicle:
         self.link = VirtualLink(bridge, self._dial)
 
     def crash(self) -> None:
-        """SIGKILL of everything onboard: nothing is finished, nothing is said."""
+        """All onboard processes are killed: nothing is closed and no message is sent."""
         self.link.drop()
         self.wired.crash()
 
-    def tell(self, now_ns: int, message: LinkMessage) -> None:
-        """Put a word into the inbox as if the link had brought it (for drives without a server)."""
+    def put_link_message(self, now_ns: int, message: LinkMessage) -> None:
+        """Put a message into the inbox as if it came by the link (for drives without a server)."""
         self.wired.inbox.put(now_ns, "link", message)
 
     def step(self, now_ns: int) -> None:
-        """Sensors, inbox drain, tick, gate: what happens at this vehicle in one 20 ms step."""
+        """One 20 ms step of this vehicle: sensors, inbox drain, tick, gate and link."""
         wired = self.wired
         for message in self._bridge.take_messages() if wired.computer is not None else ():
-            self.tell(now_ns, message)
+            self.put_link_message(now_ns, message)
         outputs = wired.step(now_ns)
         if outputs is None:
             return
@@ -123,7 +123,7 @@ class VirtualVehicle:
         mission = wired.computer.state.mission
         self.times.whole.append(wired.tick_wall_ns)
         self.outputs = outputs
-        self._show_way(outputs.flow.task, mission.segment)
+        self._show_route(outputs.flow.task, mission.segment)
         self.happened.extend((now_ns, event) for event in outputs.events)
         update = self._update_writer.update(outputs, mission.memory, now_ns)
         if update is not None:
@@ -131,16 +131,16 @@ class VirtualVehicle:
         self.run_log.write(wired.computer.entries)
         self.link.step(now_ns)
 
-    def _show_way(self, task: Task, segment: int) -> None:
-        """People see where a shuttle means to go; the score needs to know it at forks.
+    def _show_route(self, task: Task, segment: int) -> None:
+        """Give the world the vehicle's route: people react to it, and the score needs it at forks.
 
-        segment: of the line's points that the vehicle is at
+        segment: the index of the line's segment at the vehicle
         """
         if task.line is not None and task.line_id != self._line_id:
             self._line_id = task.line_id
             self._world.follow(self.setup.vehicle_id, task.line.points[segment:])
 
     def shut_down(self) -> None:
-        """An orderly end: the open segment is finished."""
+        """An orderly end: the open segment is closed."""
         self.run_log.close()
         self._bridge.close()

@@ -1,4 +1,4 @@
-"""The two ends of a virtual campus: the server that answers, and the phones that riders hold."""
+"""Two parts of a virtual campus: the server's transport and the riders' phones."""
 
 from typing import Literal
 
@@ -7,19 +7,19 @@ from fastapi import FastAPI
 
 
 class VirtualServer(httpx.AsyncBaseTransport):
-    """The server that answers requests now; there may be none, and later another one."""
+    """A transport to the present server; there may be none, or later another one."""
 
     def __init__(self) -> None:
         self.app: FastAPI | None = None
 
     async def handle_async_request(self, request: httpx.Request) -> httpx.Response:
         if self.app is None:
-            raise httpx.ConnectError("the server is away", request=request)
+            raise httpx.ConnectError("the server is down", request=request)
         return await httpx.ASGITransport(app=self.app).handle_async_request(request)
 
 
 class VirtualPhones:
-    """What riders see and press; taps go to the server as from a phone."""
+    """The vehicles that phones show, and their taps, which are sent to the server."""
 
     def __init__(self) -> None:
         self.vehicles: dict[str, str] = {}

@@ -1,8 +1,8 @@
 """A vehicle's computer and gate wired to the simulated vehicle: 20 ms from the bus to the bus.
 
-The module's reports -> gate -> inbox -> tick -> gate -> the bus. What a worker makes of a scan, and the
-planner of a job, comes back after the time that they would take. Whoever composes a drive adds the rest to
-the inbox: a link, an operator, cameras.
+The module's reports -> gate -> inbox -> tick -> gate -> the bus. The worker's result for a scan and the
+planner's answer to a job arrive after the time that they would take. The composition of a drive puts the rest
+into the inbox: messages of a link, an operator or cameras.
 """
 
 import time
@@ -33,46 +33,46 @@ from vehicle_agent.signals import (
 from vehicle_agent.stacks.choice import Planner, build_planner
 from vehicle_agent.stacks.rooms import height_map
 
-# What the worker takes for one scan, with the trip to it and back.
+# The worker's time for one scan, with the transport there and back.
 PERCEPT_DELAY_NS = 2 * STEP_NS
-# What the motion planner takes for one job, with the trip to it and back.
+# The motion planner's time for one job, with the transport there and back.
 PLAN_DELAY_NS = 2 * STEP_NS
 
-# What becomes of a value on its way from a device or worker; None: it is lost.
-Arrives = Callable[[InboxBody], InboxBody | None]
+# Changes a value on its way from a device or worker; None: the value is lost.
+InputFilter = Callable[[InboxBody], InboxBody | None]
 
 
-def as_it_is(body: InboxBody) -> InboxBody | None:
+def unchanged(body: InboxBody) -> InboxBody | None:
     return body
 
 
 class WiredGate:
-    """The gate process between the simulated bus and the tick's inbox; either may be begun anew."""
+    """The gate process between the simulated bus and the tick's inbox; either can be restarted."""
 
     def __init__(self, vehicle_id: str, profile: Profile, world: SimWorld) -> None:
         self._vehicle_id, self._profile, self._world = vehicle_id, profile, world
         self._gap_ns = braking_of(profile).frame_gap_ns
-        self.begin_gate()
-        self.begin_inbox()
+        self.restart_gate()
+        self.restart_inbox()
 
-    def begin_gate(self) -> None:
-        """A new gate process: it knows nothing."""
+    def restart_gate(self) -> None:
+        """A new gate process, in its initial state."""
         self.gate = gate_of(self._profile)
 
-    def begin_inbox(self) -> None:
-        """For a new tick process; mail for the one before is lost."""
+    def restart_inbox(self) -> None:
+        """For a new tick process; the old one's messages are lost."""
         self.inbox = Inbox()
 
-    def hear(self, reports: tuple[CanFrame, ...], now_ns: int) -> None:
-        """The module's reports, by the gate's clock; the gate tells the tick."""
+    def take_reports(self, reports: tuple[CanFrame, ...], now_ns: int) -> None:
+        """Take the module's reports at now_ns of the gate's clock, and forward them to the tick."""
         stamped = tuple(msgspec.structs.replace(frame, stamp_ns=now_ns) for frame in reports)
         self.gate.take_reports(stamped, now_ns)
-        self._tell_tick(stamped, now_ns)
+        self._forward_to_tick(stamped, now_ns)
 
     def send(self, now_ns: int, bus_ns: int) -> tuple[CanFrame, ...]:
-        """Step the gate at now_ns of its clock; what it lets through is on the bus at the world's bus_ns."""
+        """Step the gate at now_ns of its clock; the frames that it passes are on the bus at bus_ns."""
         sent = self.gate.step(now_ns)
-        self._tell_tick(self.gate.report_frames(now_ns), now_ns)
+        self._forward_to_tick(self.gate.report_frames(now_ns), now_ns)
         on_bus = (
             CanFrame(bus_ns + k * self._gap_ns, frame.arbitration_id, frame.data)
             for k, frame in enumerate(sent)
@@ -80,17 +80,17 @@ class WiredGate:
         self._world.frames_from_vehicle(self._vehicle_id, tuple(on_bus))
         return sent
 
-    def _tell_tick(self, frames: tuple[CanFrame, ...], now_ns: int) -> None:
+    def _forward_to_tick(self, frames: tuple[CanFrame, ...], now_ns: int) -> None:
         for frame in frames:
             self.inbox.put(now_ns, "can", frame)
 
 
 class WiredVehicle:
-    """`boot` with a computer, then `step` after `step`, until it may `crash`.
+    """Call `boot` with a computer, then `step` repeatedly; `crash` ends the computer.
 
-    computer     None while none runs
+    computer     None while there is none
     planner      answers the jobs of a stack that makes any
-    tick_wall_ns, tick_cpu_s  what the last tick took
+    tick_wall_ns, tick_cpu_s  the last tick's times
     plan_cpu_ms  CPU of each motion plan so far
     """
 
@@ -107,45 +107,47 @@ class WiredVehicle:
 
     @property
     def gate(self) -> Gate:
-        """Of this boot."""
+        """The gate of this boot."""
         return self._bus.gate
 
     @property
     def inbox(self) -> Inbox:
-        """Of this boot."""
+        """The inbox of this boot."""
         return self._bus.inbox
 
     def boot(self, computer: VehicleComputer) -> None:
-        """Everything onboard from scratch, but for what the computer remembers."""
-        self._bus.begin_gate()
-        self._bus.begin_inbox()
+        """Start everything onboard in its initial state, except the computer."""
+        self._bus.restart_gate()
+        self._bus.restart_inbox()
         self.computer = computer
 
     def crash(self) -> None:
-        """Everything onboard is gone at once."""
+        """End everything onboard at once."""
         self.computer = None
         self._percepts.clear()
         self._plans.clear()
 
-    def step(self, now_ns: int, arrives: Arrives = as_it_is, plan_late_ns: int = 0) -> Outputs | None:
-        """One tick and its way to the bus; None while no computer runs: devices go on without it.
+    def step(
+        self, now_ns: int, input_filter: InputFilter = unchanged, plan_late_ns: int = 0
+    ) -> Outputs | None:
+        """One tick, from the bus to the bus. None while there is no computer; the devices step without it.
 
-        plan_late_ns  how much longer than usual the plans take that are asked for now
+        plan_late_ns  additional delay of the plans requested in this step
         """
         world, vehicle_id = self._world, self._vehicle_id
         reports = world.frames_to_vehicle(vehicle_id)
-        told = (*world.sensor_items(vehicle_id, now_ns), *world.tracked(vehicle_id, now_ns))
+        items = (*world.sensor_items(vehicle_id, now_ns), *world.tracked(vehicle_id, now_ns))
         scan = world.scan(vehicle_id, now_ns)
         if self.computer is None:
             return None
-        self._bus.hear(reports, now_ns)
-        for body in told:
-            self._bring("sensors", body, now_ns, arrives)
+        self._bus.take_reports(reports, now_ns)
+        for body in items:
+            self._deliver("sensors", body, now_ns, input_filter)
         if scan is not None:
             cells = percept_from_scan(np.ascontiguousarray(scan[0]), now_ns, self._height_map)
             self._percepts.append((now_ns + PERCEPT_DELAY_NS, cells))
         while self._percepts and self._percepts[0][0] <= now_ns:
-            self._bring("worker", self._percepts.popleft()[1], now_ns, arrives)
+            self._deliver("worker", self._percepts.popleft()[1], now_ns, input_filter)
         while self._plans and self._plans[0][0] <= now_ns:
             self.inbox.put(now_ns, "planner", self._plans.popleft()[1])
         outputs = self._tick(self.computer, now_ns)
@@ -155,9 +157,9 @@ class WiredVehicle:
         world.show(vehicle_id, outputs.hmi, now_ns)
         return outputs
 
-    def _bring(self, source: str, body: InboxBody, now_ns: int, arrives: Arrives) -> None:
-        """What perception tells the tick, it tells the gate too."""
-        arrived = arrives(body)
+    def _deliver(self, source: str, body: InboxBody, now_ns: int, input_filter: InputFilter) -> None:
+        """Put a value into the inbox; percepts are given to the gate too."""
+        arrived = input_filter(body)
         if arrived is None:
             return
         self.inbox.put(now_ns, source, arrived)

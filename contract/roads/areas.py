@@ -1,4 +1,4 @@
-"""Observation areas: who stands in one, and where a line meets one."""
+"""Observation areas: which points are inside, and where a line passes through."""
 
 import math
 
@@ -18,8 +18,8 @@ _ON_LINE_M = 0.5
 class AreaAhead(msgspec.Struct, frozen=True):
     """Where one pass through an area lies along a line.
 
-    stop_s_m    where the front bumper stands clear of those who cross
-    enter_s_m, leave_s_m  where the line goes into the area's outline and out of it; the end of the line when
+    stop_s_m    where the front bumper stands clear of crossing people
+    enter_s_m, leave_s_m  where the line enters and leaves the area's outline; the end of the line when
                 it ends inside
     """
 

@@ -95,11 +95,11 @@ class Building(msgspec.Struct, frozen=True):
 
 
 class ObservationArea(msgspec.Struct, frozen=True):
-    """Ground to be watched before a vehicle drives onto what lies behind its stop lines.
+    """Ground to be observed before a vehicle drives past its stop lines.
 
     outline     closed implicitly, does not cross itself. Of an intersection: the junction and the last metres
                 of every way into it; of a crossing: the road there and 2 m of pavement on each side
-    stop_lines  (lane_id, s_m): where the front bumper stands clear of those who cross
+    stop_lines  (lane_id, s_m): where the front bumper stands clear of crossing people
     """
 
     area_id: str

@@ -1,4 +1,4 @@
-"""A road map prepared for questions: where am I, what comes next, how long does it take."""
+"""A road map with look-ups: lane of a pose, successors, sections and travel times."""
 
 import bisect
 import math
@@ -58,7 +58,7 @@ class RoadNetwork:
         self.lanes_before = _numbered(self._predecessors, self.lane_numbers)
         self._clocks: dict[float, dict[str, Array]] = {}
         self._lane_times: dict[float, Array] = {}
-        # Clocks once more as lists: one number is read from those several times sooner than from arrays.
+        # The clocks as lists too: reading a single number is several times faster than from an array.
         self._readings: dict[tuple[str, float], tuple[list[float], list[float]]] = {}
         self._grid = _grid(self)
 
@@ -89,7 +89,7 @@ class RoadNetwork:
         """(lane_id, s_m, d_m) of the lane that a vehicle in this pose drives on; d_m positive to its left.
 
         Lanes that run against the heading are not considered. None farther than 15 m from every lane, or
-        for a pose that is not finite: the vehicle is at sea.
+        for a pose that is not finite.
         """
         if not (math.isfinite(x_m) and math.isfinite(y_m) and math.isfinite(yaw_rad)):
             return None
@@ -157,7 +157,7 @@ class RoadNetwork:
         )
 
     def shadow(self, section_id: str) -> frozenset[str]:
-        """The sections that nobody else may enter while one shuttle stands in this one, itself included."""
+        """The sections that no other shuttle may enter while one stands in this one, itself included."""
         return frozenset((section_id, *self.sections[section_id].conflicts))
 
     def kept_clear(self, places: Collection[str]) -> frozenset[str]:

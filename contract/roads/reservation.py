@@ -15,7 +15,7 @@ from contract.roads.safety import Claim, Ground, union
 
 
 class Grant(msgspec.Struct, frozen=True):
-    """Leave to enter a section; a grant with a higher fence is newer, whatever the section."""
+    """The permission to enter a section; a grant with a higher fence is newer, for all sections."""
 
     section_id: str
     fence: int
@@ -55,7 +55,7 @@ class Reservations:
         self.last_fence = last_fence
 
     def emptied(self) -> "Reservations":
-        """The same map with nobody on it; what was worked out of the map is shared."""
+        """The same map without vehicles; data derived from the map are shared."""
         empty = Reservations(())
         empty._ground = self._ground
         return empty
@@ -77,7 +77,7 @@ class Reservations:
         return not self._ground.stuck(self._claims())
 
     def place(self, vehicle_id: str, held: Sequence[str]) -> None:
-        """Set what a vehicle holds and forget its route: a vehicle that appears, or says so after a restart.
+        """Set the sections that a vehicle holds and delete its route: a new vehicle, or one after a restart.
 
         Where a vehicle stands is a fact, so this is never refused for safety's sake. Raises
         ReservationError: unknown_section, holds_nothing, conflict (two vehicles claim the same ground).
@@ -104,7 +104,7 @@ class Reservations:
         self._vehicles[vehicle_id] = _Vehicle(list(held), list(ahead), goal)
 
     def remove(self, vehicle_id: str) -> None:
-        """Forget a vehicle that has been taken off the roads."""
+        """Remove a vehicle that has been taken off the roads."""
         self._vehicle(vehicle_id)
         del self._vehicles[vehicle_id]
 
@@ -112,7 +112,7 @@ class Reservations:
         """Replace the vehicle's route; False, and nothing changed, where that would be unsafe.
 
         A vehicle that was placed and has no route yet may take one that cannot be finished now, as long as
-        it locks in nobody else: two that stand in each other's way can only be freed by both routes.
+        it locks in no other vehicle: two that block each other can only be freed by both routes.
 
         route_sections  in order, up to where the vehicle will stand. It must contain a section which the
         vehicle holds; what lies before the first such section is behind the vehicle. Held sections that are
@@ -163,7 +163,7 @@ class Reservations:
         return True
 
     def blocked_by(self, vehicle_id: str) -> tuple[str, ...]:
-        """Whom the vehicle waits for: who is in its next section's way, else who would be locked in by it."""
+        """The vehicle waited for: one that blocks its next section, else one that it would lock in."""
         vehicle = self._vehicle(vehicle_id)
         if not vehicle.ahead:
             return ()
@@ -181,7 +181,7 @@ class Reservations:
         return tuple(sorted(stuck - {vehicle_id}))
 
     def _free_count(self, vehicle_id: str, limit: int) -> int:
-        """How many sections ahead, at most `limit`, are in nobody's shadow."""
+        """How many sections ahead, at most `limit`, are in no other vehicle's shadow."""
         others = union(
             self._ground.shadow(vehicle.held)
             for other_id, vehicle in self._vehicles.items()

@@ -1,8 +1,8 @@
 """Why a link is closed, as data: one row a reason, the same table for both sides.
 
 The server says `Goodbye(code, detail)` and then closes the websocket with the row's number. `retry` tells
-the vehicle what is worth doing next; nothing is ever lost by a close, because events stay in the vehicle's
-outbox until they are acknowledged.
+the vehicle what to do next. A close loses no events, because they stay in the vehicle's outbox until they are
+acknowledged.
 """
 
 from typing import Literal

@@ -1,4 +1,4 @@
-"""Bytes <-> message. Text frames of JSON: a person with any websocket tool can read the link."""
+"""Bytes <-> message. Text frames of JSON, so that any websocket tool can show the link."""
 
 from typing import TypeVar
 
@@ -16,7 +16,7 @@ _from_server: msgspec.json.Decoder[ServerMessage] = msgspec.json.Decoder(ServerM
 
 
 class WireError(Exception):
-    """A frame that is no message of this protocol; `detail` says what was wrong with it."""
+    """A frame that is not a valid message of this protocol; `detail` says why."""
 
     def __init__(self, detail: str) -> None:
         super().__init__(detail)

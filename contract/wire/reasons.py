@@ -1,4 +1,4 @@
-"""Why a vehicle goes no faster, why it is held, and what is wrong with it: closed vocabularies.
+"""Closed vocabularies: what limits a vehicle's speed, why it is held, and its faults.
 
 They are types on the wire. The pages' translations are generated from them and do not compile while one is
 missing.

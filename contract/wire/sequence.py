@@ -1,7 +1,7 @@
 """Numbered events that survive any cut: at-least-once delivery, exactly-once effect. No I/O here.
 
 `EventLog` is the vehicle's side: it numbers, keeps and repeats. `is_new` is the server's side: it lets
-each (boot, sequence) through once and in order. Whoever owns a disk or a table persists what they return.
+each (boot, sequence) through once and in order. The callers persist what they return.
 """
 
 from collections import deque

@@ -1,4 +1,4 @@
-"""How a vehicle proves that a run segment is its own when it uploads it over HTTP."""
+"""The signature with which a vehicle uploads a run segment over HTTP."""
 
 # Request header: base64 of the Ed25519 signature over `signed_segment(...)`.
 SIGNATURE_HEADER = "Vehicle-Signature"

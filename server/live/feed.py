@@ -1,7 +1,7 @@
-"""Keeps the scene board true: positions as they come in by the bus, everything else read from the store.
+"""Keeps the scene board up to date: positions come by the bus, everything else is read from the store.
 
-A message on the bus only says what to read again. Whatever is missed is caught by a full reading now and
-then, so that a lost message costs seconds of staleness and nothing else.
+A message on the bus only says what to read again. The whole board is read again every READ_ALL_EVERY_S, so a
+lost message only makes it stale for some seconds.
 """
 
 import asyncio
@@ -28,7 +28,7 @@ from server.usecases.ports.views import VehicleView
 
 READ_ALL_EVERY_S = 10.0
 RIDES_MAX = 500
-# An ended ride stays on screens for as long as its passenger may look at how it ended.
+# An ended ride stays on screens for as long as its passenger's page may show the result.
 LINGER_MS = 120_000
 ACTIVE = tuple(state for state in RideState if state not in ENDED)
 
@@ -50,7 +50,7 @@ class _Stale:
 
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """What one look into the store gave; incidents None when nobody asked."""
+    """The result of one read transaction; incidents: None if they were not read."""
 
     network: RoadNetwork | None
     vehicles: tuple[VehicleView, ...]
@@ -59,8 +59,8 @@ class _Reading:
     rules: FleetRules
 
 
-class _AreaWatched(msgspec.Struct, frozen=True):
-    """What of a camera's word is shown."""
+class _PresenceFields(msgspec.Struct, frozen=True):
+    """The fields of a camera's report that are shown."""
 
     area_id: str
     count: int
@@ -68,7 +68,7 @@ class _AreaWatched(msgspec.Struct, frozen=True):
 
 
 class SceneFeed:
-    """`start`, then viewers read `board`, then `close`."""
+    """Call `start`; then viewers read `board`; then `close`."""
 
     def __init__(
         self, campus_id: str, clock: Clock, transactions: Transactions, bus: Bus, interval_s: float = 0.2
@@ -103,34 +103,34 @@ class SceneFeed:
         async for topic, payload in subscription:
             match topic.split("/")[2:]:
                 case ["vehicle", vehicle_id, "live"]:
-                    self._vehicle_moved(vehicle_id, payload)
+                    self._put_status(vehicle_id, payload)
                 case ["vehicle", vehicle_id, "state" | "session" | "outbox"]:
                     self._stale.vehicles.add(vehicle_id)
                 case ["ride", ride_id]:
                     self._stale.rides.add(ride_id)
                 case ["area", _, "presence"]:
-                    self._area_watched(payload)
+                    self._put_presence(payload)
                 case ["incidents"]:
                     self._incident_changes += 1
                     self._stale.incidents = True
                 case ["map"]:
                     self._stale.everything = True
 
-    def _vehicle_moved(self, vehicle_id: str, payload: bytes) -> None:
+    def _put_status(self, vehicle_id: str, payload: bytes) -> None:
         scene = self.board.vehicle(vehicle_id)
         if scene is None:
             self._stale.vehicles.add(vehicle_id)
             return
         status = msgspec.json.decode(payload, type=Status)
-        # Another visit or another lane behind it: the route ahead has become shorter.
+        # Its visit or its riders have changed, and with them the route ahead.
         known = scene.status
         if known is None or (status.visit_id, status.aboard) != (known.visit_id, known.aboard):
             self._stale.vehicles.add(vehicle_id)
         self.board.put_vehicle(with_status(scene, status, ms_of(self._clock.now())))
 
-    def _area_watched(self, payload: bytes) -> None:
-        word = msgspec.json.decode(payload, type=_AreaWatched)
-        self.board.put_area(AreaScene(word.area_id, word.count, word.stamp_ns // 1_000_000))
+    def _put_presence(self, payload: bytes) -> None:
+        report = msgspec.json.decode(payload, type=_PresenceFields)
+        self.board.put_area(AreaScene(report.area_id, report.count, report.stamp_ns // 1_000_000))
 
     async def _refresh(self) -> None:
         waited_s = 0.0
@@ -186,7 +186,7 @@ class SceneFeed:
 
 
 def _with_newer_status(scene: VehicleScene, held: VehicleScene, status: Status) -> VehicleScene:
-    """A vehicle of the store with what came by the bus, as the store lags and keeps no `driving`."""
+    """The store's vehicle with the bus's newer status, because the store lags and has no `driving`."""
     if held.heard_ms <= scene.heard_ms and scene.status is not None:
         status = msgspec.structs.replace(scene.status, driving=status.driving)
         return msgspec.structs.replace(scene, status=status)

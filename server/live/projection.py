@@ -1,4 +1,4 @@
-"""From the server's nouns to what a screen shows, one function for each."""
+"""Converts the server's domain objects to scene objects, one function for each."""
 
 from collections.abc import Collection, Mapping
 
@@ -50,7 +50,7 @@ def vehicle_scene(
 
 
 def vehicle_facts(vehicle: Vehicle) -> VehicleFacts:
-    """By name: a field of both types is shown."""
+    """The facts have the domain's field names: every field of both types is shown."""
     return msgspec.convert(vehicle, VehicleFacts, from_attributes=True)
 
 
@@ -114,7 +114,7 @@ def _visit(visit: PlannedVisit) -> VisitScene:
 
 
 def ride_scene(ride: Ride, state: str | None = None) -> RideScene:
-    """state: another one than the ride's present, for replay."""
+    """state: a former state of the ride, for replay."""
     promise = ride.promise
     return RideScene(
         ride_id=ride.ride_id,

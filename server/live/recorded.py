@@ -1,4 +1,4 @@
-"""A recorded run as scenes, in the shape that screens know from live."""
+"""A recorded run as scenes, in the same format as live ones."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ OrderKey = tuple[str, int]
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What a vehicle said of itself at a moment of its own clock, and the order that it followed."""
+    """A vehicle's status at a moment of its own clock, and the order that it followed."""
 
     at_ms: int
     status: Status
@@ -68,11 +68,11 @@ def recorded_scenes(
     orders: Mapping[OrderKey, IssuedOrder],
     network: RoadNetwork | None,
 ) -> tuple[Scene, ...]:
-    """One scene a report.
+    """One scene for each report.
 
     rides    those that may have been aboard, by id
     orders   those that the reports name
-    network  the map that was driven on; without it no route is drawn
+    network  the run's map; without it no route is drawn
     """
     facts = msgspec.structs.replace(vehicle_facts(vehicle), connected=True, held=False, charging=False)
     blank = VehicleScene(vehicle.vehicle_id, facts)
@@ -98,7 +98,7 @@ def _reports(segments: tuple[Path, ...], from_ns: int, to_ns: int) -> Iterator[t
 
 
 def _task(order: IssuedOrder | None, shapes: RouteShapes | None, status: Status) -> VehicleTask:
-    """Where the vehicle goes from here, by the order it follows."""
+    """The rest of the vehicle's order at this report."""
     visits = () if order is None else order.payload.visits
     present = next((k for k, visit in enumerate(visits) if visit.visit_id == status.visit_id), None)
     if present is None:
@@ -125,7 +125,7 @@ def _scene(run: Run, report: Report, vehicle: VehicleScene, rides: Mapping[str, 
 
 
 def _areas(report: Report) -> tuple[AreaScene, ...]:
-    """What cameras had reported to the vehicle by then."""
+    """The cameras' reports that the vehicle had received."""
     driving = report.status.driving
     if driving is None:
         return ()

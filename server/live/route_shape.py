@@ -63,7 +63,7 @@ class RouteShapes:
 
 
 def simplified(points: Array, tolerance_m: float) -> Array:
-    """Which points of the (n, 2) polyline to keep: both ends, and never farther than tolerance_m from it.
+    """A mask of the (n, 2) polyline's points to keep: both ends, and a deviation of at most tolerance_m.
 
     Douglas and Peucker (1973), with a stack instead of recursion.
     """

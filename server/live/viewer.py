@@ -1,7 +1,7 @@
-"""What one screen may see, and what is new to it. No I/O: a slow reader simply asks less often.
+"""The messages for one screen: what it may see and what is new to it. No I/O.
 
-A viewer remembers only which change of each item it was given last. Whatever happened in between is skipped:
-the newest state wins, and nothing queues up.
+A viewer remembers only the last change of each item that it was given. Changes in between are skipped: the
+newest state wins, and no queue grows. A slow reader calls it less often.
 """
 
 from collections.abc import Iterable
@@ -23,7 +23,7 @@ from server.live.scene import (
 
 T = TypeVar("T")
 
-# A screen that hears nothing for longer takes its connection for dead and dials again.
+# A screen that receives no message for longer closes the connection and connects again.
 HEARTBEAT_MS = 5_000
 
 
@@ -43,7 +43,7 @@ Scope = EverythingScope | RideScope
 
 
 class Viewer:
-    """Asked for its next message whenever the connection can take one."""
+    """Gives the next message whenever the connection can take one."""
 
     def __init__(self, scope: Scope) -> None:
         self._scope = scope
@@ -133,12 +133,12 @@ class Viewer:
         self._incidents = self._visible_incidents(board)
 
 
-# Once a ride is over, its passenger has no business following the shuttle.
+# After the ride has ended, its passenger no longer sees the shuttle.
 _WITHOUT_SHUTTLE = frozenset({"completed", "refused", "cancelled", "no_show", "failed"})
 
 
 def _without_riders(vehicle: VehicleScene, ride: RideScene) -> VehicleScene:
-    """What a passenger may see: its place and what it says, without other rides, faults or commands."""
+    """A shuttle as a passenger sees it: position and HMI output, no other rides, faults or commands."""
     status = vehicle.status
     if status is not None:
         status = msgspec.structs.replace(

@@ -1,1 +1,1 @@
-"""How many rides a campus asks for, when, and from where to where."""
+"""Ride demand of a campus: numbers, times and stops."""

@@ -10,20 +10,20 @@ import numpy as np
 from simulator.demand.profile import DemandProfile
 
 _HOUR_S = 3600.0
-# The aggregates do not say when a ride was cancelled. Who waited for it did so for 2.5 min on average, so
-# that most change their minds within a few minutes.
+# The aggregates lack the times of cancellation. The mean wait is 2.5 min, so most cancellations are assumed
+# to come within a few minutes.
 _CANCELLED_AFTER_MEAN_S = 150.0
-# Nor how many rode together, nor who used a wheelchair: mostly one, now and then friends.
+# The aggregates also lack party sizes and wheelchairs; these are assumptions.
 _PARTY_RATIO = (0.80, 0.14, 0.04, 0.02)
 _WHEELCHAIR_RATIO = 0.01
 
 
 @dataclass(frozen=True, slots=True)
 class WantedRide:
-    """A ride that somebody asks for, in local time.
+    """A ride that a passenger requests, in local time.
 
-    announced_at  when it is booked; earliest: when they want to be fetched
-    cancelled_at  when they change their minds, unless they have been picked up by then; None for never
+    announced_at  when it is booked; earliest: the earliest pickup
+    cancelled_at  when it is cancelled, unless it is picked up before; None for never
     """
 
     ride: str
@@ -40,22 +40,22 @@ class WantedRide:
 def draw_day(
     profile: DemandProfile, stops: Sequence[str], day: date, zone: ZoneInfo, rides: int, seed: int
 ) -> tuple[WantedRide, ...]:
-    """So many rides of a local day, in the order in which they are booked.
+    """The rides of a local day, in the order of booking.
 
-    stops   of the campus, the one most asked for first; two at least
+    stops   of the campus, in the order of demand, the highest first; at least two
 
     A Poisson process whose rate is constant within each hour of a weekday, given the number of its events:
-    each falls into an hour with the hour's share, and anywhere within it (Lewis and Shedler 1979). Rides are
-    on demand: they are booked when they are wanted.
+    each falls into an hour with the hour's share, uniformly within it (Lewis and Shedler 1979). Rides are
+    booked for immediate pickup.
     """
     rng = np.random.default_rng(seed)
     hours = rng.choice(24, rides, p=profile.hour_ratio(day.weekday()))
     seconds = np.floor((hours + rng.random(rides)) * _HOUR_S)
-    # In the order of time first, so that what else is drawn belongs to the same ride for every map.
+    # Sorted first, so that the other draws belong to the same ride for every map.
     seconds.sort()
     pairs = rng.choice(len(stops) ** 2, rides, p=profile.pair_ratio(len(stops)).ravel())
     methods = rng.choice(len(profile.methods), rides, p=profile.method_ratio)
-    gone = rng.random(rides)
+    cancel_draws = rng.random(rides)
     after_s = np.ceil(rng.exponential(_CANCELLED_AFTER_MEAN_S, rides))
     parties = 1 + rng.choice(len(_PARTY_RATIO), rides, p=_PARTY_RATIO)
     chairs = rng.random(rides) < _WHEELCHAIR_RATIO
@@ -64,7 +64,9 @@ def draw_day(
     for k in range(rides):
         method = profile.methods[int(methods[k])]
         at = midnight + timedelta(seconds=float(seconds[k]))
-        cancelled_at = at + timedelta(seconds=float(after_s[k])) if gone[k] < method.cancel_ratio else None
+        cancelled_at = (
+            at + timedelta(seconds=float(after_s[k])) if cancel_draws[k] < method.cancel_ratio else None
+        )
         origin, destination = divmod(int(pairs[k]), len(stops))
         wanted.append(
             WantedRide(

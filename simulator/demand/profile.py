@@ -1,6 +1,6 @@
-"""The shape of a campus's demand: counts by weekday and hour, by pair of places, and of cancellations.
+"""A campus's demand profile: counts by weekday and hour, by pair of places, and of cancellations.
 
-`campus_nights.json` beside this file has those numbers of a real year; `fit_profile` makes such ones.
+`campus_nights.json` beside this file has the counts of a real year; `fit_profile` reads others.
 """
 
 import json
@@ -17,18 +17,18 @@ from contract.geometry import Array
 
 WEEKDAYS = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
 HOURS = 24
-# What is left are addresses that were asked for a few times in a year.
+# The places beyond are addresses with a few rides in a year.
 PLACES_MAX = 31
 _ARROW = " \u2192 "
 _BUILT_IN = "campus_nights.json"
 
 
-class DemandUnreadable(ValueError):
-    """The files are no aggregates of rides; the text names what is missing."""
+class DemandProfileError(ValueError):
+    """The files are not aggregates of rides; the text names what is missing."""
 
 
 class Method(msgspec.Struct, frozen=True):
-    """A way of booking: how many rides were booked by it, and how many of them were cancelled."""
+    """A booking method: how many rides were booked by it, and how many of them were cancelled."""
 
     name: str
     booked: int
@@ -40,10 +40,10 @@ class Method(msgspec.Struct, frozen=True):
 
 
 class DemandProfile(msgspec.Struct, frozen=True):
-    """Counts of rides, fitted to what was seen.
+    """Counts of recorded rides.
 
     hourly   7 weekdays (0 is Monday) of 24 hours, local time
-    pairs    [from][to], places by rank: the one most asked for comes first
+    pairs    [from][to], places by rank: the one with the highest demand first
     """
 
     source: str
@@ -59,7 +59,7 @@ class DemandProfile(msgspec.Struct, frozen=True):
     def pair_ratio(self, stops: int) -> Array:
         """(stops, stops) the share of rides from each stop to each other, by rank.
 
-        With more stops than places the further ones are asked for like the last place.
+        If there are more stops than places, the further ones have the last place's demand.
         """
         rank = np.minimum(np.arange(stops), len(self.pairs) - 1)
         weights = np.array(self.pairs, float)[np.ix_(rank, rank)]
@@ -79,7 +79,7 @@ class DemandProfile(msgspec.Struct, frozen=True):
 
     @property
     def cancel_ratio(self) -> float:
-        """Of all rides, however they were booked."""
+        """Of all rides, for all booking methods."""
         return sum(m.cancelled for m in self.methods) / sum(m.booked for m in self.methods)
 
 
@@ -90,10 +90,10 @@ def built_in_profile() -> DemandProfile:
 
 
 def fit_profile(folder: Path) -> DemandProfile:
-    """From a folder of aggregates: *hourly_by_day*.json, *route_demand*.json, *stops*.json and
+    """Read the aggregates of a folder: *hourly_by_day*.json, *route_demand*.json, *stops*.json and
     *cancellation_by_booking_method*.json.
 
-    Raises DemandUnreadable.
+    Raises DemandProfileError.
     """
     hourly = _read(folder, "hourly_by_day")
     routes = _read(folder, "route_demand")
@@ -110,21 +110,21 @@ def fit_profile(folder: Path) -> DemandProfile:
             ),
         )
     except (KeyError, TypeError, AttributeError, ValueError) as error:
-        raise DemandUnreadable(f"{folder}: the aggregates lack or misspell {error}") from error
+        raise DemandProfileError(f"{folder}: the aggregates lack or misspell {error}") from error
 
 
 def _read(folder: Path, name: str) -> Any:
     found = sorted(folder.glob(f"*{name}*.json"))
     if not found:
-        raise DemandUnreadable(f"{folder} has no *{name}*.json")
+        raise DemandProfileError(f"{folder} has no *{name}*.json")
     try:
         return json.loads(found[0].read_text())
     except (OSError, ValueError) as error:
-        raise DemandUnreadable(f"{found[0]}: {error}") from error
+        raise DemandProfileError(f"{found[0]}: {error}") from error
 
 
 def _by_weekday(months: Mapping[str, Mapping[str, Mapping[str, int]]]) -> tuple[tuple[int, ...], ...]:
-    """Months added up."""
+    """The sums over all months."""
     counts = np.zeros((len(WEEKDAYS), HOURS), np.int64)
     for month in months.values():
         for weekday, hours in month.items():
@@ -144,11 +144,11 @@ def _by_rank(
         ends = [_place(name, stops) for name in route.split(_ARROW)]
         if len(ends) == 2 and ends[0] != ends[1]:
             pairs[ends[0], ends[1]] += rides
-    asked: Counter[str] = Counter()
+    demand: Counter[str] = Counter()
     for (origin, destination), rides in pairs.items():
-        asked[origin] += rides
-        asked[destination] += rides
-    places = sorted(asked, key=lambda place: (-asked[place], place))[:PLACES_MAX]
+        demand[origin] += rides
+        demand[destination] += rides
+    places = sorted(demand, key=lambda place: (-demand[place], place))[:PLACES_MAX]
     if len(places) < 2:
         raise ValueError("routes between two places at least")
     return tuple(tuple(pairs[origin, destination] for destination in places) for origin in places)

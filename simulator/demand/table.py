@@ -1,4 +1,4 @@
-"""A day of wanted rides as a CSV file, one a row, times in ISO 8601 with their offset."""
+"""Reads and writes a day of rides as a CSV file: a ride a row, times in ISO 8601 with offset."""
 
 import csv
 import io
@@ -21,8 +21,8 @@ COLUMNS = (
 _NEEDED = ("announced_at", "from_stop", "to_stop")
 
 
-class RidesUnreadable(ValueError):
-    """The file is no table of wanted rides; the text names the row and what is wrong."""
+class RideTableError(ValueError):
+    """The file is not a valid table of rides; the text names the row and the error."""
 
 
 def write_rides(path: Path, rides: tuple[WantedRide, ...]) -> None:
@@ -36,24 +36,26 @@ def write_rides(path: Path, rides: tuple[WantedRide, ...]) -> None:
 
 
 def read_rides(path: Path) -> tuple[WantedRide, ...]:
-    """By the names in the head row; only announced_at, from_stop and to_stop are needed, the others have
-    defaults. In the order of announcement.
+    """The rides in the order of announcement.
 
-    Raises RidesUnreadable, OSError.
+    Columns are found by the header row. announced_at, from_stop and to_stop are required; the others have
+    defaults.
+
+    Raises RideTableError, OSError.
     """
     with path.open(encoding="utf-8-sig", newline="") as file:
         rows = csv.DictReader(file)
         try:
             missing = [name for name in _NEEDED if name not in (rows.fieldnames or ())]
             if missing:
-                raise RidesUnreadable(f"{path} has no column {', '.join(missing)}")
+                raise RideTableError(f"{path} has no column {', '.join(missing)}")
             rides = [_ride(path, number, row) for number, row in enumerate(rows, start=2)]
         except (csv.Error, UnicodeDecodeError) as error:
-            raise RidesUnreadable(f"{path} is no CSV file: {error}") from error
+            raise RideTableError(f"{path} is not a CSV file: {error}") from error
     names = [ride.ride for ride in rides]
     if len(set(names)) != len(names):
         again = next(name for k, name in enumerate(names) if name in names[:k])
-        raise RidesUnreadable(f"{path} has two rides called {again}")
+        raise RideTableError(f"{path} has two rides called {again}")
     return tuple(sorted(rides, key=lambda ride: (ride.announced_at, ride.ride)))
 
 
@@ -81,9 +83,9 @@ def _ride(path: Path, number: int, row: dict[str, str | None]) -> WantedRide:
             cancelled_at=_moment(cell("cancelled_at")) if cell("cancelled_at") else None,
         )
     except ValueError as error:
-        raise RidesUnreadable(f"{path}, line {number}: {error}") from error
+        raise RideTableError(f"{path}, line {number}: {error}") from error
     if ride.party < 1 or not 0 <= ride.wheelchairs <= ride.party:
-        raise RidesUnreadable(
+        raise RideTableError(
             f"{path}, line {number}: a party has at least one person, and no more wheelchairs than people"
         )
     return ride

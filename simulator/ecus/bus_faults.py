@@ -1,4 +1,4 @@
-"""What a bad bus does to frames: some never arrive, some arrive with a wrong bit."""
+"""Injected faults of a CAN bus: lost and corrupted frames."""
 
 from collections.abc import Callable
 
@@ -8,35 +8,35 @@ Frames = tuple[CanFrame, ...]
 
 
 def flipped(frame: CanFrame, bit: int) -> CanFrame:
-    """The frame with one bit of its data, counted from the first byte's highest, the other way round."""
+    """The frame with one bit of its data inverted, counted from the first byte's highest bit."""
     place = bit % (8 * len(frame.data))
     data = bytearray(frame.data)
     data[place // 8] ^= 0x80 >> place % 8
     return CanFrame(frame.stamp_ns, frame.arbitration_id, bytes(data))
 
 
-def unharmed(frames: Frames) -> Frames:
+def unchanged(frames: Frames) -> Frames:
     return frames
 
 
 class BusFaults:
-    """Of one vehicle's bus, both ways; a sound bus at first.
+    """Faults of one vehicle's bus, in both directions; none at first.
 
-    spoil_to_module, spoil_to_vehicle  make of the frames of a step what arrives
-    spoiled_to_vehicle  reports that were not let through as they were sent
+    filter_to_module, filter_to_vehicle  change the frames of a step to those that arrive
+    changed_to_vehicle  number of reports that did not arrive as they were sent
     """
 
     def __init__(self) -> None:
         self.loses_to_module = False
         self.loses_to_vehicle = False
-        self.spoiled_to_vehicle = 0
-        self.spoil_to_module: Callable[[Frames], Frames] = unharmed
-        self.spoil_to_vehicle: Callable[[Frames], Frames] = unharmed
+        self.changed_to_vehicle = 0
+        self.filter_to_module: Callable[[Frames], Frames] = unchanged
+        self.filter_to_vehicle: Callable[[Frames], Frames] = unchanged
 
     def to_module(self, frames: Frames) -> Frames:
-        return () if self.loses_to_module else self.spoil_to_module(frames)
+        return () if self.loses_to_module else self.filter_to_module(frames)
 
     def to_vehicle(self, frames: Frames) -> Frames:
-        arrived = () if self.loses_to_vehicle else self.spoil_to_vehicle(frames)
-        self.spoiled_to_vehicle += len(set(frames) - set(arrived))
+        arrived = () if self.loses_to_vehicle else self.filter_to_vehicle(frames)
+        self.changed_to_vehicle += len(set(frames) - set(arrived))
         return arrived

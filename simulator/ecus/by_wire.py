@@ -1,4 +1,4 @@
-"""The by-wire module of one vehicle: commands in by CAN, actuators out, reports back at 30 Hz."""
+"""The by-wire module of one vehicle: it takes commands by CAN, drives the actuators and reports at 30 Hz."""
 
 from simulator.ecus.command_watch import CommandWatch
 from simulator.ecus.module import ActuatorTargets, FailAction, Module
@@ -17,8 +17,8 @@ PARK, REVERSE, DRIVE, LOW = 0.0, 1.0, 3.0, 4.0
 class ByWire(Module):
     """A PACMod3-class module.
 
-    Enabled by a rising supervisory enable bit with both pedals commanded at zero, no override and no fault
-    pending; enabling with a pedal down damages the brake servo (a latched fault).
+    A rising supervisory enable bit enables it if both pedals are commanded at zero and there is no override
+    and no fault. Enabling with a pedal down damages the brake servo (a latched fault).
     """
 
     def __init__(
@@ -33,15 +33,15 @@ class ByWire(Module):
             case "global_command":
                 self._on_global()
             case "supervisory_command":
-                if self.ask(bool(self.watch.value("supervisory_command", "enable"))):
+                if self.request_enable(bool(self.watch.value("supervisory_command", "enable"))):
                     self._try_enable()
             case _:
                 pass
 
     def supervise(self, now_ns: int, truth: PlantView) -> None:
-        """Judge commands, driver and faults as they are now; before `targets`."""
-        self.watch_over(now_ns)
-        # Between park, reverse and drive only while standing: the gearbox refuses otherwise.
+        """Check commands, driver and faults; call it before `targets`."""
+        self.check_inputs(now_ns)
+        # The gearbox shifts between park, reverse and drive only at standstill.
         if self.enabled and abs(truth.speed_mps) < SHIFT_SPEED_MPS_MAX:
             self._gear = self.watch.value("shift_command", "gear")
 
@@ -64,7 +64,7 @@ class ByWire(Module):
         return _direction(self._gear), 1.0 if self._gear == PARK else 0.0
 
     def _pedal(self, command: str) -> float:
-        """A pedal's command, 0 unless its own enable bit is set; there is nothing beyond a pedal's end."""
+        """A pedal's command within its range, 0 unless its own enable bit is set."""
         position = self.watch.value(command, "position") if self.watch.value(command, "enable") else 0.0
         return min(max(position, 0.0), 1.0)
 

@@ -1,4 +1,4 @@
-"""What a by-wire module accepts from the bus: well-formed, counted and fresh commands."""
+"""The commands that a by-wire module accepts from the bus: well-formed, counted and recent ones."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -13,11 +13,12 @@ COMMAND_TIMEOUT_NS = 100_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Dialect:
+class CommandProtocol:
     """The commands of one kind of module.
 
-    counted  those that carry a counter; `complement` must fill it up where the module wants one
-    unpack   the values of a frame; FrameError when its length or check byte is wrong
+    counted       the commands that carry a counter
+    complemented  the counter's complement is sent too and must match
+    unpack        the values of a frame; FrameError if its length or check byte is wrong
     """
 
     file: str
@@ -28,7 +29,7 @@ class Dialect:
     unpack: Callable[[MessageLayout, bytes], dict[str, float]]
 
 
-PACMOD_DIALECT = Dialect(
+PACMOD_PROTOCOL = CommandProtocol(
     PACMOD,
     COMMANDS,
     frozenset({"global_command", "supervisory_command"}),
@@ -36,23 +37,23 @@ PACMOD_DIALECT = Dialect(
     True,
     MessageLayout.unpack,
 )
-SERVO_DIALECT = Dialect(
+SERVO_PROTOCOL = CommandProtocol(
     SERVO, SERVO_COMMANDS, frozenset(SERVO_COMMANDS), SERVO_COUNTER_STEPS, False, unpack_checked
 )
 
 
 @dataclass(slots=True)
 class CommandWatch:
-    """Newest accepted command of each kind, and counts of what was refused.
+    """The newest accepted command of each kind, and counts of the refused frames.
 
-    A counted frame is accepted when its complement is right and its counter follows the last one seen; a
-    repeated frame therefore never counts as life. Frames closer than `gap_ns_min` are lost, as on a module
-    whose receive buffer is one deep. A command is late once it is `timeout_ns` old.
+    A counted frame is accepted if its complement is right and its counter follows the last one; a repeated
+    frame therefore does not reset the timeout. Frames closer than `gap_ns_min` are lost, as on a module with
+    a receive buffer for one frame. A command is late once it is `timeout_ns` old.
     """
 
     gap_ns_min: int = FRAME_GAP_NS
     timeout_ns: int = COMMAND_TIMEOUT_NS
-    dialect: Dialect = PACMOD_DIALECT
+    protocol: CommandProtocol = PACMOD_PROTOCOL
     crowded: int = 0
     malformed: int = 0
     miscounted: int = 0
@@ -63,11 +64,11 @@ class CommandWatch:
     _known: dict[int, MessageLayout] = field(init=False)
 
     def __post_init__(self) -> None:
-        known = layouts(self.dialect.file)
-        self._known = {known[name].arbitration_id: known[name] for name in self.dialect.commands}
+        known = layouts(self.protocol.file)
+        self._known = {known[name].arbitration_id: known[name] for name in self.protocol.commands}
 
     def take(self, frame: CanFrame) -> str:
-        """The name of the command, or "" when the frame is another module's or was refused."""
+        """The name of the command, or "" if the frame is for another module or is refused."""
         layout = self._known.get(frame.arbitration_id)
         if layout is None:
             return ""
@@ -76,11 +77,11 @@ class CommandWatch:
             return ""
         self._last_frame_ns = frame.stamp_ns
         try:
-            values = self.dialect.unpack(layout, frame.data)
+            values = self.protocol.unpack(layout, frame.data)
         except FrameError:
             self.malformed += 1
             return ""
-        if layout.name in self.dialect.counted and not self._counts(layout.name, values):
+        if layout.name in self.protocol.counted and not self._counts(layout.name, values):
             self.miscounted += 1
             return ""
         self._values[layout.name] = values
@@ -98,12 +99,12 @@ class CommandWatch:
 
     def late(self, now_ns: int) -> tuple[str, ...]:
         """Commands that have not come in time."""
-        return tuple(name for name in self.dialect.commands if self.is_late(name, now_ns))
+        return tuple(name for name in self.protocol.commands if self.is_late(name, now_ns))
 
     def _counts(self, name: str, values: dict[str, float]) -> bool:
         counter = int(values["counter"])
         before = self._counters.get(name)
         self._counters[name] = counter
-        steps = self.dialect.counter_steps
+        steps = self.protocol.counter_steps
         follows = before is None or counter == (before + 1) % steps
-        return follows and (not self.dialect.complemented or values["complement"] == steps - 1 - counter)
+        return follows and (not self.protocol.complemented or values["complement"] == steps - 1 - counter)

@@ -1,4 +1,4 @@
-"""What every by-wire module is to the rest of the simulator, and what all of them do alike."""
+"""The interface of by-wire modules, and their common behaviour."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ FailAction = Literal["coast", "spring_brake"]
 
 @dataclass(frozen=True, slots=True)
 class ActuatorTargets:
-    """What the module makes the actuators do; direction is 1, -1 or 0, lock 1 with the park pawl in."""
+    """The actuators' targets. direction: 1, -1 or 0; lock: 1 with the park pawl engaged."""
 
     steer_rad: float
     steer_rate_radps: float
@@ -35,12 +35,12 @@ class ActuatorTargets:
 
 
 class Module(ABC):
-    """One vehicle's by-wire module; what a scenario may do to it are its plain attributes.
+    """One vehicle's by-wire module; a scenario sets its public attributes.
 
-    Commands missing for 100 ms, a fault or the stop button switch it off and leave the vehicle to the fail
-    action: `coast` gives it back to the driver (nobody brakes), `spring_brake` stops it.
+    Commands missing for 100 ms, a fault or the stop button disable it and trigger the fail action: `coast`
+    returns control to the driver and does not brake, `spring_brake` stops the vehicle.
 
-    start_fault  latched: by-wire was asked for with a pedal down
+    start_fault  latched: by-wire was requested with a pedal down
     """
 
     def __init__(self, profile: Profile, fail_action: FailAction | None, watch: CommandWatch) -> None:
@@ -55,8 +55,8 @@ class Module(ABC):
         self.steering_stuck = False
         self.stop_pressed = False
         self.driver: SafetyDriver = HANDS_OFF
-        # The bit that asks for by-wire, as last heard.
-        self.asked = False
+        # The enable bit as last received.
+        self.enable_requested = False
         self.timed_out = False
         self._fail_action: FailAction = fail_action or profile.fail_action
         self._next_report_ns: int | None = None
@@ -71,22 +71,22 @@ class Module(ABC):
 
     @abstractmethod
     def supervise(self, now_ns: int, truth: PlantView) -> None:
-        """Judge commands, driver and faults as they are now; before `targets`."""
+        """Check commands, driver and faults; call it before `targets`."""
 
     @abstractmethod
     def commanded(self) -> ActuatorTargets:
-        """What the commands ask of the actuators, while enabled."""
+        """The actuator targets of the commands, while enabled."""
 
     @abstractmethod
     def gear(self) -> tuple[float, float]:
-        """(direction, lock) of the drive while the vehicle is left alone."""
+        """(direction, lock) of the drive while by-wire is disabled."""
 
     @abstractmethod
     def reports(self, now_ns: int, truth: PlantView) -> tuple[CanFrame, ...]:
         """One round of reports, stamped now."""
 
     def report(self, now_ns: int, truth: PlantView) -> tuple[CanFrame, ...]:
-        """Report frames when they are due, else nothing."""
+        """Report frames if they are due, otherwise none."""
         if self._next_report_ns is None:
             self._next_report_ns = now_ns
         if now_ns < self._next_report_ns:
@@ -95,19 +95,19 @@ class Module(ABC):
         return self.reports(now_ns, truth)
 
     def targets(self, truth: PlantView) -> ActuatorTargets:
-        """What the actuators shall do until the next step; a stuck steering motor does nothing."""
-        targets = self.commanded() if self.enabled else self._left_alone(truth)
+        """The actuators' targets until the next step; a stuck steering motor does not move."""
+        targets = self.commanded() if self.enabled else self._disabled_targets(truth)
         return replace(targets, steer_rate_radps=0.0) if self.steering_stuck else targets
 
-    def ask(self, wanted: bool) -> bool:
-        """Take the bit that asks for by-wire; True when it rises, which alone may enable."""
-        rising, self.asked = wanted and not self.asked, wanted
-        if not wanted:
+    def request_enable(self, requested: bool) -> bool:
+        """Take the enable bit; True if it rises. Only a rising bit may enable by-wire."""
+        rising, self.enable_requested = requested and not self.enable_requested, requested
+        if not requested:
             self.enabled = False
         return rising
 
-    def watch_over(self, now_ns: int) -> None:
-        """Who takes over, fails or falls silent ends by-wire."""
+    def check_inputs(self, now_ns: int) -> None:
+        """Disable by-wire at a takeover, a fault, the stop button or missing commands."""
         self.timed_out = bool(self.watch.late(now_ns))
         if self.driver.takes_over:
             self.overridden = self.overridden or self.enabled
@@ -116,10 +116,10 @@ class Module(ABC):
             self.enabled = False
             self.failed = True
         if self.timed_out:
-            # a bit that comes back must fall and rise again before it enables
-            self.asked = True
+            # After a timeout the bit must fall and rise again before it enables.
+            self.enable_requested = True
 
-    def _left_alone(self, truth: PlantView) -> ActuatorTargets:
+    def _disabled_targets(self, truth: PlantView) -> ActuatorTargets:
         driver, (direction, lock) = self.driver, self.gear()
         sprung = self.failed and self._fail_action == "spring_brake"
         return ActuatorTargets(

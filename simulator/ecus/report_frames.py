@@ -16,7 +16,7 @@ TRACK_WIDTH_M = 1.2
 
 @dataclass(frozen=True, slots=True)
 class ModuleStatus:
-    """What the module knows of itself at a report."""
+    """The module's status at the time of a report."""
 
     enabled: bool
     overridden: bool

@@ -1,4 +1,4 @@
-"""The person in the driver's seat: what hands and feet do to the pedals and the wheel."""
+"""The safety driver's input to the pedals and the steering wheel."""
 
 from dataclasses import dataclass
 

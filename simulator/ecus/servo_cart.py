@@ -1,6 +1,6 @@
 """A servo drive-by-wire: two servo motors and a throttle voltage, homed after power-on, armed by CAN."""
 
-from simulator.ecus.command_watch import SERVO_DIALECT, CommandWatch
+from simulator.ecus.command_watch import SERVO_PROTOCOL, CommandWatch
 from simulator.ecus.module import ActuatorTargets, FailAction, Module
 from simulator.vehicle.plant import PlantView
 from vehicle_agent.can.dbc import SERVO, layouts
@@ -25,14 +25,16 @@ REST_RATIO = 0.0005
 
 
 class ServoModule(Module):
-    """Armed by a rising arm bit once homed, with throttle and brake commanded at rest, no override, fault or
-    stop button; arming with the throttle open latches a fault, which a reset clears while disarmed.
+    """A rising arm bit arms it once it is homed, if throttle and brake are commanded at rest and there is no
+    override, fault or stop button. Arming with the throttle open latches a fault, which a reset clears while
+    the module is disarmed.
 
-    Every command must be counted on and its check byte fit. The direction relay switches below 0.3 m/s.
+    Every command needs a counter that follows and a valid check byte. The direction relay switches below
+    0.3 m/s.
     """
 
     def __init__(self, profile: Profile, fail_action: FailAction | None = None) -> None:
-        super().__init__(profile, fail_action, CommandWatch(SERVO_FRAME_GAP_NS, dialect=SERVO_DIALECT))
+        super().__init__(profile, fail_action, CommandWatch(SERVO_FRAME_GAP_NS, protocol=SERVO_PROTOCOL))
         self._direction = float(NEUTRAL)
         self._homed_ns: int | None = None
         self._homed = False
@@ -44,7 +46,7 @@ class ServoModule(Module):
         if self.watch.value("drive_command", "reset"):
             self.overridden = self.overridden and self.driver.takes_over
             self.start_fault = self.start_fault and self.enabled
-        if self.ask(bool(self.watch.value("drive_command", "arm"))):
+        if self.request_enable(bool(self.watch.value("drive_command", "arm"))):
             self._try_arm()
 
     def _try_arm(self) -> None:
@@ -57,10 +59,10 @@ class ServoModule(Module):
             self.failed = False
 
     def supervise(self, now_ns: int, truth: PlantView) -> None:
-        """Judge commands, driver and faults as they are now; before `targets`."""
+        """Check commands, driver and faults; call it before `targets`."""
         self._homed_ns = now_ns + HOMING_NS if self._homed_ns is None else self._homed_ns
         self._homed = now_ns >= self._homed_ns
-        self.watch_over(now_ns)
+        self.check_inputs(now_ns)
         if self.enabled and abs(truth.speed_mps) < DIRECTION_SPEED_MPS_MAX:
             self._direction = self.watch.value("drive_command", "direction")
 

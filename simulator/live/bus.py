@@ -12,7 +12,7 @@ FIRST_HOST = 10
 
 
 class LiveBusError(Exception):
-    """No multicast on this machine; the message says what to do."""
+    """Multicast does not work on this machine; the message says what to do."""
 
 
 def channel_of(number: int, base_port: int) -> str:

@@ -1,4 +1,4 @@
-"""The clock that a live simulation steps by: the computer's, or one that whoever starts it brings along."""
+"""The clock of a live simulation: the computer's, or one that the starting process passes in."""
 
 import time
 from typing import Protocol
@@ -8,7 +8,7 @@ class Clock(Protocol):
     def now_ns(self) -> int: ...
 
     def wait(self, due_ns: int) -> None:
-        """Until the clock has come to due_ns."""
+        """Wait until due_ns."""
         ...
 
 

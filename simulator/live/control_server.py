@@ -1,4 +1,4 @@
-"""The running simulation's ear and mouth: `simulator.control` messages in and out of a world."""
+"""Receives and sends the `simulator.control` messages of a running simulation."""
 
 import socket
 from typing import Literal
@@ -30,7 +30,7 @@ class ControlError(Exception):
     """The control port cannot be opened; the message says what to do."""
 
 
-class CarriedPhones:
+class RemotePhones:
     """All riders' phones: `RideAssigned` sets what they show, `RiderTapped` reports each tap."""
 
     def __init__(self) -> None:
@@ -45,12 +45,12 @@ class CarriedPhones:
 
 
 class ControlServer:
-    """Serves one world. refused: messages that were not ours or named unknown vehicles or rides."""
+    """Serves one world. refused: number of messages that were invalid or named unknown vehicles or rides."""
 
-    def __init__(self, port: int, world: SimWorld, phones: CarriedPhones) -> None:
+    def __init__(self, port: int, world: SimWorld, phones: RemotePhones) -> None:
         self.refused = 0
         self._world, self._phones = world, phones
-        self._listeners: dict[Address, None] = {}
+        self._subscribers: dict[Address, None] = {}
         self._riding: dict[str, None] = {}
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
@@ -62,22 +62,22 @@ class ControlServer:
                 f"port {port} is taken ({error}); end the other simulation or choose another --base-port"
             ) from error
 
-    def step(self, now_ns: int, tell_scores: bool) -> None:
-        """Do what has been asked since the last call; tell the listeners what has happened."""
+    def step(self, now_ns: int, report_scores: bool) -> None:
+        """Execute the messages since the last call, and send reports to the subscribers."""
         for data, address in self._received():
             try:
                 message = decode_to_simulation(data)
-                self._obey(message, address, now_ns)
+                self._execute(message, address, now_ns)
             except (msgspec.DecodeError, KeyError, ValueError, WorldError):
                 self.refused += 1
-        self._tell(self._phones.taps)
+        self._report(self._phones.taps)
         self._phones.taps = []
         left = [ride_id for ride_id in self._riding if self._world.riders.is_gone(ride_id)]
         for ride_id in left:
             del self._riding[ride_id]
-        self._tell([RiderLeft(ride_id) for ride_id in left])
-        if tell_scores and self._listeners:
-            self._tell([self._score(vehicle_id) for vehicle_id in self._world.vehicle_ids])
+        self._report([RiderLeft(ride_id) for ride_id in left])
+        if report_scores and self._subscribers:
+            self._report([self._score(vehicle_id) for vehicle_id in self._world.vehicle_ids])
 
     def close(self) -> None:
         self._socket.close()
@@ -90,11 +90,11 @@ class ControlServer:
             except BlockingIOError:
                 return received
 
-    def _obey(self, message: ToSimulation, address: Address, now_ns: int) -> None:
+    def _execute(self, message: ToSimulation, address: Address, now_ns: int) -> None:
         world = self._world
         match message:
             case Subscribe():
-                self._listeners[address] = None
+                self._subscribers[address] = None
             case RiderComes(ride_id, code, party, how, from_map, to_map):
                 world.riders.add(Rider(ride_id, code, party, how, from_map, to_map, now_ns))
                 self._riding[ride_id] = None
@@ -114,10 +114,10 @@ class ControlServer:
             score.hardest_braking_mps2,
         )
 
-    def _tell(self, messages: list[RiderTapped] | list[RiderLeft] | list[ScoreReport]) -> None:
+    def _report(self, messages: list[RiderTapped] | list[RiderLeft] | list[ScoreReport]) -> None:
         for message in messages:
             self._send(message)
 
     def _send(self, message: FromSimulation) -> None:
-        for address in self._listeners:
+        for address in self._subscribers:
             self._socket.sendto(encode(message), address)

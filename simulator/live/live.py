@@ -1,4 +1,4 @@
-"""A world on a running clock: one process, one CAN bus and one device feed a vehicle."""
+"""A world in real time, in one process; each vehicle has a CAN bus and a device feed."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ from simulator.ecus.command_watch import COMMAND_TIMEOUT_NS
 from simulator.fleet import STEP_NS
 from simulator.live.bus import LiveBus
 from simulator.live.clock import WALL, Clock
-from simulator.live.control_server import CarriedPhones, ControlServer
+from simulator.live.control_server import ControlServer, RemotePhones
 from simulator.live.ports import VehiclePorts, control_port, ports_of
 from simulator.world import SimWorld
 from vehicle_agent.can.pacmod.commands import FRAME_GAP_NS
@@ -14,60 +14,60 @@ from vehicle_agent.device_feed import DatagramPort, DeviceOutputs, DeviceValue, 
 
 LATE_MAX_NS = 5 * STEP_NS
 SCORES_EVERY_STEPS = 50
-# Arrival stamps jitter by the scheduler's doing; only real crowding counts.
+# Arrival stamps jitter by the operating system's scheduling; only much smaller gaps count as too close.
 LIVE_FRAME_GAP_NS = FRAME_GAP_NS // 4
-# A module has a processor to itself; here it shares one with everything else, and a pause of a tenth of a
-# second is the machine's doing and not the vehicle computer's.
+# A real module has a processor of its own. Here it shares one, and a pause of a tenth of a second may be the
+# machine's and not the vehicle computer's.
 LIVE_COMMAND_TIMEOUT_NS = 2 * COMMAND_TIMEOUT_NS
 
 
 class VehicleWiring:
-    """One vehicle's bus and feed, the simulation's ends."""
+    """The simulation's ends of one vehicle's bus and device feed."""
 
     def __init__(self, vehicle_id: str, ports: VehiclePorts, folder: Path, clock: Clock) -> None:
         self.vehicle_id, self.ports = vehicle_id, ports
         self.bus = LiveBus(ports.can_channel, clock.now_ns)
-        self.words = DatagramPort(ports.words_port)
+        self.outputs = DatagramPort(ports.words_port)
         self.ring = ScanRing(scan_ring_path(folder, vehicle_id), create=True)
         self._scans = 0
 
     def exchange(self, world: SimWorld, now_ns: int) -> None:
-        """Send what the devices measured at now_ns, do what the vehicle said."""
+        """Send the devices' values at now_ns, and execute the vehicle's device outputs."""
         self.bus.send(world.frames_to_vehicle(self.vehicle_id))
         items = [*world.sensor_items(self.vehicle_id, now_ns), *world.tracked(self.vehicle_id, now_ns)]
         values = tuple(item for item in items if isinstance(item, DeviceValue))
-        self.words.send(self.ports.values_port, DeviceValues(values))
+        self.outputs.send(self.ports.values_port, DeviceValues(values))
         scan = world.scan(self.vehicle_id, now_ns)
         if scan is not None:
             ready = self.ring.write(self._scans, now_ns, *scan)
-            self.words.send(self.ports.scans_port, ready)
+            self.outputs.send(self.ports.scans_port, ready)
             self._scans += 1
-        for datagram in self.words.take():
+        for datagram in self.outputs.take():
             if isinstance(datagram, DeviceOutputs):
                 world.show(self.vehicle_id, datagram.hmi, now_ns)
 
     def close(self) -> None:
         self.bus.close()
-        self.words.close()
+        self.outputs.close()
 
 
 class LiveSimulation:
     """Steps the world every 20 ms without drift.
 
-    late_steps: steps that began more than one period late. lost_ns: time the world stood still because the
-    process was stopped or starved for longer than LATE_MAX_NS.
+    late_steps: steps that began more than one period late. lost_ns: total time for which the world stood
+    still because the process had no processor for longer than LATE_MAX_NS.
     """
 
     def __init__(
         self,
         world: SimWorld,
-        phones: CarriedPhones,
+        phones: RemotePhones,
         folder: Path,
         base_port: int,
         clock: Clock = WALL,
         frame_gap_ns: int = LIVE_FRAME_GAP_NS,
     ) -> None:
-        """folder: where the scan rings go. frame_gap_ns: frames closer than that are lost, as on a real bus.
+        """folder: of the scan rings. frame_gap_ns: frames closer than that are lost, as on a real bus.
 
         Raises LiveBusError, DeviceFeedError, ControlError.
         """
@@ -76,7 +76,7 @@ class LiveSimulation:
         self.lost_ns = 0
         self.steps = 0
         self._world = world
-        self._desk = ControlServer(control_port(base_port), world, phones)
+        self._control_server = ControlServer(control_port(base_port), world, phones)
         self._wirings = [
             VehicleWiring(vehicle_id, ports_of(number, base_port), folder, clock)
             for number, vehicle_id in enumerate(world.vehicle_ids)
@@ -91,7 +91,7 @@ class LiveSimulation:
         self._stopping = True
 
     def run(self) -> None:
-        """Until `stop`."""
+        """Run until `stop`."""
         while not self._stopping:
             self._wait()
             self.run_step()
@@ -105,14 +105,14 @@ class LiveSimulation:
         self._world.step(due_ns - STEP_NS)
         for wiring in self._wirings:
             wiring.exchange(self._world, due_ns)
-        self._desk.step(due_ns, self.steps % SCORES_EVERY_STEPS == 0)
+        self._control_server.step(due_ns, self.steps % SCORES_EVERY_STEPS == 0)
         self.steps += 1
         self._due_ns = due_ns + STEP_NS
 
     def close(self) -> None:
         for wiring in self._wirings:
             wiring.close()
-        self._desk.close()
+        self._control_server.close()
 
     def _wait(self) -> None:
         pause_ns = self._due_ns - self._clock.now_ns()
@@ -126,5 +126,5 @@ class LiveSimulation:
 
 
 def scan_ring_path(folder: Path, vehicle_id: str) -> Path:
-    """Where a vehicle's lidar driver keeps its scans."""
+    """The file of a vehicle's scan ring."""
     return folder / f"{vehicle_id}.scans"

@@ -1,4 +1,4 @@
-"""Which loopback ports a real-time simulation uses, counted from one base port."""
+"""The loopback ports of a real-time simulation, relative to a base port."""
 
 from dataclasses import dataclass
 
@@ -10,12 +10,12 @@ VEHICLES_MAX = 100
 
 @dataclass(frozen=True, slots=True)
 class VehiclePorts:
-    """What one vehicle's computer is wired to.
+    """The channels between one vehicle's computer and the simulation.
 
     can_channel  its CAN bus, as the gate opens it
-    values_port  where its tick process listens for device values
-    scans_port   where its perception worker listens for finished scans
-    words_port   where screen, speaker and doors listen for the vehicle's words
+    values_port  of its tick process, for device values
+    scans_port   of its perception worker, for finished scans
+    words_port   of the simulation, for the vehicle's output to screen, speaker and doors
     """
 
     can_channel: str
@@ -25,12 +25,12 @@ class VehiclePorts:
 
 
 def control_port(base_port: int = BASE_PORT) -> int:
-    """Where the simulation itself listens (`simulator.control`)."""
+    """The simulation's own port (`simulator.control`)."""
     return base_port
 
 
 def ports_of(number: int, base_port: int = BASE_PORT) -> VehiclePorts:
-    """Of the number-th vehicle, from 0. ValueError from VEHICLES_MAX on."""
+    """The ports of the number-th vehicle, from 0. ValueError from VEHICLES_MAX on."""
     if not 0 <= number < VEHICLES_MAX:
         raise ValueError(f"vehicle {number}: one simulation has ports for {VEHICLES_MAX} vehicles")
     return VehiclePorts(

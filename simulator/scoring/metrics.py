@@ -27,12 +27,12 @@ _BUILDINGS_EVERY_STEPS = 10
 
 @dataclass(slots=True)
 class VehicleScore:
-    """What one vehicle did so far.
+    """One vehicle's score so far.
 
-    contacts_*        times its outline met a person's disc (0.25 m), another shuttle, a building
-    encounters        people who came into its swept path within 15 m of the bumper, once per approach
-    stopped_for_people_s  time it stood with somebody on or right beside its path
-    clearance_m_min   least distance from its outline to anybody while it moved
+    contacts_*        contacts of its outline with a person's disc (0.25 m), another shuttle, a building
+    encounters        people in its swept path within 15 m of the bumper, once per approach
+    stopped_for_people_s  time for which it stood with a person on its path or beside it
+    clearance_m_min   least distance from its outline to a person while it moved
     """
 
     distance_m: float = 0.0
@@ -51,8 +51,8 @@ class VehicleScore:
 
 
 @dataclass(slots=True)
-class _Memory:
-    """What is going on with one vehicle, so that each thing counts once."""
+class _ScoreState:
+    """The present contacts and approaches of one vehicle, so that each counts once."""
 
     touching: set[int] = field(default_factory=set)
     touching_vehicles: set[int] = field(default_factory=set)
@@ -63,11 +63,11 @@ class _Memory:
 
 
 class Scorekeeper:
-    """Watches all vehicles, in the order given to `step`."""
+    """Scores all vehicles, in the order given to `step`."""
 
     def __init__(self, vehicle_ids: tuple[str, ...], buildings: tuple[Building, ...]) -> None:
         self.scores = {vehicle_id: VehicleScore() for vehicle_id in vehicle_ids}
-        self._memories = [_Memory() for _ in vehicle_ids]
+        self._states = [_ScoreState() for _ in vehicle_ids]
         self._edges = wall_edges(buildings)
         self._steps = 0
 
@@ -81,28 +81,28 @@ class Scorekeeper:
         places: Array,
         numbers: Ints,
     ) -> None:
-        """Judge one step; vehicles (m, 7) and ahead (m, k, 2) as in `traffic.crowd`, places (n, 2)."""
+        """Score one step; vehicles (m, 7) and ahead (m, k, 2) as in `traffic.crowd`, places (n, 2)."""
         self._steps += 1
-        for i, (score, memory) in enumerate(zip(self.scores.values(), self._memories, strict=True)):
+        for i, (score, state) in enumerate(zip(self.scores.values(), self._states, strict=True)):
             view = views[i]
             score.distance_m = view.odometer_m
             score.speed_mps_max = max(score.speed_mps_max, abs(view.speed_mps))
-            braking = (abs(memory.speed_mps) - abs(view.speed_mps)) / dt_s
+            braking = (abs(state.speed_mps) - abs(view.speed_mps)) / dt_s
             score.hardest_braking_mps2 = max(score.hardest_braking_mps2, braking)
-            memory.speed_mps = view.speed_mps
+            state.speed_mps = view.speed_mps
             if abs(view.speed_mps) > _STOPPED_MPS:
-                memory.moved_ns = now_ns
+                state.moved_ns = now_ns
             if len(places):
                 near = relations(vehicles[i], ahead[i], places)
-                _judge_people(score, memory, near, numbers, now_ns, dt_s, float(vehicles[i, V_HALF]))
-            _judge_vehicles(score, memory, vehicles, i)
+                _score_people(score, state, near, numbers, now_ns, dt_s, float(vehicles[i, V_HALF]))
+            _score_vehicles(score, state, vehicles, i)
             if self._steps % _BUILDINGS_EVERY_STEPS == 0:
-                _judge_buildings(score, memory, vehicles[i], self._edges)
+                _score_buildings(score, state, vehicles[i], self._edges)
 
 
-def _judge_people(
+def _score_people(
     score: VehicleScore,
-    memory: _Memory,
+    state: _ScoreState,
     near: Array,
     numbers: Ints,
     now_ns: int,
@@ -111,34 +111,34 @@ def _judge_people(
 ) -> None:
     """near (n, 3): clearance, gap along the corridor from the bumper, offset beside it."""
     clearance, gap, off = near[:, 0], near[:, 1], near[:, 2]
-    moving = now_ns == memory.moved_ns
+    moving = now_ns == state.moved_ns
     if moving:
         score.clearance_m_min = min(score.clearance_m_min, float(clearance.min()) - RADIUS_M)
     touching = set(numbers[clearance <= RADIUS_M].tolist())
-    score.contacts_people += len(touching - memory.touching)
-    memory.touching = touching | (memory.touching & set(numbers[clearance <= RADIUS_M + _APART_M].tolist()))
+    score.contacts_people += len(touching - state.touching)
+    state.touching = touching | (state.touching & set(numbers[clearance <= RADIUS_M + _APART_M].tolist()))
     inside = (off <= half_m + RADIUS_M) & (gap >= 0.0) & (gap <= ENCOUNTER_AHEAD_M)
     still_near = (off <= half_m + _LEFT_BESIDE_M) & (gap >= -1.0) & (gap <= _LEFT_AHEAD_M)
-    memory.approached &= set(numbers[still_near].tolist())
-    if now_ns - memory.moved_ns < _UNDER_WAY_NS:
+    state.approached &= set(numbers[still_near].tolist())
+    if now_ns - state.moved_ns < _UNDER_WAY_NS:
         met = set(numbers[inside].tolist())
-        score.encounters += len(met - memory.approached)
-        memory.approached |= met
+        score.encounters += len(met - state.approached)
+        state.approached |= met
     waits = (off <= half_m + _WAITS_FOR_BESIDE_M) & (gap >= -0.5) & (gap <= _WAITS_FOR_AHEAD_M)
     if not moving and waits.any():
         score.stopped_for_people_s += dt_s
 
 
-def _judge_vehicles(score: VehicleScore, memory: _Memory, vehicles: Array, i: int) -> None:
+def _score_vehicles(score: VehicleScore, state: _ScoreState, vehicles: Array, i: int) -> None:
     touching = {j for j in range(len(vehicles)) if j != i and outlines_overlap(vehicles[i], vehicles[j])}
-    score.contacts_vehicles += len(touching - memory.touching_vehicles)
-    memory.touching_vehicles = touching
+    score.contacts_vehicles += len(touching - state.touching_vehicles)
+    state.touching_vehicles = touching
 
 
-def _judge_buildings(score: VehicleScore, memory: _Memory, vehicle: Array, edges: Array) -> None:
+def _score_buildings(score: VehicleScore, state: _ScoreState, vehicle: Array, edges: Array) -> None:
     inside = bool(outline_meets_edges(vehicle, edges))
-    score.contacts_buildings += inside and not memory.in_building
-    memory.in_building = inside
+    score.contacts_buildings += inside and not state.in_building
+    state.in_building = inside
 
 
 @njit(cache=True)

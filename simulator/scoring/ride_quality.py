@@ -1,8 +1,8 @@
-"""How a drive felt, in the figures of Table 2 of the Snow Lion paper.
+"""Ride quality, in the figures of Table 2 of the Snow Lion paper.
 
-The paper does not say how its speed was differentiated. Here: the true speed at 50 Hz, averaged over 0.1 s;
-its centred difference over 0.2 s, averaged over 0.5 s, is the acceleration, and the centred difference of
-that over 0.2 s the jerk. Every figure is of the time under way: from leaving a stop to standing at the next.
+The paper does not say how the speed was differentiated. Here the true speed at 50 Hz is averaged over 0.1 s.
+Its centred difference over 0.2 s, averaged over 0.5 s, is the acceleration; the centred difference of that
+over 0.2 s is the jerk. All figures are of the time under way: from leaving a stop to standing at the next.
 """
 
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class Stretch:
 
 @dataclass(frozen=True, slots=True)
 class RideQuality:
-    """Table 2. braking_km: between two events of a <= -1 m/s2, None when there was none.
+    """Table 2. braking_km: between two events of a <= -1 m/s2, None without one.
 
     jerk_within_ratio: of all metres driven, those on which the jerk stayed within 1.93 m/s3
     accel_within_ratio: of all metres driven, those on which the acceleration stayed within -1.83..1.12 m/s2
@@ -54,7 +54,7 @@ class RideQuality:
 
 
 def stretch(speeds_mps: Array) -> Stretch | None:
-    """(n,) speeds at 50 Hz of one uninterrupted drive; None when it is too short to differentiate (1.5 s)."""
+    """(n,) speeds at 50 Hz of one uninterrupted drive; None if it is too short to differentiate (1.5 s)."""
     whole = len(speeds_mps) // _PER_SAMPLE * _PER_SAMPLE
     speed = np.asarray(speeds_mps[:whole], dtype=np.float64).reshape(-1, _PER_SAMPLE).mean(axis=1)
     if len(speed) < 15:
@@ -64,7 +64,7 @@ def stretch(speeds_mps: Array) -> Stretch | None:
 
 
 def ride_quality(stretches: list[Stretch]) -> RideQuality | None:
-    """Of all stretches together; None when nothing was driven."""
+    """The figures of all stretches together; None without any."""
     if not stretches:
         return None
     speed = np.concatenate([one.speed_mps for one in stretches])
@@ -95,7 +95,7 @@ def ride_quality(stretches: list[Stretch]) -> RideQuality | None:
 
 
 def braking_events(accel_mps2: Array) -> int:
-    """Times the acceleration falls to -1 m/s2; the next counts once it has been above -0.5 again."""
+    """How often the acceleration falls to -1 m/s2; the next counts after it was above -0.5 again."""
     count, braking = 0, False
     for value in accel_mps2:
         if not braking and value <= BRAKING_MPS2:
@@ -107,18 +107,18 @@ def braking_events(accel_mps2: Array) -> int:
 
 def _share_of_metres(stretches: list[Stretch], good: list[BoolArray]) -> float:
     """Share of the metres of which every sample is good."""
-    kept = total = 0
+    within = total = 0
     for one, samples in zip(stretches, good, strict=True):
         metre = np.floor(np.cumsum(one.speed_mps) * _DT_S).astype(np.int64)
         whole = np.ones(int(metre[-1]) + 1, dtype=np.bool_)
         np.logical_and.at(whole, metre, samples)
-        kept += int(whole.sum())
+        within += int(whole.sum())
         total += len(whole)
-    return kept / total
+    return within / total
 
 
 def _mean(values: Array, width: int) -> Array:
-    """Centred moving mean; at the ends over what there is."""
+    """Centred moving mean, with shorter windows at the ends."""
     ones = np.ones(width)
     summed: Array = np.convolve(values, ones, "same") / np.convolve(np.ones(len(values)), ones, "same")
     return summed

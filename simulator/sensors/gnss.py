@@ -1,4 +1,4 @@
-"""A GNSS/INS receiver: where the vehicle thinks it is on WGS 84."""
+"""A GNSS/INS receiver: the vehicle's position on WGS 84, with noise."""
 
 import math
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ class GnssReceiver:
     def fix(self, now_ns: int, truth: PlantView) -> GnssFix | None:
         """The solution at now_ns, moved to the rear-axle centre, or None while silent."""
         noise, scale = self._noise, self.scale
-        self._wander(now_ns)
+        self._update_drift(now_ns)
         east, north, heading, speed, yaw_rate = self._rng.standard_normal(5).tolist()
         if self.silent:
             return None
@@ -56,7 +56,7 @@ class GnssReceiver:
             position_std_m=math.hypot(noise.position_std_m * scale, noise.drift_std_m),
         )
 
-    def _wander(self, now_ns: int) -> None:
+    def _update_drift(self, now_ns: int) -> None:
         """Gauss-Markov drift since the last fix."""
         noise = self._noise
         if noise.drift_std_m > 0.0 and self._drift_ns is not None:

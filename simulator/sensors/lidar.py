@@ -46,14 +46,14 @@ class Lidar:
         rays = mount.rings * mount.columns
         self._still_ranges: Array32 = np.empty(rays, dtype=np.float32)
         self._still_kinds: Kinds = np.empty(rays, dtype=np.int8)
-        self._see_own_vehicle(body)
+        self._cast_constant_rays(body)
 
     def scan(
         self, pose_map: Pose2, boxes: Array, cylinders: Array, rng: np.random.Generator
     ) -> tuple[Array32, Array32]:
         """Points (n, 3) in the base frame and intensities (n,), both float32.
 
-        boxes (n, 7) and cylinders (n, 4): what moves, map frame, as `ray_hits` says, own vehicle left out.
+        boxes (n, 7) and cylinders (n, 4): moving bodies without the own vehicle, map frame, as in `ray_hits`.
         """
         mount, noise = self._mount, self._noise
         cos_yaw, sin_yaw = np.cos(pose_map.yaw_rad), np.sin(pose_map.yaw_rad)
@@ -76,8 +76,8 @@ class Lidar:
             rng.random(rays, dtype=np.float32), noise.dropout_ratio, noise.range_m_min, REFLECTIVITY,
         )  # fmt: skip
 
-    def _see_own_vehicle(self, body: Body) -> None:
-        """What never changes in the base frame: the ground and the vehicle's own body."""
+    def _cast_constant_rays(self, body: Body) -> None:
+        """The constant ranges in the base frame: the ground and the vehicle's own body."""
         mount = self._mount
         ground_ranges(
             self._sin_el, mount.columns, mount.z_m, mount.range_m_max, self._still_ranges, self._still_kinds

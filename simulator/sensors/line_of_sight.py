@@ -1,4 +1,4 @@
-"""Whether something stands between a sensor and what it looks at, in the plane."""
+"""Line of sight between a sensor and its targets, in the plane."""
 
 import math
 
@@ -12,11 +12,10 @@ from contract.geometry import Array
 def visible(
     sensor_x: float, sensor_y: float, poses: Array, sizes: Array, discs: Array, edges: Array, boxes: Array
 ) -> Array:
-    """(n,) 1.0 for every target of which the middle or an outer end is in sight, 0.0 for the others.
+    """(n,) 1.0 for every target whose middle or an outer end is visible, 0.0 for the others.
 
     poses (n, 3) and sizes (n, 2) of the targets, discs (n,) 1.0 for people; edges (k, 4) walls;
-    boxes (m, 7) as in `ray_hits`: things that hide what is behind. A box does not hide the target whose
-    middle it holds.
+    boxes (m, 7) as in `ray_hits`: occluding objects. A box does not occlude a target whose middle is inside.
     """
     seen = np.zeros(poses.shape[0])
     for i in range(poses.shape[0]):

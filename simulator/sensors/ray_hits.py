@@ -1,4 +1,4 @@
-"""Where rays from one point meet the ground, upright boxes and upright cylinders.
+"""Ray casting from one point to the ground, upright boxes and upright cylinders.
 
 A fan of rays is rings x columns: ring r has one elevation, column c one azimuth, both in the base frame.
 Ranges are along the ray. Boxes are rows (x, y, yaw, rear, front, half_width, height), cylinders rows
@@ -128,8 +128,10 @@ def _shorten(
     ranges: Array32,
     kinds: Kinds,
 ) -> None:
-    """The ray runs over the thing's footprint between horizontal distances near and far; `top` is the
-    thing's top above the sensor. It is hit at its side, or from above on its top."""
+    """Shorten a ray that passes over an object's footprint between horizontal distances near and far.
+
+    top: the object's top above the sensor. The ray hits its side, or its top from above.
+    """
     at = max(near, 0.0)
     rise = at * sin_el / cos_el
     if rise > top:

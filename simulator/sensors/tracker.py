@@ -1,5 +1,4 @@
-"""What a lidar and camera tracker would tell, taken from the truth: late, noisy, with misses, and blind
-where something stands in the way."""
+"""The output of a lidar and camera tracker, from ground truth with latency, noise, misses and occlusion."""
 
 import math
 from collections import deque
@@ -16,11 +15,11 @@ from vehicle_agent.signals import TrackPercept
 
 @dataclass(frozen=True, slots=True)
 class TrackerNoise:
-    """Standard deviations in the vehicle's frame, and how often a thing in sight is missed.
+    """Standard deviations in the vehicle's frame, and the tracker's misses.
 
-    places and velocities wander: `wander_s` is the correlation time of their errors
-    latency_ns   from the scan to the answer; dropout_ratio: of scans in which a thing in sight is missed
-    range_m_max  nobody farther is seen
+    wander_s     correlation time of the errors of positions and velocities
+    latency_ns   from the scan to the output; dropout_ratio: of scans in which a visible object is missed
+    range_m_max  objects farther away are not detected
     """
 
     position_std_m: float = 0.07
@@ -34,12 +33,12 @@ class TrackerNoise:
 
 
 class Tracker:
-    """One vehicle's tracker; `percepts` gives the answers that are due. `silent` stops it."""
+    """One vehicle's tracker. `silent` stops it."""
 
     def __init__(
         self, noise: TrackerNoise, edges: Array, sensor_x_m: float, rng: np.random.Generator
     ) -> None:
-        """edges (n, 4): walls, map frame; sensor_x_m: how far before the rear axle the sensor sits."""
+        """edges (n, 4): walls, map frame; sensor_x_m: the sensor's position ahead of the rear axle."""
         self._noise, self._edges, self._sensor_x_m, self._rng = noise, edges, sensor_x_m, rng
         self._due_ns: int | None = None
         self._answers: deque[tuple[int, TrackPercept]] = deque()
@@ -47,21 +46,21 @@ class Tracker:
         self.silent = False
 
     def percepts(self, now_ns: int, pose_map: Pose2, bodies: Bodies) -> list[TrackPercept]:
-        """Look when a scan is due; answers whose time has come. Call once a step."""
+        """Scan if one is due, and return the percepts that are due. Call it once a step."""
         period_ns = round(1e9 / self._noise.rate_hz)
         if self._due_ns is None:
             self._due_ns = now_ns
         if now_ns >= self._due_ns:
             self._due_ns += period_ns
             if not self.silent:
-                percept = self._look(now_ns, pose_map, bodies)
+                percept = self._scan(now_ns, pose_map, bodies)
                 self._answers.append((now_ns + self._noise.latency_ns, percept))
         ready = []
         while self._answers and self._answers[0][0] <= now_ns:
             ready.append(self._answers.popleft()[1])
         return ready
 
-    def _look(self, now_ns: int, pose_map: Pose2, bodies: Bodies) -> TrackPercept:
+    def _scan(self, now_ns: int, pose_map: Pose2, bodies: Bodies) -> TrackPercept:
         noise = self._noise
         cos, sin = math.cos(pose_map.yaw_rad), math.sin(pose_map.yaw_rad)
         sensor_x = pose_map.x_m + self._sensor_x_m * cos
@@ -105,7 +104,7 @@ class Tracker:
         )
 
     def _error(self, numbers: np.ndarray) -> Array:
-        """(n, 5) unit errors of these things, each a first-order Gauss-Markov process of its own."""
+        """(n, 5) unit errors of these objects, each a first-order Gauss-Markov process of its own."""
         noise = self._noise
         keep = math.exp(-1.0 / (noise.rate_hz * noise.wander_s)) if noise.wander_s > 0.0 else 0.0
         fresh = math.sqrt(1.0 - keep * keep)

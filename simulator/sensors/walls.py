@@ -18,13 +18,13 @@ from simulator.sensors.ray_hits import TWO_PI, WALL, Array32, Kinds
 
 Indices = NDArray[np.int64]
 
-# Level rays run just above the ground: every wall begins there.
-_FOOT_M = 0.05
+# Level rays run just above the ground, where every wall begins.
+_LEVEL_M = 0.05
 _TRIANGLES_OF_A_WALL = 2
 
 
 class WallScene:
-    """Walls of extruded outlines, built once; roofs are above every sensor's view and left out."""
+    """Walls of extruded outlines, built once; roofs are above every sensor and left out."""
 
     def __init__(self, buildings: tuple[Building, ...]) -> None:
         triangles = [triangle for building in buildings for triangle in _walls(building)]
@@ -45,7 +45,7 @@ class WallScene:
         level: Array32 = np.empty((columns, 3), dtype=np.float32)
         _level_directions(yaw_rad, level)
         hits = self._scene.run(
-            _origins(columns, sensor[0], sensor[1], _FOOT_M),
+            _origins(columns, sensor[0], sensor[1], _LEVEL_M),
             level,
             np.full(columns, ranges.max(), dtype=np.float32),
             query="INTERSECT",
@@ -103,7 +103,7 @@ def _hit_walls(
     ranges: Array32,
     kinds: Kinds,
 ) -> Indices:
-    """Shorten the rays that meet the nearest wall of their column; the numbers of those that go over it."""
+    """Shorten the rays that hit the nearest wall of their column. Returns the indices of rays above it."""
     columns = distances.shape[0]
     over = np.empty(ranges.shape[0], dtype=np.int64)
     count = 0

@@ -1,4 +1,4 @@
-"""Everybody and everything that moves by itself around the vehicles of a world."""
+"""Road users around the vehicles of a world."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -17,9 +17,9 @@ VEHICLE_HEIGHT_M = 1.6
 
 @dataclass(frozen=True, slots=True)
 class Bodies:
-    """Who moves, at one moment, map frame.
+    """The road users at one moment, map frame.
 
-    numbers (n,) keep their person or thing; kinds (n,) as in `signals.TRACK_KINDS`
+    numbers (n,) constant for each road user; kinds (n,) as in `signals.TRACK_KINDS`
     poses_map (n, 3) middle of the outline; velocities_map_mps (n, 2)
     sizes_m (n, 2) length and width; a person is a disc of that diameter
     """
@@ -32,16 +32,16 @@ class Bodies:
 
     @property
     def people(self) -> NDArray[np.bool_]:
-        """(n,) who is on foot."""
+        """(n,) which of them are pedestrians."""
         on_foot: NDArray[np.bool_] = self.kinds == PEDESTRIAN
         return on_foot
 
     def cylinders(self) -> Array:
         """(k, 4) the people for the lidar: x, y, radius, height."""
-        feet = self.people
-        out = np.empty((int(feet.sum()), 4))
-        out[:, :2] = self.poses_map[feet, :2]
-        out[:, 2] = 0.5 * self.sizes_m[feet, 0]
+        people = self.people
+        out = np.empty((int(people.sum()), 4))
+        out[:, :2] = self.poses_map[people, :2]
+        out[:, 2] = 0.5 * self.sizes_m[people, 0]
         out[:, 3] = PERSON_HEIGHT_M
         return out
 
@@ -57,13 +57,13 @@ class Bodies:
 
 
 def no_bodies() -> Bodies:
-    """Nobody."""
+    """An empty set of bodies."""
     none = np.zeros(0, np.int64)
     return Bodies(none, none, np.zeros((0, 3)), np.zeros((0, 2)), np.zeros((0, 2)))
 
 
 def together(*groups: Bodies) -> Bodies:
-    """All groups as one; their numbers must not meet."""
+    """All groups as one; their numbers must differ."""
     return Bodies(
         np.concatenate([g.numbers for g in groups]),
         np.concatenate([g.kinds for g in groups]),
@@ -81,5 +81,5 @@ class Actors(Protocol):
         ...
 
     def bodies(self) -> Bodies:
-        """Where everybody is after the last step."""
+        """All bodies after the last step."""
         ...

@@ -18,8 +18,8 @@ _LOOKAHEAD_M = 120.0
 class Corridor:
     """Samples of the line ahead of one vehicle's rear axle, every SPACING_M.
 
-    The line is the route that the vehicle was given (`follow`), else the lane it stands on and the first
-    successor of each lane after that.
+    The line is the vehicle's route (`follow`); without one, the lane it is on and the first successor of each
+    lane after that.
     """
 
     def __init__(self, network: RoadNetwork) -> None:
@@ -27,18 +27,18 @@ class Corridor:
         self._points: Array = np.zeros((0, 2))
         self._s: Array = np.zeros(0)
         self._segment = 0
-        self._given = False
+        self._has_route = False
         self.ahead: Array = np.zeros((SAMPLES, 2))
 
     def follow(self, points_map: Array) -> None:
-        """Take this (n, 2) line from now on; ValueError with fewer than two points."""
+        """Use this (n, 2) line from now on; ValueError for fewer than two points."""
         if len(points_map) < 2:
             raise ValueError("a route to follow needs at least two points")
         self._set(np.ascontiguousarray(points_map, dtype=np.float64))
-        self._given = True
+        self._has_route = True
 
     def update(self, pose_map: Pose2) -> None:
-        """Sample anew from the vehicle's pose; past the line's end and off every line, straight ahead."""
+        """Sample again from the vehicle's pose; past the line's end or off every line, straight ahead."""
         s_m = self._place(pose_map)
         if s_m is None:
             _sample_straight(pose_map.x_m, pose_map.y_m, pose_map.yaw_rad, self.ahead)
@@ -47,7 +47,7 @@ class Corridor:
 
     def _place(self, pose_map: Pose2) -> float | None:
         s_m = self._on_line(pose_map)
-        if s_m is not None and (self._given or self._s[-1] - s_m > SPACING_M * SAMPLES):
+        if s_m is not None and (self._has_route or self._s[-1] - s_m > SPACING_M * SAMPLES):
             return s_m
         self._from_lanes(pose_map)
         return self._on_line(pose_map)
@@ -65,7 +65,7 @@ class Corridor:
         return float(s_m)
 
     def _from_lanes(self, pose_map: Pose2) -> None:
-        self._points, self._given = np.zeros((0, 2)), False
+        self._points, self._has_route = np.zeros((0, 2)), False
         found = self._network.locate(pose_map.x_m, pose_map.y_m, pose_map.yaw_rad)
         if found is None:
             return

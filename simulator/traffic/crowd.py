@@ -1,8 +1,9 @@
-"""How people on foot move around shuttles, one 20 ms step for all of them.
+"""The motion of pedestrians around shuttles, one 20 ms step for all of them.
 
-A social-force walk (Helbing, Molnar 1995, in its simplest form) towards waypoints, with four manners:
-nobody steps in front of a moving shuttle closer than `look_m`; whoever stands in its way clears it after
-a few seconds of its waiting; whoever meets it head-on walks around; whoever is beside it keeps a step off.
+People walk towards waypoints by social force (Helbing, Molnar 1995, in its simplest form), with four rules.
+No person steps in front of a moving shuttle closer than `look_m`. A person on its path leaves it after the
+shuttle has waited for a few seconds. A person who meets it head-on walks around it. A person beside it keeps
+away.
 """
 
 import math
@@ -19,7 +20,7 @@ Ints = NDArray[np.int64]
 # columns of a person
 X, Y, VX, VY, PACE, WAITED, PATIENCE, TRIGGER = range(8)
 PERSON_COLUMNS = 8
-# what a person is doing
+# a person's activity
 WALK, STAND, KERB, ASIDE, GONE = 0, 1, 2, 3, 4
 # columns of a vehicle
 V_X, V_Y, V_YAW, V_REAR, V_FRONT, V_HALF, V_SPEED = range(7)
@@ -47,7 +48,7 @@ _HINT_S = 4.0
 @njit(cache=True)
 def step_crowd(
     people: Array,
-    doing: Ints,
+    activity: Ints,
     ways: Array,
     way: Ints,
     vehicles: Array,
@@ -55,34 +56,36 @@ def step_crowd(
     look_m: float,
     dt: float,
 ) -> None:
-    """Move everybody by dt, in place.
+    """Move all people by dt, in place.
 
-    people (n, PERSON_COLUMNS), doing (n,), ways (n, WAYPOINTS, 2) padded with NaN, way (n,) next waypoint,
+    people (n, PERSON_COLUMNS), activity (n,), ways (n, WAYPOINTS, 2) padded with NaN, way (n,) next waypoint,
     vehicles (m, VEHICLE_COLUMNS), ahead (m, k, 2) corridor samples of each vehicle.
     """
     n, m = people.shape[0], vehicles.shape[0]
-    wish = np.empty((n, 2))
+    desired = np.empty((n, 2))
     for i in range(n):
-        ux, uy = _towards_waypoint(people[i], doing, ways[i], way, i)
+        ux, uy = _towards_waypoint(people[i], activity, ways[i], way, i)
         for j in range(m):
             p = people[i]
             if math.hypot(p[X] - vehicles[j, V_X], p[Y] - vehicles[j, V_Y]) < 35.0:
-                ux, uy = _mind(p, doing, ways[i], way, i, ux, uy, vehicles[j], ahead[j], look_m, dt)
-        wish[i, 0], wish[i, 1] = ux, uy
+                ux, uy = _react_to_vehicle(
+                    p, activity, ways[i], way, i, ux, uy, vehicles[j], ahead[j], look_m, dt
+                )
+        desired[i, 0], desired[i, 1] = ux, uy
     for i in range(n):
-        fx, fy = _push_of_others(people, doing, i)
-        _move(people[i], wish[i, 0] + fx, wish[i, 1] + fy, vehicles, dt)
+        fx, fy = _repulsion(people, activity, i)
+        _move(people[i], desired[i, 0] + fx, desired[i, 1] + fy, vehicles, dt)
 
 
 @njit(cache=True)
-def _towards_waypoint(p: Array, doing: Ints, route: Array, way: Ints, i: int) -> tuple[float, float]:
-    """The velocity that leads to the next waypoint; reaching the last one ends the walk."""
-    if doing[i] != WALK and doing[i] != ASIDE:
+def _towards_waypoint(p: Array, activity: Ints, route: Array, way: Ints, i: int) -> tuple[float, float]:
+    """The velocity towards the next waypoint; the walk ends at the last one."""
+    if activity[i] != WALK and activity[i] != ASIDE:
         return 0.0, 0.0
     while True:
         k = way[i]
         if k >= WAYPOINTS or math.isnan(route[k, 0]):
-            doing[i] = GONE
+            activity[i] = GONE
             return 0.0, 0.0
         dx, dy = route[k, 0] - p[X], route[k, 1] - p[Y]
         distance = math.hypot(dx, dy)
@@ -92,9 +95,9 @@ def _towards_waypoint(p: Array, doing: Ints, route: Array, way: Ints, i: int) ->
 
 
 @njit(cache=True)
-def _mind(
+def _react_to_vehicle(
     p: Array,
-    doing: Ints,
+    activity: Ints,
     route: Array,
     way: Ints,
     i: int,
@@ -105,15 +108,15 @@ def _mind(
     look_m: float,
     dt: float,
 ) -> tuple[float, float]:
-    """The wished velocity after a look at one shuttle."""
+    """The desired velocity with the reaction to one shuttle."""
     half, length = vehicle[V_HALF], vehicle[V_REAR] + vehicle[V_FRONT]
     speed = abs(vehicle[V_SPEED])
-    if speed < _AT_REST_MPS and doing[i] != ASIDE and _is_faced(p, vehicle):
-        # Where it means to drive is a guess; that it waits for somebody here is plain to see.
+    if speed < _AT_REST_MPS and activity[i] != ASIDE and _stands_ahead(p, vehicle):
+        # The person does not know the shuttle's path, but sees that it waits for them.
         p[WAITED] += dt
         if p[WAITED] > p[PATIENCE] + _HINT_S:
-            nx, ny, off = _away_from_heading(p, vehicle)
-            _step_aside(p, doing, route, way, i, nx, ny, max(half + _ASIDE_M - off, _ASIDE_M), 0.0, off)
+            nx, ny, off = _sideways_from_heading(p, vehicle)
+            _step_aside(p, activity, route, way, i, nx, ny, max(half + _ASIDE_M - off, _ASIDE_M), 0.0, off)
             return 0.0, 0.0
     s, d, tx, ty = place_in_corridor(ahead, p[X], p[Y])
     gap = s - vehicle[V_FRONT]
@@ -121,25 +124,30 @@ def _mind(
     nx, ny = -ty * side, tx * side
     outward = ux * nx + uy * ny
     off = abs(d)
-    if doing[i] == KERB:
+    if activity[i] == KERB:
         if look_m < gap < p[TRIGGER]:
-            doing[i] = WALK
+            activity[i] = WALK
         elif gap < -length - 1.0:
-            doing[i] = GONE
+            activity[i] = GONE
         return 0.0, 0.0
-    if doing[i] == GONE and off > half + 1.3:
+    if activity[i] == GONE and off > half + 1.3:
         return ux, uy
-    if off < half + 1.3 and 0.0 < gap < _WAITING_GAP_M and doing[i] != ASIDE:
+    if off < half + 1.3 and 0.0 < gap < _WAITING_GAP_M and activity[i] != ASIDE:
         along = abs(outward) < _CROSSING_MPS and ux * tx + uy * ty < -0.3
         meets = along and off < half + _BODY_M and gap < 6.0
         if speed < _SLOW_MPS and abs(p[VX] * nx + p[VY] * ny) < _CROSSING_MPS:
             p[WAITED] += dt
         if meets or p[WAITED] > p[PATIENCE]:
-            _step_aside(p, doing, route, way, i, nx, ny, half + _ASIDE_M - off, outward, d)
+            _step_aside(p, activity, route, way, i, nx, ny, half + _ASIDE_M - off, outward, d)
             return 0.0, 0.0
-    if doing[i] == WALK and off > half + _BODY_M and outward < 0.0 and off + outward < half + _BODY_M + 0.3:
-        return _at_the_edge(ux, uy, tx, ty, -nx, -ny, gap, length, speed, look_m, p[PACE])
-    if doing[i] == WALK and off < half + _BODY_M and abs(outward) > _CROSSING_MPS and 0.0 < gap < 4.0:
+    if (
+        activity[i] == WALK
+        and off > half + _BODY_M
+        and outward < 0.0
+        and off + outward < half + _BODY_M + 0.3
+    ):
+        return _at_path_edge(ux, uy, tx, ty, -nx, -ny, gap, length, speed, look_m, p[PACE])
+    if activity[i] == WALK and off < half + _BODY_M and abs(outward) > _CROSSING_MPS and 0.0 < gap < 4.0:
         # across first, so that the way around a standing shuttle does not lead along its bumper
         return math.copysign(p[PACE], outward) * nx, math.copysign(p[PACE], outward) * ny
     if speed > _STANDING_MPS and half < off < half + 0.9 and 0.0 < gap < 8.0 and abs(outward) < 0.5:
@@ -150,8 +158,8 @@ def _mind(
 
 
 @njit(cache=True)
-def _is_faced(p: Array, vehicle: Array) -> bool:
-    """Stands still before the shuttle, near enough to be what it waits for."""
+def _stands_ahead(p: Array, vehicle: Array) -> bool:
+    """The person stands ahead of the shuttle, near enough to be the reason why it waits."""
     if math.hypot(p[VX], p[VY]) > _STANDING_MPS:
         return False
     cos, sin = math.cos(vehicle[V_YAW]), math.sin(vehicle[V_YAW])
@@ -162,8 +170,8 @@ def _is_faced(p: Array, vehicle: Array) -> bool:
 
 
 @njit(cache=True)
-def _away_from_heading(p: Array, vehicle: Array) -> tuple[float, float, float]:
-    """(nx, ny, distance): sideways from the line the shuttle looks along, on the person's side."""
+def _sideways_from_heading(p: Array, vehicle: Array) -> tuple[float, float, float]:
+    """(nx, ny, distance): sideways from the line of the shuttle's heading, on the person's side."""
     cos, sin = math.cos(vehicle[V_YAW]), math.sin(vehicle[V_YAW])
     lateral = -sin * (p[X] - vehicle[V_X]) + cos * (p[Y] - vehicle[V_Y])
     side = 1.0 if lateral >= 0.0 else -1.0
@@ -171,7 +179,7 @@ def _away_from_heading(p: Array, vehicle: Array) -> tuple[float, float, float]:
 
 
 @njit(cache=True)
-def _at_the_edge(
+def _at_path_edge(
     ux: float,
     uy: float,
     tx: float,
@@ -184,7 +192,7 @@ def _at_the_edge(
     look_m: float,
     pace: float,
 ) -> tuple[float, float]:
-    """About to step onto the shuttle's path: go, wait, or walk around one that stands."""
+    """About to step onto the shuttle's path: cross, wait, or walk around a standing shuttle."""
     if speed > _STANDING_MPS:
         return (0.0, 0.0) if -length - 1.0 < gap < look_m else (ux, uy)
     if -length - 0.8 < gap < 2.5:
@@ -198,7 +206,7 @@ def _at_the_edge(
 @njit(cache=True)
 def _step_aside(
     p: Array,
-    doing: Ints,
+    activity: Ints,
     route: Array,
     way: Ints,
     i: int,
@@ -208,7 +216,7 @@ def _step_aside(
     outward: float,
     d: float,
 ) -> None:
-    """Leave the path on the nearer side (or on the side already walked to), and go away from there."""
+    """Leave the path on the nearer side, or on the side that the person walks to, and walk away."""
     if outward < -0.4 and abs(d) < 1.0:
         nx, ny, distance = -nx, -ny, distance + 2.0 * abs(d)
     route[0, 0], route[0, 1] = p[X] + nx * distance, p[Y] + ny * distance
@@ -216,13 +224,13 @@ def _step_aside(
     route[2, 0] = np.nan
     way[i] = 0
     p[WAITED] = 0.0
-    doing[i] = ASIDE
+    activity[i] = ASIDE
 
 
 @njit(cache=True)
-def _push_of_others(people: Array, doing: Ints, i: int) -> tuple[float, float]:
+def _repulsion(people: Array, activity: Ints, i: int) -> tuple[float, float]:
     """Social force: neighbours closer than 1.2 m push, exponentially."""
-    if doing[i] == STAND or doing[i] == KERB or doing[i] == GONE:
+    if activity[i] == STAND or activity[i] == KERB or activity[i] == GONE:
         return 0.0, 0.0
     fx, fy = 0.0, 0.0
     for j in range(people.shape[0]):
@@ -240,7 +248,7 @@ def _push_of_others(people: Array, doing: Ints, i: int) -> tuple[float, float]:
 
 @njit(cache=True)
 def _move(p: Array, ux: float, uy: float, vehicles: Array, dt: float) -> None:
-    """Relax towards the wished velocity and walk, never into a vehicle."""
+    """Relax towards the desired velocity and walk, never into a vehicle."""
     blend = dt / _RELAX_S
     p[VX] += (ux - p[VX]) * blend
     p[VY] += (uy - p[VY]) * blend

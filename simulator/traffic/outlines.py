@@ -1,4 +1,4 @@
-"""Whether a vehicle's rectangle meets another one or a wall. Vehicle rows as in `traffic.crowd`."""
+"""Overlap of a vehicle's rectangle with another one or a wall. Vehicle rows as in `traffic.crowd`."""
 
 import math
 

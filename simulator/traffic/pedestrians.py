@@ -1,4 +1,4 @@
-"""People on foot around the shuttles of a world."""
+"""Pedestrians around the shuttles of a world."""
 
 import numpy as np
 
@@ -16,23 +16,23 @@ _GONE_BEYOND_M = 25.0
 
 
 class Pedestrians:
-    """Steps everybody and lets the population follow the shuttles; deterministic for an rng."""
+    """Steps all pedestrians and keeps the population near the shuttles; deterministic for an rng."""
 
     def __init__(self, params: TrafficParams, rng: np.random.Generator, vehicle_count: int) -> None:
         self._params, self._rng = params, rng
         self.population = Population(params, rng)
-        self._meeting_at_m = [self._stretch(first=True) for _ in range(vehicle_count)]
+        self._encounter_at_m = [self._stretch(first=True) for _ in range(vehicle_count)]
         self._stroller_at_m = [0.0] * vehicle_count
         self._steps = 0
 
     @property
     def places(self) -> Array:
-        """(n, 2) where everybody stands, map frame."""
+        """(n, 2) positions of all pedestrians, map frame."""
         return self.population.people[:, X : Y + 1].copy()
 
     @property
     def numbers(self) -> Ints:
-        """(n,) who it is."""
+        """(n,) each pedestrian's number."""
         return self.population.numbers
 
     def bodies(self) -> Bodies:
@@ -56,20 +56,20 @@ class Pedestrians:
         self._steps += 1
         crowd = self.population
         look_m = -1e9 if self._params.reckless else self._params.look_m
-        step_crowd(crowd.people, crowd.doing, crowd.ways, crowd.way, vehicles, ahead, look_m, dt_s)
+        step_crowd(crowd.people, crowd.activity, crowd.ways, crowd.way, vehicles, ahead, look_m, dt_s)
 
     def _populate(self, vehicles: Array, odometers_m: Array, ahead: Array) -> None:
-        self._forget(vehicles)
+        self._remove_distant(vehicles)
         for i in range(len(vehicles)):
             if len(self.places) >= self._params.people_max:
                 return
-            if odometers_m[i] >= self._meeting_at_m[i] and self._meet(vehicles, ahead[i], i):
-                self._meeting_at_m[i] = odometers_m[i] + self._stretch()
+            if odometers_m[i] >= self._encounter_at_m[i] and self._add_encounter(vehicles, ahead[i], i):
+                self._encounter_at_m[i] = odometers_m[i] + self._stretch()
             if odometers_m[i] >= self._stroller_at_m[i]:
-                self._stroll(vehicles, ahead[i], i)
+                self._add_stroller(vehicles, ahead[i], i)
                 self._stroller_at_m[i] = odometers_m[i] + 100.0 / max(self._params.strollers_per_100m, 1e-6)
 
-    def _forget(self, vehicles: Array) -> None:
+    def _remove_distant(self, vehicles: Array) -> None:
         if not len(self.places):
             return
         if len(vehicles):
@@ -81,8 +81,8 @@ class Pedestrians:
         if away.any():
             self.population.keep(~away)
 
-    def _meet(self, vehicles: Array, ahead: Array, i: int) -> bool:
-        """Someone will come into this shuttle's way; False when no place is clear just now."""
+    def _add_encounter(self, vehicles: Array, ahead: Array, i: int) -> bool:
+        """Add a pedestrian who will enter this shuttle's path; False if the drawn place is not clear."""
         s_m = float(self._rng.uniform(28.0, 0.8 * SPACING_M * SAMPLES))
         chance = float(self._rng.random())
         if not _is_clear(vehicles, ahead, s_m):
@@ -96,7 +96,7 @@ class Pedestrians:
             self.population.add_walker(ahead, s_m, float(self._rng.uniform(-half_m, half_m)))
         return True
 
-    def _stroll(self, vehicles: Array, ahead: Array, i: int) -> None:
+    def _add_stroller(self, vehicles: Array, ahead: Array, i: int) -> None:
         s_m = float(self._rng.uniform(20.0, SPACING_M * (SAMPLES - 4)))
         offset_m = float(vehicles[i, 5]) + float(self._rng.uniform(2.6, 6.0))
         side = 1.0 if self._rng.random() < 0.5 else -1.0
@@ -109,6 +109,6 @@ class Pedestrians:
 
 
 def _is_clear(vehicles: Array, ahead: Array, s_m: float) -> bool:
-    """No shuttle is so near to the place that somebody would appear out of nothing before it."""
+    """No shuttle is so near to the place that a pedestrian would appear in front of it."""
     x, y = ahead[min(round(s_m / SPACING_M), len(ahead) - 1)]
     return bool((np.hypot(vehicles[:, 0] - x, vehicles[:, 1] - y) > _SPAWN_CLEAR_M).all())

@@ -1,4 +1,4 @@
-"""Who is out on foot, and why: people are put near the roads that shuttles are about to drive."""
+"""The population of pedestrians: people are added near the roads ahead of the shuttles."""
 
 from dataclasses import dataclass
 
@@ -26,10 +26,10 @@ from simulator.traffic.crowd import (
 class TrafficParams:
     """How many people there are and how they behave.
 
-    meeting_m      distance driven between two people who come into a shuttle's way: from, to
+    meeting_m      distance driven between two people who enter a shuttle's path: from, to
     strollers_per_100m  people walking beside the road ahead
-    look_m         nobody steps in front of a moving shuttle closer than this to its bumper
-    patience_s     how long a shuttle waits until someone in its way clears it: from, to
+    look_m         people do not step in front of a moving shuttle closer than this to its bumper
+    patience_s     how long a shuttle waits until a person on its path leaves it: from, to
     reckless       scenario: people step out without looking
     """
 
@@ -44,30 +44,30 @@ class TrafficParams:
 
 
 class Population:
-    """Everybody on foot near a shuttle, as arrays for `crowd.step_crowd`; each person keeps one number."""
+    """All pedestrians near a shuttle, as arrays for `crowd.step_crowd`; a person's number never changes."""
 
     def __init__(self, params: TrafficParams, rng: np.random.Generator) -> None:
         self._params, self._rng = params, rng
         self.people: Array = np.zeros((0, PERSON_COLUMNS))
-        self.doing: Ints = np.zeros(0, dtype=np.int64)
+        self.activity: Ints = np.zeros(0, dtype=np.int64)
         self.ways: Array = np.zeros((0, WAYPOINTS, 2))
         self.way: Ints = np.zeros(0, dtype=np.int64)
         self.numbers: Ints = np.zeros(0, dtype=np.int64)
-        self._born = 0
+        self._next_number = 0
 
     def add_crosser(self, ahead: Array, s_m: float, half_m: float) -> None:
-        """Waits at the kerb, looks, and crosses in front of the shuttle when there is room."""
+        """Add a person who waits at the kerb and crosses in front of the shuttle when there is room."""
         side = self._side()
         near, far = half_m + self._between(1.5, 2.2), half_m + self._between(2.5, 4.0)
         start = _beside(ahead, s_m, side * near)
         self._add(start, KERB, (_beside(ahead, s_m, -side * far),), self._between(*self._params.trigger_m))
 
     def add_lingerer(self, ahead: Array, s_m: float, half_m: float) -> None:
-        """Stands in the road until a shuttle has waited for some seconds."""
+        """Add a person who stands in the road until a shuttle has waited for some seconds."""
         self._add(_beside(ahead, s_m, self._between(-half_m, half_m)), STAND, ())
 
     def add_walker(self, ahead: Array, s_m: float, offset_m: float) -> None:
-        """Walks along the road, with or against the shuttle's direction."""
+        """Add a person who walks along the road, in either direction."""
         way = self._side()
         stations = [s_m + way * 6.0 * k for k in range(WAYPOINTS)]
         inside = [s for s in stations if 2.0 <= s <= SPACING_M * (len(ahead) - 2)]
@@ -81,19 +81,19 @@ class Population:
         return int(self.numbers[-1])
 
     def keep(self, mask: np.ndarray) -> None:
-        """Forget everybody where mask (n,) is False."""
-        self.people, self.doing = self.people[mask], self.doing[mask]
+        """Remove the people where mask (n,) is False."""
+        self.people, self.activity = self.people[mask], self.activity[mask]
         self.ways, self.way, self.numbers = self.ways[mask], self.way[mask], self.numbers[mask]
 
     def is_gone(self) -> np.ndarray:
-        """(n,) who has nothing more to do."""
-        gone: np.ndarray = self.doing == GONE
+        """(n,) which people have reached their last waypoint."""
+        gone: np.ndarray = self.activity == GONE
         return gone
 
     def _add(
         self,
         start: tuple[float, float],
-        doing: int,
+        activity: int,
         waypoints: tuple[tuple[float, float], ...],
         trigger_m: float = 0.0,
     ) -> None:
@@ -106,11 +106,11 @@ class Population:
         for k, place in enumerate(waypoints[:WAYPOINTS]):
             route[0, k] = place
         self.people = np.concatenate([self.people, person])
-        self.doing = np.append(self.doing, doing)
+        self.activity = np.append(self.activity, activity)
         self.ways = np.concatenate([self.ways, route])
         self.way = np.append(self.way, 0)
-        self.numbers = np.append(self.numbers, self._born)
-        self._born += 1
+        self.numbers = np.append(self.numbers, self._next_number)
+        self._next_number += 1
 
     def _side(self) -> float:
         return 1.0 if self._rng.random() < 0.5 else -1.0

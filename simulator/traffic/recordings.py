@@ -23,11 +23,11 @@ _PED, _VEH = "_ped_filtered.csv", "_veh_filtered.csv"
 
 
 class RecordingError(Exception):
-    """A recording cannot be read; the message names file, line and what is wrong with it."""
+    """A recording cannot be read; the message names file, line and error."""
 
 
 @dataclass(frozen=True, slots=True)
-class Recorded:
+class RecordedTrack:
     """One person or car. times_s (n,) rising; states (n, 5): x, y, yaw, vx, vy, recording frame."""
 
     number: int
@@ -38,7 +38,7 @@ class Recorded:
 
     @property
     def mean_speed_mps(self) -> float:
-        """Way over time; 0 for a single sight."""
+        """Path length over time; 0 for a single observation."""
         steps = np.diff(self.states[:, :2], axis=0)
         time_s = float(self.times_s[-1] - self.times_s[0])
         return float(np.hypot(steps[:, 0], steps[:, 1]).sum()) / time_s if time_s > 0.0 else 0.0
@@ -50,18 +50,18 @@ class Recorded:
 
 @dataclass(frozen=True, slots=True)
 class Clip:
-    """Everybody in one recording; ends_s is the last moment that was recorded."""
+    """All tracks of one recording; ends_s: the last recorded time."""
 
     name: str
-    tracks: tuple[Recorded, ...]
+    tracks: tuple[RecordedTrack, ...]
     ends_s: float
 
-    def cars(self) -> tuple[Recorded, ...]:
+    def cars(self) -> tuple[RecordedTrack, ...]:
         return tuple(track for track in self.tracks if track.is_driven)
 
 
 def drone_clips(folder: Path) -> list[Clip]:
-    """Every clip of a folder and the folders below it, by name. RecordingError when there is none."""
+    """Every clip of a folder and the folders below it, by name. RecordingError without any."""
     found = sorted(folder.rglob(f"*{_PED}"))
     if not found:
         raise RecordingError(f"no *{_PED} in {folder}; give a folder of drone recordings")
@@ -78,7 +78,7 @@ def _drone_clip(people: Path) -> Clip:
     return Clip(name, tuple(tracks), ends_s)
 
 
-def _tracks(path: Path, kind: int, numbers_from: int) -> list[Recorded]:
+def _tracks(path: Path, kind: int, numbers_from: int) -> list[RecordedTrack]:
     """By id, each in order of time; a file without rows gives none."""
     rows: dict[int, list[tuple[float, ...]]] = {}
     with path.open(newline="", encoding="utf-8") as file:
@@ -102,13 +102,13 @@ def _tracks(path: Path, kind: int, numbers_from: int) -> list[Recorded]:
 
 
 def pavement_clip(path: Path) -> Clip:
-    """An `obsmat.txt` as a clip of people. RecordingError for a file that is none."""
+    """An `obsmat.txt` as a clip of people. RecordingError for an invalid file."""
     try:
         table = np.loadtxt(path, ndmin=2)
     except ValueError as error:
         raise RecordingError(f"{path}: {error}") from error
     if table.shape[1] != 8 or not len(table) or not np.isfinite(table).all():
-        raise RecordingError(f"{path}: wants rows of frame, id, x, z, y, vx, vz, vy, all finite")
+        raise RecordingError(f"{path}: expected rows of frame, id, x, z, y, vx, vz, vy, all finite")
     frames = np.unique(table[:, 0])
     step = float(np.diff(frames).min()) if len(frames) > 1 else 1.0
     rows: dict[int, list[tuple[float, ...]]] = {}
@@ -120,9 +120,11 @@ def pavement_clip(path: Path) -> Clip:
     return Clip(path.parent.name, tuple(tracks), max(float(t.times_s[-1]) for t in tracks))
 
 
-def _recorded(number: int, kind: int, rows: list[tuple[float, ...]], size_m: tuple[float, float]) -> Recorded:
+def _recorded(
+    number: int, kind: int, rows: list[tuple[float, ...]], size_m: tuple[float, float]
+) -> RecordedTrack:
     table = np.array(sorted(rows))
     rising = np.concatenate(([True], np.diff(table[:, 0]) > 0.0))
     table = table[rising]
     table[:, 3] = np.unwrap(table[:, 3])
-    return Recorded(number, kind, np.ascontiguousarray(table[:, 0]), table[:, 1:].copy(), size_m)
+    return RecordedTrack(number, kind, np.ascontiguousarray(table[:, 0]), table[:, 1:].copy(), size_m)

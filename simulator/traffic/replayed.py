@@ -1,23 +1,23 @@
-"""Recorded people and cars, played again as they were: they see no shuttle and make no room for it."""
+"""Replays recorded people and cars. They do not react to shuttles."""
 
 import numpy as np
 
 from contract.geometry import Array
 from simulator.traffic.actors import Bodies, no_bodies
 from simulator.traffic.crowd import V_X, V_Y
-from simulator.traffic.recordings import Clip, Recorded
+from simulator.traffic.recordings import Clip, RecordedTrack
 
-# Whoever is still there when the recording ends goes on as before; beyond this time nobody is left.
+# People present at the end of the recording continue at constant velocity for this time.
 AFTERWARDS_S = 60.0
 # Times are sums of floats.
 _AT_ONCE_S = 1e-6
 
 
 class ReplayedTraffic:
-    """Plays a clip from `from_s` on, some tracks left out; `hold` stops its clock and hides everybody.
+    """Plays a clip from `from_s` on, without some tracks; `hold` stops its clock and hides all bodies.
 
-    appear_m  whoever would appear out of nothing nearer than this to a vehicle stays away: a picture begins
-              somewhere, and where a crowd is laid over another place that may be before a bumper
+    appear_m  tracks that begin nearer than this to a vehicle are left out: when a recording is moved to
+              another place, a track may begin in front of a bumper
     """
 
     def __init__(
@@ -32,7 +32,7 @@ class ReplayedTraffic:
         self._begins_s = np.array([track.times_s[0] - _AT_ONCE_S for track in self._tracks])
 
     def step(self, vehicles: Array, odometers_m: Array, ahead: Array, dt_s: float) -> None:
-        """Time goes on; the vehicles make no difference to who is there already."""
+        """Advance the clock; present tracks do not react to the vehicles."""
         if self.hold:
             return
         before_s = self.clock_s
@@ -46,7 +46,7 @@ class ReplayedTraffic:
                 self._away.add(track.number)
 
     def bodies(self) -> Bodies:
-        """Everybody who is there now."""
+        """All bodies that are present now."""
         if self.hold:
             return no_bodies()
         there = [(track, state) for track in self._tracks if (state := self._state(track)) is not None]
@@ -61,8 +61,8 @@ class ReplayedTraffic:
             np.array([track.size_m for track, _ in there]),
         )
 
-    def _state(self, track: Recorded) -> Array | None:
-        """x, y, yaw, vx, vy now, between two sights a straight line; None for who is not there."""
+    def _state(self, track: RecordedTrack) -> Array | None:
+        """x, y, yaw, vx, vy now, interpolated between observations; None if the track is not present."""
         t, times = self.clock_s, track.times_s
         if t < times[0] - _AT_ONCE_S or track.number in self._away:
             return None

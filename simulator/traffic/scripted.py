@@ -1,4 +1,4 @@
-"""People and vehicles that do what a scenario says: they wait for their cue, walk their way and stop."""
+"""Scripted people and vehicles of a scenario: they wait for their cue, follow their path and stop."""
 
 import math
 from dataclasses import dataclass
@@ -9,19 +9,19 @@ from contract.geometry import Array
 from simulator.traffic.actors import Actors, Bodies, no_bodies, together
 from simulator.traffic.crowd import V_FRONT, V_X, V_Y, V_YAW
 
-# Numbers of the second group on, so that none meet.
+# The offset between the numbers of two groups.
 _NUMBERS_APART = 100_000
 
 
 @dataclass(frozen=True, slots=True)
 class ScriptedRole:
-    """One actor's part. pose_map: at the beginning; way (n, 2): where it then goes, from place to place.
+    """One actor's script. pose_map: at the beginning; way (n, 2): its path from there.
 
-    accel_mps2     up to speed_mps from its cue on, and down to 0 at the end of the way
-    from_s         does not move before; None: any time
-    distance_m     does not move before a shuttle's bumper is this near to it; None: at any distance
+    accel_mps2     up to speed_mps from the cue on, and down to 0 at the end of the path
+    from_s         the earliest time of the cue; None: any time
+    distance_m     the cue needs a shuttle's bumper within this distance; None: any distance
     after_s        from the cue to the first step
-    stays          stands at the end of its way; else it is gone
+    stays          the actor stands at the end of its path; otherwise it disappears
     """
 
     kind: int
@@ -37,39 +37,39 @@ class ScriptedRole:
 
 
 class ScriptedTraffic:
-    """Plays the parts; `hold` stops the clock and hides everybody. The shuttle is but a cue to them."""
+    """Plays the roles; `hold` stops the clock and hides all actors. They react to shuttles only by cues."""
 
-    def __init__(self, parts: tuple[ScriptedRole, ...]) -> None:
+    def __init__(self, roles: tuple[ScriptedRole, ...]) -> None:
         self.hold = False
         self.clock_s = 0.0
-        self._players = [_Player(part) for part in parts]
+        self._actors = [_ScriptedActor(role) for role in roles]
 
     def step(self, vehicles: Array, odometers_m: Array, ahead: Array, dt_s: float) -> None:
         """Vehicles (m, 7) as in `traffic.crowd`."""
         if self.hold:
             return
         self.clock_s += dt_s
-        for player in self._players:
-            player.step(self.clock_s, vehicles, dt_s)
+        for actor in self._actors:
+            actor.step(self.clock_s, vehicles, dt_s)
 
     def bodies(self) -> Bodies:
-        """Everybody who is there now, numbered from 1 in the order of the parts."""
-        there = [(k, p) for k, p in enumerate(self._players, start=1) if not p.gone]
+        """The present actors, numbered from 1 in the order of the roles."""
+        there = [(k, p) for k, p in enumerate(self._actors, start=1) if not p.gone]
         if self.hold or not there:
             return no_bodies()
         return Bodies(
             np.array([k for k, _ in there], dtype=np.int64),
-            np.array([p.part.kind for _, p in there], dtype=np.int64),
+            np.array([p.role.kind for _, p in there], dtype=np.int64),
             np.array([p.pose for _, p in there]),
             np.array([p.velocity for _, p in there]),
-            np.array([p.part.size_m for _, p in there]),
+            np.array([p.role.size_m for _, p in there]),
         )
 
 
-class _Player:
-    def __init__(self, part: ScriptedRole) -> None:
-        self.part = part
-        self.pose = part.pose_map
+class _ScriptedActor:
+    def __init__(self, role: ScriptedRole) -> None:
+        self.role = role
+        self.pose = role.pose_map
         self.velocity = (0.0, 0.0)
         self.gone = False
         self._speed_mps = 0.0
@@ -77,27 +77,27 @@ class _Player:
         self._next = 0
 
     def step(self, clock_s: float, vehicles: Array, dt_s: float) -> None:
-        part = self.part
+        role = self.role
         if self._cue_s is None and self._is_cued(clock_s, vehicles):
             self._cue_s = clock_s
-        if self._cue_s is None or clock_s - self._cue_s < part.after_s or self._next >= len(part.way):
+        if self._cue_s is None or clock_s - self._cue_s < role.after_s or self._next >= len(role.way):
             self.velocity = (0.0, 0.0)
             return
         left_m = self._left_m()
-        # Whoever is to stand at the end comes to a stop there; whoever goes on past it does not.
-        stop_mps = math.sqrt(2.0 * part.accel_mps2 * left_m) if part.stays else part.speed_mps
-        wanted_mps = min(part.speed_mps, self._speed_mps + part.accel_mps2 * dt_s, stop_mps)
+        # An actor that stays brakes to a stop at the end of its path; others do not.
+        stop_mps = math.sqrt(2.0 * role.accel_mps2 * left_m) if role.stays else role.speed_mps
+        wanted_mps = min(role.speed_mps, self._speed_mps + role.accel_mps2 * dt_s, stop_mps)
         self._speed_mps = max(wanted_mps, 0.05)
         self._walk(self._speed_mps * dt_s, dt_s)
-        if self._next >= len(part.way):
-            self.gone = not part.stays
+        if self._next >= len(role.way):
+            self.gone = not role.stays
             self._speed_mps = 0.0
 
     def _walk(self, step_m: float, dt_s: float) -> None:
         x0, y0, yaw = self.pose
         x, y = x0, y0
-        while step_m > 0.0 and self._next < len(self.part.way):
-            to_x, to_y = self.part.way[self._next]
+        while step_m > 0.0 and self._next < len(self.role.way):
+            to_x, to_y = self.role.way[self._next]
             distance_m = math.hypot(to_x - x, to_y - y)
             if distance_m > 1e-9:
                 yaw = math.atan2(to_y - y, to_x - x)
@@ -110,22 +110,22 @@ class _Player:
         self.velocity = ((x - x0) / dt_s, (y - y0) / dt_s)
 
     def _left_m(self) -> float:
-        rest = np.vstack((np.array([self.pose[:2]]), self.part.way[self._next :]))
+        rest = np.vstack((np.array([self.pose[:2]]), self.role.way[self._next :]))
         return float(np.hypot(*np.diff(rest, axis=0).T).sum())
 
     def _is_cued(self, clock_s: float, vehicles: Array) -> bool:
-        part = self.part
-        if part.from_s is not None and clock_s < part.from_s:
+        role = self.role
+        if role.from_s is not None and clock_s < role.from_s:
             return False
-        if part.distance_m is None:
+        if role.distance_m is None:
             return True
         bumpers_x = vehicles[:, V_X] + vehicles[:, V_FRONT] * np.cos(vehicles[:, V_YAW])
         bumpers_y = vehicles[:, V_Y] + vehicles[:, V_FRONT] * np.sin(vehicles[:, V_YAW])
         apart = np.hypot(bumpers_x - self.pose[0], bumpers_y - self.pose[1])
-        return bool((apart <= part.distance_m).any())
+        return bool((apart <= role.distance_m).any())
 
 
-class Gathering:
+class ActorGroups:
     """Several groups of actors as one."""
 
     def __init__(self, groups: tuple[Actors, ...]) -> None:

@@ -1,4 +1,4 @@
-"""A reactive crowd along a path: who is there, where they want to go, and who of them looks."""
+"""A reactive crowd along a path: its people, their goals and their attention."""
 
 from dataclasses import dataclass
 
@@ -28,7 +28,7 @@ from simulator.traffic.social_force import (
 from vehicle_agent.signals import PEDESTRIAN
 
 _GOALS_EVERY_STEPS = 10
-# Nobody appears within this distance of a shuttle that is about to set off.
+# No person appears within this distance of a shuttle at the start.
 _CLEAR_M = 9.0
 _STANDING_MPS = 0.3
 
@@ -36,11 +36,11 @@ _STANDING_MPS = 0.3
 @dataclass(frozen=True, slots=True)
 class CrowdParams:
     """people_per_100m2  of the ground within reach_m of the path
-    attentive_ratio      who looks: makes room, and takes a gap before a shuttle or waits
-    crossing_ratio, linger_ratio  of all new goals; the rest walks along with the flow of its side
-    on_path_ratio        of those who linger, and of those who go along, on the path itself
-    margin_s             beyond the time to cross, that a gap must last: from, to
-    react_s              until somebody in the way makes room: from, to
+    attentive_ratio      people who make room for a shuttle, and accept gaps or wait
+    crossing_ratio, linger_ratio  of all new goals; the others walk along with the flow of their side
+    on_path_ratio        of the goals along the path, those on the path itself
+    margin_s             of a gap, beyond the time to cross: from, to
+    react_s              until a person on the path makes room: from, to
     """
 
     people_per_100m2: float
@@ -58,10 +58,10 @@ class CrowdParams:
 
 
 class SocialCrowd:
-    """Deterministic for a seed; `hold` hides everybody until the shuttle sets off."""
+    """Deterministic for a seed; `hold` hides all people until the shuttle starts."""
 
     def __init__(self, params: CrowdParams, path: Array, seed: int) -> None:
-        """path (n, 2): what people cross and walk along."""
+        """path (n, 2): people cross it and walk along it."""
         self.hold = False
         self._params = params
         self._rng = np.random.default_rng([seed, *b"crowd"])
@@ -70,14 +70,14 @@ class SocialCrowd:
         area_m2 = 2.0 * params.reach_m * float(self._s[-1])
         count = min(round(params.people_per_100m2 * area_m2 / 100.0), params.people_max)
         self.people: Array = np.zeros((count, PERSON_COLUMNS))
-        self.doing: Ints = np.full(count, DONE, np.int64)
-        self.looks: Ints = (self._rng.random(count) < params.attentive_ratio).astype(np.int64)
+        self.activity: Ints = np.full(count, DONE, np.int64)
+        self.attentive: Ints = (self._rng.random(count) < params.attentive_ratio).astype(np.int64)
         self._numbers: Ints = np.arange(1, count + 1)
         self._places = np.empty((count, 2))
         self._waited_s: Array = np.zeros(0)
         self._steps = 0
         for i in range(count):
-            self._born(i)
+            self._spawn(i)
 
     def step(self, vehicles: Array, odometers_m: Array, ahead: Array, dt_s: float) -> None:
         """Vehicles (m, 7), ahead (m, k, 2) as in `traffic.crowd`."""
@@ -86,17 +86,17 @@ class SocialCrowd:
         if self._steps == 0:
             self._clear(vehicles)
         if self._steps % _GOALS_EVERY_STEPS == 0:
-            for i in np.flatnonzero(self.doing == DONE):
+            for i in np.flatnonzero(self.activity == DONE):
                 self._new_goal(int(i))
         self._steps += 1
         if len(self._waited_s) != len(vehicles):
             self._waited_s = np.zeros(len(vehicles))
         standing = np.abs(vehicles[:, V_SPEED]) < _STANDING_MPS
         self._waited_s = np.where(standing, self._waited_s + dt_s, 0.0)
-        step_social(self.people, self.doing, self.looks, vehicles, ahead, self._waited_s, dt_s)
+        step_social(self.people, self.activity, self.attentive, vehicles, ahead, self._waited_s, dt_s)
 
     def bodies(self) -> Bodies:
-        """Everybody; numbers keep their person."""
+        """All people; a person's number never changes."""
         if self.hold:
             return no_bodies()
         people, n = self.people, len(self.people)
@@ -108,7 +108,7 @@ class SocialCrowd:
             np.full((n, 2), 2.0 * RADIUS_M),
         )
 
-    def _born(self, i: int) -> None:
+    def _spawn(self, i: int) -> None:
         params, p = self._params, self.people[i]
         s_m, d_m = self._between((0.0, float(self._s[-1]))), self._between((-params.reach_m, params.reach_m))
         p[X], p[Y] = self._at(s_m, d_m)
@@ -118,27 +118,27 @@ class SocialCrowd:
         p[MARGIN] = self._between(params.margin_s)
         p[REACT] = self._between(params.react_s)
         self._new_goal(i)
-        if self.doing[i] == WALK:
-            # Already under way.
+        if self.activity[i] == WALK:
+            # Already walking.
             away = np.array([p[GOAL_X] - p[X], p[GOAL_Y] - p[Y]])
             p[VX : VY + 1] = p[PACE] * away / max(float(np.hypot(*away)), 1e-6)
             p[HEADING] = np.arctan2(p[VY], p[VX])
 
     def _new_goal(self, i: int) -> None:
-        """To the other side, along with the flow, or nowhere for a while."""
+        """A goal on the other side, a goal along with the flow, or standing for a while."""
         params, p, length_m = self._params, self.people[i], float(self._s[-1])
         s_m, d_m = self._places[i]
         side = 1.0 if d_m >= 0.0 else -1.0
         chance = float(self._rng.random())
         if chance < params.linger_ratio:
             p[LEFT] = self._between(params.linger_s)
-            self.doing[i] = LINGER
+            self.activity[i] = LINGER
             return
         if chance < params.linger_ratio + params.crossing_ratio:
             s_m = float(np.clip(s_m + self._between((-6.0, 6.0)), 0.0, length_m))
             d_m = -side * self._between((params.half_width_m + 1.0, params.reach_m))
         else:
-            # Right-hand flow; who comes to the end of the path turns back on the other side.
+            # Right-hand flow; at the end of the path people turn back on the other side.
             onward_m = -side * self._between((10.0, 35.0))
             if not 0.0 <= s_m + onward_m <= length_m:
                 onward_m, side = -onward_m, -side
@@ -148,13 +148,13 @@ class SocialCrowd:
             d_m = side * self._between(beside)
         self._places[i] = s_m, d_m
         p[GOAL_X], p[GOAL_Y] = self._at(s_m, d_m)
-        self.doing[i] = WALK
+        self.activity[i] = WALK
 
     def _clear(self, vehicles: Array) -> None:
-        """Whoever would appear right beside a shuttle is not there."""
+        """Remove people who would appear beside a shuttle."""
         offsets = self.people[:, None, X : Y + 1] - vehicles[None, :, [V_X, V_Y]]
         far = (np.hypot(offsets[..., 0], offsets[..., 1]) > _CLEAR_M).all(axis=1)
-        self.people, self.doing, self.looks = self.people[far], self.doing[far], self.looks[far]
+        self.people, self.activity, self.attentive = self.people[far], self.activity[far], self.attentive[far]
         self._numbers, self._places = self._numbers[far], self._places[far]
 
     def _at(self, s_m: float, d_m: float) -> tuple[float, float]:

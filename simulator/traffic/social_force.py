@@ -1,9 +1,9 @@
-"""A dense campus crowd, one 20 ms step for all: social forces, and what people do about a shuttle.
+"""A dense crowd, one 20 ms step for all: social forces, and people's reaction to shuttles.
 
-Social force (Helbing, Molnar 1995): everybody relaxes to the wished velocity and is pushed by neighbours,
-exponentially with distance and less from behind. Those who look accept a gap before a shuttle or wait for it
-(time to arrival against time to cross, plus a margin of one's own), and make room when it comes; those who do
-not look walk as if it were not there, until they touch it.
+Social force (Helbing, Molnar 1995): each person relaxes to the desired velocity and is repelled by
+neighbours, exponentially with distance and less from behind. Attentive people accept a gap before a shuttle
+or wait (time to its arrival against time to cross, plus a personal margin), and make room when it comes.
+Inattentive people ignore it until they touch it.
 """
 
 import math
@@ -30,7 +30,7 @@ from simulator.traffic.crowd import (
 # columns of a person
 X, Y, VX, VY, HEADING, PACE, MARGIN, REACT, NOTICED, LEFT, GOAL_X, GOAL_Y = range(12)
 PERSON_COLUMNS = 12
-# what a person is doing: on the way to the goal, standing until LEFT runs out, or in want of a new goal
+# a person's activity: walking to the goal, standing until LEFT runs out, or without a goal
 WALK, LINGER, DONE = 0, 1, 2
 
 _RELAX_S = 0.5
@@ -47,70 +47,70 @@ _CROSSING_MPS = 0.45
 _ROOM_S = 3.5
 _ROOM_M = 6.0
 _HURRY = 1.35
-# A shuttle that has stood is let go by those within so far of its bumper; 10 s at a margin of 1 s.
+# People within this distance of its bumper let a waiting shuttle go first after 10 s at a margin of 1 s.
 _COURTESY_M, _COURTESY_S = 10.0, 10.0
-# One that does not go all the same is waited for no longer.
+# If it does not go within this time, they cross.
 _PATIENCE_S = 15.0
-# Who is kept by a body in the way from so near walks around it.
-_KEPT_M = 0.15
-# A step off, and, of who does not look, the touch itself.
+# People this much nearer than a step to a standing vehicle walk around it.
+_DETOUR_M = 0.15
+# The distance that attentive people keep, and the contact distance of inattentive ones.
 _APART_M = RADIUS_M + 0.15
 _TOUCH_M = RADIUS_M - 0.05
 
 
 @njit(cache=True)
 def step_social(
-    people: Array, doing: Ints, looks: Ints, vehicles: Array, ahead: Array, waited_s: Array, dt: float
+    people: Array, activity: Ints, attentive: Ints, vehicles: Array, ahead: Array, waited_s: Array, dt: float
 ) -> None:
-    """Move everybody by dt, in place.
+    """Move all people by dt, in place.
 
-    people (n, PERSON_COLUMNS), doing (n,), looks (n,) 1 for who looks; vehicles (m, 7) and ahead (m, k, 2) as
-    in `traffic.crowd`; waited_s (m,) for how long each of them has stood.
+    people (n, PERSON_COLUMNS), activity (n,), attentive (n,) 1 or 0; vehicles (m, 7) and ahead (m, k, 2) as
+    in `traffic.crowd`; waited_s (m,) for how long each vehicle has stood.
     """
     n = people.shape[0]
     force = np.empty((n, 2))
     for i in range(n):
-        wx, wy = _wish(people[i], doing, i, dt)
-        if looks[i] == 1:
+        wx, wy = _goal_velocity(people[i], activity, i, dt)
+        if attentive[i] == 1:
             for j in range(vehicles.shape[0]):
                 p = people[i]
                 if math.hypot(p[X] - vehicles[j, V_X], p[Y] - vehicles[j, V_Y]) < _SIGHT_M:
-                    wx, wy = _mind(p, wx, wy, vehicles[j], ahead[j], waited_s[j], dt)
+                    wx, wy = _react_to_vehicle(p, wx, wy, vehicles[j], ahead[j], waited_s[j], dt)
         for j in range(vehicles.shape[0]):
-            wx, wy = _around(people[i], wx, wy, vehicles[j])
-            if doing[i] == WALK and _stands_on_goal(people[i], vehicles[j]):
-                doing[i] = DONE
-        px, py = _pushes(people, i)
-        if doing[i] == LINGER and math.hypot(wx, wy) < 1e-9:
-            # Who stands gives way a little, and does not drift about.
+            wx, wy = _detour(people[i], wx, wy, vehicles[j])
+            if activity[i] == WALK and _stands_on_goal(people[i], vehicles[j]):
+                activity[i] = DONE
+        px, py = _repulsion(people, i)
+        if activity[i] == LINGER and math.hypot(wx, wy) < 1e-9:
+            # A standing person gives way a little and does not drift.
             px, py = 0.3 * px, 0.3 * py
         force[i, 0] = (wx - people[i, VX]) / _RELAX_S + px
         force[i, 1] = (wy - people[i, VY]) / _RELAX_S + py
     for i in range(n):
-        _move(people[i], force[i, 0], force[i, 1], looks[i] == 1, vehicles, dt)
+        _move(people[i], force[i, 0], force[i, 1], attentive[i] == 1, vehicles, dt)
 
 
 @njit(cache=True)
-def _wish(p: Array, doing: Ints, i: int, dt: float) -> tuple[float, float]:
-    if doing[i] == LINGER:
+def _goal_velocity(p: Array, activity: Ints, i: int, dt: float) -> tuple[float, float]:
+    if activity[i] == LINGER:
         p[LEFT] -= dt
         if p[LEFT] <= 0.0:
-            doing[i] = DONE
+            activity[i] = DONE
         return 0.0, 0.0
     dx, dy = p[GOAL_X] - p[X], p[GOAL_Y] - p[Y]
     distance = math.hypot(dx, dy)
-    if doing[i] == WALK and distance < _REACH_M:
-        doing[i] = DONE
-    if distance < 1e-6 or doing[i] == DONE:
+    if activity[i] == WALK and distance < _REACH_M:
+        activity[i] = DONE
+    if distance < 1e-6 or activity[i] == DONE:
         return 0.0, 0.0
     return p[PACE] * dx / distance, p[PACE] * dy / distance
 
 
 @njit(cache=True)
-def _mind(
+def _react_to_vehicle(
     p: Array, wx: float, wy: float, vehicle: Array, ahead: Array, waited_s: float, dt: float
 ) -> tuple[float, float]:
-    """The wished velocity of who looks, after a look at one shuttle."""
+    """An attentive person's desired velocity with the reaction to one shuttle."""
     s, d, tx, ty = place_in_corridor(ahead, p[X], p[Y])
     gap, length = s - vehicle[V_FRONT], vehicle[V_REAR] + vehicle[V_FRONT]
     if gap < -length - 0.5 or gap > _SIGHT_M:
@@ -127,9 +127,9 @@ def _mind(
     if off > edge:
         p[NOTICED] = 0.0
         soon = off - edge < 0.3 - outward
-        if outward >= 0.0 or not soon or _takes_gap(p, gap, off, edge, arrives_s, waited_s):
+        if outward >= 0.0 or not soon or _accepts_gap(p, gap, off, edge, arrives_s, waited_s):
             return wx, wy
-        # Waits at the edge, and may still go along it.
+        # Waits at the edge and may walk along it.
         return wx - outward * nx, wy - outward * ny
     if gap <= 0.0:
         return wx + 1.2 * nx, wy + 1.2 * ny
@@ -138,8 +138,8 @@ def _mind(
         hurry = _HURRY if arrives_s < to_go / max(p[PACE], 0.3) + 0.8 else 1.0
         return hurry * wx, hurry * wy
     if speed <= _STANDING_MPS and math.hypot(wx, wy) > 1e-9:
-        # Whoever walks round one that stands is out of its way soon. Room made to the other side than the one
-        # they walk round leads there and back for ever.
+        # A person who walks around a standing shuttle soon leaves its path. Making room to the other side
+        # would make the person turn back and forth.
         return wx, wy
     if arrives_s < _ROOM_S or gap < _ROOM_M:
         p[NOTICED] += dt
@@ -150,10 +150,10 @@ def _mind(
 
 
 @njit(cache=True)
-def _takes_gap(p: Array, gap: float, off: float, edge: float, arrives_s: float, waited_s: float) -> bool:
-    """Enough time to be across before the shuttle, with a margin of one's own; not right at its bumper.
+def _accepts_gap(p: Array, gap: float, off: float, edge: float, arrives_s: float, waited_s: float) -> bool:
+    """There is time to cross before the shuttle, with the personal margin, and not right at its bumper.
 
-    One that has waited long enough is let go first, for a while: sooner by those who want long gaps.
+    A shuttle that has waited long enough is let go first for a while, sooner by people with large margins.
     """
     lets_go_s = _COURTESY_S / max(p[MARGIN], 0.2)
     if gap < _COURTESY_M and lets_go_s < waited_s < lets_go_s + _PATIENCE_S:
@@ -163,17 +163,17 @@ def _takes_gap(p: Array, gap: float, off: float, edge: float, arrives_s: float, 
 
 
 @njit(cache=True)
-def _around(p: Array, wx: float, wy: float, vehicle: Array) -> tuple[float, float]:
-    """The wished velocity of who walks into a standing vehicle: along its body, to where they want to go.
+def _detour(p: Array, wx: float, wy: float, vehicle: Array) -> tuple[float, float]:
+    """The desired velocity around a standing vehicle: along its body towards the goal.
 
-    When that is straight through, past the nearer corner, and from a flank behind the vehicle.
+    If the goal is straight behind it, past the nearer corner; from its side, behind the vehicle.
     """
     if abs(vehicle[V_SPEED]) > _STANDING_MPS:
         return wx, wy
-    if clearance_m(vehicle, p[X], p[Y]) > _APART_M + _KEPT_M:
+    if clearance_m(vehicle, p[X], p[Y]) > _APART_M + _DETOUR_M:
         return wx, wy
-    x, y = _seen_from(vehicle, p[X], p[Y])
-    goal_x, goal_y = _seen_from(vehicle, p[GOAL_X], p[GOAL_Y])
+    x, y = _in_base_frame(vehicle, p[X], p[Y])
+    goal_x, goal_y = _in_base_frame(vehicle, p[GOAL_X], p[GOAL_Y])
     cos, sin = math.cos(vehicle[V_YAW]), math.sin(vehicle[V_YAW])
     ahead, aside = cos * wx + sin * wy, cos * wy - sin * wx
     pace = math.hypot(wx, wy)
@@ -182,7 +182,7 @@ def _around(p: Array, wx: float, wy: float, vehicle: Array) -> tuple[float, floa
             return wx, wy
         along = 1.0 if goal_x > vehicle[V_FRONT] else -1.0
         return cos * along * pace, sin * along * pace
-    # As wide as the body with a step off: cutting the corner would lead back before it.
+    # As wide as the body and the kept distance: cutting the corner would lead back in front of it.
     if ahead * x >= 0.0 or abs(y) > vehicle[V_HALF] + _APART_M:
         return wx, wy
     towards = goal_y if abs(goal_y) > vehicle[V_HALF] else y
@@ -192,25 +192,25 @@ def _around(p: Array, wx: float, wy: float, vehicle: Array) -> tuple[float, floa
 
 @njit(cache=True)
 def _stands_on_goal(p: Array, vehicle: Array) -> bool:
-    """Whoever comes to a standing vehicle that stands where they want to go, goes somewhere else."""
+    """The vehicle stands on the person's goal; the person then gets a new one."""
     return (
         abs(vehicle[V_SPEED]) <= _STANDING_MPS
-        and clearance_m(vehicle, p[X], p[Y]) <= _APART_M + _KEPT_M
+        and clearance_m(vehicle, p[X], p[Y]) <= _APART_M + _DETOUR_M
         and clearance_m(vehicle, p[GOAL_X], p[GOAL_Y]) < _REACH_M
     )
 
 
 @njit(cache=True)
-def _seen_from(vehicle: Array, x: float, y: float) -> tuple[float, float]:
-    """A place in the vehicle's base frame."""
+def _in_base_frame(vehicle: Array, x: float, y: float) -> tuple[float, float]:
+    """A position in the vehicle's base frame."""
     cos, sin = math.cos(vehicle[V_YAW]), math.sin(vehicle[V_YAW])
     dx, dy = x - vehicle[V_X], y - vehicle[V_Y]
     return cos * dx + sin * dy, cos * dy - sin * dx
 
 
 @njit(cache=True)
-def _pushes(people: Array, i: int) -> tuple[float, float]:
-    """m/s2 of all neighbours; a little to the right, so that two who meet head-on pass."""
+def _repulsion(people: Array, i: int) -> tuple[float, float]:
+    """Acceleration by all neighbours (m/s2); a little to the right, so that two who meet head-on pass."""
     fx, fy = 0.0, 0.0
     cos, sin = math.cos(people[i, HEADING]), math.sin(people[i, HEADING])
     for j in range(people.shape[0]):
@@ -229,15 +229,15 @@ def _pushes(people: Array, i: int) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def _move(p: Array, ax: float, ay: float, looks: bool, vehicles: Array, dt: float) -> None:
-    """Walk, never into a vehicle's body; the heading follows the way once somebody walks."""
+def _move(p: Array, ax: float, ay: float, attentive: bool, vehicles: Array, dt: float) -> None:
+    """Walk, never into a vehicle's body; the heading follows the direction of walking."""
     p[VX] += ax * dt
     p[VY] += ay * dt
     pace = math.hypot(p[VX], p[VY])
     if pace > _PACE_MAX_MPS:
         p[VX], p[VY] = p[VX] * _PACE_MAX_MPS / pace, p[VY] * _PACE_MAX_MPS / pace
     x, y = p[X] + p[VX] * dt, p[Y] + p[VY] * dt
-    least = _APART_M if looks else _TOUCH_M
+    least = _APART_M if attentive else _TOUCH_M
     for j in range(vehicles.shape[0]):
         after = clearance_m(vehicles[j], x, y)
         if after < least and after < clearance_m(vehicles[j], p[X], p[Y]):

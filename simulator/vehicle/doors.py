@@ -1,4 +1,4 @@
-"""A shuttle's doors and what its outside screen and speaker give."""
+"""A shuttle's doors, outside screen and loudspeaker."""
 
 from vehicle_agent.signals import DoorState, HmiOutput
 
@@ -14,35 +14,35 @@ class Doors:
         self.is_open = False
         self._wanted = False
         self._since_ns = 0
-        self._told_ns: int | None = None
+        self._reported_ns: int | None = None
 
     def command(self, wanted_open: bool, now_ns: int) -> None:
         if wanted_open != self._wanted:
             self._wanted, self._since_ns = wanted_open, now_ns
 
     def step(self, now_ns: int, speed_mps: float) -> DoorState | None:
-        """The door switch's word: at every change and once a second."""
+        """The door sensor's report, at every change and once a second."""
         if self._wanted and not self.is_open and abs(speed_mps) > STANDING_MPS:
             self._since_ns = now_ns
         changed = self._wanted != self.is_open and now_ns - self._since_ns >= MOVE_NS
         if changed:
             self.is_open = self._wanted
-        if not changed and self._told_ns is not None and now_ns - self._told_ns < REPEAT_NS:
+        if not changed and self._reported_ns is not None and now_ns - self._reported_ns < REPEAT_NS:
             return None
-        self._told_ns = now_ns
+        self._reported_ns = now_ns
         return DoorState(now_ns, self.is_open)
 
 
 class Display:
-    """What people outside read and hear: the last texts, and every announcement in order."""
+    """The outside screen's last output, and all announcements in order."""
 
     def __init__(self) -> None:
-        self.says: HmiOutput | None = None
+        self.output: HmiOutput | None = None
         self.announcements: list[tuple[int, str, str]] = []
 
-    def show(self, says: HmiOutput, now_ns: int) -> None:
-        """Each new announcement is spoken once, as long as it stays the same."""
-        spoken = self.says.announce if self.says is not None else ""
-        if says.announce and says.announce != spoken:
-            self.announcements.append((now_ns, says.announce, says.announce_zh))
-        self.says = says
+    def show(self, output: HmiOutput, now_ns: int) -> None:
+        """Show an output; an announcement is spoken once until it changes."""
+        spoken = self.output.announce if self.output is not None else ""
+        if output.announce and output.announce != spoken:
+            self.announcements.append((now_ns, output.announce, output.announce_zh))
+        self.output = output

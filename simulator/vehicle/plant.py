@@ -1,4 +1,4 @@
-"""How the vehicles really move: a bicycle with late, lagging and limited actuators.
+"""The vehicles' true motion: a bicycle model with actuators that have dead time, lag and limits.
 
 Kinematic unless a vehicle's `tyres` are switched on (`simulator/vehicle/tyres.py`). All vehicles are stepped
 together. Frames as onboard: the pose is the rear-axle centre in the map frame.
@@ -28,10 +28,10 @@ COMMAND_SIZE = 6
 class PlantParams:
     """One vehicle's dynamics. SI units; delays are pure dead time, lags first-order time constants.
 
-    steer_bias_rad  what the front wheels really stand at beyond what the steering reports
-    load_kg         beyond mass_kg, at which the pedals' accelerations hold; negative for a lighter vehicle
+    steer_bias_rad  the true front-wheel angle minus the reported one
+    load_kg         beyond mass_kg, for which the pedals' accelerations hold; negative for a lighter vehicle
     grade_ratio     slope of the road, uphill positive
-    tyres           side slip of a dynamic bicycle; without them the wheels roll where they point
+    tyres           side slip of a dynamic bicycle; without it the wheels roll where they point
     cog_ratio       centre of gravity behind the front axle, as a share of the wheelbase
     cornering_*     stiffness of an axle, both wheels; friction limits its force
 
@@ -84,7 +84,7 @@ PARAMS_SIZE = 28
 
 
 def plant_params(profile: Profile) -> PlantParams:
-    """The dynamics of a vehicle with this profile's geometry; what a profile does not say stays default."""
+    """The dynamics of a vehicle with this profile's geometry; the other parameters have defaults."""
     body = profile.body
     return PlantParams(
         wheelbase_m=body.wheelbase_m,
@@ -132,7 +132,7 @@ class Plant:
         self._head = 0
 
     def step(self, duration_s: float) -> None:
-        """Drive on by a multiple of SUBSTEP_S under the present commands."""
+        """Advance by a multiple of SUBSTEP_S under the present commands."""
         substeps = round(duration_s / SUBSTEP_S)
         self._head = advance_plant(
             self.state, self.commands, self._history, self._head, self._rows, SUBSTEP_S, substeps
@@ -151,7 +151,7 @@ class Plant:
         )  # fmt: skip
 
     def place(self, i: int, pose_map: Pose2, speed_mps: float = 0.0) -> None:
-        """Set a vehicle down, at rest or rolling."""
+        """Place a vehicle, at rest or with a speed."""
         self.state[i, :3] = pose_map.x_m, pose_map.y_m, pose_map.yaw_rad
         self.state[i, [SPEED, ACCEL, SIDE_SPEED, YAW_RATE]] = 0.0
         self.state[i, SPEED] = speed_mps
@@ -189,7 +189,7 @@ def _turn_wheels(steer: float, target: float, rate: float, p: Array, dt: float) 
 
 @njit(cache=True)
 def _next_speed(v: float, drive: float, hold: float, p: Array, dt: float) -> float:
-    """Speed after dt: `drive` is signed by direction, `hold` is what opposes motion and holds at rest."""
+    """Speed after dt: `drive` is signed by direction, `hold` opposes motion and holds at rest."""
     if v == 0.0 and abs(drive) <= hold:
         return 0.0
     way = 1.0 if v > 0.0 or (v == 0.0 and drive > 0.0) else -1.0

@@ -1,8 +1,7 @@
-"""Side slip of a dynamic bicycle: linear tyres that friction limits.
+"""Side slip of a dynamic bicycle with linear tyres, limited by friction.
 
-Rajamani, Vehicle Dynamics and Control, chapter 2.3, with the lateral speed taken at the rear-axle centre.
-Below walking pace slip angles lose their meaning, so that the motion is blended into the kinematic bicycle
-there.
+Rajamani, Vehicle Dynamics and Control, chapter 2.3, with the lateral speed at the rear-axle centre. Slip
+angles are not meaningful below walking speed, so there the motion is blended into the kinematic bicycle.
 """
 
 import math
@@ -24,8 +23,8 @@ def slipped(
 
     speed, side   of the rear-axle centre, along and across the vehicle, m/s; left positive
     steer         of the front wheels, rad
-    along_mps2    what the tyres must give lengthwise, shared by the axles as their loads; it takes from what
-                  friction leaves for the sides
+    along_mps2    longitudinal acceleration of the tyres, shared by the axles as their loads; it reduces the
+                  lateral friction
     cog_ratio     centre of gravity behind the front axle over the wheelbase
     stiff_*       cornering stiffness of each axle, N/rad; mass in kg, inertia in kg m2
     """

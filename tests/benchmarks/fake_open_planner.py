@@ -8,7 +8,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from benchmarks.peers import serve
-from benchmarks.peers.messages import Ask, Road
+from benchmarks.peers.messages import PlanRequest, Road
 
 
 class Straight:
@@ -19,7 +19,7 @@ class Straight:
     def begin(self, road: Road) -> None:
         print("planners print what they like", road.width_m)
 
-    def prepare(self, ask: Ask) -> None:
+    def prepare(self, ask: PlanRequest) -> None:
         self._ask = ask
         until_ns = time.process_time_ns() + 30_000_000
         while time.process_time_ns() < until_ns:

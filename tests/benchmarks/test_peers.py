@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.peers.drive import PeerDrive, braking, road_of, row_at
-from benchmarks.peers.messages import Ask, Plan, Road
+from benchmarks.peers.messages import Plan, PlanRequest, Road
 from benchmarks.peers.process import PeerError, PeerProcess
 from benchmarks.peers.pursuit import Pursuit
 from benchmarks.peers.score import Result, summary
@@ -24,7 +24,7 @@ CROSSING = "day-walks-near-0.50-10.0"
 def test_a_scenes_driver_is_told_the_road_and_reaches_the_goal_at_the_cap() -> None:
     run = PeerDrive(_street(), Pursuit(blind=True)).run()
     assert run.time_s == pytest.approx(40.0 / 3.0, abs=1.0)
-    assert not run.verdict.front_contacts
+    assert not run.metrics.front_contacts
     assert max(row[4] for row in run.trace.rows) <= 3.0 + 1e-9
 
 
@@ -33,8 +33,8 @@ def test_blind_pursuit_drives_into_who_crosses_and_braking_pursuit_does_not() ->
     cell = next(cell for cell in cells(profile.body) if cell.name == CROSSING)
     blind = PeerDrive(cell.scene(profile, 1), Pursuit(blind=True)).run()
     braking_run = PeerDrive(cell.scene(profile, 1), Pursuit(blind=False)).run()
-    assert [number for _, number, _ in blind.verdict.front_contacts] == [1]
-    assert not braking_run.verdict.front_contacts
+    assert [number for _, number, _ in blind.metrics.front_contacts] == [1]
+    assert not braking_run.metrics.front_contacts
     assert braking_run.time_s is not None
 
 
@@ -172,7 +172,7 @@ class _Mute:
     def begin(self, road: Road) -> None:
         assert road.speed_mps_max == 3.0
 
-    def plan(self, ask: Ask) -> Plan:
+    def plan(self, ask: PlanRequest) -> Plan:
         self._left -= 1
         if self._left < 0:
             return Plan([], "no_plan", self._cycle_ms, 0.0, 0.0)
@@ -184,7 +184,7 @@ class _Elsewhere(_Mute):
     def __init__(self) -> None:
         super().__init__(1)
 
-    def plan(self, ask: Ask) -> Plan:
+    def plan(self, ask: PlanRequest) -> Plan:
         return Plan([(0.0, ask.x_m + 3.0, 0.0, 0.0, 1.0, 0.0, 0.0)] * 2, "", 0.0, 0.0, 0.0)
 
 
@@ -198,8 +198,8 @@ def _road() -> Road:
     return road_of(_street())
 
 
-def _ask(v_mps: float) -> Ask:
-    return Ask(0.0, 0.0, 0.0, 0.0, v_mps, 0.0, 0.0, [(1.0, 9.0, 1.0, 0.0, 0.0, 0.0, 0.5, 0.5, 1.0)])
+def _ask(v_mps: float) -> PlanRequest:
+    return PlanRequest(0.0, 0.0, 0.0, 0.0, v_mps, 0.0, 0.0, [(1.0, 9.0, 1.0, 0.0, 0.0, 0.0, 0.5, 0.5, 1.0)])
 
 
 def _fake(answer_s: float = 60.0) -> PeerProcess:

@@ -1,4 +1,4 @@
-"""An operator's hands on the console."""
+"""Steps of an operator on the console."""
 
 from playwright.sync_api import Locator, Page, expect
 

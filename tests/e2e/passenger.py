@@ -1,4 +1,4 @@
-"""A passenger's hands on the page."""
+"""Steps of a passenger on the page."""
 
 import re
 

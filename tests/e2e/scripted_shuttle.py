@@ -116,7 +116,7 @@ class ScriptedShuttle:
     def start(self, url: str) -> None:
         identity = Identity(self.vehicle_id, "boot-1", "0.1.0", "scripted", self._network.map_version, 6, 1)
         self._desk = LinkBridge(self._folder, identity, self.sign, sync=False)
-        self._client = LinkClient(url, self._desk, self._hear, time.monotonic_ns)
+        self._client = LinkClient(url, self._desk, self._receive, time.monotonic_ns)
         self._thread.start()
         asyncio.run_coroutine_threadsafe(self._begin(), self._loop).result(10)
 
@@ -142,20 +142,20 @@ class ScriptedShuttle:
     async def _live(self) -> None:
         while True:
             self._step()
-            self._tell()
+            self._report()
             await asyncio.sleep(STEP_S)
 
-    # ------------------------------------------------------------ hearing
+    # ------------------------------------------------------------ receiving
 
-    def _hear(self, word: LinkMessage) -> None:
-        if isinstance(word, Order):
-            self._take(word)
-        elif isinstance(word, Grants):
-            self._journey.grants = self._still_held(word.sections)
-        elif isinstance(word, Command):
-            self._obey(word)
-        elif isinstance(word, PassengerTap):
-            self._tapped(word)
+    def _receive(self, message: LinkMessage) -> None:
+        if isinstance(message, Order):
+            self._take(message)
+        elif isinstance(message, Grants):
+            self._journey.grants = self._still_held(message.sections)
+        elif isinstance(message, Command):
+            self._obey(message)
+        elif isinstance(message, PassengerTap):
+            self._tapped(message)
 
     def _take(self, order: Order) -> None:
         journey = self._journey
@@ -169,7 +169,7 @@ class ScriptedShuttle:
             for visit in order.visits:
                 journey.states.setdefault(visit.visit_id, "pending")
         journey.grants = self._still_held(order.sections)
-        self._tell(OrderAccepted(0, order.order_id, order.revision))
+        self._report(OrderAccepted(0, order.order_id, order.revision))
 
     def _still_held(self, grants: tuple[SectionGrant, ...]) -> tuple[SectionGrant, ...]:
         return tuple(grant for grant in grants if grant not in self._journey.gone)
@@ -263,9 +263,9 @@ class ScriptedShuttle:
         self._journey.states[visit.visit_id] = "done"
         self._events.append(VisitChanged(visit.visit_id, visit.stop_id, "done"))
 
-    # ------------------------------------------------------------ telling
+    # ------------------------------------------------------------ reporting
 
-    def _tell(self, *answers: OrderAccepted) -> None:
+    def _report(self, *answers: OrderAccepted) -> None:
         events, self._events = tuple(self._events), []
         now_ns = time.monotonic_ns()
         news = TickUpdate(

@@ -1,4 +1,4 @@
-"""A real campus for fault tests: processes that can really be killed, rides that are really driven."""
+"""A real campus for fault tests: real processes that tests kill, and rides that are driven."""
 
 import asyncio
 import contextlib
@@ -54,29 +54,29 @@ def free_port() -> int:
 class RealCampus:
     """One shuttle without pedestrians, so that a ride takes a known while."""
 
-    def __init__(self, campus: LiveCampus, passengers: Passengers, told: list[str]) -> None:
+    def __init__(self, campus: LiveCampus, passengers: Passengers, states: list[str]) -> None:
         self.campus = campus
         self._passengers = passengers
-        self.told = told
+        self.states = states
         self.pair = nearest_pair(campus.road_map)
-        self._lives: list[asyncio.Task[Journey]] = []
+        self._rides: list[asyncio.Task[Journey]] = []
 
-    def ask(self) -> Journey:
-        journey = Journey(RideDemand(len(self._lives) + 1, 0.0, *self.pair, 1, "code"))
-        self._lives.append(asyncio.create_task(self._passengers.live(journey)))
+    def request_ride(self) -> Journey:
+        journey = Journey(RideDemand(len(self._rides) + 1, 0.0, *self.pair, 1, "code"))
+        self._rides.append(asyncio.create_task(self._passengers.run_journey(journey)))
         return journey
 
     async def until(self, condition: Callable[[], bool], within_s: float = RIDE_WITHIN_S) -> None:
         deadline_s = time.monotonic() + within_s
         while not condition():
-            for life in self._lives:
-                if life.done():
-                    life.result()
-            assert time.monotonic() < deadline_s, f"not within {within_s} s; {self.told} {self._said()}"
+            for ride in self._rides:
+                if ride.done():
+                    ride.result()
+            assert time.monotonic() < deadline_s, f"not within {within_s} s; {self.states} {self._logs()}"
             await asyncio.sleep(0.2)
 
     async def keep_going(self) -> None:
-        """A watchful operator: resume the shuttle whenever it has stopped for its safety."""
+        """Resume the shuttle if it is held, as an operator would."""
         try:
             if (await self.campus.operator.vehicle("shuttle-1"))["held"]:
                 await self.campus.operator.command("shuttle-1", "resume")
@@ -87,7 +87,7 @@ class RealCampus:
     async def until_state(self, journey: Journey, state: str, within_s: float = RIDE_WITHIN_S) -> None:
         deadline_s = time.monotonic() + within_s
         while journey.state != state and journey.state not in ENDED:
-            assert time.monotonic() < deadline_s, f"not within {within_s} s; {self.told} {self._said()}"
+            assert time.monotonic() < deadline_s, f"not within {within_s} s; {self.states} {self._logs()}"
             await self.keep_going()
             await asyncio.sleep(0.5)
         assert journey.state == state, (journey.history, journey.reason)
@@ -102,18 +102,18 @@ class RealCampus:
         await self.until(lambda: self.campus.pids.get(name, killed_pid) != killed_pid, 30.0)
 
     async def close(self) -> None:
-        for life in self._lives:
-            life.cancel()
-        await asyncio.gather(*self._lives, return_exceptions=True)
+        for ride in self._rides:
+            ride.cancel()
+        await asyncio.gather(*self._rides, return_exceptions=True)
 
-    def _said(self) -> str:
+    def _logs(self) -> str:
         logs = sorted((self.campus.options.folder / "logs").glob("*.log"))
         return "\n".join(f"== {log.name}\n{log.read_text()[-800:]}" for log in logs)
 
 
 @contextlib.asynccontextmanager
 async def a_real_campus(folder: Path, base_port: int) -> AsyncIterator[RealCampus]:
-    """Started on a ring of 464 m, its shuttle released; at the end everything is stopped, come what may."""
+    """Started on a ring of 464 m, its shuttle released; at the end everything is stopped."""
     map_path = folder / "map.json"
     map_path.write_bytes(encode_map(ring_map()))
     options = LiveOptions(
@@ -125,13 +125,13 @@ async def a_real_campus(folder: Path, base_port: int) -> AsyncIterator[RealCampu
         await campus.start()
         watch = asyncio.create_task(campus.watch())
         await asyncio.wait_for(campus.release_all(), 120.0)
-        told: list[str] = []
+        states: list[str] = []
         people = SimulatedPeople(campus.road_map, control_port(base_port))
         passengers = Passengers(
-            campus.client, people, lambda: datetime.now(UTC), lambda journey: told.append(journey.state)
+            campus.client, people, lambda: datetime.now(UTC), lambda journey: states.append(journey.state)
         )
         async with people.listening(passengers.tap):
-            real = RealCampus(campus, passengers, told)
+            real = RealCampus(campus, passengers, states)
             try:
                 yield real
             finally:

@@ -24,7 +24,7 @@ async def drives(real: RealCampus) -> None:
             return
         await real.keep_going()
         await asyncio.sleep(0.5)
-    raise AssertionError(f"the shuttle does not move: {real.told}")
+    raise AssertionError(f"the shuttle does not move: {real.states}")
 
 
 async def stands_held(real: RealCampus) -> None:
@@ -40,7 +40,7 @@ def test_a_ride_outlives_the_kill_of_every_process_in_turn(tmp_path: Path) -> No
 
     async def scenario() -> None:
         async with a_real_campus(tmp_path, 48_100) as real:
-            journey = real.ask()
+            journey = real.request_ride()
             await real.until_state(journey, "aboard")
             for name in ("link", "gate shuttle-1"):
                 await drives(real)

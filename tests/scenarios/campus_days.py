@@ -13,7 +13,7 @@ STEP_CHECK_S = 0.5
 
 
 class CampusDay:
-    """A started campus and the rides asked for on it."""
+    """A started campus and the rides requested on it."""
 
     def __init__(self, folder: Path, seed: int = 1, vehicles: int = 1, **options: Any) -> None:
         road_map = ring_map()
@@ -23,27 +23,31 @@ class CampusDay:
             )
         )
         self.pair = nearest_pair(road_map)
-        self.told: list[tuple[int, str]] = []
+        self.states: list[tuple[int, str]] = []
         self._closed = False
         self.campus.start()
-        self.passengers = self.campus.passengers(self._tell)
+        self.passengers = self.campus.passengers(self._record_state)
 
-    def _tell(self, journey: Journey) -> None:
-        self.told.append((journey.wish.number, journey.state))
+    def _record_state(self, journey: Journey) -> None:
+        self.states.append((journey.demand.number, journey.state))
 
-    def ask(self, number: int = 1, party: int = 1, how: Any = "code", turns_up: bool = True) -> Journey:
-        """A passenger wants to ride, now."""
+    def request_ride(
+        self, number: int = 1, party: int = 1, how: Any = "code", turns_up: bool = True
+    ) -> Journey:
+        """Book a ride now."""
         journey = Journey(RideDemand(number, 0.0, *self.pair, party, how, turns_up))
-        self.campus.conductor.loop.create_task(self.passengers.live(journey))
+        self.campus.conductor.loop.create_task(self.passengers.run_journey(journey))
         return journey
 
     def until(self, condition: Callable[[], bool], timeout_s: float = 1200.0) -> None:
-        """Let time pass until the condition holds; fails when it does not in time."""
-        assert self.campus.conductor.run_until(condition, timeout_s), f"not within {timeout_s} s: {self.told}"
+        """Run until the condition holds; fails after timeout_s."""
+        assert self.campus.conductor.run_until(condition, timeout_s), (
+            f"not within {timeout_s} s: {self.states}"
+        )
 
     def until_state(self, journey: Journey, state: str, timeout_s: float = 1200.0) -> None:
         self.until(lambda: journey.state == state or journey.state in ENDED, timeout_s)
-        assert journey.state == state, (journey.state, journey.reason, self.told)
+        assert journey.state == state, (journey.state, journey.reason, self.states)
 
     def close(self) -> None:
         """Finish run logs and server, once."""

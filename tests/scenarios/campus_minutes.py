@@ -28,8 +28,8 @@ def campus_minutes(folder: Path, seed: int, duration_s: float) -> dict[str, str]
     passengers = campus.passengers(lambda journey: None)
     from_stop, to_stop = nearest_pair(road_map)
     for number, after_s, stops in ((1, 0.0, (from_stop, to_stop)), (2, 7.0, (to_stop, from_stop))):
-        wish = RideDemand(number, after_s, *stops, 1, "code")
-        campus.conductor.loop.create_task(passengers.live(Journey(wish)))
+        demand = RideDemand(number, after_s, *stops, 1, "code")
+        campus.conductor.loop.create_task(passengers.run_journey(Journey(demand)))
     campus.conductor.run_for(duration_s)
     campus.stop()
     hashes = {

@@ -7,8 +7,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from campusloop.scenes.contact_metrics import contact_metrics
 from campusloop.scenes.drive import VEHICLE_ID, Scene, SceneDrive
-from campusloop.scenes.judge import judge
 from campusloop.scenes.path_map import path_map
 from contract.geometry import Array
 from simulator.sensors.tracker import TrackerNoise
@@ -115,7 +115,7 @@ def drive(
     run.computer._car = replace(car, **changed)
     done = run.run()
     rows = done.trace.array()
-    return run, len(judge(rows, done.trace.agents, profile.body).front_contacts), done.driven_m
+    return run, len(contact_metrics(rows, done.trace.agents, profile.body).front_contacts), done.driven_m
 
 
 FRONT_M = Profile().body.front_overhang_m

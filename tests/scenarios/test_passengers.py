@@ -12,12 +12,12 @@ def doors_opened(day: CampusDay) -> int:
 
 
 def screen(day: CampusDay) -> str:
-    says = day.campus.world.displays["shuttle-1"].says
-    return "" if says is None else says.screen
+    output = day.campus.world.displays["shuttle-1"].output
+    return "" if output is None else output.screen
 
 
 def test_a_seat_button_stops_the_shuttle_on_the_way_and_the_ride_goes_on(day: CampusDay) -> None:
-    journey = day.ask()
+    journey = day.request_ride()
     day.until_state(journey, "aboard")
     day.until(lambda: day.campus.world.truth("shuttle-1").speed_mps > 2.0)
     before = doors_opened(day)
@@ -31,7 +31,7 @@ def test_a_seat_button_stops_the_shuttle_on_the_way_and_the_ride_goes_on(day: Ca
 
 
 def test_a_call_for_help_is_the_first_of_the_incidents(day: CampusDay) -> None:
-    journey = day.ask()
+    journey = day.request_ride()
     day.until_state(journey, "aboard")
     day.campus.call(day.passengers.call_help(journey.ride_id, "somebody is unwell"))
     incidents = day.campus.call(day.campus.operator.incidents())
@@ -41,19 +41,19 @@ def test_a_call_for_help_is_the_first_of_the_incidents(day: CampusDay) -> None:
 
 @pytest.mark.long
 def test_a_ride_that_is_cancelled_frees_the_shuttle_for_the_next(day: CampusDay) -> None:
-    journey = day.ask()
+    journey = day.request_ride()
     day.until_state(journey, "assigned")
     day.campus.call(day.passengers.cancel(journey.ride_id))
     day.until(lambda: journey.state == "cancelled")
     day.until(lambda: screen(day) == "RESTING", timeout_s=600.0)
     day.run_for(10.0)
     assert abs(day.campus.world.truth("shuttle-1").speed_mps) < 0.01
-    day.until_state(day.ask(2), "boarding")
+    day.until_state(day.request_ride(2), "boarding")
 
 
 @pytest.mark.long
 def test_whoever_does_not_turn_up_is_a_no_show_and_the_shuttle_goes_on(day: CampusDay) -> None:
-    journey = day.ask(turns_up=False)
+    journey = day.request_ride(turns_up=False)
     day.until(lambda: journey.state == "no_show")
-    after = day.ask(2)
+    after = day.request_ride(2)
     day.until_state(after, "completed")

@@ -25,17 +25,17 @@ def test_two_rides_are_booked_driven_through_people_and_replayed(tmp_path: Path)
 
 
 def test_a_link_that_is_cut_while_riding_changes_nothing_for_the_passenger(day: CampusDay) -> None:
-    journey = day.ask()
+    journey = day.request_ride()
     day.until_state(journey, "aboard")
     day.campus.network.cut("shuttle-1")
     day.run_for(20.0)
-    day.campus.network.mend("shuttle-1")
+    day.campus.network.restore("shuttle-1")
     day.until_state(journey, "completed")
-    assert [state for number, state in day.told].count("aboard") == 1
+    assert [state for number, state in day.states].count("aboard") == 1
 
 
 def test_a_server_that_restarts_while_riding_loses_no_ride(day: CampusDay) -> None:
-    journey = day.ask()
+    journey = day.request_ride()
     day.until_state(journey, "aboard")
     day.campus.stop_server()
     day.campus.start_server()
@@ -46,7 +46,7 @@ def test_a_server_that_restarts_while_riding_loses_no_ride(day: CampusDay) -> No
 def test_a_vehicle_that_crashes_while_riding_stands_held_until_an_operator_resumes_it(
     day: CampusDay, tmp_path: Path
 ) -> None:
-    journey = day.ask()
+    journey = day.request_ride()
     day.until_state(journey, "aboard")
     day.run_for(5.0)
     vehicle = day.campus.vehicles["shuttle-1"]
@@ -58,7 +58,7 @@ def test_a_vehicle_that_crashes_while_riding_stands_held_until_an_operator_resum
     assert abs(day.campus.world.truth("shuttle-1").speed_mps) < 0.01
     day.campus.call(day.campus.operator.release("shuttle-1"))
     day.until_state(journey, "completed")
-    assert [state for number, state in day.told].count("completed") == 1
+    assert [state for number, state in day.states].count("completed") == 1
     day.close()
     for segment in sorted((tmp_path / "shuttle-1" / "runs").rglob("*.mcap")):
         assert replay_segment(segment, build_car).difference is None

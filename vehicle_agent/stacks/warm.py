@@ -80,7 +80,7 @@ def warm_guard(profile: Profile) -> None:
     tracks = Tracks(
         now_ns, percept.ids, percept.kinds, percept.poses_base, percept.velocities_base_mps, percept.sizes_m
     )
-    fleet_vehicles = (FleetVehicle(now_ns, "mate", Pose2(15.0, 0.0, 0.0), 0.0),)
+    fleet_vehicles = (FleetVehicle(now_ns, "fleet-vehicle", Pose2(15.0, 0.0, 0.0), 0.0),)
     world = World(now_ns, now_ns, np.array([[8.0, 0.0]]), fleet_vehicles, (), False, tracks)
     movers, obstacles = avoidance.road_users(world, ego)
     avoidance.brake_ratio(obstacles, ego, motion, 0.1, 2.0, False)
@@ -105,7 +105,7 @@ def _drive(profile: Profile, road_map: RoadMap) -> None:
             percepts=percepts,
             plans=plans,
             infrastructure=(
-                FleetVehicle(now_ns, "mate", Pose2(40.0, 0.0, 0.0), 0.0),
+                FleetVehicle(now_ns, "fleet-vehicle", Pose2(40.0, 0.0, 0.0), 0.0),
                 PedestrianPresence(now_ns, "crossing", 1),
             ),
             messages=messages if number == 5 else (),

@@ -1,4 +1,4 @@
-"""`campusloop dispatch`: looking at decisions, repeating them, trying others; published instances."""
+"""`campusloop dispatch`: explain, repeat and vary the dispatcher's decisions; bounds of instances."""
 
 import typer
 

@@ -1,4 +1,4 @@
-"""`campusloop dispatch bound`: how good a plan of a published dial-a-ride instance can be at all."""
+"""`campusloop dispatch bound`: a lower bound of the cost of a published dial-a-ride instance."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -12,7 +12,7 @@ from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
 
-from campusloop.commands.dispatch.ending import JsonPath, refuse, write_json
+from campusloop.commands.dispatch.output import JsonPath, refuse, write_json
 from campusloop.studies.bound.events import TooManyEvents
 from campusloop.studies.bound.progress import Progress
 from campusloop.studies.dispatch.bound_run import BoundRun, run_bound
@@ -30,9 +30,7 @@ def bound(
     seconds: Annotated[
         float, typer.Option(min=0.0, help="wall time after which the best bound is printed")
     ] = 600.0,
-    upper: Annotated[
-        float | None, typer.Option(min=0.0, help="cost of a solution known from elsewhere; spares work")
-    ] = None,
+    upper: Annotated[float | None, typer.Option(min=0.0, help="cost of a known solution; saves work")] = None,
     json_path: JsonPath = None,
 ) -> None:
     """Prove a lower bound of the distance that any plan of the instance needs."""
@@ -51,14 +49,14 @@ def bound(
 
 @contextmanager
 def _bar(console: Console, name: str, seconds: float) -> Iterator[Callable[[Progress], None]]:
-    """A bar of the time that is allowed, and what is proven by now."""
+    """A progress bar of the time limit, with the bound that is proven so far."""
     with Bar(
         TextColumn("{task.description}"),
         BarColumn(),
         TimeElapsedColumn(),
         console=console,
         transient=True,
-        # Drawing takes time from the proof, which runs in the same process.
+        # Drawing slows down the proof, which runs in the same process.
         refresh_per_second=2,
     ) as bar:
         task = bar.add_task(f"{name}: looking for a good plan", total=max(seconds, 1e-9))
@@ -74,9 +72,9 @@ def _table(name: str, run: BoundRun) -> Table:
     proven, best = run.proven, run.best
     table = Table("", "", title=name, title_justify="left", show_header=False)
     for label, value in (
-        # Rounded down: a bound that is rounded up is none.
+        # Rounded down: a value above the proven one is not a bound.
         ("bound", f"{math.floor(proven.bound * 1e4) / 1e4:.4f}"),
-        ("best solution", "none found" if math.isinf(best.cost) else _in_words(run)),
+        ("best solution", "none found" if math.isinf(best.cost) else _solution_text(run)),
         ("gap", "unknown" if run.gap_pct is None else f"{run.gap_pct:.4f} %"),
         ("limited by", run.limited_by or "nothing: the best solution is optimal"),
         ("columns", f"{proven.columns} in {proven.rounds} rounds"),
@@ -89,7 +87,7 @@ def _table(name: str, run: BoundRun) -> Table:
     return table
 
 
-def _in_words(run: BoundRun) -> str:
+def _solution_text(run: BoundRun) -> str:
     return f"{run.best.cost:.4f}, {len(run.best.routes)} routes"
 
 

@@ -1,4 +1,4 @@
-"""`campusloop dispatch demand`: a day of rides like those of a real campus."""
+"""`campusloop dispatch demand`: a synthetic day of rides with the statistics of a real campus."""
 
 from datetime import date
 from pathlib import Path
@@ -8,10 +8,10 @@ from zoneinfo import ZoneInfo
 import typer
 from rich.console import Console
 
-from campusloop.commands.dispatch.ending import refuse
+from campusloop.commands.dispatch.output import refuse
 from contract.roads.load import MapError, load_map
 from simulator.demand.day import draw_day
-from simulator.demand.profile import DemandUnreadable, built_in_profile, fit_profile
+from simulator.demand.profile import DemandProfileError, built_in_profile, fit_profile
 from simulator.demand.table import write_rides
 
 # A Thursday: the busiest day of the week in the built-in profile.
@@ -29,14 +29,14 @@ def demand(
         Path | None, typer.Option(metavar="DIR", help="fit to the aggregates (JSON) in this folder instead")
     ] = None,
 ) -> None:
-    """Draw one day of rides: when they are booked, from where to where, how many, and who cancels."""
+    """Draw one day of rides: booking times, stops, party sizes and cancellations."""
     errors = Console(stderr=True)
     try:
         road_map = load_map(map_path)
         profile = built_in_profile() if fit is None else fit_profile(fit)
     except MapError as error:
         refuse(errors, f"{map_path}: {error.detail}")
-    except DemandUnreadable as error:
+    except DemandProfileError as error:
         refuse(errors, str(error))
     stops = [stop.stop_id for stop in road_map.stops]
     if len(stops) < _STOPS_MIN:
@@ -44,7 +44,7 @@ def demand(
     try:
         on = date.fromisoformat(day)
     except ValueError:
-        refuse(errors, f"{day} is no day; write it like {_DAY}")
+        refuse(errors, f"{day} is not a date; write it like {_DAY}")
     drawn = draw_day(profile, stops, on, ZoneInfo(road_map.timezone), rides, seed)
     try:
         write_rides(out, drawn)

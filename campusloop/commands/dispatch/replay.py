@@ -1,4 +1,4 @@
-"""`campusloop dispatch replay`: make a day's decisions again and compare them bit for bit."""
+"""`campusloop dispatch replay`: repeat a day's decisions and compare them bit for bit."""
 
 from datetime import datetime
 from typing import Annotated
@@ -8,30 +8,30 @@ import typer
 from rich.console import Console
 from rich.progress import track
 
-from campusloop.commands.dispatch.ending import JsonPath, refuse, write_json
 from campusloop.commands.dispatch.explain import DatabaseUrl
+from campusloop.commands.dispatch.output import JsonPath, refuse, write_json
 from campusloop.studies.dispatch.decision_replay import RepeatedDecision, repeat_all
-from campusloop.studies.dispatch.stored_campus import CampusUnread, local_day, stored_campus
+from campusloop.studies.dispatch.stored_campus import StoredCampusError, local_day, stored_campus
 
 _DIFFERENT = 1
 
 
 def replay(
-    day: Annotated[str, typer.Argument(metavar="DAY", help="YYYY-MM-DD, where the campus is")],
+    day: Annotated[str, typer.Argument(metavar="DAY", help="YYYY-MM-DD, in the campus's time zone")],
     database: DatabaseUrl = None,
     json_path: JsonPath = None,
 ) -> None:
-    """Make every stored decision of a day again; exit 1 when any differs."""
+    """Repeat every stored decision of a day; exit 1 if any differs."""
     errors = Console(stderr=True)
     try:
         with stored_campus(database) as uow:
             zone = ZoneInfo(uow.network().road_map.timezone)
             decisions = uow.decisions.between(*local_day(uow, day))
-    except CampusUnread as error:
+    except StoredCampusError as error:
         refuse(errors, str(error))
     if not decisions:
         refuse(errors, f"no decision of {day} is stored; the history is kept for a month")
-    made = list(
+    repeated = list(
         track(
             repeat_all(decisions),
             "repeating",
@@ -40,25 +40,25 @@ def replay(
             transient=True,
         )
     )
-    different = [one for one in made if not one.equal]
-    if json_path is None or not write_json(errors, json_path, _report(day, made)):
-        _tell(Console(), day, made, different, zone)
+    different = [decision for decision in repeated if not decision.equal]
+    if json_path is None or not write_json(errors, json_path, _report(day, repeated)):
+        _print_result(Console(), day, repeated, different, zone)
     if different:
         raise typer.Exit(_DIFFERENT)
 
 
-def _tell(
+def _print_result(
     console: Console,
     day: str,
-    made: list[RepeatedDecision],
+    repeated: list[RepeatedDecision],
     different: list[RepeatedDecision],
     zone: ZoneInfo,
 ) -> None:
-    kinds = dict.fromkeys(one.decision.kind for one in made)
-    counts = ", ".join(f"{sum(one.decision.kind == kind for one in made)} {kind}" for kind in kinds)
-    equal = len(made) - len(different)
+    kinds = dict.fromkeys(one.decision.kind for one in repeated)
+    counts = ", ".join(f"{sum(one.decision.kind == kind for one in repeated)} {kind}" for kind in kinds)
+    equal = len(repeated) - len(different)
     console.print(
-        f"{equal} of {len(made)} decisions of {day} came out the same, bit for bit ({counts}).",
+        f"{equal} of {len(repeated)} decisions of {day} are the same, bit for bit ({counts}).",
         highlight=False,
         soft_wrap=True,
     )
@@ -78,11 +78,11 @@ def _time(at: datetime, zone: ZoneInfo) -> str:
     return f"{at.astimezone(zone):%H:%M:%S}"
 
 
-def _report(day: str, made: list[RepeatedDecision]) -> dict[str, object]:
+def _report(day: str, repeated: list[RepeatedDecision]) -> dict[str, object]:
     return {
         "day": day,
-        "decisions": len(made),
-        "equal": sum(one.equal for one in made),
+        "decisions": len(repeated),
+        "equal": sum(one.equal for one in repeated),
         "different": [
             {
                 "decision_id": one.decision.decision_id,
@@ -90,7 +90,7 @@ def _report(day: str, made: list[RepeatedDecision]) -> dict[str, object]:
                 "kind": one.decision.kind,
                 "difference": one.difference,
             }
-            for one in made
+            for one in repeated
             if not one.equal
         ],
     }

@@ -1,4 +1,4 @@
-"""`campusloop dispatch what-if`: a day's rides on another fleet, or under another policy."""
+"""`campusloop dispatch what-if`: a day's rides with another fleet or another policy."""
 
 import re
 from collections.abc import Callable
@@ -11,8 +11,8 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Column, Table
 
-from campusloop.commands.dispatch.ending import JsonPath, refuse, write_json
 from campusloop.commands.dispatch.explain import DatabaseUrl
+from campusloop.commands.dispatch.output import JsonPath, refuse, write_json
 from campusloop.studies.dispatch.day_figures import DayFigures, figures_of
 from campusloop.studies.dispatch.fleet_day import (
     POLICIES,
@@ -21,26 +21,26 @@ from campusloop.studies.dispatch.fleet_day import (
     run_day,
 )
 from campusloop.studies.dispatch.ride_demand import (
-    NotOnThisMap,
+    RideNotOnMap,
     booked_between,
     enrolled,
     require_on_map,
 )
-from campusloop.studies.dispatch.stored_campus import CampusUnread, local_day, stored_campus
+from campusloop.studies.dispatch.stored_campus import StoredCampusError, local_day, stored_campus
 from contract.roads.load import MapError, load_map
 from contract.roads.network import RoadNetwork
 from server.domain.rules import FleetRules
 from server.travel.fleet_roads import FleetRoads
 from simulator.demand.day import WantedRide
-from simulator.demand.table import RidesUnreadable, read_rides
+from simulator.demand.table import RideTableError, read_rides
 
 _CSV_FLEET = 3
 _WIDTH, _COLUMN = 32, 24
 _CHANGE = re.compile(r"[+-]?\d+")
 
 
-class CannotTry(ValueError):
-    """There is nothing to try with what was given; the text says what to do."""
+class WhatIfInputError(ValueError):
+    """The arguments cannot be used; the text says what to do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ def what_if(
         Path | None, typer.Option("--map", metavar="MAP", help="campus map; needed for a CSV")
     ] = None,
     fleet: Annotated[
-        int | None, typer.Option(help="shuttles to begin with; else those enrolled, or 3 for a CSV")
+        int | None, typer.Option(help="shuttles to begin with; default: those enrolled, or 3 for a CSV")
     ] = None,
     seats: Annotated[int, typer.Option(min=1, help="of each shuttle, where none are enrolled")] = 6,
     wheelchair_places: Annotated[int, typer.Option(min=0, help="likewise")] = 1,
@@ -73,53 +73,53 @@ def what_if(
     database: DatabaseUrl = None,
     json_path: JsonPath = None,
 ) -> None:
-    """Simulate a day's rides with the fleet as it was and as it could be; print both side by side."""
+    """Simulate a day's rides with the present fleet and a changed one, and print both side by side."""
     errors = Console(stderr=True)
     try:
         policies = [_policy(name) for name in policy or ["improvement"]]
-        like = Shuttle("", seats, wheelchair_places)
-        rides, roads, shuttles = _day(day, map_path, database, like)
-        present = _resized(shuttles, len(shuttles) if fleet is None else fleet, like)
+        template = Shuttle("", seats, wheelchair_places)
+        rides, roads, shuttles = _day(day, map_path, database, template)
+        present = _resized(shuttles, len(shuttles) if fleet is None else fleet, template)
         changed = _resized(present, _count(vehicles, len(present)), present[0])
         fleets = [present] if len(changed) == len(present) else [present, changed]
-        trials = _tried(errors, rides, roads, policies, fleets, seed)
-    except (CannotTry, CampusUnread, RidesUnreadable, NotOnThisMap) as error:
+        trials = _run_trials(errors, rides, roads, policies, fleets, seed)
+    except (WhatIfInputError, StoredCampusError, RideTableError, RideNotOnMap) as error:
         refuse(errors, str(error))
     if json_path is None or not write_json(errors, json_path, _report(day, seed, trials)):
         table = _table(day, trials)
-        # Into a file or a pipe it goes whole.
+        # A file or a pipe gets the whole width.
         width = None if Console().is_terminal else _WIDTH + _COLUMN * len(trials)
         Console(width=width).print(table)
 
 
 def _policy(name: str) -> Policy:
     if name not in POLICIES:
-        known = "; ".join(f"{policy.name}: {policy.words}" for policy in POLICIES.values())
-        raise CannotTry(f"there is no policy {name}; there is {known}")
+        known = "; ".join(f"{policy.name}: {policy.text}" for policy in POLICIES.values())
+        raise WhatIfInputError(f"there is no policy {name}; there is {known}")
     return POLICIES[name]
 
 
 def _day(
-    named: str, map_path: Path | None, database: str | None, like: Shuttle
+    day_or_csv: str, map_path: Path | None, database: str | None, template: Shuttle
 ) -> tuple[tuple[WantedRide, ...], FleetRoads, tuple[Shuttle, ...]]:
-    """Rides, roads, and the shuttles that there are; for a table a few like that one."""
-    path = Path(named)
+    """Rides, roads and shuttles; for a CSV _CSV_FLEET shuttles like the template."""
+    path = Path(day_or_csv)
     if path.is_file() or path.suffix.lower() == ".csv":
         if map_path is None:
-            raise CannotTry("a table of rides needs the map of its stops: --map MAP.json")
+            raise WhatIfInputError("a table of rides needs the map of its stops: --map MAP.json")
         try:
             rides = read_rides(path)
         except OSError as error:
-            raise CannotTry(f"{path}: {error.strerror}") from error
+            raise WhatIfInputError(f"{path}: {error.strerror}") from error
         roads = _roads(map_path)
-        shuttles = (like,) * _CSV_FLEET
+        shuttles = (template,) * _CSV_FLEET
     else:
         with stored_campus(database) as uow:
-            rides = booked_between(uow, *local_day(uow, named))
+            rides = booked_between(uow, *local_day(uow, day_or_csv))
             shuttles = enrolled(uow)
             roads = uow.roads() if map_path is None else _roads(map_path)
     if not rides:
-        raise CannotTry(f"there are no rides in {named}: nothing to try")
+        raise WhatIfInputError(f"there are no rides in {day_or_csv}: nothing to try")
     require_on_map(rides, roads)
     return rides, roads, shuttles
 
@@ -129,27 +129,29 @@ def _roads(map_path: Path) -> FleetRoads:
     try:
         return FleetRoads(RoadNetwork(load_map(map_path)), rules.speed_cap_mps, rules.travel_time_factor)
     except MapError as error:
-        raise CannotTry(f"{map_path}: {error.detail}") from error
+        raise WhatIfInputError(f"{map_path}: {error.detail}") from error
 
 
 def _count(change: str, present: int) -> int:
     if not _CHANGE.fullmatch(change.strip()):
-        raise CannotTry(f"--vehicles {change} is no change of the fleet; write +1, -1, or 5 for five in all")
+        raise WhatIfInputError(
+            f"--vehicles {change} is not a change of the fleet; write +1, -1, or 5 for five in all"
+        )
     number = int(change)
     return present + number if change.strip()[0] in "+-" else number
 
 
-def _resized(present: tuple[Shuttle, ...], count: int, like: Shuttle) -> tuple[Shuttle, ...]:
-    """The first so many, and others like that one. Raises CannotTry for a fleet of nobody."""
+def _resized(present: tuple[Shuttle, ...], count: int, template: Shuttle) -> tuple[Shuttle, ...]:
+    """The first `count` shuttles, with copies of the template if there are fewer. Raises WhatIfInputError."""
     if count < 1:
-        raise CannotTry(
-            f"a fleet of {count} shuttles drives nobody; say how many with --fleet and --vehicles"
+        raise WhatIfInputError(
+            f"a fleet of {count} shuttles serves no ride; say how many with --fleet and --vehicles"
         )
-    more = (replace(like, vehicle_id=f"more-{k + 1}") for k in range(len(present), count))
+    more = (replace(template, vehicle_id=f"more-{k + 1}") for k in range(len(present), count))
     return (*present[:count], *more)
 
 
-def _tried(
+def _run_trials(
     errors: Console,
     rides: tuple[WantedRide, ...],
     roads: FleetRoads,
@@ -163,8 +165,8 @@ def _tried(
         for policy in policies:
             for fleet in fleets:
                 bar.update(task, description=_title(policy, fleet))
-                made = run_day(rides, fleet, roads, FleetRules(), policy, seed, lambda: bar.advance(task))
-                trials.append(_Trial(policy, fleet, figures_of(made)))
+                result = run_day(rides, fleet, roads, FleetRules(), policy, seed, lambda: bar.advance(task))
+                trials.append(_Trial(policy, fleet, figures_of(result)))
     return trials
 
 

@@ -1,6 +1,5 @@
-"""Run a proof of a lower bound until it is closed or time is up. The proof counts; this file owns the
-clock.
-"""
+"""Runs the proof of a lower bound until it is closed or the time limit is reached. The proof itself has no
+clock."""
 
 import math
 import time
@@ -16,10 +15,10 @@ from server.dispatch.engine.search.optimise import Optimiser
 
 Routes = tuple[tuple[int, ...], ...]
 
-# Seconds of search, and the share of the time by which the proof is cut short, if it is not closed, to search
-# once more: most instances need no better plan than a second finds, for the others it spares the proof more.
+# (seconds of search, share of the time limit after which an open proof is stopped). For most instances one
+# second of search is enough. For the others a longer second search saves the proof more time than it costs.
 _ROUNDS = ((1.0, 0.02), (30.0, 1.0))
-# The engine never takes more than this share of the time.
+# The search takes at most this share of the time limit.
 _SEARCH_SHARE = 0.05
 
 
@@ -33,9 +32,9 @@ class Solution:
 
 @dataclass(frozen=True, slots=True)
 class BoundRun:
-    """What was proven, the best solution that engine and proof have found, and the time that it took.
+    """The proven bound, the best solution that engine and proof have found, and the time used.
 
-    stopped   by the clock, before the proof had come to its end
+    stopped   the time limit ended the proof
     """
 
     proven: Progress
@@ -55,12 +54,12 @@ class BoundRun:
 
     @property
     def closed(self) -> bool:
-        """Is the best solution optimal, to the second decimal?"""
+        """The best solution is optimal, to the second decimal."""
         return self.best.cost - self.proven.bound < CLOSED_WITHIN
 
     @property
     def limited_by(self) -> str:
-        """Why there is still a gap, "" where there is none."""
+        """Why there is still a gap; "" if there is none."""
         if self.closed:
             return ""
         reasons = [f"time, at the stage {self.proven.stage!r}"] if self.stopped else []
@@ -75,9 +74,9 @@ def run_bound(
     upper: float = math.inf,
     watch: Callable[[Progress], None] = lambda _: None,
 ) -> BoundRun:
-    """Search a little, then prove, slice by slice, until the deadline; a slice that has begun is finished.
+    """Search for a short time, then prove in slices until the time limit; a started slice is finished.
 
-    upper   cost of a solution known from elsewhere: no more than that is proven
+    upper   cost of a known solution; the proof ends when the bound reaches it
 
     Raises InstanceBroken, TooManyEvents.
     """
@@ -106,7 +105,7 @@ def run_bound(
 
 
 def _searched(instance: Instance, optimiser: Optimiser, seconds: float, best: Solution) -> Solution:
-    """The better of `best` and what the engine finds in time that serves everybody."""
+    """The better of `best` and the best solution of the search that serves all requests."""
     began_s = time.monotonic()
     while time.monotonic() - began_s < seconds:
         optimiser.run_slice()

@@ -1,4 +1,4 @@
-"""A simulated day in the numbers by which fleets are compared."""
+"""The figures of a simulated day, by which fleets are compared."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -14,12 +14,12 @@ _ROUNDING_S = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class DayFigures:
-    """Counts of rides; times of those that were served, None where none was.
+    """Counts of rides, and times of the served ones, None without any.
 
     refused_by    rule -> rides
-    in_vain       cancelled when a shuttle had set out for them
-    wait          from the wished time to the beginning of boarding
-    ride_over_direct  mean of time on board over the drive without anybody else
+    in_vain       cancelled when a shuttle was already driving to the pickup
+    wait          from the requested time to the beginning of boarding
+    ride_over_direct  mean ratio of the time on board to the direct drive
     """
 
     asked: int
@@ -37,16 +37,18 @@ class DayFigures:
 
 
 def figures_of(day: FleetDay) -> DayFigures:
-    fates = list(day.fates.values())
-    served = [fate for fate in fates if fate.arrival_s is not None]
-    waits = [_at(fate.pickup_s) - fate.earliest_s for fate in served]
-    on_board = [_at(fate.arrival_s) - _at(fate.pickup_s) - fate.dwell_s for fate in served]
-    ratios = [s / fate.direct_s for s, fate in zip(on_board, served, strict=True) if fate.direct_s > 0.0]
-    rules = Counter(fate.rule for fate in fates if fate.rule)
+    outcomes = list(day.outcomes.values())
+    served = [outcome for outcome in outcomes if outcome.arrival_s is not None]
+    waits = [_at(outcome.pickup_s) - outcome.earliest_s for outcome in served]
+    on_board = [_at(outcome.arrival_s) - _at(outcome.pickup_s) - outcome.dwell_s for outcome in served]
+    ratios = [
+        s / outcome.direct_s for s, outcome in zip(on_board, served, strict=True) if outcome.direct_s > 0.0
+    ]
+    rules = Counter(outcome.rule for outcome in outcomes if outcome.rule)
     return DayFigures(
-        asked=len(fates),
+        asked=len(outcomes),
         served=len(served),
-        cancelled=sum(fate.cancelled for fate in fates),
+        cancelled=sum(outcome.cancelled for outcome in outcomes),
         in_vain=day.in_vain,
         refused=rules.total(),
         refused_by=dict(sorted(rules.items())),
@@ -55,16 +57,16 @@ def figures_of(day: FleetDay) -> DayFigures:
         ride_mean_s=round(float(np.mean(on_board)), 1) if served else None,
         ride_over_direct=round(float(np.mean(ratios)), 3) if ratios else None,
         driving_h=round(day.driven_s / 3600.0, 2),
-        promises_kept=sum(_is_kept(fate) for fate in served),
+        promises_kept=sum(_is_promise_kept(outcome) for outcome in served),
     )
 
 
-def _is_kept(fate: RideOutcome) -> bool:
-    if fate.promise is None:
+def _is_promise_kept(outcome: RideOutcome) -> bool:
+    if outcome.promise is None:
         return False
-    from_s, to_s, by_s = fate.promise
-    in_window = from_s - _ROUNDING_S <= _at(fate.pickup_s) <= to_s + _ROUNDING_S
-    return in_window and _at(fate.arrival_s) <= by_s + _ROUNDING_S
+    from_s, to_s, by_s = outcome.promise
+    in_window = from_s - _ROUNDING_S <= _at(outcome.pickup_s) <= to_s + _ROUNDING_S
+    return in_window and _at(outcome.arrival_s) <= by_s + _ROUNDING_S
 
 
 def _at(moment_s: float | None) -> float:

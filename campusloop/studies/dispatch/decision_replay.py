@@ -1,4 +1,4 @@
-"""Stored decisions made again from their snapshots, and the first difference in words."""
+"""Repeats stored decisions from their snapshots and describes the first difference."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from server.usecases.planning.decisions import DecisionUnreadable, repeated
 
 @dataclass(frozen=True, slots=True)
 class RepeatedDecision:
-    """difference in words, "" for the very same bytes"""
+    """difference: a description, "" if the answers are identical bytes"""
 
     decision: Decision
     difference: str
@@ -31,15 +31,15 @@ def _difference(decision: Decision) -> str:
     try:
         again = repeated(decision)
     except DecisionUnreadable as error:
-        return f"it cannot be made again, its record is of another version: {error}"
+        return f"it cannot be repeated, its record is of another version: {error}"
     if again == decision.answer:
         return ""
     before, now = msgspec.json.decode(decision.answer), msgspec.json.decode(again)
-    return _first(before, now, "") or "the same values were written in another way"
+    return _first(before, now, "") or "the values are equal and their encoding differs"
 
 
 def _first(before: Any, now: Any, where: str) -> str:
-    """The first place at which two plain values differ, "" where they do not."""
+    """The first difference of two plain values, "" if they are equal."""
     if isinstance(before, dict) and isinstance(now, dict) and before.keys() == now.keys():
         return next(filter(None, (_first(before[k], now[k], _inside(where, k, before)) for k in before)), "")
     if isinstance(before, list) and isinstance(now, list):
@@ -53,7 +53,7 @@ def _first(before: Any, now: Any, where: str) -> str:
 
 
 def _inside(where: str, key: str, of: dict[str, Any]) -> str:
-    """Rides and shuttles by their names, other places by the field."""
+    """The path of a field; rides and shuttles are named by their ids."""
     name = of.get("request_id") or of.get("vehicle_id")
     here = f"{name}" if name and not where.endswith(str(name)) else where
     return f"{here} {key}".strip()

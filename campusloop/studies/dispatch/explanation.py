@@ -1,4 +1,4 @@
-"""Decisions about a ride in plain words: what was asked, who was asked, who got it, or why nobody did."""
+"""Explains decisions about a ride as text: the shuttles considered, the assignment, or the refusal."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,44 +19,44 @@ from server.usecases.record.refusals import REFUSAL_TEXTS
 _HEADS = {
     "booking": "Booking",
     "change": "Change of destination",
-    "reassignment": "Another shuttle was looked for",
-    "improvement": "The fleet's plan was improved",
+    "reassignment": "Reassignment to another shuttle",
+    "improvement": "Improvement of the fleet's plan",
 }
 
 
 @dataclass(frozen=True, slots=True)
-class Decided:
-    """A decision about a ride, with the whole of it where it is still stored."""
+class StoredRideDecision:
+    """A decision's record for one ride, and the complete decision if it is still stored."""
 
-    about: RideDecision
-    whole: Decision | None
+    of_ride: RideDecision
+    complete: Decision | None
 
     @property
     def kind(self) -> str:
-        return "booking" if self.whole is None else self.whole.kind
+        return "booking" if self.complete is None else self.complete.kind
 
 
 class Explainer:
-    """Words with the names and the time of one campus."""
+    """Writes texts with the names and the time zone of one campus."""
 
     def __init__(self, road_map: RoadMap, vehicle_names: Mapping[str, str]) -> None:
         self._zone = ZoneInfo(road_map.timezone)
         self._stops = {stop.stop_id: stop.name_en or stop.name for stop in road_map.stops}
         self._vehicles = vehicle_names
 
-    def lines(self, ride: Ride, decided: Sequence[Decided]) -> list[str]:
-        """A heading for each decision, and what is to be said of it, indented."""
-        said = [self._asked(ride), self._now(ride)]
-        if not decided:
-            said += ["", "No decision about this ride is stored: none was taken, or it is past the history."]
-        for one in decided:
-            said += ["", f"{self._time(one.about.made_at)}  {_HEADS[one.kind]}"]
-            said += [f"  {line}" for line in self._decision(ride, one)]
-        return said
+    def lines(self, ride: Ride, decisions: Sequence[StoredRideDecision]) -> list[str]:
+        """The ride, then a heading for each decision with its explanation, indented."""
+        lines = [self._request_text(ride), self._state_text(ride)]
+        if not decisions:
+            lines += ["", "No decision about this ride is stored: none was made, or its record has expired."]
+        for decision in decisions:
+            lines += ["", f"{self._time(decision.of_ride.made_at)}  {_HEADS[decision.kind]}"]
+            lines += [f"  {line}" for line in self._decision(ride, decision)]
+        return lines
 
     # ------------------------------------------------------------ the ride
 
-    def _asked(self, ride: Ride) -> str:
+    def _request_text(self, ride: Ride) -> str:
         booked_to = ride.first_to_stop or ride.to_stop
         sooner = ride.earliest > ride.requested_at
         return (
@@ -66,78 +66,80 @@ class Explainer:
             + (f", not before {self._time(ride.earliest)}." if sooner else ".")
         )
 
-    def _now(self, ride: Ride) -> str:
-        words = f"It is {str(ride.state).replace('_', ' ')}"
+    def _state_text(self, ride: Ride) -> str:
+        text = f"It is {str(ride.state).replace('_', ' ')}"
         if ride.vehicle_id is not None:
-            words += f" with {self._vehicle(ride.vehicle_id)}"
+            text += f" with {self._vehicle(ride.vehicle_id)}"
         if ride.reason:
-            words += f" ({ride.reason}{': ' if ride.reason_detail else ''}{ride.reason_detail})"
+            text += f" ({ride.reason}{': ' if ride.reason_detail else ''}{ride.reason_detail})"
         if ride.promise is not None:
             promise = ride.promise
-            words += (
+            text += (
                 f"; promised: pickup {self._time(promise.pickup_from)} to {self._time(promise.pickup_to)}, "
                 f"there by {self._time(promise.arrive_by)}"
             )
             if ride.promise_broken:
-                words += ", which was broken"
-        return words + "."
+                text += ", which was broken"
+        return text + "."
 
     # ------------------------------------------------------------ a decision
 
-    def _decision(self, ride: Ride, decided: Decided) -> list[str]:
-        about = decided.about
-        said = [self._vehicles_asked(decided)]
-        if about.best is None:
-            said.append(f"Refused by the rule {about.rule}: {REFUSAL_TEXTS.get(about.rule, about.rule)}.")
-            said += self._instead(about.alternatives, ride)
-        elif decided.kind == "improvement":
-            said += self._improved(about.best, about.runner_up)
+    def _decision(self, ride: Ride, decision: StoredRideDecision) -> list[str]:
+        of_ride = decision.of_ride
+        lines = [self._vehicles_considered(decision)]
+        if of_ride.best is None:
+            text = REFUSAL_TEXTS.get(of_ride.rule, of_ride.rule)
+            lines.append(f"Refused by the rule {of_ride.rule}: {text}.")
+            lines += self._offered(of_ride.alternatives, ride)
+        elif decision.kind == "improvement":
+            lines += self._improved(of_ride.best, of_ride.runner_up)
         else:
-            said += self._taken(about.best, about.runner_up)
-        return said
+            lines += self._assigned(of_ride.best, of_ride.runner_up)
+        return lines
 
-    def _vehicles_asked(self, decided: Decided) -> str:
-        if decided.whole is None:
-            return f"{decided.about.vehicles} shuttles were asked."
+    def _vehicles_considered(self, decision: StoredRideDecision) -> str:
+        count = decision.of_ride.vehicles
+        if decision.complete is None:
+            return f"{count} shuttles were asked."
         try:
-            vehicles = decode_problem(decided.whole.problem).vehicles
+            vehicles = decode_problem(decision.complete.problem).vehicles
         except ProblemUnreadable:
-            return f"{decided.about.vehicles} shuttles were asked (the snapshot is of another version)."
-        asked = [self._vehicle(v.vehicle_id) for v in vehicles if v.accepts]
+            return f"{count} shuttles were asked (the snapshot is of another version)."
+        considered = [self._vehicle(v.vehicle_id) for v in vehicles if v.accepts]
         others = [self._vehicle(v.vehicle_id) for v in vehicles if not v.accepts]
-        words = f"Asked: {', '.join(asked) or 'nobody'}."
+        text = f"Asked: {', '.join(considered) or 'none'}."
         if others:
-            words += f" Not asked, because they took no new rides: {', '.join(others)}."
-        return words
+            text += f" Not asked, because they took no new rides: {', '.join(others)}."
+        return text
 
-    def _taken(self, best: Quote, runner_up: Quote | None) -> list[str]:
-        said = [
+    def _assigned(self, best: Quote, runner_up: Quote | None) -> list[str]:
+        lines = [
             f"{self._vehicle(best.vehicle_id)} got it: {self._times(best)}; "
-            f"it costs the fleet's plan {best.extra_cost_s:.0f} s more."
+            f"the cost of the fleet's plan rises by {best.extra_cost_s:.0f} s."
         ]
         if runner_up is None:
-            said.append("No other shuttle could have taken it.")
+            lines.append("No other shuttle could have taken it.")
         else:
             worse_s = runner_up.extra_cost_s - best.extra_cost_s
-            said.append(
+            lines.append(
                 f"Next best was {self._vehicle(runner_up.vehicle_id)}: {self._times(runner_up)}; "
                 f"{runner_up.extra_cost_s:.0f} s more, which is {worse_s:.0f} s worse."
             )
-        return said
+        return lines
 
     def _improved(self, best: Quote, before: Quote | None) -> list[str]:
-        said = [
+        lines = [
             f"{self._vehicle(best.vehicle_id)} took it over: {self._times(best)}; "
-            f"with all that changed at the same time the fleet's plan costs {-best.extra_cost_s:.0f} s less."
+            f"all changes of this improvement lower the plan's cost by {-best.extra_cost_s:.0f} s."
         ]
         if before is not None:
-            said.append(f"Before, {self._vehicle(before.vehicle_id)} was to come: {self._times(before)}.")
-        return said
+            lines.append(f"Before, {self._vehicle(before.vehicle_id)} was assigned: {self._times(before)}.")
+        return lines
 
-    def _instead(self, alternatives: Sequence[Alternative], ride: Ride) -> list[str]:
+    def _offered(self, alternatives: Sequence[Alternative], ride: Ride) -> list[str]:
         if not alternatives:
             refused = ride.state is RideState.REFUSED
-            return ["Nothing could be offered instead."] if refused else []
+            return ["There was no alternative to offer instead."] if refused else []
         return ["Offered instead:", *(f"  - {self._alternative(one, ride)}" for one in alternatives)]
 
     def _alternative(self, one: Alternative, ride: Ride) -> str:
@@ -145,13 +147,13 @@ class Explainer:
             f"pickup {self._time(pickup)}, arrival {self._time(arrival)}"
             for pickup, arrival in zip(one.pickup_at, one.arrival_at, strict=True)
         )
-        words = {
+        text = {
             "later": "later",
             "other_stops": f"from {self._stop(one.from_stop)} to {self._stop(one.to_stop)}",
             "split_party": f"in parties of {' and '.join(map(str, one.parties))}",
         }[one.kind]
         walk = f", {one.walk_s / 60.0:.0f} min on foot" if one.walk_s > 0.0 else ""
-        return f"{words}: {times}{walk}"
+        return f"{text}: {times}{walk}"
 
     # ------------------------------------------------------------ names
 
@@ -170,5 +172,5 @@ class Explainer:
 
 
 def _people(party: int, wheelchairs: int) -> str:
-    words = "1 person" if party == 1 else f"{party} people"
-    return words if wheelchairs == 0 else f"{words}, {wheelchairs} in a wheelchair"
+    text = "1 person" if party == 1 else f"{party} people"
+    return text if wheelchairs == 0 else f"{text}, {wheelchairs} in a wheelchair"

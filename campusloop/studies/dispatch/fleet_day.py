@@ -1,7 +1,7 @@
-"""One day of rides on a fleet that drives exactly as planned: what the dispatcher would have made of it.
+"""Simulates the dispatch of one day of rides for a fleet that drives exactly as planned.
 
-No vehicle, no wire and no server: the dispatcher's own board is moved on from event to event. A day takes
-seconds, and two days can be compared ride by ride.
+There is no vehicle, no wire and no server: the dispatcher's schedule is advanced from event to event. A day
+takes seconds, and two days can be compared ride by ride.
 """
 
 import heapq
@@ -21,19 +21,19 @@ from simulator.demand.day import WantedRide
 
 _ATTEMPTS = 50
 _IMPROVED_EVERY_S = 30.0
-# No request is in the schedule for longer than the longest wait and ride, and what promises add to them.
+# No request is in the schedule for longer than its longest wait and ride plus this margin of its promise.
 _MARGIN_S = 1800.0
-# Long after everybody has been set down.
+# Long after the last ride.
 _THE_END_S = 1e6
 _ANNOUNCED, _CANCELLED = 0, 1
 
 
 @dataclass(frozen=True, slots=True)
 class Policy:
-    """How the fleet is run. patience as `Schedule` takes it; slices of improvement every half a minute."""
+    """How rides are dispatched. patience: as in `Schedule`; slices: of improvement, every half a minute."""
 
     name: str
-    words: str
+    text: str
     patience: float = 0.0
     slices: int = 0
 
@@ -41,11 +41,11 @@ class Policy:
 POLICIES: Mapping[str, Policy] = {
     policy.name: policy
     for policy in (
-        Policy("insertion", "each ride where it costs least, and that is that"),
+        Policy("insertion", "each ride is inserted where it costs least and is never moved"),
         Policy(
-            "improvement", "insertion, then rides change places and shuttles inside their promises", 0.0, 8
+            "improvement", "insertion, then rides change positions and shuttles within their promises", 0.0, 8
         ),
-        Policy("patience", "insertion; shuttles set out later than they could", 0.75),
+        Policy("patience", "insertion; shuttles depart later than they could", 0.75),
         Policy("patient-improvement", "patience and improvement", 0.75, 8),
     )
 }
@@ -60,9 +60,9 @@ class Shuttle:
 
 @dataclass(slots=True)
 class RideOutcome:
-    """What has become of a ride; seconds on the axis of the day, None for what did not happen.
+    """The result of a ride; times in seconds on the axis of the day, None if they did not happen.
 
-    direct_s   the drive without anybody else
+    direct_s   the direct drive
     promise    pickup from, pickup to, arrival by; rule: why it was refused, "" if it was not
     """
 
@@ -78,9 +78,9 @@ class RideOutcome:
 
 @dataclass(slots=True)
 class FleetDay:
-    """driven_s: driving of all shuttles together; in_vain: rides cancelled when one had set out."""
+    """driven_s: of all shuttles; in_vain: rides cancelled when a shuttle was driving to the pickup."""
 
-    fates: dict[str, RideOutcome] = field(default_factory=dict)
+    outcomes: dict[str, RideOutcome] = field(default_factory=dict)
     driven_s: float = 0.0
     in_vain: int = 0
 
@@ -94,15 +94,15 @@ def run_day(
     seed: int = 1,
     watch: Callable[[], None] = lambda: None,
 ) -> FleetDay:
-    """Answer every ride when it is announced, drive, improve, cancel; until the last one is set down.
+    """Answer every ride when it is announced, drive, improve and cancel, until the last ride has ended.
 
-    rides   in the order of announcement, between stops of the map; fleet: one shuttle at least
+    rides   in the order of announcement, between stops of the map; fleet: at least one shuttle
     watch   called after each ride is answered
     """
-    wishes = {ride.ride: _request(ride, roads, rules) for ride in rides}
+    requests = {ride.ride: _request(ride, roads, rules) for ride in rides}
     began_s = min(seconds(ride.announced_at) for ride in rides)
-    schedule = _board(fleet, roads, rules, began_s, _most_at_once(rides, wishes), policy.patience)
-    terms = _terms(roads, rules)
+    schedule = _schedule(fleet, roads, rules, began_s, _rows_max(rides, requests), policy.patience)
+    promise_rules = _promise_rules(roads, rules)
     day = FleetDay()
     improved_s = began_s
     for at_s, kind, ride in _events(rides):
@@ -123,10 +123,10 @@ def run_day(
         if kind == _CANCELLED:
             _cancel(schedule, ride.ride, day)
         elif kind == _ANNOUNCED:
-            request = wishes[ride.ride]
+            request = requests[ride.ride]
             direct_s = float(schedule.problem.times[request.pickup, request.dropoff])
-            day.fates[ride.ride] = RideOutcome(request.pickup_from_s, direct_s, rules.dwell_s)
-            _answer(schedule, request, terms, day.fates[ride.ride])
+            day.outcomes[ride.ride] = RideOutcome(request.pickup_from_s, direct_s, rules.dwell_s)
+            _answer(schedule, request, promise_rules, day.outcomes[ride.ride])
             watch()
     _drive(schedule, began_s + _THE_END_S, day)
     day.driven_s = schedule.driven_s
@@ -134,7 +134,7 @@ def run_day(
 
 
 def _events(rides: Sequence[WantedRide]) -> Iterator[tuple[float, int, WantedRide]]:
-    """In time; an announcement comes before the cancellation of the same second."""
+    """In order of time; an announcement comes before a cancellation in the same second."""
     announced = [(seconds(ride.announced_at), _ANNOUNCED, k) for k, ride in enumerate(rides)]
     cancelled = [
         (max(seconds(ride.cancelled_at), seconds(ride.announced_at)), _CANCELLED, k)
@@ -145,32 +145,32 @@ def _events(rides: Sequence[WantedRide]) -> Iterator[tuple[float, int, WantedRid
         yield at_s, kind, rides[k]
 
 
-def _answer(schedule: Schedule, request: Request, terms: PromiseRules, fate: RideOutcome) -> None:
+def _answer(schedule: Schedule, request: Request, promise_rules: PromiseRules, outcome: RideOutcome) -> None:
     schedule.add(request)
-    answer = answer_all(schedule, [request.request_id], terms)[0]
-    fate.promise, fate.rule = answer.windows, answer.rule
+    answer = answer_all(schedule, [request.request_id], promise_rules)[0]
+    outcome.promise, outcome.rule = answer.windows, answer.rule
 
 
 def _cancel(schedule: Schedule, name: str, day: FleetDay) -> None:
-    """Who has been refused or picked up stays that."""
-    fate = day.fates[name]
-    if fate.rule or fate.pickup_s is not None:
+    """A ride that is refused or picked up is not cancelled."""
+    outcome = day.outcomes[name]
+    if outcome.rule or outcome.pickup_s is not None:
         return
-    fate.cancelled = True
+    outcome.cancelled = True
     day.in_vain += schedule.withdraw(name)
 
 
 def _drive(schedule: Schedule, now_s: float, day: FleetDay) -> None:
-    for made in schedule.advance(now_s):
-        fate = day.fates[made.request_id]
-        if made.alights:
-            fate.arrival_s = made.at_s
+    for visit in schedule.advance(now_s):
+        outcome = day.outcomes[visit.request_id]
+        if visit.alights:
+            outcome.arrival_s = visit.at_s
         else:
-            fate.pickup_s = made.at_s
+            outcome.pickup_s = visit.at_s
 
 
 def _request(ride: WantedRide, roads: FleetRoads, rules: FleetRules) -> Request:
-    """With the windows that a booking has."""
+    """The request with the windows of a booking."""
     direct_s = roads.direct_s(ride.from_stop, ride.to_stop)
     earliest_s = max(seconds(ride.earliest), seconds(ride.announced_at))
     return Request(
@@ -186,12 +186,12 @@ def _request(ride: WantedRide, roads: FleetRoads, rules: FleetRules) -> Request:
     )
 
 
-def _terms(roads: FleetRoads, rules: FleetRules) -> PromiseRules:
-    """Without alternatives: nobody here would take one."""
+def _promise_rules(roads: FleetRoads, rules: FleetRules) -> PromiseRules:
+    """Without alternatives, because the simulated passengers take none."""
     return replace(roads.promise_rules(rules), later_s_max=0.0)
 
 
-def _board(
+def _schedule(
     fleet: Sequence[Shuttle],
     roads: FleetRoads,
     rules: FleetRules,
@@ -199,7 +199,7 @@ def _board(
     spare: int,
     patience: float,
 ) -> Schedule:
-    """Every shuttle at a resting place, one after the other."""
+    """An empty schedule with every shuttle at a resting place."""
     resting = roads.network.road_map.resting_places
     vehicles = tuple(
         VehicleState(
@@ -215,10 +215,10 @@ def _board(
     return Schedule(problem, spare, patience)
 
 
-def _most_at_once(rides: Sequence[WantedRide], wishes: Mapping[str, Request]) -> int:
-    """Rows that the schedule needs: improvement takes longer with every row."""
+def _rows_max(rides: Sequence[WantedRide], requests: Mapping[str, Request]) -> int:
+    """The rows that the schedule needs at most; improvement takes longer with every row."""
     changes = [(seconds(ride.announced_at), 1) for ride in rides]
-    for request in wishes.values():
+    for request in requests.values():
         longest_s = min(request.ride_s_max, _THE_END_S)
         changes.append((request.pickup_to_s + longest_s + _MARGIN_S, -1))
     return max(accumulate(change for _, change in sorted(changes)))

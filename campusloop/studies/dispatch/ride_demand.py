@@ -1,4 +1,4 @@
-"""The rides of a day that is tried again, and the fleet that there was."""
+"""The stored rides of a day and the stored fleet, as input of a simulated day."""
 
 from collections.abc import Sequence
 from datetime import datetime
@@ -10,18 +10,18 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 from simulator.demand.day import WantedRide
 
 
-class NotOnThisMap(ValueError):
-    """A ride that cannot be asked for on the map; the text says which and why."""
+class RideNotOnMap(ValueError):
+    """A ride cannot be requested on the map; the text says which and why."""
 
 
 def booked_between(uow: UnitOfWork, begins: datetime, ends: datetime) -> tuple[WantedRide, ...]:
-    """What was wanted then, refused rides too, in the order of booking."""
+    """The rides requested in that time, with the refused ones, in the order of booking."""
     rides = sorted(uow.rides.wanted_between(begins, ends), key=lambda ride: (ride.requested_at, ride.ride_id))
     return tuple(_wanted(ride) for ride in rides)
 
 
 def enrolled(uow: UnitOfWork) -> tuple[Shuttle, ...]:
-    """Shuttles that could be in service, by id."""
+    """The shuttles that are not retired, by id."""
     return tuple(
         Shuttle(vehicle.vehicle_id, vehicle.seats, vehicle.wheelchair_places)
         for vehicle in uow.vehicles.all()
@@ -30,19 +30,19 @@ def enrolled(uow: UnitOfWork) -> tuple[Shuttle, ...]:
 
 
 def require_on_map(rides: Sequence[WantedRide], roads: FleetRoads) -> None:
-    """Raises NotOnThisMap."""
+    """Raises RideNotOnMap."""
     for ride in rides:
         for stop in (ride.from_stop, ride.to_stop):
             if stop not in roads.stop_numbers:
-                raise NotOnThisMap(
+                raise RideNotOnMap(
                     f"ride {ride.ride} is from or to {stop}, a stop that the map does not have"
                 )
         if ride.from_stop == ride.to_stop:
-            raise NotOnThisMap(f"ride {ride.ride} is from {ride.from_stop} to the same stop")
+            raise RideNotOnMap(f"ride {ride.ride} is from {ride.from_stop} to the same stop")
 
 
 def _wanted(ride: Ride) -> WantedRide:
-    """To where it was booked at first, unless it was given up."""
+    """The ride to its first destination, with its cancellation."""
     return WantedRide(
         ride=ride.ride_id,
         announced_at=ride.requested_at,

@@ -1,4 +1,4 @@
-"""Reading a server's database without the server: nothing is changed, and it may go on meanwhile."""
+"""Reads a server's database without the server. It changes nothing, and the server may run meanwhile."""
 
 import os
 from collections.abc import Iterator
@@ -23,47 +23,47 @@ from server.store.unit_of_work import Context, SqlUnitOfWork
 from server.usecases.ports.unit_of_work import UnitOfWork
 
 
-class CampusUnread(Exception):
-    """There is nothing to be read there; the text says what to do."""
+class StoredCampusError(Exception):
+    """The database cannot be read; the text says what to do."""
 
 
 @contextmanager
 def stored_campus(database_url: str | None = None) -> Iterator[UnitOfWork]:
-    """A transaction that reads, on the database that `campusloop serve` would use here.
+    """A read-only transaction on the database that `campusloop serve` would use here.
 
-    database_url  another one, as in CAMPUSLOOP_DATABASE_URL
+    database_url  of another database, as in CAMPUSLOOP_DATABASE_URL
 
-    Raises CampusUnread.
+    Raises StoredCampusError.
     """
     try:
         settings = settings_from(os.environ, database_url=database_url)
         engine = _engine(settings)
     except (SettingsError, DatabaseUnsupported) as error:
-        raise CampusUnread(str(error)) from error
+        raise StoredCampusError(str(error)) from error
     shown = engine.url.render_as_string(hide_password=True)
     try:
         if not is_current(engine):
-            raise CampusUnread(
+            raise StoredCampusError(
                 f"{shown} is not of this version of the program; start the server on it once, then try again"
             )
         with engine.connect() as connection, read_only(connection):
             yield _unit_of_work(connection, _campus_id(connection, settings, shown))
     except SQLAlchemyError as error:
-        raise CampusUnread(f"{shown} cannot be read: {str(error).splitlines()[0]}") from error
+        raise StoredCampusError(f"{shown} cannot be read: {str(error).splitlines()[0]}") from error
     except DomainError as error:
-        raise CampusUnread(error.detail) from error
+        raise StoredCampusError(error.detail) from error
     finally:
         engine.dispose()
 
 
 def local_day(uow: UnitOfWork, text: str) -> tuple[datetime, datetime]:
-    """Begin and end of a day, YYYY-MM-DD, where the campus is. Raises CampusUnread."""
+    """Begin and end of a day, YYYY-MM-DD, in the campus's time zone. Raises StoredCampusError."""
     zone = ZoneInfo(uow.network().road_map.timezone)
     try:
         day = date.fromisoformat(text)
         return local_moment(day, 0, zone), local_moment(day + timedelta(days=1), 0, zone)
     except (ValueError, OverflowError) as error:
-        raise CampusUnread(f"{text} is no day; write it like 2026-01-08") from error
+        raise StoredCampusError(f"{text} is not a date; write it like 2026-01-08") from error
 
 
 def _engine(settings: Settings) -> Engine:
@@ -71,7 +71,7 @@ def _engine(settings: Settings) -> Engine:
     if engine.dialect.name == "sqlite" and not is_in_memory(engine):
         path = Path(str(engine.url.database))
         if not path.is_file():
-            raise CampusUnread(
+            raise StoredCampusError(
                 f"there is no database {path}; run this where the server runs, or name its database with "
                 "--database or CAMPUSLOOP_DATABASE_URL"
             )
@@ -81,18 +81,18 @@ def _engine(settings: Settings) -> Engine:
 def _campus_id(connection: Connection, settings: Settings, shown: str) -> str:
     stored = campuses(connection)
     if not stored:
-        raise CampusUnread(f"{shown} holds no campus yet; start the server on it once")
+        raise StoredCampusError(f"{shown} holds no campus yet; start the server on it once")
     if settings.campus_id:
         if settings.campus_id not in stored:
-            raise CampusUnread(f"{shown} holds no campus {settings.campus_id}, but {', '.join(stored)}")
+            raise StoredCampusError(f"{shown} holds no campus {settings.campus_id}, but {', '.join(stored)}")
         return settings.campus_id
     if len(stored) > 1:
-        raise CampusUnread(f"{shown} holds {', '.join(stored)}; choose one with CAMPUSLOOP_CAMPUS_ID")
+        raise StoredCampusError(f"{shown} holds {', '.join(stored)}; choose one with CAMPUSLOOP_CAMPUS_ID")
     return stored[0]
 
 
 def _unit_of_work(connection: Connection, campus_id: str) -> UnitOfWork:
-    # Hours and sessions differ between installations; what is read here depends on neither.
+    # Hours and sessions differ between installations; the data read here depend on neither.
     rules = FleetRules()
     context = Context(campus_id, SystemClock(), RandomIds(), rules, Argon2Hasher(), MapLibrary(rules))
     return SqlUnitOfWork(connection, context, writes=False)

@@ -1,7 +1,7 @@
-"""`campusloop simulate --km`: rides and timetables on campuses in virtual time until so much has been driven.
+"""`campusloop simulate --km`: rides and timetables on campuses in virtual time until a distance is driven.
 
-The drive is cut into stints, each a campus of its own with its own seed: server, shuttles, riders and people.
-Stints run beside each other on the cores there are, and a seed repeats all of them.
+The drive is divided into shifts. Each is a campus of its own with its own seed: server, shuttles, riders and
+people. Shifts run in parallel on the available cores, and a seed repeats all of them.
 """
 
 import logging
@@ -26,12 +26,12 @@ from contract.roads.load import load_map
 from contract.wire.messages import Blocked, ModeChanged
 from simulator.scoring.ride_quality import Stretch, stretch
 
-STINT_S = 3600.0
+SHIFT_S = 3600.0
 _VEHICLES = 2
 _RIDES_EVERY_S = 150.0
 _RIDE_M_MAX = 2000.0
-_HELPED_AFTER_S = 15.0
-# A timetable's stints begin with its periods; elsewhere with the working day.
+_RESUME_AFTER_S = 15.0
+# With a timetable, shifts begin with its periods; otherwise with the working day.
 _WORK_BEGINS_S = 8 * 3600
 
 
@@ -41,14 +41,14 @@ class EnduranceShift:
     stack: str
     seed: int
     number: int
-    duration_s: float = STINT_S
+    duration_s: float = SHIFT_S
 
 
 @dataclass(slots=True)
 class ShiftFigures:
-    """What all shuttles of one stint did. takeovers: why an operator would have had to come."""
+    """The figures of all shuttles in one shift. takeovers: why an operator would have had to take over."""
 
-    stint: EnduranceShift
+    shift: EnduranceShift
     distance_m: float = 0.0
     stretches: list[Stretch] = field(default_factory=list)
     plan_ms: list[float] = field(default_factory=list)
@@ -57,56 +57,56 @@ class ShiftFigures:
     rides_completed: int = 0
 
 
-def run_stint(stint: EnduranceShift) -> ShiftFigures:
-    """One campus for its time; the run logs are thrown away."""
-    road_map, profile = load_map(stint.map_path), profile_of(stint.stack)
+def run_shift(shift: EnduranceShift) -> ShiftFigures:
+    """Run one campus for the shift's duration; its run logs are deleted."""
+    road_map, profile = load_map(shift.map_path), profile_of(shift.stack)
     zone = ZoneInfo(road_map.timezone)
     starts = sorted({trip.calls[0][1] // 7200 * 7200 for trip in road_map.timetable}) or [_WORK_BEGINS_S]
-    midnight = datetime(2026, 9, 1, tzinfo=zone) + timedelta(days=stint.number // len(starts))
-    begins = midnight + timedelta(seconds=starts[stint.number % len(starts)])
+    midnight = datetime(2026, 9, 1, tzinfo=zone) + timedelta(days=shift.number // len(starts))
+    begins = midnight + timedelta(seconds=starts[shift.number % len(starts)])
     with tempfile.TemporaryDirectory(prefix="campusloop-km-") as folder:
         options = CampusOptions(
             road_map,
             Path(folder),
-            seed=stint.seed,
+            seed=shift.seed,
             vehicles=_VEHICLES,
             profile=profile,
             begins=begins.astimezone(UTC),
         )
         campus = VirtualCampus(options)
         campus.start()
-        watch = _Watch(campus)
+        monitor = _Monitor(campus)
         pairs = stop_pairs(road_map, RIDE_M_MIN, _RIDE_M_MAX)
-        wanted = random_rides(
-            max(1, round(stint.duration_s / _RIDES_EVERY_S)),
+        demands = random_rides(
+            max(1, round(shift.duration_s / _RIDES_EVERY_S)),
             pairs,
             _RIDES_EVERY_S,
             campus.conductor.rng("rides"),
         )
         passengers = campus.passengers(lambda _journey: None)
-        journeys = [Journey(wish) for wish in wanted]
+        journeys = [Journey(demand) for demand in demands]
         for journey in journeys:
-            campus.conductor.loop.create_task(passengers.live(journey))
-        for _ in range(round(stint.duration_s * 50)):
+            campus.conductor.loop.create_task(passengers.run_journey(journey))
+        for _ in range(round(shift.duration_s * 50)):
             campus.conductor.step()
-            watch.look()
-        figures = watch.figures(stint)
+            monitor.sample()
+        figures = monitor.figures(shift)
         figures.rides_completed = sum(journey.state == "completed" for journey in journeys)
         campus.stop()
     return figures
 
 
-class _Watch:
-    """Samples every shuttle after each step, and plays the operator who lets a stopped one go on."""
+class _Monitor:
+    """Samples every shuttle after each step, and resumes stopped shuttles as an operator would."""
 
     def __init__(self, campus: VirtualCampus) -> None:
         self._campus = campus
         self._speeds: dict[str, list[float]] = {name: [] for name in campus.vehicles}
-        self._pieces: list[Array] = []
+        self._stretches: list[Array] = []
         self._stopped_ns: dict[str, int] = {}
         self._odometer_m = {name: campus.world.truth(name).odometer_m for name in campus.vehicles}
 
-    def look(self) -> None:
+    def sample(self) -> None:
         campus = self._campus
         for name, vehicle in campus.vehicles.items():
             outputs = vehicle.outputs
@@ -118,37 +118,37 @@ class _Watch:
             else:
                 self._cut(name)
             if flow.guard_status.mode in ("minimal_risk", "fault", "manual"):
-                self._help(name)
+                self._resume_stopped(name)
             else:
                 self._stopped_ns.pop(name, None)
 
-    def figures(self, stint: EnduranceShift) -> ShiftFigures:
-        out = ShiftFigures(stint)
+    def figures(self, shift: EnduranceShift) -> ShiftFigures:
+        out = ShiftFigures(shift)
         for name, vehicle in self._campus.vehicles.items():
             self._cut(name)
             out.distance_m += self._campus.world.truth(name).odometer_m - self._odometer_m[name]
             out.plan_ms += vehicle.wired.plan_cpu_ms
             out.contacts += self._campus.world.score(name).contacts
             for now_ns, event in vehicle.happened:
-                at = f"{stint.map_path.parent.name} stint {stint.number} {name} {now_ns / 1e9:.0f} s"
+                at = f"{shift.map_path.parent.name} shift {shift.number} {name} {now_ns / 1e9:.0f} s"
                 if isinstance(event, ModeChanged) and event.mode in ("minimal_risk", "fault"):
                     out.takeovers.append(f"{at}: {event.mode}")
                 elif isinstance(event, Blocked) and not event.cleared:
                     out.takeovers.append(f"{at}: blocked for 60 s")
         out.takeovers += ["contact"] * out.contacts
-        out.stretches = [one for piece in self._pieces if (one := stretch(piece)) is not None]
+        out.stretches = [one for speeds in self._stretches if (one := stretch(speeds)) is not None]
         return out
 
     def _cut(self, name: str) -> None:
-        """The drive ends here."""
+        """End the present stretch of driving."""
         if self._speeds[name]:
-            self._pieces.append(np.array(self._speeds[name]))
+            self._stretches.append(np.array(self._speeds[name]))
             self._speeds[name] = []
 
-    def _help(self, name: str) -> None:
+    def _resume_stopped(self, name: str) -> None:
         campus, now_ns = self._campus, self._campus.conductor.now_ns
         since_ns = self._stopped_ns.setdefault(name, now_ns)
-        if now_ns - since_ns >= _HELPED_AFTER_S * 1e9:
+        if now_ns - since_ns >= _RESUME_AFTER_S * 1e9:
             self._stopped_ns[name] = now_ns
             campus.conductor.loop.create_task(campus.operator.command(name, "resume"))
 
@@ -159,24 +159,24 @@ def drive_km(
     km: float,
     seed: int,
     workers: int,
-    stint_s: float,
-    tell: Callable[[ShiftFigures, float], None],
+    shift_s: float,
+    report: Callable[[ShiftFigures, float], None],
 ) -> list[ShiftFigures]:
-    """Stints on the maps in turn until km have been driven; tell: after each, with the km so far.
+    """Run shifts on the maps in turn until km are driven; report: called after each, with the km so far.
 
-    Results are in stint order. With several workers a stint more may be run than one of them would have.
+    Results are in shift order. Several workers may run one shift more than a single worker would.
     """
     done: dict[int, ShiftFigures] = {}
     running: dict[Future[ShiftFigures], int] = {}
     begun = 0
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_quiet) as pool:
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_log_errors_only) as pool:
         while True:
             so_far_m = sum(figures.distance_m for figures in done.values())
             while so_far_m < 1000.0 * km and len(running) < workers:
-                stint = EnduranceShift(
-                    maps[begun % len(maps)], stack, seed + begun, begun // len(maps), stint_s
+                shift = EnduranceShift(
+                    maps[begun % len(maps)], stack, seed + begun, begun // len(maps), shift_s
                 )
-                running[pool.submit(run_stint, stint)] = begun
+                running[pool.submit(run_shift, shift)] = begun
                 begun += 1
             if not running:
                 return [done[number] for number in sorted(done)]
@@ -184,9 +184,9 @@ def drive_km(
             for future in ready:
                 number = running.pop(future)
                 done[number] = future.result()
-                tell(done[number], sum(figures.distance_m for figures in done.values()) / 1000.0)
+                report(done[number], sum(figures.distance_m for figures in done.values()) / 1000.0)
 
 
-def _quiet() -> None:
-    """A campus tells of every link; here only errors matter."""
+def _log_errors_only() -> None:
+    """Without this, a campus logs every link."""
     structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.ERROR))

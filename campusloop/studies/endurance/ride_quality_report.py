@@ -1,4 +1,4 @@
-"""What `campusloop simulate --km` prints, writes and draws: Snow Lion's Table 2, Fig. 8b and Fig. 9."""
+"""The output of `campusloop simulate --km`: Snow Lion's Table 2, Fig. 8b and Fig. 9."""
 
 import csv
 import json
@@ -34,7 +34,7 @@ _PAPER = {
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """Of all stints. takeover_km, plan_ms_p95: None without a takeover, or a planner beside the tick."""
+    """The figures of all shifts. takeover_km: None without takeovers; plan_ms_p95: None without a planner."""
 
     quality: RideQuality
     stints: int
@@ -46,29 +46,32 @@ class Summary:
     plan_ms_p95: float | None
 
 
-class NothingDriven(Exception):
-    """No shuttle left its place; the message says what to change."""
+class NoDistanceDriven(Exception):
+    """No shuttle has driven; the message says what to change."""
 
 
-def tell_km(
+def report_km(
     console: Console,
     maps: tuple[Path, ...],
     stack: str,
     km: float,
     seed: int,
     workers: int,
-    stint_s: float,
+    shift_s: float,
     out: Path | None,
 ) -> int:
-    """Drive, print and write (see `drive_km`); the contacts. Raises MapError, ProfileError, NothingDriven."""
+    """Drive, print and write (see `drive_km`). Returns the number of contacts.
+
+    Raises MapError, ProfileError, NoDistanceDriven.
+    """
     profile_of(stack)
     for path in maps:
         load_map(path)
 
-    def tell(figures: ShiftFigures, so_far_km: float) -> None:
-        stint = figures.stint
+    def report(figures: ShiftFigures, so_far_km: float) -> None:
+        shift = figures.shift
         console.print(
-            f"{stint.map_path.parent.name} stint {stint.number} seed {stint.seed}: "
+            f"{shift.map_path.parent.name} shift {shift.number} seed {shift.seed}: "
             f"{figures.distance_m / 1000:.2f} km, {figures.rides_completed} rides, "
             f"{figures.contacts} contacts, {len(figures.takeovers)} takeovers; "
             f"{so_far_km:.2f} of {km:g} km",
@@ -76,30 +79,30 @@ def tell_km(
             soft_wrap=True,
         )
 
-    stints = drive_km(maps, stack, km, seed, workers, stint_s, tell)
-    summary = summary_of(stints)
+    shifts = drive_km(maps, stack, km, seed, workers, shift_s, report)
+    summary = summary_of(shifts)
     if summary is None:
-        raise NothingDriven("nothing was driven in these stints; give them more time (--stint-s)")
+        raise NoDistanceDriven("nothing was driven in these shifts; give them more time (--stint-s)")
     print_table(console, summary)
     if out is not None:
-        write_files(out, stints, summary)
+        write_files(out, shifts, summary)
     return summary.contacts
 
 
-def summary_of(stints: list[ShiftFigures]) -> Summary | None:
+def summary_of(shifts: list[ShiftFigures]) -> Summary | None:
     """None when nothing was driven."""
-    quality = ride_quality([one for figures in stints for one in figures.stretches])
+    quality = ride_quality([one for figures in shifts for one in figures.stretches])
     if quality is None:
         return None
-    takeovers = tuple(text for figures in stints for text in figures.takeovers)
-    odometer_km = sum(figures.distance_m for figures in stints) / 1000.0
-    plan_ms = [value for figures in stints for value in figures.plan_ms]
+    takeovers = tuple(text for figures in shifts for text in figures.takeovers)
+    odometer_km = sum(figures.distance_m for figures in shifts) / 1000.0
+    plan_ms = [value for figures in shifts for value in figures.plan_ms]
     return Summary(
         quality,
-        len(stints),
+        len(shifts),
         odometer_km,
-        sum(figures.rides_completed for figures in stints),
-        sum(figures.contacts for figures in stints),
+        sum(figures.rides_completed for figures in shifts),
+        sum(figures.contacts for figures in shifts),
         takeovers,
         odometer_km / len(takeovers) if takeovers else None,
         float(np.percentile(plan_ms, 95)) if plan_ms else None,
@@ -129,14 +132,14 @@ def print_table(console: Console, summary: Summary) -> None:
     console.print(table)
     for text in summary.takeovers[:20]:
         console.print(f"takeover: {text}", highlight=False)
-    console.print(f"{summary.stints} stints, {summary.rides_completed} rides completed")
+    console.print(f"{summary.stints} shifts, {summary.rides_completed} rides completed")
 
 
-def write_files(folder: Path, stints: list[ShiftFigures], summary: Summary) -> None:
+def write_files(folder: Path, shifts: list[ShiftFigures], summary: Summary) -> None:
     """table2.json, speeds.csv, plan_ms.csv, fig8b_speeds.png, fig9_planning.png."""
     folder.mkdir(parents=True, exist_ok=True)
-    speeds = 3.6 * np.concatenate([one.speed_mps for figures in stints for one in figures.stretches])
-    plan_ms = np.array([value for figures in stints for value in figures.plan_ms])
+    speeds = 3.6 * np.concatenate([one.speed_mps for figures in shifts for one in figures.stretches])
+    plan_ms = np.array([value for figures in shifts for value in figures.plan_ms])
     (folder / "table2.json").write_text(json.dumps(asdict(summary), indent=2, allow_nan=False) + "\n")
     for name, column, values in (("speeds", "speed_kmph", speeds), ("plan_ms", "cpu_ms", plan_ms)):
         with (folder / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
@@ -168,8 +171,8 @@ def write_files(folder: Path, stints: list[ShiftFigures], summary: Summary) -> N
 def _histogram(
     path: Path, values: np.ndarray, bins: np.ndarray, axis_names: tuple[str, str], marks: dict[str, float]
 ) -> None:
-    """What is beyond the last bin is in it. marks: values of x to point out, by what is said of them."""
-    # Here, so that nobody pays for the plotting library but who plots.
+    """Values beyond the last bin are counted in it. marks: label -> x of a vertical line."""
+    # Imported here, because the plotting library is slow to import.
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -1,8 +1,8 @@
-"""A loop with one crossing, carts that drive it with the real planning and control, and people who cross.
+"""A loop with one crossing, carts with the real planning and control, and people who cross.
 
-The setting of the time-gain experiment (NUS, section V-A, Fig. 11). What is simplified against a whole drive:
-no CAN, guard, localization or mission; poses are true; scans see everybody in the open; people are points who
-cross at a constant speed.
+It is the setting of the time-gain experiment (NUS, section V-A, Fig. 11). Simplifications: no CAN, guard,
+localization or mission; poses are true; scans detect everyone without occlusion; people are points that cross
+at a constant speed.
 """
 
 import math
@@ -73,9 +73,10 @@ def loop_map() -> RoadMap:
 
 @dataclass(slots=True)
 class People:
-    """Poisson arrivals at either kerb; each waits for a gap, then crosses at 1.3 m/s and is gone.
+    """Poisson arrivals at either kerb; each person waits for a gap, then crosses at 1.3 m/s and leaves.
 
-    Nobody steps in front of a cart that moves and could not stop in comfort; before one that stands they go.
+    People do not step in front of a moving cart that could not stop comfortably. They cross in front of a
+    standing cart.
     """
 
     rate_1ps: float
@@ -87,8 +88,8 @@ class People:
     def __post_init__(self) -> None:
         self.next_s = self.rng.exponential(1.0 / self.rate_1ps)
 
-    def step(self, now_s: float, bumpers_m: Array, tails_m: Array, speeds_mps: Array) -> None:
-        """bumpers_m, tails_m (n,) along the straight; carts elsewhere are far from the crossing."""
+    def step(self, now_s: float, fronts_m: Array, rears_m: Array, speeds_mps: Array) -> None:
+        """fronts_m, rears_m (n,) along the straight; carts elsewhere are far from the crossing."""
         while self.next_s <= now_s:
             way = 1.0 if self.rng.random() < 0.5 else -1.0
             x_m = CROSSING_M + self.rng.uniform(-0.4, 0.4) * DEPTH_M
@@ -100,8 +101,8 @@ class People:
             return
         stopping_m = speeds_mps * 1.0 + speeds_mps**2 / (2.0 * 0.8) + 1.0
         near_m = CROSSING_M - 0.5 * DEPTH_M
-        blocks = (tails_m < near_m + DEPTH_M) & (
-            bumpers_m + np.where(speeds_mps > 0.3, stopping_m, 0.2) > near_m
+        blocks = (rears_m < near_m + DEPTH_M) & (
+            fronts_m + np.where(speeds_mps > 0.3, stopping_m, 0.2) > near_m
         )
         on_road = np.abs(self.places[:, 1]) < 0.5 * WIDTH_M + 0.3
         walking = on_road | (not np.any(blocks))
@@ -111,12 +112,12 @@ class People:
 
 
 class Cart:
-    """One cart's planning and control, and how far it has come (`driven_m`)."""
+    """One cart's planning and control, and the distance it has driven (`driven_m`)."""
 
     def __init__(self, room: CostMapPlanning, control: WaypointControl, start_m: float) -> None:
         self.room, self.control = room, control
         self.plan: CostMapPlanningState = room.initial()
-        self.hands: WaypointControlState = control.initial()
+        self.control_state: WaypointControlState = control.initial()
         self.start_m, self.driven_m = start_m, 0.0
         self.at_m, self.laps = start_m, 0
         self.seen_ns = 0
@@ -125,7 +126,7 @@ class Cart:
 class CrossingLoop:
     """All carts stepped together every 0.1 s on the simulated plant.
 
-    infrastructure  a camera speaks to the carts near the crossing; without it every cart stops before it
+    infrastructure  a camera sends its reports to the carts near the crossing; without one every cart stops
     """
 
     def __init__(
@@ -145,7 +146,7 @@ class CrossingLoop:
         body = profile.body
         self._profile = profile
         room = _room(profile, self.road_map, speed_mps, infrastructure)
-        # Evenly spaced, the first one behind the crossing and the last one well before it.
+        # Evenly spaced; the first one is past the crossing and the last one well before it.
         apart_m = min(self.lap_m / vehicles, (self.lap_m - 14.0) / max(vehicles - 1, 1))
         starts = [(CROSSING_M + 6.0 + k * apart_m) % self.lap_m for k in range(vehicles)]
         control = _slower(pursuit_control(profile))
@@ -156,13 +157,13 @@ class CrossingLoop:
         area = self.road_map.observation_areas[0]
         rng = np.random.default_rng([seed, 2])
         self.camera = CrossingCamera(area, CameraParams(), rng) if infrastructure else None
-        self.told: PedestrianPresence | None = None
+        self.presence: PedestrianPresence | None = None
         self.now_ns = STEP_NS
         self.contacts = 0
         self._reach_m = (body.front_overhang_m, body.rear_overhang_m, 0.5 * body.width_m)
 
     def run(self, laps: int, time_max_s: float) -> list[list[float]]:
-        """For each cart the time at the end of each lap; fewer laps where the time was over."""
+        """For each cart the time at the end of each lap; fewer laps if the time is over."""
         times: list[list[float]] = [[] for _ in self.carts]
         while self.now_ns * 1e-9 < time_max_s and any(len(t) < laps for t in times):
             self.step()
@@ -172,28 +173,28 @@ class CrossingLoop:
         return times
 
     def step(self) -> None:
-        """0.1 s."""
+        """Step everything by 0.1 s."""
         views = [self.plant.view(i) for i in range(len(self.carts))]
-        self._listen()
-        mates = [FleetVehicle(self.now_ns, f"c{i}", v.pose_map, v.speed_mps) for i, v in enumerate(views)]
+        self._take_presence()
+        fleet = [FleetVehicle(self.now_ns, f"c{i}", v.pose_map, v.speed_mps) for i, v in enumerate(views)]
         for i, cart in enumerate(self.carts):
             ego = Ego(
                 self.now_ns, views[i].pose_map, views[i].speed_mps, views[i].accel_mps2,
                 views[i].yaw_rate_radps, views[i].steer_rad, 0.02, self.now_ns, True,
             )  # fmt: skip
-            ahead = mates[(i + 1) % len(mates)]
-            others = (ahead,) if len(mates) > 1 else ()
+            ahead = fleet[(i + 1) % len(fleet)]
+            others = (ahead,) if len(fleet) > 1 else ()
             self._drive(i, cart, ego, others)
         self.plant.step(DT_S)
         self._walk()
         self.now_ns += STEP_NS
 
-    def _listen(self) -> None:
+    def _take_presence(self) -> None:
         if self.camera is None:
             return
-        for word in self.camera.step(self.now_ns, self.people.places):
-            seen_ns = self.now_ns - round(word.age_s * 1e9)
-            self.told = PedestrianPresence(seen_ns, word.area_id, word.count)
+        for report in self.camera.step(self.now_ns, self.people.places):
+            seen_ns = self.now_ns - round(report.age_s * 1e9)
+            self.presence = PedestrianPresence(seen_ns, report.area_id, report.count)
 
     def _drive(self, i: int, cart: Cart, ego: Ego, others: Sequence[FleetVehicle]) -> None:
         task = self._task(cart, ego)
@@ -202,8 +203,8 @@ class CrossingLoop:
         tick = self.now_ns // STEP_NS + i
         if tick % (SCAN_STEPS if is_near else IDLE_SCAN_STEPS) == 0:
             cart.seen_ns = self.now_ns
-        fresh = self.told is not None and self.now_ns - self.told.stamp_ns <= PRESENCE_AGE_NS
-        presence = (self.told,) if fresh and self.told is not None else ()
+        fresh = self.presence is not None and self.now_ns - self.presence.stamp_ns <= PRESENCE_AGE_NS
+        presence = (self.presence,) if fresh and self.presence is not None else ()
         world = World(self.now_ns, cart.seen_ns, self.people.places, tuple(others), presence, False)
         path, cart.plan = cart.room.step(cart.plan, ego, world, task)
         motion = VehicleMotion(
@@ -217,14 +218,14 @@ class CrossingLoop:
             True,
             1.0,
         )
-        wish, cart.hands = cart.control.step(cart.hands, ego, path, motion)
+        command, cart.control_state = cart.control.step(cart.control_state, ego, path, motion)
         rate = self._profile.limits.steer_rate_radps_max
         self.plant.commands[i, :] = (
-            wish.steer_rad, rate, wish.throttle_ratio, wish.brake_ratio, 1.0, 0.0,
+            command.steer_rad, rate, command.throttle_ratio, command.brake_ratio, 1.0, 0.0,
         )  # fmt: skip
 
     def _task(self, cart: Cart, ego: Ego) -> Task:
-        """Follow the loop for ever: a lap is a line that begins anew where the last one ended."""
+        """Follow the loop without end: the next lap's line begins where the last one ended."""
         line, pose = self.line, ego.pose_map
         low = int(np.searchsorted(line.s, max(cart.at_m - 3.0, 0.0)))
         high = int(np.searchsorted(line.s, cart.at_m + 6.0)) + 1
@@ -267,7 +268,7 @@ def _room(profile: Profile, road_map: RoadMap, speed_mps: float, infrastructure:
 
 
 def _slower(control: WaypointControl) -> WaypointControl:
-    """The same control at this loop's step."""
+    """The same control with this loop's step."""
     return msgspec.structs.replace(
         control,
         steering=msgspec.structs.replace(control.steering, dt_s=DT_S),

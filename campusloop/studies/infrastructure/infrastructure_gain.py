@@ -1,8 +1,8 @@
-"""The time that a crossing's camera gains (NUS, section V-A, Fig. 12): runs, figures and plots.
+"""The time that a crossing's camera saves (NUS, section V-A, Fig. 12): runs, figures and plots.
 
-Baseline: every cart comes to a stop before the crossing and goes when it sees it free. With infrastructure: a
-fresh word that nobody is there spares the stop where the cart sees it free too. Both have the same people:
-arrivals and where they cross come from one seed.
+Baseline: every cart stops before the crossing and continues when it detects that it is free. With
+infrastructure: the cart need not stop if a recent report says that the crossing is empty and the cart detects
+the same. Both runs have the same people: their arrivals and positions come from one seed.
 """
 
 from collections.abc import Iterable, Sequence
@@ -21,8 +21,8 @@ from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-# A run that takes so many times what free carts need is ended: at 1 person/s a crossing is almost never free.
-PATIENCE = 4.0
+# A run is ended after this multiple of the unhindered time: at 1 person/s a crossing is almost never free.
+TIME_FACTOR_MAX = 4.0
 FREE_LAP_M = 165.0
 COLOURS = ("tab:red", "tab:blue", "tab:green", "tab:orange", "tab:purple", "tab:brown")
 
@@ -41,8 +41,8 @@ class GainRow:
     """One case. gain_s[k]: T_base - T_infra of lap k, the mean of the carts that finished it in both runs.
 
     cumulative_s    its sum over laps, for one cart; fleet_s: for all carts together
-    laps_finished   the least of any cart, in either run
-    contacts        steps of 0.1 s in which a moving cart touched somebody, both runs
+    laps_finished   the smallest number of any cart, in either run
+    contacts        steps of 0.1 s in which a moving cart touched a person, both runs
     """
 
     vehicles: int
@@ -59,7 +59,7 @@ class GainRow:
 
 def run_case(profile: Profile, case: GainCase) -> GainRow:
     """Both runs of one case."""
-    time_max_s = PATIENCE * case.laps * FREE_LAP_M / case.speed_mps
+    time_max_s = TIME_FACTOR_MAX * case.laps * FREE_LAP_M / case.speed_mps
     laps_s, contacts = [], 0
     for infrastructure in (False, True):
         loop = CrossingLoop(profile, case.vehicles, case.speed_mps, case.rate_1ps, infrastructure, case.seed)
@@ -85,7 +85,7 @@ def run_case(profile: Profile, case: GainCase) -> GainRow:
 
 
 def run_cases(profile: Profile, cases: Sequence[GainCase], workers: int) -> Iterable[GainRow]:
-    """Rows in the order of the cases, as they are done; equal cases give equal rows whatever the workers."""
+    """Rows in the order of the cases. The number of workers does not change a row."""
     if workers <= 1:
         yield from (run_case(profile, case) for case in cases)
         return
@@ -137,7 +137,7 @@ def plot_fleet(rows: Sequence[GainRow], path: Path) -> None:
 
 
 def _line(axis: Axes, values: Sequence[float], label: str, number: int) -> None:
-    # Drawn from zero; where not one lap was finished the name alone is left in the legend.
+    # From zero. A case without a finished lap has only its legend entry.
     shown = [0.0, *values] if values else []
     axis.plot(range(len(shown)), shown, marker=".", color=COLOURS[number % len(COLOURS)], label=label)
 

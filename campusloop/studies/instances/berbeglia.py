@@ -1,5 +1,7 @@
-"""Dynamic dial-a-ride instances as JSON (Berbeglia, Cordeau, Laporte 2012): each request says when it is
-known."""
+"""Dynamic dial-a-ride instances as JSON (Berbeglia, Cordeau, Laporte 2012).
+
+Each request has the time at which it becomes known.
+"""
 
 from typing import Annotated
 
@@ -46,14 +48,14 @@ class _File(msgspec.Struct):
 
 
 def instance_from_json(name: str, text: str) -> Instance:
-    """The instance; pickups have their ids for numbers, drop-offs n more. Raises InstanceBroken."""
+    """The instance. A pickup's node number is its id, its drop-off's is n more. Raises InstanceBroken."""
     try:
         file = msgspec.json.decode(text, type=_File)
     except (msgspec.ValidationError, msgspec.DecodeError) as error:
         raise InstanceBroken(f"{name}: {error}") from error
     requests = sorted(file.requests, key=lambda request: request.id)
     if [request.id for request in requests] != list(range(1, len(requests) + 1)) or not requests:
-        raise InstanceBroken(f"{name}: request ids are not 1..n; a request is missing or there twice")
+        raise InstanceBroken(f"{name}: request ids are not 1..n; a request is missing or occurs twice")
     facts = file.static_info
     n = len(requests)
     sides = [r.pickup_location for r in requests] + [r.delivery_location for r in requests]

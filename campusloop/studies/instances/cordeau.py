@@ -3,7 +3,7 @@ Laporte 2007).
 
 A header (vehicles, n, longest route, places, longest ride), then a row a node: number, x, y, service time,
 load, window. Drop-offs follow the pickups in the same order. In some files n counts requests and in others
-nodes, and some repeat the depot as a last row; the rows that are there decide.
+nodes, and some repeat the depot as a last row; the number of rows decides.
 """
 
 import numpy as np
@@ -58,8 +58,7 @@ def instance_from_cordeau(name: str, text: str) -> Instance:
 
 
 def _requests(name: str, n: int, table: AnyArray) -> int:
-    """How many requests the rows hold: n of them, or n nodes, with or without the depot once more at the
-    end."""
+    """The number of requests: n requests or n nodes, with or without the depot repeated at the end."""
     rows = len(table)
     for requests in (n, n // 2):
         for ends in (0, 1):

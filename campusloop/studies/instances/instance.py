@@ -10,7 +10,7 @@ from server.dispatch.arrays import AnyArray
 
 
 class InstanceBroken(ValueError):
-    """An instance that contradicts itself; the text names what is missing or wrong."""
+    """An inconsistent instance; the text names what is missing or wrong."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ def checked(instance: Instance) -> Instance:
     for k, node in enumerate(instance.nodes):
         values = (*instance.xy[k], instance.service[k], instance.load[k], instance.early[k])
         if not all(map(math.isfinite, values)) or math.isnan(instance.late[k]):
-            raise InstanceBroken(f"{instance.name}: node {node} has a value that is no number")
+            raise InstanceBroken(f"{instance.name}: node {node} has a value that is not a number")
         if instance.early[k] > instance.late[k]:
             raise InstanceBroken(f"{instance.name}: the window of node {node} ends before it begins")
         if instance.service[k] < 0.0:

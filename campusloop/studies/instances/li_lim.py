@@ -1,9 +1,8 @@
 """Pickup-and-delivery instances as Li and Lim published them (2001).
 
-A header (vehicles, places, speed), then a row a node: number, x, y, demand, window, service time, the
-number of
-its pickup (0 where it is one) and of its drop-off (0 where it is one). Fewest vehicles count before the
-distance.
+A header (vehicles, places, speed), then a row for each node: number, x, y, demand, window, service time, the
+number of its pickup (0 for a pickup) and of its drop-off (0 for a drop-off). The number of vehicles is
+minimised before the distance.
 """
 
 import math

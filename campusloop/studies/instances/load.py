@@ -1,4 +1,4 @@
-"""One door for every published format: the text itself says which it is."""
+"""Loads an instance in any of the published formats; the format is detected from the text."""
 
 from pathlib import Path
 

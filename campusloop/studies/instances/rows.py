@@ -1,4 +1,4 @@
-"""Lines of numbers, with errors that name the line."""
+"""Parses lines of numbers, with errors that name the line."""
 
 import math
 
@@ -9,11 +9,11 @@ def numbered_rows(name: str, text: str) -> list[tuple[int, list[float]]]:
     """(line number, its numbers) of every line that is not empty. Raises InstanceBroken."""
     rows = []
     for number, line in enumerate(text.splitlines(), start=1):
-        words = line.split()
-        if not words:
+        fields = line.split()
+        if not fields:
             continue
         try:
-            values = [float(word) for word in words]
+            values = [float(field) for field in fields]
         except ValueError as error:
             raise InstanceBroken(
                 f"{name}, line {number}: expected numbers, found {line.strip()!r}"

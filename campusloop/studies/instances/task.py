@@ -1,4 +1,4 @@
-"""A published instance as a task, and a plan's routes in the instance's node numbers."""
+"""Converts a published instance to a task, and a plan's routes to the instance's node numbers."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from server.dispatch.engine.task import LOAD_KINDS, Task
 
 
 def task_of(instance: Instance, absent_cost: float | None = None) -> Task:
-    """absent_cost  of leaving a request out; by default more than any plan can save by it."""
+    """absent_cost  of an unserved request; by default more than any plan can save by it."""
     pairs = np.ravel(instance.pairs)
     n, vehicles = len(pairs), instance.vehicles
     rows = np.concatenate([pairs, np.zeros(2 * vehicles, np.int64)])

@@ -1,5 +1,5 @@
-"""Windows made as tight as each request alone allows: no plan is lost, and the insertion test rejects
-sooner."""
+"""Tightens time windows as far as each request alone implies, so that the insertion test rejects sooner. No
+feasible plan is lost."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ def tightened(
     leave: AnyArray,
     back: AnyArray,
 ) -> tuple[AnyArray, AnyArray]:
-    """(2R,) windows of nodes in pairs (pickup, drop-off), tightened by what the request itself implies.
+    """(2R,) tightened windows of nodes in pairs (pickup, drop-off).
 
     direct   (R,) driving from pickup to drop-off; ride_max (R,)
     leave    (2R,) earliest arrival of any vehicle at a node; back (2R,) latest beginning of service there

@@ -1,4 +1,4 @@
-"""Script a Campusloop campus: list vehicles and rides, send shuttles, follow what happens."""
+"""Script a Campusloop campus: list vehicles and rides, send shuttles, receive notifications."""
 
 from campusloop_sdk.client import Campus, Topic, connect
 from campusloop_sdk.errors import ConnectionLost, RequestRefused

@@ -62,7 +62,7 @@ class Campus:
         return await self._call("list_rides", {"states": states, "limit": limit}, list[RideSummary])
 
     async def send_to_stop(self, vehicle_id: str, stop_id: str) -> SentVisit:
-        """Have a shuttle visit a stop after what it has promised already. Needs the scope `drive`."""
+        """Make a shuttle visit a stop, within all its promises. Needs the scope `drive`."""
         return await self._call("send_to_stop", {"vehicle_id": vehicle_id, "stop_id": stop_id}, SentVisit)
 
     async def pause(self, vehicle_id: str) -> CommandReceipt:
@@ -70,7 +70,7 @@ class Campus:
         return await self._call("pause", {"vehicle_id": vehicle_id}, CommandReceipt)
 
     async def resume(self, vehicle_id: str) -> CommandReceipt:
-        """Let a held shuttle drive on. Needs the scope `drive`."""
+        """Release a held shuttle. Needs the scope `drive`."""
         return await self._call("resume", {"vehicle_id": vehicle_id}, CommandReceipt)
 
     async def subscribe(self, *topics: Topic) -> list[str]:
@@ -83,7 +83,7 @@ class Campus:
     async def notifications(self) -> AsyncIterator[Notification]:
         """Messages of the subscribed topics in order of arrival.
 
-        A script that reads too slowly loses the oldest. Raises ConnectionLost when the server has gone.
+        If the script reads too slowly, the oldest are lost. Raises ConnectionLost if the server closes.
         """
         while (item := await self._notifications.get()) is not None:
             yield item

@@ -1,8 +1,8 @@
-"""What can go wrong between a script and the server.
+"""The errors of the client.
 
 Exception
  +-- RequestRefused   the server answered with a JSON-RPC error
- +-- ConnectionLost   the connection is closed; dial again with `connect`
+ +-- ConnectionLost   the connection is closed; connect again with `connect`
 """
 
 

@@ -1,4 +1,4 @@
-"""What the server tells scripts: vehicles, stops, rides, answers and notifications."""
+"""The server's answers and notifications: vehicles, stops, rides."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ class Pose(msgspec.Struct, frozen=True, array_like=True):
 
 
 class VehicleFacts(msgspec.Struct, frozen=True):
-    """What changes seldom. held: it stands until it is resumed; in_service: it may get new rides."""
+    """Facts that change rarely. held: it stands until it is resumed; in_service: it may get new rides."""
 
     name: str
     seats: int
@@ -27,7 +27,7 @@ class VehicleFacts(msgspec.Struct, frozen=True):
 
 
 class VehicleTask(msgspec.Struct, frozen=True):
-    """What the vehicle is going to do; next_stop is "" when it only goes to rest."""
+    """The vehicle's task; next_stop is "" if it only drives to a resting place."""
 
     next_stop: str
     people_aboard: int

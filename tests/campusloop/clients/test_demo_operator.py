@@ -1,4 +1,4 @@
-"""Who lets a demo's shuttles drive on after a busy moment, and what it keeps its hands off."""
+"""Which stopped shuttles the demo's operator releases, and which incidents it leaves to people."""
 
 import asyncio
 from typing import Any
@@ -19,7 +19,7 @@ def incident(number: int = 1, **changes: Any) -> dict[str, Any]:
     } | changes
 
 
-class Hands:
+class FakeOperator:
     def __init__(self, incidents: list[dict[str, Any]]) -> None:
         self.open = incidents
         self.released: list[str] = []
@@ -32,28 +32,28 @@ class Hands:
         self.open = [i for i in self.open if i["vehicle_id"] != vehicle_id]
 
 
-def looked(hands: Hands, times: int) -> list[str]:
-    told: list[str] = []
-    operator = DemoOperator(hands, told.append, told.append)
+def polled(client: FakeOperator, times: int) -> list[str]:
+    reported: list[str] = []
+    operator = DemoOperator(client, reported.append, reported.append)
     for _ in range(times):
-        asyncio.run(operator.look())
-    return told
+        asyncio.run(operator.poll())
+    return reported
 
 
 def test_a_shuttle_that_a_busy_machine_stopped_is_released_and_counted_once() -> None:
-    hands = Hands([incident(1), incident(2, cause="motion_stale, bywire_refuses_enable")])
-    told = looked(hands, 4)
-    assert hands.released == ["shuttle-1", "shuttle-2"]
-    assert told == ["shuttle-1", "shuttle-2"]
+    client = FakeOperator([incident(1), incident(2, cause="motion_stale, bywire_refuses_enable")])
+    reported = polled(client, 4)
+    assert client.released == ["shuttle-1", "shuttle-2"]
+    assert reported == ["shuttle-1", "shuttle-2"]
 
 
 def test_it_is_given_a_moment_first() -> None:
-    hands = Hands([incident()])
-    looked(hands, 1)
-    assert hands.released == []
+    client = FakeOperator([incident()])
+    polled(client, 1)
+    assert client.released == []
 
 
-class Stuck(Hands):
+class UnresponsiveVehicle(FakeOperator):
     """shuttle-1 never answers."""
 
     async def release(self, vehicle_id: str) -> None:
@@ -63,13 +63,13 @@ class Stuck(Hands):
 
 
 def test_a_shuttle_that_cannot_be_released_does_not_keep_the_others_waiting() -> None:
-    hands = Stuck([incident(1), incident(2)])
-    told: list[str] = []
-    operator = DemoOperator(hands, told.append, told.append, release_within_s=0.01)
+    client = UnresponsiveVehicle([incident(1), incident(2)])
+    reported: list[str] = []
+    operator = DemoOperator(client, reported.append, reported.append, release_timeout_s=0.01)
     for _ in range(2):
-        asyncio.run(operator.look())
-    assert hands.released == ["shuttle-2"]
-    assert any("shuttle-1 could not be released" in line for line in told)
+        asyncio.run(operator.poll())
+    assert client.released == ["shuttle-2"]
+    assert any("shuttle-1 could not be released" in line for line in reported)
 
 
 @pytest.mark.parametrize(
@@ -85,6 +85,6 @@ def test_a_shuttle_that_cannot_be_released_does_not_keep_the_others_waiting() ->
     ],
 )
 def test_everything_else_is_left_to_people(changes: dict[str, Any]) -> None:
-    hands = Hands([incident(**changes)])
-    assert looked(hands, 3) == []
-    assert hands.released == []
+    client = FakeOperator([incident(**changes)])
+    assert polled(client, 3) == []
+    assert client.released == []

@@ -112,7 +112,7 @@ def test_the_report_in_json_holds_no_secret(database: str, tmp_path: Path) -> No
     [
         (("explain", "NOBODY"), "no ride has the code or id NOBODY"),
         (("replay", "2026-11-22"), "no decision of 2026-11-22 is stored"),
-        (("replay", "yesterday"), "yesterday is no day"),
+        (("replay", "yesterday"), "yesterday is not a date"),
         (("what-if", "2026-11-22"), "there are no rides in 2026-11-22"),
     ],
 )
@@ -132,7 +132,7 @@ def test_a_missing_database_is_named_and_not_made(tmp_path: Path) -> None:
 def test_every_decision_of_the_day_comes_out_the_same(database: str) -> None:
     code, output = invoked("replay", DAY, "--database", database)
     assert code == 0, output
-    assert "came out the same, bit for bit" in output
+    assert "are the same, bit for bit" in output
     assert "7 booking" in output
     assert "improvement" in output
 

@@ -74,7 +74,7 @@ def test_a_route_is_as_long_as_the_road_and_slow_in_its_curves(tmp_path: Path) -
         (["record", "nowhere"], "nowhere"),
         (["record", "."], "No segments"),
         (["route", "stop-1", "stop-99", "--map", str(CAMPUS_MAP)], "there are: stop-1, stop-2"),
-        (["route", "stop-1", "stop-1", "--map", str(CAMPUS_MAP)], "no way from stop-1 to stop-1"),
+        (["route", "stop-1", "stop-1", "--map", str(CAMPUS_MAP)], "no route from stop-1 to stop-1"),
         (["route", "stop-1", "stop-5", "--map", "nowhere.json"], "nowhere.json"),
     ],
 )

@@ -24,7 +24,7 @@ def compiled(root: Path) -> Path:
         (folder / f"{name}.py311.nbi").touch()
         (folder / f"{name}.py311.1.nbc").touch()
     for group in GROUPS:
-        caches(root).note(group)
+        caches(root).record_complete(group)
     return root
 
 

@@ -35,27 +35,27 @@ def test_a_change_touches_the_kernels_that_are_compiled_from_it(
 ) -> None:
     root = a_tree(tmp_path)
     before = sources(root)
-    marks = {module: before.mark(module) for module in before.kernels}
+    digests = {module: before.digest(module) for module in before.kernels}
     change(root, name, old, new)
     after = sources(root)
-    assert {module for module in marks if after.mark(module) != marks[module]} == touched
+    assert {module for module in digests if after.digest(module) != digests[module]} == touched
 
 
 def test_an_annotation_in_quotes_counts_as_well(tmp_path: Path) -> None:
     root = a_tree(tmp_path)
     change(root, "rooms/upper.py", "pose: Pose", 'pose: "Pose"')
-    before = sources(root).mark("rooms.upper")
+    before = sources(root).digest("rooms.upper")
     change(root, "rooms/values.py", "x: float\n    y: float", "y: float\n    x: float")
-    assert sources(root).mark("rooms.upper") != before
+    assert sources(root).digest("rooms.upper") != before
 
 
 def test_a_module_imported_whole_counts_whole(tmp_path: Path) -> None:
     root = a_tree(tmp_path)
     change(root, "rooms/lower.py", "from rooms.limits import LEAST", "from rooms import limits")
     change(root, "rooms/lower.py", "+ LEAST", "+ limits.LEAST")
-    before = sources(root).mark("rooms.upper")
+    before = sources(root).digest("rooms.upper")
     change(root, "rooms/limits.py", "LEAST = 1.0", "LEAST = 2.0")
-    assert sources(root).mark("rooms.upper") != before
+    assert sources(root).digest("rooms.upper") != before
 
 
 def test_imports_are_followed_through_our_own_modules(tmp_path: Path) -> None:

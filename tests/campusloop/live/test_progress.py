@@ -53,7 +53,7 @@ def shown(progress: DemoProgress) -> str:
         ({"visits": []}, "rests"),
         ({"visits": [{"state": "done", "kind": "stop", "stop_id": "stop-7"}]}, "rests"),
         ({"visits": [{"state": "pending", "kind": "rest", "stop_id": ""}]}, "drives to its resting place"),
-        ({"held": True}, "stands until an operator lets it drive"),
+        ({"held": True}, "is held until an operator resumes it"),
         ({"status": None}, "is starting"),
         ({"connected": False}, "is not connected"),
     ],
@@ -80,7 +80,7 @@ def test_without_a_terminal_a_ride_gets_a_line_at_each_state() -> None:
         progress.ride(journey(1, "requested"))
         progress.ride(journey(1, "requested", "aboard"))
     assert [line.split("  ")[1] for line in out.getvalue().splitlines()] == [
-        "ride 1 asks: stop-1 to stop-2, party of 1",
+        "ride 1 requested: stop-1 to stop-2, party of 1",
         "ride 1 is aboard shuttle-1 (code)",
     ]
 
@@ -120,8 +120,8 @@ def test_the_summary_counts_rides_by_how_they_ended() -> None:
     progress, _ = a_progress()
     progress.ride(journey(1, "requested", "aboard", "completed"))
     progress.ride(journey(2, "requested"))
-    progress.counts.held_s = 12.0
+    progress.counts.lag_s = 12.0
     lines = progress.summary()
-    assert lines[0] == "rides: 2 asked for (1 completed, 1 requested)"
+    assert lines[0] == "rides: 2 requested (1 completed, 1 requested)"
     assert "no safety stop" in lines[-1]
     assert "the campus's clock waited 12 s for this machine" in lines[-1]

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from campusloop.live.run_viewer import NothingToView, ViewedRun, runs_in
+from campusloop.live.run_viewer import RunViewError, ViewedRun, runs_in
 from tests.contract.runlog.test_segment import write_segment
 
 
@@ -14,8 +14,8 @@ def test_every_segment_below_a_folder_is_found_with_whose_it_is(tmp_path: Path) 
 
 
 def test_an_empty_folder_and_a_file_that_is_no_run_log_are_named(tmp_path: Path) -> None:
-    with pytest.raises(NothingToView, match="no run logs"):
+    with pytest.raises(RunViewError, match="no run logs"):
         runs_in((tmp_path,))
     (tmp_path / "other.mcap").write_bytes(b"not a run")
-    with pytest.raises(NothingToView, match=r"other\.mcap"):
+    with pytest.raises(RunViewError, match=r"other\.mcap"):
         runs_in((tmp_path,))

@@ -47,7 +47,7 @@ def test_a_certificate_that_is_none_is_refused_before_anything_starts(tmp_path: 
 def test_a_taken_port_is_named_with_what_to_do() -> None:
     taken = listen("127.0.0.1", 0)
     port = taken.getsockname()[1]
-    with pytest.raises(CannotStart, match=rf"port {port} .* is taken"):
+    with pytest.raises(CannotStart, match=rf"port {port} .* is in use"):
         listen("127.0.0.1", port)
     taken.close()
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from campusloop.scenes.braking_oracle import best_braking
-from campusloop.scenes.judge import judge
+from campusloop.scenes.contact_metrics import contact_metrics
 from campusloop.scenes.protection_cells import Cell, cells
 from contract.geometry import arc_lengths, pose_at
 from simulator.traffic.replayed import ReplayedTraffic
@@ -24,7 +24,7 @@ def unbraked(cell: Cell) -> bool:
         pose = pose_at(cell.path, s, cell.start_s_m + cell.speed_mps * t_s)
         rows.append((t_s, *pose, cell.speed_mps, 0.0, 0.0))
         agents.append(traffic.bodies())
-    contacts = judge(np.array(rows), agents, BODY).front_contacts
+    contacts = contact_metrics(np.array(rows), agents, BODY).front_contacts
     return any(number == 1 for _, number, _ in contacts)
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from campusloop.scenes.random_crowds import drawn_scene, pieces, random_curve
+from campusloop.scenes.random_crowds import draw_scene, random_curve, scene_sources
 from campusloop.scenes.stalls import widest_gap_m
 from contract.geometry import curvatures
 from simulator.traffic.recordings import RecordingError
@@ -30,9 +30,9 @@ def recordings(tmp_path: Path) -> Path:
 
 
 def test_a_seed_draws_the_same_scene_and_another_a_different_one(recordings: Path) -> None:
-    found = pieces(MAPS, recordings)
+    found = scene_sources(MAPS, recordings)
     for seed in range(12):
-        first, again, other = (drawn_scene(found, Profile(), k) for k in (seed, seed, seed + 1000))
+        first, again, other = (draw_scene(found, Profile(), k) for k in (seed, seed, seed + 1000))
         assert first.scene.road_map == again.scene.road_map
         assert (first.path, first.crowd, first.people_per_100m2) == (
             again.path, again.crowd, again.people_per_100m2,
@@ -43,8 +43,8 @@ def test_a_seed_draws_the_same_scene_and_another_a_different_one(recordings: Pat
 
 
 def test_both_kinds_of_crowds_and_of_paths_are_drawn(recordings: Path) -> None:
-    found = pieces(MAPS, recordings)
-    drawn = [drawn_scene(found, Profile(), seed) for seed in range(40)]
+    found = scene_sources(MAPS, recordings)
+    drawn = [draw_scene(found, Profile(), seed) for seed in range(40)]
     assert {type(one.scene.actors) for one in drawn} == {ReplayedTraffic, SocialCrowd}
     assert 5 < sum(one.path == "curve" for one in drawn) < 35
     assert any(one.is_sparse for one in drawn)
@@ -53,7 +53,7 @@ def test_both_kinds_of_crowds_and_of_paths_are_drawn(recordings: Path) -> None:
 
 def test_a_folder_without_recordings_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecordingError):
-        pieces((), tmp_path)
+        scene_sources((), tmp_path)
 
 
 def test_random_curves_can_be_driven() -> None:

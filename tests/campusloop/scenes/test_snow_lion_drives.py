@@ -8,9 +8,9 @@ import pytest
 
 from campusloop.scenes.drive import Scene, SceneDrive, SceneRun
 from campusloop.scenes.path_map import path_map
-from simulator.traffic.made_clips import clip_of, standing, walker
-from simulator.traffic.recordings import Recorded
+from simulator.traffic.recordings import RecordedTrack
 from simulator.traffic.replayed import ReplayedTraffic
+from simulator.traffic.scripted_clips import clip_of, standing, walker
 from simulator.world import WorldOptions
 from vehicle_agent.config import load_profile
 from vehicle_agent.signals import PEDESTRIAN, VEHICLE, PlanAnswer, PlanJob
@@ -21,7 +21,7 @@ LENGTH_M = 120
 
 
 def a_scene(
-    *people: Recorded, start_mps: float = 3.0, limit_s: float = 30.0, goal_s_m: float = 60.0
+    *people: RecordedTrack, start_mps: float = 3.0, limit_s: float = 30.0, goal_s_m: float = 60.0
 ) -> Scene:
     points = np.column_stack((np.arange(0.0, LENGTH_M + 1.0), np.zeros(LENGTH_M + 1)))
     return Scene(
@@ -38,7 +38,7 @@ def a_scene(
     )
 
 
-def driven(*people: Recorded, start_mps: float = 3.0, limit_s: float = 30.0) -> SceneRun:
+def driven(*people: RecordedTrack, start_mps: float = 3.0, limit_s: float = 30.0) -> SceneRun:
     return SceneDrive(a_scene(*people, start_mps=start_mps, limit_s=limit_s)).run()
 
 
@@ -58,9 +58,9 @@ def test_on_a_free_road_it_is_soon_at_its_limit_and_smooth() -> None:
 def test_somebody_who_crosses_is_let_go_and_passed() -> None:
     run = driven(walker(1, PEDESTRIAN, ((35.0, 6.0), (35.0, -8.0)), 1.3, 1.0))
     assert run.time_s is not None
-    assert not run.verdict.front_contacts
-    assert not run.verdict.other_contacts
-    assert run.verdict.clearance_m > 0.3
+    assert not run.metrics.front_contacts
+    assert not run.metrics.other_contacts
+    assert run.metrics.clearance_m > 0.3
 
 
 def test_somebody_who_stands_in_the_way_is_stopped_for_at_a_distance() -> None:
@@ -75,15 +75,15 @@ def test_somebody_who_stands_in_the_way_is_stopped_for_at_a_distance() -> None:
 def test_somebody_who_stands_at_the_side_is_passed_slowly_and_with_room() -> None:
     run = driven(standing(1, PEDESTRIAN, 35.0, 1.5))
     assert run.time_s is not None
-    assert not run.verdict.front_contacts
+    assert not run.metrics.front_contacts
     beside = np.abs(run.trace.array()[:, 1] + 2.0 - 35.0) < 1.5
     assert speeds(run)[beside].max() < 3.6
-    assert run.verdict.clearance_m > 0.4
+    assert run.metrics.clearance_m > 0.4
 
 
 def test_a_slower_car_ahead_is_followed() -> None:
     run = driven(walker(1, VEHICLE, ((28.0, 0.0), (200.0, 0.0)), 1.5), limit_s=20.0)
-    assert not run.verdict.front_contacts
+    assert not run.metrics.front_contacts
     assert speeds(run)[-100:].mean() == pytest.approx(1.5, abs=0.3)
 
 

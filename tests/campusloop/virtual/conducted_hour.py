@@ -1,4 +1,4 @@
-"""A virtual hour: two vehicles whose tick does nothing but speak, a lossy wire, a server that records.
+"""A virtual hour: two vehicles that only send events, a lossy wire and a server that records them.
 
 Run as a program it prints the hashes of both run logs and of the server's event log.
 """
@@ -28,8 +28,8 @@ class MemoryEvents:
         self.rows.append(event)
 
 
-class EmptyHead:
-    """A vehicle whose head is empty: it drains its inbox, notes it, and now and then says something."""
+class EventSource:
+    """A vehicle without rooms: it drains and records its inbox, and sends an event now and then."""
 
     def __init__(self, name: str, conductor: Conductor, wire: PipeEnd) -> None:
         self.name, self.wire = name, wire
@@ -91,7 +91,7 @@ def conducted_hour(seed: int, duration_s: float = 3600.0) -> dict[str, str]:
     vehicles = []
     for name in ("shuttle-2", "shuttle-1"):
         pipe = Pipe(conductor, name)
-        vehicle = EmptyHead(name, conductor, pipe.left)
+        vehicle = EventSource(name, conductor, pipe.left)
         server.attach(name, pipe.right)
         conductor.add(name, vehicle)
         vehicles.append(vehicle)

@@ -12,7 +12,7 @@ from pathlib import Path
 from contract.roads.load import load_map
 from contract.roads.model import RoadMap
 from tests.contract.roads.driven_fleet import DrivenFleet
-from tests.contract.roads.made_maps import made_map
+from tests.contract.roads.generated_maps import generated_map
 
 ROOT = Path(__file__).resolve().parents[3]
 GENERATED = tuple(range(1, 7))
@@ -42,7 +42,7 @@ def main() -> None:
     for road_map in shipped:
         run(road_map.name, road_map, arguments.missions, arguments.seed)
     for number in GENERATED:
-        run(f"generated campus {number}", made_map(number), arguments.missions, arguments.seed)
+        run(f"generated campus {number}", generated_map(number), arguments.missions, arguments.seed)
 
 
 if __name__ == "__main__":

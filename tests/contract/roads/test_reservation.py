@@ -12,7 +12,7 @@ from contract.roads.load import MapError
 from contract.roads.model import Section
 from contract.roads.reservation import ReservationError, Reservations
 from tests.contract.roads.driven_fleet import DrivenFleet
-from tests.contract.roads.made_maps import made_map
+from tests.contract.roads.generated_maps import generated_map
 
 
 def single_track(length: int) -> list[Section]:
@@ -254,7 +254,7 @@ def test_what_is_called_safe_can_be_driven_to_the_end(
 @pytest.mark.parametrize("seed", range(6))
 def test_random_missions_on_made_up_campuses_all_complete(seed: int) -> None:
     rng = random.Random(seed)
-    road_map = made_map(seed)
+    road_map = generated_map(seed)
     fleet = DrivenFleet(road_map, min(3 + seed % 3, len(road_map.resting_places) - 1))
     for _ in range(10_000):
         if sum(fleet.missions.values()) >= 60:
@@ -275,7 +275,7 @@ class SharedRoads(RuleBasedStateMachine):
     @initialize(seed=st.integers(0, 5), count=st.integers(3, 5))
     def start(self, seed: int, count: int) -> None:
         self.seed = seed
-        self.fleet = DrivenFleet(made_map(seed), min(count, len(made_map(seed).resting_places) - 1))
+        self.fleet = DrivenFleet(generated_map(seed), min(count, len(generated_map(seed).resting_places) - 1))
 
     @rule(vehicle=st.integers(0, 4), stop=st.integers(0, 20), place=st.integers(0, 20))
     def send(self, vehicle: int, stop: int, place: int) -> None:

@@ -13,7 +13,7 @@ from contract.roads.network import RoadNetwork
 from contract.roads.routing import find_route, route_line, route_sections
 from contract.roads.times_to_places import TimesToPlaces
 from contract.roads.travel_times import travel_time_matrix
-from tests.contract.roads.made_maps import made_map
+from tests.contract.roads.generated_maps import generated_map
 from tests.contract.roads.ring_map import ring_map
 
 SPEED_CAP_MPS = 15.0 / 3.6
@@ -73,7 +73,7 @@ def _ends(road_map: RoadMap) -> st.SearchStrategy[Ends]:
     return st.tuples(lane, share, lane, share)
 
 
-MADE = made_map(2)
+MADE = generated_map(2)
 NETWORK = RoadNetwork(MADE)
 
 
@@ -120,7 +120,7 @@ def test_the_line_along_a_route_is_smooth_dense_and_tiled_by_its_sections(ends: 
 
 def test_the_same_question_has_the_same_answer() -> None:
     origin, destination = _places((3, 0.2, 40, 0.7))
-    routes = {find_route(RoadNetwork(made_map(2)), *origin, *destination) for _ in range(2)}
+    routes = {find_route(RoadNetwork(generated_map(2)), *origin, *destination) for _ in range(2)}
     assert len(routes) == 1
 
 

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from contract.roads.load import load_map
 from contract.roads.model import Lane, ObservationArea, RestingPlace, RoadMap, Section, Stop, TimetableTrip
 from contract.roads.validate import problems
-from tests.contract.roads.made_maps import made_map
+from tests.contract.roads.generated_maps import generated_map
 from tests.contract.roads.ring_map import ring_map
 from tests.server.feeds.roads.shipped import CAMPUS_MAP, SNOW_LION_MAP
 
@@ -98,4 +98,4 @@ def test_the_shipped_maps_are_sound(path: Any) -> None:
 
 @pytest.mark.parametrize("seed", range(6, 14))
 def test_made_up_campuses_become_sound_maps(seed: int) -> None:
-    assert problems(made_map(seed)) == ()
+    assert problems(generated_map(seed)) == ()

@@ -11,8 +11,8 @@ import pytest
 
 from contract.geometry import Array
 from simulator.demand.day import WantedRide, draw_day
-from simulator.demand.profile import DemandUnreadable, built_in_profile, fit_profile
-from simulator.demand.table import RidesUnreadable, read_rides, write_rides
+from simulator.demand.profile import DemandProfileError, built_in_profile, fit_profile
+from simulator.demand.table import RideTableError, read_rides, write_rides
 
 THURSDAY, SUNDAY = date(2026, 1, 8), date(2026, 1, 11)
 ZONE = ZoneInfo("Asia/Shanghai")
@@ -90,7 +90,7 @@ def test_the_same_seed_writes_the_same_file_and_it_is_read_back(tmp_path: Path) 
 def test_a_table_that_cannot_be_read_says_where_and_why(tmp_path: Path, text: str, words: str) -> None:
     path = tmp_path / "rides.csv"
     path.write_text(text)
-    with pytest.raises(RidesUnreadable, match=words):
+    with pytest.raises(RideTableError, match=words):
         read_rides(path)
 
 
@@ -130,5 +130,5 @@ def test_the_built_in_numbers_are_those_of_the_files() -> None:
 
 
 def test_a_folder_without_aggregates_is_refused_by_name(tmp_path: Path) -> None:
-    with pytest.raises(DemandUnreadable, match=r"has no .*hourly_by_day"):
+    with pytest.raises(DemandProfileError, match=r"has no .*hourly_by_day"):
         fit_profile(tmp_path)

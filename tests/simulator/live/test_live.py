@@ -22,7 +22,7 @@ from simulator.control import (
     encode,
 )
 from simulator.live.bus import LiveBus, LiveBusError, channel_of
-from simulator.live.control_server import CarriedPhones, ControlError, ControlServer
+from simulator.live.control_server import ControlError, ControlServer, RemotePhones
 from simulator.live.live import LiveSimulation, scan_ring_path
 from simulator.live.ports import VEHICLES_MAX, ports_of
 from simulator.traffic.population import TrafficParams
@@ -37,7 +37,7 @@ BASE_PORT = 48_310
 HOST = "127.0.0.1"
 
 
-def a_world(phones: CarriedPhones, options: WorldOptions) -> SimWorld:
+def a_world(phones: RemotePhones, options: WorldOptions) -> SimWorld:
     poses = {"s1": Pose2(20.0, 0.0, 0.0)}
     return SimWorld(street(), {"s1": Profile()}, poses, 1, phones, options)
 
@@ -51,87 +51,87 @@ class Listener:
         self._socket.setblocking(False)
         self._port = port
 
-    def say(self, *messages: object) -> None:
+    def send(self, *messages: object) -> None:
         for message in messages:
             self._socket.sendto(encode(message), (HOST, self._port))
 
-    def say_bytes(self, data: bytes) -> None:
+    def send_bytes(self, data: bytes) -> None:
         self._socket.sendto(data, (HOST, self._port))
 
-    def hear(self) -> list[object]:
-        heard: list[object] = []
+    def receive(self) -> list[object]:
+        received: list[object] = []
         while True:
             try:
-                heard.append(decode_from_simulation(self._socket.recv(60_000)))
+                received.append(decode_from_simulation(self._socket.recv(60_000)))
             except BlockingIOError:
-                return heard
+                return received
 
     def close(self) -> None:
         self._socket.close()
 
 
-class Desk:
-    """A control desk over a quiet world, and one listener."""
+class ControlRig:
+    """A control server over a world without people, and one subscriber."""
 
     def __init__(self) -> None:
-        self.phones = CarriedPhones()
+        self.phones = RemotePhones()
         self.world = a_world(self.phones, WorldOptions(traffic=TrafficParams(), lidar=False))
-        self.desk = ControlServer(BASE_PORT, self.world, self.phones)
+        self.server = ControlServer(BASE_PORT, self.world, self.phones)
         self.listener = Listener(BASE_PORT)
 
     def close(self) -> None:
-        self.desk.close()
+        self.server.close()
         self.listener.close()
 
 
 @pytest.fixture
-def desk() -> Iterator[Desk]:
-    desk = Desk()
-    yield desk
-    desk.close()
+def rig() -> Iterator[ControlRig]:
+    rig = ControlRig()
+    yield rig
+    rig.close()
 
 
-def test_interventions_reach_the_world(desk: Desk) -> None:
-    desk.listener.say(StopButton("s1", True), SeatPressed("s1", 1), PersonPlaced(70.0, 3.0))
-    desk.desk.step(0, tell_scores=False)
-    assert desk.world.module("s1").stop_pressed
-    assert desk.world.people_near("s1", 100.0).tolist() == [[70.0, 3.0]]
-    assert desk.desk.refused == 0
+def test_interventions_reach_the_world(rig: ControlRig) -> None:
+    rig.listener.send(StopButton("s1", True), SeatPressed("s1", 1), PersonPlaced(70.0, 3.0))
+    rig.server.step(0, report_scores=False)
+    assert rig.world.module("s1").stop_pressed
+    assert rig.world.people_near("s1", 100.0).tolist() == [[70.0, 3.0]]
+    assert rig.server.refused == 0
 
 
-def test_nonsense_and_unknown_vehicles_are_counted_and_change_nothing(desk: Desk) -> None:
-    desk.listener.say(StopButton("nobody", True))
-    desk.listener.say_bytes(b"\xc1")
-    desk.desk.step(0, tell_scores=False)
-    assert desk.desk.refused == 2
-    assert not desk.world.module("s1").stop_pressed
+def test_nonsense_and_unknown_vehicles_are_counted_and_change_nothing(rig: ControlRig) -> None:
+    rig.listener.send(StopButton("nobody", True))
+    rig.listener.send_bytes(b"\xc1")
+    rig.server.step(0, report_scores=False)
+    assert rig.server.refused == 2
+    assert not rig.world.module("s1").stop_pressed
 
 
-def test_a_rider_booked_from_outside_rides_and_is_reported(desk: Desk) -> None:
+def test_a_rider_booked_from_outside_rides_and_is_reported(rig: ControlRig) -> None:
     here, there = Pose2(20.0, 0.0, 0.0), Pose2(22.0, 0.0, 0.0)
-    desk.listener.say(Subscribe(), RiderComes("r1", "", 1, "tap", here, there), RideAssigned("r1", "s1"))
-    desk.desk.step(0, tell_scores=False)
-    desk.world.show("s1", HmiOutput("", "", "", "", True), 0)
-    heard: list[object] = []
+    rig.listener.send(Subscribe(), RiderComes("r1", "", 1, "tap", here, there), RideAssigned("r1", "s1"))
+    rig.server.step(0, report_scores=False)
+    rig.world.show("s1", HmiOutput("", "", "", "", True), 0)
+    received: list[object] = []
     for k in range(800):
-        desk.world.sensor_items("s1", k * 20_000_000)
-        desk.desk.step(k * 20_000_000, tell_scores=False)
-        heard.extend(desk.listener.hear())
-    assert heard == [RiderTapped("r1", "board"), RiderTapped("r1", "alight"), RiderLeft("r1")]
+        rig.world.sensor_items("s1", k * 20_000_000)
+        rig.server.step(k * 20_000_000, report_scores=False)
+        received.extend(rig.listener.receive())
+    assert received == [RiderTapped("r1", "board"), RiderTapped("r1", "alight"), RiderLeft("r1")]
 
 
-def test_scores_go_to_subscribers_only(desk: Desk) -> None:
-    desk.desk.step(0, tell_scores=True)
-    assert desk.listener.hear() == []
-    desk.listener.say(Subscribe())
-    desk.desk.step(0, tell_scores=True)
-    told = desk.listener.hear()
-    assert [type(message) for message in told] == [ScoreReport]
+def test_scores_go_to_subscribers_only(rig: ControlRig) -> None:
+    rig.server.step(0, report_scores=True)
+    assert rig.listener.receive() == []
+    rig.listener.send(Subscribe())
+    rig.server.step(0, report_scores=True)
+    reports = rig.listener.receive()
+    assert [type(message) for message in reports] == [ScoreReport]
 
 
-def test_a_second_simulation_on_the_same_port_is_refused(desk: Desk) -> None:
+def test_a_second_simulation_on_the_same_port_is_refused(rig: ControlRig) -> None:
     with pytest.raises(ControlError, match="--base-port"):
-        ControlServer(BASE_PORT, desk.world, desk.phones)
+        ControlServer(BASE_PORT, rig.world, rig.phones)
 
 
 def test_every_vehicle_has_channels_and_ports_of_its_own() -> None:
@@ -147,7 +147,7 @@ def test_every_vehicle_has_channels_and_ports_of_its_own() -> None:
 
 @pytest.mark.real
 def test_a_vehicle_drives_over_real_sockets(tmp_path: Path) -> None:
-    phones = CarriedPhones()
+    phones = RemotePhones()
     world = a_world(phones, WorldOptions(traffic=None))
     simulation = LiveSimulation(world, phones, tmp_path, BASE_PORT + 1000)
     ports = ports_of(0, BASE_PORT + 1000)

@@ -87,5 +87,5 @@ def test_a_pavement_recording_has_two_and_a_half_looks_a_second(tmp_path: Path) 
     track = pavement_clip(path).tracks[0]
     assert np.diff(track.times_s) == pytest.approx([0.4] * 4)
     path.write_text("1 2 3\n")
-    with pytest.raises(RecordingError, match="wants rows"):
+    with pytest.raises(RecordingError, match="expected rows"):
         pavement_clip(path)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simulator.traffic.scripted import Gathering, ScriptedRole, ScriptedTraffic
+from simulator.traffic.scripted import ActorGroups, ScriptedRole, ScriptedTraffic
 from vehicle_agent.signals import PEDESTRIAN, VEHICLE
 
 DT_S = 0.02
@@ -63,7 +63,7 @@ def test_a_vehicle_speeds_up_and_slows_down_within_its_acceleration() -> None:
 
 
 def test_groups_keep_their_numbers_apart_and_hold_together() -> None:
-    both = Gathering((ScriptedTraffic((SOMEBODY,)), ScriptedTraffic((SOMEBODY, SOMEBODY))))
+    both = ActorGroups((ScriptedTraffic((SOMEBODY,)), ScriptedTraffic((SOMEBODY, SOMEBODY))))
     assert both.bodies().numbers.tolist() == [1, 100_001, 100_002]
     both.hold = True
     assert len(both.bodies().numbers) == 0

@@ -26,16 +26,20 @@ def walked(crowd: SocialCrowd, seconds: float, x_m: float = -100.0) -> None:
         crowd.step(vehicles, np.zeros(1), ahead, DT_S)
 
 
-def one(x_m: float, y_m: float, goal: tuple[float, float], looks: bool, doing: int = WALK) -> SocialCrowd:
+def one(x_m: float, y_m: float, goal: tuple[float, float], looks: bool, activity: int = WALK) -> SocialCrowd:
     """A crowd of a single person."""
     crowd = SocialCrowd(CrowdParams(0.1), PATH, 1)
-    crowd.people, crowd.doing = crowd.people[:1], crowd.doing[:1]
-    crowd.looks, crowd._numbers, crowd._places = np.array([int(looks)]), crowd._numbers[:1], crowd._places[:1]
+    crowd.people, crowd.activity = crowd.people[:1], crowd.activity[:1]
+    crowd.attentive, crowd._numbers, crowd._places = (
+        np.array([int(looks)]),
+        crowd._numbers[:1],
+        crowd._places[:1],
+    )
     p = crowd.people[0]
     p[:] = 0.0
     p[X], p[Y], (p[GOAL_X], p[GOAL_Y]) = x_m, y_m, goal
     p[PACE], p[MARGIN], p[REACT] = 1.3, 1.0, 0.5
-    crowd.doing[0] = doing
+    crowd.activity[0] = activity
     # The clearing around a shuttle that sets off is over.
     crowd._steps = 1
     return crowd
@@ -48,8 +52,8 @@ def met(crowd: SocialCrowd, x_m: float, speed_mps: float, seconds: float) -> np.
         vehicles, ahead = shuttle(x_m + speed_mps * k * DT_S, speed_mps)
         crowd.step(vehicles, np.zeros(1), ahead, DT_S)
         way.append(crowd.people[0, [X, Y]].copy())
-        if crowd.doing[0] == DONE:
-            crowd.doing[0] = LINGER
+        if crowd.activity[0] == DONE:
+            crowd.activity[0] = LINGER
             crowd.people[0, 9] = 1e3
     return np.array(way)
 
@@ -74,7 +78,7 @@ def test_a_dense_crowd_keeps_moving_at_human_speeds_and_apart() -> None:
     walked(crowd, 30.0)
     places = crowd.bodies().poses_map[:, :2]
     speeds = np.hypot(*crowd.bodies().velocities_map_mps.T)
-    walking = speeds[crowd.doing == WALK]
+    walking = speeds[crowd.activity == WALK]
     assert speeds.max() <= 2.2 + 1e-9
     assert 0.7 < np.median(walking) < 1.6
     apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1)) + 9.0 * np.eye(len(places))
@@ -171,7 +175,7 @@ def test_whoever_meets_a_standing_shuttle_gets_past_it(
     nearest_m = np.inf
     for _ in range(round(40.0 / DT_S)):
         crowd.step(vehicles, np.zeros(1), ahead, DT_S)
-        if crowd.doing[0] != WALK:
+        if crowd.activity[0] != WALK:
             break
         nearest_m = min(nearest_m, float(np.hypot(*(crowd.people[0, [X, Y]] - goal))))
     assert nearest_m < 0.6

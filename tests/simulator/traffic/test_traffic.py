@@ -22,7 +22,7 @@ def an_empty_street() -> CarefulDriver:
     crowd = driver.world.pedestrians
     assert crowd is not None
     crowd.population.keep(np.zeros(len(crowd.places), dtype=bool))
-    crowd._meeting_at_m[:] = [1e6]
+    crowd._encounter_at_m[:] = [1e6]
     crowd._stroller_at_m[:] = [1e6]
     return driver
 
@@ -133,7 +133,7 @@ def test_a_reckless_person_steps_out_at_any_distance() -> None:
     for _ in range(5000):
         driver.drive(0.02)
         bumper_m = driver.world.truth("s1").pose_map.x_m + 3.5
-        walking = crowd.population.doing != KERB
+        walking = crowd.population.activity != KERB
         inside = walking & (np.abs(crowd.population.people[:, Y]) < 1.065)
         gaps_m = crowd.population.people[inside, X] - bumper_m
         nearest_m = min(nearest_m, float(gaps_m[gaps_m > 0.0].min(initial=np.inf)))

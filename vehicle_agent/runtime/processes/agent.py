@@ -19,7 +19,7 @@ from vehicle_agent.link.session import Identity
 from vehicle_agent.mission.memory import MissionMemory, order_progress
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.runtime.computer import VehicleComputer
-from vehicle_agent.runtime.devices.speaking import SpeakingProcess
+from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceProcess
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
 from vehicle_agent.runtime.processes.camera_link import CameraLink, SensorsAndCameras
 from vehicle_agent.runtime.processes.clock import MONOTONIC, Clock, ClockSource
@@ -63,16 +63,16 @@ def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
     ]
     gates = [Job(f"gate {name}", run_gate, (place,)) for name, place in zip(names, places, strict=True)]
     ticks = [Job(f"tick {name}", run_tick, (place,)) for name, place in zip(names, places, strict=True)]
-    speakers = [
-        Job(f"speaking {name}", run_speaking, (place,))
+    hmi_jobs = [
+        Job(f"speaking {name}", run_hmi_devices, (place,))
         for name, place in zip(names, places, strict=True)
-        if AgentFolder(place.folder).speaking() is not None
+        if AgentFolder(place.folder).hmi_devices() is not None
     ]
     return [
         *gates,
         Job("link", run_links, (places,)),
         Job("worker", run_worker, (places,)),
-        *speakers,
+        *hmi_jobs,
         *planners,
         *ticks,
     ]
@@ -93,10 +93,10 @@ def run_planner(place: AgentPlace) -> None:
         PlannerProcess(place.mail, planner, clock).run()
 
 
-def run_speaking(place: AgentPlace) -> None:
-    settings = AgentFolder(place.folder).speaking()
+def run_hmi_devices(place: AgentPlace) -> None:
+    settings = AgentFolder(place.folder).hmi_devices()
     assert settings is not None, "only vehicles with a speaking.toml have this process"
-    SpeakingProcess(settings).run()
+    HmiDeviceProcess(settings).run()
 
 
 def run_worker(places: tuple[AgentPlace, ...]) -> None:
@@ -146,13 +146,13 @@ def run_tick(place: AgentPlace) -> None:
     computer = VehicleComputer(
         car, state, Recorder(header, profile.body, road_map.observation_areas), offset_ns
     )
-    speaker = DatagramPort()
-    speaking = files.speaking()
-    ports = (vehicle.words_port,) if speaking is None else (vehicle.words_port, speaking.port)
+    outputs_port = DatagramPort()
+    hmi_devices = files.hmi_devices()
+    ports = (vehicle.words_port,) if hmi_devices is None else (vehicle.words_port, hmi_devices.port)
 
     def show(hmi_output: HmiOutput) -> None:
         for port in ports:
-            speaker.send(port, DeviceOutputs(hmi_output))
+            outputs_port.send(port, DeviceOutputs(hmi_output))
 
     devices = DeviceSensors(vehicle.values_port)
     with closing(clock):

@@ -3,7 +3,7 @@
 vehicle.toml      vehicle id, server, CAN channel, ports (written at enrolment)
 profile.toml      the kind of vehicle
 map.json          the campus map
-speaking.toml     screens and loudspeaker, if this computer drives them (see `speaking`)
+speaking.toml     screens and loudspeaker, if this computer drives them (see `hmi_devices`)
 key.pem           the vehicle's key
 boot.count, link.count  numbers of starts of the tick and of the link
 outbox/           events and mission memory
@@ -20,7 +20,7 @@ from contract.roads.load import load_map
 from contract.roads.model import RoadMap
 from vehicle_agent.config import Profile, load_profile
 from vehicle_agent.link.keys import load_or_create_key
-from vehicle_agent.runtime.devices.speaking import SpeakingSettings, load_speaking
+from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceSettings, load_hmi_devices
 
 
 class AgentFolderError(Exception):
@@ -87,9 +87,9 @@ class AgentFolder:
         path = self.root / "profile.toml"
         return load_profile(path) if path.exists() else Profile()
 
-    def speaking(self) -> SpeakingSettings | None:
-        """Raises SpeakingError."""
-        return load_speaking(self.root / "speaking.toml")
+    def hmi_devices(self) -> HmiDeviceSettings | None:
+        """Raises HmiDeviceError."""
+        return load_hmi_devices(self.root / "speaking.toml")
 
     def road_map(self) -> RoadMap:
         """Raises MapError."""

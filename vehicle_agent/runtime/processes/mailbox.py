@@ -43,13 +43,13 @@ class TickReport(msgspec.Struct, frozen=True, tag="tick_report"):
     entries: tuple[RunLogEntry, ...]
 
 
-class Work(msgspec.Struct, frozen=True, tag="work"):
+class PlannerJobs(msgspec.Struct, frozen=True, tag="work"):
     """To the planner: one tick's jobs."""
 
     jobs: tuple[PlanJob, ...]
 
 
-Mail = Deliveries | Commands | TickReport | Work
+Mail = Deliveries | Commands | TickReport | PlannerJobs
 
 _encoder = msgspec.msgpack.Encoder(enc_hook=enc_hook)
 _decoder: msgspec.msgpack.Decoder[Mail] = msgspec.msgpack.Decoder(Mail, dec_hook=dec_hook)

@@ -11,7 +11,7 @@ from vehicle_agent.runtime.processes.mailbox import (
     Deliveries,
     Delivery,
     Mailbox,
-    Work,
+    PlannerJobs,
 )
 from vehicle_agent.signals import PlanAnswer, PlanJob
 
@@ -37,7 +37,9 @@ class PlannerProcess:
         gc.freeze()
         while not self._stopping:
             self._clock.wait(self._clock.now_ns() + WAIT_NS, (self._mailbox.fileno(),))
-            jobs = [job for mail in self._mailbox.take() if isinstance(mail, Work) for job in mail.jobs]
+            jobs = [
+                job for mail in self._mailbox.take() if isinstance(mail, PlannerJobs) for job in mail.jobs
+            ]
             if jobs:
                 self._answer(jobs[-1])
         self._mailbox.close()

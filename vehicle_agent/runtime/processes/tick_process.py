@@ -20,8 +20,8 @@ from vehicle_agent.runtime.processes.mailbox import (
     Commands,
     Deliveries,
     Mailbox,
+    PlannerJobs,
     TickReport,
-    Work,
 )
 from vehicle_agent.runtime.processes.pacing import Pacer
 from vehicle_agent.runtime.processes.priority import TICK_PRIORITY, ask_for_real_time
@@ -121,7 +121,7 @@ class TickProcess:
         """Sends the outputs; frames first."""
         self._mailbox.post(self._mail / "gate", Commands(outputs.frames))
         if outputs.jobs:
-            self._mailbox.post(self._mail / "planner", Work(outputs.jobs))
+            self._mailbox.post(self._mail / "planner", PlannerJobs(outputs.jobs))
         if outputs.hmi != self._shown or now_ns - self._shown_ns >= SHOW_EVERY_NS:
             self._shown, self._shown_ns = outputs.hmi, now_ns
             self._show(outputs.hmi)

@@ -1,4 +1,4 @@
-"""Small dial-a-ride instances, and what brute force says about them."""
+"""Small dial-a-ride instances, and their optima by brute force."""
 
 import itertools
 import math
@@ -41,7 +41,7 @@ def instances(draw: st.DrawFn, wanted_max: int = 4) -> Instance:
 
 
 def seeded_instance(seed: int) -> Instance:
-    """Three to five requests; fleets, places, rides and duties from ample to far too little."""
+    """Three to five requests; fleet, places, ride and route times from ample to far too small."""
     rng = np.random.default_rng(seed)
     wanted = int(rng.integers(3, 6))
     rows = 2 * wanted + 1

@@ -100,9 +100,9 @@ def test_the_command_prints_both_fleets_side_by_side(files: tuple[str, str]) -> 
     ("more", "words"),
     [
         (("--policy", "magic"), "there is no policy magic; there is insertion"),
-        (("--fleet", "0"), "a fleet of 0 shuttles drives nobody"),
-        (("--vehicles", "-3"), "a fleet of 0 shuttles drives nobody"),
-        (("--vehicles", "few"), "no change of the fleet"),
+        (("--fleet", "0"), "a fleet of 0 shuttles serves no ride"),
+        (("--vehicles", "-3"), "a fleet of 0 shuttles serves no ride"),
+        (("--vehicles", "few"), "not a change of the fleet"),
     ],
 )
 def test_what_cannot_be_tried_ends_with_2_and_says_why(

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from campusloop.cli import app_of
-from campusloop.studies.endurance.endurance_run import EnduranceShift, ShiftFigures, run_stint
+from campusloop.studies.endurance.endurance_run import EnduranceShift, ShiftFigures, run_shift
 from campusloop.studies.endurance.ride_quality_report import summary_of, write_files
 from simulator.scoring.ride_quality import stretch
 
@@ -58,7 +58,7 @@ def test_bad_options_are_refused() -> None:
 @pytest.mark.long
 def test_a_stint_drives_and_repeats() -> None:
     stint = EnduranceShift(MAP, "gem", 3, 0, 160.0)
-    first, again = run_stint(stint), run_stint(stint)
+    first, again = run_shift(stint), run_shift(stint)
     assert first.distance_m > 50.0
     assert first.contacts == 0
     assert first.distance_m == again.distance_m

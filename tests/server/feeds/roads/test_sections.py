@@ -19,7 +19,7 @@ from contract.roads.load import load_map
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import ReferenceLine, find_route, route_line
-from tests.contract.roads.made_maps import made_map
+from tests.contract.roads.generated_maps import generated_map
 from tests.server.feeds.roads.shipped import CAMPUS_MAP, SNOW_LION_MAP
 
 Standing = tuple[shapely.Polygon, frozenset[str]]
@@ -64,7 +64,12 @@ def _everywhere(road_map: RoadMap, rng: random.Random, routes: int) -> list[Stan
 
 @pytest.mark.parametrize(
     ("road_map", "routes"),
-    [(made_map(1), 25), (made_map(4), 25), (load_map(CAMPUS_MAP), 25), (load_map(SNOW_LION_MAP), 4)],
+    [
+        (generated_map(1), 25),
+        (generated_map(4), 25),
+        (load_map(CAMPUS_MAP), 25),
+        (load_map(SNOW_LION_MAP), 4),
+    ],
     ids=["made-1", "made-4", "campus", "snow-lion"],
 )
 def test_bodies_whose_sections_do_not_exclude_each_other_never_touch(road_map: RoadMap, routes: int) -> None:
@@ -81,7 +86,7 @@ def test_bodies_whose_sections_do_not_exclude_each_other_never_touch(road_map: R
 
 
 def test_the_two_directions_of_a_narrow_road_exclude_each_other() -> None:
-    road_map = made_map(1)
+    road_map = generated_map(1)
     network = RoadNetwork(road_map)
     narrow = [lane for lane in road_map.lanes if lane.kind == "road" and not lane.can_pass]
     assert narrow
@@ -105,7 +110,7 @@ def test_the_two_directions_of_a_wide_road_do_not_exclude_each_other() -> None:
 
 
 def test_sections_that_follow_each_other_on_one_lane_do_not_exclude_each_other() -> None:
-    network = RoadNetwork(made_map(1))
+    network = RoadNetwork(generated_map(1))
     for lane_id in network.lanes:
         sections = network.sections_of(lane_id)
         for first, second in itertools.pairwise(sections):

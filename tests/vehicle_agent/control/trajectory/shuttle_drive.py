@@ -40,18 +40,18 @@ Change = Callable[[int, Ego, Path], tuple[Ego, Path]]
 class Tampered:
     """Control that is told something else than what is, by tick number."""
 
-    hands: TrajectoryControl
+    control: TrajectoryControl
     change: Change
 
     def initial(self) -> tuple[int, TrajectoryControlState]:
-        return 0, self.hands.initial()
+        return 0, self.control.initial()
 
     def step(
         self, state: tuple[int, TrajectoryControlState], ego: Ego, path: Path, motion: VehicleMotion
     ) -> tuple[ControlCommand, tuple[int, TrajectoryControlState]]:
         ego, path = self.change(state[0], ego, path)
-        wish, driver = self.hands.step(state[1], ego, path, motion)
-        return wish, (state[0] + 1, driver)
+        command, driver = self.control.step(state[1], ego, path, motion)
+        return command, (state[0] + 1, driver)
 
 
 def straight(length_m: float, radius_m: float = math.inf) -> ReferencePath:
@@ -73,20 +73,20 @@ def driven(
     rows: Array, change: Change | None = None, seed: int | None = 1, settle_s: float = 3.0, **plant: Any
 ) -> TimedRun:
     """Drive the rows; seed None: perfect localization."""
-    hands: Any = HANDS if change is None else Tampered(HANDS, change)
+    control: Any = HANDS if change is None else Tampered(HANDS, change)
     sense: Sensing = perfect if seed is None else noisy(seed, GnssNoise())
-    return follow_timed(rows, PROFILE, hands, PlantParams(**(ROUGH | plant)), sense, settle_s)
+    return follow_timed(rows, PROFILE, control, PlantParams(**(ROUGH | plant)), sense, settle_s)
 
 
 def said(run: TimedRun, name: str) -> Array:
     """(n,) one diagnostic of every tick."""
-    return np.array([dict(wish.diagnostics)[name] for wish in run.wishes])
+    return np.array([dict(command.diagnostics)[name] for command in run.commands])
 
 
 def within_limits(run: TimedRun) -> bool:
     """Are all commands finite and inside the vehicle's limits, the steering's rate included?"""
-    steer = np.array([wish.steer_rad for wish in run.wishes])
-    pedals = np.array([(wish.throttle_ratio, wish.brake_ratio) for wish in run.wishes])
+    steer = np.array([command.steer_rad for command in run.commands])
+    pedals = np.array([(command.throttle_ratio, command.brake_ratio) for command in run.commands])
     mpc = HANDS.steer.mpc
     return bool(
         np.isfinite(steer).all()

@@ -76,7 +76,7 @@ def test_the_steerings_bias_is_found_within_a_few_metres_of_noise() -> None:
 
 def test_noise_does_not_shake_the_wheel() -> None:
     run = driven(rows_on(straight(60.0)))
-    steer = np.array([wish.steer_rad for wish in run.wishes])
+    steer = np.array([command.steer_rad for command in run.commands])
     steady = (run.drive.trace[:, 1] > 20.0) & (run.drive.trace[:, 1] < 50.0)
     assert np.abs(np.diff(steer[steady]) / 0.02).max() < math.radians(2.0)
     assert steer[steady].std() < math.radians(0.2)
@@ -85,11 +85,11 @@ def test_noise_does_not_shake_the_wheel() -> None:
 def test_a_standing_vehicle_holds_still() -> None:
     run = driven(rows_on(straight(20.0)), settle_s=12.0)
     last = slice(-500, None)
-    steer = np.array([wish.steer_rad for wish in run.wishes])[last]
-    brake = np.array([wish.brake_ratio for wish in run.wishes])[last]
+    steer = np.array([command.steer_rad for command in run.commands])[last]
+    brake = np.array([command.brake_ratio for command in run.commands])[last]
     assert np.ptp(steer) == 0.0
     assert np.ptp(run.drive.trace[last, 1]) == 0.0
-    assert all(wish.throttle_ratio == 0.0 for wish in run.wishes[last])
+    assert all(command.throttle_ratio == 0.0 for command in run.commands[last])
     assert brake.min() > 0.4
 
 
@@ -111,7 +111,7 @@ def test_it_starts_again_without_a_leap_and_brakes_without_a_jolt() -> None:
 
 def test_pedals_do_not_dance() -> None:
     run = driven(rows_on(straight(60.0)))
-    pedals = np.sign([wish.throttle_ratio - wish.brake_ratio for wish in run.wishes])
+    pedals = np.sign([command.throttle_ratio - command.brake_ratio for command in run.commands])
     changes = np.count_nonzero(np.diff(pedals[pedals != 0.0]))
     assert changes <= 4
 
@@ -139,8 +139,8 @@ def test_an_emergency_brakes_as_hard_as_the_vehicle_can() -> None:
         return ego, msgspec.structs.replace(path, emergency=tick > 500)
 
     run = driven(rows_on(straight(60.0)), emergency)
-    after = run.wishes[501:]
-    assert all(wish.brake_ratio == 1.0 and wish.throttle_ratio == 0.0 for wish in after)
+    after = run.commands[501:]
+    assert all(command.brake_ratio == 1.0 and command.throttle_ratio == 0.0 for command in after)
     assert run.drive.trace[600, 4] == 0.0
 
 
@@ -161,8 +161,8 @@ def wished(
     encoder = msgspec.msgpack.Encoder(enc_hook=enc_hook)
     told = []
     for tick in range(first, last):
-        wish, state = HANDS.step(state, *the_way_on(tick))
-        told.append(encoder.encode(wish))
+        command, state = HANDS.step(state, *the_way_on(tick))
+        told.append(encoder.encode(command))
     return told, state
 
 
@@ -202,8 +202,8 @@ def test_a_vehicle_that_others_held_for_a_minute_starts_like_any_other() -> None
                 now_ns, rows[:, 1:3], rows[:, 5], 3.0, "plan", None, 0.0, False, 0.0,
                 Trajectory(now_ns - 1_000_000_000, rows),
             )  # fmt: skip
-            wish, state = HANDS.step(state, ego, path, motion)
-            told.append(wish.throttle_ratio)
+            command, state = HANDS.step(state, ego, path, motion)
+            told.append(command.throttle_ratio)
         return told, state
 
     held, state = leaving(1.0, 3000, HANDS.initial())

@@ -24,8 +24,8 @@ def standing(
     motion = VehicleMotion(1, 0.0, 0.0, 0.0, brake_ratio, True, False, True, 1.0)
     wishes = []
     for _ in range(ticks):
-        wish, hands = HANDS.step(hands, ego, path, motion)
-        wishes.append(wish)
+        command, hands = HANDS.step(hands, ego, path, motion)
+        wishes.append(command)
     return wishes, hands
 
 
@@ -34,10 +34,12 @@ def test_a_vehicle_that_was_held_for_a_minute_starts_like_any_other() -> None:
     after, _ = standing(0.0, 50, held)
     fresh, _ = standing(0.0, 50, HANDS.initial())
     # One step of the minute is the first step of the start.
-    assert [wish.throttle_ratio for wish in after[:-1]] == [wish.throttle_ratio for wish in fresh[1:]]
+    assert [command.throttle_ratio for command in after[:-1]] == [
+        command.throttle_ratio for command in fresh[1:]
+    ]
     assert after[0].throttle_ratio < 0.02
 
 
 def test_no_throttle_is_given_against_a_brake() -> None:
     wishes, _ = standing(0.8, 500, HANDS.initial())
-    assert max(wish.throttle_ratio for wish in wishes) < 0.05
+    assert max(command.throttle_ratio for command in wishes) < 0.05

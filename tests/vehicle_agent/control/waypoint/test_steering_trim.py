@@ -56,8 +56,8 @@ def test_the_command_goes_against_the_trim() -> None:
     path = Path(1, points, np.full(39, 3.0), 3.0, "cap", None, 40.0, False, 0.0)
     state = hands.initial()
     for _ in range(500):
-        wish, state = hands.step(state, *moved(path, 0.01))
-    assert wish.steer_rad == pytest.approx(-0.01, abs=5e-4)
+        command, state = hands.step(state, *moved(path, 0.01))
+    assert command.steer_rad == pytest.approx(-0.01, abs=5e-4)
 
 
 def moved(path: Path, off_rad: float) -> tuple[Ego, Path, VehicleMotion]:

@@ -27,7 +27,7 @@ FRAME_S = 0.05
 REPEAT_S = 1.0
 
 
-class SpeakingError(Exception):
+class HmiDeviceError(Exception):
     """speaking.toml cannot be used; the message names the field or line."""
 
 
@@ -39,7 +39,7 @@ class ScreenSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     panel: Panel = Panel()
 
 
-class SpeakingSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class HmiDeviceSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """port: loopback port for the HMI output; devices that are left out are not driven."""
 
     port: int = 47_600
@@ -115,18 +115,18 @@ class SpeechOutput:
         self._loudspeaker.close()
 
 
-def load_speaking(path: Path) -> SpeakingSettings | None:
+def load_hmi_devices(path: Path) -> HmiDeviceSettings | None:
     """The settings; None without the file: the vehicle's devices read the HMI output themselves."""
     try:
-        return msgspec.toml.decode(path.read_bytes(), type=SpeakingSettings)
+        return msgspec.toml.decode(path.read_bytes(), type=HmiDeviceSettings)
     except FileNotFoundError:
         return None
     except msgspec.DecodeError as error:
-        raise SpeakingError(f"{path}: {error}") from error
+        raise HmiDeviceError(f"{path}: {error}") from error
 
 
-def output_devices(settings: SpeakingSettings) -> list[OutputDevice]:
-    """The devices of these settings. Raises SpeakingError."""
+def output_devices(settings: HmiDeviceSettings) -> list[OutputDevice]:
+    """The devices of these settings. Raises HmiDeviceError."""
     devices: list[OutputDevice] = []
     name = ""
     try:
@@ -139,15 +139,15 @@ def output_devices(settings: SpeakingSettings) -> list[OutputDevice]:
     except (FontError, AudioError) as error:
         for device in devices:
             device.close()
-        raise SpeakingError(f"speaking.toml, [{name}]: {error}") from error
+        raise HmiDeviceError(f"speaking.toml, [{name}]: {error}") from error
     return devices
 
 
-class SpeakingProcess:
+class HmiDeviceProcess:
     """Takes HMI outputs and drives the devices; the tick never waits for it."""
 
-    def __init__(self, settings: SpeakingSettings) -> None:
-        """Raises SpeakingError, DeviceFeedError."""
+    def __init__(self, settings: HmiDeviceSettings) -> None:
+        """Raises HmiDeviceError, DeviceFeedError."""
         self._devices = output_devices(settings)
         self._port = DatagramPort(settings.port)
         self._stopping = False

@@ -1,8 +1,8 @@
-"""Contacts and clearances of a driven scene, by the truth.
+"""Contacts and clearances of a driven scene, by ground truth.
 
-A contact is a person's disc, or another vehicle's outline, that comes to overlap the vehicle's outline. It is
-a *front* contact when the vehicle moves faster than 0.3 m/s and the overlap begins at its front: there the
-vehicle drove into somebody. Who walks into its flank, or meets it standing, is counted apart.
+A contact begins when a person's disc or another vehicle's outline overlaps the vehicle's outline. It is a
+*front* contact if the vehicle moves faster than 0.3 m/s and the overlap begins at its front: the vehicle has
+hit someone. All others, at its sides or while it stands, are counted separately.
 """
 
 import math
@@ -16,22 +16,25 @@ from simulator.traffic.actors import Bodies
 from vehicle_agent.config import Body
 
 MOVING_MPS = 0.3
-# An overlap begins at the front when what is met is no farther behind the bumper than this.
+# An overlap begins at the front if its nearest point is at most this far behind the bumper.
 FRONT_DEPTH_M = 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
-    """front_contacts and other_contacts: (t_s, id, speed_mps); clearance_m: least one to a person's disc or
-    another's outline while the vehicle moved, inf when nobody came near."""
+class ContactMetrics:
+    """front_contacts and other_contacts: (t_s, id, speed_mps).
+
+    clearance_m: the least to a person's disc or another vehicle's outline while the vehicle moved; inf if
+    there was none near
+    """
 
     front_contacts: tuple[tuple[float, int, float], ...]
     other_contacts: tuple[tuple[float, int, float], ...]
     clearance_m: float
 
 
-def judge(rows: Array, agents: list[Bodies], body: Body) -> Verdict:
-    """rows (n, 7) of `trace.VEHICLE_COLUMNS`, agents at the same times."""
+def contact_metrics(rows: Array, agents: list[Bodies], body: Body) -> ContactMetrics:
+    """The metrics of a drive. rows (n, 7): `trace.VEHICLE_COLUMNS`; agents: at the same times."""
     front: list[tuple[float, int, float]] = []
     other: list[tuple[float, int, float]] = []
     touching: set[int] = set()
@@ -57,7 +60,7 @@ def judge(rows: Array, agents: list[Bodies], body: Body) -> Verdict:
             is_front = moving and ahead[k] > body.front_overhang_m - FRONT_DEPTH_M
             (front if is_front else other).append((float(t_s), number, float(speed_mps)))
         touching = now
-    return Verdict(tuple(front), tuple(other), least_m)
+    return ContactMetrics(tuple(front), tuple(other), least_m)
 
 
 @njit(cache=True)
@@ -86,7 +89,7 @@ def clearances(
             out[i] = _outside(u, v, rear, front, half) - 0.5 * sizes[i, 0]
             ahead[i] = min(max(u, -rear), front)
             if -rear < u < front and abs(v) > half:
-                # Beside the body: it was met at the flank, however near to the bumper.
+                # Alongside the body: a contact at the side, however near to the bumper.
                 ahead[i] = min(ahead[i], u)
             continue
         out[i], ahead[i] = _box(u, v, poses[i, 2] - yaw, sizes[i, 0], sizes[i, 1], rear, front, half)
@@ -95,7 +98,7 @@ def clearances(
 
 @njit(cache=True)
 def _outside(u: float, v: float, rear: float, front: float, half: float) -> float:
-    """Distance of a point (body frame) from the outline; minus its depth inside."""
+    """Distance of a point (body frame) from the outline; negative inside."""
     du, dv = max(u - front, -rear - u), abs(v) - half
     if du > 0.0 and dv > 0.0:
         return math.hypot(du, dv)
@@ -106,7 +109,7 @@ def _outside(u: float, v: float, rear: float, front: float, half: float) -> floa
 def _box(
     u: float, v: float, turned: float, length: float, width: float, rear: float, front: float, half: float
 ) -> tuple[float, float]:
-    """Least signed distance between two outlines, sampled every 0.2 m, and where along ours it is."""
+    """Least signed distance between two outlines, sampled every 0.2 m, and its position along ours."""
     cos, sin = math.cos(turned), math.sin(turned)
     best, where = np.inf, 0.0
     steps_u, steps_v = math.ceil(length / 0.2) + 1, math.ceil(width / 0.2) + 1

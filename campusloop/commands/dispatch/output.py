@@ -1,4 +1,4 @@
-"""How these commands end when what they were given cannot be used, and where their results go."""
+"""The output of these commands: JSON results, and the exit with an error message."""
 
 import json
 import sys
@@ -21,7 +21,7 @@ def refuse(errors: Console, text: str) -> NoReturn:
 
 
 def write_json(errors: Console, path: Path, report: Any) -> bool:
-    """Whether it went to standard output, where nothing else shall be then."""
+    """Returns True if the JSON went to standard output; then nothing else may be printed there."""
     text = json.dumps(report, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     if str(path) == "-":
         sys.stdout.write(text)

@@ -14,19 +14,19 @@ from vehicle_agent.device_feed import DatagramPort, DeviceOutputs
 from vehicle_agent.hmi import texts
 from vehicle_agent.runtime.devices import led_text
 from vehicle_agent.runtime.devices.audio import AudioError, AudioSettings, Loudspeaker
+from vehicle_agent.runtime.devices.hmi_devices import (
+    HmiDeviceError,
+    HmiDeviceProcess,
+    HmiDeviceSettings,
+    ScreenSettings,
+    output_devices,
+)
 from vehicle_agent.runtime.devices.led_ddp import HEADER, PAYLOAD_BYTES_MAX, DdpMatrix
 from vehicle_agent.runtime.devices.led_text import (
     FontError,
     Panel,
     Pixels,
     TextPanel,
-)
-from vehicle_agent.runtime.devices.speaking import (
-    ScreenSettings,
-    SpeakingError,
-    SpeakingProcess,
-    SpeakingSettings,
-    output_devices,
 )
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
 from vehicle_agent.signals import HmiOutput
@@ -194,18 +194,18 @@ def test_without_the_shipped_font_a_panel_must_name_one(monkeypatch: pytest.Monk
     ],
 )
 def test_a_panel_that_cannot_be_drawn_says_why(panel: Panel, told: str) -> None:
-    with pytest.raises(SpeakingError, match=rf"\[rear\].*{told}"):
-        output_devices(SpeakingSettings(rear=ScreenSettings("127.0.0.1", panel=panel)))
+    with pytest.raises(HmiDeviceError, match=rf"\[rear\].*{told}"):
+        output_devices(HmiDeviceSettings(rear=ScreenSettings("127.0.0.1", panel=panel)))
 
 
 def test_front_and_rear_show_their_own_text_and_repeat_it() -> None:
     front, rear = FakeMatrix(PANEL), FakeMatrix(PANEL)
-    settings = SpeakingSettings(
+    settings = HmiDeviceSettings(
         port=0,
         front=ScreenSettings("127.0.0.1", front.port, PANEL),
         rear=ScreenSettings("127.0.0.1", rear.port, PANEL),
     )
-    process, tick = SpeakingProcess(settings), DatagramPort()
+    process, tick = HmiDeviceProcess(settings), DatagramPort()
     tick.send(process.port, DeviceOutputs(says("GO", rear="STOP")))
     time.sleep(0.05)
     process.run_step(10.0)
@@ -223,8 +223,8 @@ def test_front_and_rear_show_their_own_text_and_repeat_it() -> None:
 
 
 def test_a_matrix_that_is_away_holds_nobody_up() -> None:
-    settings = SpeakingSettings(port=0, front=ScreenSettings("127.0.0.1", 9, PANEL))
-    process, begun_s = SpeakingProcess(settings), time.monotonic()
+    settings = HmiDeviceSettings(port=0, front=ScreenSettings("127.0.0.1", 9, PANEL))
+    process, begun_s = HmiDeviceProcess(settings), time.monotonic()
     for k in range(20):
         process.run_step(float(k))
     assert time.monotonic() - begun_s < 2.0
@@ -308,14 +308,14 @@ def test_a_loudspeaker_that_cannot_speak_says_why(settings: AudioSettings, told:
 
 def test_the_settings_are_a_file_of_the_vehicle(tmp_path: Path) -> None:
     files = AgentFolder(tmp_path)
-    assert files.speaking() is None
+    assert files.hmi_devices() is None
     (tmp_path / "speaking.toml").write_text(
         '[front]\nhost = "10.0.0.7"\n[front.panel]\nwidth_px = 128\nlanguages = ["zh", "en"]\n'
     )
-    settings = files.speaking()
+    settings = files.hmi_devices()
     assert settings is not None
     assert settings.front is not None
     assert (settings.front.panel.width_px, settings.front.port, settings.rear) == (128, 4048, None)
     (tmp_path / "speaking.toml").write_text("[front]\nport = 1\n")
-    with pytest.raises(SpeakingError, match="host"):
-        files.speaking()
+    with pytest.raises(HmiDeviceError, match="host"):
+        files.hmi_devices()

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from campusloop.scenes.judge import Verdict, judge
+from campusloop.scenes.contact_metrics import ContactMetrics, contact_metrics
 from simulator.traffic.actors import Bodies
 from vehicle_agent.config import Body
 from vehicle_agent.signals import PEDESTRIAN, VEHICLE
@@ -12,7 +12,7 @@ FRONT_M = BODY.front_overhang_m
 
 def judged(
     *places: tuple[float, float], speed_mps: float = 2.0, kind: int = PEDESTRIAN, yaw_rad: float = 0.0
-) -> Verdict:
+) -> ContactMetrics:
     """The vehicle stays at the origin looking along x; somebody is at each of the places in turn."""
     rows, agents = [], []
     size = (0.5, 0.5) if kind == PEDESTRIAN else (4.0, 2.0)
@@ -27,31 +27,31 @@ def judged(
                 np.array([size]),
             )
         )
-    return judge(np.array(rows), agents, BODY)
+    return contact_metrics(np.array(rows), agents, BODY)
 
 
 def test_driving_into_somebody_is_a_front_contact_counted_once() -> None:
-    verdict = judged((FRONT_M + 0.5, 0.0), (FRONT_M + 0.2, 0.0), (FRONT_M + 0.1, 0.0))
-    assert [number for _, number, _ in verdict.front_contacts] == [1]
-    assert verdict.clearance_m == pytest.approx(-0.15)
+    metrics = judged((FRONT_M + 0.5, 0.0), (FRONT_M + 0.2, 0.0), (FRONT_M + 0.1, 0.0))
+    assert [number for _, number, _ in metrics.front_contacts] == [1]
+    assert metrics.clearance_m == pytest.approx(-0.15)
 
 
 def test_standing_or_creeping_it_is_not_its_doing() -> None:
-    verdict = judged((FRONT_M + 0.5, 0.0), (FRONT_M + 0.2, 0.0), speed_mps=0.2)
-    assert not verdict.front_contacts
-    assert len(verdict.other_contacts) == 1
+    metrics = judged((FRONT_M + 0.5, 0.0), (FRONT_M + 0.2, 0.0), speed_mps=0.2)
+    assert not metrics.front_contacts
+    assert len(metrics.other_contacts) == 1
 
 
 def test_who_walks_into_the_flank_is_counted_apart() -> None:
     half_m = 0.5 * BODY.width_m
-    verdict = judged((1.0, half_m + 0.5), (1.0, half_m + 0.2))
-    assert not verdict.front_contacts
-    assert len(verdict.other_contacts) == 1
+    metrics = judged((1.0, half_m + 0.5), (1.0, half_m + 0.2))
+    assert not metrics.front_contacts
+    assert len(metrics.other_contacts) == 1
 
 
 def test_who_comes_back_is_a_new_contact() -> None:
-    verdict = judged((FRONT_M + 0.2, 0.0), (FRONT_M + 0.5, 0.0), (FRONT_M + 0.2, 0.0))
-    assert len(verdict.front_contacts) == 2
+    metrics = judged((FRONT_M + 0.2, 0.0), (FRONT_M + 0.5, 0.0), (FRONT_M + 0.2, 0.0))
+    assert len(metrics.front_contacts) == 2
 
 
 def test_a_clearance_is_to_the_persons_edge() -> None:
@@ -59,5 +59,5 @@ def test_a_clearance_is_to_the_persons_edge() -> None:
 
 
 def test_a_car_across_the_bumper_is_met_although_its_corners_are_far_away() -> None:
-    verdict = judged((FRONT_M + 0.9, 0.0), kind=VEHICLE, yaw_rad=np.pi / 2)
-    assert len(verdict.front_contacts) == 1
+    metrics = judged((FRONT_M + 0.9, 0.0), kind=VEHICLE, yaw_rad=np.pi / 2)
+    assert len(metrics.front_contacts) == 1

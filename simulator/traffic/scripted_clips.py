@@ -1,6 +1,6 @@
-"""Recordings that nobody recorded: who goes from place to place by the clock, at an even speed.
+"""Synthetic recordings: tracks that follow places at constant speed, by the clock.
 
-For people who wait for the shuttle, or who stop and set off, see `simulator.traffic.scripted`.
+For actors that wait for the shuttle, or that stop and start, see `simulator.traffic.scripted`.
 """
 
 import itertools
@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from contract.geometry import Array
-from simulator.traffic.recordings import Clip, Recorded
+from simulator.traffic.recordings import Clip, RecordedTrack
 from vehicle_agent.signals import CYCLIST, PEDESTRIAN, VEHICLE
 
 SIZES_M = {PEDESTRIAN: (0.5, 0.5), CYCLIST: (1.8, 0.6), VEHICLE: (4.5, 1.8)}
@@ -26,13 +26,13 @@ def walker(
     speed_mps: float,
     begins_s: float = 0.0,
     size_m: tuple[float, float] | None = None,
-) -> Recorded:
-    """Stands at the first of the places until begins_s, goes through them and stands at the last one.
+) -> RecordedTrack:
+    """A track that stands at the first place until begins_s, then follows the places to the last one.
 
     ValueError for fewer than two places or a speed that is not positive.
     """
     if len(places) < 2 or speed_mps <= 0.0:
-        raise ValueError(f"who walks needs two places and a speed, not {places} at {speed_mps} m/s")
+        raise ValueError(f"a walker needs two places and a positive speed, not {places} at {speed_mps} m/s")
     rows: list[tuple[float, ...]] = []
     t = begins_s = begins_s if begins_s > 1e-3 else 0.0
     yaw = math.atan2(places[1][1] - places[0][1], places[1][0] - places[0][0])
@@ -57,19 +57,19 @@ def standing(
     y_m: float,
     yaw_rad: float = 0.0,
     size_m: tuple[float, float] | None = None,
-) -> Recorded:
-    """Stays where it is."""
+) -> RecordedTrack:
+    """A track that does not move."""
     rows = [(0.0, x_m, y_m, yaw_rad, 0.0, 0.0), (_LASTS_S, x_m, y_m, yaw_rad, 0.0, 0.0)]
     return _recorded(number, kind, rows, size_m)
 
 
 def _recorded(
     number: int, kind: int, rows: Sequence[tuple[float, ...]], size_m: tuple[float, float] | None
-) -> Recorded:
+) -> RecordedTrack:
     table: Array = np.array(rows)
-    return Recorded(number, kind, table[:, 0].copy(), table[:, 1:].copy(), size_m or SIZES_M[kind])
+    return RecordedTrack(number, kind, table[:, 0].copy(), table[:, 1:].copy(), size_m or SIZES_M[kind])
 
 
-def clip_of(name: str, tracks: tuple[Recorded, ...]) -> Clip:
-    """A scene's people and things as a recording."""
+def clip_of(name: str, tracks: tuple[RecordedTrack, ...]) -> Clip:
+    """The tracks as a recording."""
     return Clip(name, tracks, _LASTS_S)

@@ -10,12 +10,12 @@ from server.feeds.roads.import_osm import ImportReport, import_osm
 
 
 @cache
-def made_report(seed: int) -> ImportReport:
+def generated_report(seed: int) -> ImportReport:
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / f"campus-{seed}.osm"
         source.write_bytes(generated_osm(seed))
         return import_osm(source)
 
 
-def made_map(seed: int) -> RoadMap:
-    return made_report(seed).map
+def generated_map(seed: int) -> RoadMap:
+    return generated_report(seed).map
