@@ -149,6 +149,14 @@ def test_a_long_track_reaches_as_far_as_its_outline_in_its_direction(yaw: float,
     assert is_close(beside) is met
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_near_side_of_a_wide_track_counts_on_both_sides_of_the_way(side: float) -> None:
+    """Its middle is beside the way, its nearer side is in it."""
+    reaching = a_track(FRONT_M + 1.0, side * (HALF_M + 0.8), kind=CYCLIST, size=(0.6, 1.8))
+    assert is_close(reaching)
+    assert not is_close(a_track(FRONT_M + 1.0, side * (HALF_M + 1.0), kind=CYCLIST, size=(0.6, 1.8)))
+
+
 def test_a_person_is_a_disc_without_corners() -> None:
     radius_m = 0.5
     person = a_track(FRONT_M + 1.0, HALF_M + radius_m - 0.05, size=(2 * radius_m, 2 * radius_m))

@@ -86,6 +86,15 @@ def test_two_returns_of_different_height_make_a_cell_where_they_are() -> None:
     assert percept.heights_m.tolist() == [0.5]
 
 
+def test_returns_that_do_not_count_hide_none_that_come_after_them() -> None:
+    left_out = [[90.0, 0.0, 1.0], [8.0, 0.0, -5.0], [1.0, 0.0, 1.0]]
+    empty_cell_first = [[4.0, -3.0, 1.0]]
+    pair = [[8.05, 0.05, 0.5], [8.1, 0.1, 1.0]]
+    percept = percept_from_scan(np.array(left_out + empty_cell_first + pair, np.float32), 1, PARAMS)
+    assert percept.cells_base.tolist() == [[8.125, 0.125]]
+    assert percept.points_used == 3
+
+
 def test_two_returns_of_one_ring_make_a_cell_where_the_ground_around_them_is_seen() -> None:
     ring = [[8.05, 0.05, 0.6], [8.1, 0.1, 0.6]]
     ground = [[9.0, 0.5, 0.0]]

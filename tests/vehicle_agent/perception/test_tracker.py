@@ -1,5 +1,6 @@
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -37,6 +38,34 @@ def test_places_and_velocities_are_turned_into_the_map() -> None:
     np.testing.assert_allclose(kept.tracks.poses_map[0, :2], (9.0, 7.0))
     np.testing.assert_allclose(kept.tracks.velocities_map_mps[0], (0.0, 1.0), atol=1e-12)
     assert kept.tracks.poses_map[0, 2] == pytest.approx(math.pi / 2)
+
+
+def turned(percept: TrackPercept, yaw_rad: float) -> TrackPercept:
+    """The same with outlines that point that way."""
+    return msgspec.structs.replace(percept, poses_base=percept.poses_base + np.array([0.0, 0.0, yaw_rad]))
+
+
+def test_the_outline_of_a_vehicle_points_as_it_was_seen_whichever_way_it_moves() -> None:
+    seen = turned(a_percept(1, (7, 2.0, 1.0, 3.0, -1.0), kind=VEHICLE, size_m=(4.0, 1.8)), 2.0)
+    kept = AlphaBetaTracker().step(TrackerState(), seen, Pose2(0.0, 0.0, 2.0))
+    assert kept.tracks.poses_map[0, 2] == pytest.approx(4.0 - 2.0 * math.pi)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "heading_rad"),
+    [((0.0, 0.5), math.pi / 2), ((-0.5, 0.0), math.pi), ((0.25, -0.25), -math.pi / 4)],
+)
+def test_somebody_who_walks_faces_where_they_go(velocity: tuple[float, float], heading_rad: float) -> None:
+    seen = turned(a_percept(1, (7, 2.0, 1.0, *velocity)), 0.7)
+    kept = AlphaBetaTracker().step(TrackerState(), seen, HERE)
+    assert kept.tracks.poses_map[0, 2] == pytest.approx(heading_rad)
+
+
+@pytest.mark.parametrize("velocity", [(0.0, 0.0), (0.3, 0.0), (0.0, -0.3), (0.2, 0.2)])
+def test_somebody_who_stands_faces_as_they_were_seen(velocity: tuple[float, float]) -> None:
+    seen = turned(a_percept(1, (7, 2.0, 1.0, *velocity)), 0.7)
+    kept = AlphaBetaTracker().step(TrackerState(), seen, HERE)
+    assert kept.tracks.poses_map[0, 2] == pytest.approx(0.7)
 
 
 def test_noise_is_smoothed() -> None:
