@@ -55,7 +55,7 @@ class SqlTravelTimeFactorRepository(Repository):
         return self._delete(tables.driven_legs, _leg.left_at < moment)
 
     def present(self) -> TravelTimeFactors | None:
-        row = self._find(tables.paces)
+        row = self._find(tables.travel_time_factors)
         if row is None:
             return None
         return TravelTimeFactors(
@@ -64,7 +64,7 @@ class SqlTravelTimeFactorRepository(Repository):
 
     def save(self, factors: TravelTimeFactors) -> None:
         self._put(
-            tables.paces,
+            tables.travel_time_factors,
             {
                 "factors": to_json(factors.factors),
                 "legs": to_json(factors.legs),

@@ -17,8 +17,8 @@ _STANDING = [str(ClosureState.SCHEDULED), str(ClosureState.IN_FORCE)]
 _ACTIVE = select(
     _map.map_version,
     exists().where(_closure.campus_id == bindparam("campus_id"), _closure.state.in_(_STANDING)),
-    select(tables.paces.c.factors)
-    .where(tables.paces.c.campus_id == bindparam("campus_id"))
+    select(tables.travel_time_factors.c.factors)
+    .where(tables.travel_time_factors.c.campus_id == bindparam("campus_id"))
     .scalar_subquery(),
 ).where(_map.campus_id == bindparam("campus_id"), _map.active.is_(True))
 

@@ -19,9 +19,9 @@ from server.store.tables.planning import (
     held_sections,
     open_legs,
     orders,
-    paces,
     plans,
     section_routes,
+    travel_time_factors,
 )
 from server.store.tables.records import (
     counters,
@@ -70,7 +70,6 @@ __all__ = [
     "operator_sessions",
     "operators",
     "orders",
-    "paces",
     "plans",
     "ride_decisions",
     "rides",
@@ -82,6 +81,7 @@ __all__ = [
     "service_exceptions",
     "service_patterns",
     "taps",
+    "travel_time_factors",
     "vehicle_commands",
     "vehicle_events",
     "vehicle_keys",

@@ -68,8 +68,8 @@ driven_legs = Table(
     Column("planned_s", Float, nullable=False),
     Column("driven_s", Float, nullable=False),
 )
-paces = Table(
-    "paces",
+travel_time_factors = Table(
+    "travel_time_factors",
     metadata,
     campus_key(),
     text("factors"),

@@ -77,6 +77,24 @@ def test_rides_of_the_first_tables_are_kept_by_the_later_ones(engine: Engine) ->
     assert (bool(row.let_out), row.arrive_before, row.series_id) == (False, None, None)
 
 
+def test_travel_time_factors_are_kept_under_their_new_name_and_back(engine: Engine) -> None:
+    config = Config()
+    config.set_main_option("script_location", str(MIGRATIONS))
+    with engine.begin() as connection:
+        config.attributes["connection"] = connection
+        command.downgrade(config, "0009")
+        row = {"campus_id": "c", "factors": "[1.5]", "legs": "[3]", "at": datetime(2026, 11, 23, tzinfo=UTC)}
+        connection.execute(
+            text("INSERT INTO paces VALUES (:campus_id, :factors, :legs, :at)"),
+            row,
+        )
+    upgrade_to_head(engine)
+    with engine.connect() as connection:
+        kept = connection.execute(text("SELECT factors, legs FROM travel_time_factors")).one()
+        assert "paces" not in inspect(connection).get_table_names()
+    assert tuple(kept) == ("[1.5]", "[3]")
+
+
 def _some_value(kind: str) -> object:
     if kind == "INTEGER":
         return 1
