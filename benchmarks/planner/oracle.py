@@ -194,6 +194,6 @@ def _scene_problem(maker: SceneMaker, seed: int, params: MotionParams) -> PathPr
     request = MotionRequest(corridor, scene.start, swing, -room, room, 4.17 * wide)
     road = road_from(request, params)
     cells = np.column_stack([scene.static_points, np.full(len(scene.static_points), 0.12)])
-    wish = np.full(len(road.s_m), 3.5)
+    desired = np.full(len(road.s_m), 3.5)
     start = np.array([0.2, 0.02, 0.0])
-    return path_problem(road, scene.s_m, start, cells, wish, params, 42.0, params.path.factors())
+    return path_problem(road, scene.s_m, start, cells, desired, params, 42.0, params.path.factors())

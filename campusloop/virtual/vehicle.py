@@ -114,7 +114,7 @@ class VirtualVehicle:
     def step(self, now_ns: int) -> None:
         """One 20 ms step of this vehicle: sensors, inbox drain, tick, gate and link."""
         wired = self.wired
-        for message in self._bridge.take_messages() if wired.computer is not None else ():
+        for message in self._bridge.session.take_messages() if wired.computer is not None else ():
             self.put_link_message(now_ns, message)
         outputs = wired.step(now_ns)
         if outputs is None:

@@ -11,7 +11,6 @@ import msgspec
 from contract.wire.messages import OrderAccepted, OrderProgress, OrderRejected, Status, VehicleEvent
 from vehicle_agent.link.outbox import Outbox
 from vehicle_agent.link.session import Identity, Sign, VehicleSession
-from vehicle_agent.signals import LinkMessage
 
 
 class TickUpdate(msgspec.Struct, frozen=True):
@@ -71,9 +70,6 @@ class LinkBridge:
             self.session.answer(answer)
         if update.report is not None:
             self.session.report(update.report)
-
-    def take_messages(self) -> list[LinkMessage]:
-        return self.session.take_messages()
 
     def close(self) -> None:
         self._outbox.close()

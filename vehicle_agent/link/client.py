@@ -121,7 +121,7 @@ class LinkClient:
                 continue
 
     def _deliver_messages(self) -> None:
-        for message in self._bridge.take_messages():
+        for message in self._bridge.session.take_messages():
             self._deliver(message)
 
 

@@ -85,13 +85,13 @@ def _refined(
     reach = np.sqrt(
         request.start.speed_mps**2 + 2.0 * limits.accel_mps2_max * np.maximum(road.s_m - s0_m, 0.0)
     )
-    wish = np.minimum(np.minimum(road.speed_mps, limits.speed_mps_max), reach)
+    desired = np.minimum(np.minimum(road.speed_mps, limits.speed_mps_max), reach)
     best: MotionCandidate | None = None
     used = 0
     warm = request.warm
     while used < params.iterations_max:
         used += 1
-        problem = path_problem(road, s0_m, start, obstacles, wish, params, horizon_m, weights)
+        problem = path_problem(road, s0_m, start, obstacles, desired, params, horizon_m, weights)
         path = _best_path(problem, warm, params)
         draft = _draft(request, params, road, path, moving)
         if best is None or badness(draft.wrong) < badness(best.wrong):
@@ -101,7 +101,7 @@ def _refined(
         # The next path has wider margins, and lateral limits by the speeds planned on this one.
         warm = WarmStart(problem.support_m(), path.states)
         if draft.speed.plan is not None:
-            wish = np.interp(road.s_m, draft.rows[:, 7], np.maximum(draft.rows[:, 5], 0.5))
+            desired = np.interp(road.s_m, draft.rows[:, 7], np.maximum(draft.rows[:, 5], 0.5))
         weights = _stricter(weights)
     assert best is not None
     return best, used

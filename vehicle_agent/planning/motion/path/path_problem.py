@@ -119,12 +119,12 @@ def path_problem(
     s0_m: float,
     start: Array,
     obstacles: Array,
-    wish_mps: Array,
+    desired_mps: Array,
     params: MotionParams,
     horizon_m: float,
     weights: FactorWeights,
 ) -> PathProblem:
-    """The problem from s0 on; obstacles (m, 3) stand; wish_mps (n,) by station is for the lateral factor."""
+    """The problem from s0 on. obstacles (m, 3) stand; desired_mps (n,) by station, for the lateral factor."""
     vehicle, limits = params.vehicle, params.limits
     step_m, sub = params.step_m, params.checks
     steps = int(min(road.line.last_m - s0_m, horizon_m) / step_m)
@@ -133,7 +133,7 @@ def path_problem(
     support: Array = s0_m + step_m * np.arange(steps + 1, dtype=np.float64)
     check: Array = s0_m + step_m / sub * np.arange(steps * sub + 1, dtype=np.float64)
     frames = road.line.frames(check)
-    wish = np.maximum(np.interp(check, road.s_m, wish_mps), 0.5)
+    desired = np.maximum(np.interp(check, road.s_m, desired_mps), 0.5)
     tight = np.full(len(check), vehicle.curvature_1pm_max)
     disc_x = vehicle.length_m * (np.arange(_DISCS) + 0.5) / _DISCS - vehicle.rear_overhang_m
     radius = math.hypot(0.5 * vehicle.length_m / _DISCS, 0.5 * vehicle.width_m)
@@ -158,7 +158,7 @@ def path_problem(
         lower,
         upper,
         tight,
-        np.minimum(limits.lateral_accel_mps2_max / wish**2, vehicle.curvature_1pm_max),
+        np.minimum(limits.lateral_accel_mps2_max / desired**2, vehicle.curvature_1pm_max),
         disc_x,
         radius,
         np.round(disc_x / (step_m / sub)).astype(np.int64),

@@ -25,7 +25,7 @@ _GAP, _SLOPE = 1e5, 1e6
 class SpeedWeights(msgspec.Struct, frozen=True):
     """Costs and penalties of the program.
 
-    Costs of one second of: (v - wish)^2, a^2, jerk^2. Penalties, linear and squared, of a metre beyond the
+    Costs of one second of: (v - desired)^2, a^2, jerk^2. Penalties, linear and squared, of a metre beyond the
     hard corridor, beyond the soft corridor, and of 1 m/s above a limit of the place.
 
     gap_s  this many seconds' way stay free before the soft corridor's end, as a reserve
@@ -51,7 +51,7 @@ class SpeedBounds(msgspec.Struct, frozen=True):
 
 class SpeedCorridor(msgspec.Struct, frozen=True):
     """What knots 1..N should keep, all (N,): low <= u, u + gap_s v <= high, softly
-    u + SpeedWeights.gap_s v <= soft, v <= limit + slope (u - at), and v near wish.
+    u + SpeedWeights.gap_s v <= soft, v <= limit + slope (u - at), and v near the desired speed.
     """
 
     low_m: np.ndarray
@@ -61,7 +61,7 @@ class SpeedCorridor(msgspec.Struct, frozen=True):
     at_m: np.ndarray
     limit_mps: np.ndarray
     slope_1ps: np.ndarray
-    wish_mps: np.ndarray
+    desired_mps: np.ndarray
 
 
 class SpeedStart(msgspec.Struct, frozen=True):
@@ -97,7 +97,7 @@ class _Form(NamedTuple):
     """What all programs of one size and weights share, ordered as in `solve_speed`.
 
     below   the inequality rows; the data at `gaps` and `slopes` (n,) are each program's own
-    linear  (8 n,) the costs' linear part, without the wish
+    linear  (8 n,) the costs' linear part, without the desired speed
     """
 
     cost: csc_matrix
@@ -231,7 +231,7 @@ def solve_speed(
     weights: SpeedWeights,
     dt_s: float,
 ) -> SpeedPlan:
-    """The smoothest speed near the wish inside the corridor; from u = 0 at the start (see `started`).
+    """The smoothest speed near the desired one inside the corridor, from u = 0 at the start (see `started`).
 
     Hard bounds are widened where the start itself is outside. A start above the limit may come down as
     `brake_envelope` does. A start that brakes harder than allowed may release the brake at the jerk bound.
@@ -239,7 +239,7 @@ def solve_speed(
     n = len(corridor.high_m)
     form = _form(n, dt_s, weights)
     linear = form.linear.copy()
-    linear[n : 2 * n] = -2.0 * weights.speed * dt_s * corridor.wish_mps
+    linear[n : 2 * n] = -2.0 * weights.speed * dt_s * corridor.desired_mps
     below = form.below.copy()
     below.data[form.gaps], below.data[form.slopes] = corridor.gap_s, -corridor.slope_1ps
     lower, upper = _corridor_rows(corridor)

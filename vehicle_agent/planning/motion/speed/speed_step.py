@@ -159,10 +159,10 @@ def _solve(
     soft = np.minimum(room.soft_m[1:], _FAR_M)
     plan: SpeedPlan | None = None
     for _ in range(_PROGRAMS):
-        limit, slope, wish = _along(limits, at)
+        limit, slope, desired = _along(limits, at)
         _end_ahead(limit, slope, at, high, room.end_speed_mps, bounds.decel_mps2_comfort)
         limit[room.stands[1:]], slope[room.stands[1:]] = 0.0, 0.0
-        corridor = SpeedCorridor(room.low_m[1:], high, gap_s, soft, at, limit, slope, wish)
+        corridor = SpeedCorridor(room.low_m[1:], high, gap_s, soft, at, limit, slope, desired)
         tried = solve_speed(start, corridor, bounds, params.limits.speed_mps_max, params.speed, params.knot_s)
         if not tried.solved:
             break
@@ -187,7 +187,7 @@ def _stop(params: MotionParams, road: Road, samples: PathSamples, obstacles: Arr
 
 
 def _along(limits: _KnotLimits, at: Array) -> tuple[Array, Array, Array]:
-    """(limit, slope, wish) at the way `at` (N,) of knots 1..N: the lower limit and how it changes."""
+    """(limit, slope, desired) at the way `at` (N,) of knots 1..N: the lower limit and how it changes."""
     step, u, place, clearance_limit = 0.25, limits.u_m, limits.place_mps, limits.clearance_mps
     found = []
     for query in (at, at + step):

@@ -252,9 +252,9 @@ def _with_motion_cost(
         if v > _STILL_MPS:
             return np.inf
         here = 2.0
-    wish = max(limits[0], 0.5)
+    desired = max(limits[0], 0.5)
     over = max(v - allowed, 0.0)
-    cost += dt * (here + (wish - v) ** 2 + 20.0 * over * over + 4.0 * over)
+    cost += dt * (here + (desired - v) ** 2 + 20.0 * over * over + 4.0 * over)
     if a < 0.0:
         cost += dt * (0.4 * a * a + 2.0 * max(-a - bounds.decel, 0.0))
     else:

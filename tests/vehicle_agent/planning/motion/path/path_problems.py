@@ -23,9 +23,9 @@ def problem_with(
     corridor = a_corridor(curvature_1pm)
     reference = swing_m * ((corridor.s_m > 12.0) & (corridor.s_m < 26.0))
     road = road_from(a_request(corridor, room_m=room_m, reference_l_m=reference), params)
-    wish = np.full(len(road.s_m), 4.0)
+    desired = np.full(len(road.s_m), 4.0)
     weights = params.path.factors()
-    return path_problem(road, 0.0, np.array(start), obstacles, wish, params, 40.5, weights)
+    return path_problem(road, 0.0, np.array(start), obstacles, desired, params, 40.5, weights)
 
 
 def a_problem(seed: int) -> PathProblem:
