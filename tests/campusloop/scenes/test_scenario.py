@@ -81,7 +81,7 @@ def test_the_command_says_what_failed_and_exits_so(tmp_path: Path) -> None:
     app, out = app_of(("scenario",)), tmp_path / "out"
     first = CliRunner().invoke(app, ["scenario", "run", str(file), "--stack", "gem", "--out", str(out)])
     assert first.exit_code == 1
-    assert "short: got" in first.output
+    assert "short: drove only" in first.output
     assert (out / "gem" / "short" / "short.csv").exists()
     again = CliRunner().invoke(app, ["scenario", "run", str(file), "--stack", "gem", "--out", str(out)])
     assert again.exit_code == 2
