@@ -179,7 +179,7 @@ class ScriptedShuttle:
             self._spoken = command.text
         else:
             self._mode = "autonomous" if command.kind == "resume" else "held"
-            self._events.append(ModeChanged(self._mode, command.kind))
+            self._events.append(ModeChanged(self._mode, detail=command.kind))
         self._events.append(CommandDone(command.command_id, True))
 
     def _tapped(self, tap: PassengerTap) -> None:
