@@ -1,5 +1,6 @@
 """The rides that simulated passengers book."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from campusloop.clients.passengers import BOARDING_METHODS, RideDemand
 from contract.roads.model import RestingPlace, RoadMap
 from contract.roads.network import RoadNetwork
-from contract.roads.routing import find_route
+from contract.roads.travel_times import Place, travel_time_matrix
 
 RIDE_M_MIN = 500.0
 # At 3 m/s a longer ride takes more than six minutes.
@@ -18,14 +19,14 @@ StopPair = tuple[str, str]
 
 def stop_pairs(road_map: RoadMap, length_m_min: float, length_m_max: float) -> list[StopPair]:
     """(pickup, dropoff) stop ids with a route of that length between them, in map order."""
-    network = RoadNetwork(road_map)
-    pairs = []
-    for pickup in road_map.stops:
-        for dropoff in road_map.stops:
-            route = find_route(network, pickup.lane_id, pickup.s_m, dropoff.lane_id, dropoff.s_m)
-            if pickup is not dropoff and route is not None and length_m_min <= route.length_m <= length_m_max:
-                pairs.append((pickup.stop_id, dropoff.stop_id))
-    return pairs
+    stops = road_map.stops
+    _, lengths_m = travel_time_matrix(RoadNetwork(road_map), [(stop.lane_id, stop.s_m) for stop in stops])
+    return [
+        (pickup.stop_id, dropoff.stop_id)
+        for i, pickup in enumerate(stops)
+        for j, dropoff in enumerate(stops)
+        if i != j and length_m_min <= lengths_m[i, j] <= length_m_max
+    ]
 
 
 def nearest_pairs(
@@ -35,20 +36,21 @@ def nearest_pairs(
 
     A place from which no pickup can be reached has no pair.
     """
-    network = RoadNetwork(road_map)
-    stops = {stop.stop_id: stop for stop in road_map.stops}
+    ends: list[Place] = [(place.lane_id, place.s_m) for place in places]
+    stops: list[Place] = [(stop.lane_id, stop.s_m) for stop in road_map.stops]
+    _, lengths_m = travel_time_matrix(RoadNetwork(road_map), ends + stops)
+    row = {stop.stop_id: len(ends) + number for number, stop in enumerate(road_map.stops)}
     chosen: list[StopPair] = []
-    for place in places:
-        routes_m = []
-        for pair in pairs:
-            pickup, dropoff = stops[pair[0]], stops[pair[1]]
-            approach = find_route(network, place.lane_id, place.s_m, pickup.lane_id, pickup.s_m)
-            ride = find_route(network, pickup.lane_id, pickup.s_m, dropoff.lane_id, dropoff.s_m)
-            if approach is None or ride is None or pickup.stop_id in {first for first, _ in chosen}:
-                continue
-            routes_m.append((approach.length_m + ride.length_m, pair))
-        if routes_m:
-            chosen.append(min(routes_m)[1])
+    for place in range(len(ends)):
+        taken = {pickup for pickup, _ in chosen}
+        routes_m = [
+            (lengths_m[place, row[pickup]] + lengths_m[row[pickup], row[dropoff]], (pickup, dropoff))
+            for pickup, dropoff in pairs
+            if pickup not in taken
+        ]
+        length_m, pair = min(routes_m, default=(math.inf, None))
+        if pair is not None and math.isfinite(length_m):
+            chosen.append(pair)
     return chosen
 
 

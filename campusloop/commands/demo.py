@@ -11,7 +11,7 @@ import structlog
 import typer
 from rich.console import Console
 
-from campusloop.kernels.compiling import KernelError, compile_kernels
+from campusloop.kernels.compiling import KernelError, prepare_kernels
 from campusloop.kernels.groups import for_campus
 from campusloop.live.campus import CampusStartError, LiveOptions
 from campusloop.live.demo import LiveDemo
@@ -59,7 +59,7 @@ def demo(
     count = vehicles or (2 if (os.cpu_count() or 1) <= 2 else 3)
     try:
         chosen = Profile() if profile is None else load_profile(profile)
-        compile_kernels(for_campus(chosen.stack), console)
+        prepare_kernels(for_campus(chosen.stack), console)
         if headless and begin and end:
             _timetable(console, campus_map, count, seed, begin, end, folder or HEADLESS)
             return

@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from campusloop.kernels.caches import CachesNotWritable
 from campusloop.kernels.compiling import KernelError, compile_kernels
 from campusloop.kernels.groups import EVERYTHING, GROUPS
 
@@ -24,6 +25,6 @@ def warm(
         raise typer.Exit(EXIT_BAD_INPUT)
     try:
         compile_kernels(named, console)
-    except KernelError as error:
+    except (KernelError, CachesNotWritable) as error:
         console.print(f"[red]{error}[/red]", highlight=False)
         raise typer.Exit(EXIT_FAILED) from error

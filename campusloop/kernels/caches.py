@@ -21,6 +21,10 @@ _RECORD = Path("campusloop") / "__pycache__" / "kernels.json"
 _INDEX, _DATA = "nbi", "nbc"
 
 
+class CachesNotWritable(Exception):
+    """The caches lie where this process cannot write, as in a read-only installation."""
+
+
 class CompleteGroup(msgspec.Struct, frozen=True):
     """A group whose kernels are all compiled.
 
@@ -41,7 +45,10 @@ class CacheRecord(msgspec.Struct):
 
 
 class KernelCaches:
-    """The caches of the sources. deleted: how many modules had invalid caches."""
+    """The caches of the sources. deleted: how many modules had invalid caches.
+
+    The methods raise CachesNotWritable.
+    """
 
     def __init__(self, sources: Sources, groups: Mapping[str, Group] = GROUPS) -> None:
         self._sources = sources
@@ -52,7 +59,7 @@ class KernelCaches:
 
     def missing(self, groups: tuple[str, ...]) -> tuple[str, ...]:
         """The groups that are not complete, in the order of all groups. Deletes invalid caches."""
-        self._delete_invalid()
+        self._update()
         return tuple(name for name in self._groups if name in groups and not self._is_complete(name))
 
     def record_complete(self, group: str) -> None:
@@ -62,7 +69,9 @@ class KernelCaches:
         self._record.complete[group] = CompleteGroup(self._digest(modules), files)
         self._write()
 
-    def _delete_invalid(self) -> None:
+    def _update(self) -> None:
+        """Delete what was compiled from other sources. Parsing all sources takes a second, so that this is
+        done only after a change of a file or a library."""
         written = {name: _written(module.path) for name, module in self._sources.modules.items()}
         libraries = (python_version(), *(version(name) for name in _LIBRARIES))
         if (written, libraries) == (self._record.written, self._record.libraries):
@@ -73,18 +82,28 @@ class KernelCaches:
         }
         for name, digest in kernels.items():
             if self._record.kernels.get(name) != digest:
-                found = self._files(name, _INDEX) + self._files(name, _DATA)
-                for path in found:
-                    path.unlink(missing_ok=True)
-                self.deleted += bool(found)
+                self.deleted += self._delete(name)
         self._record.written, self._record.libraries, self._record.kernels = written, libraries, kernels
+        self._record.complete = {
+            group: complete
+            for group, complete in self._record.complete.items()
+            if group in self._groups and complete.sources == self._digest(self._modules(group))
+        }
         self._write()
+
+    def _delete(self, module: str) -> bool:
+        """Whether there was anything to delete."""
+        found = self._files(module, _INDEX) + self._files(module, _DATA)
+        try:
+            for path in found:
+                path.unlink(missing_ok=True)
+        except OSError as error:
+            raise CachesNotWritable(str(error)) from error
+        return bool(found)
 
     def _is_complete(self, group: str) -> bool:
         complete = self._record.complete.get(group)
-        if complete is None or not all(Path(file).exists() for file in complete.files):
-            return False
-        return complete.sources == self._digest(self._modules(group))
+        return complete is not None and all(Path(file).exists() for file in complete.files)
 
     def _modules(self, group: str) -> list[str]:
         """The modules with kernels that the group's warm function may reach."""
@@ -106,10 +125,13 @@ class KernelCaches:
 
     def _write(self) -> None:
         """Atomic, because two commands may write at the same time."""
-        self._path.parent.mkdir(exist_ok=True)
         draft = self._path.with_suffix(f".{os.getpid()}")
-        draft.write_bytes(msgspec.json.encode(self._record))
-        draft.replace(self._path)
+        try:
+            self._path.parent.mkdir(exist_ok=True)
+            draft.write_bytes(msgspec.json.encode(self._record))
+            draft.replace(self._path)
+        except OSError as error:
+            raise CachesNotWritable(str(error)) from error
 
 
 def _written(path: Path) -> tuple[int, int]:

@@ -17,7 +17,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from campusloop.kernels.caches import KernelCaches
+from campusloop.kernels.caches import CachesNotWritable, KernelCaches
 from campusloop.kernels.groups import GROUPS
 from campusloop.kernels.sources import Sources
 
@@ -44,7 +44,7 @@ class _CompileJob:
 def compile_kernels(groups: tuple[str, ...], console: Console) -> None:
     """Compile the missing kernels of these groups, so that no tick and no booking waits for the compiler.
 
-    Prints nothing if all are compiled. Raises KernelError.
+    Prints nothing if all are compiled. Raises KernelError and CachesNotWritable.
     """
     caches = KernelCaches(Sources(Path(__file__).parents[2], PACKAGES))
     missing = caches.missing(groups)
@@ -52,10 +52,21 @@ def compile_kernels(groups: tuple[str, ...], console: Console) -> None:
         _compile(missing, caches.record_complete, console)
 
 
-def ensure_kernels(groups: tuple[str, ...]) -> None:
-    """`compile_kernels` for a command that prints to stdout. Exits the process when it fails."""
+def prepare_kernels(groups: tuple[str, ...], console: Console) -> None:
+    """`compile_kernels` for a command that goes on where the caches cannot be written: its processes then
+    compile at each start. Raises KernelError."""
     try:
-        compile_kernels(groups, Console(stderr=True))
+        compile_kernels(groups, console)
+    except CachesNotWritable as error:
+        console.print(
+            f"compiled kernels cannot be kept, so that every start takes longer: {error}", highlight=False
+        )
+
+
+def ensure_kernels(groups: tuple[str, ...]) -> None:
+    """`prepare_kernels` for a command that prints to stdout. Exits when a kernel does not compile."""
+    try:
+        prepare_kernels(groups, Console(stderr=True))
     except KernelError as error:
         raise SystemExit(str(error)) from error
 

@@ -1,7 +1,7 @@
 """Whether vehicles that share single tracks can all come to the ends of their routes.
 
 A state is *safe* when the vehicles can, moving one at a time while all others stand, all come to the ends of
-their routes; on the way they wait only where they are in nobody's way (the banker's algorithm: Dijkstra,
+their routes; on the way they wait only where they block no other vehicle (the banker's algorithm: Dijkstra,
 EWD 108, 1965; Habermann 1969). docs/contract/roads.md has the proofs.
 
 Sets of sections are integers, one bit a section.
@@ -62,9 +62,9 @@ class Ground:
     def stuck(self, claims: Sequence[Claim]) -> frozenset[str]:
         """The vehicles that no order of moves brings to their ends.
 
-        A vehicle may move to its end, or up to where it stands in nobody's way; and one that is in nobody's
-        way and whose way no end and no standing vehicle will block may go last. Each of these only shrinks
-        what the rest is kept out of, so choosing greedily finds an order whenever there is one of this kind.
+        A vehicle may move to its end, or up to where it blocks no other vehicle; and one that blocks no
+        other and whose own way no end and no standing vehicle will block may go last. Each of these only
+        shrinks what the rest is kept out of, so that a greedy choice finds such an order if there is one.
         """
         waiting = [claim for claim in claims if claim.is_moving]
         standing = {claim.vehicle_id: claim.shadow_now for claim in claims}
@@ -100,7 +100,7 @@ class Ground:
         )
 
     def _part_of_the_way(self, claim: Claim, in_the_way: int, wanted: int) -> Claim | None:
-        """The vehicle at the farthest place that it can reach and nobody else wants; None for nowhere."""
+        """The vehicle at the farthest place that it can reach and no other needs; None if there is none."""
         free = 0
         while free < len(claim.ahead) and not self.bits[claim.ahead[free]] & in_the_way:
             free += 1

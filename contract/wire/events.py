@@ -102,7 +102,7 @@ class TapAnswered(Event, frozen=True, tag="tap_answered"):
 
 
 class CodeRefused(Event, frozen=True, tag="code_refused"):
-    """Somebody typed a code that belongs to no rider of this visit."""
+    """A code was typed that belongs to no rider of this visit."""
 
     visit_id: str
 

@@ -40,7 +40,7 @@ class Visit(msgspec.Struct, frozen=True):
     s_m         where the rear axle shall stand on `lane_id`
     dwell_s     how long doors stay open at least, once standing
     not_before_ns  server time up to which the vehicle waits for those who board here, 0 for none
-    timed       a timetable departure: nobody is waited for by name, and nobody's being aboard ends the wait
+    timed       a timetable departure: the vehicle waits until not_before_ns even with no rider to board
     """
 
     visit_id: str

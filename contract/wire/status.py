@@ -18,11 +18,11 @@ class FaultReport(msgspec.Struct, frozen=True):
 
 
 class TrackReport(msgspec.Struct, frozen=True, array_like=True):
-    """Somebody or something that moves, as the vehicle sees it; map frame, metres.
+    """A tracked person, vehicle or other object, as the vehicle sees it; map frame, metres.
 
     kind        "pedestrian", "cyclist", "vehicle" or "other"
     yielded_to  the vehicle slows or stops for it
-    ahead       where it is expected: x and y after 1, 2, 3 ... seconds; empty for who stands
+    ahead       where it is expected: x and y after 1, 2, 3 ... seconds; empty for what stands still
     """
 
     track_id: int

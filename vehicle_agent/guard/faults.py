@@ -47,8 +47,9 @@ def current_faults(
     pose = (ego.pose_map.x_m, ego.pose_map.y_m, ego.pose_map.yaw_rad, ego.speed_mps)
 
     def add(code: FaultCode, severity: FaultSeverity, since_ns: int = now_ns) -> None:
-        # A room may report the same code as a warning; the more severe fault counts.
-        if code not in found or severity == "stop" != found[code].severity:
+        # A room may have reported the same code as a warning; a fault that stops the vehicle counts.
+        known = found.get(code)
+        if known is None or (severity == "stop" and known.severity != "stop"):
             found[code] = Fault(code, severity, since_ns)
 
     inputs: tuple[tuple[FaultCode, FaultCode, int, int], ...] = (

@@ -56,7 +56,7 @@ class GuardState(msgspec.Struct, frozen=True):
     """
 
     mode: DriveMode = "held"
-    reason: HoldReason | None = "just_started"
+    reason: HoldReason | None = None
     detail: str = ""
     faults: tuple[Fault, ...] = ()
     reported: tuple[Fault, ...] = ()

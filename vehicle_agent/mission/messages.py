@@ -108,7 +108,7 @@ def find_line(
     visits = state.memory.open_visits()
     start = _start(state, network, ego, visits[0].route if visits else ())
     if start is None:
-        return state, "off_map", "the vehicle is not on a lane of the map: drive it onto one by hand"
+        return state, "off_map", ""
     if not visits:
         return state.after(place=start, is_off_route=False, route=None), None, ""
     try:
@@ -134,7 +134,7 @@ def _resume(state: MissionState, network: RoadNetwork, ego: Ego) -> tuple[Missio
     if state.is_off_route or state.route is None:
         state, reason, detail = find_line(state, network, ego)
         if reason is not None:
-            return state, detail
+            return state, detail or "the vehicle is not on a lane of the map: drive it onto one by hand"
     return state.after(held=False, hold_reason=None, hold_detail="", resumed_ns=state.stamp_ns), ""
 
 

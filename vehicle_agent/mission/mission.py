@@ -180,11 +180,11 @@ class Mission(msgspec.Struct, frozen=True):
 
 
 def _hold_reason(state: MissionState) -> tuple[HoldReason | None, str]:
-    """(why the vehicle holds, None when it does not; detail for people)."""
+    """(why the vehicle holds, None when it does not; what people have to know besides)."""
     if state.held:
         return state.hold_reason, state.hold_detail
     if state.is_off_route:
-        return "off_route", "drive the shuttle back by hand, then resume"
+        return "off_route", ""
     return None, ""
 
 

@@ -27,8 +27,8 @@ class VisibilityParams(msgspec.Struct, frozen=True):
     def view(self, pose_map: Pose2, points_map: Array, tracks: Tracks, edges: Array) -> View:
         """The view now; edges (n, 4): walls of the map.
 
-        People hide nobody. A moving vehicle does not either: it has gone before a person could come from
-        behind it. A standing vehicle does.
+        Standing vehicles hide people behind them. People do not, and moving vehicles do not either: they
+        have gone before a person could come from behind them.
         """
         cos, sin = math.cos(pose_map.yaw_rad), math.sin(pose_map.yaw_rad)
         x_m, y_m = pose_map.x_m + self.sensor_x_m * cos, pose_map.y_m + self.sensor_x_m * sin

@@ -133,7 +133,7 @@ def stand_on(uow: UnitOfWork, vehicle: Vehicle, lane_id: str, s_m: float) -> Veh
     clear_incident(uow, IncidentKind.GROUND_CONFLICT, vehicle.vehicle_id)
     uow.publish(topics.vehicle(uow.campus_id, vehicle.vehicle_id))
     try:
-        plans.plan_first_rest(uow, vehicle.vehicle_id)
+        plans.choose_resting_place(uow, vehicle.vehicle_id)
     except NoRestingPlaceFree as error:
         open_incident(
             uow,

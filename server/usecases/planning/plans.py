@@ -74,18 +74,6 @@ def replan(uow: UnitOfWork, vehicle_id: str) -> None:
     adopt_routes(uow, snapshot, mine)
 
 
-def plan_first_rest(uow: UnitOfWork, vehicle_id: str) -> None:
-    """Give a newly placed vehicle a plan: to drive to the nearest free resting place, or to stay.
-
-    Raises NoRestingPlaceFree.
-    """
-    snapshot = take_snapshot(uow)
-    for route in _solve_insertions(snapshot).routes:
-        if route.vehicle_id == vehicle_id:
-            save_route(uow, snapshot, route)
-            issue_orders(uow, snapshot, (vehicle_id,))
-
-
 def assign_waiting(uow: UnitOfWork, also: Sequence[Ride] = ()) -> tuple[Ride, ...]:
     """Give every ride that has lost its vehicle to another one. Returns the rides that got one.
 

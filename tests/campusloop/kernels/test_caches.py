@@ -1,12 +1,14 @@
 """Which compiled kernels are kept, with numba's own files and with a stand-in for them."""
 
+import ast
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from campusloop.kernels.caches import KernelCaches
+from campusloop.kernels.caches import CachesNotWritable, KernelCaches
 from tests.campusloop.kernels.kernel_tree import GROUPS, a_tree, change, sources
 
 
@@ -100,3 +102,30 @@ def test_numba_itself_then_compiles_what_calls_a_changed_kernel(tmp_path: Path) 
     assert warmed(root) == 3.0
     assert caches(root).missing(("upper",)) == ("upper",)
     assert warmed(root) == 4.0
+
+
+def test_unchanged_sources_are_not_parsed_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Parsing ours takes more than a second, at every start of every command."""
+    root = compiled(tmp_path)
+    caches(root).missing(tuple(GROUPS))
+    monkeypatch.setattr(ast, "parse", None)
+    assert caches(root).missing(tuple(GROUPS)) == ()
+
+
+def test_a_group_stays_missing_until_it_is_compiled(tmp_path: Path) -> None:
+    root = compiled(tmp_path)
+    change(root, "rooms/lower.py", "2.0 * x", "3.0 * x")
+    for _ in range(2):
+        assert caches(root).missing(tuple(GROUPS)) == ("upper",)
+        (root / "rooms" / "__pycache__" / "lower.twice-6.py311.nbi").touch()
+        (root / "rooms" / "__pycache__" / "upper.length-6.py311.nbi").touch()
+    caches(root).record_complete("upper")
+    assert caches(root).missing(tuple(GROUPS)) == ()
+
+
+def test_a_tree_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    """A folder in the file's place stands for missing rights, which the superuser would not notice."""
+    root = a_tree(tmp_path)
+    (root / "campusloop" / "__pycache__" / f"kernels.{os.getpid()}").mkdir(parents=True)
+    with pytest.raises(CachesNotWritable, match="kernels"):
+        caches(root).missing(tuple(GROUPS))

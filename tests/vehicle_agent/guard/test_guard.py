@@ -114,6 +114,35 @@ def test_a_stop_fault_brakes_latches_and_waits_for_a_resume_after_the_cause(code
     assert (verdict.mode, act.throttle_ratio) == ("autonomous", 0.3)
 
 
+def test_after_a_start_the_shuttle_reports_once_that_it_is_held_and_why() -> None:
+    """The server may still take it for driving: the tick was started again under way."""
+    bench = Bench()
+    waiting = {"task_mode": "hold", "task_resumed_ns": 0, "task_hold_reason": "just_started"}
+    for _ in range(3):
+        _, status = bench.step(**waiting)
+    assert (status.mode, status.reason) == ("held", "just_started")
+    changes = [event for event in bench.events if isinstance(event, ModeChanged)]
+    assert changes == [ModeChanged("held", "just_started")]
+
+
+def test_an_operators_hold_names_their_own_text_and_another_text_is_another_report() -> None:
+    bench = driving()
+    bench.events.clear()
+    for text in ("fire drill", "fire drill", "over soon"):
+        bench.step(task_mode="hold", task_hold_reason="operator_hold", task_hold_detail=text)
+    changes = [event for event in bench.events if isinstance(event, ModeChanged)]
+    assert changes == [ModeChanged("held", "operator_hold", text) for text in ("fire drill", "over soon")]
+
+
+def test_a_stop_for_faults_names_all_that_hold_the_shuttle() -> None:
+    bench = driving()
+    bench.events.clear()
+    bench.step(blind=True, ages=Ages(0, 310_000_000, 0, 0))
+    (change,) = [event for event in bench.events if isinstance(event, ModeChanged)]
+    assert (change.mode, change.reason) == ("minimal_risk", "fault")
+    assert set(change.faults) == {"lidar_blind", "pose_stale"}
+
+
 def test_a_warning_of_the_same_code_does_not_hide_a_fault_that_stops() -> None:
     """Localization warns of single fixes that are no numbers; a pose that is none stops the shuttle."""
     bench = driving()

@@ -192,7 +192,7 @@ def test_what_is_not_acknowledged_is_repeated_every_three_seconds() -> None:
     assert repeats == [2.0, 5.0, 8.0]
 
 
-def test_every_acknowledgement_puts_the_next_repeat_off() -> None:
+def with_three_events_sent() -> VehicleSession:
     log = EventLog("boot-1")
     session = opened(log)
     session.take_outgoing()
@@ -200,6 +200,11 @@ def test_every_acknowledgement_puts_the_next_repeat_off() -> None:
         log.append(5, CommandDone(f"c{number}", True))
     session.send_new_events(2 * S)
     session.take_outgoing()
+    return session
+
+
+def test_every_acknowledgement_puts_the_next_repeat_off() -> None:
+    session = with_three_events_sent()
     session.received(encode(EventsAcknowledged(4, "boot-1", 1)), 4 * S)
     session.advance(4 * S + REPEAT_AFTER_NS - 1)
     assert not [m for m in sent(session) if isinstance(m, EventReport)]
@@ -208,13 +213,7 @@ def test_every_acknowledgement_puts_the_next_repeat_off() -> None:
 
 
 def test_an_acknowledgement_of_nothing_new_asks_for_what_the_server_lacks() -> None:
-    log = EventLog("boot-1")
-    session = opened(log)
-    session.take_outgoing()
-    for number in range(3):
-        log.append(5, CommandDone(f"c{number}", True))
-    session.send_new_events(2 * S)
-    session.take_outgoing()
+    session = with_three_events_sent()
     session.received(encode(EventsAcknowledged(4, "boot-1", 1)), 3 * S)
     session.take_outgoing()
     session.received(encode(EventsAcknowledged(4, "boot-1", 1)), 3 * S + REPEAT_AFTER_NS)

@@ -187,6 +187,28 @@ def test_a_resume_without_a_position_is_refused_with_what_to_do() -> None:
     assert shuttle.of(CommandDone)[-1] == CommandDone("c", True)
 
 
+def test_a_shuttle_that_was_driven_off_its_route_holds_until_it_is_back_and_resumed() -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(two_visits()))
+    shuttle.run(6)
+    on_route = shuttle.pose
+    shuttle.pose = Pose2(on_route.x_m, on_route.y_m - 20.0, on_route.yaw_rad)
+    shuttle.step()
+    held = shuttle.step()
+    assert (held.mode, held.hold_reason, held.hold_detail) == ("hold", "off_route", "")
+    shuttle.step(Command(1, "too early", "resume"))
+    refused = shuttle.of(CommandDone)[-1]
+    assert isinstance(refused, CommandDone)
+    assert not refused.done
+    assert "drive it onto one by hand" in refused.detail
+    shuttle.pose = on_route
+    shuttle.step()
+    shuttle.step(Command(1, "back", "resume"))
+    assert shuttle.of(CommandDone)[-1] == CommandDone("back", True)
+    shuttle.run(200)
+    assert shuttle.state.memory.open_visits() == ()
+
+
 def test_hold_brakes_comfortably_and_stop_now_at_once() -> None:
     for kind, most_m in (("hold", 12.0), ("stop_now", 0.5)):
         shuttle = RingShuttle()

@@ -1,6 +1,10 @@
 """How much road a shuttle is granted, and when it gets none."""
 
-from contract.wire.messages import ModeChanged
+from collections.abc import Callable
+
+import pytest
+
+from contract.geometry import Pose2
 from server.usecases.orders import sections
 from server.usecases.roads.section_reservations import SectionReservations
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -32,33 +36,43 @@ def test_a_shuttle_gets_at_least_the_road_of_the_rules_and_little_more(driven_fl
     assert driven_fleet.campus.do(sections.extend_grants) == (), "it has what it should have"
 
 
-def test_a_shuttle_far_from_all_others_gets_more_road(driven_fleet: FakeFleet) -> None:
-    shuttle = driving(driven_fleet)
-    other = next(s for s in driven_fleet.shuttles if s is not shuttle)
-    before_m = held_m(driven_fleet, shuttle)
-    near = shuttle.status().pose_map
-    other.astray = near.__class__(near.x_m + sections.ALONE_M, near.y_m, 0.0)
-    other.report()
-    driven_fleet.campus.do(sections.extend_grants)
-    close_m = held_m(driven_fleet, shuttle)
-    other.astray = near.__class__(near.x_m + sections.ALONE_M + 0.1, near.y_m, 0.0)
-    other.report()
-    driven_fleet.campus.do(sections.extend_grants)
-    alone_m = held_m(driven_fleet, shuttle)
-    assert close_m == before_m or close_m >= driven_fleet.campus.rules.grant_ahead_m
-    assert alone_m >= close_m
+def beside_another(fleet: FakeFleet) -> FakeShuttle:
+    """`driving`, with the other shuttle just near enough for the normal length of road."""
+    shuttle, other = fleet.shuttles
+    put_away_from(shuttle, other, sections.ALONE_M)
+    assert driving(fleet) is shuttle
+    return shuttle
 
 
-def test_a_shuttle_that_is_held_or_out_of_reach_gets_no_more_road(driven_fleet: FakeFleet) -> None:
-    ride = driven_fleet.book("NN20", "C6")
-    shuttle = next(s for s in driven_fleet.shuttles if s.vehicle_id == ride.vehicle_id)
+def put_away_from(shuttle: FakeShuttle, other: FakeShuttle, distance_m: float) -> None:
+    here = shuttle.status().pose_map
+    other.astray = Pose2(here.x_m + distance_m, here.y_m, 0.0)
+    other.report()
+
+
+def test_a_shuttle_far_from_all_others_gets_twice_as_much_road(driven_fleet: FakeFleet) -> None:
+    shuttle = beside_another(driven_fleet)
+    near_m = held_m(driven_fleet, shuttle)
+    put_away_from(shuttle, driven_fleet.shuttles[1], sections.ALONE_M + 0.1)
+    assert driven_fleet.campus.do(sections.extend_grants) == (shuttle.vehicle_id,)
+    rule_m = driven_fleet.campus.rules.grant_ahead_m
+    assert rule_m <= near_m < sections.ALONE_FACTOR * rule_m <= held_m(driven_fleet, shuttle)
+
+
+@pytest.mark.parametrize("stop", [FakeShuttle.hold, FakeShuttle.disconnect])
+def test_a_shuttle_that_is_held_or_out_of_reach_gets_no_more_road(
+    driven_fleet: FakeFleet, stop: Callable[[FakeShuttle], None]
+) -> None:
+    """Others may need the road before it drives again."""
+    shuttle = beside_another(driven_fleet)
     before_m = held_m(driven_fleet, shuttle)
-    shuttle.hold()
-    assert driven_fleet.campus.do(sections.extend_grants) == ()
-    shuttle.say(ModeChanged("autonomous"))
-    shuttle.disconnect()
+    put_away_from(shuttle, driven_fleet.shuttles[1], sections.ALONE_M + 0.1)
+    stop(shuttle)
     driven_fleet.campus.do(sections.extend_grants)
-    assert held_m(driven_fleet, shuttle) >= before_m
+    assert held_m(driven_fleet, shuttle) == before_m
+    shuttle.recover()
+    driven_fleet.campus.do(sections.extend_grants)
+    assert held_m(driven_fleet, shuttle) > before_m
 
 
 def test_only_the_grant_in_force_gives_a_section_back_and_the_last_one_is_kept(

@@ -3512,11 +3512,11 @@ export interface components {
         };
         /**
          * TrackReport
-         * @description Somebody or something that moves, as the vehicle sees it; map frame, metres.
+         * @description A tracked person, vehicle or other object, as the vehicle sees it; map frame, metres.
          *
          *         kind        "pedestrian", "cyclist", "vehicle" or "other"
          *         yielded_to  the vehicle slows or stops for it
-         *         ahead       where it is expected: x and y after 1, 2, 3 ... seconds; empty for who stands
+         *         ahead       where it is expected: x and y after 1, 2, 3 ... seconds; empty for what stands still
          */
         TrackReport: [
             number,
