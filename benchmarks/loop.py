@@ -3,7 +3,8 @@
     python -m benchmarks.loop --json F
 
 Real time: the whole onboard loop on the wall clock with one VLP-16 (16 x 1800 at 10 Hz), CPU time of every
-room and of the tick with its recording, and the lateness of ticks. Lockstep: virtual seconds per second of
+room, of the tick with its recording and of a scan's height map (a process of its own on a vehicle), and the
+lateness of ticks. Lockstep: virtual seconds per second of
 one vehicle with plant, by-wire, CAN, gate and recorder, without lidar and with it (ray casting and height map
 included), on one core.
 """
@@ -19,13 +20,21 @@ import numpy as np
 
 from benchmarks.reporting.report import Row, RunReport
 from campusloop.virtual.solo_drive import SoloDrive
+from contract.geometry import Pose2
 from contract.roads.load import load_map
 from contract.roads.model import RoadMap
+from contract.roads.network import RoadNetwork
+from simulator.sensors.lidar import Lidar, LidarNoise
+from simulator.sensors.walls import WallScene
 from simulator.traffic.population import TrafficParams
+from vehicle_agent.config import Body, LidarMount
+from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
 from vehicle_agent.runtime.processes.pacing import Pacer
 
 SHIPPED = Path(__file__).resolve().parents[1] / "maps" / "shanghai-university" / "map.json"
 QUANTILES = (50, 95, 99)
+# The first one loads the kernels and does not count.
+_SCANS = 201
 
 
 def main() -> None:
@@ -34,6 +43,7 @@ def main() -> None:
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     road_map = load_map(arguments.map)
     rows, tick_p99_ms = real_time(road_map, arguments.seconds, arguments.seed)
+    rows.append(height_map(road_map, arguments.seed))
     without, with_lidar = (
         lockstep(road_map, arguments.virtual_seconds, arguments.seed, lidar=lidar) for lidar in (False, True)
     )
@@ -78,6 +88,32 @@ def real_time(road_map: RoadMap, seconds: float, seed: int) -> tuple[list[Row], 
     rows.append(_quantiles("whole tick, recording included", drive.vehicle.times.whole))
     rows.append(_quantiles("tick begins late (wall)", late_ns))
     return rows, float(np.percentile(drive.vehicle.times.whole, 99)) / 1e6
+
+
+def height_map(road_map: RoadMap, seed: int) -> Row:
+    """CPU quantiles in ms of finding obstacles in the scans of a VLP-16 at the map's resting places."""
+    rng = np.random.default_rng(seed)
+    network = RoadNetwork(road_map)
+    lidar = Lidar(LidarMount(), Body(), WallScene(road_map.buildings), LidarNoise())
+    taken_ns = []
+    for number in range(_SCANS):
+        place = road_map.resting_places[number % len(road_map.resting_places)]
+        x_m, y_m, yaw_rad = network.pose(place.lane_id, place.s_m)
+        distance_m, bearing_rad = rng.uniform(5.0, 25.0, 20), rng.uniform(-np.pi, np.pi, 20)
+        people = np.column_stack(
+            (
+                x_m + distance_m * np.cos(bearing_rad),
+                y_m + distance_m * np.sin(bearing_rad),
+                np.full(20, 0.25),
+                np.full(20, 1.7),
+            )
+        )
+        points = lidar.scan(Pose2(x_m, y_m, yaw_rad), np.empty((0, 7)), people, rng)[0]
+        points = np.ascontiguousarray(points)
+        begun_ns = time.process_time_ns()
+        percept_from_scan(points, 1, HeightMap())
+        taken_ns.append(time.process_time_ns() - begun_ns)
+    return _quantiles("height map of a scan", taken_ns[1:])
 
 
 def lockstep(road_map: RoadMap, virtual_s: float, seed: int, *, lidar: bool) -> float:

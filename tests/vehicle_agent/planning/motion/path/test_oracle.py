@@ -1,7 +1,5 @@
 """A factor graph in gtsam, with residuals of its own, finds the same path (extra `oracle`)."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -12,21 +10,13 @@ pytest.importorskip("gtsam", reason="gtsam is not installed: make oracle")
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_gtsam_finds_the_same_path_fifty_times_slower(seed: int) -> None:
+def test_gtsam_finds_the_same_path(seed: int) -> None:
     from benchmarks.planner.oracle import oracle_path
 
     problem = a_problem(seed)
     guess = np.zeros((len(problem.reference), 3))
     guess[:, 0] = problem.reference
     guess[0] = problem.start
-    solve_path(problem, guess, 300)
-    taken_s = []
-    for _ in range(5):
-        begun_s = time.process_time()
-        ours = solve_path(problem, guess, 300)
-        taken_s.append(time.process_time() - begun_s)
-    # CPU, and the best of five: neighbours on the machine shall not decide it.
-    ours_s = min(taken_s)
-    theirs, theirs_s = oracle_path(problem, guess)
+    ours = solve_path(problem, guess, 300)
+    theirs, _ = oracle_path(problem, guess)
     assert np.abs(ours.states[:, 0] - theirs[:, 0]).max() < 1e-6
-    assert theirs_s > 50.0 * ours_s
