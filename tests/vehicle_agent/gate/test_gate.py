@@ -194,6 +194,15 @@ def test_stale_and_future_sets_are_refused_and_end_in_braking(late_ns: int, reas
     assert bench.gate.braking == reason
 
 
+@pytest.mark.parametrize(("leap", "refused"), [(3, ""), (4, "the set is out of order")])
+def test_a_counter_that_leaps_over_more_sets_than_may_be_lost_is_refused(leap: int, refused: str) -> None:
+    bench = Bench()
+    bench.drive()
+    bench.now_ns += TICK_NS
+    bench.gate.take_commands(commands((bench.counter + leap) % 16, bench.now_ns), bench.now_ns)
+    assert bench.gate.refused == refused
+
+
 def test_an_older_set_is_out_of_order() -> None:
     bench = Bench()
     bench.drive()

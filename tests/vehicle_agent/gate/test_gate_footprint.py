@@ -77,6 +77,12 @@ def test_what_stands_within_the_margin_beyond_the_stopping_way_is_met_too() -> N
     assert not met(3.5 + stopping_m + 0.12, 0.0, 0.0, 0.0)
 
 
+def test_a_vehicle_that_creeps_meets_who_is_at_its_bumper() -> None:
+    """It would stand within a hundredth of a second; there is still somebody in its way."""
+    person = np.array([[3.52, 0.0]])
+    assert is_met_on_arc(person, np.zeros((1, 2)), 0.0, 0.05, 0.0, 5.6, 0.1, 3.5, 0.8)
+
+
 def test_a_person_who_leaves_the_way_before_the_bumper_arrives_is_not_met() -> None:
     assert not met(5.5, 0.2, 0.0, -4.0)
     assert not met(5.5, 0.2, 4.0, 0.0)

@@ -181,6 +181,18 @@ def test_a_warning_does_not_stop_the_vehicle() -> None:
     assert act.throttle_ratio == 0.3
 
 
+@pytest.mark.parametrize(
+    ("wheels_mps", "estimated_mps", "held"), [(0.0, 0.0, True), (0.0, 2.0, False), (2.0, 0.0, False)]
+)
+def test_the_brake_holds_a_shuttle_only_if_both_its_speeds_say_that_it_stands(
+    wheels_mps: float, estimated_mps: float, held: bool
+) -> None:
+    bench = driving()
+    coast = ControlCommand(0.0, 0.0, 0.0, 0.0)
+    act, _ = bench.step(coast, motion_speed_mps=wheels_mps, ego_speed_mps=estimated_mps)
+    assert (act.brake_ratio > 0.0) == held
+
+
 def test_an_override_is_a_takeover_until_the_next_resume() -> None:
     bench = driving()
     act, verdict = bench.step(motion_overridden=True)
@@ -196,6 +208,13 @@ def test_an_override_is_a_takeover_until_the_next_resume() -> None:
     assert (act.enable, act.throttle_ratio, act.brake_ratio) == (True, 0.0, 0.0)
     act, verdict = bench.step(task_resumed_ns=resumed_ns)
     assert (act.throttle_ratio, verdict.mode) == (0.3, "autonomous")
+
+
+def test_a_driver_who_takes_over_right_after_a_resume_has_the_vehicle_at_once() -> None:
+    bench = driving()
+    bench.step(task_resumed_ns=2)
+    act, verdict = bench.step(motion_enabled=False, motion_overridden=True, task_resumed_ns=2)
+    assert (act.enable, verdict.mode) == (False, "manual")
 
 
 def test_a_driver_who_keeps_overriding_keeps_the_vehicle() -> None:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from vehicle_agent.can.dbc import FrameError, layouts
 from vehicle_agent.can.pacmod.codec import CanState, Pacmod
-from vehicle_agent.signals import Actuation, CanFrame, VehicleMotion
+from vehicle_agent.signals import Actuation, CanFrame, Gear, VehicleMotion
 
 TICK_NS = 20_000_000
 CAN = Pacmod()
@@ -59,6 +59,21 @@ class Loop:
         self.tick(DRIVE)
         self.tick(DRIVE)
         self.tick(DRIVE, enabled=1)
+
+
+def test_before_the_first_report_the_vehicle_is_neither_ready_nor_driven_nor_faulty() -> None:
+    """What is not known is reported as missing by the guard, by the stamp."""
+    loop = Loop()
+    loop.tick(OFF, frames=())
+    assert loop.motion == VehicleMotion(0, 0.0, 0.0, 0.0, 0.0, False, False, False, 0.0, ())
+
+
+@pytest.mark.parametrize(("gear", "code"), [("park", 0), ("reverse", 1), ("neutral", 2), ("drive", 3)])
+def test_gears_have_the_modules_own_numbers(gear: Gear, code: int) -> None:
+    loop = Loop()
+    loop.enable()
+    loop.tick(msgspec.structs.replace(DRIVE, gear=gear), enabled=1)
+    assert loop.sent["shift_command"]["gear"] == code
 
 
 def test_reports_become_si_units_and_the_front_wheel_angle() -> None:

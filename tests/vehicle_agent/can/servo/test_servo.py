@@ -88,6 +88,13 @@ class Loop:
         return [fault.code for fault in self.motion.faults]
 
 
+def test_before_the_first_report_the_vehicle_is_neither_ready_nor_driven_nor_faulty() -> None:
+    """What is not known is reported as missing by the guard, by the stamp."""
+    loop = Loop()
+    loop.tick(OFF, frames=())
+    assert loop.motion == VehicleMotion(0, 0.0, 0.0, 0.0, 0.0, False, False, False, 0.0, ())
+
+
 def test_reports_become_the_rear_axles_motion() -> None:
     loop = Loop()
     loop.tick(OFF)
@@ -209,6 +216,14 @@ def test_throttle_and_brake_come_back_from_their_actuators(ratio: float) -> None
     by_wire = CART.by_wire
     assert throttle_from_duty(by_wire, duty_from_throttle(by_wire, ratio)) == pytest.approx(ratio)
     assert brake_from_travel(by_wire, travel_from_brake(by_wire, ratio)) == pytest.approx(ratio)
+
+
+def test_a_pedal_that_reports_more_or_less_than_its_range_is_at_its_end() -> None:
+    by_wire = CART.by_wire
+    assert throttle_from_duty(by_wire, by_wire.throttle_duty_max + 0.1) == 1.0
+    assert throttle_from_duty(by_wire, by_wire.throttle_duty_min - 0.1) == 0.0
+    assert brake_from_travel(by_wire, 1.1) == 1.0
+    assert brake_from_travel(by_wire, by_wire.brake_travel_free - 0.1) == 0.0
 
 
 def test_the_check_byte_is_the_published_crc() -> None:
