@@ -57,11 +57,7 @@ class OperatorClient:
         return reported
 
     async def vehicles(self) -> list[dict[str, Any]]:
-        answer = await self._client.get("/api/v1/vehicles")
-        if answer.is_error:
-            raise OperatorError(answer.text)
-        vehicles: list[dict[str, Any]] = answer.json()
-        return vehicles
+        return await self._list("/api/v1/vehicles")
 
     async def release(self, vehicle_id: str) -> None:
         """Wait until the vehicle is connected and placed, resume it, and wait until it is not held."""
@@ -81,11 +77,11 @@ class OperatorClient:
         await self._post(f"/api/v1/vehicles/{vehicle_id}/{verb}", None)
 
     async def incidents(self) -> list[dict[str, Any]]:
-        answer = await self._client.get("/api/v1/incidents")
-        if answer.is_error:
-            raise OperatorError(answer.text)
-        incidents: list[dict[str, Any]] = answer.json()
-        return incidents
+        return await self._list("/api/v1/incidents")
+
+    async def _list(self, path: str) -> list[dict[str, Any]]:
+        found: list[dict[str, Any]] = _checked(await self._client.get(path)).json()
+        return found
 
     async def _post(self, path: str, body: Mapping[str, object] | None) -> httpx.Response:
         headers = {"X-CSRF-Token": self._csrf} if self._csrf else {}

@@ -116,6 +116,8 @@ def _result(job: _CompileJob) -> float:
         raise KernelError(
             f"the process that compiled the kernels of {job.group} was killed; is there too little memory?"
         ) from error
+    except Exception as error:
+        raise KernelError(f"the kernels of {job.group} do not compile: {error}") from error
 
 
 def _progress(console: Console) -> Progress:

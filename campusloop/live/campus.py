@@ -189,8 +189,9 @@ class LiveCampus:
 
     @property
     def _scans(self) -> Path:
+        """For the scans and the clock, which exists before `start` empties the options' folder."""
         shared_memory = Path("/dev/shm")
-        return (shared_memory if shared_memory.is_dir() else self.options.folder) / self._mail.name
+        return shared_memory / self._mail.name if shared_memory.is_dir() else self._mail / "scans"
 
     def _created_clocks(self) -> PacedClocks:
         clocks = PacedClocks(self._scans / "clock")

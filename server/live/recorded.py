@@ -74,7 +74,9 @@ def recorded_scenes(
     orders   those that the reports name
     network  the run's map; without it no route is drawn
     """
-    facts = msgspec.structs.replace(vehicle_facts(vehicle), connected=True, held=False, charging=False)
+    facts = msgspec.structs.replace(
+        vehicle_facts(vehicle), connected=True, held=False, in_service=True, charging=False
+    )
     blank = VehicleScene(vehicle.vehicle_id, facts)
     scenes: list[Scene] = []
     shapes = None if network is None else RouteShapes(network.lines)

@@ -8,8 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeVar
 
-import msgspec
-
+from contract.wire.messages import Status
 from server.live.scene import (
     AreaScene,
     Delta,
@@ -18,7 +17,9 @@ from server.live.scene import (
     Scene,
     SceneBoard,
     Snapshot,
+    VehicleFacts,
     VehicleScene,
+    VehicleTask,
 )
 
 T = TypeVar("T")
@@ -110,7 +111,7 @@ class Viewer:
         number, ride = held
         shuttle = None if ride.state in _WITHOUT_SHUTTLE else board.vehicles.get(ride.vehicle_id)
         vehicles = (
-            {} if shuttle is None else {ride.vehicle_id: (shuttle[0], _without_riders(shuttle[1], ride))}
+            {} if shuttle is None else {ride.vehicle_id: (shuttle[0], _for_passenger(shuttle[1], ride))}
         )
         return vehicles, {ride.ride_id: (number, ride)}
 
@@ -137,24 +138,47 @@ class Viewer:
 _WITHOUT_SHUTTLE = frozenset({"completed", "refused", "cancelled", "no_show", "failed"})
 
 
-def _without_riders(vehicle: VehicleScene, ride: RideScene) -> VehicleScene:
-    """A shuttle as a passenger sees it: position and HMI output, no other rides, faults or commands."""
-    status = vehicle.status
-    if status is not None:
-        status = msgspec.structs.replace(
-            status,
-            aboard=tuple(ride_id for ride_id in status.aboard if ride_id == ride.ride_id),
-            faults=(),
-            obstacle_m=None,
-            waiting_for="",
-            order_id="",
-            battery_ratio=0.0,
-            driving=None,
-        )
-    task = msgspec.structs.replace(
-        vehicle.task, visits=(), order_waits=False, hold_ends_ms=0, charged_at_ms=0
+def _for_passenger(vehicle: VehicleScene, ride: RideScene) -> VehicleScene:
+    """A shuttle as a passenger sees it: where it is, its mode and HMI output. Whatever else it reports stays
+    with the operators: other rides, faults, commands, and why it is held."""
+    facts, task = vehicle.facts, vehicle.task
+    return VehicleScene(
+        vehicle.vehicle_id,
+        VehicleFacts(
+            facts.name,
+            facts.seats,
+            facts.wheelchair_places,
+            facts.connected,
+            facts.held,
+            facts.in_service,
+            mode=facts.mode,
+        ),
+        VehicleTask(task.next_stop, task.people_aboard, route=task.route),
+        None if vehicle.status is None else _status_for_passenger(vehicle.status, ride),
+        vehicle.heard_ms,
     )
-    return msgspec.structs.replace(vehicle, status=status, task=task, command=None)
+
+
+def _status_for_passenger(status: Status, ride: RideScene) -> Status:
+    return Status(
+        epoch=0,
+        stamp_ns=0,
+        pose_map=status.pose_map,
+        speed_mps=status.speed_mps,
+        accel_mps2=0.0,
+        steer_rad=0.0,
+        mode=status.mode,
+        battery_ratio=0.0,
+        doors_open=status.doors_open,
+        lane_id="",
+        s_m=0.0,
+        order_id="",
+        revision=0,
+        visit_id=status.visit_id,
+        aboard=tuple(ride_id for ride_id in status.aboard if ride_id == ride.ride_id),
+        screen=status.screen,
+        spoken=status.spoken,
+    )
 
 
 def _news(now: dict[str, tuple[int, T]], sent: dict[str, int]) -> Iterable[T]:

@@ -18,7 +18,6 @@ Kinds = NDArray[np.int8]
 
 NOTHING, GROUND, WALL, PERSON, VEHICLE = 0, 1, 2, 3, 4
 BOX_COLUMNS = 7
-CYLINDER_COLUMNS = 4
 TWO_PI = 2.0 * math.pi
 
 

@@ -24,6 +24,9 @@ from campusloop.studies.bound.labels import (
 from campusloop.studies.bound.network import TIME_SLACK, Network
 from server.dispatch.arrays import AnyArray
 
+# In place of a label's number: the way out of the depot.
+_DEPOT = -1
+
 
 class Prices(NamedTuple):
     """The dual values of the master problem.
@@ -163,7 +166,8 @@ def _labels_below(search: _Search, labels_max: int) -> tuple[int, AnyArray, AnyA
     found = np.empty(1024, np.int32)
     found_cost = np.empty(1024)
     finds = 0
-    count, full = _expand(search, labels, heads, buckets, -1, 0, 0)
+    # `int` for the types that these have later: numba would compile the callees once more for constants.
+    count, full = _expand(search, labels, heads, buckets, int(_DEPOT), int(0), int(0))
     for bucket in range(len(buckets)):
         while not full:
             label = _next_of(labels, buckets, bucket)
@@ -220,7 +224,7 @@ def _expand(
     bucket: int,
     count: int,
 ) -> tuple[int, bool]:
-    """Extend a label (-1: the way out of the depot) by every event that may follow.
+    """Extend a label, or the way out of the depot, by every event that may follow.
 
     Returns the number of labels after it, and whether there was no room for another one.
     """

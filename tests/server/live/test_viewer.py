@@ -1,7 +1,7 @@
 import msgspec
 
 from contract.geometry import Pose2
-from contract.wire.messages import FaultReport, Status
+from contract.wire.messages import DrivingView, FaultReport, Status
 from server.live.scene import (
     CommandScene,
     Delta,
@@ -126,6 +126,51 @@ def test_a_passenger_sees_the_own_ride_and_its_shuttle_alone() -> None:
     board.put_vehicle(a_vehicle("shuttle-2", x_m=9.0))
     board.put_ride(a_ride("ride-2", "aboard", "shuttle-2"))
     assert viewer.next_message(board, 2) is None
+
+
+def test_a_passenger_learns_nothing_else_that_a_shuttle_reports() -> None:
+    """A new field of the status reaches passengers only when somebody decides so."""
+    reported = Status(
+        epoch=7,
+        stamp_ns=8,
+        pose_map=Pose2(1.0, 2.0, 3.0),
+        speed_mps=4.0,
+        accel_mps2=0.5,
+        steer_rad=0.1,
+        mode="held",
+        battery_ratio=0.8,
+        doors_open=True,
+        lane_id="lane",
+        s_m=9.0,
+        order_id="order-1",
+        revision=2,
+        visit_id="visit-1",
+        aboard=("ride-1",),
+        screen="arriving",
+        spoken="Next stop: Gate.",
+        obstacle_m=5.0,
+        waiting_for="section",
+        faults=(FaultReport("pose_missing", "stop", 0),),
+        driving=DrivingView("waypoint_speed"),
+        hold_reason="operator_hold",
+        hold_detail="the driver is late",
+    )
+    facts = VehicleFacts("Shuttle 1", 6, 1, connected=True, held=True, charging=True, mode="held")
+    task = VehicleTask("gate", 2, at_charger=True, hold_ends_ms=5, charged_at_ms=6)
+    board, viewer = a_board(), Viewer(RideScope("ride-1"))
+    board.put_vehicle(VehicleScene("shuttle-1", facts, task, reported, 1000))
+    first = viewer.next_message(board, 1)
+    assert isinstance(first, Snapshot)
+    (seen,) = first.scene.vehicles
+    assert seen.status is not None
+    shown = {
+        name for name in reported.__struct_fields__ if getattr(seen.status, name) == getattr(reported, name)
+    }
+    assert shown == {
+        "pose_map", "speed_mps", "mode", "doors_open", "visit_id", "aboard", "screen", "spoken"
+    }  # fmt: skip
+    assert seen.facts == msgspec.structs.replace(facts, charging=False)
+    assert (seen.task, seen.heard_ms) == (VehicleTask("gate", 2), 1000)
 
 
 def test_a_passenger_changes_shuttles_with_the_ride_and_loses_it_at_the_end() -> None:

@@ -2,10 +2,13 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from http import HTTPStatus
 from pathlib import Path
 
+from structlog.testing import capture_logs
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
 
 from contract.wire.codec import decode_from_vehicle, encode
 from contract.wire.messages import (
@@ -162,3 +165,44 @@ def test_a_server_that_is_away_is_dialled_ever_less_often_and_at_once_again_afte
     assert waits_s == sorted(waits_s)
     assert waits_s[-1] == LONGEST_WAIT_S
     assert next_wait_s(waits_s[-1], was_welcomed=True) == FIRST_WAIT_S
+
+
+def test_a_proxy_that_answers_for_an_absent_server_is_dialled_again(tmp_path: Path) -> None:
+    """As during an upgrade of the server: the proxy in front of it answers with an HTTP error."""
+    refusals = 0
+
+    def refused_once(connection: ServerConnection, _request: Request) -> Response | None:
+        nonlocal refusals
+        refusals += 1
+        return connection.respond(HTTPStatus.BAD_GATEWAY, "no server") if refusals == 1 else None
+
+    async def scenario() -> None:
+        campus = Campus(tmp_path)
+        async with serve(campus.serve, "127.0.0.1", 0, process_request=refused_once) as server:
+            port = server.sockets[0].getsockname()[1]
+            campus.client = LinkClient(
+                f"ws://127.0.0.1:{port}", campus.desk, campus.delivered.append, lambda: 0
+            )
+            running = asyncio.create_task(campus.client.run())
+            await campus.until(lambda: campus.link_states[-1:] == [True])
+            assert refusals == 2
+            running.cancel()
+            await asyncio.gather(running, return_exceptions=True)
+
+    asyncio.run(scenario())
+
+
+def test_an_address_that_is_none_is_logged_and_does_not_end_the_link(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        campus = Campus(tmp_path)
+        client = LinkClient("https:/nowhere", campus.desk, campus.delivered.append, lambda: 0)
+        with capture_logs() as logs:
+            running = asyncio.create_task(client.run())
+            await campus.until(lambda: bool(logs))
+        assert logs[0]["event"] == "link.unreachable"
+        assert logs[0]["url"] == "https:/nowhere"
+        assert not running.done()
+        running.cancel()
+        await asyncio.gather(running, return_exceptions=True)
+
+    asyncio.run(scenario())

@@ -1,3 +1,4 @@
+import os
 from pathlib import Path
 
 import pytest
@@ -30,6 +31,24 @@ def test_events_of_an_earlier_boot_are_kept_with_their_boot(tmp_path: Path) -> N
         ("second", 0),
     ]
     assert names(third) == ["command-1", "command-2", "command-3"]
+
+
+@pytest.mark.parametrize("sync", [True, False])
+def test_events_and_memory_have_reached_the_disk_when_they_are_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sync: bool
+) -> None:
+    """A vehicle that loses its power may not have sent what it will not know after the start."""
+    synced_sizes: list[int] = []
+    monkeypatch.setattr(os, "fsync", lambda number: synced_sizes.append(os.fstat(number).st_size))
+    outbox = Outbox(tmp_path, "first", sync=sync)
+    synced_sizes.clear()
+    append(outbox, 1, an_event(1))
+    outbox.save_memory(b"order and riders")
+    folder_size = tmp_path.stat().st_size
+    events_size = (tmp_path / "events.jsonl").stat().st_size
+    expected = [events_size, len(b"order and riders"), folder_size]
+    assert synced_sizes == (expected if sync else [])
+    outbox.close()
 
 
 def test_acknowledged_events_are_gone_after_a_restart(tmp_path: Path) -> None:

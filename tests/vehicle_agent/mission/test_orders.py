@@ -209,6 +209,24 @@ def test_a_shuttle_that_was_driven_off_its_route_holds_until_it_is_back_and_resu
     assert shuttle.state.memory.open_visits() == ()
 
 
+def test_a_new_shuttle_beside_the_road_says_what_keeps_it_from_driving() -> None:
+    shuttle = RingShuttle()
+    shuttle.pose = Pose2(40.0, -20.0, 0.0)
+    assert shuttle.step().hold_reason == "off_map"
+
+
+def test_the_line_of_an_order_ends_with_its_last_lane() -> None:
+    shuttle = RingShuttle()
+    end = ("north", 70.0)
+    shuttle.go(an_order((a_visit("a", *end), rest(end))))
+    task = shuttle.task
+    assert task is not None
+    assert task.line is not None
+    assert task.line.lane_ids == ("south", "east", "north")
+    total_m = sum(NETWORK.lines[lane_id].length_m for lane_id in task.line.lane_ids)
+    assert task.line.s[-1] == pytest.approx(total_m, abs=0.01)
+
+
 def test_hold_brakes_comfortably_and_stop_now_at_once() -> None:
     for kind, most_m in (("hold", 12.0), ("stop_now", 0.5)):
         shuttle = RingShuttle()

@@ -31,6 +31,7 @@ def test_the_shuttle_stops_at_once_comfortably_dwells_eight_seconds_and_goes_on(
     answer = pressed(shuttle)
     assert answer.accepted
     assert answer.lane_id == "south"
+    assert shuttle.step().reason == "requested_stop"
     assert at_m + speed**2 / 1.2 <= answer.s_m <= at_m + speed**2 / 1.2 + 4.0
     shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
     assert abs(shuttle.state.s_m - answer.s_m) < 0.5
@@ -40,6 +41,7 @@ def test_the_shuttle_stops_at_once_comfortably_dwells_eight_seconds_and_goes_on(
     assert {e.visit_id for e in shuttle.of(DoorsChanged)} == {answer.visit_id}  # type: ignore[attr-defined]
     shuttle.run(10)
     assert shuttle.speed_mps > 1.0
+    assert shuttle.step().reason is None
 
 
 def test_no_passenger_gets_out_in_a_junction() -> None:

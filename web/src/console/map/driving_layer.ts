@@ -34,12 +34,12 @@ function drawAreas(
   context: CanvasRenderingContext2D,
   camera: Camera,
   palette: Palette,
-  cornerss: CampusGeometry["areas"],
+  outlines: CampusGeometry["areas"],
   observations: readonly AreaObservation[],
 ): void {
   for (const area of observations) {
     if (area.camera_count === null && camera.px_per_m < PEOPLE_FROM_PX_PER_M) continue;
-    const corners = cornerss.get(area.area_id);
+    const corners = outlines.get(area.area_id);
     if (corners === undefined) continue;
     const outline = new Path2D();
     corners.forEach(([x, y], index) => (index === 0 ? outline.moveTo(x, y) : outline.lineTo(x, y)));

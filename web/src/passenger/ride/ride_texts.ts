@@ -75,10 +75,6 @@ export function delayText(ride: RideTracker, { phase }: RideProgress): string {
     case "fault":
     case "minimal_risk":
       return t.vehicle_held;
-    case "blocked":
-      return t.path_blocked;
-    case "waiting":
-      return t.waits_for_section;
     default:
       return "";
   }

@@ -118,8 +118,8 @@ export const en = {
   no_show: "The shuttle left without you",
   no_show_detail: "It waited until the end of its stop. Book another ride.",
   failed: "This ride could not be finished",
-  failed_detail: "The operators have been told. Book another ride if you still need one.",
-  promise_broken: "The promised time could not be kept. The operators have been told.",
+  failed_detail: "The operators have been notified. Book another ride if you still need one.",
+  promise_broken: "The promised time could not be kept. The operators have been notified.",
   promise_renewed: "It will be later than first promised. The times below hold from now on.",
   alternatives: "You could have instead",
   alternative_later: (time: string) => `The same ride ${time}`,
@@ -133,8 +133,6 @@ export const en = {
 
   vehicle_held:
     "The shuttle has been stopped by the operators and will go on when they release it.",
-  path_blocked: "The shuttle is waiting for something on its path.",
-  waits_for_section: "The shuttle is letting another one pass.",
   vehicle_offline: "The shuttle is out of reach at the moment; its position may be old.",
 
   tap_on_board: "I’m on board",
@@ -160,7 +158,7 @@ export const en = {
   book_another: "Book another ride",
   copy_link: "Copy the ride’s link",
   link_copied: "Link copied",
-  link_is_secret: "Whoever has this link can cancel the ride.",
+  link_is_secret: "Anyone with this link can cancel the ride.",
 
   help: "Help",
   help_title: "Call the operators?",
@@ -190,8 +188,8 @@ export const en = {
     timetable: "Every shuttle that could come has a timetable to keep. Choose another time.",
     battery: "No shuttle has enough charge left for this ride. Try later.",
     closed_road: "A closed road cuts these stops off from each other. Choose other stops.",
-    vehicle_lost: "Your shuttle cannot go on. Your stop is near; somebody has been told.",
-    ride_time: "Everybody would ride too long. Choose a later time or a nearer stop.",
+    vehicle_lost: "Your shuttle cannot go on. Your stop is near; the operators have been notified.",
+    ride_time: "The ride would take too long for all passengers. Choose a later time or a nearer stop.",
   } as Readonly<Record<string, string>>,
 };
 

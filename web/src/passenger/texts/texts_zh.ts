@@ -131,8 +131,6 @@ export const zh: PassengerTexts = {
   under_a_minute: "不到 1 分钟后",
 
   vehicle_held: "车辆已被调度员暂停，放行后继续行驶。",
-  path_blocked: "车辆正在等待前方通行。",
-  waits_for_section: "车辆正在让另一辆车先行。",
   vehicle_offline: "暂时联系不到车辆，显示的位置可能不是最新。",
 
   tap_on_board: "我已上车",

@@ -1,7 +1,5 @@
 import { poseOf, type Pose, type Scene, type VehicleScene } from "./scene";
 
-export type { Pose } from "./scene";
-
 interface PoseSegment {
   readonly from: Pose;
   readonly to: Pose;
