@@ -2,6 +2,7 @@
 
 import msgspec
 
+from contract.roads.design_vehicle import RELEASE_MARGIN_M, STANDING_MARGIN_M
 from vehicle_agent.mission.seat_button import StopRules
 from vehicle_agent.mission.sections import VehicleExtent
 
@@ -27,8 +28,8 @@ class MissionRules(msgspec.Struct, frozen=True):
     body: VehicleExtent = VehicleExtent()
     half_width_m: float = 0.815
     stops: StopRules = StopRules()
-    section_margin_m: float = 0.5
-    release_slack_m: float = 0.2
+    section_margin_m: float = STANDING_MARGIN_M
+    release_slack_m: float = RELEASE_MARGIN_M
     arrived_m: float = 0.5
     overshot_m: float = 1.5
     standing_mps: float = 0.05
