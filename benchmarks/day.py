@@ -41,11 +41,13 @@ _VISITS_MAX = 200
 
 @dataclass(frozen=True, slots=True)
 class DispatchPolicy:
-    """patience: see Schedule. Every `every_s` seconds of the day, `vehicles` around one are searched with
-    `attempts`; 0 vehicles for no search."""
+    """Every `every_s` seconds, `vehicles` around one are searched with `attempts`; 0 vehicles for no search.
+
+    departure_slack  as in `Schedule`
+    """
 
     name: str
-    patience: float
+    departure_slack: float
     every_s: float = 30.0
     vehicles: int = 0
     attempts: int = 0
@@ -63,7 +65,7 @@ def main() -> None:
     parser.add_argument("--vehicles", type=int, default=300)
     parser.add_argument("--seats", type=int, default=6)
     parser.add_argument("--speed-mps", type=float, default=8.0)
-    parser.add_argument("--patience", type=float, default=0.0)
+    parser.add_argument("--departure-slack", type=float, default=0.0)
     parser.add_argument("--every", type=float, default=7.0, metavar="S")
     parser.add_argument("--around", type=int, default=24, metavar="VEHICLES")
     parser.add_argument("--attempts", type=int, default=200)
@@ -74,7 +76,7 @@ def main() -> None:
         parser.error("there must be a vehicle with a seat, and a speed above 0")
     requests = read_rides(args.file, args.speed_mps)
     print(f"{len(requests.rides)} rides; the latest time is that of {requests.latest_is}", flush=True)
-    searching = DispatchPolicy("engine", args.patience, args.every, args.around, args.attempts)
+    searching = DispatchPolicy("engine", args.departure_slack, args.every, args.around, args.attempts)
     rows, days = [], {}
     for policy in (_GREEDY, searching):
         day = driven(requests, args.vehicles, args.seats, args.speed_mps, policy)
@@ -225,7 +227,7 @@ class Day:
 
 def driven(requests: DayRequest, vehicles: int, seats: int, speed_mps: float, policy: DispatchPolicy) -> Day:
     """The whole day in announcement order."""
-    schedule = _schedule(requests, vehicles, seats, speed_mps, policy.patience)
+    schedule = _schedule(requests, vehicles, seats, speed_mps, policy.departure_slack)
     order = np.argsort(requests.announced_s, kind="stable")
     routes: dict[str, list[int]] = {name: [] for name in schedule.vehicle_ids}
     day = Day([], {}, {}, 0.0, 0.0, 0.0, [])
@@ -266,7 +268,9 @@ def _note(day: Day, routes: dict[str, list[int]], visits: Sequence[CompletedCall
         (day.arrived_s if made.alights else day.picked_s)[k] = made.at_s
 
 
-def _schedule(requests: DayRequest, vehicles: int, seats: int, speed_mps: float, patience: float) -> Schedule:
+def _schedule(
+    requests: DayRequest, vehicles: int, seats: int, speed_mps: float, departure_slack: float
+) -> Schedule:
     spread = np.linspace(0, len(requests.rides) - 1, vehicles).astype(int)
     begins_s = float(requests.announced_s.min())
     fleet = tuple(
@@ -282,7 +286,7 @@ def _schedule(requests: DayRequest, vehicles: int, seats: int, speed_mps: float,
         weights=CostWeights(wait=0.0, walk=0.0, ride=0.0),
         plane=Plane(requests.xy_m, 1.0 / speed_mps),
     )
-    return Schedule(problem, spare=len(requests.rides), patience=patience, visits=_VISITS_MAX)
+    return Schedule(problem, spare=len(requests.rides), departure_slack=departure_slack, visits=_VISITS_MAX)
 
 
 if __name__ == "__main__":

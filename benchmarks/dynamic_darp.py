@@ -33,7 +33,7 @@ _ATTEMPTS = 50
 # A request that fits nowhere at first is tried so many times harder.
 _INSISTENCE = 5
 # Between setting out at once and as late as possible.
-_PATIENCE = 0.75
+_DEPARTURE_SLACK = 0.75
 
 
 def main() -> None:
@@ -154,7 +154,7 @@ def _schedule(instance: Instance) -> Schedule:
         plane=Plane(instance.xy.astype(float), 1.0),
         together=False,
     )
-    return Schedule(problem, spare=len(instance.pairs), patience=_PATIENCE)
+    return Schedule(problem, spare=len(instance.pairs), departure_slack=_DEPARTURE_SLACK)
 
 
 def _request(instance: Instance, k: int) -> Request:

@@ -58,7 +58,7 @@ class ScanReady(msgspec.Struct, frozen=True, tag="scan_ready"):
     stamp_ns: int
 
 
-class DeviceOutputs(msgspec.Struct, frozen=True, tag="device_words"):
+class DeviceOutputs(msgspec.Struct, frozen=True, tag="device_outputs"):
     """From the vehicle computer: the output for screen, speaker and doors."""
 
     hmi: HmiOutput

@@ -16,7 +16,7 @@ class OperatorError(Exception):
 
 
 class ReportedVehicle(TypedDict):
-    """What is read here of a vehicle as the API tells of it."""
+    """The fields of the API's vehicle that this client reads."""
 
     connected: bool
     placed: bool

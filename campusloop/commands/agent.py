@@ -36,7 +36,7 @@ def enrol(
     profile: Annotated[Path | None, typer.Option(help="Vehicle profile (TOML).")] = None,
     values_port: Annotated[int, typer.Option(help="Loopback port of device values.")] = 47_300,
     scans_port: Annotated[int, typer.Option(help="Loopback port of finished scans.")] = 47_400,
-    words_port: Annotated[int, typer.Option(help="Loopback port of screen, speaker and doors.")] = 47_500,
+    hmi_port: Annotated[int, typer.Option(help="Loopback port of screen, speaker and doors.")] = 47_500,
     cameras: Annotated[
         str, typer.Option(help="HOST:PORT to receive crossing cameras on, without the cloud.")
     ] = "",
@@ -51,7 +51,7 @@ def enrol(
         can_channel=can,
         values_port=values_port,
         scans_port=scans_port,
-        words_port=words_port,
+        hmi_port=hmi_port,
         scan_ring=str(scan_ring),
         server_certificate=certificate,
         cameras=cameras,

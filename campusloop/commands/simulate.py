@@ -40,13 +40,13 @@ def simulate(
     stack: Annotated[str, typer.Option(help="with --km: snow_lion, gem or nus")] = "snow_lion",
     out: Annotated[Path | None, typer.Option(help="with --km: folder for figures, plots and samples")] = None,
     workers: Annotated[int, typer.Option(min=0, help="with --km: processes; 0: one a core")] = 0,
-    stint_s: Annotated[float, typer.Option(min=60.0, help="with --km: virtual time of one shift")] = 3600.0,
+    shift_s: Annotated[float, typer.Option(min=60.0, help="with --km: virtual time of one shift")] = 3600.0,
 ) -> None:
     """Simulate vehicles in real time until Ctrl-C; each has a CAN bus of its own."""
     console = Console()
     if km > 0.0:
         maps = SHIPPED_MAPS if map_path is None else (map_path,)
-        _drive_km(console, maps, stack, km, seed, workers or len(os.sched_getaffinity(0)), stint_s, out)
+        _drive_km(console, maps, stack, km, seed, workers or len(os.sched_getaffinity(0)), shift_s, out)
         return
     if map_path is None:
         _refuse(console, "give a campus map: --map maps/shanghai-university/map.json")
@@ -62,7 +62,7 @@ def _drive_km(
     km: float,
     seed: int,
     workers: int,
-    stint_s: float,
+    shift_s: float,
     out: Path | None,
 ) -> None:
     """Exit 1 if there was a contact."""
@@ -71,7 +71,7 @@ def _drive_km(
 
     try:
         ensure_kernels(for_campus(profile_of(stack).stack))
-        contacts = report_km(console, maps, stack, km, seed, workers, stint_s, out)
+        contacts = report_km(console, maps, stack, km, seed, workers, shift_s, out)
     except (MapError, ProfileError, NoDistanceDriven) as error:
         _refuse(console, str(error))
     if contacts:

@@ -247,7 +247,7 @@ class LiveCampus:
             can_channel=ports.can_channel,
             values_port=ports.values_port,
             scans_port=ports.scans_port,
-            words_port=ports.words_port,
+            hmi_port=ports.hmi_port,
             scan_ring=str(scan_ring_path(self._scans, vehicle_id)),
             server_certificate=str(self.certificate) if self.certificate else "",
         )

@@ -134,7 +134,7 @@ class ProcessFaultRig:
             can_channel=ports.can_channel,
             values_port=ports.values_port,
             scans_port=ports.scans_port,
-            words_port=ports.words_port,
+            hmi_port=ports.hmi_port,
             scan_ring=str(scan_ring_path(folder, VEHICLE_ID)),
         )
         AgentFolder(folder / "vehicle").prepare(vehicle, map_path, profile_path)

@@ -86,7 +86,7 @@ def _run_until_signal(simulation: LiveSimulation) -> None:
 
 def _print_wiring(console: Console, vehicle_ids: tuple[str, ...], base_port: int, folder: Path) -> None:
     table = Table()
-    for heading in ("vehicle", "CAN channel", "device values", "scans", "words", "scan ring"):
+    for heading in ("vehicle", "CAN channel", "device values", "scans", "HMI", "scan ring"):
         table.add_column(heading, overflow="fold")
     for number, vehicle_id in enumerate(vehicle_ids):
         ports = ports_of(number, base_port)
@@ -95,7 +95,7 @@ def _print_wiring(console: Console, vehicle_ids: tuple[str, ...], base_port: int
             ports.can_channel,
             str(ports.values_port),
             str(ports.scans_port),
-            str(ports.words_port),
+            str(ports.hmi_port),
             str(scan_ring_path(folder, vehicle_id)),
         )
     console.print(table)

@@ -42,7 +42,7 @@ class Request:
     ride_s_max   longest time between the end of boarding and coming to the drop-off
     dwell_s      how long they take to board, and to alight; None for the problem's dwell
     pinned       it stays with the vehicle that has it: no improvement gives it to another one
-    pace         what driving to either stop takes at that hour, over the table's time
+    travel_time_factor  what driving to either stop takes at that hour, over the table's time
     pickup_walks, dropoff_walks  other possible stops; the walk makes the pickup later and the latest
                  drop-off earlier
     """
@@ -61,7 +61,7 @@ class Request:
     arrive_from_s: float = -math.inf
     dwell_s: float | None = None
     pinned: bool = False
-    pace: float = 1.0
+    travel_time_factor: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +73,8 @@ class Call:
     leave_from_s  the vehicle leaves no earlier (a timetable departure)
     arrive_by_s  it arrives no later
     fixed        it stays even if no rider boards or alights
-    pace         what driving to it takes at that hour, over the table's time: that of the rider for whom it
-                 was made, so that it does not depend on the order of its riders
+    travel_time_factor  what driving to it takes at that hour, over the table's time: that of the rider for
+                 whom it was made, so that it does not depend on the order of its riders
     off_duty     it stands for the time between two shifts, and is left out of the routes that are decided
     """
 
@@ -86,7 +86,7 @@ class Call:
     arrive_by_s: float = math.inf
     fixed: bool = False
     call_id: str = ""
-    pace: float = 1.0
+    travel_time_factor: float = 1.0
     off_duty: bool = False
 
 

@@ -16,7 +16,7 @@ class Budget:
     """Counts, never seconds, so that a decision can be repeated.
 
     slices      of improvement, each of so many attempts to take a few requests out and put them back
-    stop_after  slices after which it ended before: the caller records it when its time was over
+    stop_after  how many slices an earlier run did in its time, to repeat it; None for a first run
     """
 
     slices: int = 0

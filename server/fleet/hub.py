@@ -28,7 +28,7 @@ FLUSH_EVERY_S = 0.5
 PUSH_EVERY_S = 1.0
 # An agent that was heard within this time still runs: a second boot beside it is a second agent.
 ALIVE_NS = 2_000_000_000
-# Shuttles are told of each other within this distance: the view ahead and both bodies.
+# Shuttles receive each other's positions within this distance: the view ahead and both bodies.
 FLEET_VEHICLES_M = 60.0
 
 log = structlog.get_logger("fleet.hub")
@@ -110,7 +110,7 @@ class Hub:
             await asyncio.wait(standing)
         await self._flush()
 
-    # ---------------------------------------------------------------- what links tell
+    # ---------------------------------------------------------------- messages of links
 
     def _opened(self, link: Link) -> bool:
         older = self._links.get(link.vehicle_id)
@@ -142,7 +142,7 @@ class Hub:
         topic = topics.vehicle_event(self.campus_id, vehicle_id)
         self._spawn("hub.publish", self._bus.publish(topic, encode(report)))
 
-    # ---------------------------------------------------------------- what the bus tells
+    # ---------------------------------------------------------------- messages of the bus
 
     def _outbox_changed(self, topic: str, _: bytes) -> None:
         link = self._links.get(_vehicle_of(topic))
@@ -157,22 +157,22 @@ class Hub:
             link.end("superseded", f"session {epoch} of {link.vehicle_id} is newer")
 
     def _vehicle_moved(self, topic: str, payload: bytes) -> None:
-        """Tell the shuttles near by that are linked to this replica."""
+        """Send the position to the shuttles near by that are linked to this replica."""
         status = decode_from_vehicle(payload)
         assert isinstance(status, Status), f"{topic} carries a {type(status).__name__}"
         vehicle_id, pose = _vehicle_of(topic), status.pose_map
         for other in self._nearby.move(vehicle_id, pose.x_m, pose.y_m):
             link = self._links.get(other)
             if link is not None:
-                link.tell_fleet_vehicle(vehicle_id, pose, status.speed_mps)
+                link.send_fleet_vehicle(vehicle_id, pose, status.speed_mps)
 
     def _presence_seen(self, _: str, payload: bytes) -> None:
-        """Tell the shuttles near the area that are linked to this replica."""
+        """Send the report to the shuttles near the area that are linked to this replica."""
         presence = msgspec.json.decode(payload, type=AreaPresence)
         for vehicle_id in self._nearby.around(presence.x_m, presence.y_m):
             link = self._links.get(vehicle_id)
             if link is not None:
-                link.tell_presence(presence.area_id, presence.count, presence.stamp_ns)
+                link.send_presence(presence.area_id, presence.count, presence.stamp_ns)
 
     # ---------------------------------------------------------------- standing tasks
 

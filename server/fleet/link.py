@@ -119,16 +119,16 @@ class Link:
             self._push_due = True
             self._frames.put_nowait(_QueueItem.PUSH)
 
-    def tell_fleet_vehicle(self, vehicle_id: str, pose_map: Pose2, speed_mps: float) -> None:
-        """Tell where a fleet vehicle is now; dropped while the session is not open."""
-        self._tell(FleetVehicle(self.session.epoch, vehicle_id, self._now_ns(), pose_map, speed_mps))
+    def send_fleet_vehicle(self, vehicle_id: str, pose_map: Pose2, speed_mps: float) -> None:
+        """Send the position of a fleet vehicle; dropped while the session is not open."""
+        self._send(FleetVehicle(self.session.epoch, vehicle_id, self._now_ns(), pose_map, speed_mps))
 
-    def tell_presence(self, area_id: str, count: int, seen_ns: int) -> None:
-        """Tell a camera's report on an area; dropped while the session is not open."""
-        self._tell(Presence(self.session.epoch, area_id, seen_ns, count))
+    def send_presence(self, area_id: str, count: int, seen_ns: int) -> None:
+        """Send a camera's report on an area; dropped while the session is not open."""
+        self._send(Presence(self.session.epoch, area_id, seen_ns, count))
 
-    def _tell(self, message: FleetVehicle | Presence) -> None:
-        for action in self.session.tell(message):
+    def _send(self, message: FleetVehicle | Presence) -> None:
+        for action in self.session.send(message):
             assert isinstance(action, Send)
             self._transport.send(encode(action.message))
 
@@ -265,7 +265,7 @@ class Link:
             return
         waiting = await self._ports.transactions.run(lambda uow: outbox.outbox_of(uow, self.vehicle_id))
         for message in self._sent.choose(waiting, self._now_ns()):
-            await self._perform_all(self.session.tell(message))
+            await self._perform_all(self.session.send(message))
 
     def _close_session(self, uow: UnitOfWork) -> None:
         vehicle_sessions.close_session(uow, self.vehicle_id, self.session.epoch)

@@ -109,9 +109,9 @@ class VehicleSession:
 
     def events_stored(self, boot_id: str, next_sequence: int) -> Actions:
         """Acknowledge events. Also the answer to a gap: the vehicle repeats from next_sequence."""
-        return self.tell(EventsAcknowledged(self.epoch, boot_id, next_sequence))
+        return self.send(EventsAcknowledged(self.epoch, boot_id, next_sequence))
 
-    def tell(self, message: ServerMessage) -> Actions:
+    def send(self, message: ServerMessage) -> Actions:
         """Send a message; it is dropped unless the session is open (the outbox has it again later)."""
         return (Send(message),) if self.state == "open" else ()
 
@@ -136,7 +136,7 @@ class VehicleSession:
 
     def _open_received(self, message: VehicleMessage, server_ns: int) -> Actions:
         if isinstance(message, ClockProbe):
-            return self.tell(ClockSample(message.vehicle_ns, server_ns))
+            return self.send(ClockSample(message.vehicle_ns, server_ns))
         assert not isinstance(message, Hello)
         if message.epoch != self.epoch:
             return self.close("epoch_stale", f"frame of epoch {message.epoch}; this session is {self.epoch}")

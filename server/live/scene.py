@@ -15,7 +15,7 @@ from server.domain.planning.plans import RestReason
 
 
 class VehicleFacts(msgspec.Struct, frozen=True):
-    """What the store holds of a vehicle; names and meanings are those of `domain.fleet.vehicles.Vehicle`."""
+    """A vehicle's stored facts; names and meanings are those of `domain.fleet.vehicles.Vehicle`."""
 
     name: str
     seats: int
@@ -45,7 +45,7 @@ class VisitScene(msgspec.Struct, frozen=True):
 
 
 class VehicleTask(msgspec.Struct, frozen=True):
-    """What a vehicle is going to do.
+    """A vehicle's plan.
 
     visits         in driving order, for operators
     order_waits    the newest plan waits until its route is safe

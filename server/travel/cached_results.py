@@ -8,13 +8,13 @@ _KEPT = 50_000
 
 
 class CachedResults:
-    """A store that keeps its immutable objects in memory returns the same ones until they change."""
+    """Results by name; each is valid while the objects that it was made of are the same."""
 
     def __init__(self) -> None:
         self._cached: dict[str, tuple[tuple[object, ...], Any]] = {}
 
     def get(self, name: str, parts: tuple[object, ...], make: Callable[[], T]) -> T:
-        """What was made of these immutable objects. It is made again when one of them is another object."""
+        """The result made of these immutable objects; computed again if one of them is another object."""
         known = self._cached.get(name)
         if known is not None and all(a is b for a, b in zip(known[0], parts, strict=True)):
             found: T = known[1]

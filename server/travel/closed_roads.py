@@ -1,4 +1,4 @@
-"""Which sections of the map closures close, and how a shuttle on closed road leaves it."""
+"""The sections that closures close, and how a shuttle on a closed road leaves it."""
 
 from collections.abc import Collection, Iterable
 from datetime import datetime

@@ -37,7 +37,7 @@ class FleetRoads:
     speed_cap_mps  what a shuttle drives at most; slack: planned over free-flow travel time
     closed  sections that operators have closed; every_road: the same map with none closed
     access  the sections that a vehicle may not enter
-    results what others have made of this map and of objects of theirs
+    results  computed by callers from this map and their own objects
     """
 
     def __init__(

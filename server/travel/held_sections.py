@@ -51,5 +51,5 @@ def times_over_held(
 
 
 def _ends_before_closed_road(roads: FleetRoads, held: Sequence[str], end: Place) -> bool:
-    """What the vehicle holds ends in mid-lane, before closed road."""
+    """The held sections end in mid-lane, before a closed road."""
     return roads.network.section_at(*end).section_id in roads.access.closed_for(held[-1])

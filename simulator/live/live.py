@@ -27,7 +27,7 @@ class VehicleWiring:
     def __init__(self, vehicle_id: str, ports: VehiclePorts, folder: Path, clock: Clock) -> None:
         self.vehicle_id, self.ports = vehicle_id, ports
         self.bus = LiveBus(ports.can_channel, clock.now_ns)
-        self.outputs = DatagramPort(ports.words_port)
+        self.outputs = DatagramPort(ports.hmi_port)
         self.ring = ScanRing(scan_ring_path(folder, vehicle_id), create=True)
         self._scans = 0
 

@@ -15,13 +15,13 @@ class VehiclePorts:
     can_channel  its CAN bus, as the gate opens it
     values_port  of its tick process, for device values
     scans_port   of its perception worker, for finished scans
-    words_port   of the simulation, for the vehicle's output to screen, speaker and doors
+    hmi_port   of the simulation, for the vehicle's output to screen, speaker and doors
     """
 
     can_channel: str
     values_port: int
     scans_port: int
-    words_port: int
+    hmi_port: int
 
 
 def control_port(base_port: int = BASE_PORT) -> int:

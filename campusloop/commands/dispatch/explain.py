@@ -67,7 +67,7 @@ def _report(ride: Ride, decisions: list[StoredRideDecision], lines: list[str]) -
         "vehicle_id": ride.vehicle_id,
         "reason": ride.reason,
         "decisions": [{"kind": decision.kind} | _decision(decision) for decision in decisions],
-        "words": lines,
+        "text": lines,
     }
 
 

@@ -14,7 +14,7 @@ from campusloop.studies.bound.events import EventGraph
 from campusloop.studies.bound.network import TIME_SLACK, Network
 from server.dispatch.arrays import AnyArray
 
-# Steps that are looked at: about 350 MB.
+# Steps that are searched: about 350 MB.
 _STEPS_MAX = 8_000_000
 
 

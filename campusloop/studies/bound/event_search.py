@@ -11,8 +11,8 @@ from numba import njit
 from campusloop.studies.bound.network import TIME_SLACK, Network
 from server.dispatch.arrays import AnyArray
 
-# Orders of bringing people home that are looked at before an event is let in unseen.
-_PATIENCE = 500
+# Orders of dropping off the riders that are tried before an event is accepted unchecked.
+_ORDERS_MAX = 500
 
 
 class EventTable(NamedTuple):
@@ -34,12 +34,12 @@ class EventTable(NamedTuple):
 
 
 class Successor(NamedTuple):
-    """Scratch space for the event after a step: row, left, due (k,); patience (1,) see `_can_finish`."""
+    """Scratch space for the event after a step: row, left, due (k,); orders_left (1,) see `_can_finish`."""
 
     row: AnyArray
     left: AnyArray
     due: AnyArray
-    patience: AnyArray
+    orders_left: AnyArray
 
 
 @njit(cache=True)
@@ -228,8 +228,8 @@ def _step(
         after.row[place] = to - 1
         after.left[place] = network.service[to] + network.ride_max
         after.due[place] = min(network.late[n + to], latest + network.service[to] + network.ride_max)
-    after.patience[0] = _PATIENCE
-    if not _can_finish(network, to, begin, after.row.copy(), after.left.copy(), after.due, after.patience):
+    after.orders_left[0] = _ORDERS_MAX
+    if not _can_finish(network, to, begin, after.row.copy(), after.left.copy(), after.due, after.orders_left):
         return np.inf
     return float(begin)
 
@@ -289,26 +289,32 @@ def _slot_of(table: AnyArray, node: AnyArray, aboard: AnyArray, at: int, row: An
 
 @njit(cache=True)
 def _can_finish(
-    network: Network, at: int, time: float, row: AnyArray, left: AnyArray, due: AnyArray, patience: AnyArray
+    network: Network,
+    at: int,
+    time: float,
+    row: AnyArray,
+    left: AnyArray,
+    due: AnyArray,
+    orders_left: AnyArray,
 ) -> bool:
-    """Can everybody aboard be brought home in some order? True as well when patience runs out first.
+    """Whether some order drops off all riders in time; also true once the limit of tries is reached.
 
     row   (k,) requests aboard, -1 free; left (k,) ride time left at `time`; due (k,) latest drop-off
-    patience   (1,) how many partial orders may be looked at: their number grows with the factorial
+    orders_left  (1,) how many partial orders may still be tried: their number grows with the factorial
     """
-    patience[0] -= 1
-    if patience[0] < 0:
+    orders_left[0] -= 1
+    if orders_left[0] < 0:
         return True
-    anybody = False
+    has_riders = False
     for k in range(len(row)):
         if row[k] < 0:
             continue
-        anybody = True
+        has_riders = True
         home = network.requests + 1 + row[k]
         arrival = time + network.service[at] + network.travel[at, home]
         if arrival > min(due[k], time + left[k]) + TIME_SLACK or arrival > network.late[home] + TIME_SLACK:
             return False
-    if not anybody:
+    if not has_riders:
         return True
     for k in range(len(row)):
         if row[k] < 0:
@@ -318,7 +324,7 @@ def _can_finish(
         step = network.service[at] + network.travel[at, home]
         row[k] = -1
         left -= step
-        fine = _can_finish(network, home, time + step, row, left, due, patience)
+        fine = _can_finish(network, home, time + step, row, left, due, orders_left)
         left += step
         row[k] = request
         if fine:

@@ -1,4 +1,4 @@
-"""The event graph: what a vehicle has just done, and who is aboard.
+"""The event graph: a stop, and the requests aboard after it.
 
 An event is (node, requests aboard after it); a route is a path of events from the empty vehicle to the empty
 vehicle. Precedence, pairing and capacity are in the graph, times are not: those are the labels' (pricing).
@@ -48,7 +48,7 @@ def event_graph(network: Network, events_max: int) -> EventGraph:
     count, events, first = reachable_events(network, places, events_max)
     if count < 0:
         raise TooManyEvents(
-            f"more than {events_max} events (a stop, and who is aboard after it): "
+            f"more than {events_max} events (a stop, and the riders aboard after it): "
             "the windows are too wide and the places too many for this bound"
         )
     arcs, arc_from, arc_to, arc_place = arcs_between(network, places, events, count)

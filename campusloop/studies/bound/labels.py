@@ -1,8 +1,8 @@
 """Labels: paths through the event graph with exact times, and when one makes another superfluous.
 
-For everybody aboard a label knows the latest drop-off as a function of the time at which service begins here:
-min(due, time + left). That is exact for ride-time limits (Gschwind, Irnich 2015, section 4). A limit of the
-route's duration is one more passenger, who rides from depot to depot.
+For every request aboard a label has the latest drop-off as a function of the time at which service begins
+here: min(due, time + left). That is exact for ride-time limits (Gschwind, Irnich 2015, section 4). A limit of
+the route's duration is one more passenger, who rides from depot to depot.
 """
 
 from typing import NamedTuple
@@ -69,7 +69,7 @@ def carry_times(
     begin: float,
     new: int,
 ) -> bool:
-    """Write `left` and `due` of the label that goes on to event `child`; False where somebody would be late.
+    """Write `left` and `due` of the label that goes on to event `child`; False where one would be late.
 
     label -1 is the depot; place: where the request enters or leaves `aboard`; begin: of service at the child
     """

@@ -1,6 +1,6 @@
-"""The master problem: choose at most m routes that together serve everybody, at least cost.
+"""The master problem: choose at most m routes that together serve every request, at least cost.
 
-A covering: serving somebody twice is allowed, for leaving them out of one route is no dearer, and so the
+A covering: serving a request twice is allowed, since leaving it out of one route is no dearer, and so the
 duals are never negative. Subset-row cuts tighten its linear relaxation (cuts.py).
 """
 
@@ -90,7 +90,7 @@ class Master:
         self._costs_by_set: dict[bytes, float] = {}
 
     def raise_unserved_cost(self, cost: float) -> None:
-        """Make leaving somebody out dearer."""
+        """Make leaving a request out dearer."""
         for request in range(self._requests):
             self._lp.changeColCost(request, cost)
 
@@ -195,7 +195,7 @@ class Master:
 def integer_solution(
     routes: Routes, requests: int, vehicles: int, upper: float, nodes_max: int
 ) -> AnyArray | None:
-    """Indices of routes that serve everybody for less than `upper`; the best that a bounded search finds."""
+    """The best routes (indices) for all requests that a bounded search finds below `upper`."""
     lp = _quiet()
     lp.setOptionValue("mip_max_nodes", nodes_max)
     if np.isfinite(upper):

@@ -39,7 +39,7 @@ class Network(NamedTuple):
 
 
 def network_of(instance: Instance) -> Network:
-    """Windows as tight as possible. Raises InstanceBroken for a request nobody can serve."""
+    """Windows as tight as possible. Raises InstanceBroken for a request that cannot be served."""
     n = len(instance.pairs)
     if n == 0:
         raise InstanceBroken(f"{instance.name}: no requests")
@@ -101,7 +101,7 @@ def _tightened(
 def _binding_duration(
     duration_max: float, travel: AnyArray, service: AnyArray, early: AnyArray, late: AnyArray
 ) -> float:
-    """The longest route, or inf where none could be longer: then nobody need watch it."""
+    """The longest route, or inf where none could be longer: then it need not be checked."""
     leave = (early - travel[0])[1:].min()
     back = (late + service + travel[:, 0])[1:].max()
     return duration_max if back - leave > duration_max else np.inf

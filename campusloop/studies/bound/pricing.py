@@ -24,8 +24,9 @@ from campusloop.studies.bound.labels import (
 from campusloop.studies.bound.network import TIME_SLACK, Network
 from server.dispatch.arrays import AnyArray
 
-# In place of a label's number: the way out of the depot.
+# What the search begins with; the way out of the depot stands in place of a label's number.
 _DEPOT = -1
+_FIRST_BUCKET, _NO_LABELS = 0, 0
 
 
 class Prices(NamedTuple):
@@ -139,7 +140,7 @@ def _relaxed_minimum(network: Network, graph: EventGraph, prices: Prices, ending
 
 
 class _Search(NamedTuple):
-    """What one pricing run asks; every_set, threshold as in `price`; opening: the earliest pickup."""
+    """The input of one pricing run; every_set, threshold as in `price`; opening: the earliest pickup."""
 
     network: Network
     graph: EventGraph
@@ -166,8 +167,9 @@ def _labels_below(search: _Search, labels_max: int) -> tuple[int, AnyArray, AnyA
     found = np.empty(1024, np.int32)
     found_cost = np.empty(1024)
     finds = 0
-    # `int` for the types that these have later: numba would compile the callees once more for constants.
-    count, full = _expand(search, labels, heads, buckets, int(_DEPOT), int(0), int(0))
+    # `int` makes the types the ones that they have later: numba compiles callees once more for constants.
+    depot, bucket, none = int(_DEPOT), int(_FIRST_BUCKET), int(_NO_LABELS)
+    count, full = _expand(search, labels, heads, buckets, depot, bucket, none)
     for bucket in range(len(buckets)):
         while not full:
             label = _next_of(labels, buckets, bucket)

@@ -2,9 +2,8 @@
 bound.
 
 1. Column generation over elementary routes gives the root bound (relaxation.py, pricing.py, master.py).
-2. Every solution that uses a route with reduced cost >= D costs at least bound + D. So all routes below D =
-gap are
-   enumerated, and the cheapest choice among them (tree.py) or bound + D, whichever is less, is proven
+2. Every solution that uses a route with reduced cost >= D costs at least bound + D. So all routes below the
+   gap are enumerated, and the cheapest choice among them (tree.py) or bound + D, whichever is less, is proven
    (Baldacci, Christofides, Mingozzi 2008).
 3. Where they are too many, subset-row cuts first narrow the gap.
 

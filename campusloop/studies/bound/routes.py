@@ -74,7 +74,7 @@ def _cost_and_set(network: Network, starts: AnyArray, nodes: AnyArray) -> tuple[
 
 
 def each_request_once(routes: list[AnyArray], requests: int) -> list[list[int]]:
-    """Nodes of a plan whose routes (k,) may serve somebody twice: all but the first time are left out.
+    """Nodes of a plan whose routes (k,) may serve a request twice: all but the first time are left out.
 
     That keeps every rule, for the others' times can stay, and by the triangle inequality costs no more.
     """

@@ -30,11 +30,14 @@ _ANNOUNCED, _CANCELLED = 0, 1
 
 @dataclass(frozen=True, slots=True)
 class Policy:
-    """How rides are dispatched. patience: as in `Schedule`; slices: of improvement, every half a minute."""
+    """How rides are dispatched. slices: of improvement, every half a minute.
+
+    departure_slack  as in `Schedule`
+    """
 
     name: str
     text: str
-    patience: float = 0.0
+    departure_slack: float = 0.0
     slices: int = 0
 
 
@@ -45,8 +48,8 @@ POLICIES: Mapping[str, Policy] = {
         Policy(
             "improvement", "insertion, then rides change positions and shuttles within their promises", 0.0, 8
         ),
-        Policy("patience", "insertion; shuttles depart later than they could", 0.75),
-        Policy("patient-improvement", "patience and improvement", 0.75, 8),
+        Policy("departure-slack", "insertion; shuttles depart later than they could", 0.75),
+        Policy("departure-slack-improvement", "departure slack and improvement", 0.75, 8),
     )
 }
 
@@ -101,7 +104,7 @@ def run_day(
     """
     requests = {ride.ride: _request(ride, roads, rules) for ride in rides}
     began_s = min(seconds(ride.announced_at) for ride in rides)
-    schedule = _schedule(fleet, roads, rules, began_s, _rows_max(rides, requests), policy.patience)
+    schedule = _schedule(fleet, roads, rules, began_s, _rows_max(rides, requests), policy.departure_slack)
     promise_rules = _promise_rules(roads, rules)
     day = FleetDay()
     improved_s = began_s
@@ -197,7 +200,7 @@ def _schedule(
     rules: FleetRules,
     began_s: float,
     spare: int,
-    patience: float,
+    departure_slack: float,
 ) -> Schedule:
     """An empty schedule with every shuttle at a resting place."""
     resting = roads.network.road_map.resting_places
@@ -212,7 +215,7 @@ def _schedule(
         for number, shuttle in enumerate(fleet)
     )
     problem = Problem(vehicles, {}, roads.stop_times(frozenset()), dwell_s=rules.dwell_s)
-    return Schedule(problem, spare, patience)
+    return Schedule(problem, spare, departure_slack)
 
 
 def _rows_max(rides: Sequence[WantedRide], requests: Mapping[str, Request]) -> int:

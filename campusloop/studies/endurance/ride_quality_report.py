@@ -37,7 +37,7 @@ class Summary:
     """The figures of all shifts. takeover_km: None without takeovers; plan_ms_p95: None without a planner."""
 
     quality: RideQuality
-    stints: int
+    shifts: int
     odometer_km: float
     rides_completed: int
     contacts: int
@@ -82,7 +82,7 @@ def report_km(
     shifts = drive_km(maps, stack, km, seed, workers, shift_s, report)
     summary = summary_of(shifts)
     if summary is None:
-        raise NoDistanceDriven("nothing was driven in these shifts; give them more time (--stint-s)")
+        raise NoDistanceDriven("nothing was driven in these shifts; give them more time (--shift-s)")
     print_table(console, summary)
     if out is not None:
         write_files(out, shifts, summary)
@@ -132,7 +132,7 @@ def print_table(console: Console, summary: Summary) -> None:
     console.print(table)
     for text in summary.takeovers[:20]:
         console.print(f"takeover: {text}", highlight=False)
-    console.print(f"{summary.stints} shifts, {summary.rides_completed} rides completed")
+    console.print(f"{summary.shifts} shifts, {summary.rides_completed} rides completed")
 
 
 def write_files(folder: Path, shifts: list[ShiftFigures], summary: Summary) -> None:

@@ -50,7 +50,7 @@ def task_of(instance: Instance, absent_cost: float | None = None) -> Task:
         xy=np.zeros((0, 2)),
         slowness=1.0,
         joined=False,
-        pace=np.ones(len(rows)),
+        travel_time_factor=np.ones(len(rows)),
         plain=bool(np.isinf(instance.ride_max) and np.isinf(instance.duration_max)),
     )
 

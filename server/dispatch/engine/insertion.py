@@ -114,7 +114,7 @@ def best_place(
         a, b = route[i], route[i + 1]
         at_p = max(task.early_s[p], least[i] + stand_s(task, a, p) + drive_s(task, a, p))
         if at_p > task.late_s[p] + EPSILON_S:
-            if task.paced:
+            if task.has_travel_time_factors:
                 continue
             break
         if not _fits(load[i], more, capacity):
@@ -140,7 +140,7 @@ def best_place(
         # With others in between.
         at = at_p + stand_s(task, p, b) + p_to_b
         detour = waited + to_p + p_to_b - skipped
-        if at > most[i + 1] + EPSILON_S or (detour >= best and not task.paced):
+        if at > most[i + 1] + EPSILON_S or (detour >= best and not task.has_travel_time_factors):
             continue
         for j in range(i + 1, n - 1):
             at = max(at, least[j])
@@ -151,7 +151,7 @@ def best_place(
             at_d = max(task.early_s[d], at + stand_s(task, a, d) + to_d)
             d_to_b, a_to_b = drive_s(task, d, b), drive_s(task, a, b)
             if at_d > task.late_s[d] + EPSILON_S or at_d - latest_p > ride_max + EPSILON_S:
-                if task.paced:
+                if task.has_travel_time_factors:
                     at += stand_s(task, a, b) + a_to_b
                     continue
                 break

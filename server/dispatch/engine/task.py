@@ -35,8 +35,8 @@ class Task(NamedTuple):
     vehicle_cost (V,) for having any visit at all
     absent_cost (R,) for leaving a request out
     travel_s    (P, P) between places; empty where coordinates are used instead
-    pace        (N,) travel time factor of driving to the node, on travel_s: roads are slower at some hours
-    paced       whether any pace is not 1; detours may then be quicker than the direct way
+    travel_time_factor  (N,) of driving to the node, on travel_s: roads are slower at some hours
+    has_travel_time_factors  whether any is not 1; a detour may then be quicker than the direct way
     xy          (P, 2) used with `slowness` (seconds per unit) where travel_s is empty
     joined      whether visits at one place that follow each other share one dwell
     plain       whether windows and loads are the only rules, and driving the only cost
@@ -58,9 +58,9 @@ class Task(NamedTuple):
     xy: AnyArray
     slowness: float
     joined: bool
-    pace: AnyArray
+    travel_time_factor: AnyArray
     plain: bool = False
-    paced: bool = False
+    has_travel_time_factors: bool = False
 
     @property
     def requests(self) -> int:
@@ -78,8 +78,8 @@ def drive_s(task: Task, a: int, b: int) -> float:
     if p < 0 or q < 0:
         return 0.0
     if task.travel_s.shape[0] > 0:
-        if task.paced:
-            return float(task.travel_s[p, q] * task.pace[b])
+        if task.has_travel_time_factors:
+            return float(task.travel_s[p, q] * task.travel_time_factor[b])
         return float(task.travel_s[p, q])
     x = task.xy[p, 0] - task.xy[q, 0]
     y = task.xy[p, 1] - task.xy[q, 1]

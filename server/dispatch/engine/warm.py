@@ -51,5 +51,5 @@ def _two_requests() -> Task:
         xy=np.zeros((0, 2)),
         slowness=1.0,
         joined=False,
-        pace=np.ones(nodes),
+        travel_time_factor=np.ones(nodes),
     )

@@ -33,12 +33,12 @@ def made_log(room: int) -> CompletedCalls:
 
 @kernel
 def advance(
-    task: Task, plan: Plan, scratch: Scratch, now_s: float, patience: float, made: CompletedCalls
+    task: Task, plan: Plan, scratch: Scratch, now_s: float, departure_slack: float, made: CompletedCalls
 ) -> float:
     """Move every vehicle on to `now_s` along its route, and record the visits made. Returns the seconds of
     the legs that were begun.
 
-    A leg is begun so that its visit begins between its earliest (patience 0) and its latest time (1). A
+    A leg is begun so that its visit begins between its earliest (slack 0) and its latest time (1). A
     vehicle that waits can still be sent elsewhere; one that left early has time in hand. A vehicle's start
     then stands for where it was last, and for the time at which it is free there.
     """
@@ -51,7 +51,7 @@ def advance(
             if plan.locked[v] < _UNDER_WAY:
                 leg_s = drive_s(task, start, node)
                 least_s = plan.least_s[v, 1]
-                begins_s = least_s + patience * max(0.0, plan.most_s[v, 1] - least_s)
+                begins_s = least_s + departure_slack * max(0.0, plan.most_s[v, 1] - least_s)
                 if begins_s - leg_s > now_s:
                     break
                 _set_out(task, plan, v, begins_s, leg_s)

@@ -41,7 +41,7 @@ def blank_task(problem: Problem, requests: int, nodes: int) -> Task:
         xy=xy,
         slowness=0.0 if problem.plane is None else problem.plane.slowness,
         joined=problem.together,
-        pace=np.ones(nodes),
+        travel_time_factor=np.ones(nodes),
     )
 
 
@@ -55,7 +55,14 @@ def fill_rows(task: Task, requests: Sequence[Request], problem: Problem, origin_
     weights = problem.weights
     rows = np.array(
         [
-            (r.pickup_from_s, r.arrive_from_s, r.pickup_to_s, r.arrive_by_s, r.ride_s_max, r.pace)
+            (
+                r.pickup_from_s,
+                r.arrive_from_s,
+                r.pickup_to_s,
+                r.arrive_by_s,
+                r.ride_s_max,
+                r.travel_time_factor,
+            )
             for r in requests
         ]
     )
@@ -72,5 +79,5 @@ def fill_rows(task: Task, requests: Sequence[Request], problem: Problem, origin_
     task.delay_cost[p] = (weights.wait - weights.ride) * people[:, 0]
     task.delay_cost[d] = weights.ride * people[:, 0]
     task.service_s[p], task.service_s[d] = dwell_s, dwell_s
-    task.pace[p], task.pace[d] = rows[:, 5], rows[:, 5]
+    task.travel_time_factor[p], task.travel_time_factor[d] = rows[:, 5], rows[:, 5]
     task.absent_cost[: len(requests)] = people[:, 0]

@@ -24,7 +24,7 @@ def _off_duty(stay: Stay | None) -> bool:
 class _Group:
     place: int
     locked: bool
-    pace: float
+    travel_time_factor: float
     stay: Stay | None = None
     board: list[str] = field(default_factory=list)
     alight: list[str] = field(default_factory=list)
@@ -61,8 +61,10 @@ def calls_and_times(
         if not groups or not groups[-1].takes(int(task.place[node]), locked, stay):
             left_s = groups[-1].leave_s if groups else float(plan.least_s[v, 0])
             arrive_s = left_s + float(drive_s(task, route[k - 1], node))
-            pace = float(task.pace[node])
-            groups.append(_Group(int(task.place[node]), locked, pace, arrive_s=arrive_s, leave_s=arrive_s))
+            travel_time_factor = float(task.travel_time_factor[node])
+            groups.append(
+                _Group(int(task.place[node]), locked, travel_time_factor, arrive_s=arrive_s, leave_s=arrive_s)
+            )
         group = groups[-1]
         if stay is not None and (group.stay is None or stay.call.fixed):
             group.stay = stay
@@ -80,7 +82,7 @@ def calls_and_times(
 def _call(group: _Group, named: set[int]) -> Call:
     board, alight = tuple(group.board), tuple(group.alight)
     if group.stay is None or group.stay.number in named:
-        return Call(group.place, board, alight, group.dwell_s, pace=group.pace)
+        return Call(group.place, board, alight, group.dwell_s, travel_time_factor=group.travel_time_factor)
     named.add(group.stay.number)
     was = group.stay.call
     return Call(
@@ -92,6 +94,6 @@ def _call(group: _Group, named: set[int]) -> Call:
         was.arrive_by_s,
         was.fixed,
         was.call_id,
-        group.pace,
+        group.travel_time_factor,
         was.off_duty,
     )

@@ -64,7 +64,7 @@ def part_of(schedule: Schedule, vehicles: AnyArray, absent: AnyArray) -> Subprob
         drive_s_max=whole.drive_s_max[vehicles],
         vehicle_cost=whole.vehicle_cost[vehicles],
         absent_cost=whole.absent_cost[requests],
-        pace=whole.pace[nodes],
+        travel_time_factor=whole.travel_time_factor[nodes],
     )
     room = max(len(route) for route in routes) + _ROOM
     part = empty_plan(task, min(room, plan.route.shape[1]))

@@ -52,8 +52,8 @@ class TaskRows:
         del self._free[-count:]
         fill_rows(self.task, requests, self.problem, self.origin_s)
         self.task.absent_cost[:count] *= _PROMISED
-        if any(request.pace != 1.0 for request in requests):
-            self.task = self.task._replace(paced=True)
+        if any(request.travel_time_factor != 1.0 for request in requests):
+            self.task = self.task._replace(has_travel_time_factors=True)
 
     def add(self, request: Request) -> int:
         """The row of a request that has none yet."""
@@ -62,8 +62,8 @@ class TaskRows:
         r = self._free.pop()
         self.numbers[request.request_id] = r
         self.write(r, request, self.problem.dwell_s if request.dwell_s is None else request.dwell_s)
-        self._set_pace(2 * r, request.pace)
-        self._set_pace(2 * r + 1, request.pace)
+        self._set_travel_time_factor(2 * r, request.travel_time_factor)
+        self._set_travel_time_factor(2 * r + 1, request.travel_time_factor)
         return r
 
     def write(self, r: int, request: Request, dwell_s: float | None = None) -> None:
@@ -106,7 +106,7 @@ class TaskRows:
         early_s = call.leave_from_s - call.dwell_s - self.origin_s
         timed = np.isfinite(early_s)
         task.place[node] = call.place
-        self._set_pace(node, call.pace)
+        self._set_travel_time_factor(node, call.travel_time_factor)
         task.service_s[node] = call.dwell_s
         task.early_s[node] = early_s if timed else -CUT_OFF_S
         late_s = min(call.arrive_by_s - self.origin_s, 0.5 * CUT_OFF_S)
@@ -136,15 +136,15 @@ class TaskRows:
         r = self.numbers[request_id]
         node = 2 * r + (request_id in call.alight)
         self.task.service_s[node] = call.dwell_s
-        self._set_pace(node, call.pace)
+        self._set_travel_time_factor(node, call.travel_time_factor)
         self.stays[node] = stay
         return 2 * r
 
-    def _set_pace(self, node: int, pace: float) -> None:
+    def _set_travel_time_factor(self, node: int, travel_time_factor: float) -> None:
         """A request keeps its first travel time factor, so that narrower windows never change its times."""
-        self.task.pace[node] = pace
-        if pace != 1.0 and not self.task.paced:
-            self.task = self.task._replace(paced=True)
+        self.task.travel_time_factor[node] = travel_time_factor
+        if travel_time_factor != 1.0 and not self.task.has_travel_time_factors:
+            self.task = self.task._replace(has_travel_time_factors=True)
 
     def name_of(self, node: int) -> str:
         """The request or the call whose visit it is; "" for the end of a shift."""

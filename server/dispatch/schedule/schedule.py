@@ -55,12 +55,12 @@ class Schedule:
         self,
         problem: Problem,
         spare: int = _SPARE_ROWS,
-        patience: float = 0.0,
+        departure_slack: float = 0.0,
         visits: int = _SPARE_VISITS,
     ) -> None:
         """spare, visits  room for so many more requests, and for so many more visits of one vehicle
-        patience  when vehicles set out in `advance`: 0 as early as possible, 1 as late as every promise
-        allows"""
+        departure_slack  when vehicles set out in `advance`: 0 as early as possible, 1 as late as every
+        promise allows"""
         self.problem = problem
         self._rows = TaskRows(problem, spare)
         self.origin_s = self._rows.origin_s
@@ -75,7 +75,7 @@ class Schedule:
         self.accepts = np.zeros(len(problem.vehicles), np.bool_)
         self._made = made_log(len(problem.vehicles) * self.plan.route.shape[1])
         self._driven_s = 0.0
-        self._patience = patience
+        self._departure_slack = departure_slack
         for v, vehicle in enumerate(problem.vehicles):
             self._place(v, vehicle)
 
@@ -172,11 +172,12 @@ class Schedule:
     def advance(self, now_s: float) -> list[CompletedCall]:
         """Let every vehicle drive as planned until now. Returns the visits made, each vehicle's in order.
 
-        A vehicle sets out for its next visit as late as its patience says. From then on the visit is fixed.
+        A vehicle sets out for its next visit as late as its departure slack says. From then on the visit is
+        fixed.
         A request that has been set down leaves the schedule.
         """
         self._driven_s += advance(
-            self.task, self.plan, self.scratch, now_s - self.origin_s, self._patience, self._made
+            self.task, self.plan, self.scratch, now_s - self.origin_s, self._departure_slack, self._made
         )
         if self._made.used[1]:
             raise RuntimeError("a feasible route broke a rule although it was driven as planned")

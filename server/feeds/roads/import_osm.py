@@ -93,10 +93,10 @@ def _network(plan: RoadPlan, ground: Ground, options: ImportOptions, log: Import
     """Lanes of the largest loop. Edges outside of it are removed and the rest is drawn again."""
     segments = plan.segments
     while True:
-        told = ImportLog()
+        round_log = ImportLog()
         graph = gather(edges_of(segments, plan.positions), plan.positions)
-        roads = [road for road in smooth_roads(graph.edges, told) if not _is_tiny_ring(road, told)]
-        drafts = _draw(graph, roads, plan, ground, options, told)
+        roads = [road for road in smooth_roads(graph.edges, round_log) if not _is_tiny_ring(road, round_log)]
+        drafts = _draw(graph, roads, plan, ground, options, round_log)
         kept = largest_loop(drafts)
         if not kept:
             raise MapError(
@@ -106,11 +106,11 @@ def _network(plan: RoadPlan, ground: Ground, options: ImportOptions, log: Import
             )
         lost = _lost(graph, roads, kept)
         log.dropped += [
-            line for line in told.dropped if line not in log.dropped and not line.startswith("turn ")
+            line for line in round_log.dropped if line not in log.dropped and not line.startswith("turn ")
         ]
         if not lost:
-            log.repairs += told.repairs
-            log.dropped += [line for line in told.dropped if line.startswith("turn ")]
+            log.repairs += round_log.repairs
+            log.dropped += [line for line in round_log.dropped if line.startswith("turn ")]
             return kept
         named = {edge.edge_id for road in roads for edge in (road.edge,)}
         log.dropped += [

@@ -184,9 +184,9 @@ def _is_needed(visit: PlannedVisit, mine: dict[str, Ride]) -> bool:
 def _missing_drop_offs(uow: UnitOfWork, visits: Sequence[PlannedVisit], mine: dict[str, Ride]) -> list[Call]:
     """Calls for riders aboard who have no visit to get out."""
     let_out = {ride_id for visit in visits for ride_id in visit.alight}
-    places, dwell_s, pace = uow.roads().stop_numbers, uow.rules.dwell_s, uow.travel_time_factor_at(uow.now)
+    places, dwell_s, factor = uow.roads().stop_numbers, uow.rules.dwell_s, uow.travel_time_factor_at(uow.now)
     return [
-        Call(places[ride.to_stop], (), (ride_id,), dwell_s, pace=pace)
+        Call(places[ride.to_stop], (), (ride_id,), dwell_s, travel_time_factor=factor)
         for ride_id, ride in mine.items()
         if ride.state is RideState.ABOARD and ride_id not in let_out
     ]
@@ -232,20 +232,20 @@ def _call(uow: UnitOfWork, visit: PlannedVisit, mine: dict[str, Ride]) -> Call:
         arrive_by_s=seconds(visit.latest) if timed and visit.latest else np.inf,
         fixed=timed or not (visit.board or visit.alight),
         call_id=visit.visit_id,
-        pace=uow.travel_time_factor_at(max(uow.now, visit.not_before or uow.now)),
+        travel_time_factor=uow.travel_time_factor_at(max(uow.now, visit.not_before or uow.now)),
     )
 
 
 def request_of(uow: UnitOfWork, ride: Ride) -> Request:
     begins = ride.earliest if ride.promise is None else ride.promise.pickup_from
-    pace = uow.travel_time_factor_at(max(uow.now, begins))
+    factor = uow.travel_time_factor_at(max(uow.now, begins))
     known = uow.roads().results.get(
-        f"request {ride.ride_id}", (ride, uow.rules), lambda: _request(uow.roads(), uow.rules, ride, pace)
+        f"request {ride.ride_id}", (ride, uow.rules), lambda: _request(uow.roads(), uow.rules, ride, factor)
     )
-    return known if known.pace == pace else _request(uow.roads(), uow.rules, ride, pace)
+    return known if known.travel_time_factor == factor else _request(uow.roads(), uow.rules, ride, factor)
 
 
-def _request(roads: FleetRoads, rules: FleetRules, ride: Ride, pace: float) -> Request:
+def _request(roads: FleetRoads, rules: FleetRules, ride: Ride, factor: float) -> Request:
     direct_s = roads.direct_s(ride.from_stop, ride.to_stop)
     promise = ride.promise
     earliest_s = seconds(max(ride.earliest, ride.requested_at))
@@ -265,9 +265,9 @@ def _request(roads: FleetRoads, rules: FleetRules, ride: Ride, pace: float) -> R
         pickup_from_s=earliest_s if promise is None else seconds(promise.pickup_from),
         pickup_to_s=pickup_to_s,
         arrive_by_s=arrive_by_s,
-        ride_s_max=rules.ride_s_max(direct_s * pace),
+        ride_s_max=rules.ride_s_max(direct_s * factor),
         pinned=ride.pinned,
-        pace=pace,
+        travel_time_factor=factor,
     )
 
 
@@ -298,10 +298,10 @@ def _chains(
             call_id = f"{departure.departure_id}#{number}"
             chained[call_id] = departure, number
             place, leave_s = roads.stop_numbers[call.stop_id], seconds(call.leave_at)
-            pace = uow.travel_time_factor_at(call.leave_at)
+            factor = uow.travel_time_factor_at(call.leave_at)
             if calls:
                 left_s = max(calls[-1].leave_from_s, arrive_s + dwell_s)
-                arrive_s = left_s + pace * float(drive[calls[-1].place, place])
+                arrive_s = left_s + factor * float(drive[calls[-1].place, place])
             calls.append(
                 Call(
                     place=place,
@@ -310,7 +310,7 @@ def _chains(
                     arrive_by_s=max(leave_s - dwell_s, arrive_s) + tolerance_s,
                     fixed=True,
                     call_id=call_id,
-                    pace=pace,
+                    travel_time_factor=factor,
                 )
             )
         chains.append(Chain(departure.departure_id, tuple(calls)))

@@ -204,7 +204,9 @@ def _routes(
 ) -> Iterator[tuple[Call, ...]]:
     """The calls with the party let out at one there is already, and at a new one before each index."""
     boards = next((n for n, call in enumerate(calls) if wanted.ride_id in call.board), -1)
-    out = Call(place, (), (wanted.ride_id,), uow.rules.dwell_s, pace=uow.travel_time_factor_at(uow.now))
+    out = Call(
+        place, (), (wanted.ride_id,), uow.rules.dwell_s, travel_time_factor=uow.travel_time_factor_at(uow.now)
+    )
     for index in indices:
         if index < max(locked, boards + 1) or index > len(calls):
             continue

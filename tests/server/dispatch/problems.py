@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from server.dispatch.problem import Problem, Request, VehicleState
 
 PLACES = 6
-PACES = st.sampled_from([0.5, 0.9, 1.0, 1.4, 3.0])
+FACTORS = st.sampled_from([0.5, 0.9, 1.0, 1.4, 3.0])
 
 
 def table(points: list[tuple[int, int]]) -> Any:
@@ -18,7 +18,7 @@ def table(points: list[tuple[int, int]]) -> Any:
 
 
 @st.composite
-def requests(draw: st.DrawFn, name: str, paces: st.SearchStrategy[float]) -> Request:
+def requests(draw: st.DrawFn, name: str, factors: st.SearchStrategy[float]) -> Request:
     pickup = draw(st.integers(0, PLACES - 1))
     dropoff = draw(st.integers(0, PLACES - 1).filter(lambda place: place != pickup))
     opens_s = draw(st.integers(0, 300))
@@ -32,18 +32,18 @@ def requests(draw: st.DrawFn, name: str, paces: st.SearchStrategy[float]) -> Req
         pickup_to_s=float(opens_s + draw(st.integers(30, 900))),
         arrive_by_s=float(opens_s + draw(st.integers(300, 2400))),
         ride_s_max=float(draw(st.integers(60, 900))),
-        pace=draw(paces),
+        travel_time_factor=draw(factors),
     )
 
 
 @st.composite
 def problems(draw: st.DrawFn, vehicles: int = 2, wanted: int = 4) -> Problem:
-    """Empty vehicles and some requests that want one; half of them at hours with paces of their own."""
-    paces = draw(st.sampled_from([st.just(1.0), PACES]))
+    """Empty vehicles and some requests that want one; half of them at hours with factors of their own."""
+    factors = draw(st.sampled_from([st.just(1.0), FACTORS]))
     grid = st.tuples(st.integers(0, 8), st.integers(0, 8))
     points = draw(st.lists(grid, min_size=PLACES + vehicles, max_size=PLACES + vehicles))
     times = table(points)
-    asked = {f"r{k}": draw(requests(f"r{k}", paces)) for k in range(draw(st.integers(1, wanted)))}
+    asked = {f"r{k}": draw(requests(f"r{k}", factors)) for k in range(draw(st.integers(1, wanted)))}
     fleet = tuple(
         VehicleState(
             vehicle_id=f"v{k}",

@@ -60,14 +60,14 @@ class _Day:
         )
         chains = tuple(self._chain(k) for k in range(int(rng.integers(0, 3))))
         problem = Problem(fleet, {}, self._times, open_chains=chains, dwell_s=_DWELL_S)
-        patience = float(rng.choice([0.0, 0.5, 1.0]))
-        self._board = Schedule(problem, spare=_DAY_EVENTS, patience=patience)
-        campaign.departures += sum(insert_chain(self._board, chain) for chain in chains)
+        departure_slack = float(rng.choice([0.0, 0.5, 1.0]))
+        self._schedule = Schedule(problem, spare=_DAY_EVENTS, departure_slack=departure_slack)
+        campaign.departures += sum(insert_chain(self._schedule, chain) for chain in chains)
         self._now_s = 0.0
         self._promises: dict[str, tuple[float, float, float]] = {}
         self._limits: dict[str, float] = {}
         self._picked: dict[str, float] = {}
-        self._inside = dict.fromkeys(self._board.vehicle_ids, 0)
+        self._inside = dict.fromkeys(self._schedule.vehicle_ids, 0)
         self._party: dict[str, int] = {}
 
     def play(self, events: int) -> None:
@@ -97,10 +97,10 @@ class _Day:
         direct_s = float(self._times[pickup, dropoff])
         longest_s = max(2.0 * direct_s, direct_s + 300.0)
         wheelchairs = int(self._rng.random() < 0.1)
-        self._board.add(
+        self._schedule.add(
             Request(name, pickup, dropoff, party, wheelchairs, from_s, from_s + 900.0, np.inf, longest_s)
         )
-        (answer,) = answer_all(self._board, [name], _TERMS)
+        (answer,) = answer_all(self._schedule, [name], _TERMS)
         if answer.windows is None:
             self._campaign.refused += 1
             return
@@ -108,28 +108,32 @@ class _Day:
         self._promises[name], self._limits[name], self._party[name] = answer.windows, longest_s, party
 
     def _cancel(self, _: int) -> None:
-        waiting = [name for name in self._promises if self._board.plan.movable[self._board.rows[name]]]
+        waiting = [name for name in self._promises if self._schedule.plan.movable[self._schedule.rows[name]]]
         if waiting:
             name = waiting[int(self._rng.integers(len(waiting)))]
-            self._board.remove(name)
+            self._schedule.remove(name)
             del self._promises[name]
             self._campaign.cancelled += 1
 
     def _improve(self, number: int) -> None:
-        self._campaign.improved += improve(self._board, CoolingSchedule(2, 20), number, 2, without_deadline)
+        self._campaign.improved += improve(
+            self._schedule, CoolingSchedule(2, 20), number, 2, without_deadline
+        )
         lost = [
-            name for name in self._promises if self._board.plan.vehicle_of[self._board.rows[name]] == ABSENT
+            name
+            for name in self._promises
+            if self._schedule.plan.vehicle_of[self._schedule.rows[name]] == ABSENT
         ]
         self._campaign.broken += [f"{name} was dropped by an improvement" for name in lost]
 
     def _toggle(self, _: int) -> None:
         """A vehicle is told to take nobody new, or is free again; what it has it keeps."""
-        v = int(self._rng.integers(len(self._board.vehicle_ids)))
-        self._board.accepts[v] = not self._board.accepts[v]
+        v = int(self._rng.integers(len(self._schedule.vehicle_ids)))
+        self._schedule.accepts[v] = not self._schedule.accepts[v]
 
     def _go_on(self, seconds: float) -> None:
         self._now_s += seconds
-        for made in self._board.advance(self._now_s):
+        for made in self._schedule.advance(self._now_s):
             self._check(made)
 
     def _check(self, made: CompletedCall) -> None:

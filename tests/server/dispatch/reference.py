@@ -83,7 +83,7 @@ def _earliest(
     times = []
     row, clock_s = vehicle.to_places_s, vehicle.ready_s
     for call, bound_s in zip(calls, bounds, strict=True):
-        arrive_s = clock_s + float(row[call.place]) * call.pace
+        arrive_s = clock_s + float(row[call.place]) * call.travel_time_factor
         clock_s = max(arrive_s + call.dwell_s, call.leave_from_s, bound_s)
         for request_id in call.board:
             clock_s = max(clock_s, problem.requests[request_id].pickup_from_s + call.dwell_s)
@@ -162,7 +162,7 @@ def route_cost(
     row = vehicle.to_places_s
     picked_up = dict.fromkeys(vehicle.aboard, vehicle.ready_s)
     for call, time in zip(calls, times, strict=True):
-        drive_s += float(row[call.place]) * call.pace
+        drive_s += float(row[call.place]) * call.travel_time_factor
         row = problem.times[call.place]
         if math.isfinite(call.leave_from_s):
             late_s += max(0.0, time.leave_s - call.leave_from_s)
@@ -178,8 +178,12 @@ def route_cost(
 
 def every_insertion(calls: Sequence[Call], request: Request, dwell_s: float) -> Iterator[tuple[Call, ...]]:
     """By brute force: both new calls anywhere in order, then any of them merged into an equal neighbour."""
-    pickup = Call(request.pickup, (request.request_id,), (), dwell_s, pace=request.pace)
-    dropoff = Call(request.dropoff, (), (request.request_id,), dwell_s, pace=request.pace)
+    pickup = Call(
+        request.pickup, (request.request_id,), (), dwell_s, travel_time_factor=request.travel_time_factor
+    )
+    dropoff = Call(
+        request.dropoff, (), (request.request_id,), dwell_s, travel_time_factor=request.travel_time_factor
+    )
     for i, j in itertools.combinations_with_replacement(range(len(calls) + 1), 2):
         whole = [*calls[:i], pickup, *calls[i:j], dropoff, *calls[j:]]
         for joins in ((), (j + 1,), (i,), (i, j + 1)):
@@ -199,6 +203,6 @@ def _joined(calls: list[Call], index: int) -> list[Call] | None:
         board=two.board + one.board,
         alight=two.alight + one.alight,
         dwell_s=max(one.dwell_s, two.dwell_s),
-        pace=one.pace,
+        travel_time_factor=one.travel_time_factor,
     )
     return [*calls[:index], both, *calls[index + 2 :]]

@@ -27,7 +27,7 @@ def cost_of(problem: Problem, vehicle: VehicleState, calls: tuple[Call, ...]) ->
 def test_a_request_is_taken_whenever_some_insertion_keeps_every_rule(problem: Problem) -> None:
     loaded, last, best = with_one_to_come(problem)
     solution = solve(loaded, Budget(), SEED)
-    assert best is None or last not in solution.refused or is_paced(problem)
+    assert best is None or last not in solution.refused or has_travel_time_factors(problem)
     require_sound(loaded, solution)
 
 
@@ -43,12 +43,12 @@ def test_no_insertion_is_cheaper_than_the_one_chosen(problem: Problem) -> None:
         assert costs[0] is not None
         assert costs[1] is not None
         route_costs.append(costs[0] - costs[1])
-    assert best is None or sum(route_costs) <= best + 1e-6 or is_paced(problem)
+    assert best is None or sum(route_costs) <= best + 1e-6 or has_travel_time_factors(problem)
 
 
-def is_paced(problem: Problem) -> bool:
+def has_travel_time_factors(problem: Problem) -> bool:
     """A visit may then shorten the way, which the quick test does not expect: it may miss such a place."""
-    return any(request.pace != 1.0 for request in problem.requests.values())
+    return any(request.travel_time_factor != 1.0 for request in problem.requests.values())
 
 
 def with_one_to_come(problem: Problem) -> tuple[Problem, str, float | None]:
@@ -80,7 +80,7 @@ def require_sound(problem: Problem, solution: Solution) -> None:
         clock_s, row, inside = vehicle.ready_s, vehicle.to_places_s, list(vehicle.aboard)
         left: dict[str, float] = {}
         for call, time in zip(route.calls, route.times, strict=True):
-            assert abs(time.arrive_s - clock_s - row[call.place] * call.pace) < 1e-6
+            assert abs(time.arrive_s - clock_s - row[call.place] * call.travel_time_factor) < 1e-6
             assert time.leave_s >= time.arrive_s + call.dwell_s - 1e-6
             for name in call.alight:
                 inside.remove(name)

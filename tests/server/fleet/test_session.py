@@ -175,7 +175,7 @@ def test_a_closed_session_hears_and_says_nothing() -> None:
     assert closed_with(session.close("superseded", "newer")) == "superseded"
     assert session.close("malformed", "again") == ()
     assert session.received(encode(an_event()), 0) == ()
-    assert session.tell(Command(7, "c", "hold")) == ()
+    assert session.send(Command(7, "c", "hold")) == ()
 
 
 NOISE = st.one_of(

@@ -136,7 +136,7 @@ def test_a_second_simulation_on_the_same_port_is_refused(rig: ControlRig) -> Non
 
 def test_every_vehicle_has_channels_and_ports_of_its_own() -> None:
     wirings = [ports_of(number) for number in range(VEHICLES_MAX)]
-    numbers = [port for w in wirings for port in (w.values_port, w.scans_port, w.words_port)]
+    numbers = [port for w in wirings for port in (w.values_port, w.scans_port, w.hmi_port)]
     assert len(set(numbers)) == 3 * VEHICLES_MAX
     assert len({w.can_channel for w in wirings}) == VEHICLES_MAX
     with pytest.raises(ValueError, match=str(VEHICLES_MAX)):
@@ -157,7 +157,7 @@ def test_a_vehicle_drives_over_real_sockets(tmp_path: Path) -> None:
     state = can.initial()
     values: list[object] = []
     whole_scans = 0
-    scans.send(ports.words_port, DeviceOutputs(HmiOutput("", "", "", "", True)))
+    scans.send(ports.hmi_port, DeviceOutputs(HmiOutput("", "", "", "", True)))
     for _ in range(150):
         now_ns = time.monotonic_ns()
         motion, state = can.decode(state, tuple(bus.take()), now_ns)

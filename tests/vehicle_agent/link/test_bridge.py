@@ -1,5 +1,6 @@
 """The desk between tick, disk and wire: what is not on disk is not told."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -45,6 +46,18 @@ def a_desk(folder: Path) -> LinkBridge:
 
 def sent(desk: LinkBridge) -> list[Message]:
     return [decode_from_vehicle(frame) for frame in desk.session.take_outgoing()]
+
+
+def test_what_is_told_has_reached_the_disk_unless_the_caller_says_that_it_need_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    synced: list[int] = []
+    monkeypatch.setattr(os, "fsync", synced.append)
+    for folder, sync in (("vehicle", True), ("simulated", False)):
+        desk = LinkBridge(tmp_path / folder, ME, lambda text: "", **({} if sync else {"sync": False}))
+        synced.clear()
+        desk.process_update(TickUpdate(S, events=HAPPENED), S)
+        assert bool(synced) == sync
 
 
 @pytest.mark.parametrize(

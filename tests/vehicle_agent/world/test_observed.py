@@ -50,6 +50,11 @@ def test_a_car_that_drives_takes_returns_before_and_behind_it_for_its_own_but_no
     assert left([before, beyond, behind, beside], car) == [beyond, beside]
 
 
+def test_returns_of_the_last_of_many_road_users_are_theirs() -> None:
+    parked = [(VEHICLE, 20.0, 8.0 * number, 0.0, 0.0) for number in range(5)]
+    assert left([(20.0, 32.0), (20.0, 36.0)], some_tracks(*parked)) == [(20.0, 36.0)]
+
+
 def test_a_return_of_nobody_stays_an_obstacle() -> None:
     points = [(3.0, 4.0), (-2.0, 1.0)]
     assert left(points, some_tracks()) == points

@@ -6,6 +6,7 @@ import pytest
 from contract.roads.load import with_version
 from contract.roads.model import Lane, Origin, RoadMap, Section
 from contract.roads.network import RoadNetwork
+from tests.vehicle_agent.mission.ring import NETWORK as RING
 from tests.vehicle_agent.world.builders import some_tracks
 from vehicle_agent.signals import PEDESTRIAN, VEHICLE
 from vehicle_agent.world.prediction import Predictor
@@ -42,6 +43,15 @@ def test_a_car_keeps_to_its_lane_around_the_bend() -> None:
         assert found is not None
         assert found[2] == pytest.approx(0.5, abs=0.15)
     assert told.poses_map[0, -1, 1] > 15.0
+
+
+def test_a_car_goes_on_into_the_lanes_that_follow_its_own() -> None:
+    told = Predictor().predictions(some_tracks((VEHICLE, 60.0, 0.0, 6.0, 0.0)), RING)
+    last = told.poses_map[0, -1]
+    found = RING.locate(*map(float, last))
+    assert found is not None
+    assert (found[0], abs(found[2]) < 0.1) == ("east", True)
+    assert RING.lines["south"].length_m - 60.0 + found[1] == pytest.approx(6.0 * told.times_s[-1], abs=0.1)
 
 
 @pytest.mark.parametrize("row", [(VEHICLE, 10.0, 6.0, 6.0, 0.0), (VEHICLE, 10.0, 0.0, 0.0, 6.0)])

@@ -44,6 +44,11 @@ def test_an_obstacle_cell_hides_what_is_behind_it() -> None:
     assert range_towards(view, 0.3) == SIGHT.range_m
 
 
+def test_a_cell_in_the_sensors_own_place_hides_nothing() -> None:
+    view = SIGHT.view(Pose2(2.0, 1.0, 0.0), np.array([[2.0, 1.0]]), some_tracks(), NO_WALLS)
+    assert (view.ranges_m == SIGHT.range_m).all()
+
+
 def test_walls_become_cells_no_farther_apart_than_the_step() -> None:
     cells = points_on_walls(np.array([[0.0, 0.0, 10.0, 0.0]]), Pose2(0.0, 3.0, 0.0), 40.0, 0.4)
     steps = np.diff(np.sort(cells[:, 0]))

@@ -148,7 +148,7 @@ def run_tick(place: AgentPlace) -> None:
     )
     outputs_port = DatagramPort()
     hmi_devices = files.hmi_devices()
-    ports = (vehicle.words_port,) if hmi_devices is None else (vehicle.words_port, hmi_devices.port)
+    ports = (vehicle.hmi_port,) if hmi_devices is None else (vehicle.hmi_port, hmi_devices.port)
 
     def show(hmi_output: HmiOutput) -> None:
         for port in ports:

@@ -222,7 +222,7 @@ def _chosen(
 def _mixed(task: Task, plan: Plan, pool: RoutePool, scratch: Scratch, chosen: list[int]) -> Plan | None:
     """The plan in which each chosen route has a vehicle of its kind; vehicles left over have no visits.
 
-    None where a rule breaks: with paced roads a detour may be quicker, and an idle vehicle late for its end.
+    None where a rule breaks: with travel time factors a detour may be quicker, and an idle vehicle late.
     """
     mix = empty_plan(task, plan.route.shape[1])
     copy_plan(mix, plan)

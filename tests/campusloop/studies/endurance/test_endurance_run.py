@@ -1,4 +1,4 @@
-"""Kilometres in virtual time: what a stint gives, and what is made of several."""
+"""Kilometres in virtual time: what a shift gives, and what is made of several."""
 
 import json
 from pathlib import Path
@@ -25,7 +25,7 @@ def figures(**changes: object) -> ShiftFigures:
     return out
 
 
-def test_takeovers_and_contacts_of_all_stints_are_counted() -> None:
+def test_takeovers_and_contacts_of_all_shifts_are_counted() -> None:
     summary = summary_of([figures(), figures(takeovers=["stopped", "contact"], contacts=1)])
     assert summary is not None
     assert summary.odometer_km == pytest.approx(0.4)
@@ -35,10 +35,10 @@ def test_takeovers_and_contacts_of_all_stints_are_counted() -> None:
 
 
 def test_files_and_plots_are_written(tmp_path: Path) -> None:
-    stints = [figures()]
-    summary = summary_of(stints)
+    shifts = [figures()]
+    summary = summary_of(shifts)
     assert summary is not None
-    write_files(tmp_path, stints, summary)
+    write_files(tmp_path, shifts, summary)
     assert json.loads((tmp_path / "table2.json").read_text())["contacts"] == 0
     assert len((tmp_path / "speeds.csv").read_text().splitlines()) == 1 + len(SPEEDS) // 5
     for name in ("fig8b_speeds.png", "fig9_planning.png"):
@@ -56,9 +56,9 @@ def test_bad_options_are_refused() -> None:
 
 
 @pytest.mark.long
-def test_a_stint_drives_and_repeats() -> None:
-    stint = EnduranceShift(MAP, "gem", 3, 0, 160.0)
-    first, again = run_shift(stint), run_shift(stint)
+def test_a_shift_drives_and_repeats() -> None:
+    shift = EnduranceShift(MAP, "gem", 3, 0, 160.0)
+    first, again = run_shift(shift), run_shift(shift)
     assert first.distance_m > 50.0
     assert first.contacts == 0
     assert first.distance_m == again.distance_m

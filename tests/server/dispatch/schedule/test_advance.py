@@ -95,7 +95,7 @@ def test_who_changes_their_mind_makes_nobody_else_late(seed: int, steps: int) ->
     xy = rng.uniform(0.0, 100.0, (PLACES, 2))
     times = 3.0 * np.linalg.norm(xy[:, None] - xy[None, :], axis=2)
     fleet = tuple(VehicleState(f"v{k}", times[k], 0.0, 3, 0) for k in range(2))
-    schedule = Schedule(Problem(fleet, {}, times, dwell_s=10.0), spare=steps, patience=0.5)
+    schedule = Schedule(Problem(fleet, {}, times, dwell_s=10.0), spare=steps, departure_slack=0.5)
     wanted: dict[str, Request] = {}
     gone: set[str] = set()
     made: list[CompletedCall] = []

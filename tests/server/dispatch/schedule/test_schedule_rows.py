@@ -9,7 +9,7 @@ from server.dispatch.schedule.blank_task import blank_task, fill_rows
 from server.dispatch.schedule.schedule import Schedule
 from tests.server.dispatch.problems import problems
 
-FIELDS = ("place", "early_s", "late_s", "service_s", "ride_s_max", "delay_cost", "pace")
+FIELDS = ("place", "early_s", "late_s", "service_s", "ride_s_max", "delay_cost", "travel_time_factor")
 
 
 @given(problems())

@@ -100,4 +100,4 @@ def test_a_decision_is_kept_with_the_paces_it_was_made_with(fleet: FakeFleet) ->
     told = fleet.campus.read(lambda uow: uow.decisions.of_ride(ride.ride_id))
     decision = fleet.campus.read(lambda uow: uow.decisions.get(told[0].decision_id))
     assert decision is not None
-    assert decode_problem(decision.problem).requests[ride.ride_id].pace == 2.0
+    assert decode_problem(decision.problem).requests[ride.ride_id].travel_time_factor == 2.0

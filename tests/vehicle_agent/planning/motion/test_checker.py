@@ -288,9 +288,10 @@ def test_people_meet_only_the_nose_and_vehicles_the_whole_body() -> None:
     assert found(driven(), a_request(speed_mps=3.0, agents=cart)) == ("agent",)
 
 
-def test_an_agent_that_cannot_be_true_is_not_checked() -> None:
+@pytest.mark.parametrize("axis", [0, 1])
+def test_an_agent_that_cannot_be_true_is_not_checked(axis: int) -> None:
     jumps = people((9.0, 0.0, 0.0, 0.0))
-    jumps.poses_map[0, 5:, 0] += 500.0
+    jumps.poses_map[0, 30:, axis] += 500.0
     assert found(driven(), a_request(speed_mps=3.0, agents=jumps)) == ()
 
 
@@ -310,7 +311,9 @@ def test_at_the_end_of_the_rows_it_can_still_stop() -> None:
     assert found(rows, a_request(speed_mps=3.0, end_s_m=needed_m - 0.21)) == ("end",)
 
 
-def test_a_start_too_near_and_too_fast_is_asked_to_stop_at_once() -> None:
-    request = a_request(speed_mps=3.0, accel_mps2=-1.5, end_s_m=2.0)
+@pytest.mark.parametrize("end_m", [2.0, 2.7])
+def test_a_start_too_near_and_too_fast_is_asked_to_stop_at_once(end_m: float) -> None:
+    """It stands after 3 m."""
+    request = a_request(speed_mps=3.0, accel_mps2=-1.5, end_s_m=end_m)
     assert "end" not in found(stopping(3.0, 1.5), request)
     assert "end" in found(stopping(3.0, 0.8, n=61), request)
