@@ -61,7 +61,7 @@ def the_scene(network: RoadNetwork, lanes: tuple[str, str], status: Status) -> S
     order = IssuedOrder("campus", "shuttle-1", "order-1", 2, 1, OrderState.ACCEPTED, payload, NOON)
     (scene,) = recorded_scenes(
         Run("campus", "shuttle-1", "boot-1", NOON, "1", "gem", network.map_version),
-        Vehicle("campus", "shuttle-1", "Shuttle 1", 6, 1, NOON),
+        Vehicle("campus", "shuttle-1", "Shuttle 1", 6, 1, NOON, held=True, in_service=False),
         (Report(1000, status),),
         {},
         {("order-1", 2): order},
@@ -77,6 +77,14 @@ def test_the_way_ahead_begins_at_the_vehicle_and_ends_where_its_order_ends(
     assert shown.task.next_stop == "library"
     assert shown.task.route[0] == pytest.approx(network.pose(lanes[0], 5.0)[:2], abs=0.01)
     assert shown.task.route[-1] == pytest.approx(network.pose(lanes[1], 3.0)[:2], abs=0.01)
+
+
+def test_what_the_vehicle_is_now_does_not_show_in_its_recording(
+    network: RoadNetwork, lanes: tuple[str, str]
+) -> None:
+    """It was recalled and held since."""
+    facts = scene_of(network, lanes).facts
+    assert (facts.connected, facts.held, facts.in_service) == (True, False, True)
 
 
 def test_a_vehicle_on_its_way_to_rest_has_no_next_stop(network: RoadNetwork, lanes: tuple[str, str]) -> None:
