@@ -115,7 +115,10 @@ class FootprintMonitor:
             self._latest[type(percept)] = _observation(percept)
 
     def is_close(self, motion: VehicleMotion, commanded: CommandedActuation, now_ns: int) -> bool:
-        """True once an obstacle was close for `confirmed` calls (20 ms each) without a braking command."""
+        """True once an obstacle was close for more than `confirmed` calls in a row without a braking command.
+
+        There is a call every 20 ms.
+        """
         settings = self._settings
         speed_mps = motion.speed_mps
         unbraked = commanded.enable and speed_mps > settings.standing_mps

@@ -1,7 +1,9 @@
 """List the shuttles, send one to a stop, and follow it until it stands there.
 
 export CAMPUSLOOP_TOKEN=...     # made in the console, scopes read and drive
-python sdk/python/examples/send_shuttle.py http://127.0.0.1:8080 --stop library
+python sdk/python/examples/send_shuttle.py http://127.0.0.1:8080 --stop stop-5
+
+GET /api/v1/stops lists the ids of the stops.
 """
 
 import argparse
