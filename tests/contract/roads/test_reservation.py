@@ -52,6 +52,17 @@ def test_two_vehicles_never_enter_a_single_track_from_both_ends(meeting: Reserva
     assert meeting.blocked_by("a") == ()
 
 
+def test_a_route_may_end_on_a_section_that_is_held_with_more_ahead_of_it() -> None:
+    """The shuttle was given more road than its new route needs; the rest stays held until it is released."""
+    control = Reservations(single_track(3))
+    control.place("a", ("west-bay",))
+    assert control.adopt("a", eastwards(3))
+    assert len(control.grant("a", 10)) == 4
+    assert control.adopt("a", ("west-bay", "e0", "e1"))
+    assert control.ahead("a") == ()
+    assert control.held("a") == eastwards(3)
+
+
 def test_the_second_vehicle_goes_once_the_first_is_through(meeting: Reservations) -> None:
     assert len(meeting.grant("a", 10)) == 4
     assert meeting.blocked_by("b") == ("a",)

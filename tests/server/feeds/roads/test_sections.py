@@ -4,11 +4,13 @@ import itertools
 import math
 import random
 
+import numpy as np
 import pytest
 import shapely
 
 from contract.geometry import pose_at
 from contract.roads.design_vehicle import (
+    CLEARANCE_M,
     FRONT_REACH_M,
     REAR_OVERHANG_M,
     RELEASE_MARGIN_M,
@@ -19,6 +21,8 @@ from contract.roads.load import load_map
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import ReferenceLine, find_route, route_line
+from server.feeds.roads.lanes.drafts import LaneDraft
+from server.feeds.roads.lanes.sections import tile
 from tests.contract.roads.generated_maps import generated_map
 from tests.server.feeds.roads.shipped import CAMPUS_MAP, SNOW_LION_MAP
 
@@ -115,3 +119,18 @@ def test_sections_that_follow_each_other_on_one_lane_do_not_exclude_each_other()
         sections = network.sections_of(lane_id)
         for first, second in itertools.pairwise(sections):
             assert second.section_id not in first.conflicts
+
+
+@pytest.mark.parametrize(("beyond_m", "excludes"), [(-0.05, True), (0.05, False)])
+def test_lanes_side_by_side_exclude_each_other_where_bodies_would_pass_too_closely(
+    beyond_m: float, excludes: bool
+) -> None:
+    """Two shuttles abreast keep the clearance, or only one of them drives."""
+    apart_m = WIDTH_M + CLEARANCE_M + beyond_m
+    along_m = np.linspace(0.0, 20.0, 41)
+    lanes = [
+        LaneDraft(name, "road", np.column_stack((along_m, np.full(41, y_m))), 3.0, 3.0)
+        for name, y_m in (("south", 0.0), ("north", apart_m))
+    ]
+    south, north = tile(lanes)
+    assert (south.conflicts, north.conflicts) == ((("north/0",), ("south/0",)) if excludes else ((), ()))

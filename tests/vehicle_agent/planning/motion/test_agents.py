@@ -73,6 +73,16 @@ def test_the_discs_cover_the_whole_outline_corners_included(
     assert (away - discs[None, :, 2]).min(axis=1).max() <= 1e-9
 
 
+@pytest.mark.parametrize(("at_s", "along_x"), [(0.4, True), (0.6, False), (1.4, False), (1.6, True)])
+def test_between_two_predicted_times_the_heading_is_that_of_the_nearer_one(
+    at_s: float, along_x: bool
+) -> None:
+    turning = an_agent((6.0, 1.6), CYCLIST)
+    turning.poses_map[0, 1, 2] = 0.5 * math.pi
+    discs = discs_of(turning, at_s).discs[0]
+    assert (np.ptp(discs[:, 0]) > np.ptp(discs[:, 1])) == along_x
+
+
 def test_a_long_vehicle_is_not_given_much_more_room_than_it_takes() -> None:
     discs = discs_of(an_agent((6.0, 1.6), CYCLIST)).discs[0]
     assert len(discs) == 4

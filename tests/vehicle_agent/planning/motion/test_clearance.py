@@ -32,6 +32,22 @@ def test_one_clearance_agrees_with_shapely(yaw: float, px: float, py: float, rad
     assert got == pytest.approx(signed - radius, abs=1e-9)
 
 
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10_000), cap_m=st.sampled_from([0.3, 2.0, 50.0]))
+def test_of_many_discs_the_nearest_counts_up_to_the_cap(seed: int, cap_m: float) -> None:
+    rng = np.random.default_rng(seed)
+    discs = np.column_stack((rng.uniform(-7.0, 9.0, (12, 2)), rng.uniform(0.1, 0.6, 12)))
+    pose = np.array((0.5, -0.5, rng.uniform(-3.0, 3.0)))
+    each = [pose_clearance(pose, BOX, discs[[k]], 50.0) for k in range(len(discs))]
+    assert pose_clearance(pose, BOX, discs, cap_m) == pytest.approx(min([cap_m, *each]), abs=1e-12)
+
+
+def test_a_disc_before_the_bumper_or_at_a_corner_is_near_for_a_short_cap() -> None:
+    """Far from the body's middle and still within the cap."""
+    for x_m, y_m in ((3.5 + 0.4, 0.0), (3.5 + 0.3, 0.815 + 0.3), (-0.85 - 0.3, -0.815 - 0.3)):
+        assert pose_clearance(np.zeros(3), BOX, np.array([[x_m, y_m, 0.25]]), 0.3) < 0.3
+
+
 def test_without_discs_nothing_is_touched() -> None:
     assert first_touch(np.zeros((2, 3)), BOX, np.empty((0, 3)), 0.5) == (-1, False)
 
