@@ -389,8 +389,7 @@ export const en = {
       ? "1 promised ride begins when the campus does not run. It is kept unless you cancel it."
       : `${rides} promised rides begin when the campus does not run. They are kept unless you cancel them.`,
   exceptions: "Holidays and exceptions",
-  exceptions_lead:
-    "On a holiday no service runs, except one with its own exception on that day.",
+  exceptions_lead: "On a holiday no service runs, except one with its own exception on that day.",
   no_exceptions: "No day differs.",
   day: "Day",
   exception_note: "Name or reason",

@@ -189,7 +189,8 @@ export const en = {
     battery: "No shuttle has enough charge left for this ride. Try later.",
     closed_road: "A closed road cuts these stops off from each other. Choose other stops.",
     vehicle_lost: "Your shuttle cannot go on. Your stop is near; the operators have been notified.",
-    ride_time: "The ride would take too long for all passengers. Choose a later time or a nearer stop.",
+    ride_time:
+      "The ride would take too long for all passengers. Choose a later time or a nearer stop.",
   } as Readonly<Record<string, string>>,
 };
 
