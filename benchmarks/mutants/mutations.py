@@ -76,7 +76,8 @@ def mutations_of(path: str, text: str) -> Iterator[Mutation]:
         occurrence = 0
         for node in nodes:
             for _ in operator.mutation_positions(node):
-                if not _is_declared(node) and (name != "NumberReplacer" or _is_noticeable(node)):
+                unnoticeable = name == "NumberReplacer" and not _is_noticeable(node)
+                if not (_is_declared(node) or _is_warming(node) or unnoticeable):
                     yield Mutation(path, name, occurrence)
                 occurrence += 1
 
@@ -104,8 +105,39 @@ def _is_declared(node: Any) -> bool:
     return False
 
 
+def _is_warming(node: Any) -> bool:
+    """In a function that calls kernels so that they are compiled: only the types of its values matter."""
+    while node is not None:
+        if node.type == "funcdef" and node.name.value.startswith("warm"):
+            return True
+        node = node.parent
+    return False
+
+
 def _is_noticeable(number: Any) -> bool:
-    return abs(ast.literal_eval(number.value)) <= _NUMBER_MAX
+    """Whether one more or less of this number is a slip: not of a larger one or a nanosecond."""
+    if abs(ast.literal_eval(number.value)) > _NUMBER_MAX:
+        return False
+    statement = number
+    while statement.parent is not None and statement.type not in ("expr_stmt", "comparison", "param"):
+        statement = statement.parent
+    return not any(leaf.endswith("_ns") for leaf in _names_beside(statement))
+
+
+def _names_beside(statement: Any) -> Iterator[str]:
+    """The names that an assignment gives its value to, a comparison compares, or a parameter has."""
+    if statement.type == "comparison":
+        compared = statement.children
+    elif statement.type in ("expr_stmt", "param"):
+        compared = statement.children[:1]
+    else:
+        return
+    for child in compared:
+        if child.type == "name":
+            yield child.value
+        elif child.type in ("atom_expr", "power"):
+            last = child.children[-1]
+            yield last.children[-1].value if last.type == "trailer" and last.children[0].value == "." else ""
 
 
 def _joined(lines: list[str]) -> str:

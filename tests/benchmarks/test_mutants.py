@@ -23,7 +23,16 @@ class Kept(Struct, frozen=True):
     count: int = 7
 
 
+    stamp_ns: int = 0
+
+
+def warm_kernels():
+    clamp(4.5)
+
+
 def clamp(x, least=0):
+    if 0 < x.since_ns <= 8:
+        return 5
     if x < least and not x == 3:
         return -x
     return x + least
@@ -55,6 +64,14 @@ def test_what_is_declared_of_a_kernel_or_a_class_stays_as_it_is_and_what_is_in_i
 
 def test_texts_and_numbers_of_which_one_more_means_nothing_stay_as_they_are() -> None:
     assert not any("Text" in was or "LIMIT_NS" in was for was, _ in changes())
+
+
+def test_a_nanosecond_more_and_the_values_that_warm_a_kernel_stay_as_they_are() -> None:
+    assert not any("stamp_ns" in was or "4.5" in was for was, _ in changes())
+    since = {" ".join(now.split()) for was, now in changes() if "since_ns" in was}
+    assert since == {"if 0 <= x.since_ns <= 8:", "if 0 >= x.since_ns <= 8:", "if 0 < x.since_ns < 8:",
+                     "if 0 < x.since_ns > 8:", "if not 0 < x.since_ns <= 8:"}  # fmt: skip
+    assert ("return 5", "return 6") in changes()
 
 
 def test_the_same_seed_draws_the_same_changes_and_leaves_out_those_known_as_equivalent() -> None:

@@ -3696,7 +3696,7 @@ export interface components {
         };
         /**
          * VehicleFacts
-         * @description What the store holds of a vehicle; names and meanings are those of `domain.fleet.vehicles.Vehicle`.
+         * @description A vehicle's stored facts; names and meanings are those of `domain.fleet.vehicles.Vehicle`.
          */
         VehicleFacts: {
             name: string;
@@ -3753,7 +3753,7 @@ export interface components {
         };
         /**
          * VehicleTask
-         * @description What a vehicle is going to do.
+         * @description A vehicle's plan.
          *
          *         visits         in driving order, for operators
          *         order_waits    the newest plan waits until its route is safe
