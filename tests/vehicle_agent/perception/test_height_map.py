@@ -141,3 +141,21 @@ def test_the_simulated_lidar_shows_a_pedestrian_too() -> None:
     cells = percept_from_scan(scan[0], 1, PARAMS).cells_base
     assert np.min(np.hypot(cells[:, 0] - 15.0, cells[:, 1] - 0.5)) < 0.4
     assert np.max(np.hypot(cells[:, 0] - 15.0, cells[:, 1] - 0.5)) < 0.8
+
+
+@pytest.mark.parametrize(("difference_m", "occupied"), [(0.069, False), (0.071, True)])
+def test_returns_that_differ_by_more_than_seven_centimetres_are_an_obstacle(
+    difference_m: float, occupied: bool
+) -> None:
+    """GEM, section V."""
+    pair = np.array([[8.05, 0.05, 0.5], [8.1, 0.1, 0.5 + difference_m]], dtype=np.float32)
+    assert bool(len(percept_from_scan(pair, 1, PARAMS).cells_base)) == occupied
+
+
+@pytest.mark.parametrize(("above_ground_m", "occupied"), [(0.34, False), (0.36, True)])
+def test_returns_of_one_ring_are_an_obstacle_from_a_step_above_the_ground(
+    above_ground_m: float, occupied: bool
+) -> None:
+    z = -0.2 + above_ground_m
+    ring = [[8.05, 0.05, z], [8.1, 0.1, z], [9.0, 0.5, -0.2]]
+    assert bool(len(percept_from_scan(np.array(ring, np.float32), 1, PARAMS).cells_base)) == occupied

@@ -135,3 +135,65 @@ def test_a_number_told_twice_counts_once() -> None:
     kept = AlphaBetaTracker().step(TrackerState(), percept, HERE)
     assert kept.tracks.ids.tolist() == [1]
     assert kept.tracks.poses_map[0, 0] == 5.0
+
+
+@pytest.mark.parametrize(
+    ("row", "size_m", "believed"),
+    [
+        ((1, 5.0, 0.0, 24.9, 0.0), (0.5, 0.5), True),
+        ((1, 5.0, 0.0, 20.0, 16.0), (0.5, 0.5), False),
+        ((1, 5.0, 0.0, 0.0, 0.0), (25.0, 3.0), True),
+        ((1, 5.0, 0.0, 0.0, 0.0), (3.0, 25.1), False),
+        ((1, 5.0, 0.0, 0.0, 0.0), (0.5, 0.0), False),
+        ((1, -9_999.0, 9_999.0, 0.0, 0.0), (0.5, 0.5), True),
+        ((1, 0.0, -10_001.0, 0.0, 0.0), (0.5, 0.5), False),
+    ],
+)
+def test_what_drives_on_a_campus_is_slower_than_25_mps_and_shorter_than_25_m(
+    row: tuple[int, float, float, float, float], size_m: tuple[float, float], believed: bool
+) -> None:
+    kept = AlphaBetaTracker().step(TrackerState(), a_percept(1, row, size_m=size_m), HERE)
+    assert bool(len(kept.tracks.ids)) == believed
+
+
+@pytest.mark.parametrize(("kind", "believed"), [(-1, False), (0, True), (3, True), (4, False)])
+def test_only_the_kinds_of_the_vocabulary_are_believed(kind: int, believed: bool) -> None:
+    kept = AlphaBetaTracker().step(TrackerState(), a_percept(1, (1, 5.0, 0.0, 0.0, 0.0), kind=kind), HERE)
+    assert bool(len(kept.tracks.ids)) == believed
+
+
+def test_one_absurd_track_does_not_take_the_others_with_it() -> None:
+    rows = (4, 5.0, 0.0, 0.0, 0.0), (5, math.nan, 0.0, 0.0, 0.0), (6, 8.0, 0.0, 0.0, 0.0)
+    kept = AlphaBetaTracker().step(TrackerState(), a_percept(1, *rows), HERE)
+    assert kept.tracks.ids.tolist() == [4, 6]
+
+
+def test_a_missed_track_keeps_its_kind_size_and_velocity_between_those_that_were_seen() -> None:
+    keeper = AlphaBetaTracker()
+    car = a_percept(STEP_NS, (5, 1.0, 2.0, 3.0, 4.0), kind=VEHICLE, size_m=(4.0, 1.8))
+    kept = keeper.step(TrackerState(), car, HERE)
+    people = a_percept(2 * STEP_NS, (9, 0.0, 0.0, 0.0, 0.0), (2, 7.0, 0.0, 0.0, 0.0))
+    tracks = keeper.step(kept, people, HERE).tracks
+    assert tracks.ids.tolist() == [2, 5, 9]
+    assert tracks.kinds.tolist() == [PEDESTRIAN, VEHICLE, PEDESTRIAN]
+    assert tracks.sizes_m.tolist() == [[0.5, 0.5], [4.0, 1.8], [0.5, 0.5]]
+    np.testing.assert_allclose(tracks.poses_map[:, :2], [[7.0, 0.0], [1.3, 2.4], [0.0, 0.0]])
+    np.testing.assert_allclose(tracks.velocities_map_mps[1], (3.0, 4.0))
+    assert tracks.stamp_ns == 2 * STEP_NS
+
+
+def test_the_first_look_at_somebody_is_taken_as_it_is_and_later_ones_correct_what_was_expected() -> None:
+    keeper = AlphaBetaTracker()
+    kept = keeper.step(TrackerState(), a_percept(STEP_NS, (1, 5.0, 0.0, 1.0, 0.0)), HERE)
+    np.testing.assert_allclose(kept.tracks.poses_map[0, :2], (5.0, 0.0))
+    kept = keeper.step(kept, a_percept(2 * STEP_NS, (1, 5.2, 0.0, 2.0, 0.0)), HERE)
+    # Expected at 5.1 m with 1 m/s: six tenths of the way to 5.2 m, eight tenths to 2 m/s.
+    np.testing.assert_allclose(kept.tracks.poses_map[0, :2], (5.16, 0.0))
+    np.testing.assert_allclose(kept.tracks.velocities_map_mps[0], (1.8, 0.0))
+
+
+def test_a_second_look_of_the_same_moment_is_taken_as_it_is() -> None:
+    keeper = AlphaBetaTracker()
+    kept = keeper.step(TrackerState(), a_percept(STEP_NS, (1, 5.0, 0.0, 1.0, 0.0)), HERE)
+    kept = keeper.step(kept, a_percept(STEP_NS, (1, 6.0, 0.0, 0.0, 0.0)), HERE)
+    np.testing.assert_allclose(kept.tracks.poses_map[0, :2], (6.0, 0.0))
