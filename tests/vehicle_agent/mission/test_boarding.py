@@ -132,6 +132,23 @@ def test_a_shuttle_that_is_early_waits_for_its_riders_and_leaves_with_the_last_o
     assert shuttle.of(RiderNoShow) == []
 
 
+def test_a_shuttle_that_is_early_with_nobody_to_wait_for_leaves_after_its_dwell() -> None:
+    shuttle = at_the_stop(not_before_ns=OFFSET_NS + 600 * 10**9)
+    shuttle.step(SeatSensor(1, 3))
+    shuttle.run(DWELL_S + 3.0)
+    assert shuttle.task is not None
+    assert shuttle.task.mode == "drive"
+
+
+@pytest.mark.parametrize(("speed_mps", "close"), [(0.29, False), (0.31, True)])
+def test_the_doors_of_a_shuttle_that_rolls_close_at_once(speed_mps: float, close: bool) -> None:
+    shuttle = at_the_stop()
+    shuttle.speed_mps = speed_mps
+    task = shuttle.step()
+    assert task.doors_open != close
+    assert (shuttle.of(RiderNoShow) != []) == close
+
+
 def test_riders_alight_by_seat_by_tap_and_by_code() -> None:
     shuttle = at_the_stop()
     shuttle.step(SeatSensor(1, 3))

@@ -100,6 +100,38 @@ def test_the_shuttle_waits_for_people_alongside_but_not_for_ever() -> None:
     assert shuttle.speed_mps > 0.0
 
 
+def leaving_with_somebody_alongside() -> tuple[RingShuttle, np.ndarray]:
+    """The doors have just closed; somebody stands a metre and a half from the body."""
+    shuttle = driving(6)
+    pressed(shuttle)
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
+    alongside = np.array([[shuttle.pose.x_m + 1.0, shuttle.pose.y_m + 1.5]])
+    shuttle.points = alongside
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "closed")
+    return shuttle, alongside
+
+
+def test_people_who_stay_alongside_are_passed_after_half_a_minute() -> None:
+    shuttle, _ = leaving_with_somebody_alongside()
+    shuttle.run(29.5)
+    assert shuttle.speed_mps == 0.0
+    shuttle.run(1.5)
+    assert shuttle.speed_mps > 0.0
+
+
+def test_one_look_without_the_people_alongside_is_no_reason_to_go() -> None:
+    shuttle, alongside = leaving_with_somebody_alongside()
+    for _ in range(8):
+        shuttle.points = np.empty((0, 2))
+        shuttle.run(0.9)
+        shuttle.points = alongside
+        shuttle.run(0.1)
+        assert shuttle.speed_mps == 0.0
+    shuttle.points = np.empty((0, 2))
+    shuttle.run(1.3)
+    assert shuttle.speed_mps > 0.0
+
+
 # From the rear axle: the outline is 0.85 m back, 3.5 m ahead and 0.815 m to either side.
 @pytest.mark.parametrize(
     ("ahead_m", "aside_m", "waits"),
