@@ -282,3 +282,58 @@ def test_a_leap_is_believed_at_the_second_report_though_the_clock_went_back() ->
     for _ in range(2):
         loop.tick(OFF, (report("speed_report", loop.now_ns + TICK_NS, speed=12.0),))
     assert loop.motion.speed_mps == pytest.approx(12.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "flag", "code"),
+    [
+        ("global_report", "fault_active", "bywire_fault"),
+        ("global_report", "config_fault", "bywire_fault"),
+        ("system_report", "disable_all", "bywire_fault"),
+        ("global_report", "computer_timeout", "bywire_timeout"),
+        ("global_report", "subsystem_timeout", "bywire_timeout"),
+    ],
+)
+def test_each_of_the_modules_own_flags_is_a_fault_while_it_lasts(name: str, flag: str, code: str) -> None:
+    loop = Loop()
+    loop.tick(OFF)
+    loop.tick(OFF, (*healthy(loop.now_ns + TICK_NS), report(name, loop.now_ns + TICK_NS, **{flag: 1})))
+    assert [fault.code for fault in loop.motion.faults] == [code]
+    loop.tick(OFF)
+    assert loop.motion.faults == ()
+
+
+@pytest.mark.parametrize(("disabled", "ready"), [(0, True), (1, False)])
+def test_a_module_that_has_disabled_its_systems_is_not_ready(disabled: int, ready: bool) -> None:
+    loop = Loop()
+    system = report("system_report", loop.now_ns, ready=1, disable_all=disabled)
+    loop.tick(OFF, (*healthy(loop.now_ns), system))
+    assert loop.motion.ready == ready
+
+
+def test_a_fault_of_the_module_is_cleared_only_while_by_wire_is_off() -> None:
+    loop = Loop()
+    loop.enable()
+    loop.tick(DRIVE, enabled=1, fault_active=1)
+    assert loop.sent["global_command"]["clear_faults"] == 0
+    loop.tick(OFF, fault_active=1)
+    assert loop.sent["global_command"]["clear_faults"] == 1
+    loop.tick(OFF)
+    assert loop.sent["global_command"]["clear_faults"] == 0
+
+
+def test_a_speed_that_is_marked_as_not_available_changes_nothing() -> None:
+    loop = Loop()
+    loop.tick(OFF)
+    stamp_ns = loop.motion.stamp_ns
+    raw = CanFrame(loop.now_ns + TICK_NS, 0x400, b"\x7f\xff" + bytes(6))
+    loop.tick(OFF, (raw,))
+    assert loop.motion.speed_mps == pytest.approx(1.5)
+    assert loop.motion.stamp_ns == stamp_ns, "and grows older"
+    assert [fault.code for fault in loop.motion.faults] == ["can_frame_malformed"]
+
+
+def test_frames_of_other_modules_are_ignored() -> None:
+    loop = Loop()
+    loop.tick(OFF, (*healthy(loop.now_ns + TICK_NS), CanFrame(loop.now_ns, 0x7FF, b"\x01")))
+    assert loop.motion.faults == ()

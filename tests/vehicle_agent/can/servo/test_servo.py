@@ -1,6 +1,7 @@
 """The servo codec alone, and what the gate knows of it."""
 
 import itertools
+import math
 
 import cantools
 import msgspec
@@ -109,6 +110,33 @@ def test_reports_become_the_rear_axles_motion() -> None:
 def test_the_left_front_wheel_is_slower_in_a_left_turn() -> None:
     assert encoder_ratio(0.0, 1.65, 0.98) == 1.0
     assert encoder_ratio(0.3, 1.65, 0.98) < encoder_ratio(-0.3, 1.65, 0.98)
+
+
+@pytest.mark.parametrize("steer_rad", [0.3, -0.3])
+def test_the_left_front_wheel_rolls_on_its_own_circle_around_the_turning_centre(steer_rad: float) -> None:
+    radius_m = 1.65 / math.tan(steer_rad)
+    wheel_m = math.hypot(radius_m - 0.49, 1.65)
+    assert encoder_ratio(steer_rad, 1.65, 0.98) == pytest.approx(wheel_m / abs(radius_m))
+
+
+def test_a_fault_of_the_module_is_reset_only_while_it_is_not_armed() -> None:
+    loop = Loop()
+    loop.enable()
+    loop.tick(DRIVE, armed=1.0, fault=1.0)
+    assert loop.sent["drive_command"]["reset"] == 0.0
+    loop.tick(OFF, fault=1.0)
+    assert loop.sent["drive_command"]["reset"] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("flags", "ready"), [({}, True), ({"homed": 0.0}, False), ({"stop_pressed": 1.0}, False)]
+)
+def test_a_cart_is_ready_with_homed_servos_and_a_released_stop_button(
+    flags: dict[str, float], ready: bool
+) -> None:
+    loop = Loop()
+    loop.tick(OFF, **flags)
+    assert loop.motion.ready == ready
 
 
 def test_reset_and_arm_are_two_ticks_at_rest_and_then_the_throttle_opens() -> None:
