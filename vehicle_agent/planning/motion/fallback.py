@@ -102,13 +102,13 @@ def _old_path(warm: WarmStart, s0_m: float, start: Array, params: MotionParams) 
 def on_arc(request: MotionRequest, params: MotionParams, why: str, moving: MovingDiscs) -> Motion:
     """A comfortable stop on the steering arc of now, harder when that would touch something."""
     s_m = request.s_hint_m if request.s_hint_m is not None else float(request.corridor.s_m[0])
-    best: tuple[tuple[int, int], Array, Quality] | None = None
+    best: tuple[int, Array, Quality] | None = None
     for quality, profile in stop_profiles(request.start, params.limits, params.row_s, params.horizon_s):
         kind: Quality = "stop" if quality == "stop" else "emergency"
         rows = rows_on_arc(until_rest(profile), request.start, params.vehicle.curvature_1pm_max, s_m)
         hits = _CONTACT.intersection(judge(rows, request, params, kind))
-        if best is None or (len(hits), 0) < best[0]:
-            best = ((len(hits), 0), rows, kind)
+        if best is None or len(hits) < best[0]:
+            best = len(hits), rows, kind
         if not hits:
             break
     assert best is not None
