@@ -99,3 +99,94 @@ def test_the_shipped_maps_are_sound(path: Any) -> None:
 @pytest.mark.parametrize("seed", range(6, 14))
 def test_made_up_campuses_become_sound_maps(seed: int) -> None:
     assert problems(generated_map(seed)) == ()
+
+
+def _codes(road_map: RoadMap) -> set[str]:
+    return {problem.code for problem in problems(road_map)}
+
+
+def _with_gap(gap_m: float) -> Callable[[Lane], Lane]:
+    """The lane's second point so far from its first."""
+    return lambda lane: replace(lane, points=(lane.points[0], (gap_m, 0.0), *lane.points[2:]))
+
+
+def _shifted(along_m: float, aside_m: float) -> Callable[[Lane], Lane]:
+    return lambda lane: replace(lane, points=tuple((x + along_m, y + aside_m) for x, y in lane.points))
+
+
+def _turned(by_rad: float) -> Callable[[Lane], Lane]:
+    """Swung around its end, where the next lane begins."""
+
+    def swung(lane: Lane) -> Lane:
+        end_x, _ = lane.points[-1]
+        points = tuple(
+            (end_x + (x - end_x) * math.cos(by_rad), (x - end_x) * math.sin(by_rad)) for x, _ in lane.points
+        )
+        return replace(lane, points=points)
+
+    return swung
+
+
+def _round(radius_m: float) -> Callable[[Lane], Lane]:
+    """A full circle."""
+    count = math.ceil(2.0 * math.pi * radius_m / 0.5)
+    angles = [2.0 * math.pi * k / count for k in range(count + 1)]
+    return lambda lane: replace(
+        lane, points=tuple((radius_m * math.sin(a), radius_m * (1.0 - math.cos(a))) for a in angles)
+    )
+
+
+def _stop_at(s_m: float) -> Callable[[RoadMap], RoadMap]:
+    return lambda m: replace(m, stops=(Stop("s", "S", "side-0", s_m), *m.stops))
+
+
+def _rest_at(s_m: float) -> Callable[[RoadMap], RoadMap]:
+    return lambda m: replace(m, resting_places=(RestingPlace("r", "side-3", s_m),))
+
+
+# Sections of side-3 are 25 m long; a shuttle reaches 0.875 m back and 3.475 m ahead of its rear axle.
+@pytest.mark.parametrize(
+    ("code", "sound", "damaged"),
+    [
+        ("points_apart", _lane(_with_gap(1.0)), _lane(_with_gap(0.9))),
+        ("gap", _lane(_shifted(0.019, 0.0)), _lane(_shifted(0.021, 0.0))),
+        ("kink", _lane(_turned(0.059)), _lane(_turned(0.061))),
+        ("kink", _lane(_turned(-0.059)), _lane(_turned(-0.061))),
+        ("too_sharp", _lane(_round(4.95)), _lane(_round(4.8))),
+        ("untiled", _first_section(s_from_m=0.0009), _first_section(s_from_m=0.0011)),
+        ("off_lane", _stop_at(100.0), _stop_at(100.01)),
+        ("off_lane", _stop_at(0.0), _stop_at(-0.01)),
+        ("tight_place", _rest_at(25.0 + 0.876), _rest_at(25.0 + 0.874)),
+        ("tight_place", _rest_at(25.0 - 3.476), _rest_at(25.0 - 3.474)),
+    ],
+)
+def test_each_limit_holds_from_both_sides(
+    code: str, sound: Callable[[RoadMap], RoadMap], damaged: Callable[[RoadMap], RoadMap]
+) -> None:
+    assert code not in _codes(sound(ring_map()))
+    assert code in _codes(damaged(ring_map()))
+
+
+@pytest.mark.parametrize(
+    "doubled",
+    [
+        lambda m: replace(m, lanes=(*m.lanes, m.lanes[0])),
+        lambda m: replace(m, sections=(*m.sections, m.sections[0])),
+        lambda m: replace(m, resting_places=m.resting_places * 2),
+        lambda m: replace(m, timetable=(TimetableTrip("t", (("stop-0", 0),)),) * 2),
+    ],
+)
+def test_every_kind_of_id_is_used_once(doubled: Callable[[RoadMap], RoadMap]) -> None:
+    (problem,) = problems(doubled(ring_map()))
+    assert (problem.code, problem.detail) == ("doubled_id", "used 2 times")
+
+
+def test_every_defect_is_named_at_its_place() -> None:
+    two = replace(
+        ring_map(),
+        stops=(Stop("far", "S", "side-0", 101.0), Stop("before", "S", "side-1", -1.0), *ring_map().stops),
+    )
+    assert [(problem.code, problem.where) for problem in problems(two)] == [
+        ("off_lane", "far"),
+        ("off_lane", "before"),
+    ]
