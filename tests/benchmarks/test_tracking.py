@@ -31,6 +31,7 @@ def test_cross_track_is_measured_against_the_curve_even_where_it_crosses_itself(
     assert np.abs(path.cross_track_m(path.points[::50])).max() < 1e-9
 
 
+@pytest.mark.long
 def test_two_laps_stay_within_the_papers_twelve_centimetres(tmp_path: Path) -> None:
     report = tmp_path / "tracking.json"
     subprocess.run(

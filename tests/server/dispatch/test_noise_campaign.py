@@ -1,9 +1,12 @@
 """Drives that take up to a fifth longer or shorter than planned. Twenty thousand rides: `make soak`."""
 
+import pytest
+
 from server.domain.rules import FleetRules
 from tests.server.dispatch.noise_campaign import run_campaign
 
 
+@pytest.mark.long
 def test_few_promises_break_when_drives_differ_from_the_plan() -> None:
     found = run_campaign(seed=1, rides=400, noise=0.2)
     assert found.rides >= 400

@@ -3,6 +3,7 @@
 import os
 from datetime import timedelta
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -114,6 +115,7 @@ class Day:
         raise AssertionError(f"{self.fleet.waiting()}\n{self.fleet.stuck()}")
 
 
+@pytest.mark.long
 @settings(
     max_examples=STORIES or 6,
     deadline=None,
