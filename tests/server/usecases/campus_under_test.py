@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Callable, Coroutine
 from datetime import UTC, datetime, timedelta
+from functools import cache
 from typing import Any, TypeVar
 
 from sqlalchemy import Engine
@@ -63,6 +64,12 @@ class NotingBus(InProcessBus):
         return fresh
 
 
+@cache
+def _library(rules: FleetRules) -> MapLibrary:
+    """One for all campuses with these rules, as for all campuses of a server: map versions never change."""
+    return MapLibrary(rules)
+
+
 class CampusUnderTest:
     """`do` runs a use case in its own transaction. engine: of a database with all tables."""
 
@@ -81,7 +88,7 @@ class CampusUnderTest:
         self.bus = NotingBus()
         self.engine = engine or fresh_database()
         self.context = Context(
-            road_map.campus_id, self.clock, self.ids, self.rules, PlainHasher(), MapLibrary(self.rules)
+            road_map.campus_id, self.clock, self.ids, self.rules, PlainHasher(), _library(self.rules)
         )
         self._loop = asyncio.new_event_loop()
         self.transactions = InlineTransactions(self.engine, self.context, self.bus)
