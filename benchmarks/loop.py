@@ -4,9 +4,8 @@
 
 Real time: the whole onboard loop on the wall clock with one VLP-16 (16 x 1800 at 10 Hz), CPU time of every
 room, of the tick with its recording and of a scan's height map (a process of its own on a vehicle), and the
-lateness of ticks. Lockstep: virtual seconds per second of
-one vehicle with plant, by-wire, CAN, gate and recorder, without lidar and with it (ray casting and height map
-included), on one core.
+lateness of ticks. Lockstep: virtual seconds per second of one vehicle with plant, by-wire, CAN, gate and
+recorder, without lidar and with it (ray casting and height map included), on one core.
 """
 
 import argparse

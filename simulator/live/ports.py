@@ -15,7 +15,7 @@ class VehiclePorts:
     can_channel  its CAN bus, as the gate opens it
     values_port  of its tick process, for device values
     scans_port   of its perception worker, for finished scans
-    hmi_port   of the simulation, for the vehicle's output to screen, speaker and doors
+    hmi_port     of the simulation, for the vehicle's output to screen, speaker and doors
     """
 
     can_channel: str

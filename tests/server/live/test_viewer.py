@@ -129,7 +129,7 @@ def test_a_passenger_sees_the_own_ride_and_its_shuttle_alone() -> None:
 
 
 def test_a_passenger_learns_nothing_else_that_a_shuttle_reports() -> None:
-    """A new field of the status reaches passengers only when somebody decides so."""
+    """A new field of the status is not sent to passengers by default."""
     reported = Status(
         epoch=7,
         stamp_ns=8,

@@ -78,7 +78,7 @@ def test_what_stands_within_the_margin_beyond_the_stopping_way_is_met_too() -> N
 
 
 def test_a_vehicle_that_creeps_meets_who_is_at_its_bumper() -> None:
-    """It would stand within a hundredth of a second; there is still somebody in its way."""
+    """It would stop within 10 ms; the person is in its path all the same."""
     person = np.array([[3.52, 0.0]])
     assert is_met_on_arc(person, np.zeros((1, 2)), 0.0, 0.05, 0.0, 5.6, 0.1, 3.5, 0.8)
 

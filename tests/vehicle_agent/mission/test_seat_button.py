@@ -101,7 +101,7 @@ def test_the_shuttle_waits_for_people_alongside_but_not_for_ever() -> None:
 
 
 def leaving_with_somebody_alongside() -> tuple[RingShuttle, np.ndarray]:
-    """The doors have just closed; somebody stands a metre and a half from the body."""
+    """The doors have just closed; a person stands within 1.5 m of the body."""
     shuttle = driving(6)
     pressed(shuttle)
     shuttle.run_until(lambda: shuttle.state.doors.phase == "open")

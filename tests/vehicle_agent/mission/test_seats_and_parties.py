@@ -1,4 +1,4 @@
-"""Who boards and who alights, from codes, taps and seat counts that come in any order."""
+"""Which parties board and alight, by codes, taps and seat counts in any order."""
 
 import msgspec
 import pytest

@@ -1,4 +1,4 @@
-"""Cells and tracks together: which stamp they have, what belongs to whom, and what is remembered."""
+"""Cells and tracks together: their stamp, which cells belong to a track, and which are remembered."""
 
 import numpy as np
 import pytest

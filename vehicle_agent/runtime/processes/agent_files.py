@@ -34,7 +34,7 @@ class VehicleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     can_channel         see `can_bus.open_bus`
     values_port         loopback port on which device values come (see `device_feed`)
     scans_port          loopback port on which finished scans are announced
-    hmi_port          loopback port of screen, speaker and doors
+    hmi_port            loopback port of screen, speaker and doors
     scan_ring           file with the scans
     cameras             HOST:PORT on this vehicle's own network for reports of crossing cameras, "" for none
     server_certificate  path of a certificate to trust, for a server with a self-signed one

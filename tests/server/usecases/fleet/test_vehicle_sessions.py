@@ -24,24 +24,10 @@ def test_a_vehicle_reports_its_position_though_its_campus_has_no_map_yet(campus:
     hello = HelloFacts("cart", "boot-1", "1", "gem", "map-0", (), None, 4, 0)
     session = campus.wait_for(bare.run(lambda uow: vehicle_sessions.open_session(uow, hello)))
     assert session.epoch == 1
-    status = Status(
-        epoch=1,
-        stamp_ns=0,
-        pose_map=Pose2(3.0, 4.0, 0.0),
-        speed_mps=0.0,
-        accel_mps2=0.0,
-        steer_rad=0.0,
-        mode="held",
-        battery_ratio=0.9,
-        doors_open=False,
-        lane_id="",
-        s_m=0.0,
-        order_id="",
-        revision=0,
-        visit_id="",
-    )
+    here = Pose2(3.0, 4.0, 0.0)
+    status = Status(1, 0, here, 0.0, 0.0, 0.0, "held", 0.9, False, "", 0.0, "", 0, "")
     report = StatusReport("cart", "boot-1", campus.clock.now(), status)
     campus.wait_for(bare.run(lambda uow: vehicle_sessions.record_status(uow, [report])))
     (where,) = campus.wait_for(bare.read(lambda uow: uow.vehicles.all_whereabouts()))
     assert where.status is not None
-    assert (where.vehicle_id, where.status.pose_map) == ("cart", Pose2(3.0, 4.0, 0.0))
+    assert (where.vehicle_id, where.status.pose_map) == ("cart", here)
