@@ -26,9 +26,10 @@ from contract.roads.network import RoadNetwork
 from simulator.sensors.lidar import Lidar, LidarNoise
 from simulator.sensors.walls import WallScene
 from simulator.traffic.population import TrafficParams
-from vehicle_agent.config import Body, LidarMount
-from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
+from vehicle_agent.config import Body, LidarMount, Profile
+from vehicle_agent.perception.height_map import percept_from_scan
 from vehicle_agent.runtime.processes.pacing import Pacer
+from vehicle_agent.stacks.rooms import height_map as map_params
 
 SHIPPED = Path(__file__).resolve().parents[1] / "maps" / "shanghai-university" / "map.json"
 QUANTILES = (50, 95, 99)
@@ -94,7 +95,7 @@ def height_map(road_map: RoadMap, seed: int) -> Row:
     rng = np.random.default_rng(seed)
     network = RoadNetwork(road_map)
     lidar = Lidar(LidarMount(), Body(), WallScene(road_map.buildings), LidarNoise())
-    taken_ns = []
+    params, taken_ns = map_params(Profile()), []
     for number in range(_SCANS):
         place = road_map.resting_places[number % len(road_map.resting_places)]
         x_m, y_m, yaw_rad = network.pose(place.lane_id, place.s_m)
@@ -110,7 +111,7 @@ def height_map(road_map: RoadMap, seed: int) -> Row:
         points = lidar.scan(Pose2(x_m, y_m, yaw_rad), np.empty((0, 7)), people, rng)[0]
         points = np.ascontiguousarray(points)
         begun_ns = time.process_time_ns()
-        percept_from_scan(points, 1, HeightMap())
+        percept_from_scan(points, 1, params)
         taken_ns.append(time.process_time_ns() - begun_ns)
     return _quantiles("height map of a scan", taken_ns[1:])
 

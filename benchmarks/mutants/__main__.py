@@ -15,7 +15,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import islice
@@ -24,7 +24,7 @@ from typing import Any
 
 from benchmarks.mutants.importers import ImportGraph
 from benchmarks.mutants.mutations import MutatedFile, Mutation, mutated, mutations_of
-from benchmarks.mutants.private_copy import PrivateCopy, TestsBroken
+from benchmarks.mutants.private_copy import PrivateCopy
 from benchmarks.mutants.rooms import ROOMS, ROOT, Room
 from benchmarks.mutants.selection import test_files
 from benchmarks.reporting.report import Row, RunReport
@@ -33,7 +33,9 @@ EQUIVALENTS = Path(__file__).with_name("equivalents.json")
 # A change that makes the tests so many times slower has been noticed.
 _SLOWER_MAX = 6.0
 _LIMIT_S_MIN = 120.0
-_SOUND_LIMIT_S = 3600.0
+_UNCHANGED_LIMIT_S = 3600.0
+# Files of tests that are tried together before any change.
+_TOGETHER = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +56,10 @@ class Trial:
         }
 
 
+class TestsBroken(Exception):
+    """Tests fail without any change; the message has their last lines."""
+
+
 class Trials:
     """Tries changes, each thread in a copy of its own."""
 
@@ -64,42 +70,39 @@ class Trials:
         self._mine = threading.local()
         self._lock = threading.Lock()
         self._copies = 0
-        self._sound_s: dict[str, float] = {}
+        self._unchanged_s: dict[str, float] = {}
+
+    def rounds(self, room: Room, mutation: Mutation) -> list[tuple[str, ...]]:
+        """The tests that are tried first, then the others."""
+        near, others = test_files(self._graph, room, mutation.path)
+        return [tests for tests in (near, () if self._mirror_only else others) if tests]
+
+    def time_unchanged(self, tests: Sequence[str], on_postgresql: bool) -> None:
+        """Raises TestsBroken when one of them fails without any change."""
+        begun = time.monotonic()
+        failure = self._copy().failure(tests, _UNCHANGED_LIMIT_S, on_postgresql)
+        if failure:
+            raise TestsBroken(f"fails without any change: {failure}")
+        took_s = time.monotonic() - begun
+        print(f"unchanged {took_s:.0f} s {tests[0]} and {len(tests) - 1} more", flush=True)
+        self._unchanged_s |= {path: took_s / len(tests) for path in tests}
 
     def run(self, room: Room, mutation: Mutation) -> Trial:
-        """Raises TestsBroken when tests fail without the change."""
         copy = self._copy()
         change = mutated(mutation, copy.text(mutation.path))
         begun = time.monotonic()
-        near, others = test_files(self._graph, room, mutation.path)
-        killed = any(
-            self._notice(copy, room, mutation.path, change, tests)
-            for tests in (near, () if self._mirror_only else others)
-            if tests
-        )
+        with copy.changed(mutation.path, change.text):
+            killed = any(
+                copy.failure(tests, self._limit_s(tests), room.on_postgresql)
+                for tests in self.rounds(room, mutation)
+            )
         trial = Trial(room, mutation, change, killed, time.monotonic() - begun)
         outcome = "killed" if killed else "SURVIVED"
         print(f"{outcome} {trial.took_s:.0f} s {room.name} {change.key(mutation.path)}", flush=True)
         return trial
 
-    def _notice(
-        self, copy: PrivateCopy, room: Room, path: str, change: MutatedFile, tests: tuple[str, ...]
-    ) -> bool:
-        limit_s = max(_LIMIT_S_MIN, _SLOWER_MAX * self._sound(copy, room, tests))
-        with copy.changed(path, change.text):
-            return copy.failure(tests, limit_s, room.on_postgresql) != ""
-
-    def _sound(self, copy: PrivateCopy, room: Room, tests: tuple[str, ...]) -> float:
-        """About how long the tests take where nothing is changed, and pass. Each is tried once."""
-        new = [path for path in tests if path not in self._sound_s]
-        if new:
-            begun = time.monotonic()
-            failure = copy.failure(new, _SOUND_LIMIT_S, room.on_postgresql)
-            if failure:
-                raise TestsBroken(f"fails without any change: {failure}")
-            took_s = time.monotonic() - begun
-            self._sound_s |= {path: took_s / len(new) for path in new}
-        return sum(self._sound_s[path] for path in tests)
+    def _limit_s(self, tests: Sequence[str]) -> float:
+        return max(_LIMIT_S_MIN, _SLOWER_MAX * sum(self._unchanged_s[path] for path in tests))
 
     def _copy(self) -> PrivateCopy:
         if not hasattr(self._mine, "copy"):
@@ -133,6 +136,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="campusloop-mutants-") as folder:
         trials = Trials(Path(folder), ImportGraph(ROOT), arguments.mirror_only)
         with ThreadPoolExecutor(arguments.processes) as pool:
+            list(pool.map(lambda some: trials.time_unchanged(*some), batches(trials, drawn)))
             done = list(pool.map(lambda one: trials.run(*one), drawn))
     figures = summary(done)
     report.write(
@@ -149,6 +153,18 @@ def main() -> None:
     )
     if figures["killed_pct"] < arguments.floor or figures["worst_room_pct"] < arguments.room_floor:
         sys.exit("the short tests notice too few wrong changes")
+
+
+def batches(trials: Trials, drawn: Sequence[tuple[Room, Mutation]]) -> Iterator[tuple[list[str], bool]]:
+    """All tests that the trials may take, some at a time, and whether they run on PostgreSQL, too."""
+    wanted: dict[bool, set[str]] = {True: set(), False: set()}
+    for room, mutation in drawn:
+        for tests in trials.rounds(room, mutation):
+            wanted[room.on_postgresql].update(tests)
+    for on_postgresql, tests in ((True, wanted[True]), (False, wanted[False] - wanted[True])):
+        some = iter(sorted(tests))
+        while together := list(islice(some, _TOGETHER)):
+            yield together, on_postgresql
 
 
 def draw(

@@ -55,7 +55,7 @@ STEP_S = 0.2
 MARGIN_M = 0.5
 FOOTSTEP_M = 1.0
 SLACK_M = 0.3
-BODY = VehicleExtent()
+BODY = VehicleExtent(front_m=3.5, back_m=0.85)
 PATIENCE_S = 12.0
 SCREEN_TO = "→ {name}"
 SCREEN_REST = "CAMPUSLOOP"

@@ -37,6 +37,7 @@ class GateSettings:
     speed_mps_max: float
     comfort_ratio: float
     steer_delay_s: float
+    brake_mps2: float
     comfort_steps: int = 5
     fresh_ns: int = 2 * TICK_NS + TICK_NS // 2
     late_ns: int = 2 * TICK_NS
@@ -54,7 +55,6 @@ class GateSettings:
     confirmed: int = 2
     standing_mps: float = 0.1
     delay_s: float = 0.27
-    brake_mps2: float = 5.6
     margin_m: float = 0.1
     braked_ratio: float = 0.3
     percept_ns: int = PERCEPT_AGE_NS_MAX

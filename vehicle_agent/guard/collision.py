@@ -31,10 +31,10 @@ class Avoidance(msgspec.Struct, frozen=True):
     front_m: float
     half_width_m: float
     brakes: tuple[tuple[float, float], ...]
-    accel_mps2_max: float = 0.8
+    accel_mps2_max: float
+    delay_s: float
     response_s: float = 0.3
     brake_mps2: float = 5.0
-    delay_s: float = 0.25
     release_s: float = 0.2
     front_margin_m: float = 0.2
     margin_m: float = 0.1

@@ -88,9 +88,9 @@ class Guard(msgspec.Struct, frozen=True):
 
     limits: Limits
     avoidance: Avoidance
-    stop_ratio: float = 0.75
-    firm_ratio: float = 0.85
-    slow_ratio: float = 0.6
+    stop_ratio: float
+    firm_ratio: float
+    slow_ratio: float
     hold_ratio: float = 0.5
     standing_mps: float = 0.1
     ageing: AgeLimits = AgeLimits()

@@ -47,7 +47,7 @@ class Announcer(msgspec.Struct, frozen=True):
     stopping_m     a stop is announced this far before it
     """
 
-    attention: Attention = Attention()
+    attention: Attention
     show_ns: int = 1_500_000_000
     hysteresis_ns: int = 1_000_000_000
     step_aside_ns: int = 10_000_000_000

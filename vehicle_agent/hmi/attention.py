@@ -38,8 +38,8 @@ class Attention(msgspec.Struct, frozen=True):
     again_ns      a person is not asked twice within this time
     """
 
-    front_m: float = 3.5
-    half_width_m: float = 0.815
+    front_m: float
+    half_width_m: float
     ahead_m: float = 10.0
     beside_m: float = 0.3
     back_rad: float = 1.05

@@ -53,7 +53,7 @@ class Mission(msgspec.Struct, frozen=True):
     """Orders, visits, doors, riders, sections and the seat button (docs/vehicle/mission.md)."""
 
     network: RoadNetwork
-    rules: MissionRules = MissionRules()
+    rules: MissionRules
 
     def initial(self, memory: MissionMemory | None = None) -> MissionState:
         """Standing and held. memory: order, visits and riders as they were before a crash."""

@@ -25,9 +25,10 @@ class MissionRules(msgspec.Struct, frozen=True):
     hold_*             reaction time and deceleration of a hold command
     """
 
-    body: VehicleExtent = VehicleExtent()
-    half_width_m: float = 0.815
-    stops: StopRules = StopRules()
+    body: VehicleExtent
+    half_width_m: float
+    stops: StopRules
+    hold_decel_mps2: float
     section_margin_m: float = STANDING_MARGIN_M
     release_slack_m: float = RELEASE_MARGIN_M
     arrived_m: float = 0.5
@@ -45,4 +46,3 @@ class MissionRules(msgspec.Struct, frozen=True):
     occupied_clear_ns: int = 1_000_000_000
     off_route_m: float = 2.5
     hold_reaction_s: float = 0.4
-    hold_decel_mps2: float = 0.6

@@ -12,7 +12,7 @@ _STEP_M = 0.5
 class StopRules(msgspec.Struct, frozen=True):
     """Comfort of a temporary stop: deceleration (m/s2), reaction (s), distance before the next stop (m)."""
 
-    decel_mps2: float = 0.6
+    decel_mps2: float
     reaction_s: float = 0.6
     before_stop_m: float = 6.0
 

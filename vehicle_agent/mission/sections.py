@@ -13,8 +13,8 @@ Span = tuple[str, float, float]
 class VehicleExtent(msgspec.Struct, frozen=True):
     """The vehicle's extent along the line, from the rear axle."""
 
-    front_m: float = 3.5
-    back_m: float = 0.85
+    front_m: float
+    back_m: float
 
 
 class OccupiedSection(msgspec.Struct, frozen=True):

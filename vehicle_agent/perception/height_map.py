@@ -24,18 +24,18 @@ class HeightMap(NamedTuple):
     body_margin_m        returns this near to the outline are the vehicle's own
     """
 
+    above_m: float
+    body_front_m: float
+    body_back_m: float
+    body_half_width_m: float
     cell_m: float = 0.25
     threshold_m: float = 0.07
-    above_m: float = 2.4
     below_m: float = -1.0
     reach_front_m: float = 35.0
     reach_back_m: float = 12.0
     reach_side_m: float = 15.0
     rise_m: float = 0.35
     points_min: int = 2
-    body_front_m: float = 3.5
-    body_back_m: float = 0.85
-    body_half_width_m: float = 0.815
     body_margin_m: float = 0.1
 
 

@@ -4,7 +4,6 @@ from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from vehicle_agent.can.by_wire import codec_of
 from vehicle_agent.config import Profile
-from vehicle_agent.hmi.announcer import Announcer
 from vehicle_agent.localization.gnss import GnssLocalization
 from vehicle_agent.mission.mission import Mission
 from vehicle_agent.onboard.car import Car
@@ -14,7 +13,7 @@ from vehicle_agent.planning.behaviour.decide import BehaviourRules
 from vehicle_agent.planning.motion.motion_planning import MotionPlanning
 from vehicle_agent.planning.motion.request import ClearanceLaw, DrivingLimits, MotionParams, Vehicle
 from vehicle_agent.planning.worker import MotionPlanner
-from vehicle_agent.stacks.rooms import cells, guard, mission_rules
+from vehicle_agent.stacks.rooms import announcer, cells, guard, mission_rules
 from vehicle_agent.stacks.snow_lion_control import control
 from vehicle_agent.world.observed import ObservedWorld
 from vehicle_agent.world.surroundings import Surroundings
@@ -48,7 +47,7 @@ def snow_lion(profile: Profile, road_map: RoadMap) -> Car:
         ),
         control=control(profile),
         guard=guard(profile),
-        hmi=Announcer(),
+        hmi=announcer(profile),
     )
 
 

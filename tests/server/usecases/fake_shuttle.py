@@ -46,7 +46,7 @@ from vehicle_agent.mission.sections import (
 )
 
 STEP_S = 2.0
-BODY = VehicleExtent()
+BODY = VehicleExtent(front_m=3.5, back_m=0.85)
 MARGIN_M = 0.3
 ARRIVED_M = 0.3
 

@@ -6,9 +6,10 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from vehicle_agent.config import Profile
 from vehicle_agent.hmi import texts
-from vehicle_agent.hmi.announcer import Announcer
 from vehicle_agent.signals import GuardStatus, HmiOutput, Path, Task, World
+from vehicle_agent.stacks.rooms import announcer
 
 TICK_NS = 20_000_000
 TASK = Task(
@@ -41,7 +42,7 @@ class Street:
     """An announcer and what it has said so far."""
 
     def __init__(self) -> None:
-        self.room, self.now_ns = Announcer(), 0
+        self.room, self.now_ns = announcer(Profile()), 0
         self.state = self.room.initial()
         self.spoken: list[tuple[str, str]] = []
 

@@ -5,8 +5,9 @@ import math
 import pytest
 
 from tests.vehicle_agent.hmi.streets import PATH, TASK, TICK_NS, path, verdict, world
+from vehicle_agent.config import Profile
 from vehicle_agent.hmi import texts
-from vehicle_agent.hmi.announcer import Announcer
+from vehicle_agent.stacks.rooms import announcer
 
 Person = tuple[float, float, float, float, float]
 NORTH, WEST = 0.5 * math.pi, math.pi
@@ -14,7 +15,7 @@ NORTH, WEST = 0.5 * math.pi, math.pi
 
 def heard(person: Person, seconds: float, missing: frozenset[int] = frozenset()) -> list[tuple[float, str]]:
     """(t, text) of everything spoken; the person keeps the place before a vehicle that goes with it."""
-    room = Announcer()
+    room = announcer(Profile())
     state, spoken = room.initial(), []
     for k in range(1, round(seconds * 50)):
         now_ns = k * TICK_NS
@@ -70,7 +71,7 @@ def test_somebody_seen_only_now_and_then_is_not_taken_for_standing() -> None:
 
 
 def test_the_sentence_is_kept_for_who_the_planner_waits_for_when_farther_beside() -> None:
-    room, person = Announcer(), (18.0, 1.3, 0.0, 0.0, 0.0)
+    room, person = announcer(Profile()), (18.0, 1.3, 0.0, 0.0, 0.0)
     for named, asked in (((), 0), ((1,), 1)):
         state, count = room.initial(), 0
         for k in range(1, 500):
@@ -87,7 +88,7 @@ def test_the_sentence_is_kept_for_who_the_planner_waits_for_when_farther_beside(
 
 
 def test_a_held_vehicle_asks_nobody() -> None:
-    room = Announcer()
+    room = announcer(Profile())
     state = room.initial()
     for k in range(1, 600):
         around = world(k // 5 * 5 * TICK_NS, [(18.0, 0.0, 0.0, 0.0, 0.0)])

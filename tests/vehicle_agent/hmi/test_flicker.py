@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 
 from contract.runlog.arrays import dec_hook, enc_hook
 from tests.vehicle_agent.hmi.streets import TICK_NS, path, task, verdict, world
+from vehicle_agent.config import Profile
 from vehicle_agent.hmi import texts
-from vehicle_agent.hmi.announcer import Announcer, HmiState
+from vehicle_agent.hmi.announcer import HmiState
 from vehicle_agent.signals import HmiOutput
+from vehicle_agent.stacks.rooms import announcer
 
 # What may replace a text before it has been read, by rank.
 RANKS = {
@@ -46,7 +48,7 @@ Situations = list[dict[str, Any]]
 
 def played(found: Situations, resume_at: int = -1) -> list[HmiOutput]:
     """What was said in each tick; at tick `resume_at` the state goes through bytes and back."""
-    room = Announcer()
+    room = announcer(Profile())
     state, said, k = room.initial(), [], 0
     for one in found:
         now_task = task(
@@ -79,7 +81,7 @@ def test_no_text_is_shorter_than_its_minimum_unless_a_warning_replaces_it(found:
         groups = [list(group) for _, group in itertools.groupby(shown, key=lambda t: t[0])]
         runs, fronts = [len(group) for group in groups], [group[0][1] for group in groups]
         for ticks, front, following in zip(runs, fronts, fronts[1:], strict=False):
-            read = ticks * TICK_NS >= Announcer().show_ns
+            read = ticks * TICK_NS >= announcer(Profile()).show_ns
             assert read or RANKS.get(following, 0) >= 1, (side, front, following, ticks)
 
 
@@ -99,7 +101,7 @@ def test_no_sentence_is_said_twice_for_one_occasion(found: Situations) -> None:
     for visit in ("v1", "v2"):
         assert count[texts.say_next_stop("", f"Stop {visit}")[0]] <= visits.count(visit)
         assert count[texts.say_stopping_at("", f"Stop {visit}")[0]] <= visits.count(visit)
-    room = Announcer()
+    room = announcer(Profile())
     assert count[texts.SAY_STEP_ASIDE[0]] <= 1 + len(said) * TICK_NS // room.aside_again_ns
     outside = count[texts.SAY_AFTER_YOU[0]] + count[texts.SAY_PASSING[0]]
     assert outside <= 1 + len(said) * TICK_NS // room.courtesy_ns

@@ -24,6 +24,7 @@ from contract.wire.messages import (
     Visit,
     VisitKind,
 )
+from vehicle_agent.config import Profile
 from vehicle_agent.mission.memory import MissionMemory
 from vehicle_agent.mission.mission import Mission
 from vehicle_agent.mission.state import MissionState
@@ -37,6 +38,7 @@ from vehicle_agent.signals import (
     VehicleMotion,
     World,
 )
+from vehicle_agent.stacks.rooms import mission_rules
 
 STEP_NS = 100_000_000
 OFFSET_NS = 1_000_000_000_000
@@ -74,7 +76,7 @@ def _conflicts(section_id: str) -> tuple[str, ...]:
 
 
 NETWORK = RoadNetwork(ring())
-ROOM = Mission(NETWORK)
+ROOM = Mission(NETWORK, mission_rules(Profile()))
 START = ("south", 5.0)
 
 

@@ -16,10 +16,11 @@ from contract.wire.messages import (
     VisitChanged,
 )
 from tests.vehicle_agent.mission.ring import OFFSET_NS, RingShuttle, a_visit, an_order, rest
-from vehicle_agent.mission.rules import MissionRules
+from vehicle_agent.config import Profile
 from vehicle_agent.signals import CodeTyped, SeatSensor
+from vehicle_agent.stacks.rooms import mission_rules
 
-RULES = MissionRules()
+RULES = mission_rules(Profile())
 DWELL_S = 5.0
 ANN, BOB = RiderTask("ann", 1, "1111"), RiderTask("bob", 2, "2222")
 ON, OFF = ("south", 40.0), ("north", 30.0)

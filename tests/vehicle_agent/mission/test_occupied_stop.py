@@ -2,11 +2,12 @@
 
 from contract.wire.messages import Command
 from tests.vehicle_agent.mission.ring import RingShuttle, a_visit, an_order, rest
-from vehicle_agent.mission.rules import MissionRules
+from vehicle_agent.config import Profile
+from vehicle_agent.stacks.rooms import mission_rules
 
 STOP = ("north", 40.0)
 VISITS = (a_visit("a", *STOP), rest(STOP))
-RULES = MissionRules()
+RULES = mission_rules(Profile())
 
 
 def on_the_way(seconds: float = 20.0) -> RingShuttle:

@@ -9,10 +9,11 @@ from contract.geometry import Pose2
 from contract.roads.model import Building
 from simulator.sensors.lidar import Lidar, LidarNoise
 from simulator.sensors.walls import WallScene
-from vehicle_agent.config import Body, LidarMount
-from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
+from vehicle_agent.config import Body, LidarMount, Profile
+from vehicle_agent.perception.height_map import percept_from_scan
+from vehicle_agent.stacks.rooms import height_map
 
-PARAMS = HeightMap()
+PARAMS = height_map(Profile(body=Body(height_m=2.3)))
 FAR_AWAY = Building(((300.0, -5.0), (300.0, 5.0), (310.0, 0.0)), 9.0)
 
 
