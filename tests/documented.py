@@ -40,7 +40,8 @@ def defaults(source: Any) -> dict[str, float]:
 
 
 def differing(page: str, sources: Iterable[Any]) -> list[str]:
-    """Names of which a page gives another value than the modules and classes that it documents.
+    """Names of which a page gives another value than the modules and classes that it documents, or, of a
+    class, none.
 
     AssertionError for a source of which the page says nothing.
     """
@@ -50,6 +51,8 @@ def differing(page: str, sources: Iterable[Any]) -> list[str]:
         known = defaults(source)
         shared = known.keys() & documented.keys()
         assert shared, f"docs/{page} documents nothing of {source.__name__}"
+        if isinstance(source, type):
+            wrong += [f"{source.__name__}.{name} is not documented" for name in sorted(known.keys() - shared)]
         wrong += [
             f"{source.__name__}.{name} is {known[name]:g}, the page says {documented[name]}"
             for name in sorted(shared)

@@ -17,6 +17,7 @@ from server.store.cache.ground import (
     CachedMapRepository,
     CachedTravelTimeFactorRepository,
 )
+from server.store.cache.incidents import CachedIncidentRepository
 from server.store.cache.memory import RowCache
 from server.store.cache.orders import CachedOrderRepository
 from server.store.cache.plans import CachedPlanRepository
@@ -124,6 +125,7 @@ class SqlUnitOfWork:
             self.sections: SectionRepository = SqlSectionRepository(connection, campus_id, writes)
             self.vehicles: VehicleRepository = SqlVehicleRepository(connection, campus_id, writes)
             self.service: ServiceRepository = SqlServiceRepository(connection, campus_id, False)
+            self.incidents: IncidentRepository = SqlIncidentRepository(connection, campus_id, writes)
             self.maps: MapRepository = SqlMapRepository(connection, campus_id, False)
             self.closures: ClosureRepository = SqlClosureRepository(connection, campus_id, False)
             self.travel_time_factors: TravelTimeFactorRepository = SqlTravelTimeFactorRepository(
@@ -136,6 +138,7 @@ class SqlUnitOfWork:
             self.sections = CachedSectionRepository(connection, campus_id, memory)
             self.vehicles = CachedVehicleRepository(connection, campus_id, memory)
             self.service = CachedServiceRepository(connection, campus_id, memory)
+            self.incidents = CachedIncidentRepository(connection, campus_id, memory)
             self.maps = CachedMapRepository(connection, campus_id, memory)
             self.closures = CachedClosureRepository(connection, campus_id, memory)
             self.travel_time_factors = CachedTravelTimeFactorRepository(connection, campus_id, memory)
@@ -143,7 +146,6 @@ class SqlUnitOfWork:
         self.departures: DepartureRepository = SqlDepartureRepository(connection, campus_id, writes)
         self.decisions: DecisionRepository = SqlDecisionRepository(connection, campus_id, False)
         self.series: SeriesRepository = SqlSeriesRepository(connection, campus_id, writes)
-        self.incidents: IncidentRepository = SqlIncidentRepository(connection, campus_id, writes)
         self._events = SqlEventRepository(connection, campus_id, False)
         self.events: EventRepository = self._events
         self.runs: RunRepository = SqlRunRepository(connection, campus_id, False)

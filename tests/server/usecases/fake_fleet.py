@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from server.domain.fleet.vehicles import StatusReport
+from server.domain.orders.sections import Occupancy
 from server.domain.rides.rides import BookRide, Ride
 from server.usecases.fleet import charging, closures, vehicle_sessions
 from server.usecases.orders import sections
@@ -40,10 +41,10 @@ class FakeFleet:
             shuttle.step()
         reports = [shuttle.status_report() for shuttle in self.shuttles if shuttle.connected]
         self.campus.do(lambda uow: self.beat(uow, reports))
-        self.require_apart()
 
     def beat(self, uow: UnitOfWork, reports: Sequence[StatusReport]) -> None:
-        """What the dispatcher does from second to second, in one transaction."""
+        """What the dispatcher does from second to second, in one transaction. No two shuttles may hold the same
+        section or conflicting ones."""
         vehicle_sessions.record_status(uow, reports)
         self.beats += 1
         if self.beats % 2 == 0:
@@ -54,6 +55,7 @@ class FakeFleet:
             promises.check_promises(uow)
         if self.beats % 4 == 0:
             charging.manage_charging(uow)
+        self.require_apart(uow.sections.all())
 
     def run_until_idle(self, limit_s: float) -> None:
         """AssertionError when a shuttle still has a visit to make after limit_s."""
@@ -82,9 +84,7 @@ class FakeFleet:
     def ride(self, ride_id: str) -> Ride:
         return self.campus.read(lambda uow: rides.ride_of(uow, ride_id))
 
-    def require_apart(self) -> None:
-        """No two shuttles hold the same section or conflicting ones."""
-        occupancies = self.campus.read(lambda uow: uow.sections.all())
+    def require_apart(self, occupancies: Sequence[Occupancy]) -> None:
         for number, one in enumerate(occupancies):
             for other in occupancies[number + 1 :]:
                 assert not _shadow(self.network, one.held_ids) & set(other.held_ids)

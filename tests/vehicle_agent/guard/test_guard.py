@@ -234,6 +234,13 @@ def test_by_wire_that_is_not_enabled_in_time_is_a_fault() -> None:
     assert "by_wire_not_given" in [fault.code for fault in verdict.faults]
 
 
+def test_by_wire_is_given_two_seconds_and_not_a_tick_more() -> None:
+    bench = driving()
+    waited = [bench.step(motion_enabled=False)[1].faults for _ in range(150)]
+    first = next(ticks for ticks, faults in enumerate(waited) if faults)
+    assert (waited[first][0].code, first * TICK_NS) == ("by_wire_not_given", 2_000_000_000)
+
+
 def test_after_boot_nothing_is_enabled_before_the_first_resume() -> None:
     act, verdict = Bench().step(task_mode="hold", task_resumed_ns=0)
     assert (act.enable, act.gear, verdict.mode) == (False, "park", "held")
