@@ -319,6 +319,14 @@ def test_a_clock_that_goes_back_stops_the_vehicle() -> None:
     assert "clock_went_back" in [fault.code for fault in verdict.faults]
 
 
+def test_while_the_clock_goes_back_the_wheels_stay_as_they_are() -> None:
+    bench = driving()
+    turned_rad = bench.step(wish=ControlCommand(0.4, 0.3, 0.0, 0.1))[0].steer_rad
+    act, _ = bench.step(wish=ControlCommand(-0.4, 0.0, 0.0, 0.1), tick_ns=-10_000_000)
+    assert turned_rad > 0.0
+    assert act.steer_rad == turned_rad
+
+
 def test_a_position_that_is_not_finite_stops_the_vehicle() -> None:
     _, verdict = driving().step(ego_pose_map=Pose2(math.nan, 0.0, 0.0))
     assert (verdict.mode, verdict.faults[0].code) == ("minimal_risk", "pose_not_finite")
