@@ -30,7 +30,8 @@ class Backlog:
 
     def stored(self, boot_id: str, next_sequence: int) -> bool:
         """Every event of the boot below next_sequence is stored; True when that was the last one awaited."""
-        if self._wanted.get(boot_id, next_sequence + 1) > next_sequence:
+        wanted = self._wanted.get(boot_id)
+        if wanted is None or wanted > next_sequence:
             return False
         del self._wanted[boot_id]
         return not self._wanted

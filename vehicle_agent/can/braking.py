@@ -66,7 +66,7 @@ class ByWireBraking(Protocol):
         ...
 
     def braking_frames(
-        self, last: tuple[CanFrame, ...], steps: int, now_ns: int, brake_ratio: float = 1.0
+        self, last: tuple[CanFrame, ...], steps: int, now_ns: int, brake_ratio: float
     ) -> tuple[CanFrame, ...]:
         """Frames that brake, without throttle, else as in the last valid set; the counter `steps` later."""
         ...

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import msgspec
 import pytest
 
 from contract.geometry import Pose2
@@ -20,8 +21,12 @@ from contract.wire.messages import (
     ModeChanged,
     Order,
     OrderAccepted,
+    Presence,
+    Status,
     Welcome,
 )
+from server.fleet.presence import AreaPresence
+from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from tests.server.api.server_under_test import ServerUnderTest, snow_lion
 from tests.server.fleet.spoken_vehicle import SpokenVehicle
@@ -291,3 +296,57 @@ def test_shuttles_hear_of_each_other_while_they_are_near(server: ServerUnderTest
     two.status(90.0, 0.0, 0.5)
     server.elapse(0.5)
     assert one.last(FleetVehicle) is mate
+
+
+def test_shuttles_that_are_linked_to_another_replica_are_heard_of_and_are_sent_nothing(
+    server: ServerUnderTest,
+) -> None:
+    one = SpokenVehicle(server).dial().hello()
+    campus_id = server.hub.campus_id
+
+    def say(topic: str, payload: bytes) -> None:
+        server.run(server.bus.publish(topic, payload))
+        server.elapse(0.5)
+
+    for x_m in (30.0, 40.0):
+        one.status(0.0, 0.0, 0.0)
+        say(topics.vehicle_live(campus_id, "shuttle-9"), encode(a_status(x_m)))
+        assert one.last(FleetVehicle).pose_map.x_m == x_m
+        say(topics.vehicle_outbox(campus_id, "shuttle-9"), b"{}")
+        say(topics.vehicle_session(campus_id, "shuttle-9"), b'{"epoch":7}')
+        say(
+            topics.area_presence(campus_id, "gate"),
+            msgspec.json.encode(AreaPresence("gate", 3, 35.0, 0.0, 9)),
+        )
+        assert one.last(Presence).count == 3
+    assert one.goodbye == ""
+    assert len(one.all(Presence)) == 2
+
+
+def test_a_session_that_another_replica_opened_ends_the_older_one_here(server: ServerUnderTest) -> None:
+    one = SpokenVehicle(server).dial().hello()
+    topic = topics.vehicle_session(server.hub.campus_id, "shuttle-1")
+    for epoch, goodbye in ((one.epoch, ""), (one.epoch + 1, "superseded")):
+        server.run(server.bus.publish(topic, b'{"epoch":%d}' % epoch))
+        server.elapse(0.5)
+        assert one.goodbye == goodbye
+
+
+def a_status(x_m: float) -> Status:
+    """Of a shuttle that drives along the x axis."""
+    return Status(
+        epoch=1,
+        stamp_ns=5,
+        pose_map=Pose2(x_m, 0.0, 0.0),
+        speed_mps=2.0,
+        accel_mps2=0.0,
+        steer_rad=0.0,
+        mode="autonomous",
+        battery_ratio=0.9,
+        doors_open=False,
+        lane_id="",
+        s_m=0.0,
+        order_id="",
+        revision=0,
+        visit_id="",
+    )

@@ -43,8 +43,10 @@ class FakeFleet:
         self.campus.do(lambda uow: self.beat(uow, reports))
 
     def beat(self, uow: UnitOfWork, reports: Sequence[StatusReport]) -> None:
-        """What the dispatcher does from second to second, in one transaction. No two shuttles may hold the same
-        section or conflicting ones."""
+        """What the dispatcher does from second to second, in one transaction.
+
+        AssertionError when two shuttles hold the same section or conflicting ones.
+        """
         vehicle_sessions.record_status(uow, reports)
         self.beats += 1
         if self.beats % 2 == 0:

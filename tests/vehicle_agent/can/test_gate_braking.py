@@ -51,14 +51,14 @@ def test_braking_is_a_sound_set_with_its_own_number_the_brake_pressed_and_the_wh
 @KINDS
 def test_braking_frames_are_stamped_now_in_sending_order(kind: str) -> None:
     gate = GATES[kind]
-    stamps = [frame.stamp_ns for frame in gate.braking_frames(told(kind), 1, 2 * S)]
+    stamps = [frame.stamp_ns for frame in gate.braking_frames(told(kind), 1, 2 * S, 1.0)]
     assert stamps == [2 * S + number * gate.frame_gap_ns for number in range(len(stamps))]
 
 
 @KINDS
 def test_where_by_wire_is_off_the_gate_presses_nothing(kind: str) -> None:
     gate = GATES[kind]
-    asked = gate.commanded(gate.braking_frames(told(kind, phase="off"), 1, 2 * S))
+    asked = gate.commanded(gate.braking_frames(told(kind, phase="off"), 1, 2 * S, 1.0))
     assert (asked.enable, asked.throttle_ratio, asked.brake_ratio) == (False, 0.0, 0.0)
 
 

@@ -455,6 +455,10 @@ def test_the_gate_reports_braking_to_the_tick_and_its_end_once() -> None:
     assert [fault.code for fault in motion.faults] == ["gate_braking_tick_late"]
     bench.report(speed_mps=0.0)
     bench.tick(phase="off"), bench.tick(phase="clear"), bench.tick(phase="enable")
-    motion, _ = codec.decode(codec.initial(), bench.gate.report_frames(bench.now_ns), bench.now_ns)
+    released = bench.gate.report_frames(bench.now_ns)
+    assert len(released) == 1, (
+        "the tick is told, for it would wait for the end of the report's time otherwise"
+    )
+    motion, _ = codec.decode(codec.initial(), released, bench.now_ns)
     assert motion.faults == ()
     assert bench.gate.report_frames(bench.now_ns) == ()

@@ -90,6 +90,18 @@ def test_a_person_who_leaves_the_way_before_the_bumper_arrives_is_not_met() -> N
     assert met(5.5, 0.2, -1.0, 0.0)
 
 
+def test_the_braking_of_the_vehicle_is_reckoned_with() -> None:
+    """Somebody walks ahead at 1.6 m/s: braking from 3 m/s lets them gain room, driving on would not."""
+    assert not met(3.5 + 0.75, 0.0, 1.6, 0.0, speed_mps=3.0)
+    assert met(3.5 + 0.5, 0.0, 1.6, 0.0, speed_mps=3.0)
+
+
+def test_somebody_beside_the_way_hides_nobody_who_is_in_it() -> None:
+    beside, inside = (5.0, 3.0), (5.0, 0.0)
+    for places in ((beside, inside), (inside, beside)):
+        assert is_met_on_arc(np.array(places), np.zeros((2, 2)), 0.0, 4.0, 0.27, 5.6, 0.1, 3.5, 0.8)
+
+
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_person_alongside_the_outer_front_corner_is_passed(side: float) -> None:
     assert math.isinf(distance_on_arc(np.array([[3.46, side * 0.82]]), -side * 0.054, 3.5, 0.815, 10.0))

@@ -170,6 +170,7 @@ def test_a_cell_of_somebody_who_leaves_is_theirs_and_one_beside_them_is_not() ->
     assert not is_close(leaves, cells((FRONT_M + 2.0, 0.5)))
     assert is_close(leaves, cells((FRONT_M + 2.0, -0.6)))
     assert is_close(leaves, cells((FRONT_M + 2.0, 0.6 - 0.25 - 0.75)))
+    assert not is_close(leaves, cells((FRONT_M + 2.0, 0.6 - 0.25 - 0.65)))
 
 
 def test_cells_are_compared_with_where_the_track_was_when_they_were_seen() -> None:

@@ -145,6 +145,39 @@ def test_the_tail_swings_out_over_an_obstacle_alongside() -> None:
     assert brake(points=(beside_axle,), speed=2.0, steer=0.45) > 0.0
 
 
+def test_the_tail_swings_no_farther_than_it_reaches() -> None:
+    behind_the_bumper = (-BODY.rear_overhang_m - 1.0, -HALF - 0.03)
+    assert brake(points=(behind_the_bumper,), speed=2.0, steer=0.45) == 0.0
+
+
+def test_somebody_far_away_hides_nobody_who_is_near() -> None:
+    far, near = (FRONT + 15.0, 0.0), (FRONT + 1.0, 0.0)
+    for points in ((far, near), (near, far)):
+        assert brake(points=points, speed=3.0) == brake(points=(near,), speed=3.0) > 0.0
+
+
+def may_set_off(*tracks: tuple[float, float]) -> bool:
+    around = Tracks(
+        NOW_NS,
+        np.arange(len(tracks)),
+        np.full(len(tracks), PEDESTRIAN),
+        np.array([(x, y, 0.0) for x, y in tracks]),
+        np.zeros((len(tracks), 2)),
+        np.full((len(tracks), 2), 0.5),
+    )
+    world = World(NOW_NS, NOW_NS, np.empty((0, 2)), (), (), False, around)
+    ego = Ego(NOW_NS, Pose2(0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0, 0.02, NOW_NS, True)
+    return AVOIDANCE.may_set_off(*AVOIDANCE.road_users(world, ego), 0.0)
+
+
+def test_nobody_is_driven_away_from_who_touches_the_flank_and_behind_the_bumper_all_may_stand() -> None:
+    beside_the_rear_wheel = (-0.5, HALF + 0.25 + 0.05)
+    right_behind = (-BODY.rear_overhang_m - 0.25 - 0.05, 0.0)
+    assert not may_set_off(beside_the_rear_wheel)
+    assert may_set_off(right_behind)
+    assert not may_set_off(right_behind, beside_the_rear_wheel)
+
+
 def test_the_inner_side_cuts_the_corner() -> None:
     inner = (2.2, HALF + 0.25)
     assert brake(points=(inner,), speed=2.5, steer=0.0) == 0.0

@@ -41,7 +41,7 @@ class PacmodBraking(msgspec.Struct, frozen=True):
         )
 
     def braking_frames(
-        self, last: tuple[CanFrame, ...], steps: int, now_ns: int, brake_ratio: float = 1.0
+        self, last: tuple[CanFrame, ...], steps: int, now_ns: int, brake_ratio: float
     ) -> tuple[CanFrame, ...]:
         known = layouts()
         frames = []

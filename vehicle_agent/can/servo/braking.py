@@ -46,7 +46,7 @@ class ServoBraking(msgspec.Struct, frozen=True):
         )
 
     def braking_frames(
-        self, last: tuple[CanFrame, ...], steps: int, now_ns: int, brake_ratio: float = 1.0
+        self, last: tuple[CanFrame, ...], steps: int, now_ns: int, brake_ratio: float
     ) -> tuple[CanFrame, ...]:
         known = layouts(SERVO)
         armed = bool(known["drive_command"].unpack(last[0].data)["arm"])
