@@ -83,8 +83,7 @@ def locate(network: RoadNetwork, pose_map: Pose2, expected: tuple[str, ...]) -> 
         s_m, d_m, segment = project(line.points, line.s, pose_map.x_m, pose_map.y_m, 0, len(line.s))
         step = line.points[segment + 1] - line.points[segment]
         off_rad = abs(wrap_angle(pose_map.yaw_rad - math.atan2(step[1], step[0])))
-        inside = 0.0 < s_m < line.length_m or math.isclose(line.length_m, s_m, abs_tol=1.0) or s_m == 0.0
-        if inside and abs(d_m) < 1.5 and off_rad < 0.8:
+        if abs(d_m) < 1.5 and off_rad < 0.8:
             return LanePoint(lane_id, float(s_m))
     found = network.locate(pose_map.x_m, pose_map.y_m, pose_map.yaw_rad)
     return None if found is None else LanePoint(found[0], found[1])

@@ -1,11 +1,13 @@
 """The simulated servo cart, driven over CAN by its codec."""
 
+import dataclasses
 from pathlib import Path
 
 import pytest
 
 from simulator.ecus.safety_driver import HANDS_OFF, SafetyDriver
 from simulator.ecus.servo_cart import ServoModule
+from simulator.fleet import STEP_NS
 from tests.simulator.ecus.can_driver import (
     BRAKE,
     RELEASE,
@@ -68,6 +70,23 @@ def test_the_cart_turns_round_only_while_it_all_but_stands() -> None:
     driver.run(3.0, Actuation(True, "reverse", 0.0, 0.0, 1.0))
     driver.run(4.0, Actuation(True, "reverse", 0.0, 0.3, 0.0))
     assert driver.fleet.truth("s1").speed_mps < -0.5
+
+
+@pytest.mark.parametrize(("speed_mps", "goes_backwards"), [(0.25, True), (0.35, False)])
+def test_below_a_third_of_a_metre_per_second_the_relay_switches(
+    speed_mps: float, goes_backwards: bool
+) -> None:
+    driver = a_cart()
+    driver.run(4.0, ROLL)
+    rolling = dataclasses.replace(driver.fleet.truth("s1"), speed_mps=speed_mps)
+    reverse = Actuation(True, "reverse", 0.0, 0.0, 0.0)
+    for _ in range(5):
+        commands, driver.state = driver.can.encode(driver.state, reverse, driver.now_ns)
+        for frame in commands:
+            driver.module.receive(frame)
+        driver.module.supervise(driver.now_ns, rolling)
+        driver.now_ns += STEP_NS
+    assert (driver.module.gear()[0] < 0.0) is goes_backwards
 
 
 def test_silence_disarms_and_coasts() -> None:
