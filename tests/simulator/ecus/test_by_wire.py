@@ -177,6 +177,16 @@ def test_the_gearbox_refuses_to_shift_while_rolling() -> None:
     assert driver.module.targets(driver.fleet.truth("s1")).direction == 1.0
 
 
+def test_in_park_the_gearbox_locks_and_the_throttle_drives_nothing() -> None:
+    driver = CanDriver()
+    driver.run(2.0, Actuation(True, "park", 0.0, 0.0, 0.0))
+    assert driver.module.gear() == (0.0, 1.0), "no direction, and the lock is in"
+    driver.run(2.0, Actuation(True, "park", 0.0, 0.3, 0.0))
+    assert driver.fleet.truth("s1").speed_mps == 0.0
+    driver.run(2.0, ROLL)
+    assert driver.module.gear() == (1.0, 0.0)
+
+
 def test_the_module_reports_how_many_frames_it_could_not_use() -> None:
     driver = CanDriver()
     driver.run(0.5, ROLL)

@@ -33,6 +33,11 @@ def test_events_of_an_earlier_boot_are_kept_with_their_boot(tmp_path: Path) -> N
     assert names(third) == ["command-1", "command-2", "command-3"]
 
 
+def test_a_vehicle_that_has_never_run_gets_its_folders(tmp_path: Path) -> None:
+    append(Outbox(tmp_path / "var" / "shuttle-1", "first"), 1, an_event(1))
+    assert names(Outbox(tmp_path / "var" / "shuttle-1", "second")) == ["command-1"]
+
+
 @pytest.mark.parametrize("sync", [True, False])
 def test_events_and_memory_have_reached_the_disk_when_they_are_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sync: bool

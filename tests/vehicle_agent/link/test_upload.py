@@ -8,6 +8,7 @@ import httpx
 import pytest
 
 from contract.wire.upload import SIGNATURE_HEADER, segment_path, signed_segment
+from vehicle_agent.link import upload
 from vehicle_agent.link.upload import SegmentUploader
 
 SHA256 = 64 * "a"
@@ -70,3 +71,31 @@ def test_the_segment_goes_signed_to_the_address_of_its_content(tmp_path: Path) -
     assert request.content == b"recorded"
     assert request.headers["Vehicle-Id"] == "shuttle-1"
     assert request.headers[SIGNATURE_HEADER] == f"signed {signed_segment('shuttle-1', SHA256).decode()}"
+
+
+def test_a_segment_that_failed_is_tried_again_after_the_others_and_a_stored_one_is_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(upload, "RETRY_AFTER_S", 0.0)
+    asked: list[bytes] = []
+    answers = iter((503, 201, 201))
+
+    def answer(request: httpx.Request) -> httpx.Response:
+        asked.append(request.content)
+        return httpx.Response(next(answers))
+
+    async def work() -> None:
+        async with httpx.AsyncClient(
+            transport=httpx.MockTransport(answer), base_url="http://campus.test"
+        ) as client:
+            uploader = SegmentUploader("shuttle-1", client, lambda text: "signed")
+            for name in ("first", "second"):
+                (tmp_path / name).write_text(name)
+                uploader.add(tmp_path / name, SHA256)
+            running = asyncio.create_task(uploader.run())
+            _, waiting = await asyncio.wait([running], timeout=0.5)
+            assert waiting, "it goes on until it is cancelled"
+            running.cancel()
+
+    asyncio.run(work())
+    assert asked == [b"first", b"second", b"first"]

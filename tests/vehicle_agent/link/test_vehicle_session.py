@@ -218,3 +218,11 @@ def test_an_acknowledgement_of_nothing_new_asks_for_what_the_server_lacks() -> N
     session.take_outgoing()
     session.received(encode(EventsAcknowledged(4, "boot-1", 1)), 3 * S + REPEAT_AFTER_NS)
     assert [m.sequence for m in sent(session) if isinstance(m, EventReport)] == [1, 2]
+
+
+def test_an_acknowledgement_of_nothing_new_right_after_sending_has_only_crossed_it() -> None:
+    session = with_three_events_sent()
+    session.received(encode(EventsAcknowledged(4, "boot-1", 1)), 3 * S)
+    session.take_outgoing()
+    session.received(encode(EventsAcknowledged(4, "boot-1", 1)), 3 * S + REPEAT_AFTER_NS - 1)
+    assert sent(session) == []

@@ -5,7 +5,7 @@ import pytest
 
 from contract.geometry import Pose2
 from contract.wire.messages import Command, CommandDone, OrderAccepted, OrderRejected, Visit, VisitChanged
-from tests.vehicle_agent.mission.ring import NETWORK, OFFSET_NS, RingShuttle, a_visit, an_order, rest
+from tests.vehicle_agent.mission.ring import NETWORK, OFFSET_NS, STEP_NS, RingShuttle, a_visit, an_order, rest
 from vehicle_agent.mission.memory import order_progress
 
 STOP = ("south", 40.0)
@@ -91,6 +91,14 @@ def test_an_invalid_order_is_rejected_and_the_old_one_stays(code: str) -> None:
     assert shuttle.state.memory is memory
 
 
+def test_an_order_that_comes_too_late_is_told_by_how_much() -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(two_visits(), revision=2))
+    server_ns = OFFSET_NS + shuttle.now_ns + STEP_NS
+    shuttle.step(an_order(two_visits(), revision=3, expires_ns=server_ns - 2_500_000_000))
+    assert shuttle.answers[-1].detail == "came 2.5 s after it expired"  # type: ignore[union-attr]
+
+
 @pytest.mark.parametrize(
     "visits",
     [
@@ -151,7 +159,9 @@ def test_an_order_that_comes_before_the_first_position_waits_for_it() -> None:
     shuttle = RingShuttle()
     shuttle.valid = False
     shuttle.step(an_order(two_visits()))
+    shuttle.step()
     assert shuttle.answers == []
+    assert shuttle.state.place.lane_id == "", "what a lost receiver says is no place"
     shuttle.valid = True
     shuttle.step()
     assert shuttle.answers == [OrderAccepted(1, "o", 1)]
