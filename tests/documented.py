@@ -1,5 +1,6 @@
 """The parameter tables of docs/: what an engineer who tunes by them takes for the default."""
 
+import ast
 import inspect
 import math
 import re
@@ -27,11 +28,11 @@ def documented_defaults(pages: Iterable[str]) -> dict[str, set[float]]:
 
 
 def defaults(source: Any) -> dict[str, float]:
-    """The numbers that a module has, or a class is given by default, by name."""
+    """The public numbers that a module defines, or a class is given by default, by name."""
     if isinstance(source, type):
         found = {name: given.default for name, given in inspect.signature(source).parameters.items()}
     else:
-        found = vars(source)
+        found = {name: vars(source)[name] for name in _assigned(source)}
     return {
         name: float(value)
         for name, value in found.items()
@@ -39,9 +40,14 @@ def defaults(source: Any) -> dict[str, float]:
     }
 
 
+def _assigned(module: Any) -> Iterator[str]:
+    for node in ast.parse(inspect.getsource(module)).body:
+        if isinstance(node, ast.Assign):
+            yield from (t.id for t in node.targets if isinstance(t, ast.Name) and not t.id.startswith("_"))
+
+
 def differing(page: str, sources: Iterable[Any]) -> list[str]:
-    """Names of which a page gives another value than the modules and classes that it documents, or, of a
-    class, none.
+    """Names of which a page gives another value than the modules and classes that it documents, or none.
 
     AssertionError for a source of which the page says nothing.
     """
@@ -51,8 +57,7 @@ def differing(page: str, sources: Iterable[Any]) -> list[str]:
         known = defaults(source)
         shared = known.keys() & documented.keys()
         assert shared, f"docs/{page} documents nothing of {source.__name__}"
-        if isinstance(source, type):
-            wrong += [f"{source.__name__}.{name} is not documented" for name in sorted(known.keys() - shared)]
+        wrong += [f"{source.__name__}.{name} is not documented" for name in sorted(known.keys() - shared)]
         wrong += [
             f"{source.__name__}.{name} is {known[name]:g}, the page says {documented[name]}"
             for name in sorted(shared)

@@ -2,14 +2,20 @@
 
 import math
 from dataclasses import fields
+from typing import Any
 
 import pytest
 
 from server.dispatch.engine.search.optimise import Settings
 from server.dispatch.engine.search.partition import Partitioning
 from server.domain.rules import FleetRules
+from server.fleet import backlog, hub, link, presence, sent_messages
 from server.fleet.hub import Hub
 from server.loops.solver import ProcessSolver
+from server.store import engine, transactions
+from server.store.transactions import PooledTransactions
+from server.usecases.orders import orders, sections, visits
+from server.usecases.roads import road_positions
 from tests.documented import DOCS, differing, documented_defaults
 
 PAGES = [f"server/{path.name}" for path in sorted((DOCS / "server").glob("*.md"))]
@@ -30,9 +36,11 @@ def test_a_rule_of_the_fleet_is_documented_with_its_default(name: str) -> None:
     ("page", "sources"),
     [
         ("dispatch-engine", (Settings, Partitioning)),
-        ("fleet", (Hub,)),
+        ("fleet", (Hub, hub, link, backlog, sent_messages, presence)),
         ("loops", (ProcessSolver,)),
+        ("store", (engine, transactions, PooledTransactions)),
+        ("usecases", (visits, sections, orders, road_positions)),
     ],
 )
-def test_a_page_gives_the_defaults_of_its_room(page: str, sources: tuple[type, ...]) -> None:
+def test_a_page_gives_the_defaults_of_its_room(page: str, sources: tuple[Any, ...]) -> None:
     assert differing(f"server/{page}.md", sources) == []

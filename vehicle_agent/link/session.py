@@ -36,10 +36,10 @@ from contract.wire.sequence import EventLog, LoggedEvent
 from vehicle_agent.link.clock import ClockOffset
 from vehicle_agent.signals import FleetVehicle, LinkMessage, LinkState, PedestrianPresence
 
-SECOND_NS = 1_000_000_000
-PROBE_EVERY_NS = 10 * SECOND_NS
-REPEAT_AFTER_NS = 3 * SECOND_NS
-SILENT_AFTER_NS = 25 * SECOND_NS
+_SECOND_NS = 1_000_000_000
+PROBE_EVERY_NS = 10 * _SECOND_NS
+REPEAT_AFTER_NS = 3 * _SECOND_NS
+SILENT_AFTER_NS = 25 * _SECOND_NS
 
 Sign = Callable[[bytes], str]
 

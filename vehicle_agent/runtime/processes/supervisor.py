@@ -24,7 +24,7 @@ LONGEST_PAUSE_S = 10.0
 STABLE_AFTER_S = 20.0
 STOP_WITHIN_S = 8.0
 CHECK_EVERY_S = 0.1
-PR_SET_PDEATHSIG = 1
+_PR_SET_PDEATHSIG = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +132,7 @@ def _run(job: Job, parent: int) -> None:
     """
     os.setsid()
     if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
     if os.getppid() != parent:
         return
     if job.log_file is not None:
