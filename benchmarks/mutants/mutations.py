@@ -93,10 +93,19 @@ def mutated(mutation: Mutation, text: str) -> MutatedFile:
 
 
 def _is_declared(node: Any) -> bool:
-    """In a decorator, in the head of a class, or the star of a signature: how a kernel is compiled, that a
-    struct is frozen, that a parameter has a name. No test is to notice that; mypy and the linter do."""
+    """In a decorator, in the head of a class, the star of a signature, or `strict=True` of a zip.
+
+    How a kernel is compiled, that a struct is frozen, that a parameter has a name, that two lists are equally
+    long: no test is to notice that; mypy and the linter do.
+    """
     below = None
     if node.type == "operator" and node.parent is not None and node.parent.type in ("parameters", "param"):
+        return True
+    if (
+        node.parent is not None
+        and node.parent.type == "argument"
+        and node.parent.children[0].value == "strict"
+    ):
         return True
     while node is not None:
         if node.type == "decorator" or (node.type == "classdef" and below is not node.children[-1]):

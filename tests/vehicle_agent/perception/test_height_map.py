@@ -113,6 +113,15 @@ def test_ground_counts_as_near_within_two_metres_and_not_beyond_four(side: float
         assert len(cells) == counts, low_x_m
 
 
+def test_ground_at_one_edge_of_the_map_is_no_ground_at_the_other() -> None:
+    for x_m, over_there_m in ((12.0, 14.0), (12.0, 10.0), (-11.0, -9.0), (34.0, 32.0)):
+        for side in (1.0, -1.0):
+            ring = [[x_m + 0.05, side * 14.05, 0.6], [x_m + 0.1, side * 14.1, 0.6]]
+            ground = [[over_there_m, -side * 14.0, 0.0], [over_there_m, -side * 14.1, 0.0]]
+            cells = percept_from_scan(np.array(ring + ground, np.float32), 1, PARAMS).cells_base
+            assert len(cells) == 0, (x_m, side)
+
+
 def test_the_map_ends_where_it_should_and_what_is_just_inside_counts() -> None:
     def used(*places: tuple[float, float, float]) -> int:
         return percept_from_scan(np.array(places, np.float32), 1, PARAMS).points_used

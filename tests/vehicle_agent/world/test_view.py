@@ -3,12 +3,13 @@ import math
 import numpy as np
 import pytest
 import shapely
+import shapely.affinity
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contract.geometry import Pose2
 from tests.vehicle_agent.world.builders import some_tracks
-from vehicle_agent.signals import PEDESTRIAN, VEHICLE, View
+from vehicle_agent.signals import PEDESTRIAN, VEHICLE, Tracks, View
 from vehicle_agent.world.view import VisibilityParams, points_on_walls
 
 NOTHING = np.empty((0, 2))
@@ -36,6 +37,28 @@ def test_parked_cars_hide_and_people_and_driving_cars_do_not() -> None:
     assert range_towards(view, 0.0) == pytest.approx(7.75, abs=0.01)
     assert range_towards(view, math.pi / 2) == SIGHT.range_m
     assert range_towards(view, -math.pi / 2) == SIGHT.range_m
+
+
+@pytest.mark.parametrize("number", range(8))
+def test_a_parked_car_hides_as_much_as_it_covers_from_wherever_it_is_seen(number: int) -> None:
+    around_rad = number * math.pi / 4 + 0.1
+    x_m, y_m = 20.0 + 7.0 * math.cos(around_rad), -7.0 + 7.0 * math.sin(around_rad)
+    one = np.array([1])
+    car = Tracks(
+        0, one, VEHICLE * one, np.array([[20.0, -7.0, 0.6]]), np.zeros((1, 2)), np.array([[4.5, 1.8]])
+    )
+    outline = shapely.affinity.translate(
+        shapely.affinity.rotate(shapely.box(-2.25, -0.9, 2.25, 0.9), 0.6, (0, 0), use_radians=True),
+        20.0,
+        -7.0,
+    )
+    view = SIGHT.view(Pose2(x_m, y_m, 0.0), NOTHING, car, NO_WALLS)
+    for k, range_m in enumerate(view.ranges_m):
+        bearing_rad = -math.pi + (k + 0.5) * 2.0 * math.pi / len(view.ranges_m)
+        far = (x_m + SIGHT.range_m * math.cos(bearing_rad), y_m + SIGHT.range_m * math.sin(bearing_rad))
+        met = outline.intersection(shapely.LineString([(x_m, y_m), far]))
+        expected_m = SIGHT.range_m if met.is_empty else met.distance(shapely.Point(x_m, y_m))
+        assert range_m == pytest.approx(expected_m, abs=1e-6)
 
 
 def test_an_obstacle_cell_hides_what_is_behind_it() -> None:
