@@ -46,6 +46,12 @@ def test_an_older_scan_that_comes_late_changes_nothing() -> None:
     assert again is seen
 
 
+def test_a_scan_that_comes_twice_is_looked_at_once() -> None:
+    seen, state = told(ROOM.initial(), 9 * TICK_NS, a_percept(9 * TICK_NS, (10.0, 0.0)))
+    again, _ = told(state, 10 * TICK_NS, a_percept(9 * TICK_NS, (10.0, 0.0)))
+    assert again is seen
+
+
 def test_a_blind_sensor_forgets_nothing_and_says_so() -> None:
     _, state = told(ROOM.initial(), TICK_NS, a_percept(TICK_NS, (10.0, 0.0)))
     seen, _ = told(state, 6 * TICK_NS, a_percept(6 * TICK_NS, used=0))

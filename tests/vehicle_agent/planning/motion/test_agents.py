@@ -83,6 +83,20 @@ def test_between_two_predicted_times_the_heading_is_that_of_the_nearer_one(
     assert (np.ptp(discs[:, 0]) > np.ptp(discs[:, 1])) == along_x
 
 
+def test_of_whom_only_the_present_place_is_known_that_place_counts_at_all_times() -> None:
+    known = an_agent((4.0, 1.6), pose=(3.0, -2.0, 0.4), velocity=(1.0, 0.0), inflation_m=0.3)
+    now_only = msgspec.structs.replace(
+        known,
+        times_s=known.times_s[:1],
+        poses_map=known.poses_map[:, :1],
+        inflation_m=known.inflation_m[:, :1],
+    )
+    moving = discs_of(now_only, 0.0, 1.0, 5.0)
+    for discs in moving.discs:
+        assert np.array_equal(discs, discs_of(known, 0.0).discs[0])
+    assert np.all(moving.inflation_m == 0.3)
+
+
 def test_a_long_vehicle_is_not_given_much_more_room_than_it_takes() -> None:
     discs = discs_of(an_agent((6.0, 1.6), CYCLIST)).discs[0]
     assert len(discs) == 4
