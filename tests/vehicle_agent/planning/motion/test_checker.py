@@ -10,8 +10,8 @@ import pytest
 from contract.geometry import Array
 from tests.vehicle_agent.planning.motion.scenes import a_request, people
 from vehicle_agent.planning.motion.checker import violations
-from vehicle_agent.planning.motion.request import DrivingLimits, MotionRequest, Vehicle
-from vehicle_agent.signals import VEHICLE
+from vehicle_agent.planning.motion.request import PASS_FREE, Agents, DrivingLimits, MotionRequest, Vehicle
+from vehicle_agent.signals import PEDESTRIAN, VEHICLE
 
 CAR = Vehicle()
 LIMITS = DrivingLimits()
@@ -275,6 +275,26 @@ def test_somebody_who_crosses_is_not_met_by_the_nose(early_s: float, within: boo
     at_s = (9.0 - FRONT_M) / 3.0
     request = a_request(speed_mps=3.0, agents=people((9.0, -1.4 * (at_s - early_s), 0.0, 1.4)))
     assert found(driven(), request) == (() if within else ("agent",))
+
+
+@pytest.mark.parametrize(("from_y_m", "met"), [(-3.5, True), (-8.0, False), (1.0, False)])
+def test_between_two_predicted_times_people_go_straight_on(from_y_m: float, met: bool) -> None:
+    """Predicted for now and in four seconds only, and just as well every tenth of a second."""
+    for times_s in (np.array([0.0, 4.0]), np.linspace(0.0, 4.0, 41)):
+        poses = np.zeros((1, len(times_s), 3))
+        poses[0, :, 0] = 7.0 + 0.5 * times_s
+        poses[0, :, 1] = from_y_m + 2.0 * times_s
+        crosses = Agents(
+            np.array([1]),
+            np.array([PEDESTRIAN]),
+            times_s,
+            poses,
+            np.array([[0.5, 0.5]]),
+            np.zeros((1, len(times_s))),
+            np.array([PASS_FREE]),
+        )
+        wrong = found(driven(), a_request(speed_mps=3.0, room_m=20.0, agents=crosses))
+        assert wrong == (("agent",) if met else ()), len(times_s)
 
 
 def test_people_meet_only_the_nose_and_vehicles_the_whole_body() -> None:
