@@ -2,6 +2,9 @@
 
 import numpy as np
 import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from contract.roads.areas import areas_ahead, crosses_itself, ground_m2, inside
@@ -35,6 +38,22 @@ def a_line(
 def test_points_are_told_inside_from_outside() -> None:
     points = np.array([[1.0, 1.0], [3.0, 1.0], [-0.1, 1.0], [1.0, 2.1]])
     assert inside(SQUARE, points).tolist() == [True, False, False, False]
+
+
+@given(
+    corners=st.lists(st.floats(1.0, 9.0), min_size=3, max_size=9),
+    turned_rad=st.floats(0.0, 6.0),
+    seed=st.integers(0, 1000),
+)
+def test_inside_is_what_the_outline_encloses_whatever_its_shape(
+    corners: list[float], turned_rad: float, seed: int
+) -> None:
+    """A star of corners at these distances from the origin."""
+    angles = turned_rad + np.linspace(0.0, 2.0 * np.pi, len(corners), endpoint=False)
+    outline = np.column_stack((corners * np.cos(angles), corners * np.sin(angles)))
+    points = np.random.default_rng(seed).uniform(-9.0, 9.0, (50, 2))
+    enclosed = shapely.contains_xy(shapely.Polygon(outline), points[:, 0], points[:, 1])
+    assert inside(outline, points).tolist() == enclosed.tolist()
 
 
 def test_a_bow_tie_crosses_itself_and_a_square_does_not() -> None:

@@ -185,9 +185,9 @@ def test_a_stranded_vehicle_holds_up_only_those_who_need_its_place() -> None:
     assert len(control.grant("a", 5)) == 3
 
 
-def ring(length: int) -> Reservations:
+def ring(length: int, piece_m: float = 24.0) -> Reservations:
     """A one-way ring r0, r1, ..., with a bay beside r0 and one beside the middle."""
-    sections = [Section(f"r{k}", "ring", 24 * k, 24 * (k + 1)) for k in range(length)]
+    sections = [Section(f"r{k}", "ring", piece_m * k, piece_m * (k + 1)) for k in range(length)]
     return Reservations([*sections, Section("bay", "bay", 0, 24), Section("far-bay", "far-bay", 0, 24)])
 
 
@@ -201,6 +201,19 @@ def test_a_shuttle_sets_out_round_a_ring_ahead_of_one_that_stands_at_a_stop() ->
     # It goes no farther than round to the one that stands, and there is nobody's way to wait in.
     assert len(control.grant("leaving", 20)) == 6
     assert control.is_safe()
+
+
+@pytest.mark.parametrize(("piece_m", "safe"), [(5.05, False), (5.15, True)])
+def test_a_place_to_wait_holds_a_body_and_what_it_keeps_before_and_behind_it(
+    piece_m: float, safe: bool
+) -> None:
+    """4.35 m of body, 0.5 m before the next section, and 0.25 m until the last one is released."""
+    control = ring(8, piece_m)
+    control.place("a", ("r1",))
+    control.place("b", ("r5",))
+    assert control.adopt("a", ("r1", "r2", "r3", "r4", "r5", "r6", "bay"))
+    assert control.adopt("b", ("r5", "r6", "r7", "r0", "r1", "r2", "far-bay"))
+    assert control.is_safe() is safe
 
 
 def test_two_that_were_put_in_each_others_way_get_free_by_both_routes() -> None:
