@@ -56,6 +56,12 @@ def test_inside_is_what_the_outline_encloses_whatever_its_shape(
     assert inside(outline, points).tolist() == enclosed.tolist()
 
 
+def test_a_point_level_with_a_corner_is_on_the_side_where_it_is() -> None:
+    diamond = np.array([[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]])
+    points = np.array([[0.0, 0.0], [0.5, 0.0], [-0.5, 0.0], [2.0, 0.0], [-2.0, 0.0]])
+    assert inside(diamond, points).tolist() == [True, True, True, False, False]
+
+
 def test_a_bow_tie_crosses_itself_and_a_square_does_not() -> None:
     assert not crosses_itself(SQUARE)
     assert crosses_itself(SQUARE[[0, 2, 1, 3]])
