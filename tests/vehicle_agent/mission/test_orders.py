@@ -162,6 +162,7 @@ def test_an_order_that_comes_before_the_first_position_waits_for_it() -> None:
     shuttle.step()
     assert shuttle.answers == []
     assert shuttle.state.place.lane_id == "", "what a lost receiver says is no place"
+    assert shuttle.state.hold_reason == RingShuttle().state.hold_reason, "and not off the map either"
     shuttle.valid = True
     shuttle.step()
     assert shuttle.answers == [OrderAccepted(1, "o", 1)]
