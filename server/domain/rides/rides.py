@@ -56,7 +56,7 @@ class BookRide:
 
     from_stop: str
     to_stop: str
-    party: int = 1
+    party: int
     wheelchairs: int = 0
     earliest: datetime | None = None
     idempotency_key: str | None = None

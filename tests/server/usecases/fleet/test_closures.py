@@ -80,7 +80,7 @@ def test_what_cannot_be_closed_is_named(fleet: FakeFleet) -> None:
 def test_a_stop_on_closed_road_is_refused_with_another_one_instead_until_it_opens(fleet: FakeFleet) -> None:
     closure = close(fleet, AT_C1)
     assert closure.state is ClosureState.IN_FORCE
-    answer = fleet.campus.do(lambda uow: rides.book_all(uow, [BookRide("SE13", "C1")]))[0]
+    answer = fleet.campus.do(lambda uow: rides.book_all(uow, [BookRide("SE13", "C1", party=1)]))[0]
     assert isinstance(answer, rides.BookingResult)
     assert (answer.ride.state, answer.ride.reason) == (RideState.REFUSED, "closed_road")
     assert ("other_stops", "SE13", "1B") in {

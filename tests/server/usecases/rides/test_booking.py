@@ -48,9 +48,9 @@ def test_a_booking_is_answered_with_a_vehicle_and_a_promise(fleet: FakeFleet) ->
 @pytest.mark.parametrize(
     ("request_", "error"),
     [
-        (BookRide("NOWHERE", "C6"), StopUnknown),
-        (BookRide("C6", "NOWHERE"), StopUnknown),
-        (BookRide("C6", "C6"), SameStop),
+        (BookRide("NOWHERE", "C6", party=1), StopUnknown),
+        (BookRide("C6", "NOWHERE", party=1), StopUnknown),
+        (BookRide("C6", "C6", party=1), SameStop),
         (BookRide("NN20", "C6", party=0), PartyInvalid),
         (BookRide("NN20", "C6", party=1, wheelchairs=2), PartyInvalid),
         (BookRide("NN20", "C6", party=7), PartyTooLarge),
@@ -83,7 +83,7 @@ def test_a_booking_outside_hours_names_when_it_opens() -> None:
 
 
 def test_without_a_shuttle_the_ride_is_refused_and_kept(campus: CampusUnderTest) -> None:
-    ride = campus.do(lambda uow: rides.book(uow, BookRide("NN20", "C6")))
+    ride = campus.do(lambda uow: rides.book(uow, BookRide("NN20", "C6", party=1)))
     assert (ride.state, ride.reason) == (RideState.REFUSED, "no_vehicle_free")
     assert campus.read(lambda uow: rides.ride_of(uow, ride.ride_id)) == ride
 
