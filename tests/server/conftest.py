@@ -17,7 +17,7 @@ from tests.server.usecases.fresh_database import write_fresh_database
 _numbers = itertools.count(1)
 # Nothing of these databases has to outlive the machine.
 _QUICK = ("fsync = off", "synchronous_commit = off", "full_page_writes = off")
-_CLOSE_OTHERS = """SELECT pg_terminate_backend(pid) FROM pg_stat_activity
+CLOSE_OTHERS = """SELECT pg_terminate_backend(pid) FROM pg_stat_activity
 WHERE datname = current_database() AND pid <> pg_backend_pid()"""
 _COUNTS = """SELECT (SELECT count(*) FROM pg_proc WHERE pronamespace = 'public'::regnamespace),
   (SELECT count(*) FROM pg_trigger),
@@ -90,7 +90,7 @@ class RecycledDatabases:
     def give_back(self, url: str) -> None:
         """Empty it; connections that a test has left open are closed. One whose schema a test has changed is
         not used again."""
-        _run(url, _CLOSE_OTHERS, _EMPTY)
+        _run(url, CLOSE_OTHERS, _EMPTY)
         if _schema_of(url) == self._schema:
             self._free.append(url.partition("?")[0].rpartition("/")[2])
 

@@ -6,7 +6,7 @@ from contextlib import asynccontextmanager, contextmanager
 from dataclasses import replace
 
 import pytest
-from sqlalchemy import Engine
+from sqlalchemy import Engine, text
 from sqlalchemy.exc import DBAPIError
 
 from contract.roads.load import encode_map
@@ -19,6 +19,7 @@ from server.domain.record.incidents import IncidentKind
 from server.domain.rides.effects import Effects, Intervention
 from server.domain.rides.rides import BookRide, RideState
 from server.domain.rules import FleetRules
+from server.store.engine import open_engine
 from server.store.roads.map_library import MapLibrary
 from server.store.transactions import GroupCommit, InlineTransactions, PooledTransactions
 from server.store.unit_of_work import Context
@@ -28,6 +29,7 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import commands, incidents
 from server.usecases.rides import rides
 from tests.full_disk import full_disk
+from tests.server.conftest import CLOSE_OTHERS
 from tests.server.usecases.campus_under_test import CampusUnderTest, HandClock, PlainHasher
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.shipped_maps import shipped_map
@@ -64,6 +66,22 @@ def opened(name: str) -> Callable[[UnitOfWork], str]:
 
 def count_open(uow: UnitOfWork) -> int:
     return len(uow.views.incidents())
+
+
+def test_connections_that_the_database_has_closed_are_replaced(new_postgresql: Callable[[], str]) -> None:
+    """As after a restart of PostgreSQL, or a firewall that forgets idle connections."""
+    url = new_postgresql()
+    engine, other = open_engine(url), open_engine(url)
+
+    async def scenario() -> None:
+        async with live(engine) as (transactions, _):
+            assert await transactions.read(count_open) == 0
+            with other.begin() as connection:
+                connection.execute(text(CLOSE_OTHERS))
+            assert await transactions.read(count_open) == 0
+
+    asyncio.run(scenario())
+    other.dispose()
 
 
 def test_many_use_cases_at_once_are_all_stored(engine: Engine) -> None:

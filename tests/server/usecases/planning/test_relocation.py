@@ -12,6 +12,7 @@ from server.domain.service.service import ServiceException
 from server.loops.dispatcher import SLOW_PERIODS, Dispatcher
 from server.loops.solver import InlineSolver
 from server.usecases.planning import relocation
+from server.usecases.planning.relocation import Relocation
 from server.usecases.ports.unit_of_work import UnitOfWork
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -179,6 +180,16 @@ def test_a_proposal_that_was_overtaken_is_dropped(fleet: FakeFleet) -> None:
     assert not fleet.campus.do(lambda uow: relocation.relocate(uow, move))
     fleet.run_until_idle(1000.0)
     assert fleet.ride(ride.ride_id).state is RideState.COMPLETED
+
+
+def test_a_shuttle_that_has_never_connected_and_one_that_is_unknown_are_sent_nowhere(
+    fleet: FakeFleet,
+) -> None:
+    fleet.campus.enrol("shuttle-9")
+    place_id = fleet.campus.read(lambda uow: uow.network().road_map.resting_places[0].place_id)
+    for vehicle_id in ("shuttle-9", "nobody"):
+        move = Relocation(vehicle_id, place_id, 0, 60.0)
+        assert not fleet.campus.do(lambda uow, move=move: relocation.relocate(uow, move))  # type: ignore[misc]
 
 
 def test_the_dispatcher_sends_it() -> None:

@@ -10,7 +10,8 @@ from server.domain.fleet.shifts import DutyException, Shift, Shifts
 from server.domain.rides.rides import RideState
 from server.usecases.fleet import vehicles
 from server.usecases.planning import plans
-from tests.server.usecases.campus_under_test import CampusUnderTest
+from server.usecases.rides import rides
+from tests.server.usecases.campus_under_test import MORNING, CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.shipped_maps import shipped_map
 
@@ -76,6 +77,23 @@ def test_a_ride_that_would_end_after_the_shift_is_refused_and_one_in_the_next_sh
     assert (between.state, between.reason) == (RideState.REFUSED, "no_vehicle_free")
     made = [v for plan in fleet.campus.read(lambda uow: uow.plans.all()) for v in plan.visits]
     assert sum(len(visit.board) for visit in made) == 2
+
+
+@pytest.mark.parametrize(("spare", "taken"), [(0.5, False), (1.3, True)])
+def test_a_shift_s_last_ride_leaves_time_for_the_way_home(
+    one_shuttle: FakeFleet, spare: float, taken: bool
+) -> None:
+    fleet = one_shuttle
+    probe = fleet.book("NN20", "C6")
+    assert probe.arrival_eta is not None
+    fleet.campus.do(lambda uow: rides.cancel(uow, probe.ride_id, "passenger"))
+    home_s = fleet.campus.read(
+        lambda uow: uow.roads().way_home_s() * uow.travel_time_factor_at(uow.now) + uow.rules.dwell_s
+    )
+    begun = MORNING - timedelta(hours=8)
+    ends_s = (probe.arrival_eta - begun).total_seconds() + spare * home_s
+    set_shifts(fleet, daily((7, ends_s / HOUR_S)))
+    assert (fleet.book("NN20", "C6").state is RideState.ASSIGNED) is taken
 
 
 def test_off_duty_a_shuttle_takes_rides_for_its_next_shift_only(fleet: FakeFleet) -> None:
