@@ -72,10 +72,11 @@ class Trials:
         self._copies = 0
         self._unchanged_s: dict[str, float] = {}
 
-    def rounds(self, room: Room, mutation: Mutation) -> list[tuple[str, ...]]:
-        """The tests that are tried first, then the others."""
+    def rounds(self, room: Room, mutation: Mutation) -> list[tuple[tuple[str, ...], bool]]:
+        """The tests that are tried first, then the others; and whether they run on PostgreSQL, too."""
         near, others = test_files(self._graph, room, mutation.path)
-        return [tests for tests in (near, () if self._mirror_only else others) if tests]
+        rounds = [(near, room.on_postgresql), (() if self._mirror_only else others, False)]
+        return [(tests, on_postgresql) for tests, on_postgresql in rounds if tests]
 
     def time_unchanged(self, tests: Sequence[str], on_postgresql: bool) -> None:
         """Raises TestsBroken when one of them fails without any change."""
@@ -93,8 +94,8 @@ class Trials:
         begun = time.monotonic()
         with copy.changed(mutation.path, change.text):
             killed = any(
-                copy.failure(tests, self._limit_s(tests), room.on_postgresql)
-                for tests in self.rounds(room, mutation)
+                copy.failure(tests, self._limit_s(tests), on_postgresql)
+                for tests, on_postgresql in self.rounds(room, mutation)
             )
         trial = Trial(room, mutation, change, killed, time.monotonic() - begun)
         outcome = "killed" if killed else "SURVIVED"
@@ -159,8 +160,8 @@ def batches(trials: Trials, drawn: Sequence[tuple[Room, Mutation]]) -> Iterator[
     """All tests that the trials may take, some at a time, and whether they run on PostgreSQL, too."""
     wanted: dict[bool, set[str]] = {True: set(), False: set()}
     for room, mutation in drawn:
-        for tests in trials.rounds(room, mutation):
-            wanted[room.on_postgresql].update(tests)
+        for tests, on_postgresql in trials.rounds(room, mutation):
+            wanted[on_postgresql].update(tests)
     for on_postgresql, tests in ((True, wanted[True]), (False, wanted[False] - wanted[True])):
         some = iter(sorted(tests))
         while together := list(islice(some, _TOGETHER)):

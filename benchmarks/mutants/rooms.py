@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parents[2]
 class Room:
     """sources: files and folders of its code; tests: folders that mirror them.
 
-    on_postgresql  whether its tests run on PostgreSQL, too; elsewhere SQLite decides alone
+    on_postgresql  whether the tests that mirror it run on PostgreSQL, too; all others run on SQLite alone
     """
 
     name: str

@@ -89,6 +89,14 @@ def test_a_ride_is_found_as_it_was_stored_by_its_id_code_token_and_key(record: R
     assert record.found(lambda uow: uow.rides.by_token("token-2")) is None
 
 
+def test_pickups_are_those_from_a_moment_on_and_before_another(record: Record) -> None:
+    rides = [replace(ride, earliest=NOW + n * HOUR) for n, ride in enumerate(numbered(3))]
+    added(record, *rides)
+    expected = tuple((ride.from_stop, ride.earliest) for ride in rides)
+    assert record.found(lambda uow: uow.views.pickups(NOW, NOW + 2 * HOUR)) == expected[:2]
+    assert record.found(lambda uow: uow.views.pickups(NOW + SECOND, NOW + 3 * HOUR)) == expected[1:]
+
+
 def test_an_instant_given_in_another_time_zone_is_stored_as_the_same_instant(record: Record) -> None:
     shanghai = NOW.astimezone(timezone(timedelta(hours=8)))
     added(record, replace(RIDE, earliest=shanghai))

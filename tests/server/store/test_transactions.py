@@ -1,9 +1,12 @@
 """One use case, one transaction: all or nothing, messages after the commit, conflicts decided again."""
 
 import asyncio
+import subprocess
+import sys
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from sqlalchemy import Engine, text
@@ -32,6 +35,7 @@ from tests.full_disk import full_disk
 from tests.server.conftest import CLOSE_OTHERS
 from tests.server.usecases.campus_under_test import CampusUnderTest, HandClock, PlainHasher
 from tests.server.usecases.fake_fleet import FakeFleet
+from tests.server.usecases.fresh_database import write_fresh_database
 from tests.server.usecases.shipped_maps import shipped_map
 
 Live = GroupCommit | PooledTransactions
@@ -82,6 +86,19 @@ def test_connections_that_the_database_has_closed_are_replaced(new_postgresql: C
 
     asyncio.run(scenario())
     other.dispose()
+
+
+def test_a_process_that_fails_while_its_store_is_open_ends(tmp_path: Path) -> None:
+    write_fresh_database(tmp_path / "campusloop.db")
+    program = """import sys
+from server.store.engine import open_engine
+from server.store.transactions import GroupCommit
+transactions = GroupCommit(open_engine(sys.argv[1]), None, None)
+raise RuntimeError("before it was closed")"""
+    command = [sys.executable, "-c", program, f"sqlite:///{tmp_path}/campusloop.db"]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 1
+    assert "before it was closed" in ended.stderr
 
 
 def test_many_use_cases_at_once_are_all_stored(engine: Engine) -> None:

@@ -37,3 +37,12 @@ def test_no_flood_of_addresses_fills_the_memory() -> None:
     for number in range(CLIENTS_MAX + 500):
         limit.take(str(number), 0)
     assert len(limit._buckets) == CLIENTS_MAX
+
+
+def test_who_stays_away_for_a_day_has_saved_up_a_minute_s_tries_and_no_more() -> None:
+    limit = RateLimit(6)
+    limit.take("a", 0)
+    for _ in range(6):
+        limit.take("a", 86_400 * SECOND)
+    with pytest.raises(TooManyTries, match="wait 10 s"):
+        limit.take("a", 86_400 * SECOND)
