@@ -84,7 +84,8 @@ def warmed(root: Path) -> float:
     done = subprocess.run(
         [sys.executable, "-c", "from rooms.warm import warm; print(warm())"],
         cwd=root,
-        env={"PYTHONPATH": str(root), "PATH": ""},
+        # Python takes a change of the same length within a second for none, and would run its old bytecode.
+        env={"PYTHONPATH": str(root), "PATH": "", "PYTHONDONTWRITEBYTECODE": "1"},
         capture_output=True,
         text=True,
         check=True,
