@@ -25,6 +25,7 @@ from contract.wire.messages import (
     Status,
     Welcome,
 )
+from server.bus.topics import matches
 from server.fleet.presence import AreaPresence
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -281,6 +282,16 @@ def test_a_server_that_stops_says_so(server: ServerUnderTest) -> None:
     server.run(server.hub.close())
     server.elapse(0.2)
     assert vehicle.goodbye == "server_leaving"
+
+
+def test_a_hub_that_is_closed_listens_no_more(server: ServerUnderTest) -> None:
+    def listeners() -> int:
+        topic = topics.vehicle_outbox(server.hub.campus_id, "shuttle-1")
+        return sum(matches(one.pattern, topic) for one in server.bus._subscriptions)
+
+    before = listeners()
+    server.run(server.hub.close())
+    assert listeners() == before - 1
 
 
 def test_shuttles_hear_of_each_other_while_they_are_near(server: ServerUnderTest) -> None:

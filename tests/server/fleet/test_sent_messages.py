@@ -17,6 +17,7 @@ def an_outbox(*, order: Order | None = None, grants: Grants | None = None, **mor
 
 def test_what_is_unanswered_is_sent_once_and_again_after_three_seconds() -> None:
     sent, outbox = SentMessages(), an_outbox(order=ORDER, commands=(HOLD,), taps=(TAP,))
+    assert not sent.unanswered
     assert sent.choose(outbox, 0) == [ORDER, HOLD, TAP]
     assert sent.unanswered
     assert sent.choose(outbox, REPEAT_AFTER_NS - 1) == []

@@ -15,9 +15,9 @@ from tests.simulator.ecus.can_driver import (
     CanDriver,
 )
 from vehicle_agent.can.dbc import SERVO, layouts
-from vehicle_agent.can.servo.commands import checked_frame
+from vehicle_agent.can.servo.commands import SERVO_COUNTER_STEPS, checked_frame
 from vehicle_agent.config import load_profile
-from vehicle_agent.signals import Actuation
+from vehicle_agent.signals import Actuation, CanFrame
 
 PROFILES = Path(__file__).resolve().parents[3] / "vehicle_agent" / "profiles"
 
@@ -150,6 +150,22 @@ def test_arming_with_the_throttle_open_is_a_fault_that_a_reset_clears() -> None:
     assert not module.start_fault
 
 
+@pytest.mark.parametrize("bar", ["overridden", "injected_fault", "stop_pressed"])
+def test_each_of_a_takeover_a_fault_and_the_stop_button_bars_arming(bar: str) -> None:
+    driver = a_cart()
+    driver.run(1.0, RELEASE)
+    layout = layouts(SERVO)["drive_command"]
+    counter = int(driver.module.watch.value("drive_command", "counter"))
+    for barred in (True, False):
+        setattr(driver.module, bar, barred)
+        for arm in (0.0, 1.0):
+            counter = (counter + 1) % SERVO_COUNTER_STEPS
+            frame = checked_frame(layout, {"counter": counter, "arm": arm}, driver.now_ns)
+            driver.module.receive(frame)
+            driver.now_ns += 1_000_000
+        assert driver.module.enabled is not barred
+
+
 def test_a_repeated_frame_is_not_alive() -> None:
     driver = a_cart()
     driver.run(3.0, ROLL)
@@ -161,3 +177,21 @@ def test_a_repeated_frame_is_not_alive() -> None:
         driver.module.supervise(driver.now_ns + step * 20_000_000, driver.fleet.truth("s1"))
     assert not driver.module.enabled
     assert driver.module.watch.miscounted > 0
+
+
+def test_the_cart_reports_how_many_frames_it_could_not_use() -> None:
+    driver = a_cart()
+    driver.run(0.5, ROLL)
+    known = layouts(SERVO)
+    drive = known["drive_command"].arbitration_id
+    repeated = driver.can.encode(driver.state, ROLL, driver.now_ns)[0][0]  # type: ignore[arg-type]
+    for number, data in enumerate((b"1", repeated.data, repeated.data)):
+        driver.module.receive(CanFrame(driver.now_ns + number * 1_000_000, drive, data))
+    driver.module.receive(CanFrame(driver.now_ns + 2_000_001, drive, repeated.data))
+    watch = driver.module.watch
+    assert min(watch.malformed, watch.miscounted, watch.crowded) >= 1
+    reports = driver.module.reports(driver.now_ns, driver.fleet.truth("s1"))
+    told = next(f for f in reports if f.arbitration_id == known["drive_report"].arbitration_id)
+    assert known["drive_report"].unpack(told.data)["errors"] == (
+        watch.malformed + watch.miscounted + watch.crowded
+    )

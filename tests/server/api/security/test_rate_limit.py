@@ -13,8 +13,9 @@ def test_tries_run_out_and_come_back_with_time() -> None:
         limit.take("a", 0)
     assert refusal.value.retry_after_s == pytest.approx(10.0)
     limit.take("a", 10 * SECOND)
-    with pytest.raises(TooManyTries):
-        limit.take("a", 10 * SECOND)
+    with pytest.raises(TooManyTries) as refusal:
+        limit.take("a", 14 * SECOND)
+    assert refusal.value.retry_after_s == pytest.approx(6.0), "the next try is that much nearer already"
 
 
 def test_one_client_does_not_use_up_the_tries_of_another() -> None:
