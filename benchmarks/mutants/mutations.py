@@ -104,7 +104,7 @@ def _is_declared(node: Any) -> bool:
     if (
         node.parent is not None
         and node.parent.type == "argument"
-        and node.parent.children[0].value == "strict"
+        and node.parent.children[0].get_code(include_prefix=False) == "strict"
     ):
         return True
     while node is not None:
