@@ -165,6 +165,16 @@ def test_a_person_is_a_disc_without_corners() -> None:
     assert not is_close(a_track(FRONT_M + STOPPING_M + 0.45, HALF_M + 0.4, size=(1.0, 1.0)))
 
 
+def test_a_person_is_as_wide_as_the_first_of_their_sizes() -> None:
+    beside = a_track(FRONT_M + 1.0, HALF_M + 0.45, size=(1.0, 0.2))
+    assert is_close(beside)
+
+
+def test_the_middle_of_an_outline_counts_where_both_its_ends_are_beside_the_way() -> None:
+    across = a_track(FRONT_M + 1.0, 0.0, kind=CYCLIST, size=(0.6, 4.0 * HALF_M))
+    assert is_close(across)
+
+
 def test_a_cell_of_somebody_who_leaves_is_theirs_and_one_beside_them_is_not() -> None:
     leaves = a_track(FRONT_M + 2.0, 0.6, vy=4.0)
     assert not is_close(leaves, cells((FRONT_M + 2.0, 0.5)))

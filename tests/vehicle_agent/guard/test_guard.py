@@ -197,6 +197,7 @@ def test_an_override_is_a_takeover_until_the_next_resume() -> None:
     bench = driving()
     act, verdict = bench.step(motion_overridden=True)
     assert (act.enable, verdict.mode) == (False, "manual")
+    assert (act.gear, act.throttle_ratio, act.brake_ratio) == ("neutral", 0.0, 0.0)
     for _ in range(10):
         act, verdict = bench.step(motion_enabled=False)
         assert (act.enable, verdict.mode) == (False, "manual")
