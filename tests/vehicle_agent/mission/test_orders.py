@@ -280,6 +280,29 @@ def test_a_hold_stops_where_comfortable_braking_ends_and_a_second_word_does_not_
     assert (again.stop_s_m, again.hold_detail) == (task.stop_s_m, "still")
 
 
+def test_an_order_that_comes_while_a_held_shuttle_brakes_does_not_move_its_stop() -> None:
+    """It has left its first lane, so the new line begins elsewhere."""
+    end = ("north", 30.0)
+    shuttle = RingShuttle()
+    shuttle.go(an_order((a_visit("a", *end), rest(end))))
+    shuttle.run_until(lambda: shuttle.state.place.lane_id == "east")
+    before = shuttle.step(Command(1, "c", "hold"))
+    left_m = before.stop_s_m - before.s_m
+    east = (shuttle.state.place.lane_id, shuttle.state.place.s_m)
+    after = shuttle.step(an_order((a_visit("b", *end, east), rest(end)), revision=2))
+    assert isinstance(shuttle.answers[-1], OrderAccepted)
+    assert after.s_m < before.s_m - 50.0
+    assert after.stop_s_m - after.s_m == pytest.approx(left_m - shuttle.speed_mps * STEP_NS * 1e-9, abs=0.1)
+
+
+def test_where_two_lanes_meet_the_shuttle_is_on_the_one_that_its_first_visit_leads_over() -> None:
+    end = ("north", 30.0)
+    shuttle = RingShuttle(start=("east", 0.2))
+    shuttle.go(an_order((a_visit("a", *end), rest(end))))
+    assert shuttle.state.route is not None
+    assert shuttle.state.route.line.lane_ids == ("south", "east", "north")
+
+
 def test_a_command_is_obeyed_once_and_a_repeat_is_not_answered_again() -> None:
     shuttle = RingShuttle()
     shuttle.go(an_order(two_visits()))

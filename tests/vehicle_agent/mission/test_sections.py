@@ -2,7 +2,7 @@
 
 import pytest
 
-from contract.wire.messages import Grants, OrderAccepted, SectionGrant, SectionReleased
+from contract.wire.messages import Command, Grants, OrderAccepted, SectionGrant, SectionReleased
 from tests.vehicle_agent.mission.ring import NETWORK, RingShuttle, a_visit, all_sections, an_order, rest
 from vehicle_agent.mission.sections import VehicleExtent, movement_authority
 
@@ -108,3 +108,20 @@ def test_a_late_message_cannot_bring_back_a_released_section() -> None:
     assert every[0] not in shuttle.state.memory.grants
     shuttle.step(Grants(1, "o", (*every, SectionGrant(every[0].section_id, 99))))
     assert SectionGrant(every[0].section_id, 99) in shuttle.state.memory.grants
+
+
+def test_after_a_crash_a_section_that_the_shuttle_was_pushed_out_of_is_released_once_it_drives() -> None:
+    """At first nobody knows whether the body is still in it: it is kept for one more metre."""
+    shuttle = RingShuttle()
+    every = all_sections(VISITS)
+    shuttle.go(an_order(VISITS, sections=every))
+    shuttle.run_until(lambda: every[1] in shuttle.state.memory.occupied)
+    assert every[0] in shuttle.state.memory.occupied
+    again = RingShuttle(shuttle.state.memory, start=("south", 30.0))
+    again.step()
+    again.step(Command(1, "on", "resume"))
+    again.run_until(lambda: bool(again.of(SectionReleased)))
+    assert again.of(SectionReleased) == [SectionReleased(every[0].section_id, every[0].fence)]
+    assert 1.0 < again.state.odometer_m < 1.5
+    again.run_until(lambda: len(again.of(SectionReleased)) > 1)
+    assert again.of(SectionReleased)[1] == SectionReleased(every[1].section_id, every[1].fence)

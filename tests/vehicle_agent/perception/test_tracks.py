@@ -70,7 +70,7 @@ def test_the_same_object_is_given_until_either_is_newer() -> None:
     newer, state = step(state, 8 * TICK_NS, people(7 * TICK_NS, (1, 8.0, 0.0)))
     assert newer.tracks.ids.tolist() == [1]
     scanned, _ = step(state, 9 * TICK_NS, cells(8 * TICK_NS, (11.0, 0.0)))
-    assert np.allclose(scanned.points_map, [[11.0, 0.0]])
+    np.testing.assert_allclose(scanned.points_map, [[11.0, 0.0]], atol=1e-8)
 
 
 def test_tracks_are_moved_with_the_pose_at_their_scan() -> None:

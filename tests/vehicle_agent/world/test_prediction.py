@@ -54,7 +54,10 @@ def test_a_car_goes_on_into_the_lanes_that_follow_its_own() -> None:
     assert RING.lines["south"].length_m - 60.0 + found[1] == pytest.approx(6.0 * told.times_s[-1], abs=0.1)
 
 
-@pytest.mark.parametrize("row", [(VEHICLE, 10.0, 6.0, 6.0, 0.0), (VEHICLE, 10.0, 0.0, 0.0, 6.0)])
+@pytest.mark.parametrize(
+    "row",
+    [(VEHICLE, 10.0, 6.0, 6.0, 0.0), (VEHICLE, 10.0, 0.0, 0.0, 6.0), (VEHICLE, 10.0, 0.0, 4.0, 4.0)],
+)
 def test_a_car_beside_or_across_a_lane_goes_straight_on(row: tuple[int, float, float, float, float]) -> None:
     told = Predictor().predictions(some_tracks(row), a_bend())
     straight = np.array(row[1:3]) + told.times_s[:, None] * np.array(row[3:])

@@ -18,7 +18,7 @@ def seen(*points: tuple[float, float], stamp_ns: int = S) -> Detections:
 def test_a_fleet_mates_own_returns_are_not_obstacles() -> None:
     mate = FleetVehicle(S, "b", Pose2(20.0, 0.0, 0.0), 0.0)
     world, _ = ROOM.step(ROOM.initial(), EGO, seen((19.2, 0.5), (23.4, -0.8), (20.0, 3.0)), (mate,), S)
-    assert np.allclose(world.points_map, [[20.0, 3.0]])
+    np.testing.assert_allclose(world.points_map, [[20.0, 3.0]], atol=1e-8)
 
 
 def test_returns_within_the_margin_all_around_a_mate_are_its_own_and_those_beyond_are_obstacles() -> None:
@@ -28,7 +28,7 @@ def test_returns_within_the_margin_all_around_a_mate_are_its_own_and_those_beyon
     own = [(20.0 + 0.99 * x, 10.0 + 0.99 * y) for x, y in reach]
     beyond = [(20.0 + 1.01 * x, 10.0 + 1.01 * y) for x, y in reach]
     world, _ = ROOM.step(ROOM.initial(), EGO, seen(*own, *beyond), (mate,), S)
-    assert np.allclose(world.points_map, beyond)
+    np.testing.assert_allclose(world.points_map, beyond, atol=1e-8)
 
 
 def test_a_moving_mate_is_carried_along_its_heading() -> None:

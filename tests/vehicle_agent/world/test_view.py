@@ -61,10 +61,11 @@ def test_a_parked_car_hides_as_much_as_it_covers_from_wherever_it_is_seen(number
         assert range_m == pytest.approx(expected_m, abs=1e-6)
 
 
-def test_an_obstacle_cell_hides_what_is_behind_it() -> None:
-    view = SIGHT.view(Pose2(0.0, 0.0, 0.0), np.array([[3.0, 0.0]]), some_tracks(), NO_WALLS)
-    assert range_towards(view, 0.0) == pytest.approx(3.0)
-    assert range_towards(view, 0.3) == SIGHT.range_m
+@pytest.mark.parametrize("away_m", [0.5, 3.0])
+def test_an_obstacle_cell_hides_what_is_behind_it(away_m: float) -> None:
+    view = SIGHT.view(Pose2(0.0, 0.0, 0.0), np.array([[away_m, 0.0]]), some_tracks(), NO_WALLS)
+    assert range_towards(view, 0.0) == pytest.approx(away_m)
+    assert range_towards(view, 0.7) == SIGHT.range_m
 
 
 def test_a_cell_in_the_sensors_own_place_hides_nothing() -> None:

@@ -101,9 +101,9 @@ def test_beyond_the_last_predicted_time_an_agent_goes_on_and_is_no_more_uncertai
     walks = an_agent((0.5, 0.5), PEDESTRIAN, (1.0, 2.0, 0.0), (1.5, -0.5))
     walks.inflation_m[0] = (0.0, 0.2, 0.4)
     moving = discs_of(walks, 1.5, 2.0, 2.5, 6.0)
-    assert np.allclose(moving.discs[:, 0, 0], [3.25, 4.0, 4.75, 10.0])
-    assert np.allclose(moving.discs[:, 0, 1], [1.25, 1.0, 0.75, -1.0])
-    assert np.allclose(moving.inflation_m[:, 0], [0.3, 0.4, 0.4, 0.4])
+    np.testing.assert_allclose(moving.discs[:, 0, 0], [3.25, 4.0, 4.75, 10.0], atol=1e-8)
+    np.testing.assert_allclose(moving.discs[:, 0, 1], [1.25, 1.0, 0.75, -1.0], atol=1e-8)
+    np.testing.assert_allclose(moving.inflation_m[:, 0], [0.3, 0.4, 0.4, 0.4], atol=1e-8)
 
 
 def test_a_long_vehicle_is_not_given_much_more_room_than_it_takes() -> None:

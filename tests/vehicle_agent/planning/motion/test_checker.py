@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from contract.geometry import Array
+from contract.geometry import Array, Pose2, compose, transform_points
 from tests.vehicle_agent.planning.motion.scenes import a_request, people
 from vehicle_agent.planning.motion.checker import violations
 from vehicle_agent.planning.motion.request import PASS_FREE, Agents, DrivingLimits, MotionRequest, Vehicle
@@ -253,6 +253,52 @@ def test_nothing_that_stands_is_touched_by_any_side_of_the_body(gap_m: float, wi
         assert found(driven(), request) == (() if within else ("static",)), disc
 
 
+def elsewhere(rows: Array, request: MotionRequest) -> tuple[Array, MotionRequest]:
+    """The same scene 30 m to the east and 12 m to the south, turned by 2.5 rad to the left."""
+    there = Pose2(30.0, -12.0, 2.5)
+
+    def moved(table: Array, x: int) -> Array:
+        copy: Array = np.array(table)
+        places = table[..., x : x + 2]
+        copy[..., x : x + 2] = transform_points(there, places.reshape(-1, 2)).reshape(places.shape)
+        return copy
+
+    rows, poses = moved(rows, X), moved(request.agents.poses_map, 0)
+    rows[:, YAW] += there.yaw_rad
+    poses[..., 2] += there.yaw_rad
+    corridor, replace = request.corridor, msgspec.structs.replace
+    return rows, replace(
+        request,
+        start=replace(request.start, pose_map=compose(there, request.start.pose_map)),
+        agents=replace(request.agents, poses_map=poses),
+        static_discs=moved(request.static_discs, 0),
+        corridor=replace(
+            corridor, points_map=moved(corridor.points_map, 0), yaw_rad=corridor.yaw_rad + there.yaw_rad
+        ),
+    )
+
+
+CART = {"kinds": np.full(1, VEHICLE, dtype=np.int64), "sizes_m": np.array([[2.4, 0.6]])}
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        {},
+        {"static_discs": np.array([[6.0, HALF_M + 0.31, 0.3], [-CAR.rear_overhang_m - 0.1, 0.0, 0.3]])},
+        {"static_discs": np.array([[6.0, -HALF_M - 0.29, 0.3]])},
+        {"agents": people((9.0, -1.4 * (9.0 - FRONT_M) / 3.0, 0.0, 1.4))},
+        {"agents": people((6.0, HALF_M + 0.5, 2.0, 0.0))},
+        {"agents": msgspec.structs.replace(people((9.0, HALF_M + 0.25, 1e-3, 0.0)), **CART)},
+        {"agents": msgspec.structs.replace(people((9.0, HALF_M + 0.25, 0.0, 1e-3)), **CART)},
+        {"agents": msgspec.structs.replace(people((-CAR.rear_overhang_m - 1.0, 0.0, 2.0, 0.0)), **CART)},
+    ],
+)
+def test_where_on_the_map_and_which_way_a_drive_goes_does_not_matter(scene: dict[str, Any]) -> None:
+    request = a_request(speed_mps=3.0, room_m=20.0, **scene)
+    assert found(*elsewhere(driven(), request)) == found(driven(), request)
+
+
 def test_what_already_touches_the_rear_does_not_keep_the_vehicle() -> None:
     behind = a_request(speed_mps=3.0, static_discs=np.array([[-CAR.rear_overhang_m - 0.1, 0.0, 0.3]]))
     assert found(driven(), behind) == ()
@@ -306,6 +352,19 @@ def test_people_meet_only_the_nose_and_vehicles_the_whole_body() -> None:
         walker, kinds=np.full(1, VEHICLE, dtype=np.int64), sizes_m=np.array([[1.0, 0.5]])
     )
     assert found(driven(), a_request(speed_mps=3.0, agents=cart)) == ("agent",)
+
+
+@pytest.mark.parametrize(("turned_rad", "met"), [(0.0, False), (0.5 * math.pi, True)])
+def test_a_cart_that_turns_is_met_as_it_will_stand_then(turned_rad: float, met: bool) -> None:
+    """Now it is parallel to the way and beside it."""
+    cart = people((9.0, HALF_M + 0.6, 0.0, 0.0))
+    poses = np.repeat(cart.poses_map[:, :1], 2, axis=1)
+    poses[0, 0, 2], poses[0, 1, 2] = 0.0, turned_rad
+    turning = msgspec.structs.replace(
+        cart, times_s=np.array([0.0, 4.0]), poses_map=poses, inflation_m=np.zeros((1, 2)), **CART
+    )
+    wrong = found(driven(), a_request(speed_mps=3.0, room_m=20.0, agents=turning))
+    assert wrong == (("agent",) if met else ())
 
 
 @pytest.mark.parametrize("axis", [0, 1])

@@ -1,5 +1,6 @@
 """The stops that replace a plan: as mild as possible, as hard as necessary."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -7,9 +8,13 @@ import pytest
 
 from tests.vehicle_agent.planning.motion.scenes import a_corridor, a_request, people
 from vehicle_agent.planning.motion.agents import moving_discs
-from vehicle_agent.planning.motion.fallback import badness, on_arc
+from vehicle_agent.planning.motion.fallback import MotionCandidate, badness, on_arc, safest, stops
+from vehicle_agent.planning.motion.path.gp_path import SolvedPath
+from vehicle_agent.planning.motion.path.path_problem import road_from, start_on
+from vehicle_agent.planning.motion.path.path_samples import sample_path
 from vehicle_agent.planning.motion.plan import plan_motion
-from vehicle_agent.planning.motion.request import Motion, MotionParams
+from vehicle_agent.planning.motion.request import Motion, MotionParams, WarmStart
+from vehicle_agent.planning.motion.speed.speed_step import plan_speed
 
 PARAMS = MotionParams()
 LIMITS = PARAMS.limits
@@ -87,3 +92,55 @@ def test_a_plan_that_would_touch_somebody_is_replaced_by_a_stop_that_names_what_
     assert motion.replaced
     assert motion.rows[-1, SPEED] == pytest.approx(0.0, abs=0.05)
     assert motion.limited_by in ("emergency", "infeasible", "obstacle", "blocked")
+
+
+def safest_past(disc: np.ndarray, warm: WarmStart | None, speed_mps: float = 8.0) -> MotionCandidate:
+    """What is left of a plan straight on into a disc, with this path before."""
+    request = a_request(speed_mps=speed_mps, room_m=3.0, static_discs=disc, warm=warm)
+    moving = moving_discs(people(), np.arange(0.0, PARAMS.horizon_s + 0.01, PARAMS.row_s), 20.0)
+    road = road_from(request, PARAMS)
+    s0_m, start = start_on(road, request)
+    straight = SolvedPath(s0_m, PARAMS.step_m, np.zeros((12, 3)), 0.0, 1, True)
+    samples = sample_path(road.line, straight, PARAMS.sample_m)
+    speed = plan_speed(request, PARAMS, road, samples, moving, disc)
+    rows = stops(request, PARAMS, road, straight, samples, speed)[0].rows
+    draft = MotionCandidate(straight, samples, speed, rows, "planned", ("static", "speed"))
+    return safest(request, PARAMS, road, s0_m, start, moving, draft)
+
+
+def a_path_to_the_left(from_m: float, to_m: float, begin_l_m: float = 0.0) -> WarmStart:
+    """It goes 1 m to the left over 12 m from s = 0 on."""
+    s = np.arange(from_m, to_m + 0.1, 2.0)
+    ahead = np.clip(s / 12.0, 0.0, 1.0)
+    states = np.column_stack(
+        (
+            begin_l_m + 0.5 - 0.5 * np.cos(math.pi * ahead),
+            math.pi / 24.0 * np.sin(math.pi * ahead),
+            math.pi**2 / 288.0 * np.cos(math.pi * ahead),
+        )
+    )
+    return WarmStart(s, states)
+
+
+GRAZED = np.array([[FRONT_M + 3.0, -0.5 * PARAMS.vehicle.width_m - 0.2, 0.3]])
+
+
+def test_where_even_a_stop_on_the_new_path_touches_something_the_path_before_is_kept() -> None:
+    assert "static" in safest_past(GRAZED, None).wrong
+    best = safest_past(GRAZED, a_path_to_the_left(-4.0, 30.0))
+    assert best.wrong == ()
+    assert best.path.at(np.array([12.0]))[0, 0] == pytest.approx(1.0, abs=0.01)
+    assert best.instead == ("static", "speed")
+
+
+@pytest.mark.parametrize(
+    "before",
+    [a_path_to_the_left(-4.0, 6.0), a_path_to_the_left(-4.0, 30.0, begin_l_m=0.35), a_path_to_the_left(0, -1)],
+)
+def test_a_path_before_that_has_ended_or_is_elsewhere_is_not_driven_on(before: WarmStart) -> None:
+    assert "static" in safest_past(GRAZED, before).wrong
+
+
+def test_a_path_before_that_reaches_eight_metres_on_is_enough_to_stop_on() -> None:
+    best = safest_past(GRAZED, a_path_to_the_left(0.2, 8.2))
+    assert len(best.path.states) == 5

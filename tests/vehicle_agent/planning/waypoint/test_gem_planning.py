@@ -28,7 +28,7 @@ def test_a_free_road_is_driven_at_the_waypoints_speed() -> None:
         None,
         False,
     )
-    assert np.allclose(path.points_map[0], [21.0, 0.0])
+    np.testing.assert_allclose(path.points_map[0], [21.0, 0.0], atol=1e-8)
 
 
 def test_without_a_line_the_vehicle_stands() -> None:
