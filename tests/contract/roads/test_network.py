@@ -94,3 +94,20 @@ def test_travel_time_obeys_limit_cap_and_lateral_comfort(ring: RoadNetwork) -> N
 def test_what_must_be_kept_clear_is_the_shadow_of_the_other_resting_places(ring: RoadNetwork) -> None:
     assert ring.kept_clear(()) == {"side-3/0"}
     assert ring.kept_clear({"rest-1"}) == frozenset()
+
+
+@pytest.mark.parametrize("lane_id", ["side-0", "corner-0"])
+def test_the_time_between_two_places_is_what_the_lanes_clock_says_and_its_ends_hold_beyond(
+    ring: RoadNetwork, lane_id: str
+) -> None:
+    clock, s = ring.clock(lane_id, 3.0), ring.lines[lane_id].s
+    end_m = float(s[-1])
+    for from_m, to_m in (
+        (0.0, end_m),
+        (0.3 * end_m, 0.6 * end_m),
+        (-2.0, 5.0),
+        (1.0, end_m + 4.0),
+        (-2.0, -1.0),
+    ):
+        expected_s = np.interp(to_m, s, clock) - np.interp(from_m, s, clock)
+        assert ring.time_between(lane_id, from_m, to_m, 3.0) == pytest.approx(expected_s, abs=1e-9)

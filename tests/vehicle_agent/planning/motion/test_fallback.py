@@ -135,7 +135,11 @@ def test_where_even_a_stop_on_the_new_path_touches_something_the_path_before_is_
 
 @pytest.mark.parametrize(
     "before",
-    [a_path_to_the_left(-4.0, 6.0), a_path_to_the_left(-4.0, 30.0, begin_l_m=0.35), a_path_to_the_left(0, -1)],
+    [
+        a_path_to_the_left(-4.0, 6.0),
+        a_path_to_the_left(-4.0, 30.0, begin_l_m=0.35),
+        a_path_to_the_left(0, -1),
+    ],
 )
 def test_a_path_before_that_has_ended_or_is_elsewhere_is_not_driven_on(before: WarmStart) -> None:
     assert "static" in safest_past(GRAZED, before).wrong
