@@ -41,6 +41,13 @@ def test_a_leg_that_stood_for_hours_moves_nothing() -> None:
     )
 
 
+@pytest.mark.parametrize(("ratio", "counts"), [(0.09, 0), (0.11, 1), (9.9, 1), (10.1, 0)])
+def test_a_leg_of_less_than_a_tenth_or_more_than_ten_times_its_time_does_not_count(
+    ratio: float, counts: int
+) -> None:
+    assert learned_from(legs(8, ratio), NOW).legs[8] == counts
+
+
 @given(st.lists(st.tuples(st.integers(0, 23), st.floats(0.0, 100.0)), max_size=60))
 def test_factors_stay_within_their_limits(driven: list[tuple[int, float]]) -> None:
     found = learned_from([leg for hour, ratio in driven for leg in legs(hour, ratio)], NOW)
