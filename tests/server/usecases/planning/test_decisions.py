@@ -1,8 +1,9 @@
-"""Stored decisions: each can be made again from its snapshot, bit for bit, and says who was to come before."""
+"""Stored decisions can be made again from their snapshots, bit for bit, and say who was to come before."""
 
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import timedelta
+from itertools import pairwise
 
 import pytest
 
@@ -66,7 +67,7 @@ def test_a_ride_that_changed_its_shuttle_says_who_was_to_come_and_when(decided: 
     moved = 0
     for ride in rides(decided):
         known = decided.campus.read(lambda uow, r=ride: uow.decisions.of_ride(r.ride_id))  # type: ignore[misc]
-        for before, after in zip(known, known[1:], strict=False):
+        for before, after in pairwise(known):
             assert before.best is not None
             assert after.best is not None
             assert after.runner_up is not None
