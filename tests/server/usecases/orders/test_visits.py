@@ -90,6 +90,19 @@ def test_an_order_of_which_every_visit_was_made_is_done(driven_fleet: FakeFleet)
     assert current_state(driven_fleet, shuttle) is OrderState.DONE
 
 
+def test_an_order_that_is_behind_its_plan_stays_behind_after_a_report(driven_fleet: FakeFleet) -> None:
+    """A report that marked it as up to date would hide that it still needs its revision."""
+    shuttle, first, _ = to_pickup(driven_fleet)
+    driven_fleet.step()
+    order = driven_fleet.campus.read(lambda uow: uow.orders.current(shuttle.vehicle_id))
+    assert order is not None
+    assert order.state is OrderState.ACCEPTED
+    behind = replace(order, plan_version=order.plan_version - 1)
+    driven_fleet.campus.do(lambda uow: uow.orders.save(behind))
+    driven_fleet.campus.do(lambda u: visits.change(u, shuttle.vehicle_id, first.visit_id, "under_way"))
+    assert driven_fleet.campus.read(lambda uow: uow.orders.current(shuttle.vehicle_id)) == behind
+
+
 def current_state(fleet: FakeFleet, shuttle: FakeShuttle) -> OrderState:
     order = fleet.campus.read(lambda uow: uow.orders.current(shuttle.vehicle_id))
     assert order is not None

@@ -10,6 +10,7 @@ from server.domain.fleet.shifts import DutyException, Shift, Shifts
 from server.domain.rides.rides import RideState
 from server.usecases.fleet import vehicles
 from server.usecases.planning import plans
+from server.usecases.planning.snapshot import seconds, take_snapshot
 from server.usecases.rides import rides
 from tests.server.usecases.campus_under_test import MORNING, CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -105,6 +106,27 @@ def test_off_duty_a_shuttle_takes_rides_for_its_next_shift_only(fleet: FakeFleet
     assert early.state is RideState.ASSIGNED
     assert early.pickup_eta is not None
     assert early.pickup_eta >= begins
+
+
+def test_between_two_shifts_a_shuttle_stays_where_its_last_call_was_until_the_next_one_begins(
+    one_shuttle: FakeFleet,
+) -> None:
+    fleet = one_shuttle
+    fleet.book("NN20", "C6")
+    set_shifts(fleet, daily((7, 9), (10, 18)))
+    again_at = fleet.campus.clock.now() + timedelta(hours=2)
+    later = fleet.book("C6", "NN20", earliest=again_at)
+    assert later.state is RideState.ASSIGNED
+    assert later.pickup_eta is not None
+    assert later.pickup_eta - again_at < timedelta(minutes=1), "it is at C6 already"
+    calls = fleet.campus.read(take_snapshot).problem.vehicles[0].calls
+    number, off = next((n, call) for n, call in enumerate(calls) if call.off_duty)
+    assert number == 2
+    assert off.place == calls[1].place == calls[3].place
+    assert off.leave_from_s == seconds(again_at)
+    home_s = fleet.campus.read(lambda uow: uow.roads().way_home_s() * uow.travel_time_factor_at(uow.now))
+    assert off.leave_from_s - off.dwell_s == pytest.approx(off.arrive_by_s)
+    assert off.arrive_by_s == pytest.approx(seconds(again_at) - HOUR_S - home_s)
 
 
 def test_a_day_off_and_a_day_with_other_hours(fleet: FakeFleet) -> None:

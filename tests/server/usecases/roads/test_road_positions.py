@@ -4,6 +4,8 @@ import pytest
 
 from contract.geometry import Pose2
 from contract.roads.design_vehicle import FRONT_REACH_M, REAR_OVERHANG_M
+from contract.roads.load import with_version
+from contract.roads.model import Lane, Origin, Point, RoadMap, Section
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import Status
 from server.domain.planning.plans import PlannedVisit
@@ -50,6 +52,24 @@ def test_a_standing_body_covers_every_section_from_its_rear_to_its_front(
     s_m: float, under: tuple[str, ...]
 ) -> None:
     assert under_body(NETWORK, "side-0", s_m) == under
+
+
+def test_the_sections_under_a_body_are_told_from_rear_to_front_however_short_they_are() -> None:
+    cuts = (("a", 0.0, 30.0), ("b", 0.0, 2.0), ("b", 2.0, 3.5), ("b", 3.5, 30.0))
+    ways: dict[str, tuple[Point, ...]] = {
+        lane_id: tuple((x_m + float(x), 0.0) for x in range(31)) for lane_id, x_m in (("a", 0.0), ("b", 30.0))
+    }
+    lanes = tuple(
+        Lane(lane_id, "road", points, 4.0, 4.0, False, ("b",) if lane_id == "a" else ())
+        for lane_id, points in ways.items()
+    )
+    sections = tuple(
+        Section(f"{lane_id}/{number}", lane_id, begins_m, ends_m, ())
+        for number, (lane_id, begins_m, ends_m) in enumerate(cuts)
+    )
+    road_map = RoadMap("x", "x", Origin(31.0, 121.0), lanes, sections, (), (), ())
+    network = RoadNetwork(with_version(road_map))
+    assert under_body(network, "b", 0.5) == ("a/0", "b/1", "b/2", "b/3")
 
 
 @pytest.mark.parametrize(
