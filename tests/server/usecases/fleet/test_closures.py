@@ -77,6 +77,35 @@ def test_what_cannot_be_closed_is_named(fleet: FakeFleet) -> None:
     assert campus.read(lambda uow: uow.closures.standing()) == ()
 
 
+def test_the_record_says_who_closed_and_opened_a_road_and_what_began_and_ended_by_itself(
+    fleet: FakeFleet,
+) -> None:
+    now = fleet.campus.clock.now()
+    closure = close(fleet, starts_at=now + timedelta(minutes=5), ends_at=now + timedelta(minutes=10))
+    for minute in (6, 11):
+        fleet.campus.clock.advance(
+            (now + timedelta(minutes=minute) - fleet.campus.clock.now()).total_seconds()
+        )
+        fleet.campus.do(closures.update_closures)
+    other = close(fleet, AT_C1)
+    lift(fleet, other)
+    told = fleet.campus.read(lambda uow: uow.views.server_events())
+    made = {
+        closure_id: [(e.name, e.by, e.detail) for e in reversed(told) if e.subject == closure_id]
+        for closure_id in (closure.closure_id, other.closure_id)
+    }
+    assert made[closure.closure_id] == [
+        ("road.closed", "ann", "east-4: water main"),
+        ("road.closure_began", "", "east-4: water main"),
+        ("road.opened", "", "east-4: water main"),
+    ]
+    assert [(name, by) for name, by, _ in made[other.closure_id]] == [
+        ("road.closed", "ann"),
+        ("road.closure_began", ""),
+        ("road.opened", "ann"),
+    ]
+
+
 def test_a_stop_on_closed_road_is_refused_with_another_one_instead_until_it_opens(fleet: FakeFleet) -> None:
     closure = close(fleet, AT_C1)
     assert closure.state is ClosureState.IN_FORCE
