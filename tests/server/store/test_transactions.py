@@ -24,7 +24,7 @@ from server.domain.rides.rides import BookRide, RideState
 from server.domain.rules import FleetRules
 from server.store.engine import open_engine
 from server.store.roads.map_library import MapLibrary
-from server.store.transactions import GroupCommit, InlineTransactions, PooledTransactions
+from server.store.transactions import ATTEMPTS, GroupCommit, InlineTransactions, PooledTransactions
 from server.store.unit_of_work import Context
 from server.usecases.fleet import campus
 from server.usecases.fleet.interventions import intervene
@@ -251,6 +251,30 @@ def test_a_conflict_is_decided_again_on_what_is_there_then(engine: Engine) -> No
             await transactions.run(raise_version)
             versions = await asyncio.gather(*(transactions.run(raise_version) for _ in range(4)))
             assert sorted(versions) == [2, 3, 4, 5]
+
+    asyncio.run(scenario())
+
+
+@pytest.mark.parametrize(("conflicts", "stored"), [(ATTEMPTS - 1, True), (ATTEMPTS, False)])
+def test_a_use_case_is_decided_again_a_bounded_number_of_times(
+    engine: Engine, conflicts: int, stored: bool
+) -> None:
+    left = iter(range(conflicts))
+
+    def contested(uow: UnitOfWork) -> str:
+        made = opened("road")(uow)
+        if next(left, None) is not None:
+            raise PlanChanged("another one was faster")
+        return made
+
+    async def scenario() -> None:
+        async with live(engine) as (transactions, _):
+            if stored:
+                await transactions.run(contested)
+            else:
+                with pytest.raises(PlanChanged):
+                    await transactions.run(contested)
+            assert await transactions.read(count_open) == stored
 
     asyncio.run(scenario())
 
