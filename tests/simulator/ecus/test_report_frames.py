@@ -5,6 +5,7 @@ import math
 import pytest
 
 from simulator.ecus.report_frames import TRACK_WIDTH_M, WHEEL_RADIUS_M
+from simulator.ecus.safety_driver import SafetyDriver
 from tests.simulator.ecus.can_driver import CanDriver
 from vehicle_agent.can.dbc import layouts
 from vehicle_agent.signals import Actuation, Gear
@@ -57,3 +58,18 @@ def test_the_wheel_turns_no_faster_than_the_command_says() -> None:
     rate_radps = (driver.fleet.truth("s1").steer_rad - before_rad) / 0.2
     limit_radps = driver.profile.limits.steer_rate_radps_max
     assert 0.5 * limit_radps < rate_radps < 1.3 * limit_radps
+
+
+def test_the_wheel_is_reported_as_turned_by_hand_only_while_hands_are_on_it() -> None:
+    driver, layout = CanDriver(), layouts()["steering_report"]
+    driver.run(3.0, Actuation(True, "drive", 0.3, 0.1, 0.0))
+
+    def newest() -> dict[str, float]:
+        frames = [frame for frame in driver.heard if frame.arbitration_id == layout.arbitration_id]
+        return layout.unpack(frames[-1].data)
+
+    assert abs(newest()["output"]) > 1.0
+    assert newest()["manual"] == 0.0
+    driver.module.driver = SafetyDriver(steer_rad=0.2)
+    driver.run(1.0, Actuation(True, "drive", 0.3, 0.1, 0.0))
+    assert newest()["manual"] == newest()["output"] != 0.0

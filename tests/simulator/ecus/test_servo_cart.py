@@ -97,6 +97,7 @@ def test_silence_disarms_and_coasts() -> None:
     driver.run(0.2, ROLL, silent=True)
     assert not driver.module.enabled
     assert driver.fleet.truth("s1").brake_ratio == 0.0
+    assert driver.module.gear() == (1.0, 0.0), "a cart has no parking lock"
 
 
 def test_after_a_timeout_the_codec_asks_again() -> None:
