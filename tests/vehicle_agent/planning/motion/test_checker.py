@@ -396,3 +396,4 @@ def test_a_start_too_near_and_too_fast_is_asked_to_stop_at_once(end_m: float) ->
     request = a_request(speed_mps=3.0, accel_mps2=-1.5, end_s_m=end_m)
     assert "end" not in found(stopping(3.0, 1.5), request)
     assert "end" in found(stopping(3.0, 0.8, n=61), request)
+    assert "end" in found(driven(3.0), request)
