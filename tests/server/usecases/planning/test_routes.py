@@ -11,6 +11,9 @@ from server.usecases.planning import plans
 from server.usecases.planning.routes import differs_from_plan, refresh_times, vehicles_with_ride
 from server.usecases.planning.snapshot import seconds, take_snapshot
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.rides import rides
+from server.usecases.roads.resting import resting_place_for
+from server.usecases.roads.section_reservations import SectionReservations
 from tests.server.usecases.fake_fleet import FakeFleet
 
 
@@ -67,8 +70,8 @@ def test_between_a_ride_of_now_and_one_of_much_later_the_shuttle_rests(driven_fl
     later = fleet.book("NN20", "C6", earliest=fleet.campus.clock.now() + timedelta(hours=3))
     assert now.vehicle_id == later.vehicle_id
     visits = plan_of(fleet, now).visits
-    rides = [(visit.kind, visit.board + visit.alight) for visit in visits]
-    assert rides == [
+    made = [(visit.kind, visit.board + visit.alight) for visit in visits]
+    assert made == [
         ("stop", (now.ride_id,)),
         ("stop", (now.ride_id,)),
         ("rest", ()),
@@ -76,6 +79,43 @@ def test_between_a_ride_of_now_and_one_of_much_later_the_shuttle_rests(driven_fl
         ("stop", (later.ride_id,)),
     ]
     assert plan_of(fleet, now).ordered == visits[:3]
+
+
+def test_it_rests_in_between_as_soon_as_there_is_time_for_the_way_by_the_resting_place(
+    driven_fleet: FakeFleet,
+) -> None:
+    """And not earlier: it would be late at 1B, which is straight ahead, with all resting places behind it."""
+    fleet = driven_fleet
+    fleet.shuttles[1].hold()
+    now = fleet.book("NN20", "GYM")
+    fleet.run_until(lambda: fleet.ride(now.ride_id).state is RideState.ABOARD)
+    fleet.campus.do(plans.refresh_expected)
+    seen = set()
+    for spare_s in range(-60, 65, 8):
+        alight = plan_of(fleet, now).visits[0]
+        assert alight.eta is not None
+        leaves, dwell_s = alight.eta + timedelta(seconds=alight.dwell_s), alight.dwell_s
+        early_s, factor = fleet.campus.read(
+            lambda uow, at=leaves: (uow.rules.early_s(timed=False), uow.travel_time_factor_at(at))  # type: ignore[misc]
+        )
+        plan = plan_of(fleet, now)
+        way_s = fleet.campus.read(lambda uow, p=plan, v=alight: by_rest_s(uow, p, v))  # type: ignore[misc]
+        boards = leaves + timedelta(seconds=factor * way_s + early_s + dwell_s + spare_s)
+        later = fleet.book("1B", "NN20", earliest=boards - timedelta(seconds=dwell_s))
+        visits = plan_of(fleet, later).visits
+        assert next(v for v in visits if v.board).not_before == boards
+        kinds = [visit.kind for visit in visits]
+        assert (kinds == ["stop", "rest", "stop", "stop"]) is (spare_s >= 0), spare_s
+        seen.add(spare_s >= 0)
+        fleet.campus.do(lambda uow, r=later: rides.cancel(uow, r.ride_id, "passenger"))  # type: ignore[misc]
+    assert seen == {True, False}
+
+
+def by_rest_s(uow: UnitOfWork, plan: Plan, last: PlannedVisit) -> float:
+    """The way from a visit to 1B by way of a resting place."""
+    stop = uow.network().stops["1B"]
+    onward = PlannedVisit("v", "stop", "1B", stop.lane_id, stop.s_m)
+    return resting_place_for(uow, plan, (last.lane_id, last.s_m), onward, SectionReservations(uow))[1]
 
 
 def test_every_plan_ends_its_order_at_a_resting_place_of_its_own(driven_fleet: FakeFleet) -> None:
