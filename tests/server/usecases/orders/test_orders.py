@@ -133,18 +133,24 @@ def test_an_answer_to_an_earlier_revision_changes_nothing(driven_fleet: FakeFlee
     assert current(fleet, vehicle_id) == second
 
 
-def test_rejections_for_different_reasons_are_tried_again_and_three_for_one_are_not(
+def reject(fleet: FakeFleet, vehicle_id: str, code: str) -> IssuedOrder | None:
+    """The answer to a rejection of the present order: its next revision, if there is one."""
+    order = current(fleet, vehicle_id)
+    answer = OrderRejected(1, order.order_id, order.revision, code, "", ())  # type: ignore[arg-type]
+    return fleet.campus.do(lambda uow: orders.rejected(uow, vehicle_id, answer))
+
+
+def test_rejections_for_different_reasons_are_tried_again_and_three_in_a_row_for_one_are_not(
     driven_fleet: FakeFleet,
 ) -> None:
     fleet = driven_fleet
     vehicle_id = taken(fleet)
-    for number, code in enumerate(("malformed", "unreachable", "unreachable", "unreachable"), start=1):
-        order = current(fleet, vehicle_id)
-        assert order.revision == number
-        answer = OrderRejected(1, order.order_id, order.revision, code, "", ())  # type: ignore[arg-type]
-        again = fleet.campus.do(lambda uow, a=answer: orders.rejected(uow, vehicle_id, a))  # type: ignore[misc]
-        assert (again is None) is (number == 4)
+    for code in ("unreachable", "malformed", "unreachable", "unreachable"):
+        assert reject(fleet, vehicle_id, code) is not None
+    assert reject(fleet, vehicle_id, "unreachable") is None
     incidents = fleet.campus.read(lambda uow: uow.incidents.all_open())
     assert [(i.kind.value, i.vehicle_id) for i in incidents] == [("order_rejected", vehicle_id)]
+    order = current(fleet, vehicle_id)
+    assert order.revision == 5
     fleet.campus.do(lambda uow: orders.accepted(uow, vehicle_id, order.order_id, order.revision))
     assert fleet.campus.read(lambda uow: uow.incidents.all_open()) == ()

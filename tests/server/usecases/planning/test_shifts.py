@@ -108,6 +108,18 @@ def test_off_duty_a_shuttle_takes_rides_for_its_next_shift_only(fleet: FakeFleet
     assert early.pickup_eta >= begins
 
 
+def test_off_duty_with_a_visit_still_to_make_a_shuttle_takes_no_ride_of_its_next_shift(
+    one_shuttle: FakeFleet,
+) -> None:
+    """It has not arrived yet: nobody is aboard, and it is at no stop."""
+    fleet = one_shuttle
+    assert fleet.book("NN20", "C6").state is RideState.ASSIGNED
+    fleet.step()
+    set_shifts(fleet, daily((10, 18)))
+    later = fleet.book("C6", "NN20", earliest=fleet.campus.clock.now() + timedelta(hours=3))
+    assert (later.state, later.reason) == (RideState.REFUSED, "no_vehicle_free")
+
+
 def test_between_two_shifts_a_shuttle_stays_where_its_last_call_was_until_the_next_one_begins(
     one_shuttle: FakeFleet,
 ) -> None:

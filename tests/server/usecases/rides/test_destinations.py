@@ -69,6 +69,25 @@ def test_back_to_the_first_destination_it_is_as_if_it_had_never_changed(fleet: F
     assert change(fleet, ride, "C6") == back
 
 
+def test_who_joins_another_party_s_stop_takes_no_later_stop_from_anybody(fleet: FakeFleet) -> None:
+    """One shuttle for three; the one who rides farthest wants to get off where the first one does."""
+    fleet.shuttles[1].hold()
+    made = [fleet.book("NN20", to_stop) for to_stop in ("C6", "C1", "SE13")]
+    assert len({ride.vehicle_id for ride in made}) == 1
+    plan = fleet.campus.read(lambda uow: plans.plan_of(uow, made[0].vehicle_id or ""))
+    order = [ride_id for visit in plan.visits for ride_id in visit.alight]
+    first, farthest = (next(r for r in made if r.ride_id == order[n]) for n in (0, -1))
+    changed = change(fleet, farthest, first.to_stop)
+    assert changed.to_stop == first.to_stop
+    after = fleet.campus.read(lambda uow: plans.plan_of(uow, made[0].vehicle_id or ""))
+    for ride in made:
+        fresh = fleet.ride(ride.ride_id)
+        assert alighting_stops(fleet, fresh) == [fresh.to_stop]
+        assert sum(ride.ride_id in visit.board for visit in after.visits) == 1
+    together = [visit for visit in after.visits if first.ride_id in visit.alight]
+    assert farthest.ride_id in together[0].alight
+
+
 def test_what_is_no_destination_is_an_error_and_changes_nothing(fleet: FakeFleet) -> None:
     ride = fleet.book("NN20", "C6")
     with pytest.raises(StopUnknown):
