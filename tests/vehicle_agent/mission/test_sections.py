@@ -111,7 +111,7 @@ def test_a_late_message_cannot_bring_back_a_released_section() -> None:
 
 
 def test_after_a_crash_a_section_that_the_shuttle_was_pushed_out_of_is_released_once_it_drives() -> None:
-    """At first nobody knows whether the body is still in it: it is kept for one more metre."""
+    """The body may still be in it after the restart, so it is kept for the next metre."""
     shuttle = RingShuttle()
     every = all_sections(VISITS)
     shuttle.go(an_order(VISITS, sections=every))

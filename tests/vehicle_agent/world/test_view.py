@@ -61,11 +61,11 @@ def test_a_parked_car_hides_as_much_as_it_covers_from_wherever_it_is_seen(number
         assert range_m == pytest.approx(expected_m, abs=1e-6)
 
 
-@pytest.mark.parametrize("away_m", [0.5, 3.0])
-def test_an_obstacle_cell_hides_what_is_behind_it(away_m: float) -> None:
+@pytest.mark.parametrize(("away_m", "beside_rad"), [(0.5, 0.7), (3.0, 0.3)])
+def test_an_obstacle_cell_hides_what_is_behind_it(away_m: float, beside_rad: float) -> None:
     view = SIGHT.view(Pose2(0.0, 0.0, 0.0), np.array([[away_m, 0.0]]), some_tracks(), NO_WALLS)
     assert range_towards(view, 0.0) == pytest.approx(away_m)
-    assert range_towards(view, 0.7) == SIGHT.range_m
+    assert range_towards(view, beside_rad) == SIGHT.range_m
 
 
 def test_a_cell_in_the_sensors_own_place_hides_nothing() -> None:

@@ -84,7 +84,7 @@ def test_between_a_ride_of_now_and_one_of_much_later_the_shuttle_rests(driven_fl
 def test_it_rests_in_between_as_soon_as_there_is_time_for_the_way_by_the_resting_place(
     driven_fleet: FakeFleet,
 ) -> None:
-    """And not earlier: it would be late at 1B, which is straight ahead, with all resting places behind it."""
+    """With less time it would be late at 1B, which is ahead while all resting places are behind."""
     fleet = driven_fleet
     fleet.shuttles[1].hold()
     now = fleet.book("NN20", "GYM")

@@ -111,7 +111,7 @@ def test_off_duty_a_shuttle_takes_rides_for_its_next_shift_only(fleet: FakeFleet
 def test_off_duty_with_a_visit_still_to_make_a_shuttle_takes_no_ride_of_its_next_shift(
     one_shuttle: FakeFleet,
 ) -> None:
-    """It has not arrived yet: nobody is aboard, and it is at no stop."""
+    """It is on its way to the pickup, and has no rider aboard."""
     fleet = one_shuttle
     assert fleet.book("NN20", "C6").state is RideState.ASSIGNED
     fleet.step()

@@ -63,7 +63,7 @@ def test_on_the_way_to_another_stop_the_whole_way_round_counts(driven_fleet: Fak
 
 
 def test_a_place_on_which_another_shuttle_stands_is_the_last_resort(driven_fleet: FakeFleet) -> None:
-    """The other one has moved on in its plan and not yet on the road."""
+    """The other shuttle has given the place up in its plan, but still stands there."""
     other = plan_of(driven_fleet, 1)
     stood_on = driven_fleet.network.resting_places[other.resting_place_id]
     last = stood_on.lane_id, stood_on.s_m

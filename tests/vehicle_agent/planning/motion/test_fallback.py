@@ -94,9 +94,9 @@ def test_a_plan_that_would_touch_somebody_is_replaced_by_a_stop_that_names_what_
     assert motion.limited_by in ("emergency", "infeasible", "obstacle", "blocked")
 
 
-def safest_past(disc: np.ndarray, warm: WarmStart | None, speed_mps: float = 8.0) -> MotionCandidate:
-    """What is left of a plan straight on into a disc, with this path before."""
-    request = a_request(speed_mps=speed_mps, room_m=3.0, static_discs=disc, warm=warm)
+def safest_past(disc: np.ndarray, warm: WarmStart | None) -> MotionCandidate:
+    """The replacement of a plan that leads straight into a disc at 8 m/s; warm is the previous path."""
+    request = a_request(speed_mps=8.0, room_m=3.0, static_discs=disc, warm=warm)
     moving = moving_discs(people(), np.arange(0.0, PARAMS.horizon_s + 0.01, PARAMS.row_s), 20.0)
     road = road_from(request, PARAMS)
     s0_m, start = start_on(road, request)
@@ -109,7 +109,7 @@ def safest_past(disc: np.ndarray, warm: WarmStart | None, speed_mps: float = 8.0
 
 
 def a_path_to_the_left(from_m: float, to_m: float, begin_l_m: float = 0.0) -> WarmStart:
-    """It goes 1 m to the left over 12 m from s = 0 on."""
+    """A path that moves 1 m to the left between s = 0 and s = 12 m."""
     s = np.arange(from_m, to_m + 0.1, 2.0)
     ahead = np.clip(s / 12.0, 0.0, 1.0)
     states = np.column_stack(
@@ -125,7 +125,7 @@ def a_path_to_the_left(from_m: float, to_m: float, begin_l_m: float = 0.0) -> Wa
 GRAZED = np.array([[FRONT_M + 3.0, -0.5 * PARAMS.vehicle.width_m - 0.2, 0.3]])
 
 
-def test_where_even_a_stop_on_the_new_path_touches_something_the_path_before_is_kept() -> None:
+def test_where_even_a_stop_on_the_new_path_touches_something_the_previous_path_is_kept() -> None:
     assert "static" in safest_past(GRAZED, None).wrong
     best = safest_past(GRAZED, a_path_to_the_left(-4.0, 30.0))
     assert best.wrong == ()
@@ -138,13 +138,13 @@ def test_where_even_a_stop_on_the_new_path_touches_something_the_path_before_is_
     [
         a_path_to_the_left(-4.0, 6.0),
         a_path_to_the_left(-4.0, 30.0, begin_l_m=0.35),
-        a_path_to_the_left(0, -1),
+        a_path_to_the_left(0.0, -1.0),
     ],
 )
-def test_a_path_before_that_has_ended_or_is_elsewhere_is_not_driven_on(before: WarmStart) -> None:
+def test_a_previous_path_that_has_ended_or_is_elsewhere_is_not_driven_on(before: WarmStart) -> None:
     assert "static" in safest_past(GRAZED, before).wrong
 
 
-def test_a_path_before_that_reaches_eight_metres_on_is_enough_to_stop_on() -> None:
+def test_a_previous_path_that_reaches_eight_metres_ahead_is_enough_to_stop_on() -> None:
     best = safest_past(GRAZED, a_path_to_the_left(0.2, 8.2))
     assert len(best.path.states) == 5
