@@ -23,6 +23,25 @@ class ReportedVehicle(TypedDict):
     held: bool
 
 
+class ReportedRide(TypedDict):
+    """The fields of the API's ride that this client's users read. Moments are ISO 8601 texts in UTC."""
+
+    ride_id: str
+    ride_code: str
+    state: str
+    from_stop: str
+    to_stop: str
+    party: int
+    earliest: str
+    requested_at: str
+    promise: dict[str, str] | None
+    vehicle_id: str | None
+    boarded_at: str | None
+    ended_at: str | None
+    reason: str
+    reason_detail: str
+
+
 class OperatorClient:
     """Call `sign_in` first. The methods raise OperatorError when the server refuses a request."""
 
@@ -58,6 +77,15 @@ class OperatorClient:
 
     async def vehicles(self) -> list[dict[str, Any]]:
         return await self._list("/api/v1/vehicles")
+
+    async def newest_rides(self) -> list[ReportedRide]:
+        """The rides requested last, newest first; as many as the API lists at once."""
+        rides: list[ReportedRide] = _checked(await self._client.get("/api/v1/rides")).json()
+        return rides
+
+    async def ride(self, ride_id: str) -> ReportedRide:
+        ride: ReportedRide = _checked(await self._client.get(f"/api/v1/rides/id/{ride_id}")).json()
+        return ride
 
     async def release(self, vehicle_id: str) -> None:
         """Wait until the vehicle is connected and placed, resume it, and wait until it is not held."""

@@ -95,7 +95,11 @@ class Passengers:
     """All simulated passengers of a demo."""
 
     def __init__(
-        self, client: httpx.AsyncClient, riders: RiderPort, now: Now, on_change: JourneyListener
+        self,
+        client: httpx.AsyncClient,
+        riders: RiderPort,
+        now: Now,
+        on_change: JourneyListener = lambda journey: None,
     ) -> None:
         """client: has the server's base URL; on_change: called at every change of a journey's state."""
         self._client = client

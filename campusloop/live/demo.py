@@ -84,7 +84,7 @@ class LiveDemo:
         """New passengers come for as long as the demo runs."""
         options = self._campus.options
         people = SimulatedPeople(self._campus.road_map, control_port(options.base_port))
-        passengers = Passengers(self._campus.client, people, self._campus.now, self._progress.ride)
+        passengers = Passengers(self._campus.client, people, self._campus.now)
         rng = np.random.default_rng(options.seed)
         async with people.listening(passengers.tap), asyncio.TaskGroup() as journeys:
             for ride in first_rides(self._campus.road_map, options.vehicles, rng):
@@ -97,14 +97,20 @@ class LiveDemo:
         await DemoOperator(self._campus.operator, self._say, self._progress.released).run()
 
     async def _follow(self) -> None:
-        """Show the shuttles' positions on the terminal."""
+        """Show the shuttles and all rides on the terminal: who booked them does not matter."""
         while True:
             try:
                 self._progress.vehicles(await self._campus.operator.vehicles())
+                await self._follow_rides()
             except (httpx.TransportError, OperatorError) as error:
-                self._say(f"the server does not answer where the shuttles are: {error}")
+                self._say(f"the server does not answer where shuttles and rides are: {error}")
             self._count()
             await asyncio.sleep(FOLLOW_EVERY_S)
+
+    async def _follow_rides(self) -> None:
+        newest = await self._campus.operator.newest_rides()
+        older = self._progress.under_way() - {ride["ride_id"] for ride in newest}
+        self._progress.rides(newest + [await self._campus.operator.ride(ride_id) for ride_id in older])
 
     def _count(self) -> None:
         self._progress.counts.lag_s = self._campus.lag_s

@@ -1,5 +1,6 @@
 """The live demo's output: a line for each shuttle and ride, and a summary at the end."""
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -12,8 +13,8 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from campusloop.clients.passengers import ENDED, Journey
-from campusloop.virtual.headless import timeline_line
+from campusloop.clients.operator_client import ReportedRide
+from campusloop.clients.passengers import ENDED
 
 # Rides that have ended stay on screen until so many others have.
 ENDED_SHOWN = 4
@@ -36,14 +37,17 @@ class Counts:
 
 
 class DemoProgress:
-    """On a terminal a table that is redrawn; elsewhere a line when a shuttle or a ride changes."""
+    """On a terminal a table that is redrawn; elsewhere a line when a shuttle or a ride changes.
+
+    A ride has the code under which its passenger, the console and `dispatch explain` know it.
+    """
 
     def __init__(self, console: Console, now: Moment, zone: ZoneInfo) -> None:
         self.counts = Counts()
         self._console = console
         self._now, self._zone = now, zone
         self._vehicles: dict[str, str] = {}
-        self._journeys: dict[int, Journey] = {}
+        self._rides: dict[str, ReportedRide] = {}
         self._live: Live | None = None
 
     def __enter__(self) -> "DemoProgress":
@@ -63,12 +67,6 @@ class DemoProgress:
         """Print a line of its own."""
         self._console.print(text, highlight=False, soft_wrap=True)
 
-    def ride(self, journey: Journey) -> None:
-        """A ride's state has changed."""
-        self._journeys[journey.demand.number] = journey
-        if self._live is None:
-            self.say(timeline_line(journey, self._now(), self._zone))
-
     def vehicles(self, vehicles: list[dict[str, Any]]) -> None:
         """Show all shuttles, as the API lists them."""
         for vehicle in vehicles:
@@ -76,6 +74,19 @@ class DemoProgress:
             if self._live is None and doing != self._vehicles.get(vehicle_id):
                 self.say(f"{self._now().astimezone(self._zone):%H:%M:%S}  {vehicle_id} {doing}")
             self._vehicles[vehicle_id] = doing if self._live is None else f"{doing}{_speed_of(vehicle)}"
+
+    def rides(self, rides: list[ReportedRide]) -> None:
+        """Show rides, as the API lists them. Those shown before stay."""
+        for ride in sorted(rides, key=_requested_at):
+            known = self._rides.get(ride["ride_id"])
+            self._rides[ride["ride_id"]] = ride
+            text = ride_text(ride, self._zone)
+            if self._live is None and (known is None or text != ride_text(known, self._zone)):
+                self.say(f"{self._now().astimezone(self._zone):%H:%M:%S}  ride {ride['ride_code']} {text}")
+
+    def under_way(self) -> set[str]:
+        """Ids of the shown rides that had not ended."""
+        return {ride_id for ride_id, ride in self._rides.items() if ride["state"] not in ENDED}
 
     def released(self, vehicle_id: str) -> None:
         """The demo's operator has released a shuttle after a safety stop."""
@@ -85,27 +96,25 @@ class DemoProgress:
         rows = Table.grid(padding=(0, 2))
         for vehicle_id, doing in sorted(self._vehicles.items()):
             rows.add_row(Text(vehicle_id, style="bold"), Text(doing))
-        for journey in self._shown():
-            rows.add_row(Text(f"ride {journey.demand.number}", style="bold"), Text(ride_text(journey)))
+        for ride in self._shown():
+            rows.add_row(Text(f"ride {ride['ride_code']}", style="bold"), Text(ride_text(ride, self._zone)))
         return Group(rows, Text(self._footer(), style="dim"))
 
     def summary(self) -> list[str]:
         """The totals, in lines."""
-        by_state: dict[str, int] = {}
-        for journey in self._journeys.values():
-            by_state[journey.state] = by_state.get(journey.state, 0) + 1
-        waits = [j.wait_s for j in self._journeys.values() if j.wait_s is not None]
-        requested = len(self._journeys)
+        by_state = Counter(ride["state"] for ride in self._rides.values())
+        waits = [wait_s for ride in self._rides.values() if (wait_s := _wait_s(ride)) is not None]
         states = ", ".join(f"{count} {state}" for state, count in sorted(by_state.items()))
-        lines = [f"rides: {requested} requested" + (f" ({states})" if states else "")]
+        lines = [f"rides: {len(self._rides)} requested" + (f" ({states})" if states else "")]
         if waits:
             lines.append(f"waited: {mean(waits) / 60:.1f} min on average until aboard")
         return [*lines, self._footer()]
 
-    def _shown(self) -> list[Journey]:
-        ended = [number for number, journey in self._journeys.items() if journey.state in ENDED]
-        hidden = set(ended[:-ENDED_SHOWN])
-        return [journey for number, journey in sorted(self._journeys.items()) if number not in hidden]
+    def _shown(self) -> list[ReportedRide]:
+        ended = [ride for ride in self._rides.values() if ride["state"] in ENDED]
+        hidden = {ride["ride_id"] for ride in sorted(ended, key=_ended_at)[:-ENDED_SHOWN]}
+        shown = [ride for ride_id, ride in self._rides.items() if ride_id not in hidden]
+        return sorted(shown, key=_requested_at)
 
     def _footer(self) -> str:
         counts = self.counts
@@ -142,18 +151,54 @@ def doing_of(vehicle: dict[str, Any]) -> str:
     return f"drives to {place}"
 
 
-def ride_text(journey: Journey) -> str:
-    """A ride's line on the screen."""
-    demand = journey.demand
-    trip = f"{demand.from_stop} to {demand.to_stop}, party of {demand.party}"
+def ride_text(ride: ReportedRide, zone: ZoneInfo) -> str:
+    """A ride's stops, party and state."""
+    trip = f"{ride['from_stop']} to {ride['to_stop']}, party of {ride['party']}"
+    vehicle_id = ride["vehicle_id"]
     texts = {
-        "requested": "requests a ride",
-        "assigned": f"waits for {journey.vehicle_id}",
-        "boarding": f"boards {journey.vehicle_id}",
-        "aboard": f"is aboard {journey.vehicle_id}",
+        "requested": "waits for a shuttle",
+        "assigned": f"waits for {vehicle_id}{_promise(ride, zone)}",
+        "boarding": f"boards {vehicle_id}",
+        "aboard": f"is aboard {vehicle_id}",
         "completed": "has arrived",
+        "no_show": "nobody came",
     }
-    return f"{trip}: {texts.get(journey.state, f'{journey.state} {journey.reason}')}"
+    state = ride["state"]
+    return f"{trip}: {texts.get(state) or _ended_text(ride)}"
+
+
+def _ended_text(ride: ReportedRide) -> str:
+    reason = ride["reason_detail"] or ride["reason"]
+    return f"{ride['state']}: {reason}" if reason else ride["state"]
+
+
+def _promise(ride: ReportedRide, zone: ZoneInfo) -> str:
+    if ride["promise"] is None:
+        return ""
+    pickup_from, pickup_to, arrive_by = (
+        datetime.fromisoformat(ride["promise"][name]).astimezone(zone)
+        for name in ("pickup_from", "pickup_to", "arrive_by")
+    )
+    return f", pickup {pickup_from:%H:%M}-{pickup_to:%H:%M}, there by {arrive_by:%H:%M}"
+
+
+def _wait_s(ride: ReportedRide) -> float | None:
+    """From the moment for which it is booked to sitting on board."""
+    if ride["boarded_at"] is None:
+        return None
+    return (datetime.fromisoformat(ride["boarded_at"]) - _due_at(ride)).total_seconds()
+
+
+def _due_at(ride: ReportedRide) -> datetime:
+    return max(_requested_at(ride), datetime.fromisoformat(ride["earliest"]))
+
+
+def _requested_at(ride: ReportedRide) -> datetime:
+    return datetime.fromisoformat(ride["requested_at"])
+
+
+def _ended_at(ride: ReportedRide) -> datetime:
+    return datetime.fromisoformat(ride["ended_at"] or ride["requested_at"])
 
 
 def _speed_of(vehicle: dict[str, Any]) -> str:
