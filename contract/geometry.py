@@ -112,8 +112,9 @@ def pose_at(points: Array, s: Array, query_m: float) -> tuple[float, float, floa
     n = points.shape[0]
     query_m = min(max(query_m, s[0]), s[n - 1])
     i = min(max(np.searchsorted(s, query_m, side="right") - 1, 0), n - 2)
-    while i < n - 2 and s[i + 1] == s[i]:
-        i += 1
+    # The last point may stand there more than once.
+    while i > 0 and s[i + 1] == s[i]:
+        i -= 1
     dx, dy = points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1]
     length = math.hypot(dx, dy)
     t = 0.0 if length == 0.0 else (query_m - s[i]) / length

@@ -99,6 +99,11 @@ def test_a_point_that_stands_twice_is_passed_over() -> None:
     assert project(double, s, 2.0, 1.0, 0, 9)[:2] == (2.0, 1.0)
     assert pose_at(double, s, 0.0) == (0.0, 0.0, 0.0)
     assert pose_at(double, s, 6.0) == pytest.approx((4.0, 2.0, math.pi / 2))
+    for _ in range(3):
+        double = np.vstack((double, double[-1:]))
+        assert pose_at(double, arc_lengths(double), 8.0) == pytest.approx((4.0, 4.0, math.pi / 2))
+    at_one_place = np.ones((3, 2))
+    assert pose_at(at_one_place, arc_lengths(at_one_place), 1.0) == (1.0, 1.0, 0.0)
 
 
 @pytest.mark.parametrize(

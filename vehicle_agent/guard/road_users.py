@@ -122,8 +122,8 @@ def _outline_point(x: float, y: float, yaw: float, size_m: Array, j: int, n: int
     Corners are met exactly: each side has a share of the points that begins at a corner.
     """
     length, width = size_m[0], size_m[1]
-    lengthwise = max(1, round(0.5 * n * length / (length + width)))
-    crosswise = max(1, n // 2 - lengthwise)
+    lengthwise = min(max(1, round(0.5 * n * length / (length + width))), n // 2 - 1)
+    crosswise = n // 2 - lengthwise
     half = lengthwise + crosswise
     sign = 1.0 if j < half else -1.0
     j = j % half

@@ -58,16 +58,20 @@ class LinkClient:
         wait_s = FIRST_WAIT_S
         vehicle_id = self._bridge.session.identity.vehicle_id
         while True:
-            was_welcomed = False
+            was_welcomed, failure = False, ""
             try:
                 async with connect(
                     self._url, ssl=self._tls, compression=None, max_size=MAX_MESSAGE_BYTES, open_timeout=10
                 ) as socket:
                     was_welcomed = await self._run_connection(socket)
             except (OSError, TimeoutError, InvalidHandshake, InvalidURI) as error:
-                log.warning("link.unreachable", vehicle_id=vehicle_id, url=self._url, error=str(error))
+                failure = str(error) or type(error).__name__
             self._end_session(vehicle_id)
             wait_s = next_wait_s(wait_s, was_welcomed=was_welcomed)
+            if failure:
+                log.warning(
+                    "link.unreachable", vehicle_id=vehicle_id, url=self._url, error=failure, retry_s=wait_s
+                )
             await asyncio.sleep(wait_s)
 
     def _end_session(self, vehicle_id: str) -> None:

@@ -111,20 +111,8 @@ class VehicleSession:
             self._acknowledged(message, now_ns)
         elif isinstance(message, Goodbye):
             self.refusal = message
-        elif isinstance(message, Order | Grants | Command | PassengerTap) and message.epoch == self.epoch:
-            self._messages.append(message)
-        elif isinstance(message, Presence) and message.epoch == self.epoch:
-            detected_ns = message.server_ns - self._clock.offset_ns
-            self._messages.append(PedestrianPresence(detected_ns, message.area_id, message.count))
-        elif isinstance(message, FleetVehicleMessage) and message.epoch == self.epoch:
-            self._messages.append(
-                FleetVehicle(
-                    message.server_ns - self._clock.offset_ns,
-                    message.vehicle_id,
-                    message.pose_map,
-                    message.speed_mps,
-                )
-            )
+        elif self.is_open and message.epoch == self.epoch:
+            self._queue(message)
 
     def advance(self, now_ns: int) -> None:
         """Probes the clock and repeats unacknowledged events, when they are due."""
@@ -225,6 +213,24 @@ class VehicleSession:
     def _probe(self, now_ns: int) -> None:
         self._probed_ns = now_ns
         self._send(ClockProbe(now_ns))
+
+    def _queue(
+        self, message: Order | Grants | Command | PassengerTap | Presence | FleetVehicleMessage
+    ) -> None:
+        if isinstance(message, Presence):
+            detected_ns = message.server_ns - self._clock.offset_ns
+            self._messages.append(PedestrianPresence(detected_ns, message.area_id, message.count))
+        elif isinstance(message, FleetVehicleMessage):
+            self._messages.append(
+                FleetVehicle(
+                    message.server_ns - self._clock.offset_ns,
+                    message.vehicle_id,
+                    message.pose_map,
+                    message.speed_mps,
+                )
+            )
+        else:
+            self._messages.append(message)
 
     def _queue_link_state(self, now_ns: int) -> None:
         self._messages.append(LinkState(now_ns, self.is_open, self.epoch, self._clock.offset_ns))

@@ -40,7 +40,8 @@ class Shifts:
     def spans(self, zone: ZoneInfo, since: datetime, until: datetime) -> tuple[Span, ...]:
         """On duty: the spans that end after `since` and begin by `until`, in order, none touching another."""
         first = since.astimezone(zone).date() - timedelta(days=2)
-        last = until.astimezone(zone).date()
+        # A shift of the last day may go on in one of the next day.
+        last = until.astimezone(zone).date() + timedelta(days=1)
         found: list[Span] = []
         for offset in range((last - first).days + 1):
             day = first + timedelta(days=offset)

@@ -186,11 +186,10 @@ def _fail_if_certain(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -
         seconds=uow.rules.wait_s_max
     )
     stands = any(v.in_service and v.placed and not v.accepts_rides for v in uow.vehicles.all())
-    certain = will_be_cut_off(uow, ride, standing) or not stands
-    if not (soon and certain):
-        return False
-    fail_ride(uow, ride, CLOSED, f"no shuttle can come: {names_of(standing)}")
-    return True
+    fails = soon and (will_be_cut_off(uow, ride, standing) or not stands)
+    if fails:
+        fail_ride(uow, ride, CLOSED, f"no shuttle can come: {names_of(standing)}")
+    return fails
 
 
 def names_of(standing: Sequence[Closure]) -> str:

@@ -106,7 +106,7 @@ def operator_of(uow: UnitOfWork, token: str) -> tuple[Operator, OperatorSession]
 
 
 def create_enrolment_code(
-    uow: UnitOfWork, vehicle_id: str, name: str, by: str, *, seats: int = 6, wheelchair_places: int = 0
+    uow: UnitOfWork, vehicle_id: str, name: str, by: str, *, seats: int, wheelchair_places: int
 ) -> str:
     """A code with which the vehicle enrols its key, once; the vehicle is entered if it is new."""
     known = uow.vehicles.get(vehicle_id)

@@ -9,7 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contract.wire.codec import MAX_MESSAGE_BYTES, WireError, decode_from_server, decode_from_vehicle, encode
-from contract.wire.messages import Message, ServerMessage, VehicleEvent, VehicleMessage
+from contract.wire.events import EventLogState
+from contract.wire.infrastructure import PresenceReport
+from contract.wire.messages import ClockProbe, Message, ServerMessage, VehicleEvent, VehicleMessage
 
 VEHICLE_KINDS: tuple[type[Message], ...] = typing.get_args(VehicleMessage)
 SERVER_KINDS: tuple[type[Message], ...] = typing.get_args(ServerMessage)
@@ -93,6 +95,41 @@ def test_what_is_no_message_is_an_error_that_says_so(data: bytes) -> None:
         with pytest.raises(WireError) as error:
             decode(data)
         assert error.value.detail
+
+
+def test_a_frame_may_be_exactly_as_long_as_is_allowed() -> None:
+    data = b'{"type":"clock_probe","vehicle_ns":7}'
+    assert decode_from_vehicle(data.ljust(MAX_MESSAGE_BYTES)) == ClockProbe(7)
+    with pytest.raises(WireError, match="at most"):
+        decode_from_vehicle(data.ljust(MAX_MESSAGE_BYTES + 1))
+
+
+def test_a_boot_of_which_a_hello_does_not_say_the_next_number_has_none_known() -> None:
+    assert msgspec.convert({"boot_id": "b", "first_unacknowledged": 4}, EventLogState).next_sequence == 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "within"),
+    [
+        ({"count": 0}, True),
+        ({"count": 1000}, True),
+        ({"count": -1}, False),
+        ({"count": 1001}, False),
+        ({"age_s": 0.0}, True),
+        ({"age_s": 10.0}, True),
+        ({"age_s": -0.1}, False),
+        ({"age_s": 10.1}, False),
+        ({"area_id": ""}, False),
+        ({"area_id": 81 * "a"}, False),
+        ({"area_id": 80 * "a"}, True),
+    ],
+)
+def test_a_camera_reports_a_number_of_people_in_a_named_area_a_moment_ago(
+    changes: dict[str, object], within: bool
+) -> None:
+    fields = {"area_id": "crossing-1", "count": 2, "age_s": 0.5} | changes
+    with contextlib.nullcontext() if within else pytest.raises(msgspec.ValidationError):
+        msgspec.convert(fields, PresenceReport)
 
 
 @settings(max_examples=200, deadline=None)

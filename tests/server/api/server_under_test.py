@@ -121,7 +121,9 @@ class ServerUnderTest:
 
     def enrol(self, vehicle_id: str, public_key: str) -> None:
         def work(uow: UnitOfWork) -> str:
-            return identity.create_enrolment_code(uow, vehicle_id, vehicle_id.title(), "operator")
+            return identity.create_enrolment_code(
+                uow, vehicle_id, vehicle_id.title(), "operator", seats=6, wheelchair_places=0
+            )
 
         code = self.transact(work)
         answer = self.post("/enrolments", {"code": code, "vehicle_id": vehicle_id, "public_key": public_key})

@@ -103,11 +103,11 @@ class CampusUnderTest:
     def wait_for(self, coroutine: Coroutine[Any, Any, T]) -> T:
         return self._loop.run_until_complete(coroutine)
 
-    def enrol(self, vehicle_id: str, seats: int = 6, wheelchair_places: int = 0) -> None:
-        """Enter the vehicle as an operator does; its key is not needed here."""
-        self.do(
+    def enrol(self, vehicle_id: str, seats: int = 6, wheelchair_places: int = 0, name: str = "") -> str:
+        """Enter the vehicle as an operator does. Returns the code with which it enrols its key."""
+        return self.do(
             lambda uow: identity.create_enrolment_code(
-                uow, vehicle_id, vehicle_id, "test", seats=seats, wheelchair_places=wheelchair_places
+                uow, vehicle_id, name or vehicle_id, "test", seats=seats, wheelchair_places=wheelchair_places
             )
         )
 

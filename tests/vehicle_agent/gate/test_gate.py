@@ -254,6 +254,20 @@ def test_a_tick_that_comes_back_waits_for_a_new_by_wire_request() -> None:
     assert not bench.gate.braking
 
 
+def test_each_braking_waits_for_a_request_of_its_own() -> None:
+    bench = Bench()
+    bench.drive()
+    for _ in range(2):
+        bench.silence()
+        bench.report(speed_mps=0.0)
+        bench.tick()
+        assert bench.gate.braking, "the request that ended an earlier braking does not count again"
+        for phase in ("off", "clear", "enable", "on"):
+            bench.report(speed_mps=0.0)
+            bench.tick(phase=phase)
+        assert not bench.gate.braking
+
+
 def test_the_brake_is_not_released_while_the_vehicle_rolls() -> None:
     bench = Bench()
     bench.drive()

@@ -102,6 +102,13 @@ def test_somebody_beside_the_way_hides_nobody_who_is_in_it() -> None:
         assert is_met_on_arc(np.array(places), np.zeros((2, 2)), 0.0, 4.0, 0.27, 5.6, 0.1, 3.5, 0.8)
 
 
+def test_somebody_who_comes_into_the_way_of_one_who_leaves_it_is_no_reason_to_brake_yet() -> None:
+    comes, leaves = (5.5, 2.0, 0.0, -3.0), (5.5, 0.2, 0.0, -4.0)
+    for people in ((comes, leaves), (leaves, comes)):
+        rows = np.array(people)
+        assert not is_met_on_arc(rows[:, :2], rows[:, 2:], 0.0, 4.0, 0.27, 5.6, 0.1, 3.5, 0.8)
+
+
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_person_alongside_the_outer_front_corner_is_passed(side: float) -> None:
     assert math.isinf(distance_on_arc(np.array([[3.46, side * 0.82]]), -side * 0.054, 3.5, 0.815, 10.0))

@@ -183,6 +183,13 @@ def test_a_cell_of_somebody_who_leaves_is_theirs_and_one_beside_them_is_not() ->
     assert not is_close(leaves, cells((FRONT_M + 2.0, 0.6 - 0.25 - 0.65)))
 
 
+def test_what_stands_beyond_the_end_of_a_long_track_is_not_part_of_it() -> None:
+    """Somebody 2 m long leaves the way in time; 0.9 m ahead of their front somebody else stands."""
+    crosses = a_track(FRONT_M + 2.0, -1.2, vy=4.0, kind=CYCLIST, size=(2.0, 0.4), yaw=0.5 * math.pi)
+    assert not is_close(crosses, cells((FRONT_M + 2.0, 0.4)))
+    assert is_close(crosses, cells((FRONT_M + 2.0, 0.7)))
+
+
 def test_cells_are_compared_with_where_the_track_was_when_they_were_seen() -> None:
     """The cells are a fifth of a second younger: by then who crosses at 4 m/s is 0.8 m farther."""
     leaves = a_track(FRONT_M + 2.5, 0.0, vy=4.0, stamp_ns=S_NS)

@@ -67,7 +67,7 @@ def test_a_person_ahead_is_one_disc_ahead_of_a_vehicle_that_heads_north() -> Non
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.7, -2.0, 0.5 * math.pi])
-@pytest.mark.parametrize("size", [(4.0, 2.0), (1.8, 0.6), (0.9, 0.9), (0.5, 0.4)])
+@pytest.mark.parametrize("size", [(4.0, 2.0), (1.8, 0.6), (0.9, 0.9), (0.5, 0.4), (5.0, 0.3), (0.05, 6.0)])
 def test_anybody_else_is_their_outline_with_every_corner_and_no_gap_wide_enough_for_a_bumper_corner(
     yaw: float, size: tuple[float, float]
 ) -> None:

@@ -192,15 +192,17 @@ def test_a_proxy_that_answers_for_an_absent_server_is_dialled_again(tmp_path: Pa
     asyncio.run(scenario())
 
 
-def test_an_address_that_is_none_is_logged_and_does_not_end_the_link(tmp_path: Path) -> None:
+def test_an_address_that_is_none_is_logged_and_tried_ever_less_often(tmp_path: Path) -> None:
     async def scenario() -> None:
         campus = Campus(tmp_path)
         client = LinkClient("https:/nowhere", campus.desk, campus.delivered.append, lambda: 0)
         with capture_logs() as logs:
             running = asyncio.create_task(client.run())
-            await campus.until(lambda: bool(logs))
-        assert logs[0]["event"] == "link.unreachable"
-        assert logs[0]["url"] == "https:/nowhere"
+            await campus.until(lambda: len(logs) == 2)
+        assert [(entry["event"], entry["url"], entry["retry_s"]) for entry in logs] == [
+            ("link.unreachable", "https:/nowhere", 2.0 * FIRST_WAIT_S),
+            ("link.unreachable", "https:/nowhere", 4.0 * FIRST_WAIT_S),
+        ]
         assert not running.done()
         running.cancel()
         await asyncio.gather(running, return_exceptions=True)

@@ -100,6 +100,14 @@ def test_words_of_an_older_epoch_are_ignored() -> None:
     assert session.take_messages() == [Command(4, "new", "hold")]
 
 
+def test_before_the_welcome_nobody_commands_the_vehicle() -> None:
+    session = a_session()
+    session.connected(0)
+    for epoch in (0, 1):
+        session.received(encode(Command(epoch, f"of epoch {epoch}", "hold")), 1 * S)
+    assert session.take_messages() == []
+
+
 def test_a_status_before_the_welcome_is_not_kept_for_later() -> None:
     session = a_session()
     session.connected(0)

@@ -1,5 +1,6 @@
 """The seat button: where the shuttle stops, and when it goes on."""
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -8,7 +9,7 @@ from tests.vehicle_agent.mission.ring import NETWORK, RingShuttle, a_visit, all_
 from vehicle_agent.signals import SeatButton
 
 STOP = ("north", 40.0)
-VISITS = (a_visit("a", *STOP), rest(STOP))
+VISITS = (msgspec.structs.replace(a_visit("a", *STOP), name_en="Stop A"), rest(STOP))
 
 
 def driving(seconds: float, sections: int | None = None) -> RingShuttle:
@@ -31,7 +32,11 @@ def test_the_shuttle_stops_at_once_comfortably_dwells_eight_seconds_and_goes_on(
     answer = pressed(shuttle)
     assert answer.accepted
     assert answer.lane_id == "south"
-    assert shuttle.step().reason == "requested_stop"
+    task = shuttle.step()
+    assert task.reason == "requested_stop"
+    assert task.stop_name == task.stop_name_en == "", (
+        "nobody is told a stop's name before the shuttle goes there"
+    )
     assert at_m + speed**2 / 1.2 <= answer.s_m <= at_m + speed**2 / 1.2 + 4.0
     shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
     assert abs(shuttle.state.s_m - answer.s_m) < 0.5
@@ -41,7 +46,9 @@ def test_the_shuttle_stops_at_once_comfortably_dwells_eight_seconds_and_goes_on(
     assert {e.visit_id for e in shuttle.of(DoorsChanged)} == {answer.visit_id}  # type: ignore[attr-defined]
     shuttle.run(10)
     assert shuttle.speed_mps > 1.0
-    assert shuttle.step().reason is None
+    task = shuttle.step()
+    assert task.reason is None
+    assert (task.stop_name, task.stop_name_en) == ("a", "Stop A")
 
 
 def test_no_passenger_gets_out_in_a_junction() -> None:

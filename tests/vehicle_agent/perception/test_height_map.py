@@ -122,6 +122,24 @@ def test_ground_at_one_edge_of_the_map_is_no_ground_at_the_other() -> None:
             assert len(cells) == 0, (x_m, side)
 
 
+@pytest.mark.parametrize(("x_m", "y_m"), [(34.8, 0.0), (-11.8, 0.0), (8.0, 14.8), (8.0, -14.8)])
+def test_ground_beside_a_return_counts_at_the_edges_of_the_map_too(x_m: float, y_m: float) -> None:
+    inward = (x_m - math.copysign(0.8, x_m), y_m) if y_m == 0.0 else (x_m, y_m - math.copysign(0.8, y_m))
+    ring = [[x_m, y_m, 0.6], [x_m + 0.02, y_m, 0.6]]
+    cells = percept_from_scan(np.array([*ring, [*inward, 0.0]], np.float32), 1, PARAMS).cells_base
+    assert len(cells) == 1
+
+
+def test_a_map_that_is_no_whole_number_of_ground_squares_wide_keeps_its_edges_apart() -> None:
+    wide = PARAMS._replace(reach_side_m=15.2)
+    for x_m, over_there_m in ((12.0, 14.0), (12.0, 10.0)):
+        ring = [[x_m + 0.05, 15.1, 0.6], [x_m + 0.1, 15.1, 0.6]]
+        over_there = [[over_there_m, -15.1, 0.0], [over_there_m, -15.0, 0.0]]
+        beside = [[x_m, 14.0, 0.0]]
+        assert len(percept_from_scan(np.array(ring + over_there, np.float32), 1, wide).cells_base) == 0
+        assert len(percept_from_scan(np.array(ring + beside, np.float32), 1, wide).cells_base) == 1
+
+
 def test_the_map_ends_where_it_should_and_what_is_just_inside_counts() -> None:
     def used(*places: tuple[float, float, float]) -> int:
         return percept_from_scan(np.array(places, np.float32), 1, PARAMS).points_used

@@ -2,10 +2,13 @@
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
 from contract.geometry import Array, Pose2
+from contract.roads.model import Building
+from contract.roads.network import RoadNetwork
 from tests.vehicle_agent.mission.ring import NETWORK
 from tests.vehicle_agent.world.builders import some_tracks
 from vehicle_agent.signals import PEDESTRIAN, VEHICLE, Detections, Ego, FleetVehicle, Tracks
@@ -94,3 +97,14 @@ def test_a_scan_is_judged_once_and_the_next_one_anew() -> None:
     gone = Detections(2 * S, np.empty((0, 2)), False, some_tracks())
     world, _ = ROOM.step(state, ego, gone, (), 2 * S)
     assert len(world.points_map) == 0
+
+
+@pytest.mark.parametrize("walls_from_map", [True, False])
+def test_only_a_vehicle_without_lidar_takes_the_maps_walls_for_obstacles(walls_from_map: bool) -> None:
+    house = Building(((10.0, -6.0), (20.0, -6.0), (20.0, -9.0), (10.0, -9.0)), 9.0)
+    network = RoadNetwork(msgspec.structs.replace(NETWORK.road_map, buildings=(house,)))
+    room = ObservedWorld(network, BODY, VisibilityParams(40.0), walls_from_map=walls_from_map)
+    ego = Ego(S, Pose2(0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0, 0.02, S, True)
+    world, _ = room.step(room.initial(), ego, Detections(S, np.empty((0, 2)), False, some_tracks()), (), S)
+    near_side = np.abs(world.points_map - np.array([15.0, -6.0])).max(axis=1, initial=0.0) < 5.01
+    assert bool(near_side.any()) is walls_from_map

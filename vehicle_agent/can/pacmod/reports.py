@@ -22,7 +22,6 @@ READ: dict[str, dict[str, str]] = {
     "system_report": {"disable_all": "disable_all", "ready": "ready"},
     "accelerator_report": {"throttle_ratio": "output"},
     "brake_report": {"brake_ratio": "output"},
-    "shift_report": {"gear": "output"},
     "steering_report": {"wheel_rad": "output"},
     "speed_report": {"speed_mps": "speed"},
     "stop_button_report": {"stop_pressed": "pressed"},
@@ -54,7 +53,6 @@ class Reports(msgspec.Struct, frozen=True):
     ready: float = 0.0
     throttle_ratio: float = 0.0
     brake_ratio: float = 0.0
-    gear: float = 0.0
     wheel_rad: float = 0.0
     speed_mps: float = 0.0
     stop_pressed: float = 0.0

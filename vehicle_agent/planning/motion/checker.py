@@ -252,6 +252,6 @@ def _overruns(rows: Array, at: Array, request: MotionRequest, limits: DrivingLim
     if at[0] + v0**2 / (2.0 * limits.decel_mps2_max) + 0.5 * v0 > request.end_s_m:
         beyond = (at > request.end_s_m + 0.1) & (rows[:, 5] > 0.05)
         return bool(beyond.any()) and not _stops_at_once(rows)
-    beyond = (at > max(request.end_s_m, at[0]) + 0.1) & (rows[:, 5] > 0.05)
+    beyond = (at > request.end_s_m + 0.1) & (rows[:, 5] > 0.05)
     needed = rows[-1, 5] ** 2 / (2.0 * limits.decel_mps2_max)
-    return bool(beyond.any() or needed > max(request.end_s_m - at[-1], 0.0) + 0.2)
+    return bool(beyond.any() or needed > request.end_s_m - at[-1] + 0.2)

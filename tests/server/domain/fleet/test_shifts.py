@@ -43,6 +43,11 @@ def test_shifts_that_touch_are_one() -> None:
     assert on_duty(shifts((8, 18), (9, 12)), at(9), at(10)) == [("23 08:00", "23 18:00")]
 
 
+def test_shifts_that_touch_at_midnight_are_one_also_when_only_the_evening_is_asked_for() -> None:
+    assert on_duty(shifts((0, 8), (16, 24)), at(17), at(23)) == [("23 16:00", "24 08:00")]
+    assert on_duty(shifts((22, 30), (6, 7)), at(7), at(23)) == [("23 22:00", "24 07:00")]
+
+
 def test_a_span_counts_until_it_ends_and_from_when_it_begins() -> None:
     made = shifts((8, 12))
     assert on_duty(made, at(12), at(13)) == []

@@ -172,6 +172,7 @@ def test_hours_within_others_or_touching_them_close_when_the_last_of_them_close(
         ((7, 12), (12, 19)),
         ((7, 12), (11, 19)),
         ((11, 19), (7, 11)),
+        ((0, 2), (9, 12), (12, 15), (15, 19)),
     ):
         calendar = a_calendar(a_pattern(hours=tuple(Hours(a * 3600, b * 3600) for a, b in hours)))
         closes = calendar.closes_after(morning)

@@ -10,7 +10,7 @@ from contract.roads.model import RoadMap
 from server.domain.record.incidents import IncidentKind
 from server.domain.rides.rides import RideState
 from server.domain.rules import FleetRules
-from server.usecases.fleet import charging
+from server.usecases.fleet import charging, departures
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -126,6 +126,32 @@ def test_an_idle_shuttle_with_little_charge_takes_rides_again_from_the_level_for
     assert fleet.book("stop-0", "stop-2").state is RideState.ASSIGNED
     fleet.run_until_idle(2000.0)
     assert not is_charging(fleet, shuttle)
+
+
+def test_a_shuttle_with_a_ride_to_make_makes_it_before_it_charges(fleet: FakeFleet) -> None:
+    (shuttle,) = fleet.shuttles
+    ride = fleet.book("stop-0", "stop-2")
+    with_charge(fleet, shuttle, RULES.battery_charge_below_ratio - 0.01)
+    while not fleet.ride(ride.ride_id).has_ended:
+        fleet.step()
+        assert not is_charging(fleet, shuttle)
+    assert fleet.ride(ride.ride_id).state is RideState.COMPLETED
+    fleet.run_until_idle(2000.0)
+    steps(fleet, 4)
+    assert is_charging(fleet, shuttle)
+
+
+def test_a_shuttle_with_a_departure_of_the_timetable_ahead_does_not_go_to_charge_before_it(
+    driven_fleet: FakeFleet,
+) -> None:
+    fleet = driven_fleet
+    fleet.campus.clock.advance(-1200.0)
+    taken = {departure.vehicle_id for departure in fleet.campus.do(departures.plan_departures)}
+    for shuttle in fleet.shuttles:
+        with_charge(fleet, shuttle, 0.2)
+    changed = fleet.campus.do(charging.manage_charging)
+    assert taken
+    assert set(changed) == {shuttle.vehicle_id for shuttle in fleet.shuttles} - taken
 
 
 def test_a_shuttle_charges_to_the_full_unless_somebody_wants_it(fleet: FakeFleet) -> None:

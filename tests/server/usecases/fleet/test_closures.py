@@ -295,6 +295,17 @@ def test_a_promise_within_a_closure_to_come_is_told_anew_when_it_is_entered(flee
     assert any("water main" in cause for cause in causes(fleet, IncidentKind.PROMISE_BROKEN))
 
 
+def test_a_ride_of_tomorrow_stays_where_it_is_planned_while_its_road_may_still_open_in_time(
+    fleet: FakeFleet,
+) -> None:
+    now = fleet.campus.clock.now()
+    ride = fleet.book("NN20", "C6", earliest=now + timedelta(hours=20))
+    planned = fleet.campus.read(lambda uow: uow.plans.all())
+    close(fleet, starts_at=now + timedelta(hours=10))
+    assert fleet.ride(ride.ride_id) == ride
+    assert fleet.campus.read(lambda uow: uow.plans.all()) == planned
+
+
 @pytest.fixture
 def one_shuttle() -> Iterator[FakeFleet]:
     made = CampusUnderTest(shipped_map("snow-lion"))

@@ -41,7 +41,7 @@ KEY = base64.b64encode(bytes(range(32))).decode()
 
 
 def test_a_vehicle_enrols_its_key_once_by_its_own_code(campus: CampusUnderTest) -> None:
-    code = campus.do(lambda uow: identity.create_enrolment_code(uow, "v1", "One", "ann"))
+    code = campus.enrol("v1")
     for wrong in ("guessed", ""):
         with pytest.raises(EnrolmentCodeUnknown):
             campus.do(lambda uow, wrong=wrong: vehicles.enrol(uow, wrong, "v1", KEY))
@@ -62,7 +62,7 @@ def test_a_vehicle_enrols_its_key_once_by_its_own_code(campus: CampusUnderTest) 
 
 
 def test_an_enrolment_code_expires(campus: CampusUnderTest) -> None:
-    code = campus.do(lambda uow: identity.create_enrolment_code(uow, "v1", "One", "ann"))
+    code = campus.enrol("v1")
     campus.clock.advance(campus.rules.enrolment_code_s)
     with pytest.raises(EnrolmentCodeUnknown):
         campus.do(lambda uow: vehicles.enrol(uow, code, "v1", KEY))
@@ -143,9 +143,7 @@ def test_a_shuttle_sent_to_a_stop_goes_there_after_what_it_promised(driven_fleet
 def test_a_vehicle_is_placed_by_hand_only_on_free_road(campus: CampusUnderTest) -> None:
     fleet = FakeFleet(campus, shipped_map("snow-lion"), 2)
     fleet.shuttles[0].connect()
-    campus.do(
-        lambda uow: identity.create_enrolment_code(uow, "shuttle-2", "Two", "ann"),
-    )
+    campus.enrol("shuttle-2")
     taken = fleet.shuttles[0].place
     with pytest.raises(SectionsTaken):
         campus.do(lambda uow: vehicles.place(uow, "shuttle-2", taken.lane_id, taken.s_m, "ann"))

@@ -140,7 +140,7 @@ def test_a_secret_nobody_was_given_opens_nothing(campus: CampusUnderTest) -> Non
 def test_of_secrets_only_their_hashes_are_stored(campus: CampusUnderTest) -> None:
     with_ann(campus)
     session, token = login(campus), a_token(campus, "read")
-    code = campus.do(lambda uow: identity.create_enrolment_code(uow, "shuttle-9", "Nine", "ann"))
+    code = campus.enrol("shuttle-9")
     with campus.engine.connect() as connection:
         for table in ("operator_sessions", "developer_tokens", "enrolment_codes"):
             rows = str(connection.exec_driver_sql(f"SELECT * FROM {table}").all())
@@ -154,7 +154,7 @@ def test_a_code_enters_a_new_vehicle_and_brings_a_retired_one_back(campus: Campu
     assert made is not None
     assert (made.seats, made.wheelchair_places, made.retired) == (4, 1, False)
     campus.do(lambda uow: uow.vehicles.save(replace(made, retired=True)))
-    campus.do(lambda uow: identity.create_enrolment_code(uow, "shuttle-9", "Nine again", "ann"))
+    campus.enrol("shuttle-9", seats=8, name="Nine again")
     back = campus.read(lambda uow: uow.vehicles.get("shuttle-9"))
     assert back is not None
     assert (back.name, back.retired, back.seats) == ("Nine again", False, 4)

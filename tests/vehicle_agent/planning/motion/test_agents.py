@@ -73,6 +73,20 @@ def test_the_discs_cover_the_whole_outline_corners_included(
     assert (away - discs[None, :, 2]).min(axis=1).max() <= 1e-9
 
 
+def test_each_of_several_outlines_is_covered_by_discs_of_its_own_size() -> None:
+    sizes = ((6.0, 1.6), (2.0, 1.0), (4.5, 1.8))
+    pair = [an_agent(size, VEHICLE, (10.0 * k, 0.0, 0.3)) for k, size in enumerate(sizes)]
+    together = msgspec.structs.replace(
+        pair[0],
+        **{
+            name: np.concatenate([getattr(one, name) for one in pair])
+            for name in ("ids", "kinds", "poses_map", "sizes_m", "inflation_m", "pass_rule")
+        },
+    )
+    alone = np.concatenate([discs_of(one).discs[0] for one in pair])
+    np.testing.assert_allclose(discs_of(together).discs[0], alone)
+
+
 @pytest.mark.parametrize(("at_s", "along_x"), [(0.4, True), (0.6, False), (1.4, False), (1.6, True)])
 def test_between_two_predicted_times_the_heading_is_that_of_the_nearer_one(
     at_s: float, along_x: bool

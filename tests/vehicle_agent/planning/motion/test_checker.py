@@ -122,6 +122,14 @@ def test_place_heading_and_speed_follow_from_one_row_to_the_next(
         assert "kinematics" in found(changed(column, sign * beyond, first=20))
 
 
+def test_rows_that_are_seconds_apart_are_judged_by_the_same_motion() -> None:
+    rows = ramped(-0.8, 0.4, 4.0)[::20]
+    assert rows[:, T].tolist() == pytest.approx([0.0, 2.0, 4.0])
+    assert "kinematics" not in found(rows)
+    rows[1:, X] += 0.02
+    assert "kinematics" in found(rows)
+
+
 def test_times_that_do_not_rise_are_inconsistent() -> None:
     assert "kinematics" in found(changed(T, -0.1, 20, 21))
 
@@ -224,6 +232,19 @@ def test_the_walls_are_hard(offset_m: float, within: bool) -> None:
     rows = driven()
     rows[:, Y] += offset_m
     assert found(rows, request) == (() if within else ("wall",))
+
+
+@pytest.mark.parametrize(("stop_m", "within"), [(7.95, True), (8.2, False)])
+def test_where_the_room_narrows_the_walls_are_where_they_are_between_its_points_too(
+    stop_m: float, within: bool
+) -> None:
+    """A wall comes in at 1:2 and is met after 8 m; its points are half a metre apart."""
+    wide = a_request(speed_mps=2.0, accel_mps2=-2.0 / stop_m, pose=(0.0, 1.5, 0.0))
+    room = np.interp(wide.corridor.s_m, [5.0, 11.0], [3.0, 0.0])
+    request = msgspec.structs.replace(wide, lower_l_m=-room, upper_l_m=room)
+    rows = stopping(2.0, 2.0 / stop_m, n=100)
+    rows[:, Y] += 1.5
+    assert ("wall" not in found(rows, request)) == within
 
 
 def test_a_start_beyond_a_wall_only_comes_back() -> None:
