@@ -23,6 +23,13 @@ def test_the_vehicles_near_are_those_within_the_radius_and_no_others(
         )
 
 
+def test_a_vehicle_exactly_as_far_away_as_the_radius_is_near() -> None:
+    nearby = Nearby(5.0)
+    nearby.move("a", 0.0, 0.0)
+    assert nearby.move("b", 3.0, 4.0) == ["a"]
+    assert nearby.move("b", 3.0, 4.001) == []
+
+
 def test_a_vehicle_that_was_removed_is_near_nobody() -> None:
     nearby = Nearby(60.0)
     nearby.move("a", 0.0, 0.0)

@@ -5,6 +5,8 @@ from datetime import date, timedelta
 
 import pytest
 
+from contract.wire.messages import ModeChanged
+from server.domain.record.events import RecordedEvent
 from server.domain.record.identity import (
     DeveloperToken,
     EnrolmentCode,
@@ -186,3 +188,19 @@ def test_closures_stand_until_they_are_over(record: Record, state: ClosureState)
     assert record.found(lambda uow: uow.closures.standing()) == standing
     assert record.found(lambda uow: uow.closures.get("c1")) == first
     assert record.found(lambda uow: uow.closures.get("c3")) is None
+
+
+def test_events_of_one_vehicle_or_of_all_are_listed_newest_first(record: Record) -> None:
+    told = [
+        RecordedEvent(vehicle_id, "boot-1", sequence, received_ns, received_ns, ModeChanged("held"))
+        for vehicle_id, sequence, received_ns in (
+            ("shuttle-1", 0, 1000),
+            ("shuttle-2", 0, 2000),
+            ("shuttle-1", 1, 3000),
+        )
+    ]
+    record.do(lambda uow: [uow.events.add(event) for event in told])
+    assert record.found(lambda uow: uow.views.vehicle_events()) == (told[2], told[1], told[0])
+    assert record.found(lambda uow: uow.views.vehicle_events("shuttle-1")) == (told[2], told[0])
+    assert record.found(lambda uow: uow.views.vehicle_events("shuttle-3")) == ()
+    assert record.found(lambda uow: uow.views.vehicle_events(limit=1)) == (told[2],)

@@ -150,6 +150,20 @@ def test_rides_wanted_in_a_time_begin_at_its_first_moment_and_end_before_its_las
     assert wanted == tuple(rides[:2])
 
 
+def test_a_booking_is_known_by_its_key_for_as_long_as_its_ride_lasts_and_after_it(record: Record) -> None:
+    keyed, other = replace(RIDE, idempotency_key="key-1"), replace(numbered(3)[2], idempotency_key="key-2")
+    find = lambda uow: uow.rides.by_idempotency_key("key-1")  # noqa: E731
+    added(record, keyed)
+    assert record.found(find) == keyed
+    added(record, other)
+    for state in (RideState.ASSIGNED, RideState.ABOARD, RideState.COMPLETED):
+        later = replace(keyed, state=state)
+        record.do(lambda uow, later=later: uow.rides.save(later))  # type: ignore[misc]
+        assert record.found(find) == later
+    assert record.found(lambda uow: uow.rides.by_idempotency_key("key-2")) == other
+    assert record.found(lambda uow: uow.rides.by_idempotency_key("key-3")) is None
+
+
 def test_pages_of_rides_go_back_from_the_newest(record: Record) -> None:
     rides = numbered(5)
     added(record, *rides)

@@ -201,3 +201,17 @@ def test_the_module_reports_how_many_frames_it_could_not_use() -> None:
     layout = layouts()["global_report"]
     newest = [frame for frame in driver.heard if frame.arbitration_id == layout.arbitration_id][-1]
     assert layout.unpack(newest.data)["computer_read_errors"] == sum(counts)
+
+
+@pytest.mark.parametrize("back_rad", [-0.2, 0.0, 0.4])
+def test_wheels_whose_motor_is_stuck_stay_where_they_are_and_turn_again_afterwards(back_rad: float) -> None:
+    driver = CanDriver()
+    driver.run(4.0, Actuation(True, "drive", 0.2, 0.1, 0.0))
+    stuck_rad = driver.fleet.truth("s1").steer_rad
+    assert stuck_rad == pytest.approx(0.2, abs=0.01)
+    driver.module.steering_stuck = True
+    driver.run(1.0, Actuation(True, "drive", back_rad, 0.1, 0.0))
+    assert driver.fleet.truth("s1").steer_rad == stuck_rad
+    driver.module.steering_stuck = False
+    driver.run(2.0, Actuation(True, "drive", back_rad, 0.1, 0.0))
+    assert driver.fleet.truth("s1").steer_rad == pytest.approx(back_rad, abs=0.01)

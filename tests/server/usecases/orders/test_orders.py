@@ -3,10 +3,12 @@
 from dataclasses import replace
 from datetime import timedelta
 
+import pytest
+
 from contract.wire.messages import OrderRejected, SectionGrant
 from server.domain.instants import ns_of
 from server.domain.orders.orders import IssuedOrder, OrderState
-from server.domain.planning.plans import Plan
+from server.domain.planning.plans import Plan, PlannedVisit, next_version
 from server.usecases.orders import orders
 from server.usecases.planning import plans
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -107,6 +109,38 @@ def test_a_visit_that_takes_longer_or_boards_another_rider_is_told_with_a_revisi
         issued = fleet.campus.do(lambda uow: orders.reissue(uow, vehicle_id))
         assert issued is not None, change
         assert (issued.order_id, issued.revision) == (before.order_id, before.revision + 1)
+
+
+@pytest.mark.parametrize(("ahead_m", "goes_round"), [(3.0, True), (20.0, False)])
+def test_a_new_stop_too_near_to_brake_for_is_come_to_by_going_round(
+    driven_fleet: FakeFleet, ahead_m: float, goes_round: bool
+) -> None:
+    fleet = driven_fleet
+    vehicle_id = taken(fleet)
+    shuttle = next(s for s in fleet.shuttles if s.vehicle_id == vehicle_id)
+
+    def has_road_ahead() -> bool:
+        held = next(
+            o.held_ids
+            for o in fleet.campus.read(lambda uow: uow.sections.all())
+            if o.vehicle_id == vehicle_id
+        )
+        sections = [fleet.network.sections[name] for name in held]
+        granted_m = max(s.s_to_m for s in sections if s.lane_id == shuttle.place.lane_id)
+        return shuttle.driven_m > 0.0 and granted_m - shuttle.place.s_m > 25.0
+
+    fleet.run_until(has_road_ahead)
+    here, plan = shuttle.place, plan_of(fleet, vehicle_id)
+    needed_m = fleet.campus.rules.stopping_m(shuttle.speed_mps)
+    assert 3.0 < needed_m < 20.0
+    near = PlannedVisit("new", "stop", "", here.lane_id, here.s_m + ahead_m)
+    newer = next_version(plan, (near, *plan.visits))
+    fleet.campus.do(lambda uow: uow.plans.save(newer, plan.version))
+    issued = fleet.campus.do(lambda uow: orders.reissue(uow, vehicle_id))
+    assert issued is not None
+    first = issued.payload.visits[0]
+    assert first.visit_id == "new"
+    assert (len(first.route) > 1) is goes_round
 
 
 def test_an_order_taken_back_is_followed_by_one_with_a_new_id(driven_fleet: FakeFleet) -> None:
