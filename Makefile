@@ -5,6 +5,9 @@ ARGS ?=
 BIN := .venv/bin
 PY := $(BIN)/python
 
+# Packages are installed uncompiled: what they are compiled to where they are imported must be kept.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: help setup kernels demo demo-check test test-short test-real test-browser test-fast test-long test-faults \
   lint lint-style lint-types lint-imports lint-web format web bench soak mutants maps peers lock oracle clean
 
@@ -70,6 +73,8 @@ test: setup
 	@$(MAKE) --no-print-directory test-short test-real test-browser
 
 SHORT := not real and not browser and not faults and not long
+# The files that have tests with a mark: to collect all the others takes longer than some of these tests.
+marked = $(shell grep -rl --include='test_*.py' 'mark\.$(1)\b' tests)
 
 # In the order of tests/conftest.py: reordered by their number of tests, files of few and long ones would come
 # last, and one of two processes would wait for the other.
@@ -78,20 +83,20 @@ test-short:
 	$(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "$(SHORT)"
 
 test-real:
-	$(PY) -m pytest -m "real and not browser"
+	$(PY) -m pytest -m "real and not browser" $(call marked,real)
 
 # Each file has a server and a browser of its own.
 test-browser:
-	$(PY) -m pytest -n 2 --dist loadfile -m browser
+	$(PY) -m pytest -n 2 --dist loadfile -m browser $(call marked,browser)
 
 # Whole rides among people, in virtual time, and rides in real time whose processes are killed: those go last
 # and alone, for a vehicle that is starved of its clock stops, as it should.
 test-long: setup
-	$(PY) -m pytest -n 2 --dist load --maxschedchunk 1 -m "long"
+	$(PY) -m pytest -n 2 --dist load --maxschedchunk 1 -m "long" $(call marked,long)
 	@$(MAKE) --no-print-directory test-faults
 
 test-faults:
-	$(PY) -m pytest -m faults
+	$(PY) -m pytest -m faults $(call marked,faults)
 
 test-fast: .venv/installed kernels
 	$(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "$(SHORT)" -x

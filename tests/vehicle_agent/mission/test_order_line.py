@@ -11,9 +11,17 @@ from contract.roads.network import RoadNetwork
 from contract.wire.messages import Visit
 from vehicle_agent.mission.order_line import LanePoint, VisitUnreachable, locate, order_line
 
+TURN_RAD = 2.5
+COS, SIN = math.cos(TURN_RAD), math.sin(TURN_RAD)
+
+
+def on_map(x_m: float, y_m: float) -> tuple[float, float]:
+    """The roads are described with `west` along the x axis, and lie elsewhere on the map."""
+    return 30.0 + COS * x_m - SIN * y_m, -12.0 + SIN * x_m + COS * y_m
+
 
 def a_lane(name: str, *points: tuple[float, float], follows: tuple[str, ...] = ()) -> Lane:
-    return Lane(name, "road", points, 3.0, 3.0, False, follows)
+    return Lane(name, "road", tuple(on_map(*point) for point in points), 3.0, 3.0, False, follows)
 
 
 # From `west` straight over `short` or round over `long` to `east`; `beside` runs 1.2 m north of `west`.
@@ -90,7 +98,7 @@ def test_a_visit_that_no_way_leads_to_is_named() -> None:
 def test_of_two_near_lanes_the_vehicle_is_on_the_one_that_it_is_expected_on(
     y_m: float, yaw_rad: float, expected: tuple[str, ...], found: str
 ) -> None:
-    place = locate(NETWORK, Pose2(20.0, y_m, yaw_rad), expected)
+    place = locate(NETWORK, Pose2(*on_map(20.0, y_m), TURN_RAD + yaw_rad), expected)
     assert place is not None
     assert place.lane_id == found
     assert place.s_m == pytest.approx(20.0, abs=0.01)

@@ -37,6 +37,15 @@ def test_a_new_vehicle_is_held_until_a_resume() -> None:
     assert shuttle.task.s_m > 6.0
 
 
+def test_a_shuttle_that_was_never_resumed_is_to_stand_where_it_stands_when_its_first_order_comes() -> None:
+    shuttle = RingShuttle()
+    shuttle.step()
+    task = shuttle.step(an_order(two_visits()))
+    assert task.line is not None
+    assert task.mode == "hold"
+    assert task.stop_s_m == pytest.approx(task.s_m, abs=1e-6)
+
+
 def test_a_repeat_is_accepted_again_and_changes_nothing() -> None:
     shuttle, order = RingShuttle(), an_order(two_visits())
     shuttle.go(order)
@@ -183,6 +192,18 @@ def test_after_a_crash_the_order_is_still_there_and_the_vehicle_held() -> None:
     again.step(Command(1, "c", "resume"))
     again.run(200)
     assert again.state.memory.open_visits() == ()
+
+
+def test_a_vehicle_that_rolls_while_its_computer_starts_is_to_stop_where_it_learns_its_place() -> None:
+    shuttle = RingShuttle()
+    shuttle.go(an_order(two_visits()))
+    shuttle.run(8)
+    again = RingShuttle(shuttle.state.memory)
+    again.pose, again.speed_mps = shuttle.pose, 2.0
+    task = again.step()
+    assert task.line is not None
+    assert task.mode == "hold"
+    assert task.stop_s_m == pytest.approx(task.s_m, abs=1e-6)
 
 
 def test_a_resume_without_a_position_is_refused_with_what_to_do() -> None:

@@ -77,7 +77,7 @@ def early_slots(agents: Agents, params: MotionParams) -> IntArray:
     if second >= len(agents.times_s):
         return slots
     moved = agents.poses_map[:, second, :2] - agents.poses_map[:, 0, :2]
-    speed_mps = np.hypot(moved[:, 0], moved[:, 1]) / (agents.times_s[second] - agents.times_s[0])
+    speed_mps = np.hypot(moved[:, 0], moved[:, 1]) / agents.times_s[second]
     starts = (
         (agents.kinds == PEDESTRIAN) & (params.moving_mps_min < speed_mps) & (speed_mps < params.walk_mps)
     )

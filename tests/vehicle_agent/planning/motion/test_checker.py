@@ -234,19 +234,6 @@ def test_the_walls_are_hard(offset_m: float, within: bool) -> None:
     assert found(rows, request) == (() if within else ("wall",))
 
 
-@pytest.mark.parametrize(("stop_m", "within"), [(7.95, True), (8.2, False)])
-def test_where_the_room_narrows_the_walls_are_where_they_are_between_its_points_too(
-    stop_m: float, within: bool
-) -> None:
-    """A wall comes in at 1:2 and is met after 8 m; its points are half a metre apart."""
-    wide = a_request(speed_mps=2.0, accel_mps2=-2.0 / stop_m, pose=(0.0, 1.5, 0.0))
-    room = np.interp(wide.corridor.s_m, [5.0, 11.0], [3.0, 0.0])
-    request = msgspec.structs.replace(wide, lower_l_m=-room, upper_l_m=room)
-    rows = stopping(2.0, 2.0 / stop_m, n=100)
-    rows[:, Y] += 1.5
-    assert ("wall" not in found(rows, request)) == within
-
-
 def test_a_start_beyond_a_wall_only_comes_back() -> None:
     """From 2 m beyond: no farther out than 0.3 m more, and once inside never out again."""
     request = a_request(speed_mps=3.0, pose=(0.0, 3.5, -0.3))
@@ -297,6 +284,20 @@ def elsewhere(rows: Array, request: MotionRequest) -> tuple[Array, MotionRequest
             corridor, points_map=moved(corridor.points_map, 0), yaw_rad=corridor.yaw_rad + there.yaw_rad
         ),
     )
+
+
+@pytest.mark.parametrize(("stop_m", "within"), [(7.95, True), (8.2, False)])
+def test_where_the_room_narrows_the_walls_are_where_they_are_between_its_points_too(
+    stop_m: float, within: bool
+) -> None:
+    """A wall comes in at 1:2 and is met after 8 m; its points are half a metre apart."""
+    wide = a_request(speed_mps=2.0, accel_mps2=-2.0 / stop_m, pose=(0.0, 1.5, 0.0))
+    room = np.interp(wide.corridor.s_m, [5.0, 11.0], [3.0, 0.0])
+    request = msgspec.structs.replace(wide, lower_l_m=-room, upper_l_m=room)
+    rows = stopping(2.0, 2.0 / stop_m, n=100)
+    rows[:, Y] += 1.5
+    assert ("wall" not in found(rows, request)) == within
+    assert ("wall" not in found(*elsewhere(rows, request))) == within
 
 
 CART = {"kinds": np.full(1, VEHICLE, dtype=np.int64), "sizes_m": np.array([[2.4, 0.6]])}
@@ -395,7 +396,7 @@ def test_an_agent_that_cannot_be_true_is_not_checked(axis: int) -> None:
     assert found(driven(), a_request(speed_mps=3.0, agents=jumps)) == ()
 
 
-@pytest.mark.parametrize(("end_m", "within"), [(3.0, True), (2.79, True), (2.4, False)])
+@pytest.mark.parametrize(("end_m", "within"), [(3.0, True), (2.79, True), (2.55, False), (2.4, False)])
 def test_it_stands_before_the_place_where_it_must(end_m: float, within: bool) -> None:
     """Braking with 0.8 m/s2 from 2 m/s takes 2.5 m, to be had within 0.1 m."""
     rows = stopping(2.0, 0.8)
@@ -418,3 +419,17 @@ def test_a_start_too_near_and_too_fast_is_asked_to_stop_at_once(end_m: float) ->
     assert "end" not in found(stopping(3.0, 1.5), request)
     assert "end" in found(stopping(3.0, 0.8, n=61), request)
     assert "end" in found(driven(3.0), request)
+
+
+@pytest.mark.parametrize(("end_m", "within"), [(3.95, True), (3.6, False)])
+def test_such_a_start_may_also_roll_on_slowly_as_long_as_it_stands_before_the_place(
+    end_m: float, within: bool
+) -> None:
+    """It brakes to 0.45 m/s, rolls, and stands 3.87 m on."""
+    at_s = 0.1 * np.arange(61)
+    rows = driven(3.0, np.select([at_s < 1.65, at_s < 3.25, at_s < 3.85], [-1.5, 0.0, -0.9], 0.0), n=61)
+    rows[:, SPEED] = np.maximum(rows[:, SPEED], 0.0)
+    assert rows[-1, SPEED] < 0.05
+    assert 3.8 < rows[-1, S] < 3.9
+    request = a_request(speed_mps=3.0, accel_mps2=-1.5, end_s_m=end_m)
+    assert ("end" not in found(rows, request)) == within
