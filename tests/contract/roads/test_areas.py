@@ -66,6 +66,17 @@ def test_a_bow_tie_crosses_itself_and_a_square_does_not() -> None:
     assert not crosses_itself(SQUARE)
     assert crosses_itself(SQUARE[[0, 2, 1, 3]])
     assert ground_m2(SQUARE) == pytest.approx(4.0)
+    small = 0.1 * SQUARE
+    assert not crosses_itself(small)
+    assert crosses_itself(small[[0, 2, 1, 3]])
+
+
+def test_an_outline_that_touches_itself_crosses_itself() -> None:
+    notched = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [2.0, 1.0], [0.0, 4.0]])
+    assert not crosses_itself(notched)
+    touching = notched.copy()
+    touching[3, 1] = 0.0
+    assert crosses_itself(touching)
 
 
 def test_areas_survive_being_written_and_are_part_of_the_version() -> None:

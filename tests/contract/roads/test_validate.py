@@ -105,6 +105,10 @@ def _codes(road_map: RoadMap) -> set[str]:
     return {problem.code for problem in problems(road_map)}
 
 
+def _of_points(count: int) -> Callable[[Lane], Lane]:
+    return lambda lane: replace(lane, points=lane.points[:count])
+
+
 def _with_gap(gap_m: float) -> Callable[[Lane], Lane]:
     """The lane's second point so far from its first."""
     return lambda lane: replace(lane, points=(lane.points[0], (gap_m, 0.0), *lane.points[2:]))
@@ -148,6 +152,7 @@ def _rest_at(s_m: float) -> Callable[[RoadMap], RoadMap]:
 @pytest.mark.parametrize(
     ("code", "sound", "damaged"),
     [
+        ("too_few_points", _lane(_of_points(2)), _lane(_of_points(1))),
         ("points_apart", _lane(_with_gap(1.0)), _lane(_with_gap(0.9))),
         ("gap", _lane(_shifted(0.019, 0.0)), _lane(_shifted(0.021, 0.0))),
         ("kink", _lane(_turned(0.059)), _lane(_turned(0.061))),

@@ -65,6 +65,15 @@ def test_a_wall_farther_than_the_lane_is_wide_takes_nothing() -> None:
     assert np.allclose(right_m, 2.0)
 
 
+def test_every_building_takes_what_it_stands_on_whatever_the_order() -> None:
+    houses = [box(20.0, 1.5, 25.0, 9.0), box(40.0, 90.0, 60.0, 99.0), box(70.0, -9.0, 75.0, -1.0)]
+    for order in ((0, 1, 2), (2, 1, 0), (1, 0, 2)):
+        left_m, right_m = room(*(houses[number] for number in order))
+        assert (at(22.0, left_m), at(22.0, right_m)) == (pytest.approx(1.5), 2.0)
+        assert (at(72.0, left_m), at(72.0, right_m)) == (2.0, pytest.approx(1.0))
+        assert (at(50.0, left_m), at(50.0, right_m)) == (2.0, 2.0)
+
+
 def test_a_slanting_wall_takes_as_much_as_it_comes_near() -> None:
     left_m, _ = room(((40.0, 1.0), (60.0, 3.0), (50.0, 9.0)))
     for x_m in (42.0, 45.0, 48.0):
