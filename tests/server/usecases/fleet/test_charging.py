@@ -16,6 +16,7 @@ from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.fake_shuttle import FakeShuttle
 from tests.server.usecases.fresh_database import fresh_database
+from tests.server.usecases.shipped_maps import shipped_map
 from tests.server.usecases.small_campus import small_campus
 
 # So short of range that some minutes of driving matter.
@@ -128,17 +129,14 @@ def test_an_idle_shuttle_with_little_charge_takes_rides_again_from_the_level_for
     assert not is_charging(fleet, shuttle)
 
 
-def test_a_shuttle_with_a_ride_to_make_makes_it_before_it_charges(fleet: FakeFleet) -> None:
-    (shuttle,) = fleet.shuttles
-    ride = fleet.book("stop-0", "stop-2")
-    with_charge(fleet, shuttle, RULES.battery_charge_below_ratio - 0.01)
-    while not fleet.ride(ride.ride_id).has_ended:
-        fleet.step()
-        assert not is_charging(fleet, shuttle)
-    assert fleet.ride(ride.ride_id).state is RideState.COMPLETED
-    fleet.run_until_idle(2000.0)
-    steps(fleet, 4)
-    assert is_charging(fleet, shuttle)
+@pytest.mark.parametrize("first_ratio", [0.0, 0.05, 0.2, 0.9])
+def test_each_shuttle_is_judged_by_its_own_battery(pair: FakeFleet, first_ratio: float) -> None:
+    first, second = sorted(pair.shuttles, key=lambda shuttle: shuttle.vehicle_id)
+    with_charge(pair, first, first_ratio)
+    with_charge(pair, second, 0.2)
+    pair.campus.do(charging.manage_charging)
+    assert is_charging(pair, second)
+    assert is_charging(pair, first) is (0.0 < first_ratio < RULES.battery_charge_below_ratio)
 
 
 def test_a_shuttle_with_a_departure_of_the_timetable_ahead_does_not_go_to_charge_before_it(
@@ -199,6 +197,28 @@ def test_a_shuttle_that_rests_elsewhere_drives_to_the_charger() -> None:
     assert shuttle.place.s_m == pytest.approx(charger.s_m, abs=0.5)
     steps(fleet, 20)
     assert shuttle.next_visit() is None
+    fleet.campus.close()
+
+
+def resting_places(fleet: FakeFleet) -> dict[str, str]:
+    """By vehicle."""
+    found = fleet.campus.read(lambda uow: uow.plans.all())
+    return {plan.vehicle_id: plan.resting_place_id for plan in found}
+
+
+@pytest.mark.parametrize("low", [0, 1])
+def test_of_two_shuttles_only_the_one_that_has_to_charge_is_sent_to_the_charger(low: int) -> None:
+    original = shipped_map("snow-lion")
+    *places, last = original.resting_places
+    places.append(msgspec.structs.replace(last, charger=True))
+    road_map = with_version(msgspec.structs.replace(original, resting_places=tuple(places), map_version=""))
+    fleet = a_fleet(road_map, 2)
+    for number, shuttle in enumerate(fleet.shuttles):
+        with_charge(fleet, shuttle, 0.2 if number == low else 0.9)
+    before = resting_places(fleet)
+    assert last.place_id not in before.values()
+    fleet.campus.do(charging.manage_charging)
+    assert resting_places(fleet) == before | {fleet.shuttles[low].vehicle_id: last.place_id}
     fleet.campus.close()
 
 

@@ -238,6 +238,18 @@ def test_a_hold_that_the_shuttle_refuses_leaves_it_in_use(fleet: FakeFleet) -> N
     assert fleet.campus.read(lambda uow: enrolled_vehicle(uow, shuttle.vehicle_id)).accepts_rides
 
 
+def test_a_command_is_answered_once_and_by_its_own_shuttle(fleet: FakeFleet) -> None:
+    shuttle, other, *_ = fleet.shuttles
+    command = fleet.campus.do(lambda uow: interventions.hold(uow, shuttle.vehicle_id, "ann"))
+    answered = lambda: fleet.campus.read(lambda uow: uow.vehicles.command(command.command_id))  # noqa: E731
+    other.say(CommandDone(command.command_id, False, "not mine"))
+    assert answered() == command
+    shuttle.say(CommandDone(command.command_id, True))
+    assert (answered().state, answered().detail) == ("done", "")
+    shuttle.say(CommandDone(command.command_id, False, "changed my mind"))
+    assert (answered().state, answered().detail) == ("done", "")
+
+
 def test_a_hold_that_was_taken_back_before_the_shuttle_heard_of_it_leaves_it_in_use(
     fleet: FakeFleet,
 ) -> None:

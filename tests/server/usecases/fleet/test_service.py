@@ -138,6 +138,30 @@ def test_departures_of_a_day_that_is_taken_off_are_withdrawn_and_come_back_with_
     assert again.state is DepartureState.ASSIGNED
 
 
+def test_a_departure_that_has_begun_is_made_though_its_day_is_taken_off(driven_fleet: FakeFleet) -> None:
+    fleet = driven_fleet
+    fleet.campus.clock.advance(-1200.0)
+    (departure, *_) = fleet.campus.do(departures.plan_departures)
+    shuttle = next(s for s in fleet.shuttles if s.vehicle_id == departure.vehicle_id)
+    fleet.run_until(lambda: "under_way" in shuttle.states.values())
+    holiday(fleet.campus, MONDAY)
+    kept = fleet.campus.read(lambda uow: uow.departures.get(departure.departure_id))
+    assert kept is not None
+    assert (kept.state, kept.vehicle_id) == (DepartureState.ASSIGNED, departure.vehicle_id)
+
+
+def test_a_departure_for_which_there_is_no_shuttle_yet_is_withdrawn_with_its_day(
+    campus: CampusUnderTest,
+) -> None:
+    campus.clock.advance(-1200.0)
+    assert campus.do(departures.plan_departures) == ()
+    waiting = campus.read(lambda uow: uow.departures.unfinished())
+    assert [made.state for made in waiting] == [DepartureState.PLANNED] * len(waiting)
+    assert waiting
+    holiday(campus, MONDAY)
+    assert campus.read(lambda uow: uow.departures.unfinished()) == ()
+
+
 def test_a_trip_past_midnight_is_entered_though_its_day_is_over() -> None:
     trip = TimetableTrip("night", (("NN7", 24 * 3600 + 600), ("NN20", 24 * 3600 + 900)), "late")
     changed = msgspec.structs.replace(shipped_map("snow-lion"), timetable=(trip,), map_version="")

@@ -342,6 +342,19 @@ def test_two_vehicles_on_the_same_ground_are_an_incident_until_one_is_gone(campu
     assert campus.read(lambda uow: enrolled_vehicle(uow, two.vehicle_id)).placed
 
 
+def test_a_shuttle_that_was_retired_and_came_back_is_not_heard_on_its_old_session(fleet: FakeFleet) -> None:
+    campus, shuttle = fleet.campus, fleet.shuttles[0]
+    old_epoch = shuttle.epoch
+    campus.do(lambda uow: vehicles.retire(uow, shuttle.vehicle_id, "ann"))
+    with pytest.raises(SessionFenced):
+        campus.do(lambda uow: vehicle_sessions.require_epoch(uow, shuttle.vehicle_id, old_epoch))
+    campus.enrol(shuttle.vehicle_id)
+    shuttle.connect()
+    assert shuttle.epoch > old_epoch
+    with pytest.raises(SessionFenced):
+        campus.do(lambda uow: vehicle_sessions.require_epoch(uow, shuttle.vehicle_id, old_epoch))
+
+
 def test_silence_is_an_incident_until_the_vehicle_is_heard_again(fleet: FakeFleet) -> None:
     campus = fleet.campus
     campus.clock.advance(campus.rules.silent_after_s + 1.0)

@@ -2,10 +2,15 @@
 
 from dataclasses import replace
 
+import pytest
+
 from contract.geometry import Pose2
+from contract.wire.messages import VisitState
 from server.domain.orders.orders import OrderState
 from server.domain.planning.plans import PlannedVisit
 from server.domain.rides.rides import RideState
+from server.domain.service.timetable import DepartureState
+from server.usecases.fleet import departures
 from server.usecases.orders import visits
 from server.usecases.planning import plans
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -75,6 +80,28 @@ def test_a_skipped_visit_moves_nobody(driven_fleet: FakeFleet) -> None:
     shuttle.report()
     driven_fleet.campus.do(lambda u: visits.change(u, shuttle.vehicle_id, visit.visit_id, "skipped"))
     assert stored_pose(driven_fleet, shuttle.vehicle_id) == shuttle.astray
+
+
+@pytest.mark.parametrize(("last", "is_done"), [("done", True), ("skipped", False)])
+def test_a_departure_is_done_when_its_last_call_was_made(
+    driven_fleet: FakeFleet, last: VisitState, is_done: bool
+) -> None:
+    campus = driven_fleet.campus
+    campus.clock.advance(-1200.0)
+    (departure, *_) = campus.do(departures.plan_departures)
+    vehicle_id = departure.vehicle_id or ""
+    plan = campus.read(lambda uow: plans.plan_of(uow, vehicle_id))
+    calls = [visit for visit in plan.visits if visit.departure_id == departure.departure_id]
+    assert len(calls) == len(departure.calls) > 1
+    for visit in calls:
+        made = campus.read(lambda uow: uow.departures.get(departure.departure_id))
+        assert made is not None
+        assert made.state is DepartureState.ASSIGNED
+        state = last if visit is calls[-1] else "done"
+        campus.do(lambda u, v=visit, s=state: visits.change(u, vehicle_id, v.visit_id, s))  # type: ignore[misc]
+    made = campus.read(lambda uow: uow.departures.get(departure.departure_id))
+    assert made is not None
+    assert (made.state is DepartureState.DONE) is is_done
 
 
 def test_an_order_of_which_every_visit_was_made_is_done(driven_fleet: FakeFleet) -> None:

@@ -170,6 +170,20 @@ def test_a_cancelled_series_cancels_its_rides_and_makes_no_more(fleet: FakeFleet
         campus.do(lambda uow: series.cancel_series(uow, made.series_id, "passenger"))
 
 
+@pytest.mark.parametrize("state", [RideState.ABOARD, RideState.COMPLETED])
+def test_a_cancelled_series_leaves_the_day_whose_ride_is_under_way_or_over_as_it_was(
+    fleet: FakeFleet, state: RideState
+) -> None:
+    campus = fleet.campus
+    made = book(campus)
+    run_scheduler(campus)
+    (ride,) = fleet.rides()
+    campus.do(lambda uow: uow.rides.save(replace(ride, state=state)))
+    campus.do(lambda uow: series.cancel_series(uow, made.series_id, "passenger"))
+    assert fleet.ride(ride.ride_id).state is state
+    assert State.CANCELLED not in states(campus, made)[:1]
+
+
 def test_a_ride_that_was_cancelled_by_its_own_link_is_not_booked_again(fleet: FakeFleet) -> None:
     campus = fleet.campus
     made = book(campus)
