@@ -75,9 +75,10 @@ def mutations_of(path: str, text: str) -> Iterator[Mutation]:
         operator: Any = _PROVIDER[name]()
         occurrence = 0
         for node in nodes:
-            for _ in operator.mutation_positions(node):
+            for start, end in operator.mutation_positions(node):
                 unnoticeable = name == "NumberReplacer" and not _is_noticeable(node)
-                if not (_is_declared(node) or _is_warming(node) or unnoticeable):
+                impossible = name == "ExceptionReplacer" and _is_dotted(node, start, end)
+                if not (_is_declared(node) or _is_warming(node) or unnoticeable or impossible):
                     yield Mutation(path, name, occurrence)
                 occurrence += 1
 
@@ -112,6 +113,11 @@ def _is_declared(node: Any) -> bool:
             return True
         node, below = node.parent, node
     return False
+
+
+def _is_dotted(node: Any, start: tuple[int, int], end: tuple[int, int]) -> bool:
+    """The name of a module's exception: cosmic-ray replaces plain names only, and fails for others."""
+    return bool(node.get_leaf_for_position(start).end_pos != end)
 
 
 def _is_warming(node: Any) -> bool:

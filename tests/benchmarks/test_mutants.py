@@ -38,6 +38,13 @@ def clamp(x, least=0):
     return x + least
 
 
+def number(text):
+    try:
+        return int(text)
+    except (binascii.Error, ValueError):
+        return None
+
+
 def pairs(xs, ys):
     return list(zip(xs, ys, strict=True)) if any(not x.known for x in xs) else []
 '''
@@ -65,6 +72,13 @@ def test_what_is_declared_of_a_kernel_or_a_class_stays_as_it_is_and_what_is_in_i
     assert not any(word in was for word in ("njit", "frozen") for was, _ in changes())
     assert all("strict=True" in now for was, now in changes() if "strict" in was)
     assert ("count: int = 7", "count: int = 8") in changes()
+
+
+def test_of_exceptions_those_with_a_plain_name_are_changed() -> None:
+    line = "except (binascii.Error, ValueError):"
+    assert [now for was, now in changes() if was == line] == [
+        "except (binascii.Error, CosmicRayTestingException):"
+    ]
 
 
 def test_texts_and_numbers_of_which_one_more_means_nothing_stay_as_they_are() -> None:

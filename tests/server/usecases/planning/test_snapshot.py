@@ -2,11 +2,14 @@
 
 from dataclasses import replace
 from datetime import timedelta
+from itertools import pairwise
 
 import pytest
 
 from server.dispatch.problem import VehicleState
 from server.domain.rides.rides import Ride, RideState
+from server.domain.service.timetable import Call as ServiceCall
+from server.domain.service.timetable import Departure
 from server.usecases.planning import plans
 from server.usecases.planning.snapshot import Snapshot, request_of, seconds, take_snapshot
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -147,3 +150,25 @@ def test_a_visit_for_riders_who_are_no_longer_of_the_vehicle_is_left_out(
     changes = {"state": RideState.CANCELLED} if left_out == "ended" else {"vehicle_id": other}
     fleet.campus.do(lambda uow: uow.rides.save(replace(ride, **changes)))  # type: ignore[arg-type]
     assert state_of(fleet, vehicle_id).calls == ()
+
+
+def test_calls_of_a_timetable_that_is_faster_than_planned_driving_follow_as_fast_as_it_allows(
+    driven_fleet: FakeFleet,
+) -> None:
+    """A trip over three stops, all of them at the same moment."""
+    campus = driven_fleet.campus
+    rules, leave_at = campus.rules, campus.clock.now() + timedelta(hours=1)
+    stops = ("NN20", "C6", "GYM")
+    calls = tuple(ServiceCall(stop_id, leave_at) for stop_id in stops)
+    departure = Departure("snow-lion", f"trip@{leave_at:%Y-%m-%d}", "trip", calls)
+    problem = campus.read(lambda uow: take_snapshot(uow, (), (departure,))).problem
+    (chain,) = problem.open_chains
+    assert [call.leave_from_s for call in chain.calls] == [seconds(leave_at)] * 3
+    latest_s = [call.arrive_by_s - rules.departure_tolerance_s - seconds(leave_at) for call in chain.calls]
+    assert latest_s[0] == -rules.dwell_s
+    factor = campus.read(lambda uow: uow.travel_time_factor_at(leave_at))
+    drive = campus.read(lambda uow: uow.roads().stop_times(frozenset(uow.roads().network.resting_places)))
+    numbers = campus.read(lambda uow: [uow.roads().stop_numbers[stop_id] for stop_id in stops])
+    first_s, second_s = (factor * float(drive[a, b]) for a, b in pairwise(numbers))
+    assert latest_s[1] == pytest.approx(first_s)
+    assert latest_s[2] == pytest.approx(latest_s[1] + rules.dwell_s + second_s)

@@ -1,5 +1,7 @@
 """Another destination while waiting and while riding, and getting off as soon as possible."""
 
+import contextlib
+
 import pytest
 
 from server.domain.errors import DestinationRefused, NoService, RideEnded, SameStop, StopUnknown
@@ -59,6 +61,23 @@ def test_a_waiting_ride_goes_elsewhere_with_its_pickup_promise_kept(fleet: FakeF
     assert alighting_stops(fleet, changed) == ["GYM"]
     assert fleet.ride(ride.ride_id) == changed
     assert "ride.destination_changed" in events(fleet)
+
+
+def test_wherever_a_waiting_party_wants_to_go_it_is_fetched_before_it_is_let_out(fleet: FakeFleet) -> None:
+    ride = fleet.book("NN20", "C6")
+    changed_to = 0
+    for to_stop in sorted(fleet.network.stops):
+        if to_stop == "NN20":
+            continue
+        with contextlib.suppress(DestinationRefused):
+            ride = change(fleet, ride, to_stop)
+            changed_to += 1
+        plan = fleet.campus.read(lambda uow, r=ride: plans.plan_of(uow, r.vehicle_id or ""))  # type: ignore[misc]
+        (boards,) = (n for n, visit in enumerate(plan.visits) if ride.ride_id in visit.board)
+        (alights,) = (n for n, visit in enumerate(plan.visits) if ride.ride_id in visit.alight)
+        assert boards < alights
+        assert plan.visits[alights].stop_id == ride.to_stop
+    assert changed_to > 5
 
 
 def test_back_to_the_first_destination_it_is_as_if_it_had_never_changed(fleet: FakeFleet) -> None:
