@@ -208,7 +208,7 @@ def _routes(
         place, (), (wanted.ride_id,), uow.rules.dwell_s, travel_time_factor=uow.travel_time_factor_at(uow.now)
     )
     for index in indices:
-        if index < max(locked, boards + 1) or index > len(calls):
+        if index < max(locked, boards + 1):
             continue
         if index < len(calls) and calls[index].place == place and not calls[index].off_duty:
             here = calls[index]

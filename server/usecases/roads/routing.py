@@ -64,7 +64,7 @@ class _RouteBuilder:
         if self._at is not None:
             found = self._on_held(visit, self._at, tolerance_m, must_end)
             if found is not None:
-                self._legs.append(self._lanes(self._at.index, found.index))
+                self._legs.append(self._lanes(self._at.index, found.index + 1))
                 self._at, self._place = found, (visit.lane_id, visit.s_m)
                 return True
         return self._drive_on(visit)
@@ -95,7 +95,7 @@ class _RouteBuilder:
         origin = self._place
         if self._at is not None:
             end = self._network.sections[self._held[-1]]
-            lanes = list(self._lanes(self._at.index, len(self._held) - 1))
+            lanes = list(self._lanes(self._at.index, len(self._held)))
             origin = (end.lane_id, end.s_to_m)
         route = self._roads.route(origin, (visit.lane_id, visit.s_m), self._blocked)
         if route is None:
@@ -114,9 +114,10 @@ class _RouteBuilder:
         self._at, self._place = None, (visit.lane_id, visit.s_m)
         return True
 
-    def _lanes(self, first: int, last: int) -> tuple[str, ...]:
+    def _lanes(self, first: int, end: int) -> tuple[str, ...]:
+        """Of the granted sections from the first to before the end."""
         lanes: list[str] = []
-        for section_id in self._held[first : last + 1]:
+        for section_id in self._held[first:end]:
             lane_id = self._network.sections[section_id].lane_id
             if not lanes or lanes[-1] != lane_id:
                 lanes.append(lane_id)

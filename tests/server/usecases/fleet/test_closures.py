@@ -293,6 +293,10 @@ def test_a_promise_within_a_closure_to_come_is_told_anew_when_it_is_entered(flee
     assert told.promise is not None
     assert told.promise.pickup_from >= ends_at
     assert any("water main" in cause for cause in causes(fleet, IncidentKind.PROMISE_BROKEN))
+    plans = fleet.campus.read(lambda uow: uow.plans.all())
+    pickups = [visit for plan in plans for visit in plan.visits if ride.ride_id in visit.board]
+    assert all(visit.not_before is not None and visit.not_before >= ends_at for visit in pickups)
+    assert len(pickups) == (told.vehicle_id is not None)
 
 
 def test_a_ride_of_tomorrow_stays_where_it_is_planned_while_its_road_may_still_open_in_time(

@@ -313,6 +313,20 @@ def test_commands_and_taps_stay_in_the_outbox_until_they_are_answered(fleet: Fak
     assert (answered.state, answered.reason) == ("refused", "doors are shut")
 
 
+def test_a_tap_is_answered_once_and_by_the_shuttle_at_whose_door_it_was(fleet: FakeFleet) -> None:
+    ride = fleet.book("NN20", "C6")
+    shuttle = shuttle_of(fleet, ride)
+    other = next(one for one in fleet.shuttles if one is not shuttle)
+    tap = fleet.campus.do(lambda uow: rides.tap(uow, ride.ride_id, "board"))
+    kept = lambda: fleet.campus.read(lambda uow: uow.rides.tap(tap.tap_id))  # noqa: E731
+    other.say(TapAnswered(tap.tap_id, ride.ride_id, True))
+    assert kept() == tap
+    shuttle.say(TapAnswered(tap.tap_id, ride.ride_id, False, "doors are shut"))
+    assert kept().state == "refused"
+    shuttle.say(TapAnswered(tap.tap_id, ride.ride_id, True))
+    assert (kept().state, kept().reason) == ("refused", "doors are shut")
+
+
 def test_two_agents_with_one_key_are_an_incident(fleet: FakeFleet) -> None:
     fleet.campus.do(lambda uow: vehicle_sessions.report_key_conflict(uow, "shuttle-1", "two boots"))
     assert kinds(fleet.campus) == {IncidentKind.KEY_CONFLICT}

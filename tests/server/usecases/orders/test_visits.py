@@ -117,6 +117,28 @@ def test_an_order_of_which_every_visit_was_made_is_done(driven_fleet: FakeFleet)
     assert current_state(driven_fleet, shuttle) is OrderState.DONE
 
 
+def test_a_report_on_an_order_that_is_not_accepted_yet_needs_no_revision_while_it_names_open_visits_only(
+    driven_fleet: FakeFleet,
+) -> None:
+    shuttle, first, _ = to_pickup(driven_fleet)
+    report = lambda state: driven_fleet.campus.do(  # noqa: E731
+        lambda u: visits.change(u, shuttle.vehicle_id, first.visit_id, state)
+    )
+
+    def is_up_to_date() -> bool:
+        order = driven_fleet.campus.read(lambda uow: uow.orders.current(shuttle.vehicle_id))
+        plan = driven_fleet.campus.read(lambda uow: plans.plan_of(uow, shuttle.vehicle_id))
+        assert order is not None
+        assert order.state is OrderState.ISSUED
+        return order.plan_version == plan.version
+
+    assert is_up_to_date()
+    report("under_way")
+    assert is_up_to_date()
+    report("done")
+    assert not is_up_to_date(), "it names a visit that is over"
+
+
 def test_an_order_that_is_behind_its_plan_stays_behind_after_a_report(driven_fleet: FakeFleet) -> None:
     """A report that marked it as up to date would hide that it still needs its revision."""
     shuttle, first, _ = to_pickup(driven_fleet)
