@@ -5,7 +5,7 @@ ARGS ?=
 BIN := .venv/bin
 PY := $(BIN)/python
 
-# Packages are installed uncompiled: what they are compiled to where they are imported must be kept.
+# Packages are installed without bytecode, so the bytecode of their first import must be kept.
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help setup kernels demo demo-check test test-short test-real test-browser test-fast test-long test-faults \
@@ -73,7 +73,7 @@ test: setup
 	@$(MAKE) --no-print-directory test-short test-real test-browser
 
 SHORT := not real and not browser and not faults and not long
-# The files that have tests with a mark: to collect all the others takes longer than some of these tests.
+# The files that have tests with this mark. Collecting all files takes longer than some of these tests.
 marked = $(shell grep -rl --include='test_*.py' 'mark\.$(1)\b' tests)
 
 # In the order of tests/conftest.py: reordered by their number of tests, files of few and long ones would come

@@ -78,9 +78,10 @@ class OperatorClient:
     async def vehicles(self) -> list[dict[str, Any]]:
         return await self._list("/api/v1/vehicles")
 
-    async def newest_rides(self) -> list[ReportedRide]:
-        """The rides requested last, newest first; as many as the API lists at once."""
-        rides: list[ReportedRide] = _checked(await self._client.get("/api/v1/rides")).json()
+    async def newest_rides(self, limit: int) -> list[ReportedRide]:
+        """The rides requested last, newest first."""
+        answer = await self._client.get("/api/v1/rides", params={"limit": limit})
+        rides: list[ReportedRide] = _checked(answer).json()
         return rides
 
     async def ride(self, ride_id: str) -> ReportedRide:

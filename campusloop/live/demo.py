@@ -24,6 +24,8 @@ from contract.roads.model import RoadMap
 from simulator.live.ports import control_port
 
 FOLLOW_EVERY_S = 2.0
+# More than are booked between two readings; older ones under way are read one by one.
+NEWEST_RIDES = 50
 PEOPLE = 10_000
 SPACING_S = 100.0
 SPACING_S_MIN = 20.0
@@ -108,9 +110,11 @@ class LiveDemo:
             await asyncio.sleep(FOLLOW_EVERY_S)
 
     async def _follow_rides(self) -> None:
-        newest = await self._campus.operator.newest_rides()
+        operator = self._campus.operator
+        newest = await operator.newest_rides(NEWEST_RIDES)
+        self._progress.rides(newest)
         older = self._progress.under_way() - {ride["ride_id"] for ride in newest}
-        self._progress.rides(newest + [await self._campus.operator.ride(ride_id) for ride_id in older])
+        self._progress.rides([await operator.ride(ride_id) for ride_id in sorted(older)])
 
     def _count(self) -> None:
         self._progress.counts.lag_s = self._campus.lag_s

@@ -15,6 +15,7 @@ from rich.text import Text
 
 from campusloop.clients.operator_client import ReportedRide
 from campusloop.clients.passengers import ENDED
+from campusloop.clients.ride_texts import promise_text
 
 # Rides that have ended stay on screen until so many others have.
 ENDED_SHOWN = 4
@@ -157,11 +158,11 @@ def ride_text(ride: ReportedRide, zone: ZoneInfo) -> str:
     vehicle_id = ride["vehicle_id"]
     texts = {
         "requested": "waits for a shuttle",
-        "assigned": f"waits for {vehicle_id}{_promise(ride, zone)}",
+        "assigned": f"waits for {vehicle_id}{promise_text(ride['promise'], zone)}",
         "boarding": f"boards {vehicle_id}",
         "aboard": f"is aboard {vehicle_id}",
         "completed": "has arrived",
-        "no_show": "nobody came",
+        "no_show": "no show",
     }
     state = ride["state"]
     return f"{trip}: {texts.get(state) or _ended_text(ride)}"
@@ -170,16 +171,6 @@ def ride_text(ride: ReportedRide, zone: ZoneInfo) -> str:
 def _ended_text(ride: ReportedRide) -> str:
     reason = ride["reason_detail"] or ride["reason"]
     return f"{ride['state']}: {reason}" if reason else ride["state"]
-
-
-def _promise(ride: ReportedRide, zone: ZoneInfo) -> str:
-    if ride["promise"] is None:
-        return ""
-    pickup_from, pickup_to, arrive_by = (
-        datetime.fromisoformat(ride["promise"][name]).astimezone(zone)
-        for name in ("pickup_from", "pickup_to", "arrive_by")
-    )
-    return f", pickup {pickup_from:%H:%M}-{pickup_to:%H:%M}, there by {arrive_by:%H:%M}"
 
 
 def _wait_s(ride: ReportedRide) -> float | None:

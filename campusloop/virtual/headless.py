@@ -16,6 +16,7 @@ from rich.table import Table
 
 from campusloop.clients.passengers import Journey
 from campusloop.clients.ride_demand import RIDE_M_MAX, RIDE_M_MIN, random_rides, stop_pairs
+from campusloop.clients.ride_texts import promise_text
 from campusloop.virtual.run_proof import IntervalPrinter, RunProof, flaws, virtual_progress
 
 if TYPE_CHECKING:
@@ -143,23 +144,13 @@ def timeline_line(journey: Journey, now: datetime, clock: ZoneInfo) -> str:
     demand = journey.demand
     texts = {
         "requested": f"requested: {demand.from_stop} to {demand.to_stop}, party of {demand.party}",
-        "assigned": f"gets {journey.vehicle_id}{_promise(journey, clock)}",
+        "assigned": f"gets {journey.vehicle_id}{promise_text(journey.promise, clock)}",
         "boarding": f"{journey.vehicle_id} is at the stop",
         "aboard": f"is aboard {journey.vehicle_id} ({demand.how})",
         "completed": "has arrived",
     }
     text = texts.get(journey.state, f"{journey.state}: {journey.reason}")
     return f"{now.astimezone(clock):%H:%M:%S}  ride {demand.number} {text}"
-
-
-def _promise(journey: Journey, clock: ZoneInfo) -> str:
-    if journey.promise is None:
-        return ""
-    pickup_from, pickup_to, arrive_by = (
-        datetime.fromisoformat(journey.promise[name]).astimezone(clock)
-        for name in ("pickup_from", "pickup_to", "arrive_by")
-    )
-    return f", pickup {pickup_from:%H:%M}-{pickup_to:%H:%M}, there by {arrive_by:%H:%M}"
 
 
 def print_summary(

@@ -217,6 +217,7 @@ class VehicleSession:
     def _queue(
         self, message: Order | Grants | Command | PassengerTap | Presence | FleetVehicleMessage
     ) -> None:
+        """Queue a message for the mission, with the server's stamps in the vehicle's clock."""
         if isinstance(message, Presence):
             detected_ns = message.server_ns - self._clock.offset_ns
             self._messages.append(PedestrianPresence(detected_ns, message.area_id, message.count))

@@ -55,7 +55,7 @@ def _update_charging(uow: UnitOfWork, vehicle: Vehicle, ratio: float, *, is_busy
     charging = vehicle.charging
     if not charging:
         plan = uow.plans.get(vehicle.vehicle_id)
-        is_idle = plan is None or not _has_stops(plan)
+        is_idle = not is_busy and (plan is None or not _has_stops(plan))
         charging = ratio < rules.battery_charge_below_ratio and is_idle
     elif ratio >= rules.battery_full_ratio or (is_busy and ratio >= rules.battery_accept_ratio):
         charging = False

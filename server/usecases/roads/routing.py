@@ -115,7 +115,7 @@ class _RouteBuilder:
         return True
 
     def _lanes(self, first: int, end: int) -> tuple[str, ...]:
-        """Of the granted sections from the first to before the end."""
+        """The lanes of the granted sections from index first up to index end, which is excluded."""
         lanes: list[str] = []
         for section_id in self._held[first:end]:
             lane_id = self._network.sections[section_id].lane_id

@@ -109,7 +109,7 @@ PROMISE = {
         ("boarding", {}, "boards shuttle-1"),
         ("aboard", {}, "is aboard shuttle-1"),
         ("completed", {}, "has arrived"),
-        ("no_show", {}, "nobody came"),
+        ("no_show", {}, "no show"),
         ("cancelled", {}, "cancelled"),
         ("refused", {"reason": "fleet_full"}, "refused: fleet_full"),
         (

@@ -184,7 +184,7 @@ def test_a_cell_of_somebody_who_leaves_is_theirs_and_one_beside_them_is_not() ->
 
 
 def test_what_stands_beyond_the_end_of_a_long_track_is_not_part_of_it() -> None:
-    """Somebody 2 m long leaves the way in time; 0.9 m ahead of their front somebody else stands."""
+    """A cyclist 2 m long leaves the path in time; a cell 0.9 m ahead of the cyclist is an obstacle."""
     crosses = a_track(FRONT_M + 2.0, -1.2, vy=4.0, kind=CYCLIST, size=(2.0, 0.4), yaw=0.5 * math.pi)
     assert not is_close(crosses, cells((FRONT_M + 2.0, 0.4)))
     assert is_close(crosses, cells((FRONT_M + 2.0, 0.7)))

@@ -34,9 +34,7 @@ def test_the_shuttle_stops_at_once_comfortably_dwells_eight_seconds_and_goes_on(
     assert answer.lane_id == "south"
     task = shuttle.step()
     assert task.reason == "requested_stop"
-    assert task.stop_name == task.stop_name_en == "", (
-        "nobody is told a stop's name before the shuttle goes there"
-    )
+    assert task.stop_name == task.stop_name_en == "", "a requested stop has no name"
     assert at_m + speed**2 / 1.2 <= answer.s_m <= at_m + speed**2 / 1.2 + 4.0
     shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
     assert abs(shuttle.state.s_m - answer.s_m) < 0.5

@@ -7,6 +7,7 @@ import pytest
 
 from contract.roads.load import with_version
 from contract.roads.model import RoadMap
+from server.domain.planning.plans import next_version
 from server.domain.record.incidents import IncidentKind
 from server.domain.rides.rides import RideState
 from server.domain.rules import FleetRules
@@ -150,6 +151,18 @@ def test_a_shuttle_with_a_departure_of_the_timetable_ahead_does_not_go_to_charge
     changed = fleet.campus.do(charging.manage_charging)
     assert taken
     assert set(changed) == {shuttle.vehicle_id for shuttle in fleet.shuttles} - taken
+
+
+def test_a_shuttle_with_a_rider_aboard_does_not_charge_though_its_plan_has_no_stop(fleet: FakeFleet) -> None:
+    (shuttle,) = fleet.shuttles
+    ride = fleet.book("stop-0", "stop-2")
+    fleet.run_until(lambda: fleet.ride(ride.ride_id).state is RideState.ABOARD)
+    plan = fleet.campus.read(lambda uow: uow.plans.get(shuttle.vehicle_id))
+    assert plan is not None
+    fleet.campus.do(lambda uow: uow.plans.save(next_version(plan, ()), plan.version))
+    with_charge(fleet, shuttle, 0.2)
+    fleet.campus.do(charging.manage_charging)
+    assert not is_charging(fleet, shuttle)
 
 
 def test_a_shuttle_charges_to_the_full_unless_somebody_wants_it(fleet: FakeFleet) -> None:

@@ -82,22 +82,6 @@ def test_a_resting_shuttle_leaves_as_late_as_it_can_for_a_ride_of_later(driven_f
     assert early_s + 10.0 <= waited_s <= early_s + 60.0
 
 
-def test_an_order_ends_with_a_rest_where_the_shuttle_would_wait_long_for_its_next_ride(
-    driven_fleet: FakeFleet,
-) -> None:
-    fleet = driven_fleet
-    fleet.shuttles[1].hold()
-    now = fleet.book("NN20", "C6")
-    later = fleet.book("NN20", "C6", earliest=fleet.campus.clock.now() + timedelta(hours=1))
-    vehicle_id = now.vehicle_id or ""
-    assert later.vehicle_id == vehicle_id
-    planned = [visit.board for visit in plan_of(fleet, vehicle_id).visits if visit.board]
-    assert planned == [(now.ride_id,), (later.ride_id,)]
-    sent = current(fleet, vehicle_id).payload.visits
-    assert [task.ride_id for visit in sent for task in visit.board] == [now.ride_id]
-    assert [visit.kind for visit in sent] == ["stop", "stop", "rest"]
-
-
 def test_a_plan_that_changes_only_behind_the_order_needs_no_revision(driven_fleet: FakeFleet) -> None:
     fleet = driven_fleet
     vehicle_id = taken(fleet)
