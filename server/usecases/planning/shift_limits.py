@@ -14,14 +14,14 @@ from server.domain.fleet.shifts import Shifts, Span
 from server.usecases.ports.unit_of_work import UnitOfWork
 
 # The booking horizon and a long weekend.
-_NEXT_SHIFT = timedelta(days=11)
+_SHIFTS_AHEAD = timedelta(days=11)
 
 
 def with_shifts(
     uow: UnitOfWork,
     shifts: Shifts,
     state: VehicleState,
-    planned_s: Sequence[float],
+    planned: Sequence[datetime],
     until: datetime,
 ) -> VehicleState:
     """The vehicle with the limits of its shifts that begin by `until`, or by its last call.
@@ -30,47 +30,43 @@ def with_shifts(
     was last stands for each time off between two shifts. It first finishes with the riders aboard and with
     the calls that were planned before its shift ended.
 
-    planned_s   when each of its calls is planned
+    planned   when each of its calls is made as planned so far: not before now
     """
     zone = ZoneInfo(uow.network().road_map.timezone)
-    now_s = uow.now.timestamp()
-    latest = max(until, *(_moment(uow, at_s) for at_s in planned_s), uow.now)
-    spans = shifts.spans(zone, uow.now, latest) or shifts.spans(zone, uow.now, uow.now + _NEXT_SHIFT)[:1]
+    # A call that waits for a road to open may be planned months ahead.
+    furthest = uow.now + _SHIFTS_AHEAD
+    latest = min(max(until, uow.now, *planned), furthest)
+    spans = shifts.spans(zone, uow.now, latest) or shifts.spans(zone, uow.now, furthest)[:1]
     if not spans:
         return replace(state, accepts=False)
-    begins_s = spans[0][0].timestamp()
-    if begins_s > now_s:
-        busy = bool(state.aboard) or state.locked > 0 or any(at_s < begins_s for at_s in planned_s)
-        if busy:
+    begins = spans[0][0]
+    if begins > uow.now:
+        if state.aboard or state.locked or any(at < begins for at in planned):
             return replace(state, accepts=False)
-        state = replace(state, ready_s=max(state.ready_s, begins_s))
+        state = replace(state, ready_s=max(state.ready_s, begins.timestamp()))
     home_s = uow.roads().way_home_s() * uow.travel_time_factor_at(uow.now)
     return replace(
         state,
-        calls=_with_breaks(state, planned_s, spans, home_s),
+        calls=_with_breaks(state, planned, spans, home_s),
         on_duty_to_s=spans[-1][1].timestamp() - home_s,
     )
 
 
-def _moment(uow: UnitOfWork, at_s: float) -> datetime:
-    """Limited to the time for which shifts are considered: a call behind a closed road has no finite time."""
-    return min(uow.now + timedelta(seconds=max(0.0, at_s - uow.now.timestamp())), uow.now + _NEXT_SHIFT)
-
-
 def _with_breaks(
-    state: VehicleState, planned_s: Sequence[float], spans: Sequence[Span], home_s: float
+    state: VehicleState, planned: Sequence[datetime], spans: Sequence[Span], home_s: float
 ) -> tuple[Call, ...]:
     """The calls with a break wherever a shift ends and another one follows; home_s: the way to rest."""
-    made = list(zip(planned_s, state.calls, strict=True))
+    made = list(zip(planned, state.calls, strict=True))
     nearest = int(np.argmin(state.to_places_s))
     for number, (before, after) in enumerate(pairwise(spans)):
-        begins_s = after[0].timestamp()
-        at = next((n for n, (at_s, _) in enumerate(made) if at_s >= begins_s), len(made))
+        begins = after[0]
+        at = next((n for n, (planned_at, _) in enumerate(made) if planned_at >= begins), len(made))
         place, drive_s = nearest, float(state.to_places_s[nearest])
         if at:
             place, drive_s = made[at - 1][1].place, 0.0
         # It begins when the shift ends, not when the vehicle arrives, and lasts until the next shift.
-        over_s, again_s = before[1].timestamp() - home_s, begins_s + (drive_s if isfinite(drive_s) else 0.0)
+        over_s = before[1].timestamp() - home_s
+        again_s = begins.timestamp() + (drive_s if isfinite(drive_s) else 0.0)
         off = Call(
             place,
             dwell_s=again_s - over_s,
@@ -80,5 +76,5 @@ def _with_breaks(
             call_id=f"off-duty-{number}",
             off_duty=True,
         )
-        made.insert(at, (begins_s, off))
+        made.insert(at, (begins, off))
     return tuple(call for _, call in made)

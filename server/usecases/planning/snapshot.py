@@ -77,8 +77,8 @@ def take_snapshot(
         positions[vehicle.vehicle_id] = drives.here
         state = _vehicle(uow, vehicle, plan, occupancy, drives, riders[vehicle.vehicle_id])
         if vehicle.shifts is not None:
-            planned_s = _planned_s(uow, plan, state.calls)
-            state = with_shifts(uow, vehicle.shifts, state, planned_s, _until(wanted, departures))
+            planned = _planned(uow, plan, state.calls)
+            state = with_shifts(uow, vehicle.shifts, state, planned, _until(wanted, departures))
         vehicles.append(state)
     requests = {ride.ride_id: request_of(uow, ride) for ride in rides.values()}
     chains, chained = _chains(uow, departures)
@@ -100,14 +100,14 @@ def take_snapshot(
     return Snapshot(problem, plans, rides, positions, chained, reservations, charging)
 
 
-def _planned_s(uow: UnitOfWork, plan: Plan, calls: Sequence[Call]) -> list[float]:
+def _planned(uow: UnitOfWork, plan: Plan, calls: Sequence[Call]) -> list[datetime]:
     """When each call is made as planned so far."""
     visits = {visit.visit_id: visit for visit in plan.visits}
     found = []
     for call in calls:
         visit = visits.get(call.call_id)
         known = [] if visit is None else [at for at in (visit.eta, visit.not_before) if at is not None]
-        found.append(seconds(max([uow.now, *known])))
+        found.append(max([uow.now, *known]))
     return found
 
 

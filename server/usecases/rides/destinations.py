@@ -4,16 +4,14 @@ No other promise changes: a change is inserted like a booking, or refused with t
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import timedelta
 
 import numpy as np
 
-from contract.geometry import Array
-from server.dispatch.problem import Call, Problem, VehicleRoute, VehicleState
+from server.dispatch.problem import Call, VehicleRoute, VehicleState
 from server.dispatch.refusal import CLOSED
-from server.dispatch.schedule.schedule import Schedule
 from server.domain.errors import (
     DestinationRefused,
     NoRestingPlaceFree,
@@ -43,11 +41,7 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import calendar_of
 from server.usecases.record.refusals import REFUSAL_TEXTS, closing_text
 from server.usecases.record.server_events import record_event
-
-# How many of the soonest stops are tried for a rider who wants to get off.
-_EXITS_TRIED = 6
-# Differences below this do not count as later.
-_LATER_S = 1.0
+from server.usecases.rides.drop_offs import cheapest_with_drop_off, exits, first_index, without_drop_off
 
 
 def change_destination(uow: UnitOfWork, ride: Ride, to_stop: str, by: str) -> Ride:
@@ -80,12 +74,13 @@ def let_out(uow: UnitOfWork, ride: Ride, by: str) -> Ride:
     """
     snapshot = take_snapshot(uow)
     vehicle = _vehicle_of(snapshot, ride)
-    for to_stop, index in _exits(uow, snapshot.problem.times, vehicle, ride):
-        wanted = replace(redirected(ride, to_stop), let_out=True)
+    stop_ids = uow.roads().stop_ids
+    for place, index in exits(snapshot.problem.times, vehicle, ride.ride_id):
+        wanted = replace(redirected(ride, stop_ids[place]), let_out=True)
         route = _route_with_drop_off(uow, snapshot, vehicle, wanted, [index])
         if route is not None:
             changed = _adopt_route(uow, snapshot, wanted, route)
-            _record_and_publish(uow, changed, "ride.let_out", by, to_stop)
+            _record_and_publish(uow, changed, "ride.let_out", by, wanted.to_stop)
             return changed
     changed = replace(ride, let_out=True)
     uow.rides.save(changed)
@@ -173,8 +168,9 @@ def _insert_into_present_vehicle(uow: UnitOfWork, wanted: Ride) -> Ride | None:
     place = uow.roads().stop_numbers[wanted.to_stop]
     if not np.isfinite([*snapshot.problem.times[:, place], vehicle.to_places_s[place]]).any():
         raise StopUnreachable("no road leads the shuttle to that stop")
-    count = len(_without(vehicle, wanted.ride_id)) + 1
-    route = _route_with_drop_off(uow, snapshot, vehicle, wanted, range(count))
+    calls = without_drop_off(vehicle, wanted.ride_id)
+    indices = range(first_index(vehicle, calls, wanted.ride_id), len(calls) + 1)
+    route = _route_with_drop_off(uow, snapshot, vehicle, wanted, indices)
     return None if route is None else _adopt_route(uow, snapshot, wanted, route)
 
 
@@ -186,79 +182,9 @@ def _route_with_drop_off(
     request = snapshot.problem.requests[wanted.ride_id]
     longest_s = math.inf if wanted.state is RideState.ABOARD else _ride_s_max(uow, wanted)
     patient = replace(request, dropoff=place, arrive_by_s=math.inf, ride_s_max=longest_s)
-    requests = snapshot.problem.requests | {wanted.ride_id: patient}
-    before = Schedule(replace(snapshot.problem, vehicles=(vehicle,), open_requests=()))
-    found: Schedule | None = None
-    for calls in _routes(_without(vehicle, wanted.ride_id), vehicle.locked, wanted, place, indices, uow):
-        problem = replace(
-            snapshot.problem, vehicles=(replace(vehicle, calls=calls),), requests=requests, open_requests=()
-        )
-        made = _times_of(problem, before, wanted)
-        if made is not None and (found is None or made.cost < found.cost):
-            found = made
-    return None if found is None else found.route(0)
-
-
-def _routes(
-    calls: tuple[Call, ...], locked: int, wanted: Ride, place: int, indices: Sequence[int], uow: UnitOfWork
-) -> Iterator[tuple[Call, ...]]:
-    """The calls with the party let out at one there is already, and at a new one before each index."""
-    boards = next((n for n, call in enumerate(calls) if wanted.ride_id in call.board), -1)
-    out = Call(
-        place, (), (wanted.ride_id,), uow.rules.dwell_s, travel_time_factor=uow.travel_time_factor_at(uow.now)
-    )
-    for index in indices:
-        if index < max(locked, boards + 1):
-            continue
-        if index < len(calls) and calls[index].place == place and not calls[index].off_duty:
-            here = calls[index]
-            yield (
-                *calls[:index],
-                replace(here, alight=(*here.alight, wanted.ride_id)),
-                *calls[index + 1 :],
-            )
-        yield (*calls[:index], out, *calls[index:])
-
-
-def _times_of(problem: Problem, before: Schedule, wanted: Ride) -> Schedule | None:
-    """The given route, timed; None if it breaks a promise, or makes another late ride later."""
-    schedule = Schedule(problem)
-    if schedule.impossible or schedule.overdue - before.overdue:
-        return None
-    late = [name for name in schedule.overdue if name in before.rows and name != wanted.ride_id]
-    if any(schedule.arrival_s(name) > before.arrival_s(name) + _LATER_S for name in late):
-        return None
-    return schedule
-
-
-def _without(vehicle: VehicleState, ride_id: str) -> tuple[Call, ...]:
-    """The vehicle's calls without the drop-off of this ride; a call that was only for it is left out."""
-    kept = []
-    for number, call in enumerate(vehicle.calls):
-        if ride_id not in call.alight:
-            kept.append(call)
-            continue
-        rest = replace(call, alight=tuple(other for other in call.alight if other != ride_id))
-        if rest.board or rest.alight or rest.fixed or number < vehicle.locked:
-            kept.append(rest)
-    return tuple(kept)
-
-
-def _exits(uow: UnitOfWork, times: Array, vehicle: VehicleState, ride: Ride) -> list[tuple[str, int]]:
-    """Stops where the party could be let out, the soonest first, each with the call before which."""
-    calls = _without(vehicle, ride.ride_id)
-    boards = next((n for n, call in enumerate(calls) if ride.ride_id in call.board), -1)
-    index = max(vehicle.locked, boards + 1)
-    origin = calls[index - 1].place if index else None
-    row: Array = vehicle.to_places_s if origin is None else times[origin]
-    stop_ids = uow.roads().stop_ids
-    first = sorted(
-        (float(row[number]), stop_id)
-        for number, stop_id in enumerate(stop_ids)
-        if np.isfinite(row[number]) and number != origin
-    )[:_EXITS_TRIED]
-    planned = [(stop_ids[call.place], n) for n, call in enumerate(calls) if n >= index]
-    return [(stop_id, index) for _, stop_id in first] + planned
+    factor = uow.travel_time_factor_at(uow.now)
+    out = Call(place, (), (wanted.ride_id,), uow.rules.dwell_s, travel_time_factor=factor)
+    return cheapest_with_drop_off(snapshot.problem, vehicle, patient, out, indices)
 
 
 def _adopt_route(uow: UnitOfWork, snapshot: Snapshot, wanted: Ride, route: VehicleRoute) -> Ride:
