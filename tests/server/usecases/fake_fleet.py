@@ -1,11 +1,13 @@
 """Some fake shuttles on one campus, stepped together with the server's standing work."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from server.domain.fleet.vehicles import StatusReport
 from server.domain.orders.sections import Occupancy
+from server.domain.planning.plans import Plan
 from server.domain.rides.rides import BookRide, Ride
 from server.usecases.fleet import charging, closures, vehicle_sessions
 from server.usecases.orders import sections
@@ -85,6 +87,22 @@ class FakeFleet:
 
     def ride(self, ride_id: str) -> Ride:
         return self.campus.read(lambda uow: rides.ride_of(uow, ride_id))
+
+    def leave_homeless(self, vehicle_id: str) -> None:
+        """Every resting place of the campus belongs to other shuttles from now on."""
+
+        def give_away(uow: UnitOfWork) -> None:
+            reserved = {plan.resting_place_id for plan in uow.plans.all() if plan.vehicle_id != vehicle_id}
+            plan = plans.plan_of(uow, vehicle_id)
+            uow.plans.save(replace(plan, version=plan.version + 1, resting_place_id=""), plan.version)
+            for place_id in self.network.resting_places:
+                if place_id not in reserved:
+                    other = f"shuttle-of-{place_id}"
+                    uow.plans.save(Plan(uow.campus_id, other, 1, resting_place_id=place_id), 0)
+
+        for place_id in self.network.resting_places:
+            self.campus.enrol(f"shuttle-of-{place_id}")
+        self.campus.do(give_away)
 
     def require_apart(self, occupancies: Sequence[Occupancy]) -> None:
         for number, one in enumerate(occupancies):

@@ -16,6 +16,7 @@ from server.domain.errors import (
 )
 from server.domain.rides.rides import RideState
 from server.domain.rides.series import (
+    DAYS_MAX,
     BookSeries,
     Occurrence,
     Series,
@@ -29,6 +30,7 @@ from server.usecases.rides import rides, series
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
 
+MONDAY = date(2026, 11, 23)
 TUESDAY = date(2026, 11, 24)
 WORKDAYS = (0, 1, 2, 3, 4)
 AT_TEN_PAST_EIGHT = 8 * 3600 + 600
@@ -259,3 +261,90 @@ def test_the_record_tells_of_each_turn_once_and_holds_no_secret(campus: CampusUn
     told = [f"{event.name} {event.detail}" for event in found if event.name.startswith("series.")]
     assert told == ["series.day_trying 2026-11-23 no_vehicle_free", "series.booked "]
     assert made.token not in repr(found)
+
+
+def test_a_day_that_nobody_could_take_is_closed_after_midnight_with_its_reason(
+    campus: CampusUnderTest,
+) -> None:
+    made = book(campus)
+    run_scheduler(campus)
+    campus.clock.advance(17 * 3600.0)
+    run_scheduler(campus)
+    closed = days(campus, made)[MONDAY]
+    assert (closed.state, closed.reason) == (State.REFUSED, "no_vehicle_free")
+
+
+def test_a_day_that_was_never_tried_in_time_says_so(fleet: FakeFleet) -> None:
+    campus = fleet.campus
+    made = book(campus)
+    campus.clock.advance(601.0)
+    shown = days(campus, made)[MONDAY]
+    run_scheduler(campus)
+    closed = days(campus, made)[MONDAY]
+    assert (closed.state, closed.reason) == (shown.state, shown.reason) == (State.REFUSED, "no_vehicle_free")
+    assert "came before a shuttle" in closed.reason_detail
+
+
+def test_the_ride_of_this_very_moment_is_still_booked(fleet: FakeFleet) -> None:
+    campus = fleet.campus
+    made = book(campus)
+    campus.clock.advance(600.0)
+    assert days(campus, made)[MONDAY].state is State.PLANNED
+    run_scheduler(campus)
+    assert days(campus, made)[MONDAY].state is State.BOOKED
+
+
+def test_a_day_is_booked_as_soon_as_its_ride_begins_within_the_horizon(fleet: FakeFleet) -> None:
+    campus = fleet.campus
+    made = book(campus, weekdays=(1,))
+    campus.clock.advance(600.0 + 86_400.0 - campus.rules.series_ahead_s - 1.0)
+    assert campus.read(series.due_rides) == ()
+    campus.clock.advance(1.0)
+    assert [due.day for due in campus.read(series.due_rides)] == [TUESDAY]
+    assert states(campus, made)[0] is State.PLANNED
+
+
+def test_what_was_cancelled_while_it_was_being_booked_gets_no_ride(fleet: FakeFleet) -> None:
+    campus = fleet.campus
+    one_day, whole = book(campus), book(campus)
+    due = campus.read(series.due_rides)
+    campus.do(lambda uow: series.cancel_occurrence(uow, one_day.series_id, MONDAY, "passenger"))
+    campus.do(lambda uow: series.cancel_series(uow, whole.series_id, "passenger"))
+    assert len(due) == 2
+    for one in due:
+        campus.do(lambda uow, one=one: series.book_occurrence(uow, one))  # type: ignore[misc]
+        campus.do(lambda uow, one=one: series.record_failed_attempt(uow, one, "arrival", ""))  # type: ignore[misc]
+    assert fleet.rides() == ()
+    assert days(campus, one_day)[MONDAY].state is State.CANCELLED
+    assert days(campus, whole) == {}
+
+
+def test_a_cancelled_series_takes_back_the_days_that_had_a_ride_and_those_that_were_tried(
+    fleet: FakeFleet,
+) -> None:
+    campus = fleet.campus
+    booked = book(campus)
+    run_scheduler(campus)
+    for shuttle in fleet.shuttles:
+        shuttle.hold()
+    tried = book(campus)
+    run_scheduler(campus)
+    assert [states(campus, made)[0] for made in (booked, tried)] == [State.BOOKED, State.TRYING]
+    for made in (booked, tried):
+        campus.do(lambda uow, made=made: series.cancel_series(uow, made.series_id, "passenger"))  # type: ignore[misc]
+        assert states(campus, made) == [State.CANCELLED]
+
+
+def test_a_series_is_over_on_the_second_day_after_its_last_one(campus: CampusUnderTest) -> None:
+    """Its last ride may end after midnight."""
+    made = book(campus, ends_on=MONDAY)
+    for expected in (SeriesState.ACTIVE, SeriesState.ACTIVE, SeriesState.FINISHED):
+        run_scheduler(campus)
+        assert campus.read(lambda uow: series.series_of(uow, made.series_id)).state is expected
+        campus.clock.advance(86_400.0)
+
+
+def test_the_longest_series_is_taken_and_one_of_a_day_more_is_not(campus: CampusUnderTest) -> None:
+    book(campus, ends_on=MONDAY + timedelta(days=DAYS_MAX))
+    with pytest.raises(SeriesInvalid, match=f"lasts {DAYS_MAX} days"):
+        book(campus, ends_on=MONDAY + timedelta(days=DAYS_MAX + 1))

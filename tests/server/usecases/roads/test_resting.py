@@ -80,13 +80,7 @@ def test_without_a_place_of_its_own_a_shuttle_is_told_so(driven_fleet: FakeFleet
     position = RoadPosition(0, here.lane_id, here.s_m)
     plan = plan_of(fleet, 0)
     assert fleet.campus.read(lambda uow: can_rest(uow, plan, position))
-    homeless = replace(plan, version=plan.version + 1, resting_place_id="")
-    fleet.campus.do(lambda uow: uow.plans.save(homeless, plan.version))
-    free = [name for name in fleet.network.resting_places if name not in taken(fleet)]
-    for number, name in enumerate(free):
-        other = replace(plan, version=1, vehicle_id=f"other-{number}", resting_place_id=name, visits=())
-        fleet.campus.enrol(other.vehicle_id)
-        fleet.campus.do(lambda uow, o=other: uow.plans.save(o, 0))  # type: ignore[misc]
+    fleet.leave_homeless(plan.vehicle_id)
     assert not fleet.campus.read(lambda uow: can_rest(uow, plan, position))
     with pytest.raises(NoRestingPlaceFree, match=plan.vehicle_id):
         chosen(fleet, (here.lane_id, here.s_m))
