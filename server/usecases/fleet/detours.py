@@ -1,13 +1,13 @@
 """Plans after a road was closed: unreachable calls leave them, and all riders aboard get a drop-off."""
 
-from collections.abc import Sequence, Set
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from contract.geometry import Array
-from server.dispatch.problem import Call, Problem, VehicleState
-from server.domain.errors import DestinationRefused, NoRestingPlaceFree, StopUnreachable
+from server.dispatch.problem import Call
+from server.domain.errors import DestinationRefused, NoRestingPlaceFree
 from server.domain.planning.plans import Plan, PlannedVisit, next_version
 from server.domain.record.incidents import IncidentKind
 from server.domain.rides.rides import (
@@ -18,6 +18,7 @@ from server.domain.rides.rides import (
 )
 from server.domain.roads.closures import Closure
 from server.domain.service.timetable import missed, without_vehicle
+from server.usecases.fleet.cut_off_calls import cut_off_calls, way_out_s, without_riders
 from server.usecases.planning import plans, unreachable_rides
 from server.usecases.planning.snapshot import take_snapshot
 from server.usecases.ports import topics
@@ -35,64 +36,33 @@ def reroute_vehicles(uow: UnitOfWork, standing: Sequence[Closure]) -> tuple[str,
     snapshot = take_snapshot(uow)
     turned = []
     for vehicle in snapshot.problem.vehicles:
-        reached, lost = _reachable(snapshot.problem, vehicle)
+        lost = cut_off_calls(snapshot.problem, vehicle)
         if lost:
-            _reroute(uow, vehicle, reached, lost, unreachable_rides.names_of(standing))
+            row = way_out_s(snapshot.problem, vehicle)
+            _reroute(uow, vehicle.vehicle_id, row, lost, unreachable_rides.names_of(standing))
             turned.append(vehicle.vehicle_id)
     return tuple(turned)
 
 
-def _reachable(problem: Problem, vehicle: VehicleState) -> tuple[Array, list[int]]:
-    """Times from where its riders can first be let out, and which of its calls no road leads to."""
-    row: Array = vehicle.to_places_s
-    first: Array = row
-    lost = []
-    for number, call in enumerate(vehicle.calls):
-        if call.off_duty:
-            continue
-        if number >= vehicle.locked and not np.isfinite(row[call.place]):
-            lost.append(number)
-            continue
-        row = problem.times[call.place]
-        if number < vehicle.locked:
-            first = row
-    return first, lost
-
-
-def _reroute(uow: UnitOfWork, vehicle: VehicleState, row: Array, lost: list[int], cause: str) -> None:
-    vehicle_id = vehicle.vehicle_id
+def _reroute(uow: UnitOfWork, vehicle_id: str, row: Array, lost: Sequence[Call], cause: str) -> None:
     plan = plans.plan_of(uow, vehicle_id)
-    calls = [vehicle.calls[number] for number in lost]
-    rides = _riders(uow, calls)
+    rides = _riders(uow, lost)
     exits = {ride.ride_id: _nearest(uow, ride, row) for ride in rides if ride.state is RideState.ABOARD}
     held_in = {ride_id for ride_id, to_stop in exits.items() if to_stop is None}
     # A party that cannot be let out anywhere keeps a visit.
-    gone = {call.call_id for call in calls if call.call_id and held_in.isdisjoint(call.alight)}
+    gone = {call.call_id for call in lost if held_in.isdisjoint(call.alight)}
     gone |= _departures_given_up(uow, plan, [visit for visit in plan.visits if visit.visit_id in gone], cause)
     waiting = {ride.ride_id for ride in rides if ride.state in WAITING}
     if gone or waiting:
         kept = [visit for visit in plan.visits if visit.visit_id not in gone]
-        uow.plans.save(next_version(plan, _without(kept, waiting)), plan.version)
+        uow.plans.save(next_version(plan, without_riders(kept, waiting)), plan.version)
         _record_detour(
             uow, vehicle_id, [visit.stop_id for visit in plan.visits if visit.visit_id in gone], cause
         )
     plans.requeue(uow, vehicle_id, sorted(waiting))
-    for ride in rides:
-        if ride.ride_id in exits:
-            _let_out(uow, ride, exits[ride.ride_id], cause)
-    replan(uow, vehicle_id)
-
-
-def _without(visits: Sequence[PlannedVisit], ride_ids: Set[str]) -> list[PlannedVisit]:
-    """The visits without these riders, and without those that were made for them alone."""
-    kept = []
-    for visit in visits:
-        board = tuple(ride_id for ride_id in visit.board if ride_id not in ride_ids)
-        alight = tuple(ride_id for ride_id in visit.alight if ride_id not in ride_ids)
-        had_riders = bool(visit.board or visit.alight)
-        if board or alight or not had_riders or visit.departure_id or visit.state == "under_way":
-            kept.append(replace(visit, board=board, alight=alight))
-    return kept
+    aboard = [ride for ride in rides if ride.ride_id in exits]
+    let_out_first = [ride for ride in aboard if _let_out(uow, ride, exits[ride.ride_id], cause)]
+    replan(uow, vehicle_id, rest_anew=bool(let_out_first))
 
 
 def _riders(uow: UnitOfWork, calls: Sequence[Call]) -> list[Ride]:
@@ -100,10 +70,15 @@ def _riders(uow: UnitOfWork, calls: Sequence[Call]) -> list[Ride]:
     return [ride for ride_id in ride_ids if (ride := uow.rides.get(ride_id)) is not None]
 
 
-def replan(uow: UnitOfWork, vehicle_id: str) -> None:
-    """As `plans.replan`; an incident opens if closed roads cut the shuttle off from every resting place."""
+def replan(uow: UnitOfWork, vehicle_id: str, *, rest_anew: bool = False) -> None:
+    """As `plans.replan`; an incident opens if closed roads cut the shuttle off from every resting place.
+
+    rest_anew  the plan was changed here, and its rest is to lie behind its stops
+    """
     try:
         plans.replan(uow, vehicle_id)
+        if rest_anew:
+            plans.choose_resting_place(uow, vehicle_id)
     except NoRestingPlaceFree as error:
         open_incident(uow, IncidentKind.NO_RESTING_PLACE, vehicle_id, error.detail, vehicle_id=vehicle_id)
     else:
@@ -113,25 +88,27 @@ def replan(uow: UnitOfWork, vehicle_id: str) -> None:
 # ---------------------------------------------------------------- riders aboard
 
 
-def _let_out(uow: UnitOfWork, ride: Ride, to_stop: str | None, cause: str) -> None:
-    """Let a party out at the reachable stop nearest to its destination. If there is none, it stays on board,
-    and an incident opens."""
+def _let_out(uow: UnitOfWork, ride: Ride, to_stop: str | None, cause: str) -> bool:
+    """Let a party out at the reachable stop nearest to its destination; whether that comes first of all now.
+
+    If there is no such stop, it stays on board, and an incident opens.
+    """
     name = f"ride {ride.ride_code} is aboard {ride.vehicle_id}"
     if to_stop is None:
         _report(uow, ride, f"{name}, which no road leads out of: {cause}")
-        return
+        return False
     try:
         changed = destinations.let_out_elsewhere(uow, ride, to_stop)
-    except (DestinationRefused, StopUnreachable, NoRestingPlaceFree):
+    except DestinationRefused:
         changed = None
     if changed is None:
         _let_out_first(uow, ride, to_stop)
-    if to_stop == ride.to_stop:
-        return
-    _report(uow, ride, f"{name} and is let out at {to_stop} instead of {ride.to_stop}: {cause}")
-    detail = f"{ride.to_stop} to {to_stop}: {cause}"
-    record_event(uow, "ride.destination_changed", ride.ride_id, THE_SERVER, detail)
-    uow.publish(topics.ride(uow.campus_id, ride.ride_id), to_stop=to_stop)
+    if to_stop != ride.to_stop:
+        _report(uow, ride, f"{name} and is let out at {to_stop} instead of {ride.to_stop}: {cause}")
+        detail = f"{ride.to_stop} to {to_stop}: {cause}"
+        record_event(uow, "ride.destination_changed", ride.ride_id, THE_SERVER, detail)
+        uow.publish(topics.ride(uow.campus_id, ride.ride_id), to_stop=to_stop)
+    return changed is None
 
 
 def _nearest(uow: UnitOfWork, ride: Ride, row: Array) -> str | None:
@@ -161,13 +138,9 @@ def _let_out_first(uow: UnitOfWork, ride: Ride, to_stop: str) -> None:
         alight=(ride.ride_id,),
         dwell_s=uow.rules.dwell_s,
     )
-    here = [visit for visit in plan.visits if visit.state == "under_way"]
-    others = [
-        replace(visit, alight=tuple(other for other in visit.alight if other != ride.ride_id))
-        for visit in plan.visits
-        if visit.state != "under_way"
-    ]
-    uow.plans.save(next_version(plan, (*here, exit_visit, *others)), plan.version)
+    begun = [visit for visit in plan.visits if visit.state == "under_way"]
+    others = [visit for visit in plan.visits if visit.state != "under_way"]
+    uow.plans.save(next_version(plan, (*begun, exit_visit, *others)), plan.version)
 
 
 def _report(uow: UnitOfWork, ride: Ride, cause: str) -> None:

@@ -81,5 +81,6 @@ def _keeps_promises(schedule: Schedule, before: Schedule, request_id: str) -> bo
     """Whether no promise is broken that was kept, and nobody else who is late comes later still."""
     if schedule.impossible or schedule.overdue - before.overdue:
         return False
-    late = schedule.overdue - {request_id}
+    # A vehicle that ends its shift late is overdue without a name.
+    late = [name for name in schedule.overdue if name in before.rows and name != request_id]
     return all(schedule.arrival_s(name) <= before.arrival_s(name) + _LATER_S for name in late)

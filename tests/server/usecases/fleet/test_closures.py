@@ -332,3 +332,37 @@ def test_a_shuttle_shut_in_with_its_riders_is_an_incident_and_goes_on_when_the_r
     assert any("no road leads out" in cause for cause in causes(fleet, IncidentKind.ROAD_CLOSED))
     lift(fleet, closure)
     assert drive_until(fleet, ride, RideState.COMPLETED).to_stop == "SE13"
+
+
+def test_riders_whose_shuttle_has_nowhere_to_rest_are_let_out_first_and_an_operator_is_told(
+    one_shuttle: FakeFleet,
+) -> None:
+    fleet = one_shuttle
+    riding, other = fleet.book("NN7", "C6"), fleet.book("NN7", "NN20")
+    for ride in (riding, other):
+        drive_until(fleet, ride, RideState.ABOARD)
+    fleet.leave_homeless("shuttle-1")
+    close(fleet)
+    told = fleet.ride(riding.ride_id)
+    assert told.to_stop != "C6"
+    plan = fleet.campus.read(lambda uow: uow.plans.get("shuttle-1"))
+    assert plan is not None
+    stops = [visit for visit in plan.visits if visit.kind == "stop" and visit.state == "pending"]
+    assert [(visit.stop_id, visit.alight) for visit in stops] == [
+        (told.to_stop, (riding.ride_id,)),
+        ("NN20", (other.ride_id,)),
+    ]
+    assert any(told.to_stop in cause for cause in causes(fleet, IncidentKind.ROAD_CLOSED))
+    assert any("shuttle-1" in cause for cause in causes(fleet, IncidentKind.NO_RESTING_PLACE))
+
+
+def test_riders_for_whom_no_plan_keeps_every_promise_are_driven_to_their_exit_first(
+    one_shuttle: FakeFleet, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fleet = one_shuttle
+    ride = fleet.book("NN7", "C6")
+    drive_until(fleet, ride, RideState.ABOARD)
+    monkeypatch.setattr(destinations, "let_out_elsewhere", lambda *_: None)
+    close(fleet)
+    assert causes(fleet, IncidentKind.NO_RESTING_PLACE) == []
+    assert drive_until(fleet, ride, RideState.COMPLETED).to_stop == "NN20"

@@ -153,3 +153,8 @@ def test_without_a_way_that_keeps_all_promises_there_is_no_route() -> None:
     bob = party("bob", 0, 8, arrive_by_s=485.0)
     assert stops(cheapest(replace(vehicle, on_duty_to_s=740.0), 4, bob))[-1] == (4, (), ("ann",))
     assert cheapest(replace(vehicle, on_duty_to_s=730.0), 4, bob) is None
+
+
+def test_a_shuttle_that_ends_its_shift_late_anyway_still_lets_its_riders_out() -> None:
+    vehicle = replace(shuttle(let_out(6, "bob"), aboard=("ann", "bob")), on_duty_to_s=100.0)
+    assert stops(cheapest(vehicle, 4, party("bob", 0, 6))) == [(4, (), ("ann",)), (6, (), ("bob",))]
