@@ -69,6 +69,11 @@ class DepartureEffect:
     late_after_s: float
     waits: bool
 
+    @property
+    def is_news(self) -> bool:
+        moved = abs(self.late_after_s - self.late_before_s) >= _NEWS_S
+        return self.vehicle_before != self.vehicle_after or moved or self.waits
+
 
 @dataclass(frozen=True, slots=True)
 class Effects:

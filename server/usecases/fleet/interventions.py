@@ -69,7 +69,7 @@ def intervene(uow: UnitOfWork, vehicle_id: str, intervention: Intervention, by: 
     plans.refresh_expected(uow)
     after = enrolled_vehicle(uow, vehicle_id)
     stands = after.held and after.hold_ends is None and not stood
-    return InterventionResult(_effects(uow, rides, before, vehicle_id if stands else None), command)
+    return InterventionResult(_effects(uow, rides, before, vehicle_id if stands else ""), command)
 
 
 def hold(uow: UnitOfWork, vehicle_id: str, by: str, for_s: float | None = None) -> VehicleCommand:
@@ -200,31 +200,29 @@ def _effects(
     uow: UnitOfWork,
     rides: Sequence[Ride],
     departures_before: dict[str, tuple[Departure, float]],
-    standing: str | None,
+    standing: str,
 ) -> Effects:
-    """standing: the vehicle that the intervention holds until it is resumed."""
+    """standing: the vehicle that the intervention holds until it is resumed, "" for none."""
     ride_effects = []
     for before in rides:
         after = uow.rides.get(before.ride_id) or before
-        waits = not after.has_ended and standing is not None and after.vehicle_id == standing
+        waits = not after.has_ended and after.vehicle_id == standing
         effect = ride_effect(before, after, uow.rules.promise_lapse_s, waits=waits)
         if effect is not None:
             ride_effects.append(effect)
     now = _departures(uow)
-    changed = []
+    departure_effects = []
     for departure_id, (departure, late_before_s) in departures_before.items():
+        # A departure that was given up has no vehicle, and is not late any more.
         after_one, late_after_s = now.get(departure_id, (replace(departure, vehicle_id=None), 0.0))
-        waits = standing is not None and after_one.vehicle_id == standing
-        moved = departure.vehicle_id != after_one.vehicle_id or abs(late_after_s - late_before_s) >= 1.0
-        if moved or waits:
-            changed.append(
-                DepartureEffect(
-                    departure_id,
-                    departure.vehicle_id,
-                    after_one.vehicle_id,
-                    late_before_s,
-                    late_after_s,
-                    waits,
-                )
+        departure_effects.append(
+            DepartureEffect(
+                departure_id,
+                vehicle_before=departure.vehicle_id,
+                vehicle_after=after_one.vehicle_id,
+                late_before_s=late_before_s,
+                late_after_s=late_after_s,
+                waits=after_one.vehicle_id == standing,
             )
-    return Effects(tuple(ride_effects), tuple(changed))
+        )
+    return Effects(tuple(ride_effects), tuple(effect for effect in departure_effects if effect.is_news))

@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from server.domain.rides.effects import RideEffect, ride_effect
+from server.domain.rides.effects import DepartureEffect, RideEffect, ride_effect
 from server.domain.rides.rides import Promise, Ride, RideState
 
 NOW = datetime(2026, 11, 23, 8, 0, tzinfo=UTC)
@@ -111,3 +111,22 @@ def test_the_promise_that_counts_is_the_one_from_before() -> None:
     told_anew = Promise(minutes(30), minutes(40), minutes(60))
     moved = shown(pickup_eta=minutes(35), arrival_eta=minutes(50), promise=told_anew, promise_broken=True)
     assert moved.breaks
+
+
+@pytest.mark.parametrize(
+    ("vehicle_after", "late_before_s", "late_after_s", "waits", "news"),
+    [
+        ("shuttle-1", 30.0, 30.0, False, False),
+        ("shuttle-1", 30.0, 30.9, False, False),
+        ("shuttle-1", 30.0, 31.0, False, True),
+        ("shuttle-1", 31.0, 30.0, False, True),
+        ("shuttle-2", 0.0, 0.0, False, True),
+        (None, 0.0, 0.0, False, True),
+        ("shuttle-1", 0.0, 0.0, True, True),
+    ],
+)
+def test_of_a_departure_its_vehicle_its_lateness_and_its_standing_are_news(
+    vehicle_after: str | None, late_before_s: float, late_after_s: float, waits: bool, news: bool
+) -> None:
+    shown = DepartureEffect("first", "shuttle-1", vehicle_after, late_before_s, late_after_s, waits)
+    assert shown.is_news is news

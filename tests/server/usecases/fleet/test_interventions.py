@@ -1,6 +1,7 @@
 """Hold, recall and reassign: what they do, and that a preview says just that and changes nothing."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from datetime import datetime, timedelta
 
 import pytest
@@ -345,3 +346,79 @@ def test_only_a_ride_that_waits_for_the_shuttle_can_be_given_away(fleet: FakeFle
     fleet.run_until(lambda: fleet.ride(ride.ride_id).state is RideState.ABOARD)
     with pytest.raises(RideAlreadyAboard):
         done(fleet.campus, first, Intervention("reassign", ride_id=ride.ride_id))
+
+
+def test_holds_end_when_their_time_has_come_each_for_itself(fleet: FakeFleet) -> None:
+    one, other, third = fleet.shuttles
+    for shuttle in (other, third):
+        done(fleet.campus, shuttle.vehicle_id, Intervention("hold", for_s=60.0))
+        shuttle.hold()
+    third.disconnect()
+    fleet.campus.clock.advance(59.0)
+    assert fleet.campus.do(interventions.end_holds) == ()
+    fleet.campus.clock.advance(1.0)
+    assert fleet.campus.do(interventions.end_holds) == (other.vehicle_id,)
+    assert fleet.campus.read(lambda uow: enrolled_vehicle(uow, one.vehicle_id)).accepts_rides
+
+
+def test_a_hold_that_makes_a_departure_a_minute_late_says_so_and_leaves_it_with_its_shuttle(
+    fleet: FakeFleet,
+) -> None:
+    campus = fleet.campus
+    campus.clock.advance(-1500.0)
+    (departure, *_) = campus.do(departures.plan_departures)
+    first = departure.vehicle_id or ""
+
+    def late_s() -> float:
+        plan = campus.read(lambda uow: plans.plan_of(uow, first))
+        call = next(visit for visit in plan.visits if visit.departure_id)
+        assert call.eta is not None
+        assert call.not_before is not None
+        return (call.eta + timedelta(seconds=call.dwell_s) - call.not_before).total_seconds()
+
+    wish = Intervention("hold", for_s=60.0 - late_s())
+    (later,) = (e for e in done(campus, first, wish).departures if e.departure_id == departure.departure_id)
+    assert (later.vehicle_before, later.vehicle_after, later.waits) == (first, first, False)
+    assert later.late_before_s == 0.0
+    assert later.late_after_s == pytest.approx(60.0)
+
+
+def test_a_ride_goes_to_a_named_shuttle_with_its_promise_kept_if_that_can_be(fleet: FakeFleet) -> None:
+    ride = assigned_rides(fleet, 1, 1800.0)[0]
+    first = ride.vehicle_id or ""
+    other = next(s.vehicle_id for s in fleet.shuttles if s.vehicle_id != first)
+    done(fleet.campus, first, Intervention("reassign", ride_id=ride.ride_id, to_vehicle_id=other))
+    moved = fleet.ride(ride.ride_id)
+    assert (moved.vehicle_id, moved.promise, moved.promise_broken) == (other, ride.promise, False)
+
+
+def test_of_all_rides_those_that_others_can_take_go_and_the_record_says_how_many_to_whom(
+    fleet: FakeFleet,
+) -> None:
+    large, small = fleet.book("NN20", "C6", 4), fleet.book("NN20", "C6")
+    first = large.vehicle_id or ""
+    assert small.vehicle_id == first
+    for vehicle in fleet.campus.read(lambda uow: uow.vehicles.all()):
+        if vehicle.vehicle_id != first:
+            fleet.campus.do(lambda uow, v=vehicle: uow.vehicles.save(replace(v, seats=2)))  # type: ignore[misc]
+    done(fleet.campus, first, Intervention("reassign"))
+    assert fleet.ride(large.ride_id).vehicle_id == first
+    taken_by = fleet.ride(small.ride_id).vehicle_id
+    assert taken_by not in (first, None)
+    done(fleet.campus, taken_by or "", Intervention("reassign", None, small.ride_id, first))
+    told = fleet.campus.read(lambda uow: uow.views.server_events())
+    said = {event.detail for event in told if event.name == "vehicle.reassigned"}
+    assert said == {"2 to any other", f"{small.ride_id} to {first}"}
+
+
+def test_a_refused_reassignment_names_whom_it_was_meant_for(fleet: FakeFleet) -> None:
+    ride = assigned_rides(fleet, 1)[0]
+    first = ride.vehicle_id or ""
+    other = next(s.vehicle_id for s in fleet.shuttles if s.vehicle_id != first)
+    for shuttle in fleet.shuttles:
+        if shuttle.vehicle_id != first:
+            shuttle.hold()
+    for to, whom in (("", "another shuttle"), (other, other)):
+        wish = Intervention("reassign", ride_id=ride.ride_id, to_vehicle_id=to)
+        with pytest.raises(ReassignmentRefused, match=f"given to {whom}:"):
+            done(fleet.campus, first, wish)
