@@ -53,35 +53,39 @@ def evacuate(uow: UnitOfWork, vehicle_id: str, by: str) -> tuple[Ride, ...]:
     """
     vehicle = enrolled_vehicle(uow, vehicle_id)
     record_event(uow, "vehicle.evacuated", vehicle_id, by, "")
-    moved = strand_riders(uow, vehicle, f"an operator has {vehicle_id} evacuated")
-    if not moved:
+    concerned = strand_riders(uow, vehicle, f"an operator has {vehicle_id} evacuated")
+    if not concerned:
         raise NobodyAboard(f"no rider is aboard {vehicle_id}")
     plans.assign_waiting(uow)
-    return tuple(uow.rides.get(ride.ride_id) or ride for ride in moved)
+    return tuple(uow.rides.get(ride.ride_id) or ride for ride in concerned)
 
 
 def strand_riders(uow: UnitOfWork, vehicle: Vehicle, cause: str) -> list[Ride]:
     """Send all riders aboard to the nearest stop, to wait for another shuttle. Each ride is an incident.
 
     If the position is not known, or if the nearest stop is their destination, the ride ends.
-    `plans.assign_waiting` finds the other shuttle.
+    `plans.assign_waiting` finds the other shuttle. Returns all of these rides.
     """
-    moved = []
-    for ride in uow.rides.of_vehicle(vehicle.vehicle_id, [RideState.ABOARD]):
-        stop_id, walk_s = _nearest_stop(uow, vehicle.vehicle_id, ride)
-        if stop_id in ("", ride.to_stop):
-            _fail_lost_ride(uow, ride, cause, walk_s)
-            continue
-        after = stranded(ride, stop_id, uow.now + timedelta(seconds=walk_s), uow.now)
-        uow.rides.save(after)
-        moved.append(after)
-        stop = uow.network().stops[stop_id].name
-        detail = f"{cause}; another shuttle comes to {stop}, {walk_s / 60.0:.0f} minutes on foot"
-        _record_stranded(uow, ride, detail)
-    if moved and not vehicle.retired:
+    aboard = uow.rides.of_vehicle(vehicle.vehicle_id, [RideState.ABOARD])
+    concerned = [_strand(uow, ride, cause) for ride in aboard]
+    if concerned and not vehicle.retired:
         plans.replan(uow, vehicle.vehicle_id)
         uow.publish(topics.dispatch(uow.campus_id))
-    return moved
+    return concerned
+
+
+def _strand(uow: UnitOfWork, ride: Ride, cause: str) -> Ride:
+    nearest = _nearest_stop(uow, ride)
+    if nearest is None:
+        return _fail_lost_ride(uow, ride, f"{cause}, and its position is not known")
+    stop_id, walk_s = nearest
+    if stop_id == ride.to_stop:
+        return _fail_lost_ride(uow, ride, f"{cause}; your stop is {_minutes(walk_s)} away on foot")
+    after = stranded(ride, stop_id, uow.now + timedelta(seconds=walk_s), uow.now)
+    uow.rides.save(after)
+    stop = uow.network().stops[stop_id].name
+    _record_stranded(uow, ride, f"{cause}; another shuttle comes to {stop}, {_minutes(walk_s)} on foot")
+    return after
 
 
 def rider_left_lost_vehicle(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> None:
@@ -97,19 +101,28 @@ def rider_left_lost_vehicle(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> Non
         plans.replan(uow, other)
 
 
-def _nearest_stop(uow: UnitOfWork, vehicle_id: str, ride: Ride) -> tuple[str, float]:
-    """The stop and the seconds on foot; "" if there is none, or if the shuttle's position is not known."""
-    where = uow.vehicles.whereabouts(vehicle_id)
+def _nearest_stop(uow: UnitOfWork, ride: Ride) -> tuple[str, float] | None:
+    """The nearest stop from which the ride can go on, or its destination, and the seconds there on foot.
+
+    None if the shuttle's position is not known.
+    """
+    where = uow.vehicles.whereabouts(ride.vehicle_id or "")
     if where is None or where.status is None:
-        return "", 0.0
+        return None
     roads, pose = uow.roads(), where.status.pose_map
-    best = ("", math.inf)
-    for stop in roads.network.road_map.stops:
-        apart_m = roads.network.apart_m(stop.stop_id, pose.x_m, pose.y_m)
-        served = stop.stop_id == ride.to_stop or math.isfinite(roads.direct_s(stop.stop_id, ride.to_stop))
-        if served and apart_m < best[1]:
-            best = stop.stop_id, apart_m
-    return best[0], on_foot_s(best[1], uow.rules.walk_mps) if best[0] else 0.0
+    stop_ids = [
+        stop.stop_id
+        for stop in roads.network.road_map.stops
+        if stop.stop_id == ride.to_stop or math.isfinite(roads.direct_s(stop.stop_id, ride.to_stop))
+    ]
+    apart_m = {stop_id: roads.network.apart_m(stop_id, pose.x_m, pose.y_m) for stop_id in stop_ids}
+    nearest = min(stop_ids, key=apart_m.__getitem__)
+    return nearest, on_foot_s(apart_m[nearest], uow.rules.walk_mps)
+
+
+def _minutes(walk_s: float) -> str:
+    count = max(1, round(walk_s / 60.0))
+    return "1 minute" if count == 1 else f"{count} minutes"
 
 
 def _is_near(uow: UnitOfWork, vehicle_id: str, stop_id: str) -> bool:
@@ -120,12 +133,10 @@ def _is_near(uow: UnitOfWork, vehicle_id: str, stop_id: str) -> bool:
     return uow.network().apart_m(stop_id, pose.x_m, pose.y_m) <= _THERE_M
 
 
-def _fail_lost_ride(uow: UnitOfWork, ride: Ride, cause: str, walk_s: float) -> None:
-    detail = f"{cause}; your stop is {max(1, round(walk_s / 60.0))} minutes away on foot"
-    if walk_s == 0.0:
-        detail = f"{cause}, and its position is not known"
+def _fail_lost_ride(uow: UnitOfWork, ride: Ride, detail: str) -> Ride:
     fail_ride(uow, ride, "vehicle_lost", detail, f"{detail}; make sure that the party gets on")
     record_event(uow, "ride.failed", ride.ride_id, "", detail)
+    return uow.rides.get(ride.ride_id) or ride
 
 
 def _record_stranded(uow: UnitOfWork, ride: Ride, detail: str) -> None:

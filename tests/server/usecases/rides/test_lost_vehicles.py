@@ -1,11 +1,16 @@
 """Riders aboard a shuttle that cannot go on."""
 
+from dataclasses import replace
+
+import msgspec
 import pytest
 
+from contract.geometry import Pose2
 from contract.wire.messages import ModeChanged, RiderAlighted
 from server.domain.errors import NobodyAboard, VehicleUnknown
 from server.domain.record.incidents import IncidentKind
 from server.domain.rides.rides import Ride, RideState
+from server.travel.walking import on_foot_s
 from server.usecases.fleet import vehicles
 from server.usecases.rides import lost_vehicles
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -107,7 +112,7 @@ def test_a_shuttle_that_breaks_down_at_the_destination_ends_the_ride(fleet: Fake
     fleet.campus.do(lambda uow: vehicles.retire(uow, lost.vehicle_id, "ann"))
     done = fleet.ride(ride.ride_id)
     assert (done.state, done.reason) == (RideState.FAILED, "vehicle_lost")
-    assert "1 minutes away" not in done.reason_detail
+    assert "your stop is 1 minute away on foot" in done.reason_detail
     assert IncidentKind.RIDE_FAILED in causes(fleet, ride)
 
 
@@ -115,3 +120,58 @@ def test_an_empty_shuttle_cannot_be_evacuated(fleet: FakeFleet) -> None:
     for vehicle_id, error in (("shuttle-1", NobodyAboard), ("shuttle-9", VehicleUnknown)):
         with pytest.raises(error):
             fleet.campus.do(lambda uow, v=vehicle_id: lost_vehicles.evacuate(uow, v, "ann"))
+
+
+def test_each_party_of_a_lost_shuttle_is_sent_its_own_way(fleet: FakeFleet) -> None:
+    """One is at its destination already, the other one waits there for another shuttle."""
+    ride, lost, other = underway(fleet)
+    there = fleet.book("NN7", "NN20")
+    riding = replace(there, state=RideState.ABOARD, vehicle_id=lost.vehicle_id, to_stop="NN20")
+    fleet.campus.do(lambda uow: uow.rides.save(riding))
+    stop = fleet.network.stops["NN20"]
+    lost.place = type(lost.place)(stop.lane_id, stop.s_m)
+    lost.report()
+    told = fleet.campus.do(lambda uow: lost_vehicles.evacuate(uow, lost.vehicle_id, "ann"))
+    moved, over = sorted(told, key=lambda one: one.ride_id == there.ride_id)
+    assert (moved.ride_id, moved.from_stop) == (ride.ride_id, "NN20")
+    assert (moved.state, moved.vehicle_id) == (RideState.ASSIGNED, other.vehicle_id)
+    assert (over.ride_id, over.state) == (there.ride_id, RideState.FAILED)
+    plan = fleet.campus.read(lambda uow: uow.plans.get(lost.vehicle_id))
+    assert plan is not None
+    assert not {ride.ride_id, there.ride_id} & set(plan.ride_ids)
+
+
+def test_riders_are_told_how_long_the_way_on_foot_is(fleet: FakeFleet) -> None:
+    ride, lost, _ = underway(fleet)
+    (moved,) = fleet.campus.do(lambda uow: lost_vehicles.evacuate(uow, lost.vehicle_id, "ann"))
+    minutes = round((moved.earliest - fleet.campus.clock.now()).total_seconds() / 60.0)
+    assert minutes > 1
+    assert f"{minutes} minutes on foot" in causes(fleet, ride)[IncidentKind.PROMISE_BROKEN]
+
+
+def test_a_shuttle_that_breaks_down_short_of_the_destination_says_how_far_that_is(fleet: FakeFleet) -> None:
+    ride, lost, _ = underway(fleet)
+    stop = fleet.network.stops[ride.to_stop]
+    walk_s = 150.0
+    lost.place = type(lost.place)(stop.lane_id, stop.s_m - 1.0)
+    lost.report()
+    x_m, y_m, _ = fleet.network.pose(stop.lane_id, stop.s_m)
+    away_m = walk_s * fleet.campus.rules.walk_mps / on_foot_s(1.0, 1.0)
+    status = lost.status_report().status
+    away = msgspec.structs.replace(status, pose_map=Pose2(x_m - away_m, y_m, 0.0))
+    nearest = min(fleet.network.stops, key=lambda name: fleet.network.apart_m(name, x_m - away_m, y_m))
+    assert nearest == ride.to_stop
+    fleet.campus.do(lambda uow: uow.vehicles.save_position(lost.vehicle_id, away))
+    fleet.campus.do(lambda uow: vehicles.retire(uow, lost.vehicle_id, "ann"))
+    assert "your stop is 2 minutes away on foot" in fleet.ride(ride.ride_id).reason_detail
+
+
+def test_riders_of_a_lost_shuttle_that_nobody_can_find_are_an_incident(fleet: FakeFleet) -> None:
+    fleet.campus.enrol("shuttle-9")
+    booked = fleet.book("NN20", "C6")
+    riding = replace(booked, state=RideState.ABOARD, vehicle_id="shuttle-9")
+    fleet.campus.do(lambda uow: uow.rides.save(riding))
+    (done,) = fleet.campus.do(lambda uow: lost_vehicles.evacuate(uow, "shuttle-9", "ann"))
+    assert (done.state, done.reason) == (RideState.FAILED, "vehicle_lost")
+    assert "its position is not known" in done.reason_detail
+    assert fleet.ride(booked.ride_id) == done
