@@ -1,6 +1,8 @@
 """Batteries: nobody is promised what they do not reach, and idle shuttles go to charge."""
 
 from collections.abc import Iterator
+from dataclasses import replace
+from datetime import timedelta
 
 import msgspec
 import pytest
@@ -269,3 +271,62 @@ def test_below_the_reserve_riders_aboard_are_finished_and_the_others_given_away(
     with_charge(pair, shuttle, 0.5)
     steps(pair, 4)
     assert IncidentKind.BATTERY_LOW not in kinds(pair)
+
+
+def details(fleet: FakeFleet, name: str) -> list[str]:
+    found = fleet.campus.read(lambda uow: uow.views.server_events())
+    return [event.detail for event in found if event.name == name]
+
+
+def test_what_the_battery_changes_is_told_once_with_its_charge(fleet: FakeFleet) -> None:
+    (shuttle,) = fleet.shuttles
+    for ratio, name in (
+        (0.2, "vehicle.charging"),
+        (RULES.battery_full_ratio, "vehicle.charged"),
+        (0.15, "vehicle.charging"),
+    ):
+        with_charge(fleet, shuttle, ratio)
+        assert fleet.campus.do(charging.manage_charging) == (shuttle.vehicle_id,)
+        assert fleet.campus.do(charging.manage_charging) == ()
+        assert f"{100.0 * ratio:.0f} %" in details(fleet, name)
+        assert is_charging(fleet, shuttle) is (name == "vehicle.charging")
+
+
+def test_below_the_reserve_a_shuttle_gives_its_work_away_once_and_again_when_it_has_some(
+    fleet: FakeFleet,
+) -> None:
+    (shuttle,) = fleet.shuttles
+    ride = fleet.book("stop-0", "stop-2")
+    with_charge(fleet, shuttle, RULES.battery_reserve_ratio - 0.02)
+    assert fleet.campus.do(charging.manage_charging) == (shuttle.vehicle_id,)
+    assert fleet.campus.do(charging.manage_charging) == ()
+    (low,) = fleet.campus.read(lambda uow: uow.views.incidents())
+    assert low.kind is IncidentKind.BATTERY_LOW
+    assert low.cause.startswith(f"battery at {100.0 * shuttle.battery_ratio:.0f} %")
+    fleet.campus.do(lambda uow: uow.rides.save(replace(ride, state=RideState.ASSIGNED)))
+    assert fleet.campus.do(charging.manage_charging) == (shuttle.vehicle_id,)
+
+
+def test_somebody_who_is_wanted_stops_charging_exactly_from_the_level_for_that(fleet: FakeFleet) -> None:
+    (shuttle,) = fleet.shuttles
+    with_charge(fleet, shuttle, 0.2)
+    fleet.campus.do(charging.manage_charging)
+    ride = fleet.book("stop-0", "stop-2", earliest=fleet.campus.clock.now() + timedelta(hours=20))
+    taken = replace(ride, state=RideState.ASSIGNED, vehicle_id=shuttle.vehicle_id)
+    fleet.campus.do(lambda uow: uow.rides.save(taken))
+    for ratio, charges in ((RULES.battery_accept_ratio - 0.01, True), (RULES.battery_accept_ratio, False)):
+        with_charge(fleet, shuttle, ratio)
+        fleet.campus.do(charging.manage_charging)
+        assert is_charging(fleet, shuttle) is charges
+
+
+def test_a_shuttle_that_finds_no_place_to_charge_is_planned_again_later(pair: FakeFleet) -> None:
+    low, other = pair.shuttles
+    other.hold()
+    ride = pair.book("stop-0", "stop-2")
+    assert ride.vehicle_id == low.vehicle_id
+    pair.leave_homeless(low.vehicle_id)
+    with_charge(pair, low, RULES.battery_reserve_ratio - 0.02)
+    pair.campus.do(charging.manage_charging)
+    assert is_charging(pair, low)
+    assert any(low.vehicle_id in detail for detail in details(pair, "plan.waits"))

@@ -6,6 +6,8 @@ from datetime import datetime, timedelta
 
 import pytest
 
+from server.dispatch.demand import FREE_DAY, WORKDAY
+from server.domain.planning.plans import Plan
 from server.domain.rides.rides import Ride, RideState
 from server.domain.rules import FleetRules
 from server.domain.service.service import ServiceException
@@ -228,3 +230,57 @@ def a_morning(relocates: bool) -> float:
 
 def test_riders_wait_less_than_where_everybody_stays_put() -> None:
     assert a_morning(relocates=True) < 0.75 * a_morning(relocates=False)
+
+
+@pytest.mark.parametrize(("days", "kind"), [(4, "workday"), (5, "free day"), (6, "free day")])
+def test_friday_is_a_workday_and_saturday_is_none(fleet: FakeFleet, days: int, kind: str) -> None:
+    remember(fleet, 20, 6, "stop-0")
+    demand = fleet.campus.read(relocation.learn_demand)
+    rates = demand.rates.copy()
+    rates[FREE_DAY if kind == "workday" else WORKDAY] = 0.0
+    fleet.campus.clock.advance(days * 86400.0)
+    assert look_with(fleet, replace(demand, rates=rates)) == "shuttle-1"
+
+
+@pytest.mark.parametrize(("early_s", "goes"), [(0.0, True), (1.0, False)])
+def test_it_sets_out_for_the_hour_in_which_it_arrives(fleet: FakeFleet, early_s: float, goes: bool) -> None:
+    remember(fleet, 20, 6, "stop-0")
+    demand = fleet.campus.read(relocation.learn_demand)
+    rates = demand.rates.copy()
+    rates[:, :8] = rates[:, 9:] = 0.0
+    fleet.campus.clock.advance(-fleet.campus.rules.relocation_ahead_s - early_s)
+    assert (look_with(fleet, replace(demand, rates=rates)) == "shuttle-1") is goes
+
+
+@pytest.mark.parametrize(("spare", "goes"), [(0.0, True), (-0.01, False)])
+def test_it_goes_with_enough_charge_to_take_rides_there(fleet: FakeFleet, spare: float, goes: bool) -> None:
+    remember(fleet, 20, 6, "stop-0")
+    fleet.shuttles[0].battery_ratio = fleet.campus.rules.battery_accept_ratio + spare
+    fleet.shuttles[0].report()
+    assert (look(fleet) == "shuttle-1") is goes
+
+
+def test_a_place_on_which_another_shuttle_still_stands_is_not_free() -> None:
+    fleet = a_fleet(FleetRules(), count=2)
+    remember(fleet, 20, 6, "stop-0")
+    plan = fleet.campus.read(lambda uow: uow.plans.get("shuttle-2"))
+    assert plan is not None
+    given_up = replace(plan, version=plan.version + 1, resting_place_id="")
+    fleet.campus.do(lambda uow: uow.plans.save(given_up, plan.version))
+    assert look(fleet) is None
+    fleet.campus.close()
+
+
+@pytest.mark.parametrize("why", ["held", "no place free any more"])
+def test_what_has_changed_without_the_plan_overtakes_a_proposal_as_well(fleet: FakeFleet, why: str) -> None:
+    remember(fleet, 20, 6, "stop-0")
+    demand = fleet.campus.read(relocation.learn_demand)
+    move = fleet.campus.read(lambda uow: relocation.best_relocation(uow, demand))
+    assert move is not None
+    if why == "held":
+        fleet.shuttles[0].hold()
+    else:
+        fleet.campus.enrol("shuttle-2")
+        there = Plan(fleet.campus.read(lambda uow: uow.campus_id), "shuttle-2", 1, (), move.place_id)
+        fleet.campus.do(lambda uow: uow.plans.save(there, 0))
+    assert not fleet.campus.do(lambda uow: relocation.relocate(uow, move))
