@@ -126,4 +126,5 @@ def test_a_departure_whose_shuttle_would_have_nowhere_to_rest_waits_for_another_
 ) -> None:
     fleet = begin(trip("first", 1500, "NN7", "NN20"))
     fleet.leave_homeless("shuttle-1")
+    assert fleet.campus.do(departures.plan_departures) == ()
     assert known(fleet)["first"].state is DepartureState.PLANNED

@@ -1,6 +1,7 @@
 """What operators do with vehicles, maps, codes and tokens."""
 
 import base64
+from dataclasses import replace
 from datetime import timedelta
 
 import msgspec
@@ -207,3 +208,46 @@ def test_positions_become_history_and_old_ones_are_forgotten(fleet: FakeFleet) -
     campus.clock.advance(campus.rules.history_days * 86400.0)
     assert campus.do(retention.forget_old) == 2
     assert campus.read(lambda uow: uow.views.history(shuttle.vehicle_id, began, later)) != points
+
+
+def test_a_retired_shuttle_is_nowhere_and_its_key_opens_no_session(driven_fleet: FakeFleet) -> None:
+    campus = driven_fleet.campus
+    driven_fleet.book("NN20", "C6")
+    for shuttle in driven_fleet.shuttles:
+        before = campus.read(lambda uow, s=shuttle: enrolled_vehicle(uow, s.vehicle_id))  # type: ignore[misc]
+        planned = campus.read(lambda uow, s=shuttle: uow.plans.get(s.vehicle_id))  # type: ignore[misc]
+        campus.do(lambda uow, s=shuttle: vehicles.retire(uow, s.vehicle_id, "ann"))  # type: ignore[misc]
+        gone = campus.read(lambda uow, s=shuttle: uow.vehicles.get(s.vehicle_id))  # type: ignore[misc]
+        assert gone is not None
+        assert gone.retired
+        assert (gone.in_service, gone.placed, gone.connected) == (False, False, False)
+        assert gone.epoch == before.epoch + 1
+        plan = campus.read(lambda uow, s=shuttle: uow.plans.get(s.vehicle_id))  # type: ignore[misc]
+        assert planned is not None
+        assert plan is not None
+        assert (plan.visits, plan.resting_place_id) == ((), "")
+        assert plan.version > planned.version
+        held = campus.read(lambda uow: uow.sections.all())
+        assert shuttle.vehicle_id not in {occupancy.vehicle_id for occupancy in held}
+
+
+def test_a_revoked_key_ends_the_session_that_it_opened(campus: CampusUnderTest) -> None:
+    code = campus.enrol("v1")
+    campus.do(lambda uow: vehicles.enrol(uow, code, "v1", KEY))
+    before = campus.read(lambda uow: enrolled_vehicle(uow, "v1"))
+    campus.do(lambda uow: uow.vehicles.save(replace(before, connected=True)))
+    campus.do(lambda uow: vehicles.revoke_key(uow, "v1", "ann"))
+    fenced = campus.read(lambda uow: enrolled_vehicle(uow, "v1"))
+    assert (fenced.epoch, fenced.connected) == (before.epoch + 1, False)
+
+
+def test_a_vehicle_is_placed_from_the_beginning_of_a_lane_to_its_end(campus: CampusUnderTest) -> None:
+    campus.enrol("shuttle-1")
+    lane_id = "east-4"
+    length_m = campus.read(lambda uow: uow.network().lines[lane_id].length_m)
+    for s_m in (-0.1, length_m + 0.1):
+        with pytest.raises(VehicleNotPlaced, match=f"no lane {lane_id} with a place at"):
+            campus.do(lambda uow, s=s_m: vehicles.place(uow, "shuttle-1", lane_id, s, "ann"))  # type: ignore[misc]
+    for s_m in (0.0, length_m):
+        placed = campus.do(lambda uow, s=s_m: vehicles.place(uow, "shuttle-1", lane_id, s, "ann"))  # type: ignore[misc]
+        assert placed.placed

@@ -7,8 +7,10 @@ import pytest
 from server.domain.errors import DestinationRefused, NoService, RideEnded, SameStop, StopUnknown
 from server.domain.rides.rides import Ride, RideState
 from server.domain.service.service import Hours, ServicePattern
-from server.usecases.fleet import service, vehicles
+from server.usecases.fleet import closures, service, vehicles
+from server.usecases.fleet.closures import CloseRoad
 from server.usecases.planning import plans
+from server.usecases.planning.snapshot import seconds
 from server.usecases.rides import destinations, rides
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.fake_shuttle import FakeShuttle
@@ -239,3 +241,52 @@ def test_who_changed_their_mind_may_ride_on(driven_fleet: FakeFleet) -> None:
     assert (on.let_out, on.first_to_stop, on.to_stop) == (False, None, "C1")
     driven_fleet.run_until_idle(6000.0)
     assert not driven_fleet.ride(ride.ride_id).left_early
+
+
+def test_the_present_destination_is_no_change_and_leaves_no_record(fleet: FakeFleet) -> None:
+    ride = fleet.book("NN20", "C6")
+    assert change(fleet, ride, "C6") == ride
+    assert "ride.destination_changed" not in events(fleet)
+
+
+def test_riders_change_their_destination_though_the_road_behind_them_is_closed(
+    driven_fleet: FakeFleet,
+) -> None:
+    fleet = driven_fleet
+    waiting, riding = fleet.book("NN20", "C1"), fleet.book("NN20", "C6")
+    until(fleet, riding, RideState.ABOARD)
+    stop = fleet.network.stops["NN20"]
+    fleet.run_until(lambda: shuttle_of(fleet, riding).place.lane_id != stop.lane_id)
+    fleet.campus.do(lambda uow: closures.close(uow, CloseRoad((stop.lane_id,)), "ann"))
+    assert change(fleet, riding, "GYM").to_stop == "GYM"
+    late = fleet.ride(waiting.ride_id)
+    if late.state is RideState.ASSIGNED:
+        with pytest.raises(DestinationRefused):
+            change(fleet, late, "GYM")
+
+
+@pytest.mark.parametrize("state", [RideState.ASSIGNED, RideState.ABOARD])
+def test_the_new_latest_arrival_has_the_slack_of_a_booking_made_now(
+    driven_fleet: FakeFleet, state: RideState
+) -> None:
+    fleet = driven_fleet
+    ride = fleet.book("NN20", "C6")
+    until(fleet, ride, state)
+    changed = change(fleet, ride, "GYM")
+    assert changed.promise is not None
+    assert changed.arrival_eta is not None
+    assert changed.pickup_eta is not None
+    now_s = seconds(fleet.campus.clock.now())
+    begun_s = now_s if state is RideState.ABOARD else seconds(changed.pickup_eta)
+    terms = fleet.campus.read(lambda uow: uow.roads().promise_rules(uow.rules))
+    expected_s = terms.arrive_by_s(begun_s, seconds(changed.arrival_eta), now_s)
+    assert seconds(changed.promise.arrive_by) - expected_s == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_change_after_which_the_shuttle_would_have_nowhere_to_rest_is_refused(fleet: FakeFleet) -> None:
+    ride = fleet.book("NN20", "C6")
+    fleet.leave_homeless(ride.vehicle_id or "")
+    with pytest.raises(DestinationRefused) as refused:
+        change(fleet, ride, "GYM")
+    assert refused.value.rule == "no_vehicle_free"
+    assert fleet.ride(ride.ride_id) == ride
