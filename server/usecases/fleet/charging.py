@@ -1,9 +1,7 @@
 """Manages batteries: which vehicles go to charge, which drive again, and what happens below the reserve."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
-from server.domain.errors import NoRestingPlaceFree
 from server.domain.fleet.battery import is_measured
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.planning.plans import Plan
@@ -79,7 +77,7 @@ def _relieve(uow: UnitOfWork, vehicle: Vehicle, ratio: float) -> bool:
         return False
     plans.requeue(uow, vehicle_id, [ride.ride_id for ride in waiting])
     plans.release_departures(uow, vehicle_id)
-    _try_replanning(uow, vehicle_id, plans.replan)
+    plans.try_planning(uow, vehicle_id, plans.replan)
     return True
 
 
@@ -93,15 +91,7 @@ def _go_to_chargers(uow: UnitOfWork) -> None:
             continue
         free = chargers - {other.resting_place_id for other in uow.plans.all()}
         if plan.resting_place_id not in chargers and free:
-            _try_replanning(uow, vehicle.vehicle_id, plans.choose_resting_place)
-
-
-def _try_replanning(uow: UnitOfWork, vehicle_id: str, plan_anew: Callable[[UnitOfWork, str], None]) -> None:
-    """Replan a vehicle. If no resting place is free now, the next period tries again."""
-    try:
-        plan_anew(uow, vehicle_id)
-    except NoRestingPlaceFree as error:
-        record_event(uow, "plan.waits", vehicle_id, "", error.detail)
+            plans.try_planning(uow, vehicle.vehicle_id, plans.choose_resting_place)
 
 
 def _has_stops(plan: Plan) -> bool:

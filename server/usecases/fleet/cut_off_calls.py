@@ -11,7 +11,7 @@ from server.domain.planning.plans import PlannedVisit
 
 
 def cut_off_calls(problem: Problem, vehicle: VehicleState) -> list[Call]:
-    """The calls of its route to which no road leads from the one before; time off between shifts is none."""
+    """The calls of its route to which no road leads from the call before. Time off needs no road."""
     row: Array = vehicle.to_places_s
     lost = []
     for number, call in enumerate(vehicle.calls):

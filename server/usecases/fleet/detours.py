@@ -89,9 +89,10 @@ def replan(uow: UnitOfWork, vehicle_id: str, *, rest_anew: bool = False) -> None
 
 
 def _let_out(uow: UnitOfWork, ride: Ride, to_stop: str | None, cause: str) -> bool:
-    """Let a party out at the reachable stop nearest to its destination; whether that comes first of all now.
+    """Let a party out at the reachable stop nearest to its destination.
 
-    If there is no such stop, it stays on board, and an incident opens.
+    If there is no such stop, it stays on board, and an incident opens. Returns whether its exit was put in
+    front of all other visits, because no plan keeps every promise.
     """
     name = f"ride {ride.ride_code} is aboard {ride.vehicle_id}"
     if to_stop is None:

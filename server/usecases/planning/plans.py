@@ -4,7 +4,7 @@ A decision takes a snapshot of the fleet, solves it, and stores the changed rout
 changed vehicles get new orders as soon as their new routes are safe.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from datetime import timedelta
 from math import isfinite
@@ -217,10 +217,15 @@ def extend_order(uow: UnitOfWork, vehicle_id: str) -> None:
     stops = [visit for visit in plan.visits if visit.kind == "stop"]
     ordered = [visit for visit in plan.ordered if visit.kind == "stop"]
     if len(ordered) < min(len(stops), uow.rules.order_stops):
-        try:
-            choose_resting_place(uow, vehicle_id)
-        except NoRestingPlaceFree as error:
-            record_event(uow, "plan.waits", vehicle_id, "", error.detail)
+        try_planning(uow, vehicle_id, choose_resting_place)
+
+
+def try_planning(uow: UnitOfWork, vehicle_id: str, make_plan: Callable[[UnitOfWork, str], None]) -> None:
+    """Change a vehicle's plan. If no resting place is free for it, the plan stays, and the record says so."""
+    try:
+        make_plan(uow, vehicle_id)
+    except NoRestingPlaceFree as error:
+        record_event(uow, "plan.waits", vehicle_id, "", error.detail)
 
 
 def refresh_expected(uow: UnitOfWork) -> None:

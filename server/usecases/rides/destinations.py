@@ -4,7 +4,6 @@ No other promise changes: a change is inserted like a booking, or refused with t
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from datetime import timedelta
 
@@ -41,7 +40,7 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import calendar_of
 from server.usecases.record.refusals import REFUSAL_TEXTS, closing_text
 from server.usecases.record.server_events import record_event
-from server.usecases.rides.drop_offs import cheapest_with_drop_off, exits, first_index, without_drop_off
+from server.usecases.rides.drop_offs import cheapest_with_drop_off, exits
 
 
 def change_destination(uow: UnitOfWork, ride: Ride, to_stop: str, by: str) -> Ride:
@@ -77,7 +76,7 @@ def let_out(uow: UnitOfWork, ride: Ride, by: str) -> Ride:
     stop_ids = uow.roads().stop_ids
     for place, index in exits(snapshot.problem.times, vehicle, ride.ride_id):
         wanted = replace(redirected(ride, stop_ids[place]), let_out=True)
-        route = _route_with_drop_off(uow, snapshot, vehicle, wanted, [index])
+        route = _route_with_drop_off(uow, snapshot, vehicle, wanted, index)
         if route is not None:
             changed = _adopt_route(uow, snapshot, wanted, route)
             _record_and_publish(uow, changed, "ride.let_out", by, wanted.to_stop)
@@ -168,23 +167,25 @@ def _insert_into_present_vehicle(uow: UnitOfWork, wanted: Ride) -> Ride | None:
     place = uow.roads().stop_numbers[wanted.to_stop]
     if not np.isfinite([*snapshot.problem.times[:, place], vehicle.to_places_s[place]]).any():
         raise StopUnreachable("no road leads the shuttle to that stop")
-    calls = without_drop_off(vehicle, wanted.ride_id)
-    indices = range(first_index(vehicle, calls, wanted.ride_id), len(calls) + 1)
-    route = _route_with_drop_off(uow, snapshot, vehicle, wanted, indices)
+    route = _route_with_drop_off(uow, snapshot, vehicle, wanted)
     return None if route is None else _adopt_route(uow, snapshot, wanted, route)
 
 
 def _route_with_drop_off(
-    uow: UnitOfWork, snapshot: Snapshot, vehicle: VehicleState, wanted: Ride, indices: Sequence[int]
+    uow: UnitOfWork,
+    snapshot: Snapshot,
+    vehicle: VehicleState,
+    wanted: Ride,
+    only_before: int | None = None,
 ) -> VehicleRoute | None:
-    """The vehicle's cheapest route with a drop-off before one of these calls; None if none is possible."""
+    """The vehicle's cheapest route to the new destination, as `cheapest_with_drop_off`."""
     place = uow.roads().stop_numbers[wanted.to_stop]
     request = snapshot.problem.requests[wanted.ride_id]
     longest_s = math.inf if wanted.state is RideState.ABOARD else _ride_s_max(uow, wanted)
     patient = replace(request, dropoff=place, arrive_by_s=math.inf, ride_s_max=longest_s)
     factor = uow.travel_time_factor_at(uow.now)
     out = Call(place, (), (wanted.ride_id,), uow.rules.dwell_s, travel_time_factor=factor)
-    return cheapest_with_drop_off(snapshot.problem, vehicle, patient, out, indices)
+    return cheapest_with_drop_off(snapshot.problem, vehicle, patient, out, only_before)
 
 
 def _adopt_route(uow: UnitOfWork, snapshot: Snapshot, wanted: Ride, route: VehicleRoute) -> Ride:

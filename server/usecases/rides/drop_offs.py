@@ -29,7 +29,7 @@ def without_drop_off(vehicle: VehicleState, request_id: str) -> tuple[Call, ...]
 
 
 def first_index(vehicle: VehicleState, calls: Sequence[Call], request_id: str) -> int:
-    """The party may be let out before this one of the calls, or later: after it is fetched."""
+    """The first of the calls before which the party may be let out: not before it has boarded."""
     return max([vehicle.locked, *(n + 1 for n, call in enumerate(calls) if request_id in call.board)])
 
 
@@ -48,16 +48,20 @@ def exits(times: Array, vehicle: VehicleState, request_id: str) -> list[tuple[in
 
 
 def cheapest_with_drop_off(
-    problem: Problem, vehicle: VehicleState, wanted: Request, out: Call, indices: Sequence[int]
+    problem: Problem, vehicle: VehicleState, wanted: Request, out: Call, only_before: int | None = None
 ) -> VehicleRoute | None:
-    """The vehicle's cheapest route with a drop-off before one of its calls; None if none keeps every promise.
+    """The vehicle's cheapest route with another drop-off of a party; None if no route keeps every promise.
 
-    problem  as planned so far; wanted: the party with its new drop-off; out: the call that lets it out;
-    indices: of the calls without its present drop-off, from `first_index` on
+    problem      as planned so far
+    wanted, out  the party with its new drop-off, and the call that lets it out
+    only_before  the one call before which it gets out, among those without its present drop-off; None for
+                 wherever that is cheapest
     """
     before = Schedule(replace(problem, vehicles=(vehicle,), open_requests=()))
     requests = problem.requests | {wanted.request_id: wanted}
     calls = without_drop_off(vehicle, wanted.request_id)
+    first = first_index(vehicle, calls, wanted.request_id)
+    indices = range(first, len(calls) + 1) if only_before is None else (only_before,)
     made: list[Schedule] = []
     for route in _routes(calls, out, indices):
         changed = replace(vehicle, calls=route)
@@ -78,7 +82,7 @@ def _routes(calls: tuple[Call, ...], out: Call, indices: Sequence[int]) -> Itera
 
 
 def _keeps_promises(schedule: Schedule, before: Schedule, request_id: str) -> bool:
-    """Whether no promise is broken that was kept, and nobody else who is late comes later still."""
+    """The route breaks no promise that was kept so far, and delays no other ride that is late already."""
     if schedule.impossible or schedule.overdue - before.overdue:
         return False
     # A vehicle that ends its shift late is overdue without a name.

@@ -49,7 +49,7 @@ def rescue_riders(uow: UnitOfWork) -> tuple[Ride, ...]:
 def evacuate(uow: UnitOfWork, vehicle_id: str, by: str) -> tuple[Ride, ...]:
     """An operator decides that a shuttle cannot go on: its riders go on with others.
 
-    Returns the rides as planned now. Raises VehicleUnknown, NobodyAboard.
+    Returns their rides as they are now. Raises VehicleUnknown, NobodyAboard.
     """
     vehicle = enrolled_vehicle(uow, vehicle_id)
     record_event(uow, "vehicle.evacuated", vehicle_id, by, "")
@@ -69,7 +69,8 @@ def strand_riders(uow: UnitOfWork, vehicle: Vehicle, cause: str) -> list[Ride]:
     aboard = uow.rides.of_vehicle(vehicle.vehicle_id, [RideState.ABOARD])
     concerned = [_strand(uow, ride, cause) for ride in aboard]
     if concerned and not vehicle.retired:
-        plans.replan(uow, vehicle.vehicle_id)
+        # One lost shuttle without a resting place does not keep the riders of others waiting.
+        plans.try_planning(uow, vehicle.vehicle_id, plans.replan)
         uow.publish(topics.dispatch(uow.campus_id))
     return concerned
 

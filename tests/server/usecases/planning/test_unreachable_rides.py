@@ -1,4 +1,4 @@
-"""Rides that no shuttle can serve at their time: kept, told anew, left for later, or given up."""
+"""Rides that no shuttle can serve at their time: the promise is kept or moved, or the ride fails."""
 
 import math
 from collections.abc import Sequence

@@ -175,3 +175,18 @@ def test_riders_of_a_lost_shuttle_that_nobody_can_find_are_an_incident(fleet: Fa
     assert (done.state, done.reason) == (RideState.FAILED, "vehicle_lost")
     assert "its position is not known" in done.reason_detail
     assert fleet.ride(booked.ride_id) == done
+
+
+def test_a_lost_shuttle_without_a_resting_place_keeps_no_riders_of_another_one(fleet: FakeFleet) -> None:
+    ride, lost, other = underway(fleet)
+    riding = replace(fleet.book("NN20", "C1"), state=RideState.ABOARD, vehicle_id=other.vehicle_id)
+    fleet.campus.do(lambda uow: uow.rides.save(riding))
+    for shuttle in (lost, other):
+        shuttle.mode = "fault"
+        shuttle.say(ModeChanged("fault", detail="motor"))
+    fleet.leave_homeless(lost.vehicle_id)
+    fleet.campus.clock.advance(fleet.campus.rules.reassign_after_s)
+    moved = fleet.campus.do(lost_vehicles.rescue_riders)
+    assert {one.ride_id for one in moved} == {ride.ride_id, riding.ride_id}
+    told = fleet.campus.read(lambda uow: uow.views.server_events())
+    assert any(event.name == "plan.waits" and lost.vehicle_id in event.detail for event in told)
