@@ -3,11 +3,9 @@
 `create_app(settings, ports)` is the same live and in virtual time; what differs comes in by the ports.
 """
 
-import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import structlog
 from fastapi import FastAPI
@@ -29,23 +27,21 @@ from server.fleet.segment_files import SegmentFiles
 from server.live.feed import SceneFeed
 from server.loops.departures import DepartureScheduler
 from server.loops.dispatcher import Dispatcher
+from server.loops.outages import OutageRecorder
 from server.loops.retention import RetentionLoop
 from server.loops.series import SeriesScheduler
 from server.loops.silence import SilenceMonitor
 from server.loops.solver import InlineSolver
 from server.settings import Settings
+from server.supervision.retries import FAIL_AT_ONCE, RetryPolicy
+from server.supervision.standing_tasks import StandingTask
+from server.supervision.supervisor import Supervisor, tell_event_loop
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
 from server.usecases.ports.solver import Solver
 from server.usecases.ports.unit_of_work import Transactions
 
 log = structlog.get_logger("server")
-
-
-class StandingTask(Protocol):
-    """A loop that runs for as long as the server does, e.g. the dispatcher."""
-
-    async def run(self) -> None: ...
 
 
 async def _nothing_to_close() -> None:
@@ -58,6 +54,9 @@ class Ports:
 
     solver  where the dispatcher's long computations run
     loops   standing tasks, started with the application
+    retry   how failed standing tasks are repeated; in virtual time a failure ends the run
+    end     ends the process because a standing task cannot do its work
+    has_our_tables  the database is at this version's migration; it may block
     close   called last, after every task has ended
     """
 
@@ -69,6 +68,9 @@ class Ports:
     offload: Offload
     solver: Solver = field(default_factory=InlineSolver)
     loops: tuple[StandingTask, ...] = ()
+    retry: RetryPolicy = FAIL_AT_ONCE
+    end: Callable[[str, BaseException], None] = tell_event_loop
+    has_our_tables: Callable[[], bool] = lambda: True
     close: Callable[[], Awaitable[None]] = field(default=_nothing_to_close)
 
 
@@ -87,11 +89,11 @@ def standing_tasks(ports: Ports) -> tuple[StandingTask, ...]:
     """The loops that run beside the endpoints, over the same ports."""
     transactions, ids = ports.transactions, ports.ids
     return (
-        Dispatcher(transactions, ports.bus, ports.solver, ids, ports.campus_id),
-        DepartureScheduler(transactions, ids.new_id("departures")),
-        SeriesScheduler(transactions, ids.new_id("series-clerk")),
-        SilenceMonitor(transactions),
-        RetentionLoop(transactions),
+        Dispatcher(transactions, ports.bus, ports.solver, ids, ports.campus_id).task,
+        DepartureScheduler(transactions, ids.new_id("departures")).task,
+        SeriesScheduler(transactions, ids.new_id("series-clerk")).task,
+        SilenceMonitor(transactions).task,
+        RetentionLoop(transactions).task,
     )
 
 
@@ -119,6 +121,7 @@ def _pages(services: Services, otherwise: ASGIApp) -> ASGIApp:
 
 
 def _services(settings: Settings, ports: Ports) -> Services:
+    supervisor = Supervisor(ports.clock, ports.ids, ports.retry, ports.end)
     return Services(
         campus_id=ports.campus_id,
         settings=settings,
@@ -135,15 +138,25 @@ def _services(settings: Settings, ports: Ports) -> Services:
             ports.ids,
             ports.transactions,
             ports.bus,
+            supervisor,
             settings.hello_timeout_s,
         ),
         presence=PresenceRelay(ports.campus_id, ports.clock, ports.transactions, ports.bus),
-        feed=SceneFeed(ports.campus_id, ports.clock, ports.transactions, ports.bus, settings.live_interval_s),
+        feed=SceneFeed(
+            ports.campus_id,
+            ports.clock,
+            ports.transactions,
+            ports.bus,
+            supervisor,
+            settings.live_interval_s,
+        ),
+        supervisor=supervisor,
         limits=Limits(
             logins=RateLimit(settings.login_tries_per_minute),
             lookups=RateLimit(settings.lookups_per_minute),
             bookings=RateLimit(settings.bookings_per_minute),
         ),
+        has_our_tables=ports.has_our_tables,
         pages=read_pages(settings.web_dist),
     )
 
@@ -157,31 +170,13 @@ def _lifespan(services: Services, ports: Ports) -> Callable[[FastAPI], AbstractA
             stack.push_async_callback(services.feed.close)
             await services.hub.start()
             stack.push_async_callback(services.hub.close)
-            tasks = [_standing(loop) for loop in ports.loops]
-            stack.push_async_callback(_end, tasks)
-            log.info("server.started", campus_id=ports.campus_id, loops=len(tasks))
+            supervisor, name = services.supervisor, services.settings.server_name
+            for task in ports.loops:
+                supervisor.start(task)
+            supervisor.start(OutageRecorder(ports.transactions, supervisor, name).task)
+            stack.push_async_callback(supervisor.close)
+            log.info("server.started", campus_id=ports.campus_id, loops=len(ports.loops))
             yield
             log.info("server.stopping")
 
     return lifespan
-
-
-def _standing(loop: StandingTask) -> "asyncio.Task[None]":
-    task = asyncio.get_running_loop().create_task(loop.run(), name=type(loop).__name__)
-    task.add_done_callback(_report_failure)
-    return task
-
-
-async def _end(tasks: list["asyncio.Task[None]"]) -> None:
-    for task in tasks:
-        task.cancel()
-    if tasks:
-        await asyncio.wait(tasks)
-
-
-def _report_failure(task: "asyncio.Task[None]") -> None:
-    error = None if task.cancelled() else task.exception()
-    if error is not None:
-        log.error("loop.failed", loop=task.get_name(), exc_info=error)
-        context = {"message": f"{task.get_name()} failed", "exception": error, "task": task}
-        task.get_loop().call_exception_handler(context)

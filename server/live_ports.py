@@ -2,6 +2,7 @@
 
 import asyncio
 import secrets
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from urllib.parse import urlsplit
 
@@ -22,9 +23,11 @@ from server.loops.solver import ProcessSolver
 from server.settings import Settings
 from server.store.engine import DatabaseUnsupported, open_engine
 from server.store.roads.map_library import MapLibrary
-from server.store.schema import DatabaseTooNew, upgrade_to_head
+from server.store.schema import DatabaseTooNew, is_current, upgrade_to_head
 from server.store.transactions import GroupCommit, PooledTransactions
 from server.store.unit_of_work import Context
+from server.supervision.retries import RetryPolicy
+from server.supervision.supervisor import tell_event_loop
 from server.usecases.fleet import campus
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock
@@ -48,10 +51,15 @@ class LivePorts:
     made_password: str = ""
 
 
-async def live_ports(settings: Settings, clock: Clock | None = None) -> LivePorts:
+async def live_ports(
+    settings: Settings,
+    clock: Clock | None = None,
+    end: Callable[[str, BaseException], None] = tell_event_loop,
+) -> LivePorts:
     """Migrate the database, activate the campus map, and make sure that an operator can sign in.
 
-    clock: the system's if none is given.
+    clock  the system's if none is given
+    end    ends the process, see `Ports`
 
     Raises CannotStart.
     """
@@ -80,7 +88,19 @@ async def live_ports(settings: Settings, clock: Clock | None = None) -> LivePort
     except DomainError as error:
         await close()
         raise CannotStart(f"{error.code}: {error.detail}") from error
-    ports = Ports(campus_id, clock, ids, transactions, bus, ThreadOffload(), solver, close=close)
+    ports = Ports(
+        campus_id,
+        clock,
+        ids,
+        transactions,
+        bus,
+        ThreadOffload(),
+        solver,
+        retry=RetryPolicy(),
+        end=end,
+        has_our_tables=lambda: is_current(engine),
+        close=close,
+    )
     loops = standing_tasks(ports) if settings.with_loops else ()
     return LivePorts(replace(ports, loops=loops), made_password)
 

@@ -46,7 +46,13 @@ class Settings(BaseModel):
     live_interval_s: float = Field(
         0.2, gt=0, description="Least time between two scene deltas to one viewer."
     )
-    with_loops: bool = Field(True, description="Run dispatcher, departures, silence and retention here.")
+    disk_free_bytes_min: int = Field(
+        256 * MIB, ge=0, description="With less room under var_dir the server says that it is not ready."
+    )
+    server_name: str = Field(
+        "server", min_length=1, max_length=64, description="Of this replica, in incidents and logs."
+    )
+    with_loops: bool = Field(True, description="Run the dispatcher and the other loops here.")
 
     def is_loopback(self) -> bool:
         return is_loopback(self.host)

@@ -5,12 +5,18 @@ import sys
 
 import structlog
 
+_PLAIN_TRACEBACKS = structlog.tracebacks.ExceptionDictTransformer(show_locals=False)
+
 
 def write_journal(level: int = logging.INFO) -> None:
     """Set up structlog for this process: JSON lines, or plain text on a terminal."""
     terminal = sys.stderr.isatty()
-    renderer = structlog.dev.ConsoleRenderer() if terminal else structlog.processors.JSONRenderer()
-    errors = [] if terminal else [structlog.processors.dict_tracebacks]
+    console = structlog.dev.ConsoleRenderer(
+        exception_formatter=structlog.dev.RichTracebackFormatter(show_locals=False)
+    )
+    renderer = console if terminal else structlog.processors.JSONRenderer()
+    # Without local variables: they hold ride tokens and codes.
+    errors = [] if terminal else [structlog.processors.ExceptionRenderer(_PLAIN_TRACEBACKS)]
     structlog.configure(
         processors=[
             structlog.processors.add_log_level,

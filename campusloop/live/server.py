@@ -18,6 +18,7 @@ from rich.console import Console
 from campusloop.live.certificate import local_addresses, self_signed
 from campusloop.live.journal import write_journal
 from campusloop.live.paced_clock import PacedClock, PacedClocks
+from campusloop.live.process_end import CANNOT_WORK, ProcessEnd
 from campusloop.shipped import DEFAULT_MAP
 from contract.wire.codec import MAX_MESSAGE_BYTES
 from server.adapters import SystemClock
@@ -118,15 +119,19 @@ def listen(host: str, port: int) -> socket.socket:
 
 async def _serve(settings: Settings, listening: socket.socket, clock: Clock) -> None:
     settings = settings.model_copy(update={"port": listening.getsockname()[1]})
+    end = ProcessEnd(console)
     try:
-        live = await live_ports(settings, clock)
+        live = await live_ports(settings, clock, end.demand)
     except CannotStart as error:
         listening.close()
         _refuse(str(error))
     _print_addresses(settings, live)
     server = uvicorn.Server(uvicorn_config(settings, live))
+    end.stops(server)
     answer_promptly()
     await server.serve(sockets=[listening])
+    if end.text:
+        raise SystemExit(CANNOT_WORK)
 
 
 def answer_promptly() -> None:

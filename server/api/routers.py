@@ -4,10 +4,11 @@ from typing import Any
 
 from fastapi import APIRouter, FastAPI
 
-from server.api import health, problems
+from server.api import problems
 from server.api.campus import routes as campus
 from server.api.campus import travel_times
 from server.api.closures import routes as closures
+from server.api.health import routes as health
 from server.api.incidents import routes as incidents
 from server.api.interventions import routes as interventions
 from server.api.openapi import openapi_of

@@ -1,5 +1,6 @@
 """The services of all endpoints: made once by `app.py`, and kept in the application's state."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -15,6 +16,7 @@ from server.fleet.presence import PresenceRelay
 from server.fleet.segment_files import SegmentFiles
 from server.live.feed import SceneFeed
 from server.settings import Settings
+from server.supervision.supervisor import Supervisor
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
 from server.usecases.ports.unit_of_work import Transactions
@@ -31,6 +33,8 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Services:
+    """has_our_tables: the database's tables are those of this version; it may block."""
+
     campus_id: str
     settings: Settings
     clock: Clock
@@ -43,7 +47,9 @@ class Services:
     hub: Hub
     presence: PresenceRelay
     feed: SceneFeed
+    supervisor: Supervisor
     limits: Limits
+    has_our_tables: Callable[[], bool]
     pages: dict[str, Page]
 
 

@@ -1,9 +1,13 @@
 """The bus between replicas: NATS core. Messages may be lost; the store has the facts."""
 
+import structlog
 from nats.aio.client import Client
 from nats.aio.subscription import Subscription as NatsFeed
 from nats.errors import BadSubscriptionError, ConnectionClosedError, NoServersError
+from nats.errors import Error as NatsError
 from nats.errors import TimeoutError as NatsTimeout
+
+log = structlog.get_logger("bus")
 
 PENDING_MAX = 4096
 FIRST_ATTEMPTS = 3
@@ -40,7 +44,11 @@ class NatsBus:
         self._client = client
 
     async def publish(self, topic: str, payload: bytes) -> None:
-        await self._client.publish(_subject(topic), payload)
+        """A message that cannot be sent now is lost, as any message on a bus may be; the log says so."""
+        try:
+            await self._client.publish(_subject(topic), payload)
+        except NatsError as error:
+            log.warning("bus.message_lost", topic=topic, cause=str(error) or type(error).__name__)
 
     async def subscribe(self, pattern: str) -> NatsSubscription:
         feed = await self._client.subscribe(_subject(pattern), pending_msgs_limit=PENDING_MAX)

@@ -4,7 +4,7 @@ Transports are anything with `send` and `close`: a websocket live, an in-memory 
 """
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Coroutine
 from dataclasses import dataclass
 
 import msgspec
@@ -18,11 +18,13 @@ from server.domain.instants import ns_of
 from server.fleet.link import Link, LinkPorts, Transport
 from server.fleet.nearby import Nearby
 from server.fleet.presence import AreaPresence
+from server.supervision.standing_tasks import PeriodicTask, StandingTask, TopicReader
+from server.supervision.supervisor import Supervisor
 from server.usecases.fleet import vehicle_sessions
 from server.usecases.ports import topics
-from server.usecases.ports.bus import Bus, Subscription
+from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
-from server.usecases.ports.unit_of_work import Transactions
+from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 
 FLUSH_EVERY_S = 0.5
 PUSH_EVERY_S = 1.0
@@ -50,9 +52,11 @@ class Hub:
         ids: Ids,
         transactions: Transactions,
         bus: Bus,
+        supervisor: Supervisor,
         hello_timeout_s: float = 10.0,
     ) -> None:
         self.campus_id = campus_id
+        self._supervisor = supervisor
         self._clock, self._ids, self._transactions, self._bus = clock, ids, transactions, bus
         self._ports = LinkPorts(
             clock=clock,
@@ -68,20 +72,25 @@ class Hub:
         self._nearby = Nearby(FLEET_VEHICLES_M)
         self._statuses: dict[str, StatusReport] = {}
         self._tasks: dict[asyncio.Task[None], _Job] = {}
-        self._subscriptions: list[Subscription] = []
+        self._standing: list[asyncio.Task[None]] = []
+        self._ended_sessions: list[tuple[str, int]] = []
+        self._record = PeriodicTask("hub.record", self._record_reports, FLUSH_EVERY_S)
 
     async def start(self) -> None:
-        for topic, heard in (
-            (topics.vehicle_outbox(self.campus_id, "*"), self._outbox_changed),
-            (topics.vehicle_session(self.campus_id, "*"), self._session_opened),
-            (topics.vehicle_live(self.campus_id, "*"), self._vehicle_moved),
-            (topics.area_presence(self.campus_id, "*"), self._presence_seen),
-        ):
-            subscription = await self._bus.subscribe(topic)
-            self._subscriptions.append(subscription)
-            self._spawn("hub.listen", _listen(subscription, heard))
-        self._spawn("hub.flush", self._flush_statuses())
-        self._spawn("hub.push", self._push_unanswered())
+        readers = [
+            TopicReader(f"hub.{name}", self._bus, topic, take)
+            for name, topic, take in (
+                ("outbox", topics.vehicle_outbox(self.campus_id, "*"), self._outbox_changed),
+                ("sessions", topics.vehicle_session(self.campus_id, "*"), self._session_opened),
+                ("positions", topics.vehicle_live(self.campus_id, "*"), self._vehicle_moved),
+                ("presence", topics.area_presence(self.campus_id, "*"), self._presence_seen),
+            )
+        ]
+        for reader in readers:
+            await reader.subscribe()
+        push = PeriodicTask("hub.push", self._push_unanswered, PUSH_EVERY_S)
+        standing: list[StandingTask] = [*readers, self._record, push]
+        self._standing = [self._supervisor.start(task) for task in standing]
 
     def attach(self, transport: Transport) -> Link:
         """Begin a session on a new transport; the caller uses `received` and `closed` of the link."""
@@ -101,14 +110,12 @@ class Hub:
         links = [task for task, job in self._tasks.items() if job.link is not None]
         if links:
             await asyncio.wait(links)
-        for subscription in self._subscriptions:
-            await subscription.close()
-        standing = list(self._tasks)
-        for task in standing:
+        rest = [*self._standing, *self._tasks]
+        for task in rest:
             task.cancel()
-        if standing:
-            await asyncio.wait(standing)
-        await self._flush()
+        if rest:
+            await asyncio.wait(rest)
+        await self._record_reports()
 
     # ---------------------------------------------------------------- messages of links
 
@@ -132,6 +139,9 @@ class Hub:
             self._greeting.remove(link)
         if self._links.get(link.vehicle_id) is link:
             del self._links[link.vehicle_id]
+        if link.session.epoch:
+            self._ended_sessions.append((link.vehicle_id, link.session.epoch))
+            self._record.wake()
 
     def _note_status(self, report: StatusReport) -> None:
         self._statuses[report.vehicle_id] = report
@@ -176,25 +186,34 @@ class Hub:
 
     # ---------------------------------------------------------------- standing tasks
 
-    async def _flush_statuses(self) -> None:
-        while True:
-            await asyncio.sleep(FLUSH_EVERY_S)
-            await self._flush()
+    async def _record_reports(self) -> None:
+        """Store the newest status of each vehicle (the run log has all of them), and which sessions ended.
 
-    async def _flush(self) -> None:
-        """Store the newest status of each vehicle; the run log has all of them."""
-        if not self._statuses:
+        What cannot be stored now is kept for the next period.
+        """
+        statuses, self._statuses = self._statuses, {}
+        ended, self._ended_sessions = self._ended_sessions, []
+        if not statuses and not ended:
             return
-        reports = [report for _, report in sorted(self._statuses.items())]
-        self._statuses = {}
-        await self._transactions.run(lambda uow: vehicle_sessions.record_status(uow, reports))
+        reports = [report for _, report in sorted(statuses.items())]
+
+        def work(uow: UnitOfWork) -> None:
+            for vehicle_id, epoch in ended:
+                vehicle_sessions.close_session(uow, vehicle_id, epoch)
+            if reports:
+                vehicle_sessions.record_status(uow, reports)
+
+        try:
+            await self._transactions.run(work)
+        except Exception:
+            self._statuses = statuses | self._statuses
+            self._ended_sessions = ended + self._ended_sessions
+            raise
 
     async def _push_unanswered(self) -> None:
-        while True:
-            await asyncio.sleep(PUSH_EVERY_S)
-            for link in self._links.values():
-                if link.awaits_answers:
-                    link.push()
+        for link in self._links.values():
+            if link.awaits_answers:
+                link.push()
 
     def _spawn(self, name: str, work: Coroutine[object, None, None], link: Link | None = None) -> None:
         task = asyncio.get_running_loop().create_task(work)
@@ -215,11 +234,6 @@ class Hub:
 
 class _SessionOpened(msgspec.Struct, frozen=True):
     epoch: int
-
-
-async def _listen(subscription: Subscription, heard: Callable[[str, bytes], None]) -> None:
-    async for topic, payload in subscription:
-        heard(topic, payload)
 
 
 def _vehicle_of(topic: str) -> str:

@@ -63,6 +63,7 @@ class LinkPorts:
     """What a link needs from the hub: ports and callbacks.
 
     opened  registers the link; True if another agent used the same key just now
+    ended   forgets the link, and records that its session has ended
     """
 
     clock: Clock
@@ -147,8 +148,6 @@ class Link:
         finally:
             self._room.set()
             self._ports.ended(self)
-        if self.session.epoch:
-            await self._ports.transactions.run(self._close_session)
 
     # ---------------------------------------------------------------- the link's own task
 
@@ -266,9 +265,6 @@ class Link:
         waiting = await self._ports.transactions.run(lambda uow: outbox.outbox_of(uow, self.vehicle_id))
         for message in self._sent.choose(waiting, self._now_ns()):
             await self._perform_all(self.session.send(message))
-
-    def _close_session(self, uow: UnitOfWork) -> None:
-        vehicle_sessions.close_session(uow, self.vehicle_id, self.session.epoch)
 
     def _say_goodbye(self, action: Close) -> None:
         row = close_reason(action.code)

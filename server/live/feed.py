@@ -5,11 +5,10 @@ lost message only makes it stale for some seconds.
 """
 
 import asyncio
-from collections.abc import Coroutine, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import msgspec
-import structlog
 
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import Status
@@ -20,8 +19,10 @@ from server.domain.rules import FleetRules
 from server.live.projection import incidents_scene, ride_scene, vehicle_scene, with_status
 from server.live.route_shape import RouteShapes
 from server.live.scene import AreaScene, SceneBoard, VehicleScene
+from server.supervision.standing_tasks import PeriodicTask, TopicReader
+from server.supervision.supervisor import Supervisor
 from server.usecases.ports import topics
-from server.usecases.ports.bus import Bus, Subscription
+from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock
 from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 from server.usecases.ports.views import VehicleView
@@ -31,8 +32,6 @@ RIDES_MAX = 500
 # An ended ride stays on screens for as long as its passenger's page may show the result.
 LINGER_MS = 120_000
 ACTIVE = tuple(state for state in RideState if state not in ENDED)
-
-log = structlog.get_logger("live.feed")
 
 
 @dataclass(slots=True)
@@ -71,50 +70,55 @@ class SceneFeed:
     """Call `start`; then viewers read `board`; then `close`."""
 
     def __init__(
-        self, campus_id: str, clock: Clock, transactions: Transactions, bus: Bus, interval_s: float = 0.2
+        self,
+        campus_id: str,
+        clock: Clock,
+        transactions: Transactions,
+        bus: Bus,
+        supervisor: Supervisor,
+        interval_s: float = 0.2,
     ) -> None:
         self.board = SceneBoard(campus_id)
         self._clock, self._transactions, self._bus = clock, transactions, bus
+        self._supervisor = supervisor
         self._interval_s = interval_s
+        self._read_all_at_ms = 0
         self._stale = _Stale()
         self._incident_changes = 0
         self._shapes: RouteShapes | None = None
         self._chargers: frozenset[str] = frozenset()
-        self._tasks: list[asyncio.Task[None]] = []
-        self._subscription: Subscription | None = None
+        self._standing: list[asyncio.Task[None]] = []
 
     async def start(self) -> None:
-        self._subscription = await self._bus.subscribe(topics.everything(self.board.campus_id))
-        await self._read(_Stale(everything=True))
-        for work in (self._listen(self._subscription), self._refresh()):
-            self._spawn(work)
+        reader = TopicReader("feed.read", self._bus, topics.everything(self.board.campus_id), self._take)
+        await reader.subscribe()
+        await self._refresh()
+        refresh = PeriodicTask("feed.refresh", self._refresh, self._interval_s)
+        self._standing = [self._supervisor.start(reader), self._supervisor.start(refresh)]
 
     async def close(self) -> None:
-        if self._subscription is not None:
-            await self._subscription.close()
-        for task in self._tasks:
+        for task in self._standing:
             task.cancel()
-        if self._tasks:
-            await asyncio.wait(self._tasks)
+        if self._standing:
+            await asyncio.wait(self._standing)
 
     # ---------------------------------------------------------------- inside
 
-    async def _listen(self, subscription: Subscription) -> None:
-        async for topic, payload in subscription:
-            match topic.split("/")[2:]:
-                case ["vehicle", vehicle_id, "live"]:
-                    self._put_status(vehicle_id, payload)
-                case ["vehicle", vehicle_id, "state" | "session" | "outbox"]:
-                    self._stale.vehicles.add(vehicle_id)
-                case ["ride", ride_id]:
-                    self._stale.rides.add(ride_id)
-                case ["area", _, "presence"]:
-                    self._put_presence(payload)
-                case ["incidents"]:
-                    self._incident_changes += 1
-                    self._stale.incidents = True
-                case ["map"]:
-                    self._stale.everything = True
+    def _take(self, topic: str, payload: bytes) -> None:
+        match topic.split("/")[2:]:
+            case ["vehicle", vehicle_id, "live"]:
+                self._put_status(vehicle_id, payload)
+            case ["vehicle", vehicle_id, "state" | "session" | "outbox"]:
+                self._stale.vehicles.add(vehicle_id)
+            case ["ride", ride_id]:
+                self._stale.rides.add(ride_id)
+            case ["area", _, "presence"]:
+                self._put_presence(payload)
+            case ["incidents"]:
+                self._incident_changes += 1
+                self._stale.incidents = True
+            case ["map"]:
+                self._stale.everything = True
 
     def _put_status(self, vehicle_id: str, payload: bytes) -> None:
         scene = self.board.vehicle(vehicle_id)
@@ -133,17 +137,20 @@ class SceneFeed:
         self.board.put_area(AreaScene(report.area_id, report.count, report.stamp_ns // 1_000_000))
 
     async def _refresh(self) -> None:
-        waited_s = 0.0
-        while True:
-            await asyncio.sleep(self._interval_s)
-            waited_s += self._interval_s
-            if waited_s >= READ_ALL_EVERY_S:
-                self._stale.everything = True
-            if self._stale:
-                stale, self._stale = self._stale, _Stale()
-                if stale.everything:
-                    waited_s = 0.0
-                await self._read(stale)
+        """Read again what is stale. After a failed reading everything is."""
+        now_ms = ms_of(self._clock.now())
+        if now_ms - self._read_all_at_ms >= READ_ALL_EVERY_S * 1000.0:
+            self._stale.everything = True
+        if not self._stale:
+            return
+        stale, self._stale = self._stale, _Stale()
+        if stale.everything:
+            self._read_all_at_ms = now_ms
+        try:
+            await self._read(stale)
+        except Exception:
+            self._stale.everything = True
+            raise
 
     async def _read(self, stale: _Stale) -> None:
         reading = await self._transactions.read(lambda uow: _reading(uow, stale))
@@ -179,11 +186,6 @@ class SceneFeed:
             scene = _with_newer_status(scene, held, held.status)
         self.board.put_vehicle(scene)
 
-    def _spawn(self, work: Coroutine[object, None, None]) -> None:
-        task = asyncio.get_running_loop().create_task(work)
-        self._tasks.append(task)
-        task.add_done_callback(_report_failure)
-
 
 def _with_newer_status(scene: VehicleScene, held: VehicleScene, status: Status) -> VehicleScene:
     """The store's vehicle with the bus's newer status, because the store lags and has no `driving`."""
@@ -191,14 +193,6 @@ def _with_newer_status(scene: VehicleScene, held: VehicleScene, status: Status) 
         status = msgspec.structs.replace(scene.status, driving=status.driving)
         return msgspec.structs.replace(scene, status=status)
     return msgspec.structs.replace(scene, status=status, heard_ms=held.heard_ms)
-
-
-def _report_failure(task: asyncio.Task[None]) -> None:
-    error = None if task.cancelled() else task.exception()
-    if error is not None:
-        log.error("feed.failed", exc_info=error)
-        context = {"message": "the scene feed failed", "exception": error, "task": task}
-        task.get_loop().call_exception_handler(context)
 
 
 def _reading(uow: UnitOfWork, stale: _Stale) -> _Reading:

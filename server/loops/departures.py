@@ -1,6 +1,6 @@
 """Timetable departures get their shuttles in time."""
 
-from server.loops.periodic_task import PeriodicTask
+from server.supervision.standing_tasks import PeriodicTask
 from server.usecases.fleet import departures
 from server.usecases.ports.unit_of_work import Transactions
 
@@ -13,10 +13,7 @@ class DepartureScheduler:
     def __init__(self, transactions: Transactions, holder: str) -> None:
         self._transactions = transactions
         self._holder = holder
-        self._task = PeriodicTask("departures", self.run_once, PERIOD_S)
-
-    async def run(self) -> None:
-        await self._task.run()
+        self.task = PeriodicTask("departures", self.run_once, PERIOD_S)
 
     async def run_once(self) -> None:
         """Under the lease, in one transaction with it: only one replica enters a day's departures."""

@@ -5,13 +5,15 @@ roads that close and open, rides that have lost their vehicle, routes and grants
 expected times and promises, and moving waiting rides to where they cost less.
 """
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from dataclasses import replace
+from functools import partial
 from typing import TypeVar
 
 from server.dispatch.solve import Budget
 from server.domain.errors import LeaseLost
-from server.loops.periodic_task import PeriodicTask
+from server.supervision.standing_tasks import PeriodicTask
+from server.supervision.steps import run_steps
 from server.usecases.fleet import charging, closures, interventions
 from server.usecases.orders import sections
 from server.usecases.planning import plans, promises, relocation
@@ -30,6 +32,15 @@ PERIOD_S = 1.0
 LEASE_S = 10.0
 # Expected times and improvement, every so many periods.
 SLOW_PERIODS = 5
+_EVERY_PERIOD: tuple[Callable[[UnitOfWork], object], ...] = (
+    closures.update_closures,
+    lost_vehicles.rescue_riders,
+    interventions.end_holds,
+    plans.assign_waiting,
+    sections.extend_grants,
+    promises.check_promises,
+)
+_SLOW: tuple[Callable[[UnitOfWork], object], ...] = (charging.manage_charging, plans.refresh_expected)
 
 
 class Dispatcher:
@@ -53,31 +64,22 @@ class Dispatcher:
         self._periods = 0
         self._demand: relocation.Demand | None = None
         heard = (topics.dispatch(campus_id),)
-        self._task = PeriodicTask("dispatcher", self.run_once, PERIOD_S, bus, heard)
-
-    async def run(self) -> None:
-        await self._task.run()
+        self.task = PeriodicTask("dispatcher", self.run_once, PERIOD_S, bus, heard)
 
     async def run_once(self) -> None:
-        """Keep the lease, then do everything that is due."""
+        """Keep the lease, then do everything that is due. A step that fails stops no other one."""
         token = await self._transactions.run(
             lambda uow: uow.leases.take(LEASE, self._holder, uow.now, LEASE_S)
         )
         if token is None:
             return
         self._token = token
-        await self._fenced(closures.update_closures)
-        await self._fenced(lost_vehicles.rescue_riders)
-        await self._fenced(interventions.end_holds)
-        await self._fenced(plans.assign_waiting)
-        await self._fenced(sections.extend_grants)
-        await self._fenced(promises.check_promises)
+        steps: list[Callable[[], Awaitable[object]]] = [partial(self._fenced, work) for work in _EVERY_PERIOD]
         self._periods += 1
         if self._periods % SLOW_PERIODS == 0:
-            await self._fenced(charging.manage_charging)
-            await self._fenced(plans.refresh_expected)
-            await self._improve()
-            await self._relocate()
+            steps += [partial(self._fenced, work) for work in _SLOW]
+            steps += [self._improve, self._relocate]
+        await run_steps(steps)
 
     async def _improve(self) -> None:
         """Solve outside of transactions; an answer that comes too late is dropped."""

@@ -1,7 +1,10 @@
 """Recurring bookings become rides as their days come near."""
 
+from functools import partial
+
 from server.domain.errors import DomainError, PlanChanged
-from server.loops.periodic_task import PeriodicTask
+from server.supervision.standing_tasks import PeriodicTask
+from server.supervision.steps import run_steps
 from server.usecases.ports.unit_of_work import Transactions
 from server.usecases.rides import series
 from server.usecases.rides.series import DueRide
@@ -15,10 +18,7 @@ class SeriesScheduler:
     def __init__(self, transactions: Transactions, holder: str) -> None:
         self._transactions = transactions
         self._holder = holder
-        self._task = PeriodicTask("series", self.run_once, PERIOD_S)
-
-    async def run(self) -> None:
-        await self._task.run()
+        self.task = PeriodicTask("series", self.run_once, PERIOD_S)
 
     async def run_once(self) -> None:
         """Book the days that are due. One replica at a time; a second one would find each day booked."""
@@ -27,9 +27,9 @@ class SeriesScheduler:
         )
         if held is None:
             return
-        for due in await self._transactions.read(series.due_rides):
-            await self._book(due)
-        await self._transactions.run(series.finish_past)
+        due_rides = await self._transactions.read(series.due_rides)
+        finish = partial(self._transactions.run, series.finish_past)
+        await run_steps([*(partial(self._book, due) for due in due_rides), finish])
 
     async def _book(self, due: DueRide) -> None:
         """A failed attempt is rolled back, and its reason is stored in a transaction of its own."""

@@ -4,6 +4,7 @@ import asyncio
 import os
 import time
 from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context
 
 from server.dispatch.problem import Problem
@@ -25,17 +26,27 @@ class ProcessSolver:
     """
 
     def __init__(self, within_s: float = 1.0) -> None:
-        # Spawned: a fork would copy the store's threads and their locks in the middle of their work.
-        self._pool = ProcessPoolExecutor(1, get_context("spawn"), _lower_priority)
+        self._pool = _new_pool()
         self._within_s = within_s
 
     async def solve(self, problem: Problem, budget: Budget, seed: int) -> Solution:
-        return await asyncio.get_running_loop().run_in_executor(
-            self._pool, _solve_within, problem, budget, seed, self._within_s
-        )
+        """Raises BrokenProcessPool if the child has died; the next call has a new one."""
+        try:
+            return await asyncio.get_running_loop().run_in_executor(
+                self._pool, _solve_within, problem, budget, seed, self._within_s
+            )
+        except BrokenProcessPool:
+            self._pool.shutdown(wait=False)
+            self._pool = _new_pool()
+            raise
 
     def close(self) -> None:
         self._pool.shutdown(cancel_futures=True)
+
+
+def _new_pool() -> ProcessPoolExecutor:
+    # Spawned: a fork would copy the store's threads and their locks in the middle of their work.
+    return ProcessPoolExecutor(1, get_context("spawn"), _lower_priority)
 
 
 def _lower_priority() -> None:

@@ -17,12 +17,18 @@ async def vehicle_socket(websocket: WebSocket, services: InjectedServices) -> No
     await websocket.accept()
     outgoing = OutgoingFrames(websocket)
     link = services.hub.attach(outgoing)
-    sender = asyncio.get_running_loop().create_task(outgoing.run())
+    loop = asyncio.get_running_loop()
+    both = (loop.create_task(outgoing.run()), loop.create_task(_receive(websocket, link)))
     try:
-        await _receive(websocket, link)
+        # A link that can send no more is of no use: either end ends both.
+        await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
     finally:
         link.closed("connection lost")
-        sender.cancel()
+        for task in both:
+            task.cancel()
+    for task in both:
+        if task.done() and not task.cancelled():
+            task.result()
 
 
 async def _receive(websocket: WebSocket, link: Link) -> None:

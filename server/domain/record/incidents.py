@@ -18,6 +18,9 @@ class IncidentKind(StrEnum):
     VEHICLE_BLOCKED = "vehicle_blocked"
     VEHICLE_SILENT = "vehicle_silent"
     VEHICLE_FAULT = "vehicle_fault"
+    PROTOCOL_VIOLATION = "protocol_violation"
+    FALSE_REPORT = "false_report"
+    SERVER_DEGRADED = "server_degraded"
     BATTERY_LOW = "battery_low"
     RIDER_DID_NOT_ALIGHT = "rider_did_not_alight"
     NO_RESTING_PLACE = "no_resting_place"
@@ -35,6 +38,9 @@ PRIORITY: Mapping[IncidentKind, int] = {
     IncidentKind.IMPOSSIBLE_POSITION: 10,
     IncidentKind.GROUND_CONFLICT: 11,
     IncidentKind.KEY_CONFLICT: 12,
+    IncidentKind.SERVER_DEGRADED: 13,
+    IncidentKind.FALSE_REPORT: 14,
+    IncidentKind.PROTOCOL_VIOLATION: 15,
     IncidentKind.MINIMAL_RISK_STOP: 20,
     IncidentKind.TAKEOVER: 21,
     IncidentKind.VEHICLE_BLOCKED: 22,

@@ -16,7 +16,9 @@ class Subscription(Protocol):
 class Bus(Protocol):
     """Messages between replicas that may be lost: a reader that misses one reads the store."""
 
-    async def publish(self, topic: str, payload: bytes) -> None: ...
+    async def publish(self, topic: str, payload: bytes) -> None:
+        """Never raises: what is published has happened already, whether it is told or not."""
+        ...
 
     async def subscribe(self, pattern: str) -> Subscription:
         """pattern: topic levels divided by `/`, `*` for one level, `>` for the rest."""

@@ -22,6 +22,7 @@ from server.store.roads.map_library import MapLibrary
 from server.store.tables import metadata
 from server.store.transactions import InlineTransactions
 from server.store.unit_of_work import Context
+from server.supervision.retries import FAIL_AT_ONCE, RetryPolicy
 from server.usecases.fleet import campus
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import identity
@@ -61,7 +62,12 @@ class ServerUnderTest:
     """Start it, send requests, let time pass."""
 
     def __init__(
-        self, var_dir: Path, rules: FleetRules | None = None, with_map: bool = True, **settings: Any
+        self,
+        var_dir: Path,
+        rules: FleetRules | None = None,
+        with_map: bool = True,
+        retry: RetryPolicy = FAIL_AT_ONCE,
+        **settings: Any,
     ) -> None:
         self.conductor = Conductor(1)
         self.clock = ConductedClock(self.conductor)
@@ -72,7 +78,9 @@ class ServerUnderTest:
         metadata.create_all(engine)
         context = Context(CAMPUS, self.clock, SeededIds(2), rules, PlainHasher(), MapLibrary(rules))
         self.transactions = InlineTransactions(engine, context, self.bus)
-        ports = Ports(CAMPUS, self.clock, SeededIds(1), self.transactions, self.bus, InlineOffload())
+        ports = Ports(
+            CAMPUS, self.clock, SeededIds(1), self.transactions, self.bus, InlineOffload(), retry=retry
+        )
         self.app = create_app(self.settings, ports)
         self.services = services_of_app(self.app)
         self.hub = self.services.hub

@@ -2,24 +2,24 @@
 
 import asyncio
 from collections.abc import Iterator
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 
 import pytest
-from structlog.testing import capture_logs
 
-from campusloop.virtual.event_loop import VirtualLoop
-from server.bus.in_process import InProcessBus
-from server.domain.errors import LeaseLost, NoVehicleFree
+from server.dispatch.solve import Solution
+from server.domain.errors import LeaseLost
 from server.domain.record.incidents import IncidentKind
 from server.domain.rides.rides import RideState
+from server.loops import dispatcher
 from server.loops.departures import DepartureScheduler
 from server.loops.dispatcher import LEASE, LEASE_S, Dispatcher
-from server.loops.periodic_task import PeriodicTask
 from server.loops.retention import RetentionLoop
 from server.loops.silence import SilenceMonitor
 from server.loops.solver import InlineSolver, ProcessSolver
 from server.usecases.planning import plans
 from server.usecases.planning.decisions import SearchSettings
+from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -36,40 +36,6 @@ def fleet() -> Iterator[FakeFleet]:
 def a_dispatcher(fleet: FakeFleet, slices: int = 2) -> Dispatcher:
     campus = fleet.campus
     return Dispatcher(campus.transactions, campus.bus, InlineSolver(), campus.ids, "snow-lion", slices)
-
-
-def test_a_beat_comes_every_period_and_at_once_when_the_bus_says_so() -> None:
-    loop, bus, beats = VirtualLoop(), InProcessBus(), []
-
-    async def beat() -> None:
-        beats.append(loop.time())
-
-    task = loop.create_task(PeriodicTask("test", beat, 1.0, bus, ("campus/x/>",)).run())
-    for now_ns in range(0, 2_500_000_000, 100_000_000):
-        loop.run_until_idle(now_ns)
-        if now_ns == 300_000_000:
-            loop.create_task(bus.publish("campus/x/dispatch", b""))
-            loop.create_task(bus.publish("campus/y/dispatch", b""))
-            loop.run_until_idle(now_ns)
-    task.cancel()
-    loop.run_until_idle(2_500_000_000)
-    assert [round(at, 1) for at in beats] == [0.0, 0.3, 1.3, 2.3]
-
-
-def test_a_refused_beat_is_logged_and_a_defect_ends_the_task() -> None:
-    loop = VirtualLoop()
-    answers: list[Exception] = [NoVehicleFree("none"), ZeroDivisionError("defect")]
-
-    async def beat() -> None:
-        raise answers.pop(0)
-
-    task = loop.create_task(PeriodicTask("test", beat, 1.0).run())
-    with capture_logs() as logs:
-        loop.run_until_idle(0)
-        assert not task.done()
-        loop.run_until_idle(1_500_000_000)
-    assert [entry["event"] for entry in logs] == ["loop.refused"]
-    assert isinstance(task.exception(), ZeroDivisionError)
 
 
 def test_the_dispatcher_finds_another_shuttle_for_rides_that_lost_theirs(fleet: FakeFleet) -> None:
@@ -149,3 +115,38 @@ def test_silence_departures_and_retention_do_their_work_in_a_beat(fleet: FakeFle
     assert len(campus.read(lambda uow: uow.views.departures())) > 0
     campus.wait_for(RetentionLoop(campus.transactions).run_once())
     assert campus.read(lambda uow: enrolled_vehicle(uow, "shuttle-1")).placed
+
+
+def test_a_step_that_fails_keeps_no_other_step_of_the_dispatcher_from_its_work(
+    fleet: FakeFleet, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def defect(_uow: UnitOfWork) -> None:
+        raise ZeroDivisionError("a poisoned row")
+
+    ride = fleet.book("NN20", "C6")
+    fleet.campus.do(lambda uow: plans.release_waiting(uow, ride.vehicle_id or ""))
+    monkeypatch.setattr(dispatcher, "_EVERY_PERIOD", (defect, *dispatcher._EVERY_PERIOD))
+    with pytest.raises(ExceptionGroup) as failed:
+        fleet.campus.wait_for(a_dispatcher(fleet).run_once())
+    assert [str(error) for error in failed.value.exceptions] == ["a poisoned row"]
+    assert fleet.ride(ride.ride_id).state is RideState.ASSIGNED
+
+
+def test_a_solver_whose_child_was_killed_has_a_new_one_for_the_next_search(fleet: FakeFleet) -> None:
+    fleet.book("NN20", "C6")
+    improvement = fleet.campus.read(plans.improvement_of)
+    assert improvement is not None
+    budget = a_dispatcher(fleet)._budget
+
+    async def killed_between() -> Solution:
+        solver = ProcessSolver()
+        await solver.solve(improvement.problem, budget, 5)
+        (child,) = solver._pool._processes.values()
+        child.kill()
+        with pytest.raises(BrokenProcessPool):
+            await solver.solve(improvement.problem, budget, 5)
+        after = await solver.solve(improvement.problem, budget, 5)
+        solver.close()
+        return after
+
+    assert asyncio.run(killed_between()).routes

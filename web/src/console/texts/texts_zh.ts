@@ -282,6 +282,9 @@ export const zh: ConsoleTexts = {
   kinds: {
     help_call: "乘客求助",
     impossible_position: "位置异常",
+    protocol_violation: "车辆发送无效消息",
+    false_report: "车辆上报了不属于它的乘客",
+    server_degraded: "服务器部分功能异常",
     ground_conflict: "两车争用同一路段",
     key_conflict: "两个代理使用同一密钥",
     minimal_risk_stop: "紧急停车",

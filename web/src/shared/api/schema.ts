@@ -1171,7 +1171,7 @@ export interface paths {
         };
         /**
          * Get Readiness
-         * @description It can take bookings.
+         * @description It can take bookings, and everything that follows from them is done.
          */
         get: operations["get_readiness"];
         put?: never;
@@ -1945,7 +1945,7 @@ export interface components {
          * IncidentKind
          * @enum {string}
          */
-        IncidentKind: "help_call" | "impossible_position" | "ground_conflict" | "key_conflict" | "minimal_risk_stop" | "takeover" | "vehicle_blocked" | "vehicle_silent" | "vehicle_fault" | "battery_low" | "rider_did_not_alight" | "no_resting_place" | "road_closed" | "order_rejected" | "departure_missed" | "promise_broken" | "ride_failed" | "seat_button";
+        IncidentKind: "help_call" | "impossible_position" | "ground_conflict" | "key_conflict" | "minimal_risk_stop" | "takeover" | "vehicle_blocked" | "vehicle_silent" | "vehicle_fault" | "protocol_violation" | "false_report" | "server_degraded" | "battery_low" | "rider_did_not_alight" | "no_resting_place" | "road_closed" | "order_rejected" | "departure_missed" | "promise_broken" | "ride_failed" | "seat_button";
         /**
          * IncidentView
          * @example {
@@ -2387,10 +2387,26 @@ export interface components {
         };
         /**
          * Readiness
-         * @description ready: the store answers and a campus map is active.
+         * @description ready: all of the following is as it should be.
+         *
+         *     map_version        of the active campus map, empty if there is none
+         *     database           unavailable: it does not answer; foreign: its tables are another version's
+         *     disk_free_bytes    where the database and the run segments are
+         *     tasks              the server's standing tasks
          * @example {
+         *       "database": "good",
+         *       "disk_free_bytes": 52000000000,
+         *       "disk_has_room": true,
          *       "map_version": "3f0c9a71d2e84b55",
          *       "ready": true,
+         *       "tasks": [
+         *         {
+         *           "failures": 0,
+         *           "last_good_at": "2026-09-01T08:00:00Z",
+         *           "name": "dispatcher",
+         *           "state": "good"
+         *         }
+         *       ],
          *       "vehicles_connected": 3
          *     }
          */
@@ -2401,6 +2417,17 @@ export interface components {
             map_version: string;
             /** Vehicles Connected */
             vehicles_connected: number;
+            /**
+             * Database
+             * @enum {string}
+             */
+            database: "good" | "unavailable" | "foreign";
+            /** Disk Free Bytes */
+            disk_free_bytes: number;
+            /** Disk Has Room */
+            disk_has_room: boolean;
+            /** Tasks */
+            tasks: components["schemas"]["TaskReadiness"][];
         };
         /**
          * Reassignment
@@ -3395,6 +3422,27 @@ export interface components {
             state: "pending" | "accepted" | "refused";
             /** Reason */
             reason: string;
+        };
+        /**
+         * TaskReadiness
+         * @description One standing task.
+         *
+         *     state         failing: its last attempts failed; late: it hangs
+         *     failures      in a row
+         *     last_good_at  when it last finished its work, null before the first time
+         */
+        TaskReadiness: {
+            /** Name */
+            name: string;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "good" | "failing" | "late";
+            /** Failures */
+            failures: number;
+            /** Last Good At */
+            last_good_at: string | null;
         };
         /**
          * TimetableDay
@@ -7834,7 +7882,7 @@ export interface operations {
                     "application/json": components["schemas"]["Readiness"];
                 };
             };
-            /** @description No campus map is active yet. */
+            /** @description Something that the server needs is missing. */
             503: {
                 headers: {
                     [name: string]: unknown;
