@@ -4,6 +4,7 @@ Axes follow REP-103: x forward (east in the map frame), y left (north), yaw coun
 """
 
 import math
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -15,14 +16,19 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 TWO_PI = 2.0 * math.pi
+# Farther from its origin no map reaches.
+POSITION_M_MAX = 1e6
 
 
 class Pose2(msgspec.Struct, frozen=True, array_like=True):
-    """A planar pose; the name of the variable that holds it says in which frame (`pose_map`)."""
+    """A planar pose; the name of the variable that holds it says in which frame (`pose_map`).
 
-    x_m: float
-    y_m: float
-    yaw_rad: float
+    Decoding refuses values that no campus has. In the process they are not checked.
+    """
+
+    x_m: Annotated[float, msgspec.Meta(ge=-POSITION_M_MAX, le=POSITION_M_MAX)]
+    y_m: Annotated[float, msgspec.Meta(ge=-POSITION_M_MAX, le=POSITION_M_MAX)]
+    yaw_rad: Annotated[float, msgspec.Meta(ge=-10.0, le=10.0)]
 
 
 @njit(cache=True)

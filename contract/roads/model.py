@@ -17,6 +17,10 @@ SCENARIOS: tuple[Scenario, ...] = ("common_road", "parking_lot", "unprotected_in
 FORMAT_VERSION = 1
 
 
+# Of ids and names; the wire carries them.
+NAME_CHARACTERS_MAX = 200
+
+
 class Origin(msgspec.Struct, frozen=True):
     """The map frame's origin on WGS 84; x points east, y north there."""
 

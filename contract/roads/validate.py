@@ -15,7 +15,7 @@ from contract.roads.design_vehicle import (
     FRONT_REACH_M,
     REAR_OVERHANG_M,
 )
-from contract.roads.model import Lane, RoadMap
+from contract.roads.model import NAME_CHARACTERS_MAX, Lane, RoadMap
 from contract.roads.section_graph import SectionGraph, broken_promises
 
 _POINT_GAP_MAX_M = 1.0
@@ -37,7 +37,13 @@ def problems(road_map: RoadMap) -> tuple[Problem, ...]:
 
     What depends on sound references (tiling, reachability, promises) is only looked at once they are sound.
     """
-    first = (*_emptiness(road_map), *_doubled_ids(road_map), *_dangling(road_map), *_bad_points(road_map))
+    first = (
+        *_emptiness(road_map),
+        *_doubled_ids(road_map),
+        *_long_names(road_map),
+        *_dangling(road_map),
+        *_bad_points(road_map),
+    )
     if first:
         return first
     lines = {lane.lane_id: np.array(lane.points, dtype=np.float64) for lane in road_map.lanes}
@@ -72,6 +78,22 @@ def _doubled_ids(road_map: RoadMap) -> Iterator[Problem]:
         for doubled, count in Counter(ids).items():
             if count > 1:
                 yield Problem("doubled_id", doubled, f"used {count} times")
+
+
+def _long_names(road_map: RoadMap) -> Iterator[Problem]:
+    """Orders carry these over the wire, which bounds them."""
+    named = (
+        *((lane.lane_id,) for lane in road_map.lanes),
+        *((section.section_id,) for section in road_map.sections),
+        *((place.place_id,) for place in road_map.resting_places),
+        *((area.area_id,) for area in road_map.observation_areas),
+        *((stop.stop_id, stop.name, stop.name_en) for stop in road_map.stops),
+    )
+    for names in named:
+        longest = max(len(name) for name in names)
+        if longest > NAME_CHARACTERS_MAX:
+            detail = f"an id or name has {longest} characters; at most {NAME_CHARACTERS_MAX} are allowed"
+            yield Problem("long_name", names[0][:NAME_CHARACTERS_MAX], detail)
 
 
 def _dangling(road_map: RoadMap) -> Iterator[Problem]:

@@ -1,11 +1,12 @@
 """What has happened on a vehicle. Its outbox keeps the numbered events until the server acknowledges them."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 
 from contract.geometry import Pose2
 from contract.wire.base import Message
+from contract.wire.bounds import ArcLength, Count, Distance, Id, LongText, PlaceId, Places, StampNs
 from contract.wire.orders import VisitState
 from contract.wire.reasons import FaultCode, HoldReason
 from contract.wire.status import DriveMode, FaultReport
@@ -18,32 +19,32 @@ class Event(msgspec.Struct, frozen=True, tag_field="event"):
 
 
 class VisitChanged(Event, frozen=True, tag="visit_changed"):
-    visit_id: str
-    stop_id: str
+    visit_id: Id
+    stop_id: PlaceId
     state: VisitState
 
 
 class DoorsChanged(Event, frozen=True, tag="doors_changed"):
     open: bool
-    visit_id: str
+    visit_id: Id
 
 
 class RiderBoarded(Event, frozen=True, tag="rider_boarded"):
-    ride_id: str
+    ride_id: Id
     how: BoardedHow
 
 
 class RiderAlighted(Event, frozen=True, tag="rider_alighted"):
-    ride_id: str
+    ride_id: Id
     how: BoardedHow
 
 
 class RiderNoShow(Event, frozen=True, tag="rider_no_show"):
-    ride_id: str
+    ride_id: Id
 
 
 class RiderDidNotAlight(Event, frozen=True, tag="rider_did_not_alight"):
-    ride_id: str
+    ride_id: Id
 
 
 class SeatButtonPressed(Event, frozen=True, tag="seat_button_pressed"):
@@ -52,17 +53,17 @@ class SeatButtonPressed(Event, frozen=True, tag="seat_button_pressed"):
     accepted is False when no place for stopping lies before the next visit; reason says so.
     """
 
-    seat: int
+    seat: Places
     accepted: bool
-    visit_id: str
-    lane_id: str
-    s_m: float
-    reason: str = ""
+    visit_id: Id
+    lane_id: PlaceId
+    s_m: ArcLength
+    reason: LongText = ""
 
 
 class SectionReleased(Event, frozen=True, tag="section_released"):
-    section_id: str
-    fence: int
+    section_id: PlaceId
+    fence: Count
 
 
 class ModeChanged(Event, frozen=True, tag="mode_changed"):
@@ -70,16 +71,16 @@ class ModeChanged(Event, frozen=True, tag="mode_changed"):
 
     mode: DriveMode
     reason: HoldReason | None = None
-    detail: str = ""
-    faults: tuple[FaultCode, ...] = ()
+    detail: LongText = ""
+    faults: Annotated[tuple[FaultCode, ...], msgspec.Meta(max_length=100)] = ()
 
 
 class Blocked(Event, frozen=True, tag="blocked"):
     """Standing for something in the path; `cleared` ends the incident."""
 
-    since_ns: int
+    since_ns: StampNs
     cleared: bool
-    obstacle_m: float
+    obstacle_m: Distance
     pose_map: Pose2
 
 
@@ -89,22 +90,22 @@ class FaultRaised(Event, frozen=True, tag="fault_raised"):
 
 
 class CommandDone(Event, frozen=True, tag="command_done"):
-    command_id: str
+    command_id: Id
     done: bool
-    detail: str = ""
+    detail: LongText = ""
 
 
 class TapAnswered(Event, frozen=True, tag="tap_answered"):
-    tap_id: str
-    ride_id: str
+    tap_id: Id
+    ride_id: Id
     accepted: bool
-    reason: str = ""
+    reason: LongText = ""
 
 
 class CodeRefused(Event, frozen=True, tag="code_refused"):
     """A code was typed that belongs to no rider of this visit."""
 
-    visit_id: str
+    visit_id: Id
 
 
 VehicleEvent = (
@@ -128,10 +129,10 @@ VehicleEvent = (
 class EventReport(Message, frozen=True, tag="event"):
     """One event on its way up. (vehicle, boot_id, sequence) names it for ever: effects happen once."""
 
-    epoch: int
-    boot_id: str
-    sequence: int
-    stamp_ns: int
+    epoch: Count
+    boot_id: Id
+    sequence: Count
+    stamp_ns: StampNs
     body: VehicleEvent
 
 
@@ -142,14 +143,14 @@ class EventLogState(msgspec.Struct, frozen=True):
                    server waits for it before it sends an order; 0 for unknown
     """
 
-    boot_id: str
-    first_unacknowledged: int
-    next_sequence: int = 0
+    boot_id: Id
+    first_unacknowledged: Count
+    next_sequence: Count = 0
 
 
 class EventsAcknowledged(Message, frozen=True, tag="events_acknowledged"):
     """The server has stored every event of this boot below `next_sequence`."""
 
-    epoch: int
-    boot_id: str
-    next_sequence: int
+    epoch: Count
+    boot_id: Id
+    next_sequence: Count

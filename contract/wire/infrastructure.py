@@ -5,6 +5,7 @@ from typing import Annotated
 import msgspec
 
 from contract.wire.base import Message
+from contract.wire.bounds import Count, Id, LongText, PeopleCount, PlaceId, StampNs
 
 
 class PresenceReport(Message, frozen=True, tag="presence_report"):
@@ -21,8 +22,8 @@ class PresenceReport(Message, frozen=True, tag="presence_report"):
 class PresenceRefused(Message, frozen=True, tag="presence_refused"):
     """Server: this word was not taken, and why. The connection stays open unless the token is at fault."""
 
-    code: str
-    detail: str
+    code: Id
+    detail: LongText
 
 
 class Presence(Message, frozen=True, tag="presence"):
@@ -31,7 +32,7 @@ class Presence(Message, frozen=True, tag="presence"):
     server_ns: when the camera took its picture, in the server's clock
     """
 
-    epoch: int
-    area_id: str
-    server_ns: int
-    count: int
+    epoch: Count
+    area_id: PlaceId
+    server_ns: StampNs
+    count: PeopleCount

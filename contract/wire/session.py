@@ -1,38 +1,55 @@
 """How a session of a vehicle with the server begins, keeps the clocks together, and ends."""
 
+from typing import Annotated
+
+import msgspec
+
 from contract.wire.base import Message
+from contract.wire.bounds import (
+    Count,
+    Id,
+    LongText,
+    Places,
+    Proof,
+    ProtocolVersion,
+    Seats,
+    ShortText,
+    StampNs,
+)
 from contract.wire.events import EventLogState
 from contract.wire.orders import OrderProgress
 
 PROTOCOL_VERSION = 1
 OLDEST_PROTOCOL_VERSION = 1
+# Boots whose events are not acknowledged yet.
+BOOTS_MAX = 1_000
 
 
 class Challenge(Message, frozen=True, tag="challenge"):
     """Server, first: sign this nonce. Also the protocol versions it speaks and its send time."""
 
-    nonce: str
-    protocol_min: int
-    protocol_max: int
-    server_ns: int
+    nonce: Proof
+    protocol_min: ProtocolVersion
+    protocol_max: ProtocolVersion
+    server_ns: StampNs
 
 
 class Hello(Message, frozen=True, tag="hello"):
     """Vehicle: who I am, what I hold. `signature` is Ed25519 over `signed_hello(...)`, base64."""
 
-    protocol: int
-    vehicle_id: str
-    boot_id: str
-    nonce: str
-    signature: str
-    software: str
-    stack: str
-    map_version: str
-    vehicle_ns: int
-    event_logs: tuple[EventLogState, ...] = ()
+    protocol: ProtocolVersion
+    vehicle_id: Id
+    boot_id: Id
+    nonce: Proof
+    signature: Proof
+    software: ShortText
+    stack: ShortText
+    map_version: ShortText
+    vehicle_ns: StampNs
+    event_logs: Annotated[tuple[EventLogState, ...], msgspec.Meta(max_length=BOOTS_MAX)] = ()
     progress: OrderProgress | None = None
-    seats: int = 6
-    wheelchair_places: int = 0
+    seats: Seats = 6
+    wheelchair_places: Places = 0
 
 
 def signed_hello(nonce: str, vehicle_id: str, boot_id: str, protocol: int) -> bytes:
@@ -43,25 +60,25 @@ def signed_hello(nonce: str, vehicle_id: str, boot_id: str, protocol: int) -> by
 class Welcome(Message, frozen=True, tag="welcome"):
     """Server: you are in. Frames of an older epoch are refused from here on."""
 
-    epoch: int
-    protocol: int
-    server_ns: int
-    acknowledged: tuple[EventLogState, ...] = ()
+    epoch: Count
+    protocol: ProtocolVersion
+    server_ns: StampNs
+    acknowledged: Annotated[tuple[EventLogState, ...], msgspec.Meta(max_length=BOOTS_MAX)] = ()
 
 
 class ClockProbe(Message, frozen=True, tag="clock_probe"):
-    vehicle_ns: int
+    vehicle_ns: StampNs
 
 
 class ClockSample(Message, frozen=True, tag="clock_sample"):
     """Server's answer to a probe; with the arrival stamp the vehicle has offset and round trip."""
 
-    vehicle_ns: int
-    server_ns: int
+    vehicle_ns: StampNs
+    server_ns: StampNs
 
 
 class Goodbye(Message, frozen=True, tag="goodbye"):
     """Server, before it closes: why, as a typed code, and what to do about it."""
 
-    code: str
-    detail: str
+    code: Id
+    detail: LongText

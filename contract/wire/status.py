@@ -1,12 +1,35 @@
 """Where a vehicle is, what it does and what it sees; and where the others of the fleet are."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 
 from contract.geometry import Pose2
 from contract.wire.base import Message
+from contract.wire.bounds import (
+    SEATS_MAX,
+    Acceleration,
+    Angle,
+    ArcLength,
+    BodyLength,
+    Coordinate,
+    Count,
+    Distance,
+    Duration,
+    Id,
+    LongText,
+    PeopleCount,
+    PlaceId,
+    Ratio,
+    ShortText,
+    Speed,
+    StampNs,
+)
 from contract.wire.reasons import FaultCode, FaultSeverity, HoldReason, SpeedLimitReason
+
+POINTS_MAX = 20_000
+TRACKS_MAX = 2_000
+FAULTS_MAX = 200
 
 DriveMode = Literal["autonomous", "held", "manual", "minimal_risk", "fault"]
 
@@ -14,7 +37,7 @@ DriveMode = Literal["autonomous", "held", "manual", "minimal_risk", "fault"]
 class FaultReport(msgspec.Struct, frozen=True):
     code: FaultCode
     severity: FaultSeverity
-    since_ns: int
+    since_ns: StampNs
 
 
 class TrackReport(msgspec.Struct, frozen=True, array_like=True):
@@ -25,15 +48,15 @@ class TrackReport(msgspec.Struct, frozen=True, array_like=True):
     ahead       where it is expected: x and y after 1, 2, 3 ... seconds; empty for what stands still
     """
 
-    track_id: int
-    kind: str
-    x_m: float
-    y_m: float
-    yaw_rad: float
-    length_m: float
-    width_m: float
+    track_id: StampNs
+    kind: ShortText
+    x_m: Coordinate
+    y_m: Coordinate
+    yaw_rad: Angle
+    length_m: BodyLength
+    width_m: BodyLength
     yielded_to: bool = False
-    ahead: tuple[float, ...] = ()
+    ahead: Annotated[tuple[Coordinate, ...], msgspec.Meta(max_length=POINTS_MAX)] = ()
 
 
 class AreaReport(msgspec.Struct, frozen=True):
@@ -44,10 +67,10 @@ class AreaReport(msgspec.Struct, frozen=True):
     camera_age_s  age of that report
     """
 
-    area_id: str
-    track_count: int = 0
-    camera_count: int = -1
-    camera_age_s: float = 0.0
+    area_id: PlaceId
+    track_count: PeopleCount = 0
+    camera_count: PeopleCount = -1
+    camera_age_s: Duration = 0.0
 
 
 class DrivingView(msgspec.Struct, frozen=True):
@@ -59,9 +82,9 @@ class DrivingView(msgspec.Struct, frozen=True):
     """
 
     limited_by: SpeedLimitReason | None = None
-    path: tuple[float, ...] = ()
-    tracks: tuple[TrackReport, ...] = ()
-    areas: tuple[AreaReport, ...] = ()
+    path: Annotated[tuple[Coordinate, ...], msgspec.Meta(max_length=POINTS_MAX)] = ()
+    tracks: Annotated[tuple[TrackReport, ...], msgspec.Meta(max_length=TRACKS_MAX)] = ()
+    areas: Annotated[tuple[AreaReport, ...], msgspec.Meta(max_length=TRACKS_MAX)] = ()
 
 
 class Status(Message, frozen=True, tag="status"):
@@ -71,29 +94,29 @@ class Status(Message, frozen=True, tag="status"):
                               operator's own text, or which visit is unreachable
     """
 
-    epoch: int
-    stamp_ns: int
+    epoch: Count
+    stamp_ns: StampNs
     pose_map: Pose2
-    speed_mps: float
-    accel_mps2: float
-    steer_rad: float
+    speed_mps: Speed
+    accel_mps2: Acceleration
+    steer_rad: Angle
     mode: DriveMode
-    battery_ratio: float
+    battery_ratio: Ratio
     doors_open: bool
-    lane_id: str
-    s_m: float
-    order_id: str
-    revision: int
-    visit_id: str
-    aboard: tuple[str, ...] = ()
-    screen: str = ""
-    spoken: str = ""
-    obstacle_m: float | None = None
-    waiting_for: str = ""
-    faults: tuple[FaultReport, ...] = ()
+    lane_id: PlaceId
+    s_m: ArcLength
+    order_id: Id
+    revision: Count
+    visit_id: Id
+    aboard: Annotated[tuple[Id, ...], msgspec.Meta(max_length=SEATS_MAX)] = ()
+    screen: LongText = ""
+    spoken: LongText = ""
+    obstacle_m: Distance | None = None
+    waiting_for: PlaceId = ""
+    faults: Annotated[tuple[FaultReport, ...], msgspec.Meta(max_length=FAULTS_MAX)] = ()
     driving: DrivingView | None = None
     hold_reason: HoldReason | None = None
-    hold_detail: str = ""
+    hold_detail: LongText = ""
 
 
 class FleetVehicle(Message, frozen=True, tag="fleet_vehicle"):
@@ -102,8 +125,8 @@ class FleetVehicle(Message, frozen=True, tag="fleet_vehicle"):
     server_ns: when the server received that vehicle's status
     """
 
-    epoch: int
-    vehicle_id: str
-    server_ns: int
+    epoch: Count
+    vehicle_id: Id
+    server_ns: StampNs
     pose_map: Pose2
-    speed_mps: float
+    speed_mps: Speed

@@ -48,6 +48,13 @@ class StoreEvent:
 
 
 @dataclass(frozen=True, slots=True)
+class ReportViolation:
+    """The vehicle, whose key has been verified, sent what is no message of this protocol."""
+
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
 class NoteStatus:
     status: Status
 
@@ -57,4 +64,4 @@ class NoteAnswer:
     answer: OrderAccepted | OrderRejected
 
 
-Action = Send | Close | FindKey | OpenSession | StoreEvent | NoteStatus | NoteAnswer
+Action = Send | Close | FindKey | OpenSession | StoreEvent | ReportViolation | NoteStatus | NoteAnswer

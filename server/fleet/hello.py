@@ -3,13 +3,13 @@
 import base64
 import binascii
 
+import msgspec
 from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
+from contract.wire.bounds import Id, Proof, ProtocolVersion
 from contract.wire.close_reasons import CloseCode
 from contract.wire.messages import OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, Hello, signed_hello
-
-NAME_CHARACTERS_MAX = 64
 
 
 class HelloRefused(Exception):
@@ -21,7 +21,17 @@ class HelloRefused(Exception):
         self.detail = detail
 
 
-def check_hello(hello: Hello, nonce: str) -> None:
+class HelloClaim(msgspec.Struct, frozen=True):
+    """The fields of a hello that its signature covers, and the signature."""
+
+    protocol: ProtocolVersion
+    vehicle_id: Id
+    boot_id: Id
+    nonce: Proof
+    signature: Proof
+
+
+def check_hello(hello: Hello | HelloClaim, nonce: str) -> None:
     """Check everything that does not need the key. Raises HelloRefused."""
     if not OLDEST_PROTOCOL_VERSION <= hello.protocol <= PROTOCOL_VERSION:
         raise HelloRefused(
@@ -34,13 +44,26 @@ def check_hello(hello: Hello, nonce: str) -> None:
             "nonce_wrong", "this hello answers another connection's challenge; sign the nonce of this one"
         )
     for name, value in (("vehicle_id", hello.vehicle_id), ("boot_id", hello.boot_id)):
-        if not 0 < len(value) <= NAME_CHARACTERS_MAX:
-            raise HelloRefused("malformed", f"{name} must have 1 to {NAME_CHARACTERS_MAX} characters")
-    if hello.seats < 1 or not 0 <= hello.wheelchair_places <= hello.seats:
-        raise HelloRefused("malformed", "seats must be at least 1, wheelchair_places between 0 and seats")
+        if not value:
+            raise HelloRefused("malformed", f"{name} must not be empty")
 
 
-def verify_signature(hello: Hello, public_key: bytes) -> None:
+def violation_of(hello: Hello) -> str:
+    """What is wrong in the content of a hello whose fields are each within their bounds; "" for nothing."""
+    if hello.wheelchair_places > hello.seats:
+        return f"says it has {hello.wheelchair_places} wheelchair places and {hello.seats} seats"
+    return ""
+
+
+def claim_in(data: bytes | str) -> HelloClaim | None:
+    """What a hello says of its sender, whatever else is wrong with it; None if it does not even say that."""
+    try:
+        return msgspec.json.decode(data, type=HelloClaim)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        return None
+
+
+def verify_signature(hello: Hello | HelloClaim, public_key: bytes) -> None:
     """public_key: 32 raw bytes, as enrolled. Raises HelloRefused."""
     text = signed_hello(hello.nonce, hello.vehicle_id, hello.boot_id, hello.protocol)
     try:

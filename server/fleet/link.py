@@ -28,11 +28,21 @@ from server.domain.errors import KeyUnknown, OrderUnknown, SessionFenced, Vehicl
 from server.domain.fleet.vehicles import StatusReport
 from server.domain.instants import ns_of
 from server.domain.record.events import RecordedEvent
-from server.fleet.actions import Action, Close, FindKey, NoteAnswer, NoteStatus, OpenSession, Send, StoreEvent
+from server.fleet.actions import (
+    Action,
+    Close,
+    FindKey,
+    NoteAnswer,
+    NoteStatus,
+    OpenSession,
+    ReportViolation,
+    Send,
+    StoreEvent,
+)
 from server.fleet.backlog import Backlog
 from server.fleet.sent_messages import SentMessages
 from server.fleet.session import Actions, VehicleSession
-from server.usecases.fleet import events, vehicle_sessions, vehicles
+from server.usecases.fleet import events, quarantine, vehicle_sessions, vehicles
 from server.usecases.fleet.vehicle_sessions import HelloFacts
 from server.usecases.orders import orders, outbox
 from server.usecases.ports.clock_and_ids import Clock
@@ -198,6 +208,8 @@ class Link:
             await self._open(action.hello)
         elif isinstance(action, StoreEvent):
             await self._store(action.report)
+        elif isinstance(action, ReportViolation):
+            await self._report_violation(action.detail)
         elif isinstance(action, NoteStatus):
             self._note(action.status)
         elif isinstance(action, NoteAnswer):
@@ -240,6 +252,10 @@ class Link:
     def _apply(self, uow: UnitOfWork, event: RecordedEvent) -> events.EventResult:
         vehicle_sessions.require_epoch(uow, self.vehicle_id, self.session.epoch)
         return events.apply_event(uow, event)
+
+    async def _report_violation(self, detail: str) -> None:
+        log.warning("link.violation", vehicle_id=self.vehicle_id, detail=detail)
+        await self._ports.transactions.run(lambda uow: quarantine.begin(uow, self.vehicle_id, detail))
 
     def _note(self, status: Status) -> None:
         now = self._ports.clock.now()

@@ -36,10 +36,11 @@ from server.fleet.actions import (
     NoteAnswer,
     NoteStatus,
     OpenSession,
+    ReportViolation,
     Send,
     StoreEvent,
 )
-from server.fleet.hello import HelloRefused, check_hello, verify_signature
+from server.fleet.hello import HelloClaim, HelloRefused, check_hello, claim_in, verify_signature, violation_of
 
 State = Literal["challenged", "checking", "opening", "open", "closed"]
 Actions = tuple[Action, ...]
@@ -48,6 +49,9 @@ _VEHICLE_TAGS = frozenset(
     str(kind.__struct_config__.tag)
     for kind in (Hello, ClockProbe, Status, OrderAccepted, OrderRejected, EventReport)
 )
+
+
+_HELLO_TAG = str(Hello.__struct_config__.tag)
 
 
 class _Tagged(msgspec.Struct):
@@ -63,7 +67,8 @@ class VehicleSession:
         self.boot_id = ""
         self.epoch = 0
         self._nonce = nonce
-        self._hello: Hello | None = None
+        self._hello: Hello | HelloClaim | None = None
+        self._violation = ""
 
     def begin(self, server_ns: int) -> Actions:
         challenge = Challenge(self._nonce, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, server_ns)
@@ -74,7 +79,7 @@ class VehicleSession:
         if self.state == "closed":
             return ()
         if len(data) > MAX_MESSAGE_BYTES:
-            return self.close(
+            return self._violated(
                 "frame_too_large", f"{len(data)} bytes; at most {MAX_MESSAGE_BYTES} are allowed"
             )
         try:
@@ -98,6 +103,11 @@ class VehicleSession:
         except HelloRefused as refusal:
             return self.close(refusal.code, refusal.detail)
         self.state = "opening"
+        if isinstance(self._hello, HelloClaim):
+            return self._violated("malformed", self._violation)
+        violation = violation_of(self._hello)
+        if violation:
+            return self._violated("malformed", violation)
         return (OpenSession(self._hello),)
 
     def welcomed(self, epoch: int, acknowledged: tuple[EventLogState, ...], server_ns: int) -> Actions:
@@ -123,7 +133,13 @@ class VehicleSession:
 
     # ---------------------------------------------------------------- frames
 
-    def _hello_received(self, hello: Hello) -> Actions:
+    def _violated(self, code: CloseCode, detail: str) -> Actions:
+        """End the session. Only a vehicle whose key was verified is reported: anyone can send frames."""
+        is_verified = self.state in ("opening", "open")
+        report = (ReportViolation(detail),) if is_verified else ()
+        return (*report, *self.close(code, detail))
+
+    def _hello_received(self, hello: Hello | HelloClaim) -> Actions:
         if self.state != "challenged":
             return self.close("hello_repeated", "this connection's nonce was used; dial again for a new one")
         try:
@@ -149,8 +165,13 @@ class VehicleSession:
     def _not_understood(self, data: bytes | str, error: WireError) -> Actions:
         tag = _tag_of(data)
         if tag is not None and tag not in _VEHICLE_TAGS:
-            return self.close("unknown_message", f"no vehicle message is called {tag[:40]!r}")
-        return self.close("malformed", error.detail)
+            return self._violated("unknown_message", f"no vehicle message is called {tag[:40]!r}")
+        claim = claim_in(data) if tag == _HELLO_TAG and self.state == "challenged" else None
+        if claim is None:
+            return self._violated("malformed", error.detail)
+        # Its key decides whether it is this vehicle that says so.
+        self._violation = error.detail
+        return self._hello_received(claim)
 
 
 def _tag_of(data: bytes | str) -> str | None:

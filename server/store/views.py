@@ -134,7 +134,8 @@ class SqlViews(Repository):
         ordered = statement.order_by(
             _event.received_ns.desc(), _event.vehicle_id, _event.boot_id, _event.sequence.desc()
         )
-        return tuple(recorded_from_row(row) for row in self._many(ordered.limit(limit)))
+        events = (recorded_from_row(row) for row in self._many(ordered.limit(limit)))
+        return tuple(event for event in events if event is not None)
 
     def server_events(self, limit: int = 200) -> tuple[ServerEvent, ...]:
         ordered = self._select(tables.server_events).order_by(tables.server_events.c.number.desc())

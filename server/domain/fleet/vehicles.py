@@ -1,9 +1,10 @@
 """Vehicles as the server stores them, and the commands to them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Literal
 
+from contract.wire.bounds import SEATS_MAX
 from contract.wire.messages import DriveMode, Status
 from server.domain.fleet.shifts import Shifts
 
@@ -19,11 +20,12 @@ class Vehicle:
     mode        the vehicle's newest report
     held        it stands until an operator resumes it
     in_service  it may get new rides; a recalled vehicle finishes those aboard and rests
-    unavailable_since  since when it has been held or out of reach, None while it is neither
+    unavailable_since  since when it has been held, out of reach or quarantined, None while it is neither
     hold_ends   an operator's hold is over then, and the server resumes it; None: it stands until resumed
     charging    it went to charge and has not charged to the full yet
     placed      it holds the ground under its body, so that it can be given a route
     shifts      when it is on duty, None for always
+    quarantined_at  when it last broke the protocol: until it has kept to it for a while it gets no rides
     """
 
     campus_id: str
@@ -47,20 +49,43 @@ class Vehicle:
     hold_ends: datetime | None = None
     charging: bool = False
     shifts: Shifts | None = None
+    quarantined_at: datetime | None = None
+
+    @property
+    def is_available(self) -> bool:
+        """It drives by itself, is within reach, and its word can be relied on."""
+        return self.connected and not self.held and self.quarantined_at is None
 
     @property
     def accepts_rides(self) -> bool:
         """New rides may be promised on it."""
-        return self.in_service and self.placed and self.connected and not self.held and not self.retired
+        return self.in_service and self.placed and self.is_available and not self.retired
+
+
+def within_bounds(vehicle: Vehicle) -> Vehicle:
+    """A stored vehicle as it may be used: one with values that no vehicle can have is quarantined.
+
+    What a former version let in must not reach the dispatcher's arithmetic.
+    """
+    seats = min(max(vehicle.seats, 1), SEATS_MAX)
+    places = min(max(vehicle.wheelchair_places, 0), seats)
+    if (seats, places) == (vehicle.seats, vehicle.wheelchair_places):
+        return vehicle
+    since = vehicle.quarantined_at or vehicle.enrolled_at
+    return replace(vehicle, seats=seats, wheelchair_places=places, quarantined_at=since)
 
 
 @dataclass(frozen=True, slots=True)
 class Whereabouts:
-    """A vehicle's newest status and when it was heard last (any frame counts)."""
+    """A vehicle's newest status and when it was heard last (any frame counts).
+
+    unreadable  why the stored status cannot be used; status is None then
+    """
 
     vehicle_id: str
     heard_at: datetime
     status: Status | None = None
+    unreadable: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,9 +44,8 @@ class CachedVehicleRepository(SqlVehicleRepository):
 
     def heard(self, vehicle_id: str, at: datetime) -> None:
         super().heard(vehicle_id, at)
-        before = self._where().get(vehicle_id)
-        status = None if before is None else before.status
-        self._memory.put(_WHEREABOUTS, vehicle_id, Whereabouts(vehicle_id, at, status))
+        before = self._where().get(vehicle_id) or Whereabouts(vehicle_id, at)
+        self._memory.put(_WHEREABOUTS, vehicle_id, replace(before, heard_at=at))
 
     def save_position(self, vehicle_id: str, status: Status) -> None:
         super().save_position(vehicle_id, status)

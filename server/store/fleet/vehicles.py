@@ -5,6 +5,8 @@ from dataclasses import fields
 from datetime import datetime
 from functools import lru_cache
 
+import msgspec
+import structlog
 from sqlalchemy import Connection, func, select
 
 from contract.wire.messages import Status
@@ -14,11 +16,14 @@ from server.domain.fleet.vehicles import (
     Vehicle,
     VehicleCommand,
     Whereabouts,
+    within_bounds,
 )
 from server.store import tables
 from server.store.columns import from_json, to_json
 from server.store.fleet.history import SqlHistoryRepository
 from server.store.repository import AnyRow, Repository
+
+log = structlog.get_logger("store.fleet")
 
 _vehicle = tables.vehicles.c
 _where = tables.whereabouts.c
@@ -111,7 +116,11 @@ class SqlVehicleRepository(Repository):
 
 def vehicle_from_row(row: AnyRow) -> Vehicle:
     values = {name: getattr(row, name) for name in _VEHICLE_FIELDS}
-    return Vehicle(**values | {"shifts": None if row.shifts is None else _shifts(row.shifts)})
+    stored = Vehicle(**values | {"shifts": None if row.shifts is None else _shifts(row.shifts)})
+    vehicle = within_bounds(stored)
+    if vehicle is not stored:
+        _log_invalid_row(row.vehicle_id, f"seats {row.seats}, wheelchair_places {row.wheelchair_places}")
+    return vehicle
 
 
 @lru_cache(maxsize=256)
@@ -120,8 +129,19 @@ def _shifts(text: str) -> Shifts:
 
 
 def whereabouts_from_row(row: AnyRow) -> Whereabouts:
-    status = None if row.status is None else from_json(row.status, Status)
-    return Whereabouts(row.vehicle_id, row.heard_at, status)
+    if row.status is None:
+        return Whereabouts(row.vehicle_id, row.heard_at)
+    try:
+        return Whereabouts(row.vehicle_id, row.heard_at, from_json(row.status, Status))
+    except msgspec.DecodeError as error:
+        _log_invalid_row(row.vehicle_id, str(error))
+        return Whereabouts(row.vehicle_id, row.heard_at, unreadable=str(error))
+
+
+@lru_cache(maxsize=256)
+def _log_invalid_row(vehicle_id: str, what: str) -> None:
+    """Say it once: rows are read many times a second."""
+    log.error("vehicle.row_invalid", vehicle_id=vehicle_id, what=what)
 
 
 def _vehicle_to_row(vehicle: Vehicle) -> dict[str, object]:

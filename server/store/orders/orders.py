@@ -38,6 +38,17 @@ class SqlOrderRepository(Repository):
         row = self._find(tables.orders, vehicle_id=vehicle_id, order_id=order_id, revision=revision)
         return None if row is None else order_from_row(row)
 
+    def has_named(self, vehicle_id: str, ride_id: str) -> bool:
+        # Reports on rides that a vehicle does not have are rare: the payloads need no index.
+        named = _order.payload.contains(f'"ride_id":"{ride_id}"', autoescape=True)
+        newest = (
+            select(_order.number)
+            .where(_order.campus_id == self._campus_id, _order.vehicle_id == vehicle_id, named)
+            .order_by(_order.number.desc())
+            .limit(1)
+        )
+        return self._connection.execute(newest).first() is not None
+
     def add(self, order: IssuedOrder) -> None:
         self._insert(tables.orders, {"number": self._counters.next("order"), **_to_row(order)})
 

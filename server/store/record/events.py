@@ -1,6 +1,7 @@
 """Events of vehicles and of the server, append-only."""
 
 import msgspec
+import structlog
 from sqlalchemy import Connection, func, select
 
 from contract.wire.messages import VehicleEvent
@@ -9,6 +10,8 @@ from server.store import tables
 from server.store.columns import to_json
 from server.store.counters import Counters
 from server.store.repository import AnyRow, Repository
+
+log = structlog.get_logger("store.record")
 
 _event = tables.vehicle_events.c
 _decoder: msgspec.json.Decoder[VehicleEvent] = msgspec.json.Decoder(VehicleEvent)
@@ -69,8 +72,13 @@ class SqlEventRepository(Repository):
         )
 
 
-def recorded_from_row(row: AnyRow) -> RecordedEvent:
-    body: VehicleEvent = _decoder.decode(row.body)
+def recorded_from_row(row: AnyRow) -> RecordedEvent | None:
+    """None for an event that a former version let in and that is no event of this protocol."""
+    try:
+        body: VehicleEvent = _decoder.decode(row.body)
+    except msgspec.DecodeError as error:
+        log.error("event.row_invalid", vehicle_id=row.vehicle_id, sequence=row.sequence, what=str(error))
+        return None
     return RecordedEvent(row.vehicle_id, row.boot_id, row.sequence, row.stamp_ns, row.received_ns, body)
 
 

@@ -28,6 +28,7 @@ vehicles = Table(
     optional_instant("hold_ends"),
     Column("charging", Boolean, nullable=False, server_default=false()),
     Column("shifts", Text, nullable=True),
+    optional_instant("quarantined_at"),
 )
 whereabouts = Table(
     "whereabouts",

@@ -58,8 +58,8 @@ def with_mode(uow: UnitOfWork, vehicle: Vehicle, mode: DriveMode) -> Vehicle:
 
 
 def with_availability(uow: UnitOfWork, vehicle: Vehicle) -> Vehicle:
-    """The vehicle with since when it has been held or out of reach."""
-    if vehicle.connected and not vehicle.held:
+    """The vehicle with since when it has not been available."""
+    if vehicle.is_available:
         return replace(vehicle, unavailable_since=None)
     return replace(vehicle, unavailable_since=vehicle.unavailable_since or uow.now)
 

@@ -1,4 +1,8 @@
-"""Applies boardings, alightings and no-shows that vehicles report."""
+"""Applies boardings, alightings and no-shows that vehicles report.
+
+A vehicle speaks for itself only: its report on a ride that it was never ordered to serve has no effect and is
+an incident.
+"""
 
 from dataclasses import replace
 
@@ -22,13 +26,10 @@ from server.usecases.rides import lost_vehicles
 
 def rider_boarded(uow: UnitOfWork, vehicle_id: str, event: RiderBoarded) -> None:
     """The party is on board, whatever the server has stored. Its planned vehicle is replanned."""
-    ride = uow.rides.get(event.ride_id)
-    if ride is None:
-        return _unknown(uow, vehicle_id, "rider_boarded", event.ride_id)
-    if ride.state is RideState.ABOARD:
+    ride = _ride_of(uow, vehicle_id, "boarded", event.ride_id)
+    if ride is None or ride.state is RideState.ABOARD:
         return None
-    planned_by = ride.vehicle_id
-    expected = planned_by == vehicle_id and not ride.has_ended
+    expected = ride.vehicle_id == vehicle_id and not ride.has_ended
     aboard = _boarded(uow, ride, event.how)
     if aboard is None:
         return None
@@ -44,14 +45,12 @@ def rider_boarded(uow: UnitOfWork, vehicle_id: str, event: RiderBoarded) -> None
 
 def rider_alighted(uow: UnitOfWork, vehicle_id: str, event: RiderAlighted) -> None:
     """The ride is completed; early, if the vehicle does not stand at the ride's own stop."""
-    ride = uow.rides.get(event.ride_id)
-    if ride is None:
-        return _unknown(uow, vehicle_id, "rider_alighted", event.ride_id)
-    if ride.state is RideState.COMPLETED:
+    ride = _ride_of(uow, vehicle_id, "alighted", event.ride_id)
+    if ride is None or ride.state is RideState.COMPLETED:
         return None
     if ride.stranded_by == vehicle_id and not ride.has_ended and ride.vehicle_id != vehicle_id:
         return lost_vehicles.rider_left_lost_vehicle(uow, vehicle_id, ride)
-    if ride.state is not RideState.ABOARD:
+    if ride.state is not RideState.ABOARD or ride.vehicle_id != vehicle_id:
         return _contradiction(uow, vehicle_id, ride, "alighted")
     plan = uow.plans.get(vehicle_id)
     here = None if plan is None else plan.under_way
@@ -67,9 +66,9 @@ def rider_alighted(uow: UnitOfWork, vehicle_id: str, event: RiderAlighted) -> No
 
 def rider_no_show(uow: UnitOfWork, vehicle_id: str, event: RiderNoShow) -> None:
     """The seats are free again, and the visits made for this party leave the plan."""
-    ride = uow.rides.get(event.ride_id)
+    ride = _ride_of(uow, vehicle_id, "no_show", event.ride_id)
     if ride is None:
-        return _unknown(uow, vehicle_id, "rider_no_show", event.ride_id)
+        return None
     if ride.vehicle_id != vehicle_id or ride.state not in (RideState.ASSIGNED, RideState.BOARDING):
         return None
     detail = "the party did not board before the shuttle had to leave"
@@ -81,10 +80,8 @@ def rider_no_show(uow: UnitOfWork, vehicle_id: str, event: RiderNoShow) -> None:
 
 def rider_did_not_alight(uow: UnitOfWork, vehicle_id: str, event: RiderDidNotAlight) -> None:
     """An incident; the vehicle lets the rider out at a further visit. The second time the ride fails."""
-    ride = uow.rides.get(event.ride_id)
-    if ride is None:
-        return _unknown(uow, vehicle_id, "rider_did_not_alight", event.ride_id)
-    if ride.state is not RideState.ABOARD:
+    ride = _ride_of(uow, vehicle_id, "did_not_alight", event.ride_id)
+    if ride is None or ride.state is not RideState.ABOARD or ride.vehicle_id != vehicle_id:
         return None
     again = uow.incidents.open_about(IncidentKind.RIDER_DID_NOT_ALIGHT, ride.ride_id) is not None
     open_incident(
@@ -110,12 +107,27 @@ def _boarded(uow: UnitOfWork, ride: Ride, how: BoardedHow) -> Ride | None:
         return None
 
 
-def _unknown(uow: UnitOfWork, vehicle_id: str, what: str, ride_id: str) -> None:
-    record_event(uow, f"{what}.unknown_ride", vehicle_id, vehicle_id, ride_id)
+def _ride_of(uow: UnitOfWork, vehicle_id: str, what: str, ride_id: str) -> Ride | None:
+    """The ride that a vehicle reports on; None if the vehicle never had it, which is recorded.
+
+    A vehicle had a ride if it has it now, had to leave it at a stop, or was once sent an order that names it.
+    The plan may have changed while the vehicle was out of reach.
+    """
+    ride = uow.rides.get(ride_id)
+    if ride is None:
+        record_event(uow, f"rider_{what}.unknown_ride", vehicle_id, vehicle_id, ride_id)
+        return None
+    if vehicle_id in (ride.vehicle_id, ride.stranded_by) or uow.orders.has_named(vehicle_id, ride_id):
+        return ride
+    cause = f"{vehicle_id} reports ({what}) on ride {ride.ride_code}, which it was never ordered to serve"
+    subject = f"{vehicle_id}/{ride_id}"
+    open_incident(uow, IncidentKind.FALSE_REPORT, subject, cause, vehicle_id=vehicle_id, ride_id=ride_id)
+    record_event(uow, "ride.false_report", ride_id, vehicle_id, what)
+    return None
 
 
 def _contradiction(uow: UnitOfWork, vehicle_id: str, ride: Ride, what: str) -> None:
-    detail = f"{vehicle_id} says {what}, the ride is {ride.state}"
+    detail = f"{vehicle_id} says {what}, the ride is {ride.state} with {ride.vehicle_id or 'no vehicle'}"
     record_event(uow, "ride.contradiction", ride.ride_id, vehicle_id, detail)
 
 

@@ -16,15 +16,10 @@ from contract.wire.messages import ClockProbe, Message, ServerMessage, VehicleEv
 VEHICLE_KINDS: tuple[type[Message], ...] = typing.get_args(VehicleMessage)
 SERVER_KINDS: tuple[type[Message], ...] = typing.get_args(ServerMessage)
 
-FINITE = st.floats(allow_nan=False, allow_infinity=False)
-INTEGERS = st.integers(-(2**63), 2**63 - 1)
-st.register_type_strategy(float, FINITE)
-st.register_type_strategy(int, INTEGERS)
-
 
 def built(kind: type) -> st.SearchStrategy[object]:
     """Any value of a struct, from its own type hints."""
-    hints = typing.get_type_hints(kind)
+    hints = typing.get_type_hints(kind, include_extras=True)
     return st.builds(kind, **{name: of_hint(hints[name]) for name in kind.__struct_fields__})
 
 
@@ -32,6 +27,8 @@ def of_hint(hint: object) -> st.SearchStrategy[object]:
     if isinstance(hint, type) and issubclass(hint, msgspec.Struct):
         return st.deferred(lambda: built(hint))
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is typing.Annotated:
+        return within(arguments[0], arguments[1])
     if origin is tuple and len(arguments) == 2 and arguments[1] is Ellipsis:
         return st.lists(of_hint(arguments[0]), max_size=3).map(tuple)
     if origin is typing.Literal:
@@ -41,6 +38,80 @@ def of_hint(hint: object) -> st.SearchStrategy[object]:
     if hint is type(None):
         return st.none()
     return st.from_type(hint)  # type: ignore[arg-type]
+
+
+def within(kind: object, bounds: msgspec.Meta) -> st.SearchStrategy[object]:
+    if kind is int:
+        return st.integers(bounds.ge, bounds.le)
+    if kind is float:
+        return st.floats(bounds.ge, bounds.le)
+    if kind is str:
+        return st.text(min_size=bounds.min_length or 0, max_size=min(bounds.max_length or 0, 20))
+    return of_hint(kind)
+
+
+def structs_of(kind: object) -> set[type[msgspec.Struct]]:
+    """A struct and all structs in its fields."""
+    if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
+        hints = typing.get_type_hints(kind, include_extras=True).values()
+        return {kind}.union(*(structs_of(hint) for hint in hints))
+    return set().union(*(structs_of(argument) for argument in typing.get_args(kind)))
+
+
+def unbounded(hint: object) -> list[object]:
+    """The parts of a type that take a number, a text or a list of any size."""
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is typing.Annotated:
+        kind, meta = arguments[0], arguments[1]
+        if kind in (int, float):
+            return [hint] if None in (meta.ge, meta.le) else []
+        if kind is str:
+            return [hint] if meta.max_length is None else []
+        return unbounded(typing.get_args(kind)[0]) if meta.max_length else [hint]
+    if hint in (int, float, str) or origin is tuple:
+        return [hint]
+    return [part for argument in arguments for part in unbounded(argument) if origin is not typing.Literal]
+
+
+STRUCTS = sorted(
+    set().union(*(structs_of(kind) for kind in (*VEHICLE_KINDS, *SERVER_KINDS, PresenceReport))),
+    key=lambda kind: kind.__name__,
+)
+
+
+@pytest.mark.parametrize("kind", STRUCTS, ids=lambda kind: kind.__name__)
+def test_every_number_text_and_list_on_the_wire_has_bounds(kind: type[msgspec.Struct]) -> None:
+    hints = typing.get_type_hints(kind, include_extras=True)
+    found = {name: unbounded(hints[name]) for name in kind.__struct_fields__}
+    assert {name: parts for name, parts in found.items() if parts} == {}
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("speed_mps", "-5e200"),
+        ("speed_mps", "1e400"),
+        ("s_m", "1e7"),
+        ("battery_ratio", "null"),
+        ("stamp_ns", str(2**63)),
+        ("revision", str(2**62)),
+        ("pose_map", "[1e7,0.0,0.0]"),
+        ("pose_map", "[0.0,0.0,100.0]"),
+        ("lane_id", f'"{201 * "l"}"'),
+        ("aboard", "[" + ",".join(['"r"'] * 201) + "]"),
+    ],
+)
+def test_a_value_beyond_its_bounds_is_no_message(field: str, value: str) -> None:
+    fields = {
+        "type": '"status"', "epoch": "1", "stamp_ns": "5", "pose_map": "[0.0,0.0,0.0]", "speed_mps": "1.0",
+        "accel_mps2": "0.0", "steer_rad": "0.0", "mode": '"held"', "battery_ratio": "0.5",
+        "doors_open": "false", "lane_id": '"l"', "s_m": "0.0", "order_id": '"o"',
+        "revision": "0", "visit_id": '""',
+    }  # fmt: skip
+    decode_from_vehicle("{" + ",".join(f'"{name}":{text}' for name, text in fields.items()) + "}")
+    fields[field] = value
+    with pytest.raises(WireError, match=field):
+        decode_from_vehicle("{" + ",".join(f'"{name}":{text}' for name, text in fields.items()) + "}")
 
 
 @pytest.mark.parametrize("kind", VEHICLE_KINDS, ids=lambda kind: kind.__name__)

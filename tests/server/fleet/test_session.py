@@ -21,7 +21,17 @@ from contract.wire.messages import (
     Status,
     Welcome,
 )
-from server.fleet.actions import Action, Close, FindKey, NoteAnswer, NoteStatus, OpenSession, Send, StoreEvent
+from server.fleet.actions import (
+    Action,
+    Close,
+    FindKey,
+    NoteAnswer,
+    NoteStatus,
+    OpenSession,
+    ReportViolation,
+    Send,
+    StoreEvent,
+)
 from server.fleet.session import VehicleSession
 from tests.server.fleet.vehicle_key import VehicleKeyPair, a_hello
 
@@ -48,9 +58,20 @@ def an_open_session() -> VehicleSession:
 
 
 def closed_with(actions: tuple[Action, ...]) -> CloseCode:
-    assert len(actions) == 1
-    assert isinstance(actions[0], Close)
-    return actions[0].code
+    """The code of the only action besides reports of violations."""
+    (close,) = (action for action in actions if not isinstance(action, ReportViolation))
+    assert isinstance(close, Close)
+    return close.code
+
+
+def reported(actions: tuple[Action, ...]) -> str:
+    """The violation that is reported, "" for none."""
+    return "".join(action.detail for action in actions if isinstance(action, ReportViolation))
+
+
+def with_seats(hello: bytes, seats: int) -> bytes:
+    """The hello with a number of seats that its signature does not cover."""
+    return hello.replace(b'"seats":6', b'"seats":%d' % seats)
 
 
 def test_a_session_begins_with_a_challenge_that_names_the_protocol_versions() -> None:
@@ -112,10 +133,11 @@ def test_a_protocol_version_not_spoken_here_gets_a_goodbye_that_names_those_spok
 
 
 def test_an_unknown_message_is_named_in_the_goodbye() -> None:
-    (action,) = an_open_session().received(b'{"type":"teleport","to":"gate"}', 0)
-    assert isinstance(action, Close)
-    assert action.code == "unknown_message"
-    assert "teleport" in action.detail
+    report, close = an_open_session().received(b'{"type":"teleport","to":"gate"}', 0)
+    assert isinstance(close, Close)
+    assert close.code == "unknown_message"
+    assert "teleport" in close.detail
+    assert report == ReportViolation(close.detail)
 
 
 def test_a_server_message_from_a_vehicle_is_unknown() -> None:
@@ -221,3 +243,48 @@ def test_a_hello_with_any_byte_altered_opens_nothing(data: st.DataObject) -> Non
                     assert opened.hello.nonce == "nonce-1"
                     assert opened.hello.vehicle_id == "shuttle-1"
                     assert opened.hello.boot_id == "boot-1"
+
+
+def test_what_a_verified_vehicle_sends_beyond_the_bounds_is_reported_before_the_goodbye() -> None:
+    mad = encode(msgspec.structs.replace(a_status(), speed_mps=-5e200))
+    actions = an_open_session().received(mad, 0)
+    assert "speed_mps" in reported(actions)
+    assert isinstance(actions[-1], Close)
+    assert reported(an_open_session().received(b" " * (MAX_MESSAGE_BYTES + 1), 0)) != ""
+
+
+def test_a_hello_beyond_the_bounds_is_reported_once_its_signature_is_verified() -> None:
+    session = VehicleSession("nonce-1")
+    assert session.received(with_seats(encode(a_hello("nonce-1")), 2**62), 0) == (FindKey("shuttle-1"),)
+    actions = session.key_found(KEY.public)
+    assert "seats" in reported(actions)
+    assert closed_with(actions) == "malformed"
+
+
+def test_a_hello_beyond_the_bounds_with_another_signature_accuses_no_vehicle() -> None:
+    session = VehicleSession("nonce-1")
+    session.received(with_seats(encode(a_hello("nonce-1")), 2**62), 0)
+    actions = session.key_found(VehicleKeyPair("another").public)
+    assert (reported(actions), closed_with(actions)) == ("", "signature_wrong")
+
+
+def test_a_hello_beyond_the_bounds_for_another_nonce_accuses_no_vehicle() -> None:
+    stolen = with_seats(encode(a_hello("nonce-1")), 2**62)
+    actions = VehicleSession("nonce-2").received(stolen, 0)
+    assert (reported(actions), closed_with(actions)) == ("", "nonce_wrong")
+
+
+def test_a_stranger_that_sends_no_message_is_not_reported() -> None:
+    for frame in (b"{", b" " * (MAX_MESSAGE_BYTES + 1), b'{"type":"hello"}'):
+        actions = VehicleSession("nonce-1").received(frame, 0)
+        assert reported(actions) == ""
+        assert isinstance(actions[-1], Close)
+
+
+def test_more_wheelchair_places_than_seats_are_reported_of_a_verified_vehicle() -> None:
+    session = VehicleSession("nonce-1")
+    hello = msgspec.structs.replace(a_hello("nonce-1"), seats=2, wheelchair_places=3)
+    session.received(encode(hello), 0)
+    actions = session.key_found(KEY.public)
+    assert "wheelchair" in reported(actions)
+    assert closed_with(actions) == "malformed"

@@ -7,7 +7,7 @@ import msgspec
 import pytest
 
 from contract.geometry import Pose2
-from contract.wire.messages import Order, Status, Visit
+from contract.wire.messages import Order, RiderTask, Status, Visit
 from server.domain.errors import PlanChanged
 from server.domain.fleet.shifts import Shifts
 from server.domain.fleet.vehicles import StatusReport, Vehicle, VehicleCommand, Whereabouts
@@ -37,6 +37,7 @@ FULL = replace(
     hold_ends=NOW + HOUR,
     charging=True,
     shifts=Shifts(()),
+    quarantined_at=NOW,
 )
 STATUS = Status(
     3, 77, Pose2(1.0, 2.0, 0.5), 1.5, 0.1, 0.2, "autonomous", 0.8, False, "lane-1", 12.5, "order-1", 2, "v1"
@@ -152,6 +153,20 @@ def test_the_newest_revision_of_the_newest_order_is_the_current_one(record: Reco
     record.do(lambda uow: uow.orders.save(done))
     assert record.found(lambda uow: uow.orders.current("shuttle-1")) == done
     assert record.found(lambda uow: uow.orders.current("shuttle-2")) == other
+
+
+def test_a_vehicle_has_been_ordered_the_rides_that_any_of_its_orders_named(record: Record) -> None:
+    visit = Visit("v1", "stop", "s", "l", 1.0, (), (RiderTask("ride-1", 1, "1234"),))
+    named = replace(ISSUED, payload=msgspec.structs.replace(ORDER, visits=(visit,)))
+    for order in (named, replace(ISSUED, revision=2, plan_version=2)):
+        record.do(lambda uow, o=order: uow.orders.add(o))  # type: ignore[misc]
+    asked = [
+        ("shuttle-1", "ride-1"),
+        ("shuttle-1", "ride-"),
+        ("shuttle-1", "ride_1"),
+        ("shuttle-2", "ride-1"),
+    ]
+    assert record.do(lambda uow: [uow.orders.has_named(*one) for one in asked]) == [True, False, False, False]
 
 
 def test_sections_are_kept_in_route_order_and_fences_only_rise(record: Record) -> None:

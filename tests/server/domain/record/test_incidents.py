@@ -30,6 +30,7 @@ def test_people_come_before_danger_on_the_road_before_shuttles_that_stand_before
     assert order == [
         K.HELP_CALL,
         *(K.IMPOSSIBLE_POSITION, K.GROUND_CONFLICT, K.KEY_CONFLICT),
+        *(K.SERVER_DEGRADED, K.FALSE_REPORT, K.PROTOCOL_VIOLATION),
         *(
             K.MINIMAL_RISK_STOP,
             K.TAKEOVER,

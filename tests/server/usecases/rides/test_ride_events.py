@@ -16,7 +16,9 @@ from contract.wire.messages import (
     VisitChanged,
 )
 from server.domain.errors import DomainError
+from server.domain.record.incidents import IncidentKind
 from server.domain.rides.rides import Ride, RideState
+from server.usecases.fleet import interventions
 from server.usecases.planning import plans, promises
 from server.usecases.rides import destinations, rides
 from tests.server.usecases.campus_under_test import CampusUnderTest
@@ -73,6 +75,14 @@ class Stage:
         ways[state]()
         assert self.now().state is state
 
+    def order_other_and_take_back(self) -> None:
+        """The other shuttle gets an order for the ride, and the ride goes back to the first one."""
+        mine, others, by = self.shuttle.vehicle_id, self.other.vehicle_id, "operator"
+        self.campus.do(lambda uow: interventions.reassign(uow, mine, by, self.ride.ride_id, others))
+        assert self.campus.read(lambda uow: uow.orders.has_named(others, self.ride.ride_id))
+        self.campus.do(lambda uow: interventions.reassign(uow, others, by, self.ride.ride_id, mine))
+        assert self.now().vehicle_id == mine
+
     # ------------------------------------------------------------ events
 
     def cancel(self) -> None:
@@ -93,6 +103,16 @@ class Stage:
 
     def boarded_elsewhere(self) -> None:
         self.other.say(RiderBoarded(self.ride.ride_id, "sensor"))
+
+    def alighted_elsewhere(self) -> None:
+        self.other.say(RiderAlighted(self.ride.ride_id, "sensor"))
+
+    def no_show_elsewhere(self) -> None:
+        self.other.say(RiderNoShow(self.ride.ride_id))
+
+    def did_not_alight_elsewhere(self) -> None:
+        for _ in range(2):
+            self.other.say(RiderDidNotAlight(self.ride.ride_id))
 
     def alighted(self) -> None:
         self.say(RiderAlighted(self.ride.ride_id, "code"))
@@ -126,7 +146,11 @@ EVENTS: dict[str, Callable[[Stage], None]] = {
     "redirect": Stage.redirect,
     "tap": Stage.tap,
     "boarded": Stage.boarded,
+    # The other shuttle never had the ride: what it says of it has no effect.
     "boarded_elsewhere": Stage.boarded_elsewhere,
+    "alighted_elsewhere": Stage.alighted_elsewhere,
+    "no_show_elsewhere": Stage.no_show_elsewhere,
+    "did_not_alight_elsewhere": Stage.did_not_alight_elsewhere,
     "alighted": Stage.alighted,
     "no_show": Stage.no_show,
     "did_not_alight": Stage.did_not_alight,
@@ -141,7 +165,6 @@ AFTER: dict[RideState, dict[str, RideState | str]] = {
         "redirect": S.ASSIGNED,
         "tap": "ride_not_assigned",
         "boarded": S.ABOARD,
-        "boarded_elsewhere": S.ABOARD,
         "vehicle_is_lost": S.ASSIGNED,
         "vehicle_boots": S.ASSIGNED,
         "look": S.ASSIGNED,
@@ -149,20 +172,18 @@ AFTER: dict[RideState, dict[str, RideState | str]] = {
     S.ASSIGNED: {
         "cancel": S.CANCELLED,
         "boarded": S.ABOARD,
-        "boarded_elsewhere": S.ABOARD,
         "no_show": S.NO_SHOW,
     },
     S.BOARDING: {
         "cancel": S.CANCELLED,
         "boarded": S.ABOARD,
-        "boarded_elsewhere": S.ABOARD,
         "no_show": S.NO_SHOW,
     },
     S.ABOARD: {"tap": "ride_already_aboard", "alighted": S.COMPLETED},
     S.COMPLETED: OVER,
     S.REFUSED: OVER,
-    S.CANCELLED: OVER | {"boarded": S.ABOARD, "boarded_elsewhere": S.ABOARD},
-    S.NO_SHOW: OVER | {"boarded": S.ABOARD, "boarded_elsewhere": S.ABOARD},
+    S.CANCELLED: OVER | {"boarded": S.ABOARD},
+    S.NO_SHOW: OVER | {"boarded": S.ABOARD},
     S.FAILED: OVER,
 }
 
@@ -191,6 +212,36 @@ def test_what_an_event_makes_of_a_ride(stage: Stage, state: RideState, event: st
     assert after.state is expected
     assert after.has_ended == (after.ended_at is not None)
     require_kept(stage, after)
+
+
+@pytest.mark.parametrize("state", [S.REQUESTED, S.ASSIGNED, S.BOARDING, S.CANCELLED, S.NO_SHOW])
+def test_a_party_that_boards_the_shuttle_which_had_the_ride_before_is_aboard_it(
+    stage: Stage, state: RideState
+) -> None:
+    stage.order_other_and_take_back()
+    stage.bring_to(state)
+    stage.boarded_elsewhere()
+    ride = stage.now()
+    assert (ride.state, ride.vehicle_id) == (S.ABOARD, stage.other.vehicle_id)
+    require_kept(stage, ride)
+
+
+def test_a_report_on_a_ride_that_the_shuttle_never_had_is_an_incident_of_that_shuttle(stage: Stage) -> None:
+    stage.boarded_elsewhere()
+    stage.boarded_elsewhere()
+    (incident,) = stage.campus.read(lambda uow: uow.views.incidents())
+    assert (incident.kind, incident.vehicle_id) == (IncidentKind.FALSE_REPORT, stage.other.vehicle_id)
+    assert stage.now() == stage.ride
+
+
+def test_a_party_aboard_one_shuttle_cannot_be_let_out_by_another_that_had_the_ride_before(
+    stage: Stage,
+) -> None:
+    stage.order_other_and_take_back()
+    stage.bring_to(S.ABOARD)
+    stage.alighted_elsewhere()
+    stage.did_not_alight_elsewhere()
+    assert (stage.now().state, stage.now().vehicle_id) == (S.ABOARD, stage.shuttle.vehicle_id)
 
 
 def require_kept(stage: Stage, ride: Ride) -> None:

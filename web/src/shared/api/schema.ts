@@ -2287,6 +2287,8 @@ export interface components {
         /**
          * Pose2
          * @description A planar pose; the name of the variable that holds it says in which frame (`pose_map`).
+         *
+         *         Decoding refuses values that no campus has. In the process they are not checked.
          */
         Pose2: [
             number,
