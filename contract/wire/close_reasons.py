@@ -64,7 +64,12 @@ CLOSE_REASONS: tuple[CloseReason, ...] = (
     ),
     CloseReason("epoch_stale", 4411, "at_once", "Use the epoch of the last welcome in every frame."),
     CloseReason("superseded", 4412, "later", "A newer session of this vehicle is open; only it is heard."),
-    CloseReason("key_conflict", 4414, "later", "Two agents use one key; stop one of them or enrol it anew."),
+    CloseReason(
+        "key_conflict",
+        4414,
+        "later",
+        "Two agents use one key: stop one, or enrol it as a vehicle of its own; then close the incident.",
+    ),
     CloseReason("too_slow", 4429, "at_once", "The agent does not read fast enough; dial again to resume."),
     CloseReason("server_leaving", 4503, "later", "The server is stopping; dial again after a pause."),
     CloseReason(

@@ -45,6 +45,7 @@ class FleetRules:
     demand_days, demand_half_life_days, demand_prior_days  how far back bookings are learned from, how soon
                           they count half, and the days without any that are added to them
     quarantine_s          after so long without another breach of the protocol a vehicle gets rides again
+    key_conflict_within_s  another boot that was heard within this time still runs: two agents use one key
     silent_after_s        a vehicle that is not heard for so long is an incident
     order_valid_s         a vehicle accepts an order within this time
     booking_ahead_s_max   how far ahead rides can be booked
@@ -96,6 +97,7 @@ class FleetRules:
     demand_half_life_days: float = 14.0
     demand_prior_days: float = 2.0
     quarantine_s: float = 60.0
+    key_conflict_within_s: float = 2.0
     silent_after_s: float = 5.0
     order_valid_s: float = 60.0
     booking_ahead_s_max: float = 7 * 86400.0

@@ -10,11 +10,9 @@ from dataclasses import dataclass
 import msgspec
 import structlog
 
-from contract.wire.close_reasons import CloseCode
 from contract.wire.codec import decode_from_vehicle, encode
 from contract.wire.messages import EventReport, Status
 from server.domain.fleet.vehicles import StatusReport
-from server.domain.instants import ns_of
 from server.fleet.link import Link, LinkPorts, Transport
 from server.fleet.nearby import Nearby
 from server.fleet.presence import AreaPresence
@@ -28,8 +26,6 @@ from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 
 FLUSH_EVERY_S = 0.5
 PUSH_EVERY_S = 1.0
-# An agent that was heard within this time still runs: a second boot beside it is a second agent.
-ALIVE_NS = 2_000_000_000
 # Shuttles receive each other's positions within this distance: the view ahead and both bodies.
 FLEET_VEHICLES_M = 60.0
 
@@ -119,20 +115,13 @@ class Hub:
 
     # ---------------------------------------------------------------- messages of links
 
-    def _opened(self, link: Link) -> bool:
+    def _opened(self, link: Link) -> None:
         older = self._links.get(link.vehicle_id)
         self._links[link.vehicle_id] = link
         if link in self._greeting:
             self._greeting.remove(link)
-        if older is None:
-            return False
-        is_conflict = (
-            older.session.boot_id != link.session.boot_id
-            and ns_of(self._clock.now()) - older.heard_ns < ALIVE_NS
-        )
-        code: CloseCode = "key_conflict" if is_conflict else "superseded"
-        older.end(code, f"a newer session of {link.vehicle_id} was opened by boot {link.session.boot_id}")
-        return is_conflict
+        if older is not None:
+            older.end("superseded", f"boot {link.session.boot_id} opened a newer session")
 
     def _ended(self, link: Link) -> None:
         if link in self._greeting:
@@ -162,9 +151,13 @@ class Hub:
     def _session_opened(self, topic: str, payload: bytes) -> None:
         """Another replica may hold the newer session."""
         link = self._links.get(_vehicle_of(topic))
-        epoch = msgspec.json.decode(payload, type=_SessionOpened).epoch
-        if link is not None and link.session.epoch < epoch:
-            link.end("superseded", f"session {epoch} of {link.vehicle_id} is newer")
+        opened = msgspec.json.decode(payload, type=_SessionOpened)
+        if link is None or link.session.epoch >= opened.epoch:
+            return
+        if opened.key_conflict:
+            link.end("key_conflict", f"another agent said hello with the key of {link.vehicle_id}")
+        else:
+            link.end("superseded", f"session {opened.epoch} of {link.vehicle_id} is newer")
 
     def _vehicle_moved(self, topic: str, payload: bytes) -> None:
         """Send the position to the shuttles near by that are linked to this replica."""
@@ -234,6 +227,7 @@ class Hub:
 
 class _SessionOpened(msgspec.Struct, frozen=True):
     epoch: int
+    key_conflict: int = 0
 
 
 def _vehicle_of(topic: str) -> str:

@@ -72,13 +72,13 @@ class Transport(Protocol):
 class LinkPorts:
     """What a link needs from the hub: ports and callbacks.
 
-    opened  registers the link; True if another agent used the same key just now
+    opened  registers the link
     ended   forgets the link, and records that its session has ended
     """
 
     clock: Clock
     transactions: Transactions
-    opened: "Callable[[Link], bool]"
+    opened: "Callable[[Link], None]"
     ended: "Callable[[Link], None]"
     note_status: Callable[[StatusReport], None]
     note_event: Callable[[str, EventReport], None]
@@ -220,6 +220,12 @@ class Link:
         await self._perform_all(self.session.key_found(base64.b64decode(key)))
 
     async def _open(self, hello: Hello) -> None:
+        conflict = await self._ports.transactions.run(
+            lambda uow: vehicle_sessions.key_conflict(uow, hello.vehicle_id, hello.boot_id)
+        )
+        if conflict:
+            self.end("key_conflict", conflict)
+            return
         facts = _facts(hello)
         opened = await self._ports.transactions.run(lambda uow: vehicle_sessions.open_session(uow, facts))
         acknowledged = dict(opened.acknowledged)
@@ -227,11 +233,7 @@ class Link:
         welcome = self.session.welcomed(opened.epoch, _boot_logs(acknowledged), self._now_ns())
         await self._perform_all(welcome)
         log.info("link.opened", vehicle_id=self.vehicle_id, epoch=opened.epoch, boot_id=self.session.boot_id)
-        if self._ports.opened(self):
-            detail = f"boot {self.session.boot_id} took over from another boot that was still speaking"
-            await self._ports.transactions.run(
-                lambda uow: vehicle_sessions.report_key_conflict(uow, self.vehicle_id, detail)
-            )
+        self._ports.opened(self)
         await self._push_outbox()
 
     async def _store(self, report: EventReport) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import msgspec
 
+from contract.wire.close_reasons import CloseCode
 from contract.wire.codec import decode_from_server, encode
 from contract.wire.messages import (
     PROTOCOL_VERSION,
@@ -40,6 +41,7 @@ _SECOND_NS = 1_000_000_000
 PROBE_EVERY_NS = 10 * _SECOND_NS
 REPEAT_AFTER_NS = 3 * _SECOND_NS
 SILENT_AFTER_NS = 25 * _SECOND_NS
+KEY_CONFLICT: CloseCode = "key_conflict"
 
 Sign = Callable[[bytes], str]
 
@@ -111,6 +113,8 @@ class VehicleSession:
             self._acknowledged(message, now_ns)
         elif isinstance(message, Goodbye):
             self.refusal = message
+            if message.code == KEY_CONFLICT and self.epoch > 0:
+                self._hold()
         elif self.is_open and message.epoch == self.epoch:
             self._queue(message)
 
@@ -232,6 +236,11 @@ class VehicleSession:
             )
         else:
             self._messages.append(message)
+
+    def _hold(self) -> None:
+        """Stop and stand until an operator has settled whose key it is."""
+        command_id = f"{KEY_CONFLICT}-{self.identity.boot_id}"
+        self._queue(Command(self.epoch, command_id, "hold", "another agent uses the key of this vehicle"))
 
     def _queue_link_state(self, now_ns: int) -> None:
         self._messages.append(LinkState(now_ns, self.is_open, self.epoch, self._clock.offset_ns))

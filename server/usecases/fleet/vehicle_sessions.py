@@ -89,9 +89,27 @@ def require_epoch(uow: UnitOfWork, vehicle_id: str, epoch: int) -> None:
         raise SessionFenced(f"a newer session of {vehicle_id} has taken over from epoch {epoch}")
 
 
-def report_key_conflict(uow: UnitOfWork, vehicle_id: str, detail: str) -> None:
-    """Open an incident: two agents use one key."""
+def key_conflict(uow: UnitOfWork, vehicle_id: str, boot_id: str) -> str:
+    """Why a hello with the right key is refused: two agents use that key. "" if one does.
+
+    Another boot was heard a moment ago: it still runs. Which of the two is the vehicle cannot be known, so
+    neither is served until an operator closes the incident. Raises VehicleUnknown.
+    """
+    vehicle = active_vehicle(uow, vehicle_id)
+    if uow.incidents.open_about(IncidentKind.KEY_CONFLICT, vehicle_id) is not None:
+        return f"the incident of two agents with the key of {vehicle_id} is open; an operator closes it"
+    where = uow.vehicles.whereabouts(vehicle_id)
+    limit = uow.now - timedelta(seconds=uow.rules.key_conflict_within_s)
+    is_alive = vehicle.connected and where is not None and where.heard_at > limit
+    if not is_alive or boot_id == vehicle.boot_id:
+        return ""
+    detail = f"boot {boot_id} said hello while boot {vehicle.boot_id} was still heard"
     open_incident(uow, IncidentKind.KEY_CONFLICT, vehicle_id, detail, vehicle_id=vehicle_id)
+    fenced = replace(vehicle, epoch=vehicle.epoch + 1, connected=False)
+    uow.vehicles.save(with_availability(uow, fenced))
+    uow.publish(topics.vehicle_session(uow.campus_id, vehicle_id), epoch=fenced.epoch, key_conflict=1)
+    uow.publish(topics.vehicle(uow.campus_id, vehicle_id), connected=0)
+    return detail
 
 
 def record_status(uow: UnitOfWork, reports: Sequence[StatusReport]) -> None:
@@ -123,6 +141,8 @@ def note_silence(uow: UnitOfWork) -> tuple[str, ...]:
         last = heard_at.get(vehicle.vehicle_id)
         if last is None or not vehicle.boot_id:
             continue
+        if uow.incidents.open_about(IncidentKind.KEY_CONFLICT, vehicle.vehicle_id) is not None:
+            continue  # neither agent is listened to
         if last < limit:
             silent.append(vehicle.vehicle_id)
             cause = f"not heard since {last:%H:%M:%S} UTC"

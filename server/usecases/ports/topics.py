@@ -7,7 +7,10 @@ def vehicle_outbox(campus_id: str, vehicle_id: str) -> str:
 
 
 def vehicle_session(campus_id: str, vehicle_id: str) -> str:
-    """A session of the vehicle was opened (field `epoch`): older ones, wherever they are, must close."""
+    """A session of the vehicle was opened (field `epoch`): older ones, wherever they are, must close.
+
+    key_conflict  1 if that is because two agents use its key
+    """
     return f"campus/{campus_id}/vehicle/{vehicle_id}/session"
 
 

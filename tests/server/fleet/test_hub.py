@@ -152,8 +152,24 @@ def test_a_newer_session_of_the_same_boot_fences_the_older(server: ServerUnderTe
 def test_two_agents_with_one_key_are_an_incident(server: ServerUnderTest) -> None:
     older = SpokenVehicle(server, boot_id="boot-1").dial().hello()
     newer = SpokenVehicle(server, boot_id="boot-2").dial().hello()
-    assert (older.goodbye, newer.goodbye) == ("key_conflict", "")
-    assert "key_conflict" in incident_kinds(server)
+    assert (older.goodbye, newer.goodbye) == ("key_conflict", "key_conflict")
+    server.elapse(60.0)
+    assert incident_kinds(server) == ["key_conflict"]
+
+
+def test_neither_of_two_agents_with_one_key_is_served_until_an_operator_closes_the_incident(
+    server: ServerUnderTest,
+) -> None:
+    for boot_id in ("boot-1", "boot-2"):
+        SpokenVehicle(server, boot_id=boot_id).dial().hello()
+    for boot_id in ("boot-1", "boot-2"):
+        server.elapse(30.0)
+        assert SpokenVehicle(server, boot_id=boot_id).dial().hello().goodbye == "key_conflict"
+    headers = server.sign_in()
+    (incident,) = server.get("/incidents").json()
+    path = f"/incidents/{incident['incident_id']}/close"
+    assert server.request("POST", path, headers=headers).status_code == 200
+    assert SpokenVehicle(server, boot_id="boot-1").dial().hello().goodbye == ""
 
 
 def test_a_restart_after_a_silence_is_no_conflict(server: ServerUnderTest) -> None:

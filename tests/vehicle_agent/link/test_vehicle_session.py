@@ -108,6 +108,26 @@ def test_before_the_welcome_nobody_commands_the_vehicle() -> None:
     assert session.take_messages() == []
 
 
+def test_a_vehicle_whose_key_another_agent_uses_is_told_to_hold() -> None:
+    session = opened(epoch=4)
+    session.take_messages()
+    session.received(encode(Goodbye("key_conflict", "two agents")), 2 * S)
+    (command,) = session.take_messages()
+    assert isinstance(command, Command)
+    assert (command.epoch, command.kind) == (4, "hold")
+
+
+def test_another_goodbye_or_one_before_any_welcome_stops_no_vehicle() -> None:
+    session = opened(epoch=4)
+    session.take_messages()
+    session.received(encode(Goodbye("superseded", "newer")), 2 * S)
+    assert session.take_messages() == []
+    stranger = a_session()
+    stranger.connected(0)
+    stranger.received(encode(Goodbye("key_conflict", "two agents")), 2 * S)
+    assert stranger.take_messages() == []
+
+
 def test_a_status_before_the_welcome_is_not_kept_for_later() -> None:
     session = a_session()
     session.connected(0)

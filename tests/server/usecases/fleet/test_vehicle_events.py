@@ -327,11 +327,6 @@ def test_a_tap_is_answered_once_and_by_the_shuttle_at_whose_door_it_was(fleet: F
     assert (kept().state, kept().reason) == ("refused", "doors are shut")
 
 
-def test_two_agents_with_one_key_are_an_incident(fleet: FakeFleet) -> None:
-    fleet.campus.do(lambda uow: vehicle_sessions.report_key_conflict(uow, "shuttle-1", "two boots"))
-    assert kinds(fleet.campus) == {IncidentKind.KEY_CONFLICT}
-
-
 def test_a_vehicle_at_sea_is_an_incident_and_is_not_placed(campus: CampusUnderTest) -> None:
     fleet = FakeFleet(campus, shipped_map("snow-lion"), 1)
     shuttle = fleet.shuttles[0]
