@@ -3,6 +3,7 @@
 `create_app(settings, ports)` is the same live and in virtual time; what differs comes in by the ports.
 """
 
+import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
@@ -40,6 +41,8 @@ from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
 from server.usecases.ports.solver import Solver
 from server.usecases.ports.unit_of_work import Transactions
+
+PASSWORD_CHECKS_MAX = 2
 
 log = structlog.get_logger("server")
 
@@ -155,6 +158,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
             logins=RateLimit(settings.login_tries_per_minute),
             lookups=RateLimit(settings.lookups_per_minute),
             bookings=RateLimit(settings.bookings_per_minute),
+            password_checks=asyncio.Semaphore(PASSWORD_CHECKS_MAX),
         ),
         has_our_tables=ports.has_our_tables,
         pages=read_pages(settings.web_dist),

@@ -42,6 +42,7 @@ class Settings(BaseModel):
     login_tries_per_minute: int = Field(6, ge=1, description="Per client address, then 429.")
     lookups_per_minute: int = Field(20, ge=1, description="Ride codes tried per client address, then 429.")
     bookings_per_minute: int = Field(30, ge=1, description="Bookings per client address, then 429.")
+    connections_max: int = Field(20_000, ge=1, description="Connections and requests at a time, then 503.")
     hello_timeout_s: float = Field(10.0, gt=0, description="How long a vehicle may take for its hello.")
     live_interval_s: float = Field(
         0.2, gt=0, description="Least time between two scene deltas to one viewer."

@@ -15,6 +15,7 @@ import uvicorn
 import uvloop
 from rich.console import Console
 
+from campusloop.live.bounded_http import BoundedHttp
 from campusloop.live.certificate import local_addresses, self_signed
 from campusloop.live.journal import write_journal
 from campusloop.live.paced_clock import PacedClock, PacedClocks
@@ -155,7 +156,8 @@ def uvicorn_config(settings: Settings, live: LivePorts) -> uvicorn.Config:
     return uvicorn.Config(
         create_app(settings, live.ports),
         lifespan="on",
-        http="httptools",
+        http=BoundedHttp,
+        limit_concurrency=settings.connections_max,
         ws="websockets-sansio",
         ws_per_message_deflate=False,
         ws_max_size=2 * MAX_MESSAGE_BYTES,  # above the protocol's limit, whose violation closes the session

@@ -1,5 +1,6 @@
 """The services of all endpoints: made once by `app.py`, and kept in the application's state."""
 
+import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
@@ -24,11 +25,15 @@ from server.usecases.ports.unit_of_work import Transactions
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Rate limits for each client address."""
+    """Rate limits for each client address.
+
+    password_checks  how many passwords are compared at a time: each takes 64 MiB and a core
+    """
 
     logins: RateLimit
     lookups: RateLimit
     bookings: RateLimit
+    password_checks: asyncio.Semaphore
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,9 +20,10 @@ async def sign_in(
 ) -> SessionView:
     """Sets the session cookie (HttpOnly, SameSite=Strict)."""
     services.limits.logins.take(client, now_ns(services))
-    opened = await services.transactions.run(
-        lambda uow: identity.login(uow, credentials.name, credentials.password)
-    )
+    check = await services.transactions.read(lambda uow: identity.password_check(uow, credentials.name))
+    async with services.limits.password_checks:
+        operator = await services.offload.run(lambda: check.passed(credentials.password))
+    opened = await services.transactions.run(lambda uow: identity.open_operator_session(uow, operator))
     lifetime = opened.session.expires_at - opened.session.opened_at
     response.set_cookie(
         SESSION_COOKIE,

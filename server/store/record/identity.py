@@ -61,6 +61,9 @@ class SqlIdentityRepository(Repository):
     def remove_operator_session(self, token_sha256: str) -> None:
         self._delete(tables.operator_sessions, _session.token_sha256 == token_sha256)
 
+    def remove_sessions_of(self, operator_id: str) -> None:
+        self._delete(tables.operator_sessions, _session.operator_id == operator_id)
+
     def forget_sessions_before(self, moment: datetime) -> int:
         """How many expired sessions were dropped."""
         return self._delete(tables.operator_sessions, _session.expires_at < moment)

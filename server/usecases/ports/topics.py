@@ -76,6 +76,11 @@ def series(campus_id: str, series_id: str) -> str:
     return f"campus/{campus_id}/series/{series_id}"
 
 
+def access(campus_id: str) -> str:
+    """A session or a token has ended: connections that were opened with it must end."""
+    return f"campus/{campus_id}/access"
+
+
 def campus_map(campus_id: str) -> str:
     """Another map has become the active one."""
     return f"campus/{campus_id}/map"

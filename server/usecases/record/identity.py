@@ -14,6 +14,8 @@ from server.domain.record.identity import (
     OperatorSession,
     Scope,
 )
+from server.usecases.ports import topics
+from server.usecases.ports.clock_and_ids import PasswordHasher
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.server_events import record_event
 
@@ -50,8 +52,13 @@ def create_operator(uow: UnitOfWork, name: str, password: str) -> Operator:
 
 
 def set_password(uow: UnitOfWork, name: str, password: str) -> Operator:
-    """Create the operator, or give the one of this name a new password (set-up from the command line)."""
+    """Create the operator, or give the one of this name a new password (set-up from the command line).
+
+    A password that has changed ends the operator's sessions.
+    """
     known = uow.identity.operator_by_name(name)
+    if known is not None and uow.hasher.verify(known.password_hash, password):
+        return known
     operator = Operator(
         campus_id=uow.campus_id,
         operator_id=uow.ids.new_id("operator") if known is None else known.operator_id,
@@ -60,17 +67,39 @@ def set_password(uow: UnitOfWork, name: str, password: str) -> Operator:
         created_at=uow.now if known is None else known.created_at,
     )
     uow.identity.save_operator(operator)
+    uow.identity.remove_sessions_of(operator.operator_id)
     record_event(uow, "operator.password_set", operator.operator_id, name)
+    uow.publish(topics.access(uow.campus_id))
     return operator
 
 
-def login(uow: UnitOfWork, name: str, password: str) -> CreatedSession:
-    """Raises WrongCredentials, after the same work whether the name is known or not."""
-    operator = uow.identity.operator_by_name(name)
-    if operator is None:
-        uow.hasher.hash(password)
+@dataclass(frozen=True, slots=True)
+class PasswordCheck:
+    """A password to compare outside of any transaction: the comparison takes as long as hundreds of bookings.
+
+    operator  None if the name is unknown
+    """
+
+    operator: Operator | None
+    hasher: PasswordHasher
+
+    def passed(self, password: str) -> Operator:
+        """Raises WrongCredentials, after the same work whether the name is known or not."""
+        if self.operator is None:
+            self.hasher.hash(password)
+        elif self.hasher.verify(self.operator.password_hash, password):
+            return self.operator
         raise WrongCredentials("name and password do not fit")
-    if not uow.hasher.verify(operator.password_hash, password):
+
+
+def password_check(uow: UnitOfWork, name: str) -> PasswordCheck:
+    return PasswordCheck(uow.identity.operator_by_name(name), uow.hasher)
+
+
+def open_operator_session(uow: UnitOfWork, operator: Operator) -> CreatedSession:
+    """operator: with the password that was compared. Raises WrongCredentials if it has changed meanwhile."""
+    known = uow.identity.operator(operator.operator_id)
+    if known is None or known.password_hash != operator.password_hash:
         raise WrongCredentials("name and password do not fit")
     token = uow.ids.token()
     session = OperatorSession(
@@ -82,13 +111,14 @@ def login(uow: UnitOfWork, name: str, password: str) -> CreatedSession:
         expires_at=uow.now + timedelta(seconds=uow.rules.operator_session_s),
     )
     uow.identity.add_operator_session(session)
-    record_event(uow, "operator.logged_in", operator.operator_id, name)
+    record_event(uow, "operator.logged_in", operator.operator_id, operator.name)
     return CreatedSession(token, session, operator)
 
 
 def logout(uow: UnitOfWork, token: str) -> None:
     """End the session; one that is over already is no error."""
     uow.identity.remove_operator_session(sha256_of(token))
+    uow.publish(topics.access(uow.campus_id))
 
 
 def operator_of(uow: UnitOfWork, token: str) -> tuple[Operator, OperatorSession]:
@@ -166,4 +196,5 @@ def revoke_developer_token(uow: UnitOfWork, token_id: str, by: str) -> Developer
     revoked = token if token.revoked_at is not None else replace(token, revoked_at=uow.now)
     uow.identity.save_developer_token(revoked)
     record_event(uow, "token.revoked", token_id, by)
+    uow.publish(topics.access(uow.campus_id))
     return revoked

@@ -19,6 +19,7 @@ from server.store.unit_of_work import Context
 from server.usecases.fleet import campus
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import identity
+from server.usecases.record.identity import CreatedSession
 from tests.server.usecases.fresh_database import fresh_database
 
 T = TypeVar("T")
@@ -110,6 +111,12 @@ class CampusUnderTest:
                 uow, vehicle_id, name or vehicle_id, "test", seats=seats, wheelchair_places=wheelchair_places
             )
         )
+
+    def sign_in(self, name: str, password: str) -> CreatedSession:
+        """As an operator does. Raises WrongCredentials."""
+        check = self.read(lambda uow: identity.password_check(uow, name))
+        operator = check.passed(password)
+        return self.do(lambda uow: identity.open_operator_session(uow, operator))
 
     def release(self) -> None:
         """Let go of the database, so that others can use it."""

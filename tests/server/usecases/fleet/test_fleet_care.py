@@ -75,8 +75,8 @@ def test_operators_log_in_with_their_password_for_a_while(campus: CampusUnderTes
         campus.do(lambda uow: identity.create_operator(uow, "ann", "other"))
     for name, password in (("ann", "wrong"), ("bob", "secret")):
         with pytest.raises(WrongCredentials):
-            campus.do(lambda uow, n=name, p=password: identity.login(uow, n, p))
-    opened = campus.do(lambda uow: identity.login(uow, "ann", "secret"))
+            campus.sign_in(name, password)
+    opened = campus.sign_in("ann", "secret")
     operator, session = campus.read(lambda uow: identity.operator_of(uow, opened.token))
     assert (operator.name, session.csrf_token) == ("ann", opened.session.csrf_token)
     assert opened.token not in (session.token_sha256, session.csrf_token)
@@ -89,7 +89,7 @@ def test_operators_log_in_with_their_password_for_a_while(campus: CampusUnderTes
 
 def test_logging_out_ends_the_session_and_may_be_repeated(campus: CampusUnderTest) -> None:
     campus.do(lambda uow: identity.create_operator(uow, "ann", "secret"))
-    opened = campus.do(lambda uow: identity.login(uow, "ann", "secret"))
+    opened = campus.sign_in("ann", "secret")
     for _ in range(2):
         campus.do(lambda uow: identity.logout(uow, opened.token))
     with pytest.raises(SessionExpired):

@@ -14,8 +14,8 @@ from tests.server.usecases.campus_under_test import CampusUnderTest
 SECOND = timedelta(seconds=1)
 
 
-def login(campus: CampusUnderTest, password: str = "right") -> CreatedSession:
-    return campus.do(lambda uow: identity.login(uow, "ann", password))
+def login(campus: CampusUnderTest, password: str = "right", name: str = "ann") -> CreatedSession:
+    return campus.sign_in(name, password)
 
 
 def with_ann(campus: CampusUnderTest, password: str = "right") -> None:
@@ -39,7 +39,7 @@ def test_an_operator_is_let_in_with_the_password_only(campus: CampusUnderTest) -
     with pytest.raises(WrongCredentials) as wrong:
         login(campus, "wrong")
     with pytest.raises(WrongCredentials) as unknown:
-        campus.do(lambda uow: identity.login(uow, "eve", "right"))
+        login(campus, name="eve")
     assert wrong.value.detail == unknown.value.detail, "nobody learns which names there are"
     session = login(campus)
     operator, known = campus.read(lambda uow: identity.operator_of(uow, session.token))
@@ -80,6 +80,27 @@ def test_a_new_password_replaces_the_old_one_of_the_same_operator(campus: Campus
     with pytest.raises(WrongCredentials):
         login(campus)
     login(campus, "another")
+
+
+def test_a_new_password_ends_the_sessions_of_this_operator_and_of_no_other(campus: CampusUnderTest) -> None:
+    with_ann(campus)
+    campus.do(lambda uow: identity.set_password(uow, "bob", "secret"))
+    anns, bobs = login(campus), campus.sign_in("bob", "secret")
+    with_ann(campus, "right")
+    campus.read(lambda uow: identity.operator_of(uow, anns.token))
+    with_ann(campus, "new")
+    with pytest.raises(SessionExpired):
+        campus.read(lambda uow: identity.operator_of(uow, anns.token))
+    campus.read(lambda uow: identity.operator_of(uow, bobs.token))
+
+
+def test_a_password_that_changed_while_it_was_compared_opens_no_session(campus: CampusUnderTest) -> None:
+    with_ann(campus)
+    check = campus.read(lambda uow: identity.password_check(uow, "ann"))
+    operator = check.passed("right")
+    with_ann(campus, "new")
+    with pytest.raises(WrongCredentials):
+        campus.do(lambda uow: identity.open_operator_session(uow, operator))
 
 
 def test_a_name_belongs_to_one_operator(campus: CampusUnderTest) -> None:
