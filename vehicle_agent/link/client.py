@@ -43,6 +43,7 @@ class LinkClient:
         self._tls = tls
         self._has_outgoing = asyncio.Event()
         self._must_reconnect = False
+        self._was_welcomed = False
 
     def wake(self) -> None:
         """Wakes the sender: the bridge has something to send."""
@@ -86,22 +87,35 @@ class LinkClient:
         """Runs one connection to its end; True if the server welcomed the vehicle on it."""
         session = self._bridge.session
         session.connected(self._now_ns())
-        sender = asyncio.create_task(self._send_all(socket))
-        was_welcomed = False
+        self._was_welcomed = False
+        both = {
+            asyncio.create_task(self._send_all(socket)),
+            asyncio.create_task(self._receive_all(socket)),
+        }
         try:
-            async for data in socket:
-                session.received(data, self._now_ns())
-                was_welcomed = was_welcomed or session.is_open
-                self._deliver_messages()
-                self.wake()
-        except ConnectionClosed as closed:
-            log.info("link.closed", vehicle_id=session.identity.vehicle_id, reason=str(closed))
-        except WireError as error:
-            log.error("link.not_understood", vehicle_id=session.identity.vehicle_id, detail=error.detail)
+            # A connection on which one direction has ended is of no use to the other one.
+            ended, _ = await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            sender.cancel()
-            await asyncio.gather(sender, return_exceptions=True)
-        return was_welcomed
+            for task in both:
+                task.cancel()
+            await asyncio.wait(both)
+        vehicle_id = session.identity.vehicle_id
+        for task in ended:
+            try:
+                task.result()
+            except ConnectionClosed as closed:
+                log.info("link.closed", vehicle_id=vehicle_id, reason=str(closed))
+            except WireError as error:
+                log.error("link.not_understood", vehicle_id=vehicle_id, detail=error.detail)
+        return self._was_welcomed
+
+    async def _receive_all(self, socket: ClientConnection) -> None:
+        session = self._bridge.session
+        async for data in socket:
+            session.received(data, self._now_ns())
+            self._was_welcomed = self._was_welcomed or session.is_open
+            self._deliver_messages()
+            self.wake()
 
     async def _send_all(self, socket: ClientConnection) -> None:
         """Sends the session's frames, when woken and once a second."""

@@ -5,6 +5,7 @@ from collections.abc import Awaitable, Callable
 from http import HTTPStatus
 from pathlib import Path
 
+import pytest
 from structlog.testing import capture_logs
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
@@ -41,6 +42,7 @@ class Campus:
         self.now_ns = 0
         self.desk = LinkBridge(folder, ME, lambda text: "", sync=False)
         self.client: LinkClient
+        self.running: asyncio.Task[None]
 
     async def serve(self, socket: ServerConnection) -> None:
         self.sockets.append(socket)
@@ -74,7 +76,7 @@ def with_campus(folder: Path, claim: Callable[[Campus], Awaitable[None]]) -> Non
             campus.client = LinkClient(
                 f"ws://127.0.0.1:{port}", campus.desk, campus.delivered.append, lambda: campus.now_ns
             )
-            running = asyncio.create_task(campus.client.run())
+            running = campus.running = asyncio.create_task(campus.client.run())
             try:
                 await campus.until(lambda: campus.link_states == [True])
                 await claim(campus)
@@ -183,7 +185,7 @@ def test_a_proxy_that_answers_for_an_absent_server_is_dialled_again(tmp_path: Pa
             campus.client = LinkClient(
                 f"ws://127.0.0.1:{port}", campus.desk, campus.delivered.append, lambda: 0
             )
-            running = asyncio.create_task(campus.client.run())
+            running = campus.running = asyncio.create_task(campus.client.run())
             await campus.until(lambda: campus.link_states[-1:] == [True])
             assert refusals == 2
             running.cancel()
@@ -208,3 +210,17 @@ def test_an_address_that_is_none_is_logged_and_tried_ever_less_often(tmp_path: P
         await asyncio.gather(running, return_exceptions=True)
 
     asyncio.run(scenario())
+
+
+def test_a_sender_with_a_defect_ends_the_link_instead_of_a_link_that_only_listens(tmp_path: Path) -> None:
+    async def claim(campus: Campus) -> None:
+        def defect(now_ns: int) -> None:
+            raise ZeroDivisionError("defect")
+
+        campus.desk.session.advance = defect  # type: ignore[method-assign]
+        campus.client.wake()
+        async with asyncio.timeout(WITHIN_S):
+            with pytest.raises(ZeroDivisionError):
+                await campus.running
+
+    with_campus(tmp_path, claim)
