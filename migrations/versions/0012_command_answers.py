@@ -20,9 +20,7 @@ def upgrade() -> None:
         sa.Column("made_at", sa.DateTime(timezone=True), nullable=False),
         sa.PrimaryKeyConstraint("campus_id", "account", "key_sha256", name=op.f("pk_command_answers")),
     )
-    op.create_index(
-        op.f("ix_command_answers_campus_id_made_at"), "command_answers", ["campus_id", "made_at"]
-    )
+    op.create_index(op.f("ix_command_answers_campus_id_made_at"), "command_answers", ["campus_id", "made_at"])
 
 
 def downgrade() -> None:

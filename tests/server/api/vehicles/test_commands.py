@@ -27,9 +27,8 @@ def a_shuttle(server: ServerUnderTest, name: str, place: int = 0) -> SpokenVehic
 
 def call(server: ServerUnderTest, method: str, **params: object) -> dict[str, object]:
     """What a developer's script gets for a request."""
-    methods = DeveloperMethods(
-        server.services, Actor("developer", "developer:token-1", "developer:script"), Subscriptions()
-    ).table()
+    script = Actor("developer", "developer:token-1", "developer:script")
+    methods = DeveloperMethods(server.services, script, Subscriptions()).table()
     request = json.dumps({"jsonrpc": "2.0", "id": 1, "method": method, "params": params})
     data = server.run(answer(request, methods, frozenset({"read", "drive"})))
     assert data is not None
