@@ -36,15 +36,18 @@ def test_a_subscription_begins_with_a_snapshot_and_goes_on_with_changes(tmp_path
 def test_a_topic_that_is_added_later_begins_with_its_snapshot(tmp_path: Path) -> None:
     async def claim(server: LiveServer) -> None:
         secret, _ = await server.developer_token("read")
-        async with obedient_vehicle(server), connect(server.origin, secret) as campus:
-            async with campus.live("rides") as live:
-                await until(live, lambda update: isinstance(update, RidesUpdate))
-                await live.subscribe("vehicles")
-                added = await until(live, lambda update: isinstance(update, VehiclesUpdate))
-                assert isinstance(added, VehiclesUpdate)
-                assert added.snapshot
-                await live.unsubscribe("vehicles")
-                assert set(live.vehicles) == {"shuttle-1"}
+        async with (
+            obedient_vehicle(server),
+            connect(server.origin, secret) as campus,
+            campus.live("rides") as live,
+        ):
+            await until(live, lambda update: isinstance(update, RidesUpdate))
+            await live.subscribe("vehicles")
+            added = await until(live, lambda update: isinstance(update, VehiclesUpdate))
+            assert isinstance(added, VehiclesUpdate)
+            assert added.snapshot
+            await live.unsubscribe("vehicles")
+            assert set(live.vehicles) == {"shuttle-1"}
 
     against_server(tmp_path, claim)
 
@@ -52,17 +55,20 @@ def test_a_topic_that_is_added_later_begins_with_its_snapshot(tmp_path: Path) ->
 def test_what_happens_while_the_connection_is_cut_is_in_the_next_snapshot(tmp_path: Path) -> None:
     async def claim(server: LiveServer) -> None:
         secret, _ = await server.developer_token("read", "drive")
-        async with cutting_proxy(server.origin) as proxy, connect(proxy.origin, secret) as campus:
-            async with campus.live("rides") as live:
-                await until(live, lambda _: True)
-                proxy.is_shut = True
-                proxy.cut()
-                ride = {"from_stop": "NN20", "to_stop": "C6"}
-                booked = (await server.http.post("/rides", json=ride)).json()["ride_id"]
-                asyncio.get_running_loop().call_later(1.0, setattr, proxy, "is_shut", False)
-                again = await until(live, lambda _: booked in live.rides)
-                assert isinstance(again, RidesUpdate)
-                assert proxy.connections == 2
+        async with (
+            cutting_proxy(server.origin) as proxy,
+            connect(proxy.origin, secret) as campus,
+            campus.live("rides") as live,
+        ):
+            await until(live, lambda _: True)
+            proxy.is_shut = True
+            proxy.cut()
+            ride = {"from_stop": "NN20", "to_stop": "C6"}
+            booked = (await server.http.post("/rides", json=ride)).json()["ride_id"]
+            asyncio.get_running_loop().call_later(1.0, setattr, proxy, "is_shut", False)
+            again = await until(live, lambda _: booked in live.rides)
+            assert isinstance(again, RidesUpdate)
+            assert proxy.connections == 2
 
     against_server(tmp_path, claim)
 
@@ -70,14 +76,17 @@ def test_what_happens_while_the_connection_is_cut_is_in_the_next_snapshot(tmp_pa
 def test_events_come_as_the_vehicle_reported_them(tmp_path: Path) -> None:
     async def claim(server: LiveServer) -> None:
         secret, _ = await server.developer_token("read", "drive")
-        async with obedient_vehicle(server), connect(server.origin, secret) as campus:
-            async with campus.live("events") as live:
-                sent = (await campus.vehicles.send("shuttle-1", "C6")).last_visit_to("C6")
-                assert sent is not None
-                event = await until(live, lambda _: True)
-                assert isinstance(event, EventUpdate)
-                assert (event.vehicle_id, event.body["event"]) == ("shuttle-1", "visit_changed")
-                assert event.body["visit_id"] == sent.visit_id
+        async with (
+            obedient_vehicle(server),
+            connect(server.origin, secret) as campus,
+            campus.live("events") as live,
+        ):
+            sent = (await campus.vehicles.send("shuttle-1", "C6")).last_visit_to("C6")
+            assert sent is not None
+            event = await until(live, lambda _: True)
+            assert isinstance(event, EventUpdate)
+            assert (event.vehicle_id, event.body["event"]) == ("shuttle-1", "visit_changed")
+            assert event.body["visit_id"] == sent.visit_id
 
     against_server(tmp_path, claim)
 
@@ -89,13 +98,16 @@ def test_a_wrong_token_opens_no_subscription_and_a_revoked_one_does_not_resume(t
                 async with campus.live("rides"):
                     pass
         secret, token_id = await server.developer_token("read")
-        async with cutting_proxy(server.origin) as proxy, connect(proxy.origin, secret) as campus:
-            async with campus.live("rides") as live:
-                await until(live, lambda _: True)
-                await server.change("DELETE", f"/developer-tokens/{token_id}")
-                proxy.cut()
-                with pytest.raises(NotAllowed, match="token_invalid"):
-                    await until(live, lambda _: False)
+        async with (
+            cutting_proxy(server.origin) as proxy,
+            connect(proxy.origin, secret) as campus,
+            campus.live("rides") as live,
+        ):
+            await until(live, lambda _: True)
+            await server.change("DELETE", f"/developer-tokens/{token_id}")
+            proxy.cut()
+            with pytest.raises(NotAllowed, match="token_invalid"):
+                await until(live, lambda _: False)
 
     against_server(tmp_path, claim)
 

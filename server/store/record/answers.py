@@ -21,7 +21,8 @@ class SqlAnswerRepository(Repository):
             "sealed": b"",
             "made_at": now,
         }
-        if self._connection.execute(statement.values(**row).on_conflict_do_nothing()).rowcount:
+        claiming = statement.values(**row).on_conflict_do_nothing().returning(_answer.key_sha256)
+        if self._connection.execute(claiming).first() is not None:
             return None
         found = self._find(tables.command_answers, account=request.account, key_sha256=request.key_sha256)
         assert found is not None
