@@ -9,7 +9,8 @@ PY := $(BIN)/python
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help setup kernels demo demo-check test test-short test-real test-browser test-fast test-long test-faults \
-  lint lint-style lint-types lint-imports lint-web format web bench soak mutants maps peers lock oracle clean
+  lint lint-style lint-types lint-imports lint-web format web bench soak mutants maps peers lock oracle generators \
+  clean
 
 help:
 	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN);"
@@ -20,6 +21,7 @@ help:
 	@echo "make soak    long and random campaigns, with their seeds printed"
 	@echo "make mutants do the short tests notice wrong changes? (ROOM=guard SAMPLE=50 SEED=1)"
 	@echo "make oracle  install what a test compares the path planner with (CI does)"
+	@echo "make generators  install what makes a client of the OpenAPI document in a test (CI does)"
 	@echo "make web     build the pages; make maps rebuilds the shipped maps"
 	@echo "make peers   open planners to compare with (python -m benchmarks.peers)"
 
@@ -154,15 +156,26 @@ var/peers/installed: requirements/peers.txt
 	var/peers/bin/pip install --quiet --disable-pip-version-check -r requirements/peers.txt
 	@touch $@
 
+# The Python generator of clients, which tests/server/api/specifications runs: its libraries clash with ours.
+generators: var/generators/installed
+
+var/generators/installed: requirements/generators.txt
+	$(PYTHON) -m venv var/generators
+	var/generators/bin/pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
+	  -r requirements/generators.txt
+	@touch $@
+
 # run.txt is what running a campus takes, lock.txt all that setting up installs; oracle.txt and mutants.txt are what
 # those extras need besides.
-LOCKED = $(PY) -m uv pip compile --universal --python-version 3.11 --generate-hashes pyproject.toml \
-  --quiet --no-header --no-annotate
+COMPILE = $(PY) -m uv pip compile --universal --python-version 3.11 --generate-hashes --quiet --no-header \
+  --no-annotate
+LOCKED = $(COMPILE) pyproject.toml
 
 lock: .venv/installed
 	$(PY) -m uv --version >/dev/null 2>&1 || $(BIN)/pip install --quiet uv
 	$(LOCKED) --extra dev -o requirements/lock.txt
 	$(LOCKED) --extra install -c requirements/lock.txt -o requirements/run.txt
+	$(COMPILE) requirements/generators.in -o requirements/generators.txt
 	for extra in oracle mutants; do $(LOCKED) --extra dev --extra $$extra -c requirements/lock.txt \
 	  -o requirements/$$extra.txt \
 	  $$(sed -n 's/^\([A-Za-z0-9._-]*\)==.*/--no-emit-package \1/p' requirements/lock.txt) || exit 1; done

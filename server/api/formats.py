@@ -21,7 +21,7 @@ RideToken = Annotated[
     str,
     Path(
         pattern=TOKEN_PATTERN,
-        description="The secret of the passenger's link, from the booking's answer.",
+        description="The secret of the passenger's link, from the answer to the booking.",
         examples=["q3Jv0X2mQp7sT4uYb1cD9w"],
     ),
 ]

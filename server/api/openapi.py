@@ -1,10 +1,14 @@
-"""The OpenAPI document: what FastAPI derives, with problem details and the live view's shapes made exact."""
+"""The OpenAPI document: what FastAPI derives, with problem details, security, examples and the live view's
+shapes made exact, so that linters and client generators accept it.
+"""
 
+from collections.abc import Iterator
 from typing import Any
 
 import msgspec
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
+from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
 from server.api.problems import MEDIA_TYPE, Problem
@@ -21,24 +25,51 @@ Refusals are problem details (RFC 9457): programs read `code`, people read `deta
 the three websockets.
 """
 SCHEMA_REF = "#/components/schemas/{name}"
+SERVERS = [{"url": "/", "description": "The server that this document comes from."}]
+LICENSE = {"name": "Apache-2.0", "identifier": "Apache-2.0"}
+DEVELOPER_SCHEME = "DeveloperToken"
 
 
 def openapi_of(app: FastAPI, version: str) -> dict[str, Any]:
     """The whole document; the same bytes for the same code."""
     document = get_openapi(
-        title="Campusloop", version=version, description=DESCRIPTION, routes=app.routes, servers=None
+        title="Campusloop",
+        version=version,
+        description=DESCRIPTION,
+        routes=app.routes,
+        servers=SERVERS,
+        license_info=LICENSE,
     )
     schemas = document.setdefault("components", {}).setdefault("schemas", {})
-    schemas.update(_problem_schemas())
-    schemas.update(_live_schemas())
+    for more in (_problem_schemas(), _live_schemas()):
+        clashing = {name for name in more if schemas.get(name, more[name]) != more[name]}
+        assert not clashing, f"two schemas have one name: {sorted(clashing)}"
+        schemas.update(more)
     for unused in ("HTTPValidationError", "ValidationError"):
         schemas.pop(unused, None)
+    _give_examples(schemas)
     document["components"]["schemas"] = dict(sorted(schemas.items()))
     for operations in document["paths"].values():
         for operation in operations.values():
             _declare_invalid_payload(operation)
-            _need_all_schemes(operation)
+            _declare_security(operation)
     return document
+
+
+def _give_examples(schemas: dict[str, Any]) -> None:
+    # FastAPI leaves nulls out of examples, also those of required fields.
+    for model in _models(BaseModel):
+        extra = model.model_config.get("json_schema_extra")
+        if isinstance(extra, dict) and "example" in extra and model.__name__ in schemas:
+            schemas[model.__name__]["example"] = extra["example"]
+
+
+def _models(kind: type[BaseModel]) -> Iterator[type[BaseModel]]:
+    """The API's own models that are derived from `kind`."""
+    for model in kind.__subclasses__():
+        if model.__module__.startswith("server.api."):
+            yield model
+        yield from _models(model)
 
 
 def _problem_schemas() -> dict[str, Any]:
@@ -53,7 +84,20 @@ def _live_schemas() -> dict[str, Any]:
     _, schemas = msgspec.json.schema_components(
         [Scene, Snapshot, Delta, Watch, Refused], ref_template=SCHEMA_REF
     )
+    _end_tuples(schemas)
     return schemas
+
+
+def _end_tuples(node: object) -> None:
+    """Say how long a tuple is by `maxItems` alone: client generators refuse `items: false`."""
+    if isinstance(node, dict):
+        if node.get("items") is False and node.get("maxItems") == len(node.get("prefixItems", ())):
+            del node["items"]
+        for value in node.values():
+            _end_tuples(value)
+    elif isinstance(node, list):
+        for value in node:
+            _end_tuples(value)
 
 
 def _declare_invalid_payload(operation: dict[str, Any]) -> None:
@@ -71,7 +115,14 @@ def _problem_response(description: str) -> dict[str, Any]:
     return {"description": description, "content": {MEDIA_TYPE: {"schema": schema}}}
 
 
-def _need_all_schemes(operation: dict[str, Any]) -> None:
-    # Listed apart, schemes would be alternatives; a change needs cookie and token together.
-    if len(operation.get("security", [])) > 1:
-        operation["security"] = [{name: [] for scheme in operation["security"] for name in scheme}]
+def _declare_security(operation: dict[str, Any]) -> None:
+    """Say which schemes are alternatives: cookie and CSRF token together, a developer token, or none.
+
+    FastAPI lists every scheme alone, and nothing for an endpoint without one.
+    """
+    schemes = {name: roles for scheme in operation.get("security", []) for name, roles in scheme.items()}
+    developer = {name: schemes.pop(name) for name in (DEVELOPER_SCHEME,) if name in schemes}
+    if developer:
+        operation["security"] = [schemes, developer]
+    else:
+        operation["security"] = [schemes] if schemes else []

@@ -27,6 +27,12 @@ class CsrfMissing(DomainError):
     code = "csrf_missing"
 
 
+class CursorInvalid(DomainError):
+    """The cursor is not one that this list has given."""
+
+    code = "cursor_invalid"
+
+
 class TokenUnknown(DomainError):
     """No developer token has this id."""
 
@@ -125,6 +131,7 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.ScopeMissing: 403,
     TooManyTries: 429,
     CsrfMissing: 403,
+    CursorInvalid: 400,
     TokenUnknown: 404,
     SignatureWrong: 403,
     SegmentHashWrong: 400,
@@ -210,7 +217,7 @@ async def _refused(_: Request, error: Exception) -> JSONResponse:
         headers["Retry-After"] = str(max(1, round(error.retry_after_s)))
     status = status_of(error)
     if status == 401:
-        headers["WWW-Authenticate"] = "Session"
+        headers["WWW-Authenticate"] = "Bearer" if isinstance(error, errors.TokenInvalid) else "Session"
     return _response(_body(status, error.code, error.detail, error.rule), headers)
 
 

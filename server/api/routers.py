@@ -12,6 +12,7 @@ from server.api.health import routes as health
 from server.api.incidents import routes as incidents
 from server.api.interventions import routes as interventions
 from server.api.openapi import openapi_of
+from server.api.rides import records
 from server.api.rides import routes as rides
 from server.api.runs import routes as runs
 from server.api.runs import segments
@@ -48,6 +49,7 @@ def bare_app(**options: Any) -> FastAPI:
     for router in (
         campus.router,
         rides.router,
+        records.router,
         series.router,
         service.router,
         closures.router,

@@ -34,6 +34,7 @@ from server.store.planning.decisions import SqlDecisionRepository
 from server.store.planning.departures import SqlDepartureRepository
 from server.store.planning.plans import SqlPlanRepository
 from server.store.planning.travel_time_factors import SqlTravelTimeFactorRepository
+from server.store.record.answers import SqlAnswerRepository
 from server.store.record.events import SqlEventRepository
 from server.store.record.identity import SqlIdentityRepository
 from server.store.record.incidents import SqlIncidentRepository
@@ -55,6 +56,7 @@ from server.usecases.ports.plans import (
     TravelTimeFactorRepository,
 )
 from server.usecases.ports.records import (
+    AnswerRepository,
     IdentityRepository,
     IncidentRepository,
     LeaseRepository,
@@ -150,6 +152,7 @@ class SqlUnitOfWork:
         self.events: EventRepository = self._events
         self.runs: RunRepository = SqlRunRepository(connection, campus_id, False)
         self.identity: IdentityRepository = SqlIdentityRepository(connection, campus_id, writes)
+        self.answers: AnswerRepository = SqlAnswerRepository(connection, campus_id, False)
         self.leases: LeaseRepository = SqlLeaseRepository(connection, campus_id, writes)
         self.history: HistoryRepository = SqlHistoryRepository(connection, campus_id, False)
         self._views = SqlViews(connection, campus_id, False)

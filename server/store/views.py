@@ -4,7 +4,8 @@ from collections.abc import Sequence, Set
 from datetime import datetime
 from typing import TypeVar
 
-from sqlalchemy import case, select
+from sqlalchemy import and_, case, or_, select
+from sqlalchemy.sql import ColumnElement
 
 from server.domain.fleet.vehicles import Vehicle, VehicleCommand, Whereabouts
 from server.domain.orders.orders import IssuedOrder, lanes_of
@@ -18,6 +19,7 @@ from server.domain.service.timetable import Departure
 from server.store import tables
 from server.store.fleet.history import SqlHistoryRepository
 from server.store.fleet.vehicles import SqlVehicleRepository
+from server.store.keyset import rows_after
 from server.store.orders.orders import SqlOrderRepository
 from server.store.orders.sections import SqlSectionRepository
 from server.store.planning.departures import departure_from_row
@@ -27,7 +29,13 @@ from server.store.record.incidents import incident_from_row
 from server.store.record.runs import SqlRunRepository
 from server.store.repository import Repository
 from server.store.rides.rides import ride_from_row
-from server.usecases.ports.views import HistoryPoint, VehicleView
+from server.usecases.ports.views import (
+    HistoryPoint,
+    IncidentPosition,
+    MomentAndId,
+    RunPosition,
+    VehicleView,
+)
 
 R = TypeVar("R", bound=Repository)
 
@@ -75,6 +83,7 @@ class SqlViews(Repository):
         limit: int = 200,
         before: datetime | None = None,
         ride_ids: Set[str] | None = None,
+        after: MomentAndId | None = None,
     ) -> tuple[Ride, ...]:
         statement = self._select(tables.rides)
         if ride_ids is not None:
@@ -85,6 +94,9 @@ class SqlViews(Repository):
             statement = statement.where(_ride.vehicle_id == vehicle_id)
         if before is not None:
             statement = statement.where(_ride.requested_at < before)
+        if after is not None:
+            order = ((_ride.requested_at, True), (_ride.ride_id, True))
+            statement = statement.where(rows_after(order, after))
         ordered = statement.order_by(_ride.requested_at.desc(), _ride.ride_id.desc()).limit(limit)
         return tuple(ride_from_row(row) for row in self._many(ordered))
 
@@ -95,10 +107,14 @@ class SqlViews(Repository):
         rows = self._many(statement.order_by(_ride.earliest, _ride.ride_id))
         return tuple((row.from_stop, row.earliest) for row in rows)
 
-    def incidents(self, include_closed: bool = False, limit: int = 200) -> tuple[Incident, ...]:
+    def incidents(
+        self, include_closed: bool = False, limit: int = 200, after: IncidentPosition | None = None
+    ) -> tuple[Incident, ...]:
         statement = self._select(tables.incidents)
         if not include_closed:
             statement = statement.where(_incident.closed_at.is_(None))
+        if after is not None:
+            statement = statement.where(_incidents_after(after))
         is_closed = case((_incident.closed_at.is_(None), 0), else_=1)
         ordered = statement.order_by(
             is_closed,
@@ -109,11 +125,17 @@ class SqlViews(Repository):
         )
         return tuple(incident_from_row(row) for row in self._many(ordered.limit(limit)))
 
-    def runs(self, vehicle_id: str | None = None, limit: int = 100) -> tuple[Run, ...]:
+    def runs(
+        self, vehicle_id: str | None = None, limit: int = 100, after: RunPosition | None = None
+    ) -> tuple[Run, ...]:
         statement = self._select(tables.runs)
         if vehicle_id is not None:
             statement = statement.where(_run.vehicle_id == vehicle_id)
-        rows = self._many(statement.order_by(_run.started_at.desc(), _run.boot_id).limit(limit))
+        if after is not None:
+            order = ((_run.started_at, True), (_run.boot_id, False), (_run.vehicle_id, False))
+            statement = statement.where(rows_after(order, after))
+        ordered = statement.order_by(_run.started_at.desc(), _run.boot_id, _run.vehicle_id)
+        rows = self._many(ordered.limit(limit))
         runs = self._repository(SqlRunRepository)
         return tuple(runs.with_segments(row) for row in rows)
 
@@ -148,6 +170,18 @@ class SqlViews(Repository):
 
     def _repository(self, kind: type[R]) -> R:
         return kind(self._connection, self._campus_id, False)
+
+
+def _incidents_after(position: IncidentPosition) -> ColumnElement[bool]:
+    """Open ones are sorted by urgency, closed ones by when they were closed."""
+    rest = ((_incident.opened_at, False), (_incident.incident_id, False))
+    last = (position.opened_at, position.incident_id)
+    if position.closed_at is None:
+        order = ((_incident.priority, False), *rest)
+        still_open = and_(_incident.closed_at.is_(None), rows_after(order, (position.priority, *last)))
+        return or_(_incident.closed_at.is_not(None), still_open)
+    order = ((_incident.closed_at, True), *rest)
+    return and_(_incident.closed_at.is_not(None), rows_after(order, (position.closed_at, *last)))
 
 
 def _joined(

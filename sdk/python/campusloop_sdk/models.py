@@ -1,63 +1,18 @@
-"""The server's answers and notifications: vehicles, stops, rides."""
+"""The server's answers. Times are aware datetimes; positions are metres in the map frame.
 
-from typing import Any
+Only what a script needs is listed: fields that a newer server adds are ignored.
+"""
+
+from datetime import datetime
+from typing import Literal
 
 import msgspec
 
-
-class Pose(msgspec.Struct, frozen=True, array_like=True):
-    """Map frame: metres east (x) and north (y) of the campus's origin, REP-103 yaw."""
-
-    x_m: float
-    y_m: float
-    yaw_rad: float
-
-
-class VehicleFacts(msgspec.Struct, frozen=True):
-    """Facts that change rarely. held: it stands until it is resumed; in_service: it may get new rides."""
-
-    name: str
-    seats: int
-    wheelchair_places: int
-    connected: bool
-    held: bool
-    in_service: bool
-    charging: bool
-    mode: str
-
-
-class VehicleTask(msgspec.Struct, frozen=True):
-    """The vehicle's task; next_stop is "" if it only drives to a resting place."""
-
-    next_stop: str
-    people_aboard: int
-    at_charger: bool
-
-
-class VehicleStatus(msgspec.Struct, frozen=True):
-    """The newest status of the vehicle."""
-
-    pose_map: Pose
-    speed_mps: float
-    mode: str
-    battery_ratio: float
-    doors_open: bool
-    visit_id: str
-    aboard: tuple[str, ...]
-
-
-class Shuttle(msgspec.Struct, frozen=True):
-    """A vehicle as the live scene shows it.
-
-    status    None before its first
-    heard_ms  when the server received that status, milliseconds since the Unix epoch
-    """
-
-    vehicle_id: str
-    facts: VehicleFacts
-    task: VehicleTask
-    status: VehicleStatus | None
-    heard_ms: int
+RideState = Literal[
+    "requested", "assigned", "boarding", "aboard", "completed", "refused", "cancelled", "no_show", "failed"
+]
+CommandKind = Literal["hold", "resume", "announce", "stop_now"]
+CommandState = Literal["pending", "done", "failed"]
 
 
 class Stop(msgspec.Struct, frozen=True):
@@ -68,31 +23,119 @@ class Stop(msgspec.Struct, frozen=True):
     y_m: float
 
 
-class RideSummary(msgspec.Struct, frozen=True):
+class Promise(msgspec.Struct, frozen=True):
+    """The party is picked up within [pickup_from, pickup_to] and is there by arrive_by."""
+
+    pickup_from: datetime
+    pickup_to: datetime
+    arrive_by: datetime
+
+
+class Ride(msgspec.Struct, frozen=True):
+    """A ride. A refused one has no promise, and `reason` names the rule that binds."""
+
     ride_id: str
     ride_code: str
-    state: str
+    state: RideState
     from_stop: str
     to_stop: str
     party: int
-    vehicle_id: str
+    wheelchairs: int
+    earliest: datetime
+    requested_at: datetime
+    promise: Promise | None
+    vehicle_id: str | None
+    pickup_eta: datetime | None
+    arrival_eta: datetime | None
+    reason: str
+    reason_detail: str
 
 
-class SentVisit(msgspec.Struct, frozen=True):
-    """The visit that the vehicle will make; eta is None while the plan has none."""
+class BookedRide(Ride, frozen=True):
+    """A ride that this program has booked.
+
+    token          the secret of the passenger's link
+    boarding_code  four digits to type on the onboard screen
+    """
+
+    token: str
+    boarding_code: str
+
+
+class Pose(msgspec.Struct, frozen=True):
+    """Metres east (x) and north (y) of the campus's origin, yaw counter-clockwise from east."""
+
+    x_m: float
+    y_m: float
+    yaw_rad: float
+
+
+class VehicleStatus(msgspec.Struct, frozen=True):
+    """The newest status of the vehicle."""
+
+    pose_map: Pose
+    speed_mps: float
+    battery_ratio: float
+    doors_open: bool
+    visit_id: str
+    aboard: tuple[str, ...]
+
+
+class Visit(msgspec.Struct, frozen=True):
+    """A stop or resting place of the vehicle's plan; eta is None while the plan has none."""
 
     visit_id: str
-    plan_version: int
-    eta: str | None
+    kind: Literal["stop", "rest", "temporary"]
+    state: Literal["pending", "under_way", "done", "skipped"]
+    stop_id: str
+    eta: datetime | None
 
 
-class CommandReceipt(msgspec.Struct, frozen=True):
+class VehicleCommand(msgspec.Struct, frozen=True):
+    """A command on its way; it is repeated until the vehicle answers. detail: why it refused."""
+
     command_id: str
+    vehicle_id: str
+    kind: CommandKind
+    state: CommandState
+    detail: str
+
+
+class VehicleRecord(msgspec.Struct, frozen=True):
+    """Facts that change rarely. held: it stands until it is resumed; in_service: it may get new rides."""
+
+    vehicle_id: str
+    name: str
+    seats: int
+    wheelchair_places: int
+    connected: bool
+    held: bool
+    in_service: bool
+    charging: bool
+    mode: str
+
+
+class Vehicle(VehicleRecord, frozen=True):
+    """Facts, newest status, plan and newest command; status is None before its first."""
+
+    status: VehicleStatus | None
+    plan_version: int
+    visits: tuple[Visit, ...]
+    last_command: VehicleCommand | None
+
+    def last_visit_to(self, stop_id: str) -> Visit | None:
+        """The last visit of the plan to this stop: the one that `send` has added."""
+        return next((visit for visit in reversed(self.visits) if visit.stop_id == stop_id), None)
+
+
+class Closure(msgspec.Struct, frozen=True):
+    """A closed road; ends_at None: until it is lifted."""
+
+    closure_id: str
+    lane_ids: tuple[str, ...]
+    section_ids: tuple[str, ...]
+    reason: str
+    starts_at: datetime
+    ends_at: datetime | None
+    made_by: str
     state: str
-
-
-class Notification(msgspec.Struct, frozen=True):
-    """A message of a subscribed topic; docs/server/api.md lists the fields of `params` for each topic."""
-
-    topic: str
-    params: dict[str, Any]

@@ -12,6 +12,7 @@ from server.api.campus.schemas import (
     map_geometry,
     stop_view,
 )
+from server.api.paging import ListLimit, Page, paged
 from server.api.problems import problems
 from server.api.services import InjectedServices
 from server.domain.errors import CampusUnknown
@@ -33,10 +34,11 @@ async def get_campus(services: InjectedServices) -> CampusView:
     return await services.transactions.read(work)
 
 
-@router.get("/stops", operation_id="list_stops", responses=problems(CampusUnknown))
-async def list_stops(services: InjectedServices) -> list[StopView]:
+@router.get("/stops", operation_id="list_stops", responses=paged(CampusUnknown))
+async def list_stops(services: InjectedServices, page: Page, limit: ListLimit = None) -> list[StopView]:
     """Every stop of the active map, in map order."""
-    return [stop_view(stop) for stop in await services.transactions.read(campus.stops)]
+    numbered = enumerate(await services.transactions.read(campus.stops))
+    return [stop_view(stop) for _, stop in page.cut(numbered, limit, lambda item: (item[0],))]
 
 
 @router.get(

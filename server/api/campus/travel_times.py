@@ -6,9 +6,9 @@ from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
 
 from server.api.problems import problems
-from server.api.security.access import ReadingOperator
+from server.api.security.access import READER_REFUSALS, Reader
 from server.api.services import InjectedServices
-from server.domain.errors import CampusUnknown, SessionExpired
+from server.domain.errors import CampusUnknown
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import travel_time_factors
 
@@ -40,9 +40,9 @@ class TravelTimes(BaseModel):
 
 
 @router.get(
-    "/travel-times", operation_id="get_travel_times", responses=problems(SessionExpired, CampusUnknown)
+    "/travel-times", operation_id="get_travel_times", responses=problems(CampusUnknown, *READER_REFUSALS)
 )
-async def get_travel_times(services: InjectedServices, _: ReadingOperator) -> TravelTimes:
+async def get_travel_times(services: InjectedServices, _: Reader) -> TravelTimes:
     """What plans and promises multiply driving by, at each hour of the day."""
 
     def work(uow: UnitOfWork) -> TravelTimes:

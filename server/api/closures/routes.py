@@ -10,9 +10,11 @@ from server.api.closures.schemas import (
     closure_request,
     closure_view,
 )
+from server.api.commands import DriverCommand
 from server.api.formats import NAME_PATTERN
-from server.api.problems import CsrfMissing, problems
-from server.api.security.access import ChangingOperator, ReadingOperator
+from server.api.paging import ListLimit, Page, microseconds_of, paged
+from server.api.problems import problems
+from server.api.security.access import DRIVER_REFUSALS, READER_REFUSALS, Reader
 from server.api.services import InjectedServices
 from server.domain.errors import (
     CampusUnknown,
@@ -21,7 +23,6 @@ from server.domain.errors import (
     ClosureUnknown,
     LaneUnknown,
     SectionUnknown,
-    SessionExpired,
 )
 from server.usecases.fleet import closures
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -31,42 +32,49 @@ router = APIRouter(prefix="/closures", tags=["closures"])
 ClosureId = Annotated[str, Path(pattern=NAME_PATTERN, examples=["closure-2"])]
 
 
-@router.get("", operation_id="list_closures", responses=problems(SessionExpired, CampusUnknown))
-async def list_closures(services: InjectedServices, _: ReadingOperator) -> list[ClosureView]:
+@router.get(
+    "",
+    operation_id="list_closures",
+    responses=paged(CampusUnknown, *READER_REFUSALS),
+)
+async def list_closures(
+    services: InjectedServices, _: Reader, page: Page, limit: ListLimit = None
+) -> list[ClosureView]:
     """Those that hold now and those to come, by their beginning."""
 
     def work(uow: UnitOfWork) -> list[ClosureView]:
         return [closure_view(closure, uow.network()) for closure in uow.closures.standing()]
 
-    return await services.transactions.read(work)
+    found = await services.transactions.read(work)
+    return page.cut(found, limit, lambda closure: (microseconds_of(closure.starts_at), closure.closure_id))
 
 
 @router.post(
     "",
     operation_id="close_road",
     status_code=201,
-    responses=problems(
-        LaneUnknown, SectionUnknown, ClosureInvalid, CampusUnknown, SessionExpired, CsrfMissing
-    ),
+    responses=problems(LaneUnknown, SectionUnknown, ClosureInvalid, CampusUnknown, *DRIVER_REFUSALS),
 )
-async def close_road(
-    body: ClosureBody, services: InjectedServices, operator: ChangingOperator
-) -> ClosureView:
+async def close_road(body: ClosureBody, command: DriverCommand) -> ClosureView:
     """From its beginning on, no vehicle is sent there. Rides that this cuts off are postponed, let out at
     another stop, or ended; their passengers see it at once."""
 
     def work(uow: UnitOfWork) -> ClosureView:
-        return closure_view(closures.close(uow, closure_request(body), operator.name), uow.network())
+        return closure_view(closures.close(uow, closure_request(body), command.by), uow.network())
 
-    return await services.transactions.run(work)
+    return await command.transact(ClosureView, work)
 
 
 @router.delete(
     "/{closure_id}",
     operation_id="lift_closure",
     status_code=204,
-    responses=problems(ClosureUnknown, ClosureOver, CampusUnknown, SessionExpired, CsrfMissing),
+    responses=problems(ClosureUnknown, ClosureOver, CampusUnknown, *DRIVER_REFUSALS),
 )
-async def lift_closure(closure_id: ClosureId, services: InjectedServices, operator: ChangingOperator) -> None:
+async def lift_closure(closure_id: ClosureId, command: DriverCommand) -> None:
     """The road is open again, or will not be closed."""
-    await services.transactions.run(lambda uow: closures.lift(uow, closure_id, operator.name))
+
+    def work(uow: UnitOfWork) -> None:
+        closures.lift(uow, closure_id, command.by)
+
+    await command.transact(type(None), work)

@@ -4,57 +4,73 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
+from server.api.commands import OperatorCommand
 from server.api.formats import IncidentId
 from server.api.incidents.schemas import IncidentView
-from server.api.problems import CsrfMissing, problems
-from server.api.security.access import ChangingOperator, ReadingOperator
+from server.api.paging import LIMIT_MAX, Page, Position, microseconds_of, moment_of, paged
+from server.api.problems import problems
+from server.api.security.access import OPERATOR_REFUSALS, READER_REFUSALS, Reader
 from server.api.services import InjectedServices
-from server.domain.errors import IncidentClosed, IncidentUnknown, SessionExpired
+from server.domain.errors import IncidentClosed, IncidentUnknown
 from server.domain.record.incidents import Incident
+from server.usecases.ports.views import IncidentPosition
 from server.usecases.record import incidents
 
 router = APIRouter(prefix="/incidents", tags=["incidents"])
 
 
-@router.get("", operation_id="list_incidents", responses=problems(SessionExpired))
+@router.get("", operation_id="list_incidents", responses=paged(*READER_REFUSALS))
 async def list_incidents(
     services: InjectedServices,
-    _: ReadingOperator,
+    _: Reader,
+    page: Page,
     closed: Annotated[bool, Query(description="Also those that are closed, after the open ones.")] = False,
-    limit: Annotated[int, Query(ge=1, le=500)] = 200,
+    limit: Annotated[int, Query(ge=1, le=LIMIT_MAX)] = 200,
 ) -> list[IncidentView]:
     """Open ones by urgency and age, then closed ones, newest first."""
+    after = _after(page)
     found = await services.transactions.read(
-        lambda uow: uow.views.incidents(include_closed=closed, limit=limit)
+        lambda uow: uow.views.incidents(include_closed=closed, limit=limit + 1, after=after)
     )
-    return [incident_view(incident) for incident in found]
+    return [incident_view(incident) for incident in page.first(found, limit, _position)]
 
 
 @router.post(
     "/{incident_id}/acknowledge",
     operation_id="acknowledge_incident",
-    responses=problems(IncidentUnknown, IncidentClosed, SessionExpired, CsrfMissing),
+    responses=problems(IncidentUnknown, IncidentClosed, *OPERATOR_REFUSALS),
 )
-async def acknowledge_incident(
-    incident_id: IncidentId, services: InjectedServices, operator: ChangingOperator
-) -> IncidentView:
+async def acknowledge_incident(incident_id: IncidentId, command: OperatorCommand) -> IncidentView:
     """Say that an operator handles it. A repeat keeps the first name."""
-    return incident_view(
-        await services.transactions.run(lambda uow: incidents.acknowledge(uow, incident_id, operator.name))
+    return await command.transact(
+        IncidentView, lambda uow: incident_view(incidents.acknowledge(uow, incident_id, command.by))
     )
 
 
 @router.post(
     "/{incident_id}/close",
     operation_id="close_incident",
-    responses=problems(IncidentUnknown, IncidentClosed, SessionExpired, CsrfMissing),
+    responses=problems(IncidentUnknown, IncidentClosed, *OPERATOR_REFUSALS),
 )
-async def close_incident(
-    incident_id: IncidentId, services: InjectedServices, operator: ChangingOperator
-) -> IncidentView:
-    return incident_view(
-        await services.transactions.run(lambda uow: incidents.close(uow, incident_id, operator.name))
+async def close_incident(incident_id: IncidentId, command: OperatorCommand) -> IncidentView:
+    return await command.transact(
+        IncidentView, lambda uow: incident_view(incidents.close(uow, incident_id, command.by))
     )
+
+
+def _position(incident: Incident) -> Position:
+    closed = -1 if incident.closed_at is None else microseconds_of(incident.closed_at)
+    return (incident.priority, closed, microseconds_of(incident.opened_at), incident.incident_id)
+
+
+def _after(page: Page) -> IncidentPosition | None:
+    """Raises CursorInvalid."""
+    after = page.after(int, int, int, str)
+    if after is None:
+        return None
+    priority, closed, opened, incident_id = after
+    closed_at = None if closed == -1 else moment_of(closed)
+    return IncidentPosition(int(priority), closed_at, moment_of(opened), str(incident_id))
 
 
 def incident_view(incident: Incident) -> IncidentView:

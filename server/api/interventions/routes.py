@@ -2,8 +2,8 @@
 
 from fastapi import APIRouter
 
+from server.api.commands import DriverCommand
 from server.api.formats import VehicleId
-from server.api.interventions.dry_run import dry_run
 from server.api.interventions.schemas import (
     EffectsView,
     InterventionRequest,
@@ -11,8 +11,8 @@ from server.api.interventions.schemas import (
     effects_view,
     intervention,
 )
-from server.api.problems import CsrfMissing, problems
-from server.api.security.access import ChangingOperator
+from server.api.problems import problems
+from server.api.security.access import DRIVER_REFUSALS, Driver
 from server.api.services import InjectedServices
 from server.domain.errors import (
     NoRestingPlaceFree,
@@ -21,11 +21,12 @@ from server.domain.errors import (
     RideEnded,
     RideNotAssigned,
     RideUnknown,
-    SessionExpired,
     VehicleUnknown,
 )
 from server.usecases.fleet import vehicle_commands
 from server.usecases.fleet.interventions import intervene
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.dry_run import roll_back
 
 router = APIRouter(prefix="/vehicles", tags=["vehicles"])
 
@@ -37,8 +38,7 @@ _REFUSED = problems(
     RideEnded,
     ReassignmentRefused,
     NoRestingPlaceFree,
-    SessionExpired,
-    CsrfMissing,
+    *DRIVER_REFUSALS,
 )
 
 
@@ -47,24 +47,24 @@ async def preview_intervention(
     vehicle_id: VehicleId,
     request: InterventionRequest,
     services: InjectedServices,
-    operator: ChangingOperator,
+    driver: Driver,
 ) -> EffectsView:
     """The effects that it would have. Nothing changes. The intervention has these effects if the fleet does
     not change in between."""
     previewed = intervention(request)
-    result = await dry_run(
-        services.transactions, lambda uow: intervene(uow, vehicle_id, previewed, operator.name)
+    result = await roll_back(
+        services.transactions, lambda uow: intervene(uow, vehicle_id, previewed, driver.name)
     )
     return effects_view(result.effects)
 
 
 @router.post("/{vehicle_id}/reassign", operation_id="reassign_rides", responses=_REFUSED)
-async def reassign_rides(
-    vehicle_id: VehicleId, request: Reassignment, services: InjectedServices, operator: ChangingOperator
-) -> EffectsView:
+async def reassign_rides(vehicle_id: VehicleId, request: Reassignment, command: DriverCommand) -> EffectsView:
     """Give the rides that wait for this vehicle, or one of them, to others, which keep them."""
-    return effects_view(
-        await vehicle_commands.reassign(
-            services.transactions, vehicle_id, request.ride_id, request.to_vehicle_id, operator.name
+
+    def work(uow: UnitOfWork) -> EffectsView:
+        return effects_view(
+            vehicle_commands.reassign(uow, vehicle_id, request.ride_id, request.to_vehicle_id, command.by)
         )
-    )
+
+    return await command.transact(EffectsView, work)

@@ -13,6 +13,7 @@ from server.domain.rides.rides import (
     BookRide,
     Promise,
     Ride,
+    RideSource,
     RideState,
     Tap,
 )
@@ -158,7 +159,7 @@ class RideTicket(RideView):
 
 
 class RideRecord(RideView):
-    """A ride as an operator sees it."""
+    """A ride as operators and developers see it."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -166,8 +167,8 @@ class RideRecord(RideView):
         }
     )
 
-    source: Literal["passenger", "operator", "developer"]
-    boarding_code: str
+    source: RideSource
+    boarding_code: str = Field(description="Empty for developers: it is the passenger's.")
     series_id: str | None = Field(description="The recurring booking that it is a day of.")
 
 
@@ -212,7 +213,7 @@ class HelpAnswer(BaseModel):
     incident_id: str
 
 
-def booking(request: RideRequest, idempotency_key: str | None) -> BookRide:
+def booking(request: RideRequest, idempotency_key: str | None, source: RideSource) -> BookRide:
     return BookRide(
         from_stop=request.from_stop,
         to_stop=request.to_stop,
@@ -221,6 +222,7 @@ def booking(request: RideRequest, idempotency_key: str | None) -> BookRide:
         earliest=request.earliest,
         idempotency_key=idempotency_key,
         may_walk=request.may_walk,
+        source=source,
     )
 
 

@@ -12,11 +12,12 @@ from contract.roads.network import RoadNetwork
 from contract.runlog.reader import RunLogError
 from server.api.campus.schemas import MapGeometry, map_geometry
 from server.api.formats import NAME_PATTERN, BootId, VehicleId
+from server.api.paging import LIMIT_MAX, Page, microseconds_of, moment_of, paged
 from server.api.problems import problems
 from server.api.runs.schemas import RunView, run_view
-from server.api.security.access import ReadingOperator
+from server.api.security.access import READER_REFUSALS, Reader
 from server.api.services import InjectedServices, Services
-from server.domain.errors import RunMapUnreadable, RunUnknown, SessionExpired, VehicleUnknown
+from server.domain.errors import RunMapUnreadable, RunUnknown, VehicleUnknown
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.orders.orders import IssuedOrder
 from server.domain.record.runs import Run
@@ -31,26 +32,32 @@ router = APIRouter(prefix="/runs", tags=["runs"])
 FRAMES_MAX = 3000
 
 
-@router.get("", operation_id="list_runs", responses=problems(SessionExpired))
+@router.get("", operation_id="list_runs", responses=paged(*READER_REFUSALS))
 async def list_runs(
     services: InjectedServices,
-    _: ReadingOperator,
+    _: Reader,
+    page: Page,
     vehicle_id: Annotated[str | None, Query(pattern=NAME_PATTERN)] = None,
-    limit: Annotated[int, Query(ge=1, le=500)] = 100,
+    limit: Annotated[int, Query(ge=1, le=LIMIT_MAX)] = 100,
 ) -> list[RunView]:
     """Newest first."""
-    found = await services.transactions.read(lambda uow: uow.views.runs(vehicle_id=vehicle_id, limit=limit))
-    return [run_view(run) for run in found]
+    ended = page.after(int, str, str)
+    after = None if ended is None else (moment_of(ended[0]), str(ended[1]), str(ended[2]))
+    found = await services.transactions.read(
+        lambda uow: uow.views.runs(vehicle_id=vehicle_id, limit=limit + 1, after=after)
+    )
+    shown = page.first(
+        found, limit, lambda run: (microseconds_of(run.started_at), run.boot_id, run.vehicle_id)
+    )
+    return [run_view(run) for run in shown]
 
 
 @router.get(
     "/{vehicle_id}/{boot_id}",
     operation_id="get_run",
-    responses=problems(RunUnknown, SessionExpired),
+    responses=problems(RunUnknown, *READER_REFUSALS),
 )
-async def get_run(
-    vehicle_id: VehicleId, boot_id: BootId, services: InjectedServices, _: ReadingOperator
-) -> RunView:
+async def get_run(vehicle_id: VehicleId, boot_id: BootId, services: InjectedServices, _: Reader) -> RunView:
     return run_view(await _find_run(services, vehicle_id, boot_id))
 
 
@@ -58,7 +65,7 @@ async def get_run(
     "/{vehicle_id}/{boot_id}/scenes",
     operation_id="get_run_scenes",
     response_class=Response,
-    responses=problems(RunUnknown, VehicleUnknown, SessionExpired)
+    responses=problems(RunUnknown, VehicleUnknown, *READER_REFUSALS)
     | {
         200: {
             "description": "Scenes in order of time, at most 3000; ask on from the last at_ms.",
@@ -74,7 +81,7 @@ async def get_run_scenes(
     vehicle_id: VehicleId,
     boot_id: BootId,
     services: InjectedServices,
-    _: ReadingOperator,
+    _: Reader,
     from_ms: Annotated[int, Query(ge=0, le=1 << 52, description="Unix time")] = 0,
     to_ms: Annotated[int, Query(ge=0, le=1 << 52, description="Unix time")] = 1 << 52,
     step_ms: Annotated[int, Query(ge=20, le=60_000)] = 200,
@@ -96,10 +103,10 @@ async def get_run_scenes(
 @router.get(
     "/{vehicle_id}/{boot_id}/map",
     operation_id="get_run_map",
-    responses=problems(RunUnknown, RunMapUnreadable, SessionExpired),
+    responses=problems(RunUnknown, RunMapUnreadable, *READER_REFUSALS),
 )
 async def get_run_map(
-    vehicle_id: VehicleId, boot_id: BootId, services: InjectedServices, _: ReadingOperator
+    vehicle_id: VehicleId, boot_id: BootId, services: InjectedServices, _: Reader
 ) -> MapGeometry:
     """The map of the run, which may differ from the active one."""
     run = await _find_run(services, vehicle_id, boot_id)

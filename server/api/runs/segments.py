@@ -22,9 +22,9 @@ from server.api.problems import (
     problems,
 )
 from server.api.runs.schemas import SegmentView, segment_view
-from server.api.security.access import ReadingOperator
+from server.api.security.access import READER_REFUSALS, Reader
 from server.api.services import InjectedServices, Services
-from server.domain.errors import KeyUnknown, SegmentConflict, SegmentUnknown, SessionExpired, VehicleUnknown
+from server.domain.errors import KeyUnknown, SegmentConflict, SegmentUnknown, VehicleUnknown
 from server.domain.record.runs import Segment
 from server.fleet.segment_files import SegmentHashError, SegmentSizeError
 from server.usecases.fleet import vehicles
@@ -87,7 +87,7 @@ async def put_segment(
     "/{sha256}",
     operation_id="get_segment",
     response_class=FileResponse,
-    responses=problems(SegmentUnknown, SessionExpired)
+    responses=problems(SegmentUnknown, *READER_REFUSALS)
     | {
         200: {
             "description": "The segment, as the vehicle wrote it.",
@@ -95,7 +95,7 @@ async def put_segment(
         }
     },
 )
-async def get_segment(sha256: Sha256, services: InjectedServices, _: ReadingOperator) -> FileResponse:
+async def get_segment(sha256: Sha256, services: InjectedServices, _: Reader) -> FileResponse:
     """An MCAP file: open it in Foxglove, or run it again with `campusloop replay`."""
     segment = await services.transactions.read(lambda uow: runs.segment_of(uow, sha256))
     if not services.segments.has(sha256):

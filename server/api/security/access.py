@@ -1,23 +1,28 @@
-"""Authentication of operators by cookie and CSRF token; addresses of clients."""
+"""Authentication: operators by cookie and CSRF token, developers by bearer token; addresses of clients."""
 
 import hmac
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
-from fastapi import Depends, Request
-from fastapi.security import APIKeyCookie, APIKeyHeader
+from fastapi import Depends, Request, Security
+from fastapi.security import APIKeyCookie, APIKeyHeader, HTTPAuthorizationCredentials, HTTPBearer
 
 from server.api.problems import CsrfMissing
 from server.api.services import InjectedServices, Services
-from server.domain.errors import SessionExpired
+from server.domain.errors import IdempotencyMismatch, ScopeMissing, SessionExpired, TokenInvalid
 from server.domain.instants import ns_of
-from server.domain.record.identity import Operator, OperatorSession
+from server.domain.record.identity import DeveloperToken, Operator, OperatorSession, Scope
 from server.usecases.record import identity
 
 SESSION_COOKIE = "campusloop_session"
 CSRF_HEADER = "X-CSRF-Token"
 
-SIGNED_OUT = "sign in at POST /api/v1/session first"
+SIGNED_OUT = "sign in at POST /api/v1/session first, or send a developer token as Authorization: Bearer"
+
+# What an endpoint may answer to whoever is not allowed: a reader, an operator's change, anyone's change.
+READER_REFUSALS = (SessionExpired, TokenInvalid, ScopeMissing)
+OPERATOR_REFUSALS = (SessionExpired, CsrfMissing, IdempotencyMismatch)
+DRIVER_REFUSALS = (*READER_REFUSALS, CsrfMissing, IdempotencyMismatch)
 
 _cookie = APIKeyCookie(
     name=SESSION_COOKIE,
@@ -31,6 +36,23 @@ _csrf = APIKeyHeader(
     description="The csrf_token that POST and GET /api/v1/session answer; needed for every change.",
     auto_error=False,
 )
+_bearer = HTTPBearer(
+    scheme_name="DeveloperToken",
+    description="A developer token from POST /api/v1/developer-tokens; the roles named are its scopes.",
+    auto_error=False,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Actor:
+    """An operator or a developer's program.
+
+    account  the same operator or token in every request; name is for the record
+    """
+
+    kind: Literal["operator", "developer"]
+    account: str
+    name: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +64,14 @@ class OperatorContext:
     @property
     def name(self) -> str:
         return self.operator.name
+
+    @property
+    def actor(self) -> Actor:
+        return Actor("operator", f"operator:{self.operator.operator_id}", self.name)
+
+
+def developer_actor(token: DeveloperToken) -> Actor:
+    return Actor("developer", f"developer:{token.token_id}", f"developer:{token.name}")
 
 
 async def signed_in(services: Services, token: str | None) -> OperatorContext:
@@ -69,6 +99,48 @@ async def _changing(
     return operator
 
 
+SessionCookie = Annotated[str | None, Depends(_cookie)]
+Credentials = HTTPAuthorizationCredentials | None
+
+
+async def _reader(
+    services: InjectedServices,
+    session: SessionCookie,
+    bearer: Annotated[Credentials, Security(_bearer, scopes=["read"])],
+) -> Actor:
+    if bearer is not None:
+        return await _developer(services, bearer, "read")
+    return (await signed_in(services, session)).actor
+
+
+async def _driver(
+    services: InjectedServices,
+    session: SessionCookie,
+    csrf_token: Annotated[str | None, Depends(_csrf)],
+    bearer: Annotated[Credentials, Security(_bearer, scopes=["drive"])],
+) -> Actor:
+    # A browser sends no bearer token by itself, so a change with one needs no CSRF token.
+    if bearer is not None:
+        return await _developer(services, bearer, "drive")
+    return (await _changing(await signed_in(services, session), csrf_token)).actor
+
+
+async def _optional_developer(
+    services: InjectedServices, bearer: Annotated[Credentials, Security(_bearer, scopes=["drive"])]
+) -> Actor | None:
+    return None if bearer is None else await _developer(services, bearer, "drive")
+
+
+async def _developer(services: Services, bearer: HTTPAuthorizationCredentials, scope: Scope) -> Actor:
+    """Raises TokenInvalid, ScopeMissing."""
+    secret = bearer.credentials
+    token = await services.transactions.read(lambda uow: identity.developer_of(uow, secret, scope))
+    return developer_actor(token)
+
+
+Reader = Annotated[Actor, Depends(_reader)]
+Driver = Annotated[Actor, Depends(_driver)]
+OptionalDeveloper = Annotated[Actor | None, Depends(_optional_developer)]
 ReadingOperator = Annotated[OperatorContext, Depends(_reading)]
 ChangingOperator = Annotated[OperatorContext, Depends(_changing)]
 

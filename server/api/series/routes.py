@@ -4,13 +4,16 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Query
 
-from server.api.formats import NAME_PATTERN, TOKEN_PATTERN
-from server.api.problems import CsrfMissing, problems
-from server.api.rides.routes import IdempotencyKey
+from server.api.commands import DriverCommand, IdempotencyKey, PassengerCommand, booking_key
+from server.api.formats import NAME_PATTERN, RideToken
+from server.api.paging import LIMIT_MAX, Page, microseconds_of, moment_of, paged
+from server.api.problems import problems
 from server.api.security.access import (
-    ChangingOperator,
+    DRIVER_REFUSALS,
+    READER_REFUSALS,
     Client,
-    ReadingOperator,
+    OptionalDeveloper,
+    Reader,
     now_ns,
 )
 from server.api.security.rate_limit import TooManyTries
@@ -34,13 +37,15 @@ from server.domain.errors import (
     PartyTooLarge,
     RideEnded,
     SameStop,
+    ScopeMissing,
     SeriesEnded,
     SeriesInvalid,
     SeriesUnknown,
-    SessionExpired,
     StopUnknown,
     StopUnreachable,
+    TokenInvalid,
 )
+from server.domain.rides.rides import RideSource
 from server.domain.rides.series import Series, SeriesState
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import calendar_of
@@ -48,14 +53,6 @@ from server.usecases.rides import series
 
 router = APIRouter(prefix="/series", tags=["series"])
 
-SeriesToken = Annotated[
-    str,
-    Path(
-        pattern=TOKEN_PATTERN,
-        description="The secret of the booking's link, from its answer.",
-        examples=["q3Jv0X2mQp7sT4uYb1cD9w"],
-    ),
-]
 SeriesId = Annotated[str, Path(pattern=NAME_PATTERN, examples=["series-7b21"])]
 
 
@@ -74,32 +71,43 @@ SeriesId = Annotated[str, Path(pattern=NAME_PATTERN, examples=["series-7b21"])]
         NoService,
         IdempotencyMismatch,
         TooManyTries,
+        TokenInvalid,
+        ScopeMissing,
     ),
 )
 async def book_series(
-    request: SeriesRequest, services: InjectedServices, client: Client, idempotency_key: IdempotencyKey = None
+    request: SeriesRequest,
+    services: InjectedServices,
+    client: Client,
+    developer: OptionalDeveloper,
+    idempotency_key: IdempotencyKey = None,
 ) -> SeriesTicket:
     """Each day becomes a ride one day ahead. A day that cannot be booked has a reason, and is tried again."""
     services.limits.bookings.take(client, now_ns(services))
-    booking = series_request(request, idempotency_key)
+    source: RideSource = "passenger" if developer is None else "developer"
+    booking = series_request(request, booking_key(developer, idempotency_key), source)
     return await services.transactions.run(lambda uow: _ticket(uow, series.book_series(uow, booking)))
 
 
-@router.get("", operation_id="list_series", responses=problems(SessionExpired, CampusUnknown))
+@router.get("", operation_id="list_series", responses=paged(CampusUnknown, *READER_REFUSALS))
 async def list_series(
     services: InjectedServices,
-    _: ReadingOperator,
+    _: Reader,
+    page: Page,
     state: Annotated[list[SeriesState] | None, Query(description="Only these states.")] = None,
-    limit: Annotated[int, Query(ge=1, le=500)] = 200,
+    limit: Annotated[int, Query(ge=1, le=LIMIT_MAX)] = 200,
 ) -> list[SeriesRecord]:
     """Newest first."""
-    return await services.transactions.read(
-        lambda uow: [_record(uow, found) for found in uow.series.listed(state, limit)]
+    ended = page.after(int, str)
+    after = None if ended is None else (moment_of(ended[0]), str(ended[1]))
+    found = await services.transactions.read(
+        lambda uow: [_record(uow, one) for one in uow.series.listed(state, limit + 1, after)]
     )
+    return page.first(found, limit, lambda one: (microseconds_of(one.made_at), one.series_id))
 
 
 @router.get("/{token}", operation_id="get_series", responses=problems(SeriesUnknown, CampusUnknown))
-async def get_series(token: SeriesToken, services: InjectedServices) -> SeriesTicket:
+async def get_series(token: RideToken, services: InjectedServices) -> SeriesTicket:
     """With each of its days: booked, still too far ahead, skipped, or the reason why it has no ride."""
     return await services.transactions.read(lambda uow: _ticket(uow, series.series_by_token(uow, token)))
 
@@ -107,47 +115,51 @@ async def get_series(token: SeriesToken, services: InjectedServices) -> SeriesTi
 @router.post(
     "/{token}/cancel",
     operation_id="cancel_series",
-    responses=problems(SeriesUnknown, SeriesEnded, CampusUnknown),
+    responses=problems(SeriesUnknown, SeriesEnded, CampusUnknown, IdempotencyMismatch),
 )
-async def cancel_series(token: SeriesToken, services: InjectedServices) -> SeriesTicket:
+async def cancel_series(token: RideToken, command: PassengerCommand) -> SeriesTicket:
     """No further rides. Booked rides are cancelled, except one that is under way."""
 
     def work(uow: UnitOfWork) -> SeriesTicket:
         known = series.series_by_token(uow, token)
-        return _ticket(uow, series.cancel_series(uow, known.series_id, "passenger"))
+        return _ticket(uow, series.cancel_series(uow, known.series_id, command.kind))
 
-    return await services.transactions.run(work)
+    return await command.transact(SeriesTicket, work)
 
 
 @router.post(
     "/{token}/days/{day}/cancel",
     operation_id="cancel_series_day",
     responses=problems(
-        SeriesUnknown, SeriesEnded, OccurrenceEnded, RideEnded, DestinationRefused, CampusUnknown
+        SeriesUnknown,
+        SeriesEnded,
+        OccurrenceEnded,
+        RideEnded,
+        DestinationRefused,
+        CampusUnknown,
+        IdempotencyMismatch,
     ),
 )
 async def cancel_series_day(
-    token: SeriesToken, day: Annotated[SeriesDay, Path()], services: InjectedServices
+    token: RideToken, day: Annotated[SeriesDay, Path()], command: PassengerCommand
 ) -> SeriesTicket:
     """Only this day."""
 
     def work(uow: UnitOfWork) -> SeriesTicket:
         known = series.series_by_token(uow, token)
-        return _ticket(uow, series.cancel_occurrence(uow, known.series_id, day, "passenger"))
+        return _ticket(uow, series.cancel_occurrence(uow, known.series_id, day, command.kind))
 
-    return await services.transactions.run(work)
+    return await command.transact(SeriesTicket, work)
 
 
 @router.post(
     "/id/{series_id}/cancel",
     operation_id="cancel_series_by_operator",
-    responses=problems(SeriesUnknown, SeriesEnded, CampusUnknown, SessionExpired, CsrfMissing),
+    responses=problems(SeriesUnknown, SeriesEnded, CampusUnknown, *DRIVER_REFUSALS),
 )
-async def cancel_series_by_operator(
-    series_id: SeriesId, services: InjectedServices, _: ChangingOperator
-) -> SeriesRecord:
-    return await services.transactions.run(
-        lambda uow: _record(uow, series.cancel_series(uow, series_id, "operator"))
+async def cancel_series_by_operator(series_id: SeriesId, command: DriverCommand) -> SeriesRecord:
+    return await command.transact(
+        SeriesRecord, lambda uow: _record(uow, series.cancel_series(uow, series_id, command.kind))
     )
 
 

@@ -9,6 +9,7 @@ from pydantic.config import JsonDict
 from server.api.formats import StopId
 from server.api.rides.schemas import RideTicket, ride_ticket
 from server.api.service.schemas import Weekday
+from server.domain.rides.rides import RideSource
 from server.domain.rides.series import (
     BookSeries,
     OccurrenceState,
@@ -115,7 +116,7 @@ class SeriesTicket(SeriesView):
     days: list[DayView]
 
 
-def series_request(request: SeriesRequest, idempotency_key: str | None) -> BookSeries:
+def series_request(request: SeriesRequest, idempotency_key: str | None, source: RideSource) -> BookSeries:
     hours, minutes = request.leave.split(":")
     return BookSeries(
         from_stop=request.from_stop,
@@ -127,6 +128,7 @@ def series_request(request: SeriesRequest, idempotency_key: str | None) -> BookS
         party=request.party,
         wheelchairs=request.wheelchairs,
         idempotency_key=idempotency_key,
+        source=source,
     )
 
 

@@ -5,9 +5,10 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Query
 
+from server.api.commands import OperatorCommand
 from server.api.formats import NAME_PATTERN, Name
-from server.api.problems import CsrfMissing, problems
-from server.api.security.access import ChangingOperator, ReadingOperator
+from server.api.problems import problems
+from server.api.security.access import OPERATOR_REFUSALS, READER_REFUSALS, Reader
 from server.api.service.schemas import (
     ExceptionBody,
     ExceptionView,
@@ -27,7 +28,6 @@ from server.domain.errors import (
     PatternInUse,
     PatternInvalid,
     PatternUnknown,
-    SessionExpired,
 )
 from server.domain.service.service import ServiceException
 from server.usecases.fleet import service
@@ -57,8 +57,8 @@ async def get_timetable(services: InjectedServices, day: AskedDay = None) -> Tim
     return await services.transactions.read(work)
 
 
-@router.get("/service", operation_id="get_service", responses=problems(SessionExpired, CampusUnknown))
-async def get_service(services: InjectedServices, _: ReadingOperator) -> ServiceView:
+@router.get("/service", operation_id="get_service", responses=problems(CampusUnknown, *READER_REFUSALS))
+async def get_service(services: InjectedServices, _: Reader) -> ServiceView:
     """Calendars and their exceptions."""
 
     def work(uow: UnitOfWork) -> ServiceView:
@@ -78,65 +78,67 @@ async def get_service(services: InjectedServices, _: ReadingOperator) -> Service
 @router.put(
     "/service/patterns/{service_id}",
     operation_id="put_service_pattern",
-    responses=problems(PatternInvalid, CampusUnknown, SessionExpired, CsrfMissing),
+    responses=problems(PatternInvalid, CampusUnknown, *OPERATOR_REFUSALS),
 )
 async def put_service_pattern(
-    service_id: ServiceId, body: PatternBody, services: InjectedServices, operator: ChangingOperator
+    service_id: ServiceId, body: PatternBody, command: OperatorCommand
 ) -> PatternView:
     """Enter a service's days and hours, or change them. Departures on days without service are withdrawn."""
 
     def work(uow: UnitOfWork) -> PatternView:
         pattern = pattern_of(uow.campus_id, service_id, body)
-        return pattern_view(service.save_pattern(uow, pattern, operator.name), _trips(uow, service_id))
+        return pattern_view(service.save_pattern(uow, pattern, command.by), _trips(uow, service_id))
 
-    return await services.transactions.run(work)
+    return await command.transact(PatternView, work)
 
 
 @router.delete(
     "/service/patterns/{service_id}",
     operation_id="delete_service_pattern",
     status_code=204,
-    responses=problems(PatternUnknown, PatternInUse, CampusUnknown, SessionExpired, CsrfMissing),
+    responses=problems(PatternUnknown, PatternInUse, CampusUnknown, *OPERATOR_REFUSALS),
 )
-async def delete_service_pattern(
-    service_id: ServiceId, services: InjectedServices, operator: ChangingOperator
-) -> None:
+async def delete_service_pattern(service_id: ServiceId, command: OperatorCommand) -> None:
     """Remove a calendar with its exceptions. Refused while the timetable has trips of it."""
-    await services.transactions.run(lambda uow: service.remove_pattern(uow, service_id, operator.name))
+
+    def work(uow: UnitOfWork) -> None:
+        service.remove_pattern(uow, service_id, command.by)
+
+    await command.transact(type(None), work)
 
 
 @router.put(
     "/service/exceptions/{day}",
     operation_id="put_service_exception",
-    responses=problems(PatternUnknown, CampusUnknown, SessionExpired, CsrfMissing),
+    responses=problems(PatternUnknown, CampusUnknown, *OPERATOR_REFUSALS),
 )
-async def put_service_exception(
-    day: Day, body: ExceptionBody, services: InjectedServices, operator: ChangingOperator
-) -> ExceptionView:
+async def put_service_exception(day: Day, body: ExceptionBody, command: OperatorCommand) -> ExceptionView:
     """A holiday of the whole campus, or a day on which one service runs or does not."""
 
-    def work(uow: UnitOfWork) -> ServiceException:
-        exception = ServiceException(uow.campus_id, day, body.service_id, body.runs, body.note, operator.name)
-        return service.save_exception(uow, exception)
+    def work(uow: UnitOfWork) -> ExceptionView:
+        exception = ServiceException(uow.campus_id, day, body.service_id, body.runs, body.note, command.by)
+        return exception_view(service.save_exception(uow, exception))
 
-    return exception_view(await services.transactions.run(work))
+    return await command.transact(ExceptionView, work)
 
 
 @router.delete(
     "/service/exceptions/{day}",
     operation_id="delete_service_exception",
     status_code=204,
-    responses=problems(ExceptionUnknown, CampusUnknown, SessionExpired, CsrfMissing),
+    responses=problems(ExceptionUnknown, CampusUnknown, *OPERATOR_REFUSALS),
 )
 async def delete_service_exception(
     day: Day,
-    services: InjectedServices,
-    operator: ChangingOperator,
+    command: OperatorCommand,
     service_id: Annotated[
         str, Query(pattern=f"^$|{NAME_PATTERN}", description="Empty: the holiday of the whole campus.")
     ] = "",
 ) -> None:
-    await services.transactions.run(lambda uow: service.remove_exception(uow, day, service_id, operator.name))
+    def work(uow: UnitOfWork) -> None:
+        service.remove_exception(uow, day, service_id, command.by)
+
+    await command.transact(type(None), work)
 
 
 def _trips(uow: UnitOfWork, service_id: str) -> int:

@@ -9,16 +9,22 @@ from fastapi import APIRouter, WebSocket
 
 from contract.wire.codec import decode_from_vehicle
 from contract.wire.messages import EventReport
+from server.api.security.access import developer_actor
 from server.api.security.bearer import bearer_of
 from server.api.services import InjectedServices, Services
+from server.api.sockets.developer_messages import (
+    ConnectionRefused,
+    EventHappened,
+    RidesChanged,
+    VehiclesChanged,
+)
 from server.api.sockets.developer_methods import DeveloperMethods, Subscriptions
 from server.api.sockets.json_rpc import answer, notification
 from server.api.sockets.outgoing import OutgoingFrames
 from server.domain.errors import DomainError, ScopeMissing, TokenInvalid
 from server.domain.instants import ms_of
 from server.domain.record.identity import DeveloperToken
-from server.live.scene import Snapshot
-from server.live.viewer import EverythingScope, Viewer
+from server.live.scene import Delta, Snapshot
 from server.usecases.ports import topics
 from server.usecases.ports.bus import Subscription
 from server.usecases.record import identity
@@ -48,7 +54,7 @@ class _DeveloperConnection:
     def __init__(self, websocket: WebSocket, services: Services, secret: str, token: DeveloperToken) -> None:
         self._websocket, self._services, self._secret = websocket, services, secret
         self._subscriptions = Subscriptions()
-        self._methods = DeveloperMethods(services, token.name, self._subscriptions).table()
+        self._methods = DeveloperMethods(services, developer_actor(token), self._subscriptions).table()
         self._outgoing = OutgoingFrames(websocket, FRAMES_WAITING_MAX)
 
     async def serve(self) -> None:
@@ -89,14 +95,13 @@ class _DeveloperConnection:
                 self._outgoing.send(response)
 
     async def _tell_scene(self) -> None:
-        viewer, services = Viewer(EverythingScope()), self._services
+        services = self._services
         while True:
-            message = viewer.next_message(services.feed.board, ms_of(services.clock.now()))
-            if message is not None:
-                scene = message.scene if isinstance(message, Snapshot) else message
-                for name, items in (("vehicles", scene.vehicles), ("rides", scene.rides)):
-                    if name in self._subscriptions.topics and items:
-                        self._outgoing.send(notification(name, {"at_ms": scene.at_ms, name: items}))
+            for topic, viewer in self._subscriptions.viewers.items():
+                message = viewer.next_message(services.feed.board, ms_of(services.clock.now()))
+                params = None if message is None else _changes(topic, message)
+                if params is not None:
+                    self._outgoing.send(notification(topic, params))
             await asyncio.sleep(services.settings.live_interval_s)
 
     async def _tell_events(self, events: Subscription) -> None:
@@ -105,13 +110,23 @@ class _DeveloperConnection:
                 continue
             report = decode_from_vehicle(payload)
             assert isinstance(report, EventReport)
-            params = {
-                "vehicle_id": topic.split("/")[3],
-                "boot_id": report.boot_id,
-                "sequence": report.sequence,
-                "body": report.body,
-            }
-            self._outgoing.send(notification("events", params))
+            vehicle_id = topic.split("/")[3]
+            event = EventHappened(vehicle_id, report.boot_id, report.sequence, report.body)
+            self._outgoing.send(notification("events", event))
+
+
+def _changes(topic: str, message: Snapshot | Delta) -> VehiclesChanged | RidesChanged | None:
+    """What a message of the scene says about this topic; None for nothing."""
+    if isinstance(message, Snapshot):
+        scene = message.scene
+        if topic == "vehicles":
+            return VehiclesChanged(scene.at_ms, True, scene.vehicles)
+        return RidesChanged(scene.at_ms, True, scene.rides)
+    if topic == "vehicles" and (message.vehicles or message.vehicles_gone):
+        return VehiclesChanged(message.at_ms, False, message.vehicles, message.vehicles_gone)
+    if topic == "rides" and (message.rides or message.rides_gone):
+        return RidesChanged(message.at_ms, False, message.rides, message.rides_gone)
+    return None
 
 
 async def _token(services: Services, secret: str) -> DeveloperToken:
@@ -120,4 +135,4 @@ async def _token(services: Services, secret: str) -> DeveloperToken:
 
 
 def _refusal(error: DomainError) -> str:
-    return notification("refused", {"code": error.code, "detail": error.detail}).decode()
+    return notification("refused", ConnectionRefused(error.code, error.detail)).decode()

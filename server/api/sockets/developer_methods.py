@@ -1,72 +1,72 @@
 """The methods of /ws/developer."""
 
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
 
 import msgspec
 
+from server.api.commands import Command
+from server.api.security.access import Actor
 from server.api.services import Services
+from server.api.sockets.developer_messages import (
+    CommandReceipt,
+    ListRides,
+    NoParams,
+    SendToStop,
+    SentVisit,
+    Topic,
+    Topics,
+    VehicleCommandParams,
+)
 from server.api.sockets.json_rpc import Method
 from server.domain.fleet.vehicles import VehicleCommand
-from server.domain.rides.rides import Ride, RideState
+from server.domain.rides.rides import Ride
 from server.domain.roads.stops import CampusStop
 from server.live.projection import ride_scene
 from server.live.scene import RideScene, VehicleScene
+from server.live.viewer import EverythingScope, Viewer
 from server.usecases.fleet import campus, vehicle_commands
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.dry_run import roll_back
 
-Topic = Literal["vehicles", "rides", "events"]
-VehicleName = Annotated[str, msgspec.Meta(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9._@:-]+$")]
-StopName = Annotated[str, msgspec.Meta(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f]+$")]
-
-
-class NoParams(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    pass
-
-
-class ListRides(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """states: all when left out."""
-
-    states: list[RideState] | None = None
-    limit: Annotated[int, msgspec.Meta(ge=1, le=500)] = 100
-
-
-class SendToStop(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    vehicle_id: VehicleName
-    stop_id: StopName
-
-
-class VehicleParams(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    vehicle_id: VehicleName
-
-
-class Topics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    topics: Annotated[list[Topic], msgspec.Meta(min_length=1, max_length=3)]
+Params = SendToStop | VehicleCommandParams
 
 
 @dataclass(slots=True)
 class Subscriptions:
-    """The topics that this connection has subscribed to."""
+    """The topics that this connection has subscribed to; for vehicles and rides, what it has been sent."""
 
     topics: set[Topic] = field(default_factory=set)
+    viewers: dict[Topic, Viewer] = field(default_factory=dict)
+
+    def add(self, topics: list[Topic]) -> None:
+        """A topic that is subscribed to again begins with a snapshot again."""
+        self.topics.update(topics)
+        for topic in topics:
+            if topic != "events":
+                self.viewers[topic] = Viewer(EverythingScope())
+
+    def remove(self, topics: list[Topic]) -> None:
+        self.topics.difference_update(topics)
+        for topic in topics:
+            self.viewers.pop(topic, None)
 
 
 class DeveloperMethods:
-    """The method table of one connection; `name` is the token's name, for the record."""
+    """The method table of one connection; `actor` is the token's."""
 
-    def __init__(self, services: Services, name: str, subscriptions: Subscriptions) -> None:
-        self._services, self._by, self._subscriptions = services, f"developer:{name}", subscriptions
+    def __init__(self, services: Services, actor: Actor, subscriptions: Subscriptions) -> None:
+        self._services, self._actor, self._subscriptions = services, actor, subscriptions
 
     def table(self) -> dict[str, Method]:
         return {
-            "list_vehicles": Method(NoParams, "read", self._list_vehicles),
-            "list_stops": Method(NoParams, "read", self._list_stops),
-            "list_rides": Method(ListRides, "read", self._list_rides),
-            "send_to_stop": Method(SendToStop, "drive", self._send_to_stop),
-            "pause": Method(VehicleParams, "drive", self._pause),
-            "resume": Method(VehicleParams, "drive", self._resume),
-            "subscribe": Method(Topics, "read", self._subscribe),
-            "unsubscribe": Method(Topics, "read", self._unsubscribe),
+            "list_vehicles": Method(NoParams, "read", list[VehicleScene], self._list_vehicles),
+            "list_stops": Method(NoParams, "read", list[CampusStop], self._list_stops),
+            "list_rides": Method(ListRides, "read", list[RideScene], self._list_rides),
+            "send_to_stop": Method(SendToStop, "drive", SentVisit, self._send_to_stop),
+            "pause": Method(VehicleCommandParams, "drive", CommandReceipt, self._pause),
+            "resume": Method(VehicleCommandParams, "drive", CommandReceipt, self._resume),
+            "subscribe": Method(Topics, "read", list[Topic], self._subscribe),
+            "unsubscribe": Method(Topics, "read", list[Topic], self._unsubscribe),
         }
 
     async def _list_vehicles(self, _: NoParams) -> list[VehicleScene]:
@@ -82,31 +82,41 @@ class DeveloperMethods:
 
         return [ride_scene(ride) for ride in await self._services.transactions.read(work)]
 
-    async def _send_to_stop(self, params: SendToStop) -> dict[str, object]:
-        plan = await vehicle_commands.send(
-            self._services.transactions, params.vehicle_id, params.stop_id, self._by
-        )
-        visit = next(visit for visit in reversed(plan.visits) if visit.stop_id == params.stop_id)
-        return {"visit_id": visit.visit_id, "plan_version": plan.version, "eta": visit.eta}
+    async def _send_to_stop(self, params: SendToStop) -> SentVisit:
+        def work(uow: UnitOfWork) -> SentVisit:
+            sent = vehicle_commands.send(uow, params.vehicle_id, params.stop_id, self._actor.name)
+            return SentVisit(sent.visit.visit_id, sent.plan_version, sent.visit.eta)
 
-    async def _pause(self, params: VehicleParams) -> dict[str, str]:
-        return _receipt(
-            await vehicle_commands.pause(self._services.transactions, params.vehicle_id, self._by)
+        if params.dry_run:
+            return await roll_back(self._services.transactions, work)
+        return await self._command("send_to_stop", params).transact(SentVisit, work)
+
+    async def _pause(self, params: VehicleCommandParams) -> CommandReceipt:
+        return await self._command("pause", params).call(
+            CommandReceipt,
+            lambda transactions: vehicle_commands.pause(transactions, params.vehicle_id, self._actor.name),
+            _receipt,
         )
 
-    async def _resume(self, params: VehicleParams) -> dict[str, str]:
-        return _receipt(
-            await vehicle_commands.resume(self._services.transactions, params.vehicle_id, self._by)
+    async def _resume(self, params: VehicleCommandParams) -> CommandReceipt:
+        return await self._command("resume", params).transact(
+            CommandReceipt,
+            lambda uow: _receipt(vehicle_commands.resume(uow, params.vehicle_id, self._actor.name)),
         )
 
-    async def _subscribe(self, params: Topics) -> list[str]:
-        self._subscriptions.topics.update(params.topics)
+    async def _subscribe(self, params: Topics) -> list[Topic]:
+        self._subscriptions.add(params.topics)
         return sorted(self._subscriptions.topics)
 
-    async def _unsubscribe(self, params: Topics) -> list[str]:
-        self._subscriptions.topics.difference_update(params.topics)
+    async def _unsubscribe(self, params: Topics) -> list[Topic]:
+        self._subscriptions.remove(params.topics)
         return sorted(self._subscriptions.topics)
 
+    def _command(self, method: str, params: Params) -> Command:
+        actor, request = self._actor, msgspec.json.encode({"method": method, "params": params})
+        transactions = self._services.transactions
+        return Command(transactions, actor.kind, actor.name, actor.account, params.idempotency_key, request)
 
-def _receipt(command: VehicleCommand) -> dict[str, str]:
-    return {"command_id": command.command_id, "state": command.state}
+
+def _receipt(command: VehicleCommand) -> CommandReceipt:
+    return CommandReceipt(command.command_id, command.state)

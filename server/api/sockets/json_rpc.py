@@ -33,11 +33,13 @@ class RpcError(Exception):
 class Method:
     """params  a msgspec struct; positional params fill its fields in order
     scope   what the caller's token must allow
-    call    gives a JSON-like result; may raise DomainError or RpcError
+    result  the type of what `call` returns
+    call    may raise DomainError or RpcError
     """
 
     params: type[msgspec.Struct]
     scope: str
+    result: Any
     call: Callable[[Any], Awaitable[object]]
 
 

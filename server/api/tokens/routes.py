@@ -3,6 +3,7 @@
 from fastapi import APIRouter
 
 from server.api.formats import TokenId
+from server.api.paging import ListLimit, Page, microseconds_of, paged
 from server.api.problems import CsrfMissing, TokenUnknown, problems
 from server.api.security.access import ChangingOperator, ReadingOperator
 from server.api.services import InjectedServices
@@ -14,13 +15,14 @@ from server.usecases.record import identity
 router = APIRouter(prefix="/developer-tokens", tags=["developer tokens"])
 
 
-@router.get("", operation_id="list_tokens", responses=problems(SessionExpired))
-async def list_tokens(services: InjectedServices, _: ReadingOperator) -> list[TokenView]:
+@router.get("", operation_id="list_tokens", responses=paged(SessionExpired))
+async def list_tokens(
+    services: InjectedServices, _: ReadingOperator, page: Page, limit: ListLimit = None
+) -> list[TokenView]:
     """Newest first, revoked and expired ones included."""
-    return [
-        _view(token)
-        for token in await services.transactions.read(lambda uow: uow.identity.developer_tokens())
-    ]
+    tokens = await services.transactions.read(lambda uow: uow.identity.developer_tokens())
+    shown = page.cut(tokens, limit, lambda token: (-microseconds_of(token.created_at), token.token_id))
+    return [_view(token) for token in shown]
 
 
 @router.post("", operation_id="make_token", status_code=201, responses=problems(SessionExpired, CsrfMissing))

@@ -4,14 +4,19 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
+from server.api.commands import DriverCommand, OperatorCommand
 from server.api.formats import StopId, VehicleId
 from server.api.interventions.schemas import HoldSeconds
+from server.api.paging import ListLimit, Page, paged
 from server.api.problems import CsrfMissing, problems
 from server.api.rides.schemas import RideRecord, ride_record
 from server.api.security.access import (
+    DRIVER_REFUSALS,
+    OPERATOR_REFUSALS,
+    READER_REFUSALS,
     ChangingOperator,
     Client,
-    ReadingOperator,
+    Reader,
     now_ns,
 )
 from server.api.security.rate_limit import TooManyTries
@@ -24,10 +29,10 @@ from server.api.vehicles.schemas import (
     NewVehicle,
     Place,
     VehicleDetail,
-    VehicleFacts,
+    VehicleRecord,
     command_view,
     vehicle_detail,
-    vehicle_facts,
+    vehicle_record,
 )
 from server.domain.errors import (
     EnrolmentCodeUnknown,
@@ -47,24 +52,28 @@ from server.domain.errors import (
 from server.usecases.fleet import vehicle_commands, vehicles
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import identity
+from server.usecases.record.dry_run import roll_back
 from server.usecases.rides import lost_vehicles
 
 router = APIRouter(prefix="/vehicles", tags=["vehicles"])
 enrolments = APIRouter(prefix="/enrolments", tags=["vehicles"])
 
-COMMAND = problems(VehicleUnknown, SessionExpired, CsrfMissing)
+COMMAND = problems(VehicleUnknown, *DRIVER_REFUSALS)
 
 
-@router.get("", operation_id="list_vehicles", responses=problems(SessionExpired))
-async def list_vehicles(services: InjectedServices, _: ReadingOperator) -> list[VehicleDetail]:
+@router.get("", operation_id="list_vehicles", responses=paged(*READER_REFUSALS))
+async def list_vehicles(
+    services: InjectedServices, _: Reader, page: Page, limit: ListLimit = None
+) -> list[VehicleDetail]:
     """By id, retired ones left out."""
-    return await services.transactions.read(
+    found = await services.transactions.read(
         lambda uow: [vehicle_detail(view, uow.rules) for view in uow.views.vehicles()]
     )
+    return page.cut(found, limit, lambda vehicle: (vehicle.vehicle_id,))
 
 
-@router.get("/{vehicle_id}", operation_id="get_vehicle", responses=problems(VehicleUnknown, SessionExpired))
-async def get_vehicle(vehicle_id: VehicleId, services: InjectedServices, _: ReadingOperator) -> VehicleDetail:
+@router.get("/{vehicle_id}", operation_id="get_vehicle", responses=problems(VehicleUnknown, *READER_REFUSALS))
+async def get_vehicle(vehicle_id: VehicleId, services: InjectedServices, _: Reader) -> VehicleDetail:
     def work(uow: UnitOfWork) -> VehicleDetail:
         view = uow.views.vehicle(vehicle_id)
         if view is None:
@@ -76,55 +85,57 @@ async def get_vehicle(vehicle_id: VehicleId, services: InjectedServices, _: Read
 
 @router.post("/{vehicle_id}/hold", operation_id="hold_vehicle", status_code=202, responses=COMMAND)
 async def hold_vehicle(
-    vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator, for_s: HoldSeconds = None
+    vehicle_id: VehicleId, command: DriverCommand, for_s: HoldSeconds = None
 ) -> CommandView:
     """Come to a comfortable stand, until resumed or for a time. See the preview."""
-    return command_view(await vehicle_commands.pause(services.transactions, vehicle_id, operator.name, for_s))
+    return await command.call(
+        CommandView,
+        lambda transactions: vehicle_commands.pause(transactions, vehicle_id, command.by, for_s),
+        command_view,
+    )
 
 
 @router.post("/{vehicle_id}/resume", operation_id="resume_vehicle", status_code=202, responses=COMMAND)
-async def resume_vehicle(
-    vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
-) -> CommandView:
+async def resume_vehicle(vehicle_id: VehicleId, command: DriverCommand) -> CommandView:
     """Release a held vehicle: after a hold, a takeover, a minimal-risk stop or a restart."""
-    return command_view(await vehicle_commands.resume(services.transactions, vehicle_id, operator.name))
+    return await command.transact(
+        CommandView, lambda uow: command_view(vehicle_commands.resume(uow, vehicle_id, command.by))
+    )
 
 
 @router.post("/{vehicle_id}/stop-now", operation_id="stop_vehicle_now", status_code=202, responses=COMMAND)
-async def stop_vehicle_now(
-    vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
-) -> CommandView:
+async def stop_vehicle_now(vehicle_id: VehicleId, command: DriverCommand) -> CommandView:
     """Stop as hard as is safe, and stay held."""
-    return command_view(await vehicle_commands.stop_now(services.transactions, vehicle_id, operator.name))
+    return await command.transact(
+        CommandView, lambda uow: command_view(vehicle_commands.stop_now(uow, vehicle_id, command.by))
+    )
 
 
 @router.post("/{vehicle_id}/announce", operation_id="announce_in_vehicle", status_code=202, responses=COMMAND)
 async def announce_in_vehicle(
-    vehicle_id: VehicleId, request: Announcement, services: InjectedServices, operator: ChangingOperator
+    vehicle_id: VehicleId, request: Announcement, command: DriverCommand
 ) -> CommandView:
     """Say a text aloud in the vehicle and show it on its screen."""
-    return command_view(
-        await vehicle_commands.announce(services.transactions, vehicle_id, operator.name, request.text)
-    )
+
+    def work(uow: UnitOfWork) -> CommandView:
+        return command_view(vehicle_commands.announce(uow, vehicle_id, command.by, request.text))
+
+    return await command.transact(CommandView, work)
 
 
 @router.post("/{vehicle_id}/recall", operation_id="recall_vehicle", responses=COMMAND)
-async def recall_vehicle(
-    vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
-) -> VehicleFacts:
+async def recall_vehicle(vehicle_id: VehicleId, command: DriverCommand) -> VehicleRecord:
     """Take it out of service: it first takes its riders to their stops, then rests."""
-    return vehicle_facts(await vehicle_commands.recall(services.transactions, vehicle_id, operator.name))
+    return await command.transact(
+        VehicleRecord, lambda uow: vehicle_record(vehicle_commands.recall(uow, vehicle_id, command.by))
+    )
 
 
 @router.post("/{vehicle_id}/release", operation_id="release_vehicle", responses=COMMAND)
-async def release_vehicle(
-    vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
-) -> VehicleFacts:
+async def release_vehicle(vehicle_id: VehicleId, command: DriverCommand) -> VehicleRecord:
     """Put a recalled vehicle back into service."""
-    return vehicle_facts(
-        await services.transactions.run(
-            lambda uow: vehicles.return_to_service(uow, vehicle_id, operator.name)
-        )
+    return await command.transact(
+        VehicleRecord, lambda uow: vehicle_record(vehicles.return_to_service(uow, vehicle_id, command.by))
     )
 
 
@@ -139,76 +150,79 @@ async def release_vehicle(
         VehicleNotPlaced,
         VehicleOutOfService,
         NoRestingPlaceFree,
-        SessionExpired,
-        CsrfMissing,
+        *DRIVER_REFUSALS,
     ),
 )
 async def send_vehicle(
     vehicle_id: VehicleId,
     stop_id: Annotated[StopId, Query(examples=["library"])],
     services: InjectedServices,
-    operator: ChangingOperator,
+    command: DriverCommand,
+    dry_run: Annotated[bool, Query(description="Only answer what it would do. Nothing changes.")] = False,
 ) -> VehicleDetail:
-    """Let it visit a stop without a ride, at the first chance that keeps every promise."""
-    await vehicle_commands.send(services.transactions, vehicle_id, stop_id, operator.name)
-    return await get_vehicle(vehicle_id, services, operator)
+    """Let it visit a stop without a ride, at the first chance that keeps every promise (see `visits`)."""
+
+    def work(uow: UnitOfWork) -> VehicleDetail:
+        sent = vehicle_commands.send(uow, vehicle_id, stop_id, command.by)
+        return vehicle_detail(sent.vehicle, uow.rules)
+
+    if dry_run:
+        return await roll_back(services.transactions, work)
+    return await command.transact(VehicleDetail, work)
 
 
 @router.post(
     "/{vehicle_id}/evacuations",
     operation_id="evacuate_vehicle",
-    responses=problems(VehicleUnknown, NobodyAboard, SessionExpired, CsrfMissing),
+    responses=problems(VehicleUnknown, NobodyAboard, *OPERATOR_REFUSALS),
 )
-async def evacuate_vehicle(
-    vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
-) -> list[RideRecord]:
+async def evacuate_vehicle(vehicle_id: VehicleId, command: OperatorCommand) -> list[RideRecord]:
     """It cannot go on: its riders are sent to the nearest stop, where another shuttle comes.
 
     The rides as they are planned now.
     """
-    moved = await services.transactions.run(
-        lambda uow: lost_vehicles.evacuate(uow, vehicle_id, operator.name)
-    )
-    return [ride_record(ride) for ride in moved]
+
+    def work(uow: UnitOfWork) -> list[RideRecord]:
+        return [ride_record(ride) for ride in lost_vehicles.evacuate(uow, vehicle_id, command.by)]
+
+    return await command.transact(list[RideRecord], work)
 
 
 @router.put(
     "/{vehicle_id}/place",
     operation_id="place_vehicle",
-    responses=problems(VehicleUnknown, VehicleNotPlaced, SectionsTaken, SessionExpired, CsrfMissing),
+    responses=problems(VehicleUnknown, VehicleNotPlaced, SectionsTaken, *OPERATOR_REFUSALS),
 )
-async def place_vehicle(
-    vehicle_id: VehicleId, request: Place, services: InjectedServices, operator: ChangingOperator
-) -> VehicleFacts:
+async def place_vehicle(vehicle_id: VehicleId, request: Place, command: OperatorCommand) -> VehicleRecord:
     """Set the position of a held vehicle by hand."""
-    return vehicle_facts(
-        await services.transactions.run(
-            lambda uow: vehicles.place(uow, vehicle_id, request.lane_id, request.s_m, operator.name)
-        )
-    )
+
+    def work(uow: UnitOfWork) -> VehicleRecord:
+        return vehicle_record(vehicles.place(uow, vehicle_id, request.lane_id, request.s_m, command.by))
+
+    return await command.transact(VehicleRecord, work)
 
 
-@router.delete("/{vehicle_id}", operation_id="retire_vehicle", responses=COMMAND)
-async def retire_vehicle(
-    vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
-) -> VehicleFacts:
+@router.delete(
+    "/{vehicle_id}",
+    operation_id="retire_vehicle",
+    responses=problems(VehicleUnknown, *OPERATOR_REFUSALS),
+)
+async def retire_vehicle(vehicle_id: VehicleId, command: OperatorCommand) -> VehicleRecord:
     """Remove it from the road for good; others get its rides."""
-    return vehicle_facts(
-        await services.transactions.run(lambda uow: vehicles.retire(uow, vehicle_id, operator.name))
+    return await command.transact(
+        VehicleRecord, lambda uow: vehicle_record(vehicles.retire(uow, vehicle_id, command.by))
     )
 
 
 @router.delete(
     "/{vehicle_id}/key",
     operation_id="revoke_vehicle_key",
-    responses=problems(KeyUnknown, SessionExpired, CsrfMissing),
+    responses=problems(KeyUnknown, *OPERATOR_REFUSALS),
 )
-async def revoke_vehicle_key(
-    vehicle_id: VehicleId, services: InjectedServices, operator: ChangingOperator
-) -> VehicleFacts:
+async def revoke_vehicle_key(vehicle_id: VehicleId, command: OperatorCommand) -> VehicleRecord:
     """Revoke the key and end the open session."""
-    return vehicle_facts(
-        await services.transactions.run(lambda uow: vehicles.revoke_key(uow, vehicle_id, operator.name))
+    return await command.transact(
+        VehicleRecord, lambda uow: vehicle_record(vehicles.revoke_key(uow, vehicle_id, command.by))
     )
 
 
@@ -241,10 +255,10 @@ async def make_enrolment_code(
     status_code=201,
     responses=problems(EnrolmentCodeUnknown, EnrolmentCodeUsed, KeyInvalid, TooManyTries),
 )
-async def enrol_vehicle(request: Enrolment, services: InjectedServices, client: Client) -> VehicleFacts:
+async def enrol_vehicle(request: Enrolment, services: InjectedServices, client: Client) -> VehicleRecord:
     """Called by the vehicle: its key is enrolled."""
     services.limits.lookups.take(client, now_ns(services))
-    return vehicle_facts(
+    return vehicle_record(
         await services.transactions.run(
             lambda uow: vehicles.enrol(uow, request.code, request.vehicle_id, request.public_key)
         )

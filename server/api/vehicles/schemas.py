@@ -33,7 +33,7 @@ VEHICLE_EXAMPLE: JsonDict = {
 }
 
 
-class VehicleFacts(BaseModel):
+class VehicleRecord(BaseModel):
     """Facts that change seldom."""
 
     model_config = ConfigDict(from_attributes=True, json_schema_extra={"example": VEHICLE_EXAMPLE})
@@ -116,7 +116,7 @@ class VisitView(BaseModel):
     )
 
 
-class VehicleDetail(VehicleFacts):
+class VehicleDetail(VehicleRecord):
     """Facts, newest status, plan, sections and newest command of one vehicle."""
 
     model_config = ConfigDict(
@@ -250,12 +250,12 @@ class Enrolment(BaseModel):
     public_key: str = Field(max_length=64, description="Ed25519, 32 raw bytes, base64.")
 
 
-def vehicle_facts(vehicle: Vehicle) -> VehicleFacts:
-    return VehicleFacts.model_validate(vehicle)
+def vehicle_record(vehicle: Vehicle) -> VehicleRecord:
+    return VehicleRecord.model_validate(vehicle)
 
 
 def vehicle_detail(view: VehicleView, rules: FleetRules) -> VehicleDetail:
-    facts = vehicle_facts(view.vehicle)
+    facts = vehicle_record(view.vehicle)
     return VehicleDetail(
         **facts.model_dump(),
         heard_at=view.heard_at,

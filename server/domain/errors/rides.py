@@ -64,7 +64,7 @@ class BookingTooFarAhead(DomainError):
 
 
 class IdempotencyMismatch(DomainError):
-    """The same Idempotency-Key was used for another booking."""
+    """The same Idempotency-Key was used for another booking or command."""
 
     code = "idempotency_mismatch"
 

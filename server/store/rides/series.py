@@ -11,7 +11,9 @@ from server.domain.rides.series import (
 )
 from server.store import tables
 from server.store.columns import from_json, to_json
+from server.store.keyset import rows_after
 from server.store.repository import AnyRow, Repository
+from server.usecases.ports.views import MomentAndId
 
 _series = tables.series.c
 _occurrence = tables.occurrences.c
@@ -28,11 +30,17 @@ class SqlSeriesRepository(Repository):
         return _optional(self._find(tables.series, idempotency_key=key))
 
     def listed(
-        self, states: Sequence[SeriesState] | None = None, limit: int | None = None
+        self,
+        states: Sequence[SeriesState] | None = None,
+        limit: int | None = None,
+        after: MomentAndId | None = None,
     ) -> tuple[Series, ...]:
         statement = self._select(tables.series)
         if states is not None:
             statement = statement.where(_series.state.in_([str(state) for state in states]))
+        if after is not None:
+            order = ((_series.made_at, True), (_series.series_id, False))
+            statement = statement.where(rows_after(order, after))
         rows = self._many(statement.order_by(_series.made_at.desc(), _series.series_id).limit(limit))
         return tuple(_to_series(row) for row in rows)
 

@@ -24,6 +24,7 @@ from server.store.tables.planning import (
     travel_time_factors,
 )
 from server.store.tables.records import (
+    command_answers,
     counters,
     developer_tokens,
     enrolment_codes,
@@ -53,6 +54,7 @@ from server.store.tables.service import (
 
 __all__ = [
     "closures",
+    "command_answers",
     "counters",
     "decisions",
     "departures",

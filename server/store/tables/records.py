@@ -1,6 +1,6 @@
-"""Incidents, recorded runs, identities, leases and counters."""
+"""Incidents, recorded runs, identities, answers to commands, leases and counters."""
 
-from sqlalchemy import BigInteger, Column, Index, Integer, String, Table, UniqueConstraint
+from sqlalchemy import BigInteger, Column, Index, Integer, LargeBinary, String, Table, UniqueConstraint
 
 from server.store.tables.metadata import campus_key, instant, key, metadata, optional_instant, string, text
 
@@ -108,6 +108,17 @@ developer_tokens = Table(
     instant("expires_at"),
     optional_instant("revoked_at"),
     UniqueConstraint("campus_id", "token_sha256"),
+)
+command_answers = Table(
+    "command_answers",
+    metadata,
+    campus_key(),
+    key("account", 128),
+    key("key_sha256"),
+    string("request_sha256"),
+    Column("sealed", LargeBinary, nullable=False),
+    instant("made_at"),
+    Index(None, "campus_id", "made_at"),
 )
 leases = Table(
     "leases",

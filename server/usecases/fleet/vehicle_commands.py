@@ -3,15 +3,27 @@
 A hold, a recall and a reassignment also change the plans of the fleet; `interventions` has their effects.
 """
 
+from dataclasses import dataclass
+
 from server.domain.errors import NoRestingPlaceFree, PlanChanged
 from server.domain.fleet.vehicles import Vehicle, VehicleCommand
-from server.domain.planning.plans import Plan
+from server.domain.planning.plans import PlannedVisit
 from server.domain.rides.effects import Effects, Intervention
-from server.usecases.fleet.interventions import InterventionResult, intervene
+from server.usecases.fleet.interventions import intervene
 from server.usecases.planning import plans
 from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
+from server.usecases.ports.views import VehicleView
 from server.usecases.record.commands import send_command
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
+
+
+@dataclass(frozen=True, slots=True)
+class SentVehicle:
+    """visit: the visit that the vehicle will make; vehicle: its plan and order with it."""
+
+    visit: PlannedVisit
+    plan_version: int
+    vehicle: VehicleView
 
 
 async def pause(
@@ -20,62 +32,59 @@ async def pause(
     """Bring a vehicle to a comfortable stand, for `for_s` seconds or until it is resumed.
 
     Other vehicles take over the rides that the hold makes late. If the fleet cannot be replanned, the
-    vehicle is held all the same: safety does not wait for a plan. Raises VehicleUnknown.
+    vehicle is held all the same, in a transaction of its own: safety does not wait for a plan. Raises
+    VehicleUnknown.
     """
+
+    def hold(uow: UnitOfWork) -> VehicleCommand:
+        command = intervene(uow, vehicle_id, Intervention("hold", for_s), by).command
+        assert command is not None
+        return command
+
     try:
-        result = await _intervene(transactions, vehicle_id, Intervention("hold", for_s), by)
+        return await transactions.run(hold)
     except (NoRestingPlaceFree, PlanChanged):
         return await transactions.run(lambda uow: send_command(uow, vehicle_id, "hold", by))
-    assert result.command is not None
-    return result.command
 
 
-async def resume(transactions: Transactions, vehicle_id: str, by: str) -> VehicleCommand:
+def resume(uow: UnitOfWork, vehicle_id: str, by: str) -> VehicleCommand:
     """Release a held vehicle. The vehicle may refuse, and says why. Raises VehicleUnknown."""
-    return await transactions.run(lambda uow: send_command(uow, vehicle_id, "resume", by))
+    return send_command(uow, vehicle_id, "resume", by)
 
 
-async def stop_now(transactions: Transactions, vehicle_id: str, by: str) -> VehicleCommand:
+def stop_now(uow: UnitOfWork, vehicle_id: str, by: str) -> VehicleCommand:
     """Stop a vehicle as hard as is safe; it stays held. Raises VehicleUnknown."""
-    return await transactions.run(lambda uow: send_command(uow, vehicle_id, "stop_now", by))
+    return send_command(uow, vehicle_id, "stop_now", by)
 
 
-async def announce(transactions: Transactions, vehicle_id: str, by: str, text: str) -> VehicleCommand:
+def announce(uow: UnitOfWork, vehicle_id: str, by: str, text: str) -> VehicleCommand:
     """Say a text aloud in a vehicle and show it on its screen. Raises VehicleUnknown."""
-    return await transactions.run(lambda uow: send_command(uow, vehicle_id, "announce", by, text))
+    return send_command(uow, vehicle_id, "announce", by, text)
 
 
-async def send(transactions: Transactions, vehicle_id: str, stop_id: str, by: str) -> Plan:
+def send(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> SentVehicle:
     """Let a vehicle visit a stop without a ride, at the first chance that keeps every promise.
 
     Raises VehicleUnknown, StopUnknown, StopUnreachable, VehicleNotPlaced, VehicleOutOfService,
     NoRestingPlaceFree.
     """
-    return await transactions.run(lambda uow: plans.send_to_stop(uow, vehicle_id, stop_id, by))
+    plan = plans.send_to_stop(uow, vehicle_id, stop_id, by)
+    visit = next(visit for visit in reversed(plan.visits) if visit.stop_id == stop_id)
+    vehicle = uow.views.vehicle(vehicle_id)
+    assert vehicle is not None
+    return SentVehicle(visit, plan.version, vehicle)
 
 
-async def recall(transactions: Transactions, vehicle_id: str, by: str) -> Vehicle:
+def recall(uow: UnitOfWork, vehicle_id: str, by: str) -> Vehicle:
     """Take a vehicle out of service. It first brings its riders home, then rests. Raises VehicleUnknown."""
-
-    def work(uow: UnitOfWork) -> Vehicle:
-        intervene(uow, vehicle_id, Intervention("recall"), by)
-        return enrolled_vehicle(uow, vehicle_id)
-
-    return await transactions.run(work)
+    intervene(uow, vehicle_id, Intervention("recall"), by)
+    return enrolled_vehicle(uow, vehicle_id)
 
 
-async def reassign(
-    transactions: Transactions, vehicle_id: str, ride_id: str, to_vehicle_id: str, by: str
-) -> Effects:
+def reassign(uow: UnitOfWork, vehicle_id: str, ride_id: str, to_vehicle_id: str, by: str) -> Effects:
     """Give one waiting ride of a vehicle, or all with "", to another vehicle, or to any with "".
 
     Raises what `interventions.reassign` raises.
     """
     intervention = Intervention("reassign", ride_id=ride_id, to_vehicle_id=to_vehicle_id)
-    return (await _intervene(transactions, vehicle_id, intervention, by)).effects
-
-
-async def _intervene(
-    transactions: Transactions, vehicle_id: str, intervention: Intervention, by: str
-) -> InterventionResult:
-    return await transactions.run(lambda uow: intervene(uow, vehicle_id, intervention, by))
+    return intervene(uow, vehicle_id, intervention, by).effects

@@ -1,8 +1,9 @@
-"""Incidents, recorded runs, identities and leases."""
+"""Incidents, recorded runs, identities, answers to commands, and leases."""
 
 from datetime import datetime
 from typing import Protocol
 
+from server.domain.record.answers import KeyedRequest, StoredAnswer
 from server.domain.record.identity import DeveloperToken, EnrolmentCode, Operator, OperatorSession, VehicleKey
 from server.domain.record.incidents import Incident, IncidentKind
 from server.domain.record.runs import Run, Segment
@@ -66,6 +67,20 @@ class IdentityRepository(Protocol):
     def developer_tokens(self) -> tuple[DeveloperToken, ...]: ...
 
     def save_developer_token(self, token: DeveloperToken) -> None: ...
+
+
+class AnswerRepository(Protocol):
+    def claim(self, request: KeyedRequest, now: datetime) -> StoredAnswer | None:
+        """None: the key was free, and this transaction has it now. Otherwise what is stored under it."""
+        ...
+
+    def complete(self, request: KeyedRequest, sealed: bytes) -> None:
+        """Store the answer under the key that this transaction has claimed."""
+        ...
+
+    def forget_before(self, moment: datetime) -> int:
+        """How many answers were dropped."""
+        ...
 
 
 class LeaseRepository(Protocol):

@@ -7,6 +7,7 @@ from typing import Protocol
 from server.domain.planning.decisions import Decision, RideDecision
 from server.domain.rides.rides import Ride, RideState, Tap
 from server.domain.rides.series import Occurrence, Series, SeriesState
+from server.usecases.ports.views import MomentAndId
 
 
 class RideRepository(Protocol):
@@ -53,9 +54,12 @@ class SeriesRepository(Protocol):
     def by_idempotency_key(self, key: str) -> Series | None: ...
 
     def listed(
-        self, states: Sequence[SeriesState] | None = None, limit: int | None = None
+        self,
+        states: Sequence[SeriesState] | None = None,
+        limit: int | None = None,
+        after: MomentAndId | None = None,
     ) -> tuple[Series, ...]:
-        """Newest first."""
+        """Newest first; `after` is the last one of the page before."""
         ...
 
     def add(self, series: Series) -> None: ...

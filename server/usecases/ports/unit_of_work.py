@@ -20,6 +20,7 @@ from server.usecases.ports.plans import (
     TravelTimeFactorRepository,
 )
 from server.usecases.ports.records import (
+    AnswerRepository,
     IdentityRepository,
     IncidentRepository,
     LeaseRepository,
@@ -57,6 +58,7 @@ class UnitOfWork(Protocol):
     maps: MapRepository
     runs: RunRepository
     identity: IdentityRepository
+    answers: AnswerRepository
     leases: LeaseRepository
     history: HistoryRepository
 

@@ -63,8 +63,23 @@ class HistoryPoint:
     battery_ratio: float
 
 
+# Where a page of a list ended: requested or made at, and the id; for runs: started at, boot and vehicle.
+MomentAndId = tuple[datetime, str]
+RunPosition = tuple[datetime, str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class IncidentPosition:
+    """closed_at None: the page ended among the open ones."""
+
+    priority: int
+    closed_at: datetime | None
+    opened_at: datetime
+    incident_id: str
+
+
 class Views(Protocol):
-    """All of one campus. Lists are bounded by `limit`."""
+    """All of one campus. Lists are bounded by `limit`; `after` is the last item of the page before."""
 
     def vehicles(self, vehicle_ids: Set[str] | None = None) -> tuple[VehicleView, ...]:
         """By vehicle id, retired ones left out; only the named ones where some are."""
@@ -79,19 +94,24 @@ class Views(Protocol):
         limit: int = 200,
         before: datetime | None = None,
         ride_ids: Set[str] | None = None,
+        after: MomentAndId | None = None,
     ) -> tuple[Ride, ...]:
-        """Newest request first; `before` pages on."""
+        """Newest request first; `before` leaves out later ones."""
         ...
 
     def pickups(self, since: datetime, until: datetime) -> tuple[tuple[str, datetime], ...]:
         """Stop and earliest pickup of every ride that was wanted in [since, until), refused ones too."""
         ...
 
-    def incidents(self, include_closed: bool = False, limit: int = 200) -> tuple[Incident, ...]:
+    def incidents(
+        self, include_closed: bool = False, limit: int = 200, after: IncidentPosition | None = None
+    ) -> tuple[Incident, ...]:
         """Open ones by urgency and age, then closed ones, newest first."""
         ...
 
-    def runs(self, vehicle_id: str | None = None, limit: int = 100) -> tuple[Run, ...]:
+    def runs(
+        self, vehicle_id: str | None = None, limit: int = 100, after: RunPosition | None = None
+    ) -> tuple[Run, ...]:
         """Newest first, with their segments in order."""
         ...
 

@@ -28,6 +28,8 @@ CHECKS = [
     content_type_conformance,
     response_schema_conformance,
 ]
+# A ride has a handful of decisions; scenes are asked on by their time.
+BOUNDED_LISTS = {"explain_ride", "get_run_scenes"}
 BOUNDED = settings(
     max_examples=3,
     deadline=None,
@@ -94,11 +96,27 @@ def test_every_operation_has_a_name_of_its_own_a_tag_and_a_success() -> None:
         assert any(status.startswith("2") for status in operation["responses"]), (path, method)
 
 
-def test_every_change_by_an_operator_needs_cookie_and_token_together() -> None:
+def test_every_change_by_an_operator_needs_cookie_and_csrf_token_together() -> None:
     for _, method, operation in operations():
-        schemes = [set(scheme) for scheme in operation.get("security", [])]
-        if method != "get" and schemes:
-            assert schemes == [{"OperatorSession", "CsrfToken"}]
+        schemes = [set(scheme) for scheme in operation["security"]]
+        if method != "get" and any("OperatorSession" in scheme for scheme in schemes):
+            assert schemes[0] == {"OperatorSession", "CsrfToken"}
+
+
+def test_a_developer_token_reads_with_one_scope_and_changes_with_the_other() -> None:
+    for path, method, operation in operations():
+        for scheme in operation["security"]:
+            if "DeveloperToken" in scheme:
+                assert scheme == {"DeveloperToken": ["read" if method == "get" else "drive"]}, path
+
+
+def test_every_list_can_be_read_page_by_page() -> None:
+    for path, method, operation in operations():
+        content = operation["responses"].get("200", {}).get("content", {}).get("application/json", {})
+        is_list = content.get("schema", {}).get("type") == "array"
+        if method == "get" and is_list and operation["operationId"] not in BOUNDED_LISTS:
+            assert {"cursor", "limit"} <= {one["name"] for one in operation["parameters"]}, path
+            assert "Link" in operation["responses"]["200"]["headers"], path
 
 
 def test_every_reference_of_the_document_leads_somewhere() -> None:

@@ -14,7 +14,6 @@ from sqlalchemy.exc import DBAPIError
 
 from contract.roads.load import encode_map
 from server.adapters import SeededIds
-from server.api.interventions.dry_run import dry_run
 from server.bus.in_process import InProcessBus, LocalSubscription
 from server.domain.errors import PlanChanged, VehicleUnknown
 from server.domain.planning.plans import Plan
@@ -30,6 +29,7 @@ from server.usecases.fleet import campus
 from server.usecases.fleet.interventions import intervene
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import commands, incidents
+from server.usecases.record.dry_run import roll_back
 from server.usecases.rides import rides
 from tests.full_disk import full_disk
 from tests.server.conftest import CLOSE_OTHERS
@@ -339,7 +339,7 @@ def test_a_preview_leaves_the_live_store_as_it_was_and_says_nothing(engine: Engi
     async def scenario() -> None:
         async with live(engine) as (transactions, heard):
             before = await transactions.run(fleet_now)
-            said = await dry_run(transactions, preview)
+            said = await roll_back(transactions, preview)
             assert [effect.vehicle_before for effect in said.rides] == [vehicle_id]
             assert await transactions.run(fleet_now) == before
             assert await transactions.read(fleet_now) == before

@@ -5,12 +5,14 @@ from typing import Any
 import msgspec
 import pytest
 
+from server.api.security.access import Actor
 from server.api.sockets.developer_methods import DeveloperMethods, Subscriptions
 from server.api.sockets.json_rpc import answer
 from server.usecases.ports.unit_of_work import UnitOfWork
 from tests.server.api.server_under_test import ServerUnderTest
 from tests.server.fleet.vehicle_key import VehicleKeyPair
 
+SCRIPT = Actor("developer", "developer:token-1", "developer:script")
 # What only shows. Everything else moves a shuttle or keeps it from moving.
 READING = {"list_vehicles", "list_stops", "list_rides", "subscribe", "unsubscribe"}
 DRIVING = {
@@ -27,7 +29,7 @@ def enrolled(server: ServerUnderTest) -> ServerUnderTest:
 
 
 def ask(server: ServerUnderTest, method: str, params: object, *scopes: str) -> dict[str, Any]:
-    table = DeveloperMethods(server.services, "script", Subscriptions()).table()
+    table = DeveloperMethods(server.services, SCRIPT, Subscriptions()).table()
     request = msgspec.json.encode({"jsonrpc": "2.0", "id": 1, "method": method, "params": params})
     response = server.run(answer(request, table, frozenset(scopes)))  # type: ignore[arg-type]
     assert response is not None
@@ -44,7 +46,7 @@ def commands_sent(server: ServerUnderTest) -> list[str]:
 
 
 def test_every_method_is_known_here_as_reading_or_driving(server: ServerUnderTest) -> None:
-    table = DeveloperMethods(server.services, "script", Subscriptions()).table()
+    table = DeveloperMethods(server.services, SCRIPT, Subscriptions()).table()
     assert set(table) == READING | set(DRIVING)
 
 
@@ -76,7 +78,7 @@ def test_a_token_that_may_only_drive_is_shown_nothing(enrolled: ServerUnderTest,
 
 def test_a_script_gets_what_it_subscribed_to_and_no_longer_what_it_gave_up(server: ServerUnderTest) -> None:
     subscriptions = Subscriptions()
-    table = DeveloperMethods(server.services, "script", subscriptions).table()
+    table = DeveloperMethods(server.services, SCRIPT, subscriptions).table()
     for method, topics, left in (
         ("subscribe", ["rides", "events"], ["events", "rides"]),
         ("subscribe", ["rides"], ["events", "rides"]),

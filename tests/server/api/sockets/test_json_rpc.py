@@ -39,9 +39,9 @@ async def refuse(_: Nothing) -> None:
 
 
 METHODS = {
-    "subtract": Method(Subtract, "read", subtract),
-    "refuse": Method(Nothing, "read", refuse),
-    "drive": Method(Nothing, "drive", refuse),
+    "subtract": Method(Subtract, "read", int, subtract),
+    "refuse": Method(Nothing, "read", None, refuse),
+    "drive": Method(Nothing, "drive", None, refuse),
 }
 SCOPES = frozenset({"read"})
 

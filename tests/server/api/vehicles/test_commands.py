@@ -5,6 +5,7 @@ import json
 import pytest
 
 from contract.wire.messages import CommandDone
+from server.api.security.access import Actor
 from server.api.sockets.developer_methods import DeveloperMethods, Subscriptions
 from server.api.sockets.json_rpc import answer
 from server.domain.errors import NoRestingPlaceFree
@@ -26,7 +27,8 @@ def a_shuttle(server: ServerUnderTest, name: str, place: int = 0) -> SpokenVehic
 
 def call(server: ServerUnderTest, method: str, **params: object) -> dict[str, object]:
     """What a developer's script gets for a request."""
-    methods = DeveloperMethods(server.services, "script", Subscriptions()).table()
+    script = Actor("developer", "developer:token-1", "developer:script")
+    methods = DeveloperMethods(server.services, script, Subscriptions()).table()
     request = json.dumps({"jsonrpc": "2.0", "id": 1, "method": method, "params": params})
     data = server.run(answer(request, methods, frozenset({"read", "drive"})))
     assert data is not None

@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contract.wire.messages import CommandDone, ModeChanged
-from server.api.interventions.dry_run import dry_run
 from server.dispatch.solve import Budget, solve
 from server.domain.errors import (
     DomainError,
@@ -28,6 +27,7 @@ from server.usecases.fleet.interventions import intervene
 from server.usecases.planning import plans
 from server.usecases.planning.decisions import SearchSettings
 from server.usecases.record import commands
+from server.usecases.record.dry_run import roll_back
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -53,7 +53,9 @@ def everything(campus: CampusUnderTest) -> dict[str, list[tuple[object, ...]]]:
 
 
 def preview(campus: CampusUnderTest, vehicle_id: str, wish: Intervention) -> Effects:
-    done = campus.wait_for(dry_run(campus.transactions, lambda uow: intervene(uow, vehicle_id, wish, "ann")))
+    done = campus.wait_for(
+        roll_back(campus.transactions, lambda uow: intervene(uow, vehicle_id, wish, "ann"))
+    )
     return done.effects
 
 

@@ -52,7 +52,7 @@ export function detailText(ticket: Ticket, { phase }: RideProgress): string {
     case "refused":
       return t.reasons[ticket.reason] ?? ticket.reason_detail;
     case "cancelled":
-      return ticket.reason === "cancelled_by_operator" ? t.cancelled_by_operator : "";
+      return /_(operator|developer)$/.test(ticket.reason) ? t.cancelled_by_operator : "";
     case "no_show":
       return t.no_show_detail;
     case "failed":

@@ -763,7 +763,7 @@ export interface paths {
         put?: never;
         /**
          * Send Vehicle
-         * @description Let it visit a stop without a ride, at the first chance that keeps every promise.
+         * @description Let it visit a stop without a ride, at the first chance that keeps every promise (see `visits`).
          */
         post: operations["send_vehicle"];
         delete?: never;
@@ -1302,24 +1302,25 @@ export interface components {
          * CampusView
          * @description What a page needs before it draws or books anything.
          * @example {
-         *       "attribution": "© OpenStreetMap contributors",
-         *       "booking_ahead_s_max": 604800,
          *       "campus_id": "shu-baoshan",
-         *       "closes_at": "2026-09-01T14:00:00Z",
-         *       "has_timetable": true,
-         *       "last_run_at": "2026-09-01T10:10:00Z",
-         *       "map_version": "3f0c9a71d2e84b55",
          *       "name": "Baoshan campus",
-         *       "now": "2026-09-01T08:14:31Z",
-         *       "open_now": true,
-         *       "opens_next": "2026-09-01T08:14:31Z",
+         *       "map_version": "3f0c9a71d2e84b55",
          *       "origin": {
          *         "latitude_deg": 31.317,
          *         "longitude_deg": 121.388
          *       },
+         *       "timezone": "Asia/Shanghai",
          *       "schematic": false,
+         *       "attribution": "© OpenStreetMap contributors",
+         *       "now": "2026-09-01T08:14:31Z",
+         *       "open_now": true,
+         *       "opens_next": "2026-09-01T08:14:31Z",
+         *       "closes_at": "2026-09-01T14:00:00Z",
+         *       "holiday": null,
+         *       "has_timetable": true,
+         *       "last_run_at": "2026-09-01T10:10:00Z",
          *       "seats_max": 6,
-         *       "timezone": "Asia/Shanghai"
+         *       "booking_ahead_s_max": 604800
          *     }
          */
         CampusView: {
@@ -1375,12 +1376,13 @@ export interface components {
          * ClosureBody
          * @description Lanes, or single sections of them, that no vehicle is sent through.
          * @example {
-         *       "ends_at": "2026-09-01T16:00:00Z",
          *       "lane_ids": [
          *         "lane-17"
          *       ],
+         *       "section_ids": [],
          *       "reason": "water main",
-         *       "section_ids": []
+         *       "starts_at": null,
+         *       "ends_at": "2026-09-01T16:00:00Z"
          *     }
          */
         ClosureBody: {
@@ -1419,11 +1421,17 @@ export interface components {
         /**
          * ClosureView
          * @example {
-         *       "closure_id": "closure-2",
-         *       "ends_at": "2026-09-01T16:00:00Z",
          *       "lane_ids": [
          *         "lane-17"
          *       ],
+         *       "section_ids": [],
+         *       "reason": "water main",
+         *       "starts_at": "2026-09-01T08:00:00Z",
+         *       "ends_at": "2026-09-01T16:00:00Z",
+         *       "closure_id": "closure-2",
+         *       "made_by": "operator",
+         *       "made_at": "2026-09-01T08:00:00Z",
+         *       "state": "in_force",
          *       "lifted_by": "",
          *       "lines": [
          *         [
@@ -1432,13 +1440,7 @@ export interface components {
          *           13,
          *           4.5
          *         ]
-         *       ],
-         *       "made_at": "2026-09-01T08:00:00Z",
-         *       "made_by": "operator",
-         *       "reason": "water main",
-         *       "section_ids": [],
-         *       "starts_at": "2026-09-01T08:00:00Z",
-         *       "state": "in_force"
+         *       ]
          *     }
          */
         ClosureView: {
@@ -1477,8 +1479,8 @@ export interface components {
          * CodeView
          * @description Type it on the vehicle; it works once.
          * @example {
-         *       "code": "Zk3v7bX0aY5wQ9eR",
-         *       "vehicle_id": "shuttle-1"
+         *       "vehicle_id": "shuttle-1",
+         *       "code": "Zk3v7bX0aY5wQ9eR"
          *     }
          */
         CodeView: {
@@ -1506,11 +1508,11 @@ export interface components {
          * @description A command to a vehicle; it is repeated until the vehicle answers it.
          * @example {
          *       "command_id": "command-4",
-         *       "detail": "",
+         *       "vehicle_id": "shuttle-1",
          *       "kind": "hold",
-         *       "state": "pending",
          *       "text": "",
-         *       "vehicle_id": "shuttle-1"
+         *       "state": "pending",
+         *       "detail": ""
          *     }
          */
         CommandView: {
@@ -1540,16 +1542,17 @@ export interface components {
          * CreatedTokenView
          * @description A new token. The secret is shown this once.
          * @example {
-         *       "created_at": "2026-09-01T08:14:31Z",
-         *       "expires_at": "2026-10-01T08:14:31Z",
-         *       "made_by": "operator",
+         *       "token_id": "token-3",
          *       "name": "night-tests",
          *       "scopes": [
          *         "drive",
          *         "read"
          *       ],
-         *       "secret": "Zk3v7bX0aY5wQ9eR2tU6pA",
-         *       "token_id": "token-3"
+         *       "made_by": "operator",
+         *       "created_at": "2026-09-01T08:14:31Z",
+         *       "expires_at": "2026-10-01T08:14:31Z",
+         *       "revoked_at": null,
+         *       "secret": "Zk3v7bX0aY5wQ9eR2tU6pA"
          *     }
          */
         CreatedTokenView: {
@@ -1732,27 +1735,27 @@ export interface components {
          * EffectsView
          * @description The changed rides and departures; unchanged ones are left out.
          * @example {
-         *       "departures": [],
          *       "rides": [
          *         {
-         *           "arrival_after": "2026-09-01T08:34:10Z",
+         *           "ride_id": "ride-9",
+         *           "ride_code": "K7M2QX",
+         *           "state": "assigned",
+         *           "from_stop": "library",
+         *           "to_stop": "gate",
+         *           "party": 2,
+         *           "vehicle_before": "shuttle-1",
+         *           "vehicle_after": "shuttle-2",
+         *           "pickup_before": "2026-09-01T08:20:00Z",
+         *           "pickup_after": "2026-09-01T08:23:10Z",
+         *           "pickup_later_s": 190,
          *           "arrival_before": "2026-09-01T08:31:00Z",
+         *           "arrival_after": "2026-09-01T08:34:10Z",
          *           "arrival_later_s": 190,
          *           "breaks": false,
-         *           "from_stop": "library",
-         *           "party": 2,
-         *           "pickup_after": "2026-09-01T08:23:10Z",
-         *           "pickup_before": "2026-09-01T08:20:00Z",
-         *           "pickup_later_s": 190,
-         *           "ride_code": "K7M2QX",
-         *           "ride_id": "ride-9",
-         *           "state": "assigned",
-         *           "to_stop": "gate",
-         *           "vehicle_after": "shuttle-2",
-         *           "vehicle_before": "shuttle-1",
          *           "waits": false
          *         }
-         *       ]
+         *       ],
+         *       "departures": []
          *     }
          */
         EffectsView: {
@@ -1766,8 +1769,8 @@ export interface components {
          * @description A vehicle's request to enrol its key.
          * @example {
          *       "code": "Zk3v7bX0aY5wQ9eR",
-         *       "public_key": "11qYAYKxCrfVS/7TyWQHOg7hcvPapiMlrwIaaPcHURo=",
-         *       "vehicle_id": "shuttle-1"
+         *       "vehicle_id": "shuttle-1",
+         *       "public_key": "11qYAYKxCrfVS/7TyWQHOg7hcvPapiMlrwIaaPcHURo="
          *     }
          */
         Enrolment: {
@@ -1785,9 +1788,9 @@ export interface components {
          * ExceptionBody
          * @description One day that differs (calendar_dates.txt of GTFS).
          * @example {
-         *       "note": "National Day",
+         *       "service_id": "",
          *       "runs": false,
-         *       "service_id": ""
+         *       "note": "National Day"
          *     }
          */
         ExceptionBody: {
@@ -1812,10 +1815,10 @@ export interface components {
          * ExceptionView
          * @example {
          *       "day": "2026-10-01",
-         *       "made_by": "operator",
-         *       "note": "National Day",
+         *       "service_id": "",
          *       "runs": false,
-         *       "service_id": ""
+         *       "note": "National Day",
+         *       "made_by": "operator"
          *     }
          */
         ExceptionView: {
@@ -1949,15 +1952,17 @@ export interface components {
         /**
          * IncidentView
          * @example {
-         *       "acknowledged_by": "",
-         *       "cause": "The door does not open.",
-         *       "closed_by": "",
          *       "incident_id": "incident-19",
          *       "kind": "help_call",
-         *       "opened_at": "2026-09-01T08:20:11Z",
          *       "priority": 0,
+         *       "cause": "The door does not open.",
+         *       "opened_at": "2026-09-01T08:20:11Z",
+         *       "vehicle_id": "shuttle-1",
          *       "ride_id": "ride-5f2c",
-         *       "vehicle_id": "shuttle-1"
+         *       "acknowledged_at": null,
+         *       "acknowledged_by": "",
+         *       "closed_at": null,
+         *       "closed_by": ""
          *     }
          */
         IncidentView: {
@@ -2007,8 +2012,8 @@ export interface components {
          * InterventionRequest
          * @description An intervention to be previewed.
          * @example {
-         *       "for_s": 600,
-         *       "kind": "hold"
+         *       "kind": "hold",
+         *       "for_s": 600
          *     }
          */
         InterventionRequest: {
@@ -2064,6 +2069,44 @@ export interface components {
          * MapGeometry
          * @description Everything to draw the campus with. It never changes for one map_version: keep it.
          * @example {
+         *       "map_version": "3f0c9a71d2e84b55",
+         *       "bounds": [
+         *         -410,
+         *         -380.5,
+         *         402,
+         *         377.5
+         *       ],
+         *       "lanes": [
+         *         {
+         *           "lane_id": "lane-17",
+         *           "kind": "road",
+         *           "can_pass": false,
+         *           "width_m": 6,
+         *           "speed_limit_mps": 4.17,
+         *           "name": "南路",
+         *           "name_en": "South Road",
+         *           "xy": [
+         *             0,
+         *             0,
+         *             12.5,
+         *             0.4
+         *           ]
+         *         }
+         *       ],
+         *       "buildings": [
+         *         {
+         *           "name": "Library",
+         *           "height_m": 18,
+         *           "xy": [
+         *             1,
+         *             2,
+         *             31,
+         *             2,
+         *             31,
+         *             22
+         *           ]
+         *         }
+         *       ],
          *       "areas": [
          *         {
          *           "area_id": "area-3",
@@ -2080,44 +2123,6 @@ export interface components {
          *           ]
          *         }
          *       ],
-         *       "bounds": [
-         *         -410,
-         *         -380.5,
-         *         402,
-         *         377.5
-         *       ],
-         *       "buildings": [
-         *         {
-         *           "height_m": 18,
-         *           "name": "Library",
-         *           "xy": [
-         *             1,
-         *             2,
-         *             31,
-         *             2,
-         *             31,
-         *             22
-         *           ]
-         *         }
-         *       ],
-         *       "lanes": [
-         *         {
-         *           "can_pass": false,
-         *           "kind": "road",
-         *           "lane_id": "lane-17",
-         *           "name": "南路",
-         *           "name_en": "South Road",
-         *           "speed_limit_mps": 4.17,
-         *           "width_m": 6,
-         *           "xy": [
-         *             0,
-         *             0,
-         *             12.5,
-         *             0.4
-         *           ]
-         *         }
-         *       ],
-         *       "map_version": "3f0c9a71d2e84b55",
          *       "stops": []
          *     }
          */
@@ -2147,9 +2152,9 @@ export interface components {
          * NewVehicle
          * @description The vehicle that a code is made for.
          * @example {
+         *       "vehicle_id": "shuttle-1",
          *       "name": "Shuttle 1",
          *       "seats": 6,
-         *       "vehicle_id": "shuttle-1",
          *       "wheelchair_places": 1
          *     }
          */
@@ -2189,21 +2194,21 @@ export interface components {
          * PatternBody
          * @description The days on which a service runs (calendar.txt of GTFS), and when rides can be booked on them.
          * @example {
-         *       "ends_on": "2027-01-15",
-         *       "hours": [
-         *         {
-         *           "closes": "22:00",
-         *           "opens": "07:30"
-         *         }
-         *       ],
          *       "name": "Term, working days",
-         *       "starts_on": "2026-09-01",
          *       "weekdays": [
          *         0,
          *         1,
          *         2,
          *         3,
          *         4
+         *       ],
+         *       "starts_on": "2026-09-01",
+         *       "ends_on": "2027-01-15",
+         *       "hours": [
+         *         {
+         *           "opens": "07:30",
+         *           "closes": "22:00"
+         *         }
          *       ]
          *     }
          */
@@ -2232,24 +2237,24 @@ export interface components {
         /**
          * PatternView
          * @example {
-         *       "ends_on": "2027-01-15",
-         *       "hours": [
-         *         {
-         *           "closes": "22:00",
-         *           "opens": "07:30"
-         *         }
-         *       ],
          *       "name": "Term, working days",
-         *       "service_id": "term",
-         *       "starts_on": "2026-09-01",
-         *       "trips": 13,
          *       "weekdays": [
          *         0,
          *         1,
          *         2,
          *         3,
          *         4
-         *       ]
+         *       ],
+         *       "starts_on": "2026-09-01",
+         *       "ends_on": "2027-01-15",
+         *       "hours": [
+         *         {
+         *           "opens": "07:30",
+         *           "closes": "22:00"
+         *         }
+         *       ],
+         *       "service_id": "term",
+         *       "trips": 13
          *     }
          */
         PatternView: {
@@ -2311,13 +2316,13 @@ export interface components {
          * Problem
          * @description Why a request was refused (RFC 9457). Programs read `code`, people read `detail`.
          * @example {
+         *       "type": "urn:campusloop:problem:stop_unknown",
+         *       "title": "Not Found",
+         *       "status": 404,
          *       "code": "stop_unknown",
          *       "detail": "the map has no stop 'library'; see /api/v1/stops",
-         *       "errors": [],
          *       "rule": "",
-         *       "status": 404,
-         *       "title": "Not Found",
-         *       "type": "urn:campusloop:problem:stop_unknown"
+         *       "errors": []
          *     }
          */
         Problem: {
@@ -2396,20 +2401,20 @@ export interface components {
          *     disk_free_bytes    where the database and the run segments are
          *     tasks              the server's standing tasks
          * @example {
+         *       "ready": true,
+         *       "map_version": "3f0c9a71d2e84b55",
+         *       "vehicles_connected": 3,
          *       "database": "good",
          *       "disk_free_bytes": 52000000000,
          *       "disk_has_room": true,
-         *       "map_version": "3f0c9a71d2e84b55",
-         *       "ready": true,
          *       "tasks": [
          *         {
-         *           "failures": 0,
-         *           "last_good_at": "2026-09-01T08:00:00Z",
          *           "name": "dispatcher",
-         *           "state": "good"
+         *           "state": "good",
+         *           "failures": 0,
+         *           "last_good_at": "2026-09-01T08:00:00Z"
          *         }
-         *       ],
-         *       "vehicles_connected": 3
+         *       ]
          *     }
          */
         Readiness: {
@@ -2515,32 +2520,37 @@ export interface components {
         };
         /**
          * RideRecord
-         * @description A ride as an operator sees it.
+         * @description A ride as operators and developers see it.
          * @example {
-         *       "arrival_eta": "2026-09-01T08:26:05Z",
-         *       "boarding_code": "4821",
-         *       "earliest": "2026-09-01T08:15:00Z",
+         *       "ride_id": "ride-5f2c",
+         *       "ride_code": "K7MQ2X",
+         *       "state": "assigned",
          *       "from_stop": "library",
-         *       "left_early": false,
-         *       "let_out": false,
+         *       "to_stop": "east-gate",
          *       "party": 2,
-         *       "pickup_eta": "2026-09-01T08:18:20Z",
+         *       "wheelchairs": 0,
+         *       "earliest": "2026-09-01T08:15:00Z",
+         *       "requested_at": "2026-09-01T08:14:31Z",
          *       "promise": {
-         *         "arrive_by": "2026-09-01T08:34:00Z",
          *         "pickup_from": "2026-09-01T08:17:00Z",
-         *         "pickup_to": "2026-09-01T08:23:00Z"
+         *         "pickup_to": "2026-09-01T08:23:00Z",
+         *         "arrive_by": "2026-09-01T08:34:00Z"
          *       },
-         *       "promise_broken": false,
+         *       "vehicle_id": "shuttle-1",
+         *       "pickup_eta": "2026-09-01T08:18:20Z",
+         *       "arrival_eta": "2026-09-01T08:26:05Z",
+         *       "boarded_at": null,
+         *       "ended_at": null,
          *       "reason": "",
          *       "reason_detail": "",
-         *       "requested_at": "2026-09-01T08:14:31Z",
-         *       "ride_code": "K7MQ2X",
-         *       "ride_id": "ride-5f2c",
+         *       "promise_broken": false,
+         *       "left_early": false,
+         *       "first_to_stop": null,
+         *       "let_out": false,
+         *       "stranded_by": null,
          *       "source": "passenger",
-         *       "state": "assigned",
-         *       "to_stop": "east-gate",
-         *       "vehicle_id": "shuttle-1",
-         *       "wheelchairs": 0
+         *       "boarding_code": "4821",
+         *       "series_id": null
          *     }
          */
         RideRecord: {
@@ -2611,7 +2621,10 @@ export interface components {
              * @enum {string}
              */
             source: "passenger" | "operator" | "developer";
-            /** Boarding Code */
+            /**
+             * Boarding Code
+             * @description Empty for developers: it is the passenger's.
+             */
             boarding_code: string;
             /**
              * Series Id
@@ -2624,8 +2637,8 @@ export interface components {
          * @description A party's request. Without `earliest` it means now.
          * @example {
          *       "from_stop": "library",
-         *       "party": 2,
-         *       "to_stop": "east-gate"
+         *       "to_stop": "east-gate",
+         *       "party": 2
          *     }
          */
         RideRequest: {
@@ -2689,31 +2702,35 @@ export interface components {
          * RideTicket
          * @description A ride as its passenger sees it.
          * @example {
-         *       "alternatives": [],
-         *       "arrival_eta": "2026-09-01T08:26:05Z",
-         *       "boarding_code": "4821",
-         *       "earliest": "2026-09-01T08:15:00Z",
+         *       "ride_id": "ride-5f2c",
+         *       "ride_code": "K7MQ2X",
+         *       "state": "assigned",
          *       "from_stop": "library",
-         *       "left_early": false,
-         *       "let_out": false,
+         *       "to_stop": "east-gate",
          *       "party": 2,
-         *       "pickup_eta": "2026-09-01T08:18:20Z",
+         *       "wheelchairs": 0,
+         *       "earliest": "2026-09-01T08:15:00Z",
+         *       "requested_at": "2026-09-01T08:14:31Z",
          *       "promise": {
-         *         "arrive_by": "2026-09-01T08:34:00Z",
          *         "pickup_from": "2026-09-01T08:17:00Z",
-         *         "pickup_to": "2026-09-01T08:23:00Z"
+         *         "pickup_to": "2026-09-01T08:23:00Z",
+         *         "arrive_by": "2026-09-01T08:34:00Z"
          *       },
-         *       "promise_broken": false,
+         *       "vehicle_id": "shuttle-1",
+         *       "pickup_eta": "2026-09-01T08:18:20Z",
+         *       "arrival_eta": "2026-09-01T08:26:05Z",
+         *       "boarded_at": null,
+         *       "ended_at": null,
          *       "reason": "",
          *       "reason_detail": "",
-         *       "requested_at": "2026-09-01T08:14:31Z",
-         *       "ride_code": "K7MQ2X",
-         *       "ride_id": "ride-5f2c",
-         *       "state": "assigned",
-         *       "to_stop": "east-gate",
+         *       "promise_broken": false,
+         *       "left_early": false,
+         *       "first_to_stop": null,
+         *       "let_out": false,
+         *       "stranded_by": null,
          *       "token": "q3Jv0X2mQp7sT4uYb1cD9w",
-         *       "vehicle_id": "shuttle-1",
-         *       "wheelchairs": 0
+         *       "boarding_code": "4821",
+         *       "alternatives": []
          *     }
          */
         RideTicket: {
@@ -2802,28 +2819,32 @@ export interface components {
          *     The promise changes only with the destination; pickup_eta and arrival_eta are the times of the present
          *     plan. A refused ride has no promise, and `reason` names the rule that binds.
          * @example {
-         *       "arrival_eta": "2026-09-01T08:26:05Z",
-         *       "earliest": "2026-09-01T08:15:00Z",
+         *       "ride_id": "ride-5f2c",
+         *       "ride_code": "K7MQ2X",
+         *       "state": "assigned",
          *       "from_stop": "library",
-         *       "left_early": false,
-         *       "let_out": false,
+         *       "to_stop": "east-gate",
          *       "party": 2,
-         *       "pickup_eta": "2026-09-01T08:18:20Z",
+         *       "wheelchairs": 0,
+         *       "earliest": "2026-09-01T08:15:00Z",
+         *       "requested_at": "2026-09-01T08:14:31Z",
          *       "promise": {
-         *         "arrive_by": "2026-09-01T08:34:00Z",
          *         "pickup_from": "2026-09-01T08:17:00Z",
-         *         "pickup_to": "2026-09-01T08:23:00Z"
+         *         "pickup_to": "2026-09-01T08:23:00Z",
+         *         "arrive_by": "2026-09-01T08:34:00Z"
          *       },
-         *       "promise_broken": false,
+         *       "vehicle_id": "shuttle-1",
+         *       "pickup_eta": "2026-09-01T08:18:20Z",
+         *       "arrival_eta": "2026-09-01T08:26:05Z",
+         *       "boarded_at": null,
+         *       "ended_at": null,
          *       "reason": "",
          *       "reason_detail": "",
-         *       "requested_at": "2026-09-01T08:14:31Z",
-         *       "ride_code": "K7MQ2X",
-         *       "ride_id": "ride-5f2c",
-         *       "state": "assigned",
-         *       "to_stop": "east-gate",
-         *       "vehicle_id": "shuttle-1",
-         *       "wheelchairs": 0
+         *       "promise_broken": false,
+         *       "left_early": false,
+         *       "first_to_stop": null,
+         *       "let_out": false,
+         *       "stranded_by": null
          *     }
          */
         RideView: {
@@ -2894,14 +2915,14 @@ export interface components {
          * RunView
          * @description One vehicle from one boot on.
          * @example {
+         *       "vehicle_id": "shuttle-1",
          *       "boot_id": "boot-7a1e",
+         *       "started_at": "2026-09-01T08:14:31Z",
          *       "duration_s": 299.98,
-         *       "map_version": "3f0c9a71d2e84b55",
-         *       "segments": [],
          *       "software": "0.1.0",
          *       "stack": "gem",
-         *       "started_at": "2026-09-01T08:14:31Z",
-         *       "vehicle_id": "shuttle-1"
+         *       "map_version": "3f0c9a71d2e84b55",
+         *       "segments": []
          *     }
          */
         RunView: {
@@ -2953,12 +2974,12 @@ export interface components {
          * SegmentView
          * @description first_ns and last_ns are the vehicle's clock at the first and last record.
          * @example {
+         *       "number": 0,
+         *       "sha256": "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08",
+         *       "size_bytes": 8412004,
          *       "first_ns": 1200000000,
          *       "last_ns": 301180000000,
-         *       "number": 0,
-         *       "received_at": "2026-09-01T08:21:02Z",
-         *       "sha256": "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08",
-         *       "size_bytes": 8412004
+         *       "received_at": "2026-09-01T08:21:02Z"
          *     }
          */
         SegmentView: {
@@ -2982,17 +3003,12 @@ export interface components {
          * SeriesRecord
          * @description A recurring booking as an operator sees it.
          * @example {
-         *       "ends_on": "2026-12-18",
-         *       "from_stop": "library",
-         *       "leave": "08:10",
-         *       "made_at": "2026-08-30T02:11:00Z",
-         *       "party": 1,
          *       "series_id": "series-7b21",
-         *       "source": "passenger",
-         *       "starts_on": "2026-09-01",
          *       "state": "active",
-         *       "timezone": "Asia/Shanghai",
+         *       "from_stop": "library",
          *       "to_stop": "east-gate",
+         *       "party": 1,
+         *       "wheelchairs": 0,
          *       "weekdays": [
          *         0,
          *         1,
@@ -3000,7 +3016,13 @@ export interface components {
          *         3,
          *         4
          *       ],
-         *       "wheelchairs": 0
+         *       "leave": "08:10",
+         *       "timezone": "Asia/Shanghai",
+         *       "starts_on": "2026-09-01",
+         *       "ends_on": "2026-12-18",
+         *       "made_at": "2026-08-30T02:11:00Z",
+         *       "ended_at": null,
+         *       "source": "passenger"
          *     }
          */
         SeriesRecord: {
@@ -3048,9 +3070,7 @@ export interface components {
          * SeriesRequest
          * @description The same ride on certain weekdays, at one campus local time, until a last day; not on holidays.
          * @example {
-         *       "ends_on": "2026-12-18",
          *       "from_stop": "library",
-         *       "leave": "08:10",
          *       "to_stop": "east-gate",
          *       "weekdays": [
          *         0,
@@ -3058,7 +3078,9 @@ export interface components {
          *         2,
          *         3,
          *         4
-         *       ]
+         *       ],
+         *       "leave": "08:10",
+         *       "ends_on": "2026-12-18"
          *     }
          */
         SeriesRequest: {
@@ -3108,18 +3130,12 @@ export interface components {
          * SeriesTicket
          * @description A recurring booking as its passenger sees it.
          * @example {
-         *       "days": [],
-         *       "ends_on": "2026-12-18",
-         *       "from_stop": "library",
-         *       "leave": "08:10",
-         *       "made_at": "2026-08-30T02:11:00Z",
-         *       "party": 1,
          *       "series_id": "series-7b21",
-         *       "starts_on": "2026-09-01",
          *       "state": "active",
-         *       "timezone": "Asia/Shanghai",
+         *       "from_stop": "library",
          *       "to_stop": "east-gate",
-         *       "token": "q3Jv0X2mQp7sT4uYb1cD9w",
+         *       "party": 1,
+         *       "wheelchairs": 0,
          *       "weekdays": [
          *         0,
          *         1,
@@ -3127,7 +3143,14 @@ export interface components {
          *         3,
          *         4
          *       ],
-         *       "wheelchairs": 0
+         *       "leave": "08:10",
+         *       "timezone": "Asia/Shanghai",
+         *       "starts_on": "2026-09-01",
+         *       "ends_on": "2026-12-18",
+         *       "made_at": "2026-08-30T02:11:00Z",
+         *       "ended_at": null,
+         *       "token": "q3Jv0X2mQp7sT4uYb1cD9w",
+         *       "days": []
          *     }
          */
         SeriesTicket: {
@@ -3197,9 +3220,9 @@ export interface components {
          * SessionView
          * @description The signed-in operator. Send csrf_token in the header X-CSRF-Token with every change.
          * @example {
+         *       "name": "operator",
          *       "csrf_token": "3HqkW9dYx0m2u7aT",
-         *       "expires_at": "2026-09-01T20:14:31Z",
-         *       "name": "operator"
+         *       "expires_at": "2026-09-01T20:14:31Z"
          *     }
          */
         SessionView: {
@@ -3233,12 +3256,6 @@ export interface components {
          * ShiftsModel
          * @description When a vehicle is on duty. Off duty it rests; riders aboard always reach their stops first.
          * @example {
-         *       "exceptions": [
-         *         {
-         *           "day": "2026-10-01",
-         *           "shifts": []
-         *         }
-         *       ],
          *       "weekly": [
          *         [
          *           {
@@ -3252,6 +3269,12 @@ export interface components {
          *         [],
          *         [],
          *         []
+         *       ],
+         *       "exceptions": [
+         *         {
+         *           "day": "2026-10-01",
+         *           "shifts": []
+         *         }
          *       ]
          *     }
          */
@@ -3371,14 +3394,14 @@ export interface components {
         /**
          * StopView
          * @example {
-         *       "lane_id": "lane-17",
+         *       "stop_id": "library",
          *       "name": "图书馆",
          *       "name_en": "Library",
-         *       "placed_by": "tag",
+         *       "lane_id": "lane-17",
          *       "s_m": 42.5,
-         *       "stop_id": "library",
          *       "x_m": 120.4,
-         *       "y_m": -33.1
+         *       "y_m": -33.1,
+         *       "placed_by": "tag"
          *     }
          */
         StopView: {
@@ -3403,10 +3426,10 @@ export interface components {
          * TapView
          * @description A tap on its way to the shuttle, which accepts it only while it stands with doors open.
          * @example {
+         *       "tap_id": "tap-8",
          *       "kind": "board",
-         *       "reason": "",
          *       "state": "pending",
-         *       "tap_id": "tap-8"
+         *       "reason": ""
          *     }
          */
         TapView: {
@@ -3451,31 +3474,33 @@ export interface components {
          * @description What runs on one local day.
          * @example {
          *       "day": "2026-09-01",
+         *       "timezone": "Asia/Shanghai",
+         *       "holiday": null,
          *       "hours": [
          *         {
-         *           "closes_at": "2026-09-01T11:00:00Z",
-         *           "opens_at": "2026-09-01T00:00:00Z"
+         *           "opens_at": "2026-09-01T00:00:00Z",
+         *           "closes_at": "2026-09-01T11:00:00Z"
          *         }
          *       ],
-         *       "timezone": "Asia/Shanghai",
          *       "trips": [
          *         {
+         *           "trip_id": "evening-3",
+         *           "service_id": "daily",
          *           "calls": [
          *             {
-         *               "is_last": true,
+         *               "stop_id": "NN7",
          *               "leave_at": "2026-09-01T10:10:00Z",
-         *               "stop_id": "NN7"
+         *               "is_last": true
          *             },
          *             {
-         *               "is_last": true,
+         *               "stop_id": "C1",
          *               "leave_at": "2026-09-01T10:43:00Z",
-         *               "stop_id": "C1"
+         *               "is_last": true
          *             }
          *           ],
          *           "is_last_run": true,
-         *           "service_id": "daily",
          *           "state": "planned",
-         *           "trip_id": "evening-3"
+         *           "vehicle_id": null
          *         }
          *       ]
          *     }
@@ -3527,15 +3552,16 @@ export interface components {
          * TokenView
          * @description A token without its secret.
          * @example {
-         *       "created_at": "2026-09-01T08:14:31Z",
-         *       "expires_at": "2026-10-01T08:14:31Z",
-         *       "made_by": "operator",
+         *       "token_id": "token-3",
          *       "name": "night-tests",
          *       "scopes": [
          *         "drive",
          *         "read"
          *       ],
-         *       "token_id": "token-3"
+         *       "made_by": "operator",
+         *       "created_at": "2026-09-01T08:14:31Z",
+         *       "expires_at": "2026-10-01T08:14:31Z",
+         *       "revoked_at": null
          *     }
          */
         TokenView: {
@@ -3583,15 +3609,15 @@ export interface components {
          * TravelTimes
          * @description Factors between 0.5 and 3, drawn towards 1 where few drives have been measured.
          * @example {
+         *       "timezone": "Asia/Shanghai",
+         *       "learned_at": "2026-09-01T08:00:00Z",
          *       "hours": [
          *         {
-         *           "factor": 1.34,
          *           "hour": 8,
+         *           "factor": 1.34,
          *           "legs": 112
          *         }
-         *       ],
-         *       "learned_at": "2026-09-01T08:00:00Z",
-         *       "timezone": "Asia/Shanghai"
+         *       ]
          *     }
          */
         TravelTimes: {
@@ -3626,38 +3652,43 @@ export interface components {
          * VehicleDetail
          * @description Facts, newest status, plan, sections and newest command of one vehicle.
          * @example {
-         *       "boot_id": "boot-7a1e",
-         *       "charging": false,
-         *       "connected": true,
-         *       "enrolled_at": "2026-08-30T06:00:00Z",
-         *       "epoch": 7,
-         *       "held": false,
-         *       "held_sections": [
-         *         "lane-17/2"
-         *       ],
-         *       "in_service": true,
-         *       "map_version": "3f0c9a71d2e84b55",
-         *       "mode": "autonomous",
+         *       "vehicle_id": "shuttle-1",
          *       "name": "Shuttle 1",
+         *       "seats": 6,
+         *       "wheelchair_places": 1,
+         *       "connected": true,
+         *       "held": false,
+         *       "in_service": true,
+         *       "placed": true,
+         *       "hold_ends": null,
+         *       "charging": false,
+         *       "mode": "autonomous",
+         *       "epoch": 7,
+         *       "boot_id": "boot-7a1e",
+         *       "software": "0.1.0",
+         *       "stack": "gem",
+         *       "map_version": "3f0c9a71d2e84b55",
+         *       "enrolled_at": "2026-08-30T06:00:00Z",
+         *       "heard_at": null,
+         *       "status": null,
+         *       "last_command": null,
+         *       "plan_version": 12,
+         *       "visits": [],
+         *       "charged_at": null,
          *       "order_id": "order-4",
+         *       "revision": 2,
          *       "order_state": "accepted",
          *       "order_waits": false,
-         *       "placed": true,
-         *       "plan_version": 12,
-         *       "revision": 2,
          *       "route": [
          *         "lane-17",
          *         "lane-18"
          *       ],
-         *       "seats": 6,
+         *       "held_sections": [
+         *         "lane-17/2"
+         *       ],
          *       "sections_ahead": [
          *         "lane-18/0"
-         *       ],
-         *       "software": "0.1.0",
-         *       "stack": "gem",
-         *       "vehicle_id": "shuttle-1",
-         *       "visits": [],
-         *       "wheelchair_places": 1
+         *       ]
          *     }
          */
         VehicleDetail: {
@@ -3766,6 +3797,83 @@ export interface components {
              * @enum {unknown}
              */
             mode: "autonomous" | "fault" | "held" | "manual" | "minimal_risk";
+        };
+        /**
+         * VehicleRecord
+         * @description Facts that change seldom.
+         * @example {
+         *       "vehicle_id": "shuttle-1",
+         *       "name": "Shuttle 1",
+         *       "seats": 6,
+         *       "wheelchair_places": 1,
+         *       "connected": true,
+         *       "held": false,
+         *       "in_service": true,
+         *       "placed": true,
+         *       "hold_ends": null,
+         *       "charging": false,
+         *       "mode": "autonomous",
+         *       "epoch": 7,
+         *       "boot_id": "boot-7a1e",
+         *       "software": "0.1.0",
+         *       "stack": "gem",
+         *       "map_version": "3f0c9a71d2e84b55",
+         *       "enrolled_at": "2026-08-30T06:00:00Z"
+         *     }
+         */
+        VehicleRecord: {
+            /** Vehicle Id */
+            vehicle_id: string;
+            /** Name */
+            name: string;
+            /** Seats */
+            seats: number;
+            /** Wheelchair Places */
+            wheelchair_places: number;
+            /** Connected */
+            connected: boolean;
+            /**
+             * Held
+             * @description It stands until an operator resumes it.
+             */
+            held: boolean;
+            /**
+             * In Service
+             * @description It may get new rides.
+             */
+            in_service: boolean;
+            /**
+             * Placed
+             * @description It holds the sections under its body, so that it can get a route.
+             */
+            placed: boolean;
+            /**
+             * Hold Ends
+             * @description When the server resumes it; null: an operator does.
+             */
+            hold_ends: string | null;
+            /**
+             * Charging
+             * @description It is charging, or on its way to a charger, and not full yet.
+             */
+            charging: boolean;
+            /** Mode */
+            mode: string;
+            /** Epoch */
+            epoch: number;
+            /** Boot Id */
+            boot_id: string;
+            /** Software */
+            software: string;
+            /** Stack */
+            stack: string;
+            /** Map Version */
+            map_version: string;
+            /**
+             * Enrolled At
+             * Format: date-time
+             */
+            enrolled_at: string;
         };
         /**
          * VehicleScene
@@ -3944,7 +4052,12 @@ export interface operations {
     };
     list_stops: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description How many at most; left out: all, in one page. */
+                limit?: number | null;
+                /** @description From the previous page's header `Link` (rel=next); opaque. */
+                cursor?: string | null;
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -3954,14 +4067,34 @@ export interface operations {
             /** @description Successful Response */
             200: {
                 headers: {
+                    /** @description The next page, if there is one (RFC 8288): `<...?cursor=...>; rel="next"`. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["StopView"][];
                 };
             };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Not Found */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -4024,9 +4157,11 @@ export interface operations {
                 /** @description Only these states. */
                 state?: components["schemas"]["RideState"][] | null;
                 vehicle_id?: string | null;
-                /** @description Requested before this moment: pages on. */
+                /** @description Requested before this moment. */
                 before?: string | null;
                 limit?: number;
+                /** @description From the previous page's header `Link` (rel=next); opaque. */
+                cursor?: string | null;
             };
             header?: never;
             path?: never;
@@ -4037,14 +4172,34 @@ export interface operations {
             /** @description Successful Response */
             200: {
                 headers: {
+                    /** @description The next page, if there is one (RFC 8288): `<...?cursor=...>; rel="next"`. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["RideRecord"][];
                 };
             };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Unauthorized */
             401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -4067,7 +4222,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Made by the client for each booking; a repeat with it gives the same answer. */
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
                 "idempotency-key"?: string | null;
             };
             path?: never;
@@ -4090,6 +4245,24 @@ export interface operations {
             };
             /** @description Bad Request */
             400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -4198,7 +4371,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The secret of the passenger's link, from the booking's answer. */
+                /** @description The secret of the passenger's link, from the answer to the booking. */
                 token: string;
             };
             cookie?: never;
@@ -4237,9 +4410,12 @@ export interface operations {
     cancel_ride: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
-                /** @description The secret of the passenger's link, from the booking's answer. */
+                /** @description The secret of the passenger's link, from the answer to the booking. */
                 token: string;
             };
             cookie?: never;
@@ -4287,9 +4463,12 @@ export interface operations {
     change_destination: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
-                /** @description The secret of the passenger's link, from the booking's answer. */
+                /** @description The secret of the passenger's link, from the answer to the booking. */
                 token: string;
             };
             cookie?: never;
@@ -4359,9 +4538,12 @@ export interface operations {
     tap_aboard: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
-                /** @description The secret of the passenger's link, from the booking's answer. */
+                /** @description The secret of the passenger's link, from the answer to the booking. */
                 token: string;
             };
             cookie?: never;
@@ -4409,9 +4591,12 @@ export interface operations {
     tap_alighted: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
-                /** @description The secret of the passenger's link, from the booking's answer. */
+                /** @description The secret of the passenger's link, from the answer to the booking. */
                 token: string;
             };
             cookie?: never;
@@ -4461,7 +4646,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The secret of the passenger's link, from the booking's answer. */
+                /** @description The secret of the passenger's link, from the answer to the booking. */
                 token: string;
                 tap_id: string;
             };
@@ -4501,9 +4686,12 @@ export interface operations {
     call_help: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
-                /** @description The secret of the passenger's link, from the booking's answer. */
+                /** @description The secret of the passenger's link, from the answer to the booking. */
                 token: string;
             };
             cookie?: never;
@@ -4534,6 +4722,15 @@ export interface operations {
             };
             /** @description Not Found */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -4590,6 +4787,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Not Found */
             404: {
                 headers: {
@@ -4639,6 +4845,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Not Found */
             404: {
                 headers: {
@@ -4662,7 +4877,10 @@ export interface operations {
     cancel_ride_by_operator: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 ride_id: string;
             };
@@ -4729,7 +4947,10 @@ export interface operations {
     change_destination_by_operator: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 ride_id: string;
             };
@@ -4821,6 +5042,8 @@ export interface operations {
                 /** @description Only these states. */
                 state?: components["schemas"]["SeriesState"][] | null;
                 limit?: number;
+                /** @description From the previous page's header `Link` (rel=next); opaque. */
+                cursor?: string | null;
             };
             header?: never;
             path?: never;
@@ -4831,14 +5054,34 @@ export interface operations {
             /** @description Successful Response */
             200: {
                 headers: {
+                    /** @description The next page, if there is one (RFC 8288): `<...?cursor=...>; rel="next"`. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["SeriesRecord"][];
                 };
             };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Unauthorized */
             401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -4870,7 +5113,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Made by the client for each booking; a repeat with it gives the same answer. */
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
                 "idempotency-key"?: string | null;
             };
             path?: never;
@@ -4893,6 +5136,24 @@ export interface operations {
             };
             /** @description Bad Request */
             400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -4952,7 +5213,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The secret of the booking's link, from its answer. */
+                /** @description The secret of the passenger's link, from the answer to the booking. */
                 token: string;
             };
             cookie?: never;
@@ -4991,9 +5252,12 @@ export interface operations {
     cancel_series: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
-                /** @description The secret of the booking's link, from its answer. */
+                /** @description The secret of the passenger's link, from the answer to the booking. */
                 token: string;
             };
             cookie?: never;
@@ -5041,9 +5305,12 @@ export interface operations {
     cancel_series_day: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
-                /** @description The secret of the booking's link, from its answer. */
+                /** @description The secret of the passenger's link, from the answer to the booking. */
                 token: string;
                 day: string;
             };
@@ -5092,7 +5359,10 @@ export interface operations {
     cancel_series_by_operator: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 series_id: string;
             };
@@ -5224,6 +5494,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Not Found */
             404: {
                 headers: {
@@ -5238,7 +5517,10 @@ export interface operations {
     put_service_pattern: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 service_id: string;
             };
@@ -5295,6 +5577,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The body is larger than allowed. */
             413: {
                 headers: {
@@ -5318,7 +5609,10 @@ export interface operations {
     delete_service_pattern: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 service_id: string;
             };
@@ -5383,7 +5677,10 @@ export interface operations {
     put_service_exception: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 day: string;
             };
@@ -5440,6 +5737,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The body is larger than allowed. */
             413: {
                 headers: {
@@ -5466,7 +5772,10 @@ export interface operations {
                 /** @description Empty: the holiday of the whole campus. */
                 service_id?: string;
             };
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 day: string;
             };
@@ -5508,6 +5817,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The request does not fit its schema. */
             422: {
                 headers: {
@@ -5521,7 +5839,12 @@ export interface operations {
     };
     list_closures: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description How many at most; left out: all, in one page. */
+                limit?: number | null;
+                /** @description From the previous page's header `Link` (rel=next); opaque. */
+                cursor?: string | null;
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -5531,14 +5854,34 @@ export interface operations {
             /** @description Successful Response */
             200: {
                 headers: {
+                    /** @description The next page, if there is one (RFC 8288): `<...?cursor=...>; rel="next"`. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["ClosureView"][];
                 };
             };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Unauthorized */
             401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -5555,12 +5898,24 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     close_road: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path?: never;
             cookie?: never;
         };
@@ -5615,6 +5970,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The body is larger than allowed. */
             413: {
                 headers: {
@@ -5638,7 +6002,10 @@ export interface operations {
     lift_closure: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 closure_id: string;
             };
@@ -5720,6 +6087,15 @@ export interface operations {
             };
             /** @description Unauthorized */
             401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -5874,7 +6250,12 @@ export interface operations {
     };
     list_vehicles: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description How many at most; left out: all, in one page. */
+                limit?: number | null;
+                /** @description From the previous page's header `Link` (rel=next); opaque. */
+                cursor?: string | null;
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -5884,14 +6265,43 @@ export interface operations {
             /** @description Successful Response */
             200: {
                 headers: {
+                    /** @description The next page, if there is one (RFC 8288): `<...?cursor=...>; rel="next"`. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["VehicleDetail"][];
                 };
             };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Unauthorized */
             401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -5930,6 +6340,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Not Found */
             404: {
                 headers: {
@@ -5953,7 +6372,10 @@ export interface operations {
     retire_vehicle: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -5967,7 +6389,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["VehicleFacts"];
+                    "application/json": components["schemas"]["VehicleRecord"];
                 };
             };
             /** @description Unauthorized */
@@ -5990,6 +6412,15 @@ export interface operations {
             };
             /** @description Not Found */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6014,7 +6445,10 @@ export interface operations {
                 /** @description Resumed by the server then. */
                 for_s?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -6051,6 +6485,15 @@ export interface operations {
             };
             /** @description Not Found */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6072,7 +6515,10 @@ export interface operations {
     resume_vehicle: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -6109,6 +6555,15 @@ export interface operations {
             };
             /** @description Not Found */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6130,7 +6585,10 @@ export interface operations {
     stop_vehicle_now: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -6174,6 +6632,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The request does not fit its schema. */
             422: {
                 headers: {
@@ -6188,7 +6655,10 @@ export interface operations {
     announce_in_vehicle: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -6245,6 +6715,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The body is larger than allowed. */
             413: {
                 headers: {
@@ -6268,7 +6747,10 @@ export interface operations {
     recall_vehicle: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -6282,7 +6764,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["VehicleFacts"];
+                    "application/json": components["schemas"]["VehicleRecord"];
                 };
             };
             /** @description Unauthorized */
@@ -6305,6 +6787,15 @@ export interface operations {
             };
             /** @description Not Found */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6326,7 +6817,10 @@ export interface operations {
     release_vehicle: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -6340,7 +6834,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["VehicleFacts"];
+                    "application/json": components["schemas"]["VehicleRecord"];
                 };
             };
             /** @description Unauthorized */
@@ -6363,6 +6857,15 @@ export interface operations {
             };
             /** @description Not Found */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6385,8 +6888,13 @@ export interface operations {
         parameters: {
             query: {
                 stop_id: string;
+                /** @description Only answer what it would do. Nothing changes. */
+                dry_run?: boolean;
             };
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -6453,7 +6961,10 @@ export interface operations {
     evacuate_vehicle: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -6520,7 +7031,10 @@ export interface operations {
     place_vehicle: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -6538,7 +7052,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["VehicleFacts"];
+                    "application/json": components["schemas"]["VehicleRecord"];
                 };
             };
             /** @description The body is not text. */
@@ -6609,7 +7123,10 @@ export interface operations {
     revoke_vehicle_key: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -6623,7 +7140,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["VehicleFacts"];
+                    "application/json": components["schemas"]["VehicleRecord"];
                 };
             };
             /** @description Unauthorized */
@@ -6646,6 +7163,15 @@ export interface operations {
             };
             /** @description Not Found */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6693,6 +7219,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Not Found */
             404: {
                 headers: {
@@ -6716,7 +7251,10 @@ export interface operations {
     put_vehicle_shifts: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -6773,6 +7311,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The body is larger than allowed. */
             413: {
                 headers: {
@@ -6796,7 +7343,10 @@ export interface operations {
     delete_vehicle_shifts: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -6831,6 +7381,15 @@ export interface operations {
             };
             /** @description Not Found */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6937,7 +7496,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["VehicleFacts"];
+                    "application/json": components["schemas"]["VehicleRecord"];
                 };
             };
             /** @description Bad Request */
@@ -7088,7 +7647,10 @@ export interface operations {
     reassign_rides: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -7180,6 +7742,8 @@ export interface operations {
                 /** @description Also those that are closed, after the open ones. */
                 closed?: boolean;
                 limit?: number;
+                /** @description From the previous page's header `Link` (rel=next); opaque. */
+                cursor?: string | null;
             };
             header?: never;
             path?: never;
@@ -7190,14 +7754,34 @@ export interface operations {
             /** @description Successful Response */
             200: {
                 headers: {
+                    /** @description The next page, if there is one (RFC 8288): `<...?cursor=...>; rel="next"`. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["IncidentView"][];
                 };
             };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Unauthorized */
             401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7219,7 +7803,10 @@ export interface operations {
     acknowledge_incident: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 incident_id: string;
             };
@@ -7286,7 +7873,10 @@ export interface operations {
     close_incident: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
             path: {
                 incident_id: string;
             };
@@ -7372,6 +7962,15 @@ export interface operations {
             };
             /** @description Unauthorized */
             401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7497,6 +8096,8 @@ export interface operations {
             query?: {
                 vehicle_id?: string | null;
                 limit?: number;
+                /** @description From the previous page's header `Link` (rel=next); opaque. */
+                cursor?: string | null;
             };
             header?: never;
             path?: never;
@@ -7507,14 +8108,34 @@ export interface operations {
             /** @description Successful Response */
             200: {
                 headers: {
+                    /** @description The next page, if there is one (RFC 8288): `<...?cursor=...>; rel="next"`. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["RunView"][];
                 };
             };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Unauthorized */
             401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7556,6 +8177,15 @@ export interface operations {
             };
             /** @description Unauthorized */
             401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7620,6 +8250,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Not Found */
             404: {
                 headers: {
@@ -7670,6 +8309,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Not Found */
             404: {
                 headers: {
@@ -7692,7 +8340,12 @@ export interface operations {
     };
     list_tokens: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description How many at most; left out: all, in one page. */
+                limit?: number | null;
+                /** @description From the previous page's header `Link` (rel=next); opaque. */
+                cursor?: string | null;
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -7702,14 +8355,34 @@ export interface operations {
             /** @description Successful Response */
             200: {
                 headers: {
+                    /** @description The next page, if there is one (RFC 8288): `<...?cursor=...>; rel="next"`. */
+                    Link?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["TokenView"][];
                 };
             };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description Unauthorized */
             401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };

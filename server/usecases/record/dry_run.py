@@ -16,7 +16,7 @@ class _RolledBack(Exception):
         self.answer = answer
 
 
-async def dry_run(transactions: Transactions, work: Callable[[UnitOfWork], T]) -> T:
+async def roll_back(transactions: Transactions, work: Callable[[UnitOfWork], T]) -> T:
     """The answer that `work` would give now. Nothing is stored or published."""
 
     def tried(uow: UnitOfWork) -> T:

@@ -1,0 +1,123 @@
+"""Rides as operators and developers list, explain and change them."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+
+from server.api.commands import DriverCommand
+from server.api.formats import NAME_PATTERN, Moment, RideId
+from server.api.paging import LIMIT_MAX, Page, microseconds_of, moment_of, paged
+from server.api.problems import problems
+from server.api.rides.schemas import (
+    DecisionView,
+    DestinationRequest,
+    RideRecord,
+    decision_view,
+    ride_record,
+)
+from server.api.security.access import DRIVER_REFUSALS, READER_REFUSALS, Reader
+from server.api.services import InjectedServices
+from server.domain.errors import (
+    DestinationRefused,
+    NoService,
+    RideEnded,
+    RideUnknown,
+    SameStop,
+    StopUnknown,
+    StopUnreachable,
+)
+from server.domain.rides.rides import Ride, RideSource, RideState
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.rides import destinations, rides
+
+router = APIRouter(prefix="/rides", tags=["rides"])
+
+
+@router.get("", operation_id="list_rides", responses=paged(*READER_REFUSALS))
+async def list_rides(
+    services: InjectedServices,
+    reader: Reader,
+    page: Page,
+    state: Annotated[list[RideState] | None, Query(description="Only these states.")] = None,
+    vehicle_id: Annotated[str | None, Query(pattern=NAME_PATTERN)] = None,
+    before: Annotated[Moment | None, Query(description="Requested before this moment.")] = None,
+    limit: Annotated[int, Query(ge=1, le=LIMIT_MAX)] = 200,
+) -> list[RideRecord]:
+    """Newest request first."""
+
+    ended = page.after(int, str)
+    after = None if ended is None else (moment_of(ended[0]), str(ended[1]))
+
+    def work(uow: UnitOfWork) -> tuple[Ride, ...]:
+        return uow.views.rides(
+            states=state, vehicle_id=vehicle_id, limit=limit + 1, before=before, after=after
+        )
+
+    found = await services.transactions.read(work)
+    shown = page.first(found, limit, lambda ride: (microseconds_of(ride.requested_at), ride.ride_id))
+    return [_record(ride, reader.kind) for ride in shown]
+
+
+@router.get(
+    "/id/{ride_id}", operation_id="get_ride_record", responses=problems(RideUnknown, *READER_REFUSALS)
+)
+async def get_ride_record(ride_id: RideId, services: InjectedServices, reader: Reader) -> RideRecord:
+    return _record(await services.transactions.read(lambda uow: rides.ride_of(uow, ride_id)), reader.kind)
+
+
+@router.get(
+    "/id/{ride_id}/decisions",
+    operation_id="explain_ride",
+    responses=problems(RideUnknown, *READER_REFUSALS),
+)
+async def explain_ride(ride_id: RideId, services: InjectedServices, _: Reader) -> list[DecisionView]:
+    """Why the ride got its shuttle, or none: each decision about it, oldest first."""
+
+    def work(uow: UnitOfWork) -> list[DecisionView]:
+        ride = rides.ride_of(uow, ride_id)
+        return [decision_view(one) for one in uow.decisions.of_ride(ride.ride_id)]
+
+    return await services.transactions.read(work)
+
+
+@router.post(
+    "/id/{ride_id}/cancel",
+    operation_id="cancel_ride_by_operator",
+    responses=problems(RideUnknown, RideEnded, DestinationRefused, *DRIVER_REFUSALS),
+)
+async def cancel_ride_by_operator(ride_id: RideId, command: DriverCommand) -> RideRecord:
+    def work(uow: UnitOfWork) -> RideRecord:
+        return _record(rides.cancel(uow, ride_id, command.kind), command.kind)
+
+    return await command.transact(RideRecord, work)
+
+
+@router.post(
+    "/id/{ride_id}/destination",
+    operation_id="change_destination_by_operator",
+    responses=problems(
+        RideUnknown,
+        StopUnknown,
+        SameStop,
+        StopUnreachable,
+        RideEnded,
+        NoService,
+        DestinationRefused,
+        *DRIVER_REFUSALS,
+    ),
+)
+async def change_destination_by_operator(
+    ride_id: RideId, request: DestinationRequest, command: DriverCommand
+) -> RideRecord:
+    def work(uow: UnitOfWork) -> RideRecord:
+        ride = rides.ride_of(uow, ride_id)
+        changed = destinations.change_destination(uow, ride, request.to_stop, command.kind)
+        return _record(changed, command.kind)
+
+    return await command.transact(RideRecord, work)
+
+
+def _record(ride: Ride, reader: RideSource) -> RideRecord:
+    """A boarding code stays with the passenger and the operators."""
+    record = ride_record(ride)
+    return record if reader == "operator" else record.model_copy(update={"boarding_code": ""})

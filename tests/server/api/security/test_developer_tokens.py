@@ -1,0 +1,105 @@
+"""Developer tokens on REST: what each scope opens, endpoint by endpoint."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record import identity
+from tests.server.api.security.test_access import CHANGES, READING, ask
+from tests.server.api.server_under_test import ServerUnderTest
+
+# What stays with operators: their session, secrets, who drives at all, calendars, incidents and emergencies.
+OPERATORS_ONLY = {
+    ("GET", "/session"),
+    ("DELETE", "/session"),
+    ("GET", "/developer-tokens"),
+    ("POST", "/developer-tokens"),
+    ("DELETE", "/developer-tokens/{token_id}"),
+    ("POST", "/enrolments/codes"),
+    ("DELETE", "/vehicles/{vehicle_id}"),
+    ("DELETE", "/vehicles/{vehicle_id}/key"),
+    ("PUT", "/vehicles/{vehicle_id}/place"),
+    ("POST", "/vehicles/{vehicle_id}/evacuations"),
+    ("PUT", "/vehicles/{vehicle_id}/shifts"),
+    ("DELETE", "/vehicles/{vehicle_id}/shifts"),
+    ("PUT", "/service/patterns/{service_id}"),
+    ("DELETE", "/service/patterns/{service_id}"),
+    ("PUT", "/service/exceptions/{day}"),
+    ("DELETE", "/service/exceptions/{day}"),
+    ("POST", "/incidents/{incident_id}/acknowledge"),
+    ("POST", "/incidents/{incident_id}/close"),
+}
+BY_TOKEN = [one for one in CHANGES + READING if one not in OPERATORS_ONLY]
+
+
+@pytest.fixture(scope="module")
+def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerUnderTest]:
+    server = ServerUnderTest(tmp_path_factory.mktemp("var"), login_tries_per_minute=100_000)
+    yield server
+    server.close()
+
+
+def token(server: ServerUnderTest, *scopes: str) -> dict[str, str]:
+    def work(uow: UnitOfWork) -> str:
+        return identity.create_developer_token(uow, "script", scopes, 3600.0, "operator").secret  # type: ignore[arg-type]
+
+    return {"Authorization": f"Bearer {server.transact(work)}"}
+
+
+def test_what_stays_with_operators_is_part_of_the_api() -> None:
+    assert set(CHANGES + READING) >= OPERATORS_ONLY
+
+
+@pytest.mark.parametrize("operation", BY_TOKEN, ids=" ".join)
+def test_the_scope_opens_the_endpoint(running: ServerUnderTest, operation: tuple[str, str]) -> None:
+    scope = "read" if operation[0] == "GET" else "drive"
+    answer = ask(running, operation, headers=token(running, scope))
+    assert answer.status_code not in (401, 403), answer.text
+
+
+@pytest.mark.parametrize("operation", BY_TOKEN, ids=" ".join)
+def test_the_other_scopes_do_not_open_it(running: ServerUnderTest, operation: tuple[str, str]) -> None:
+    others = ("drive", "infrastructure") if operation[0] == "GET" else ("read", "infrastructure")
+    answer = ask(running, operation, headers=token(running, *others))
+    assert (answer.status_code, answer.json()["code"]) == (403, "scope_missing")
+
+
+@pytest.mark.parametrize("operation", BY_TOKEN, ids=" ".join)
+def test_a_wrong_token_opens_nothing_even_beside_a_session(
+    running: ServerUnderTest, operation: tuple[str, str]
+) -> None:
+    csrf = running.sign_in()
+    answer = ask(running, operation, headers=csrf | {"Authorization": "Bearer not-a-token"})
+    running.client.cookies.clear()
+    assert (answer.status_code, answer.json()["code"]) == (401, "token_invalid")
+    assert answer.headers["WWW-Authenticate"] == "Bearer"
+
+
+@pytest.mark.parametrize("operation", sorted(OPERATORS_ONLY), ids=" ".join)
+def test_no_token_opens_what_stays_with_operators(
+    running: ServerUnderTest, operation: tuple[str, str]
+) -> None:
+    answer = ask(running, operation, headers=token(running, "read", "drive"))
+    assert (answer.status_code, answer.json()["code"]) == (401, "session_expired")
+
+
+def test_a_revoked_token_ends_at_its_next_request(server: ServerUnderTest) -> None:
+    def make(uow: UnitOfWork) -> identity.CreatedToken:
+        return identity.create_developer_token(uow, "script", ["read"], 3600.0, "operator")
+
+    made = server.transact(make)
+    headers = {"Authorization": f"Bearer {made.secret}"}
+    assert server.get("/vehicles", headers=headers).status_code == 200
+    server.transact(lambda uow: identity.revoke_developer_token(uow, made.token.token_id, "operator"))
+    assert server.get("/vehicles", headers=headers).json()["code"] == "token_invalid"
+
+
+def test_a_booking_with_a_wrong_token_is_refused_instead_of_made_for_a_passenger(
+    server: ServerUnderTest,
+) -> None:
+    wish = {"from_stop": "NN7", "to_stop": "C6"}
+    answer = server.post("/rides", wish, headers={"Authorization": "Bearer not-a-token"})
+    assert (answer.status_code, answer.json()["code"]) == (401, "token_invalid")
+    server.sign_in()
+    assert server.get("/rides").json() == []
