@@ -19,6 +19,7 @@ from server.api.plain_text_errors import PlainTextErrors
 from server.api.rides.booking_batcher import BookingBatcher
 from server.api.routers import bare_app
 from server.api.runs.offload import Offload
+from server.api.security.access_watch import AccessWatch
 from server.api.security.headers import SecurityHeaders
 from server.api.security.rate_limit import RateLimit
 from server.api.services import Limits, Services
@@ -154,6 +155,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
             settings.live_interval_s,
         ),
         supervisor=supervisor,
+        access=AccessWatch(ports.campus_id, ports.clock, ports.bus, supervisor),
         limits=Limits(
             logins=RateLimit(settings.login_tries_per_minute),
             lookups=RateLimit(settings.lookups_per_minute),
@@ -172,6 +174,7 @@ def _lifespan(services: Services, ports: Ports) -> Callable[[FastAPI], AbstractA
             stack.push_async_callback(ports.close)
             await services.feed.start()
             stack.push_async_callback(services.feed.close)
+            await services.access.start()
             await services.hub.start()
             stack.push_async_callback(services.hub.close)
             supervisor, name = services.supervisor, services.settings.server_name

@@ -22,7 +22,7 @@ VERSION = f"{PROTOCOL_VERSION}.0.0"
 TOKEN = "Made by an operator, with the scopes read and drive."
 TEXT = f"""JSON-RPC 2.0, batches of up to {BATCH_MAX} requests and notifications included. Open it with the
 header `Authorization: Bearer TOKEN`; tokens are made by operators and have the scopes read and drive. A
-revoked token ends the connection at its next request with the notification `refused`.
+revoked or expired token ends the connection with the notification `refused`.
 
 A response has the request's id and either `result` or `error`. After `subscribe`, the notifications of the
 topics come unasked. `vehicles` and `rides` begin with a snapshot; then come whole vehicles and rides that

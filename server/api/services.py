@@ -11,6 +11,7 @@ from starlette.requests import HTTPConnection
 from server.api.pages import Page
 from server.api.rides.booking_batcher import BookingBatcher
 from server.api.runs.offload import Offload
+from server.api.security.access_watch import AccessWatch
 from server.api.security.rate_limit import RateLimit
 from server.fleet.hub import Hub
 from server.fleet.presence import PresenceRelay
@@ -53,6 +54,7 @@ class Services:
     presence: PresenceRelay
     feed: SceneFeed
     supervisor: Supervisor
+    access: AccessWatch
     limits: Limits
     has_our_tables: Callable[[], bool]
     pages: dict[str, Page]

@@ -1,9 +1,10 @@
 """/ws/developer: JSON-RPC 2.0 for scripts, opened with `Authorization: Bearer TOKEN`.
 
-The token is checked again for every frame, so that a revoked one ends at its next request.
+The connection ends with its token: when it is revoked or expires.
 """
 
 import asyncio
+from datetime import datetime
 
 from fastapi import APIRouter, WebSocket
 
@@ -65,6 +66,7 @@ class _DeveloperConnection:
             loop.create_task(self._answer_requests()),
             loop.create_task(self._tell_scene()),
             loop.create_task(self._tell_events(events)),
+            loop.create_task(self._until_revoked()),
         ]
         try:
             await asyncio.wait((sender, *others), return_when=asyncio.FIRST_COMPLETED)
@@ -85,14 +87,23 @@ class _DeveloperConnection:
             try:
                 token = await _token(self._services, self._secret)
             except (TokenInvalid, ScopeMissing) as error:
-                self._outgoing.send(_refusal(error).encode())
-                self._outgoing.close(NOT_ALLOWED, error.code)
-                # The sender ends the connection once the refusal is out.
-                await asyncio.Event().wait()
+                await self._refuse(error)
                 return
             response = await answer(data, self._methods, frozenset(token.scopes))
             if response is not None:
                 self._outgoing.send(response)
+
+    async def _until_revoked(self) -> None:
+        async def expiry() -> datetime:
+            return (await _token(self._services, self._secret)).expires_at
+
+        await self._refuse(await self._services.access.until_refused(expiry))
+
+    async def _refuse(self, error: DomainError) -> None:
+        self._outgoing.send(_refusal(error).encode())
+        self._outgoing.close(NOT_ALLOWED, error.code)
+        # The sender ends the connection once the refusal is out.
+        await asyncio.Event().wait()
 
     async def _tell_scene(self) -> None:
         services = self._services

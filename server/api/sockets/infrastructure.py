@@ -1,7 +1,10 @@
 """/ws/infrastructure: cameras at crossings report presence, opened with `Authorization: Bearer TOKEN`.
 
-The token needs the scope `infrastructure` and is checked again for every frame, as on /ws/developer.
+The token needs the scope `infrastructure`. The connection ends with it.
 """
+
+import asyncio
+from datetime import datetime
 
 import msgspec
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
@@ -11,6 +14,7 @@ from contract.wire.messages import PresenceRefused, PresenceReport
 from server.api.security.bearer import bearer_of
 from server.api.services import InjectedServices, Services
 from server.domain.errors import AreaUnknown, CampusUnknown, DomainError, ScopeMissing, TokenInvalid
+from server.domain.record.identity import DeveloperToken
 from server.usecases.record import identity
 
 router = APIRouter()
@@ -25,22 +29,41 @@ _decoder = msgspec.json.Decoder(PresenceReport)
 async def infrastructure_socket(websocket: WebSocket, services: InjectedServices) -> None:
     await websocket.accept()
     secret = bearer_of(websocket)
+
+    async def expiry() -> datetime:
+        return (await _token(services, secret)).expires_at
+
+    loop = asyncio.get_running_loop()
+    receiving = loop.create_task(_receive(websocket, services, secret))
+    watching = loop.create_task(services.access.until_refused(expiry))
     try:
-        await _check(services, secret)
-        while True:
-            message = await websocket.receive()
-            if message["type"] == "websocket.disconnect":
-                return
-            data: bytes | str = message.get("text") or message.get("bytes") or b""
-            await _check(services, secret)
-            refused = await _accepted(services, data)
-            if refused is not None:
-                await websocket.send_text(encode(refused).decode())
+        await asyncio.wait((receiving, watching), return_when=asyncio.FIRST_COMPLETED)
+        if watching.done():
+            await _refuse(websocket, watching.result())
+        else:
+            receiving.result()
     except (TokenInvalid, ScopeMissing) as error:
-        await websocket.send_text(encode(_refusal(error)).decode())
-        await websocket.close(NOT_ALLOWED, error.code)
+        await _refuse(websocket, error)
     except WebSocketDisconnect:
         return
+    finally:
+        receiving.cancel()
+        watching.cancel()
+
+
+async def _receive(websocket: WebSocket, services: Services, secret: str) -> None:
+    """Until the camera is gone. Raises TokenInvalid, ScopeMissing."""
+    while (message := await websocket.receive())["type"] != "websocket.disconnect":
+        data: bytes | str = message.get("text") or message.get("bytes") or b""
+        await _token(services, secret)
+        refused = await _accepted(services, data)
+        if refused is not None:
+            await websocket.send_text(encode(refused).decode())
+
+
+async def _refuse(websocket: WebSocket, error: DomainError) -> None:
+    await websocket.send_text(encode(_refusal(error)).decode())
+    await websocket.close(NOT_ALLOWED, error.code)
 
 
 async def _accepted(services: Services, data: bytes | str) -> PresenceRefused | None:
@@ -57,9 +80,9 @@ async def _accepted(services: Services, data: bytes | str) -> PresenceRefused | 
     return None
 
 
-async def _check(services: Services, secret: str) -> None:
+async def _token(services: Services, secret: str) -> DeveloperToken:
     """Raises TokenInvalid, ScopeMissing."""
-    await services.transactions.read(lambda uow: identity.developer_of(uow, secret, "infrastructure"))
+    return await services.transactions.read(lambda uow: identity.developer_of(uow, secret, "infrastructure"))
 
 
 def _refusal(error: DomainError) -> PresenceRefused:

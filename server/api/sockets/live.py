@@ -5,6 +5,7 @@ frames: the next one is made only when the one before has been sent.
 """
 
 import asyncio
+from datetime import datetime
 from typing import Annotated, Literal
 from urllib.parse import urlsplit
 
@@ -14,7 +15,7 @@ from starlette.websockets import WebSocketDisconnect
 
 from server.api.security.access import SESSION_COOKIE, signed_in
 from server.api.services import InjectedServices, Services
-from server.domain.errors import DomainError, SessionExpired
+from server.domain.errors import DomainError
 from server.domain.instants import ms_of
 from server.live.viewer import EverythingScope, RideScope, Scope, Viewer
 from server.usecases.rides import rides
@@ -22,7 +23,6 @@ from server.usecases.rides import rides
 router = APIRouter()
 
 WATCH_TIMEOUT_S = 10.0
-RECHECK_EVERY_S = 60.0
 NOT_ALLOWED = 4403
 TOO_LATE = 4408
 MALFORMED = 4400
@@ -89,41 +89,37 @@ async def _allowed(websocket: WebSocket, services: Services, watch: Watch) -> Sc
 
 async def _serve(websocket: WebSocket, services: Services, scope: Scope) -> None:
     loop = asyncio.get_running_loop()
-    sender = loop.create_task(_send_scenes(websocket, services, scope))
-    receiver = loop.create_task(_until_gone(websocket))
+    works = [_send_scenes(websocket, services, scope), _until_gone(websocket)]
+    if isinstance(scope, EverythingScope):
+        works.append(_until_signed_out(websocket, services))
+    tasks = [loop.create_task(work) for work in works]
     try:
-        await asyncio.wait((sender, receiver), return_when=asyncio.FIRST_COMPLETED)
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
     finally:
-        sender.cancel()
-        receiver.cancel()
-    for task in (sender, receiver):
+        for task in tasks:
+            task.cancel()
+    for task in tasks:
         if task.done() and not task.cancelled():
             task.result()
+
+
+async def _until_signed_out(websocket: WebSocket, services: Services) -> None:
+    async def expiry() -> datetime:
+        operator = await signed_in(services, websocket.cookies.get(SESSION_COOKIE))
+        return operator.session.expires_at
+
+    refusal = await services.access.until_refused(expiry)
+    await _refuse(websocket, NOT_ALLOWED, refusal.code, refusal.detail)
 
 
 async def _send_scenes(websocket: WebSocket, services: Services, scope: Scope) -> None:
     viewer = Viewer(scope)
     board, interval_s = services.feed.board, services.settings.live_interval_s
-    checked_s = 0.0
     while True:
         message = viewer.next_message(board, ms_of(services.clock.now()))
         if message is not None:
             await websocket.send_text(msgspec.json.encode(message).decode())
         await asyncio.sleep(interval_s)
-        checked_s += interval_s
-        if checked_s >= RECHECK_EVERY_S and isinstance(scope, EverythingScope):
-            checked_s = 0.0
-            if not await _still_signed_in(websocket, services):
-                return
-
-
-async def _still_signed_in(websocket: WebSocket, services: Services) -> bool:
-    try:
-        await signed_in(services, websocket.cookies.get(SESSION_COOKIE))
-    except SessionExpired as error:
-        await _refuse(websocket, NOT_ALLOWED, error.code, error.detail)
-        return False
-    return True
 
 
 async def _until_gone(websocket: WebSocket) -> None:

@@ -45,7 +45,7 @@ async def make_token(
 async def revoke_token(
     token_id: TokenId, services: InjectedServices, operator: ChangingOperator
 ) -> TokenView:
-    """Scripts that use it are disconnected at their next request."""
+    """Scripts that use it are disconnected."""
     try:
         revoked = await services.transactions.run(
             lambda uow: identity.revoke_developer_token(uow, token_id, operator.name)

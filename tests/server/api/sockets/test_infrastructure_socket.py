@@ -156,17 +156,6 @@ def test_an_unknown_token_is_not_let_in(watched: ServerUnderTest) -> None:
     assert camera.closed() == 4401
 
 
-def test_a_revoked_token_ends_at_its_next_word(watched: ServerUnderTest) -> None:
-    secret = token(watched, "infrastructure")
-    camera = Camera(watched, secret)
-    camera.say(area_id="zebra", count=0)
-    (known,) = watched.transact(lambda uow: uow.identity.developer_tokens())
-    watched.transact(lambda uow: identity.revoke_developer_token(uow, known.token_id, "operator"))
-    camera.say(area_id="zebra", count=0)
-    assert camera.refusals() == ["token_invalid"]
-    assert camera.closed() == 4401
-
-
 @pytest.mark.parametrize(
     ("frame", "code"),
     [

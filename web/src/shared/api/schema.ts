@@ -1134,7 +1134,7 @@ export interface paths {
         post?: never;
         /**
          * Revoke Token
-         * @description Scripts that use it are disconnected at their next request.
+         * @description Scripts that use it are disconnected.
          */
         delete: operations["revoke_token"];
         options?: never;

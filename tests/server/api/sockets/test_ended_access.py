@@ -1,0 +1,151 @@
+"""Open connections end with the session or token that opened them, within two seconds."""
+
+import asyncio
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from server.domain.rules import FleetRules
+from server.usecases.record import identity
+from server.usecases.record.identity import CreatedToken
+from tests.server.api.server_under_test import ServerUnderTest
+
+SESSION_S = 500.0
+SOON_S = 2.0
+
+
+class OpenSocket:
+    """One websocket, as an ASGI server would serve it."""
+
+    def __init__(self, server: ServerUnderTest, path: str, header: tuple[bytes, bytes]) -> None:
+        self.server = server
+        self.said: list[dict[str, Any]] = []
+        self._frames: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        self._frames.put_nowait({"type": "websocket.connect"})
+        scope = {
+            "type": "websocket",
+            "asgi": {"version": "3.0"},
+            "path": path,
+            "raw_path": path.encode(),
+            "query_string": b"",
+            "headers": [header],
+            "scheme": "ws",
+            "subprotocols": [],
+            "client": ("127.0.0.1", 5),
+            "server": ("campus.test", 80),
+            "http_version": "1.1",
+            "root_path": "",
+            "state": {},
+        }
+        self.task = server.conductor.loop.create_task(server.app(scope, self._frames.get, self._sent))
+        server.elapse(0.2)
+
+    async def _sent(self, message: Any) -> None:
+        self.said.append(dict(message))
+
+    def say(self, text: str) -> None:
+        self._frames.put_nowait({"type": "websocket.receive", "text": text})
+        self.server.elapse(0.5)
+
+    @property
+    def closed(self) -> int | None:
+        return next((m["code"] for m in self.said if m["type"] == "websocket.close"), None)
+
+    @property
+    def last_text(self) -> str:
+        return next(m["text"] for m in reversed(self.said) if m["type"] == "websocket.send")
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> Iterator[ServerUnderTest]:
+    server = ServerUnderTest(tmp_path, rules=FleetRules(operator_session_s=SESSION_S))
+    yield server
+    server.close()
+
+
+def a_token(server: ServerUnderTest, scope: str, valid_s: float = 3600.0) -> CreatedToken:
+    created: CreatedToken = server.transact(
+        lambda uow: identity.create_developer_token(uow, "script", [scope], valid_s, "operator")
+    )
+    return created
+
+
+def bearer(token: CreatedToken) -> tuple[bytes, bytes]:
+    return b"authorization", f"Bearer {token.secret}".encode()
+
+
+def an_operators_view(server: ServerUnderTest) -> OpenSocket:
+    cookie = f"campusloop_session={server.client.cookies['campusloop_session']}"
+    view = OpenSocket(server, "/ws/live", (b"cookie", cookie.encode()))
+    view.say('{"type":"watch"}')
+    assert json.loads(view.last_text)["type"] == "snapshot"
+    return view
+
+
+@pytest.mark.parametrize(
+    ("path", "scope"), [("/ws/developer", "read"), ("/ws/infrastructure", "infrastructure")]
+)
+def test_a_revoked_token_ends_a_silent_connection(server: ServerUnderTest, path: str, scope: str) -> None:
+    token = a_token(server, scope)
+    opened = OpenSocket(server, path, bearer(token))
+    other = OpenSocket(server, path, bearer(a_token(server, scope)))
+    server.elapse(60.0)
+    assert opened.closed is None
+    server.transact(lambda uow: identity.revoke_developer_token(uow, token.token.token_id, "operator"))
+    server.elapse(SOON_S)
+    assert opened.closed == 4401
+    assert "token_invalid" in opened.last_text
+    assert opened.task.done()
+    assert other.closed is None
+
+
+@pytest.mark.parametrize(
+    ("path", "scope"), [("/ws/developer", "read"), ("/ws/infrastructure", "infrastructure")]
+)
+def test_a_token_that_expires_ends_a_silent_connection(
+    server: ServerUnderTest, path: str, scope: str
+) -> None:
+    opened = OpenSocket(server, path, bearer(a_token(server, scope, valid_s=100.0)))
+    server.elapse(98.0)
+    assert opened.closed is None
+    server.elapse(SOON_S + 1.0)
+    assert opened.closed == 4401
+
+
+def test_signing_out_ends_the_operators_live_views(server: ServerUnderTest) -> None:
+    headers = server.sign_in()
+    view = an_operators_view(server)
+    assert server.request("DELETE", "/session", headers=headers).status_code == 204
+    server.elapse(SOON_S)
+    assert view.closed == 4403
+    assert json.loads(view.last_text)["code"] == "session_expired"
+
+
+def test_a_changed_password_ends_the_operators_live_views(server: ServerUnderTest) -> None:
+    server.sign_in()
+    view = an_operators_view(server)
+    server.transact(lambda uow: identity.set_password(uow, "operator", "another one"))
+    server.elapse(SOON_S)
+    assert view.closed == 4403
+
+
+def test_an_expired_session_ends_the_operators_live_views(server: ServerUnderTest) -> None:
+    server.sign_in()
+    view = an_operators_view(server)
+    server.elapse(SESSION_S - 5.0)
+    assert view.closed is None
+    server.elapse(SOON_S + 5.0)
+    assert view.closed == 4403
+
+
+def test_a_passenger_goes_on_watching_while_operators_come_and_go(server: ServerUnderTest) -> None:
+    ride = server.post("/rides", {"from_stop": "NN20", "to_stop": "C6"}).json()
+    view = OpenSocket(server, "/ws/live", (b"accept", b"*/*"))
+    view.say(json.dumps({"type": "watch", "ride_token": ride["token"]}))
+    headers = server.sign_in()
+    server.request("DELETE", "/session", headers=headers)
+    server.elapse(SESSION_S + 60.0)
+    assert view.closed is None
