@@ -8,6 +8,8 @@ from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from sqlalchemy import Engine
 
+# Any number that means nothing else in this database.
+_MIGRATION_LOCK = 4_117_001
 MIGRATIONS = Path(__file__).resolve().parents[2] / "migrations"
 
 
@@ -23,6 +25,9 @@ def upgrade_to_head(engine: Engine) -> None:
     config = _config()
     scripts = ScriptDirectory.from_config(config)
     with engine.begin() as connection:
+        if engine.dialect.name == "postgresql":
+            # Several servers may start at once. SQLite's transaction is exclusive.
+            connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_MIGRATION_LOCK})")
         present = MigrationContext.configure(connection).get_current_revision()
         if present == scripts.get_current_head():
             return

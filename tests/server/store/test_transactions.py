@@ -24,8 +24,9 @@ from server.domain.rides.rides import BookRide, RideState
 from server.domain.rules import FleetRules
 from server.store.engine import open_engine
 from server.store.roads.map_library import MapLibrary
-from server.store.transactions import ATTEMPTS, GroupCommit, InlineTransactions, PooledTransactions
+from server.store.transactions import GroupCommit, InlineTransactions
 from server.store.unit_of_work import Context
+from server.store.writing.writer import ATTEMPTS
 from server.usecases.fleet import campus
 from server.usecases.fleet.interventions import intervene
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -38,8 +39,6 @@ from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.fresh_database import write_fresh_database
 from tests.server.usecases.shipped_maps import shipped_map
 
-Live = GroupCommit | PooledTransactions
-
 
 class NamedIds(SeededIds):
     """Ids that no other transactions on the same database have made."""
@@ -49,14 +48,13 @@ class NamedIds(SeededIds):
 
 
 @asynccontextmanager
-async def live(engine: Engine, seed: int = 7) -> AsyncIterator[tuple[Live, LocalSubscription]]:
+async def live(engine: Engine, seed: int = 7) -> AsyncIterator[tuple[GroupCommit, LocalSubscription]]:
     """The live transactions of this database, and all that is published."""
     rules = FleetRules()
     context = Context("snow-lion", HandClock(), NamedIds(seed), rules, PlainHasher(), MapLibrary(rules))
     bus = InProcessBus()
     heard = await bus.subscribe("campus/>")
-    kind = GroupCommit if engine.dialect.name == "sqlite" else PooledTransactions
-    transactions = kind(engine, context, bus)
+    transactions = GroupCommit(engine, context, bus)
     yield transactions, heard
     await transactions.close()
 
