@@ -139,10 +139,14 @@ class Writer:
         with job:
             job.done = _repeated(lambda: self._in_savepoint(connection, lock, job.work))
         error = job.failure
-        if error is not None and not is_in_transaction(connection):
-            raise TransactionLost from (error if is_unavailable(error) else error.__context__ or error)
-        if error is not None and is_unavailable(error):
-            raise error
+        if error is None:
+            return
+        is_lost = not is_in_transaction(connection)
+        if is_lost or is_unavailable(error):
+            # The whole group fails, and is told why all together.
+            job.failure = None
+            cause = error if is_unavailable(error) else error.__context__ or error
+            raise TransactionLost from cause
 
     def _in_savepoint(
         self, connection: Connection, lock: CampusLock, work: Work[T]
