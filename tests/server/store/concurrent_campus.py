@@ -7,6 +7,8 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import cycle
 from typing import TypeVar
 
+from sqlalchemy import Engine
+
 from server.adapters import RandomIds
 from server.domain.rides.rides import BookRide, Ride
 from server.store.engine import open_engine
@@ -19,6 +21,7 @@ from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 from server.usecases.rides import lost_vehicles, rides
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
+from tests.server.usecases.lock_order import watch_lock_order
 from tests.server.usecases.shipped_maps import shipped_map
 
 T = TypeVar("T")
@@ -43,7 +46,8 @@ class ConcurrentCampus(CampusUnderTest):
         self._serving = asyncio.new_event_loop()
         threading.Thread(target=self._serving.run_forever, daemon=True).start()
         self._servers = [
-            GroupCommit(open_engine(url), self._context_of_server(), self.bus) for _ in range(servers)
+            GroupCommit(watched(open_engine(url)), self._context_of_server(), self.bus)
+            for _ in range(servers)
         ]
         self._turns = cycle(self._servers)
 
@@ -64,6 +68,11 @@ class ConcurrentCampus(CampusUnderTest):
     def _context_of_server(self) -> Context:
         given = self.context
         return Context(given.campus_id, self.clock, RandomIds(), given.rules, given.hasher, given.library)
+
+
+def watched(engine: Engine) -> Engine:
+    watch_lock_order(engine)
+    return engine
 
 
 def run_concurrently(campus: ConcurrentCampus, shuttles: int, rounds: int) -> list[Ride]:
