@@ -107,6 +107,7 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.SectionsTaken: 409,
     errors.CommandUnknown: 404,
     errors.LeaseLost: 409,
+    errors.StoreFailure: 503,
     errors.StoreUnavailable: 503,
     errors.OutcomeUnknown: 503,
     errors.SessionFenced: 409,
@@ -208,7 +209,7 @@ def status_of(error: DomainError) -> int:
 async def _refused(_: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, DomainError)
     headers = {}
-    if isinstance(error, TooManyTries | errors.StoreUnavailable | errors.OutcomeUnknown):
+    if isinstance(error, TooManyTries | errors.StoreFailure):
         headers["Retry-After"] = str(max(1, round(error.retry_after_s)))
     status = status_of(error)
     if status == 401:

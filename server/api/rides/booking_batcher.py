@@ -2,7 +2,7 @@
 
 import asyncio
 
-from server.domain.errors import OutcomeUnknown, StoreUnavailable
+from server.domain.errors import StoreFailure
 from server.domain.rides.rides import BookRide
 from server.usecases.ports.unit_of_work import Transactions
 from server.usecases.rides import rides
@@ -46,7 +46,7 @@ class BookingBatcher:
         if isinstance(booked, list):
             for (_, answer), result in zip(together, booked, strict=True):
                 _settle(answer, result)
-        elif len(together) == 1 or isinstance(booked, StoreUnavailable | OutcomeUnknown):
+        elif len(together) == 1 or isinstance(booked, StoreFailure):
             for _, answer in together:
                 _settle(answer, booked)
         else:

@@ -80,7 +80,7 @@ from server.domain.errors.service import (
     PatternInvalid,
     PatternUnknown,
 )
-from server.domain.errors.store import OutcomeUnknown, StoreUnavailable
+from server.domain.errors.store import OutcomeUnknown, StoreFailure, StoreUnavailable
 
 __all__ = (
     "AreaUnknown",
@@ -143,6 +143,7 @@ __all__ = (
     "ShiftsInvalid",
     "StopUnknown",
     "StopUnreachable",
+    "StoreFailure",
     "StoreUnavailable",
     "TokenInvalid",
     "VehicleNotConnected",

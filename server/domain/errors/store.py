@@ -5,16 +5,20 @@ from server.domain.errors.base import DomainError
 RETRY_AFTER_S = 2.0
 
 
-class StoreUnavailable(DomainError):
-    """The database cannot be used now. Nothing was stored: ask again in some seconds."""
+class StoreFailure(DomainError):
+    """The database failed, not the request: whatever else is asked of it now fails as well."""
 
-    code = "store_unavailable"
     retry_after_s = RETRY_AFTER_S
 
 
-class OutcomeUnknown(DomainError):
+class StoreUnavailable(StoreFailure):
+    """The database cannot be used now. Nothing was stored: ask again in some seconds."""
+
+    code = "store_unavailable"
+
+
+class OutcomeUnknown(StoreFailure):
     """The database was lost during the commit, so the request may have been stored or not. Read before asking
     again, or ask again with the same Idempotency-Key."""
 
     code = "outcome_unknown"
-    retry_after_s = RETRY_AFTER_S
