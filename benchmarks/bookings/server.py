@@ -2,10 +2,12 @@
 
     python -m benchmarks.bookings.server MAP.json VAR_DIR VEHICLES
 
-Prints its port when it is ready. The shuttles speak through the use cases that the link calls.
+Prints its port when it is ready. CAMPUSLOOP_DATABASE_URL names a database other than a new SQLite file. The
+shuttles speak through the use cases that the link calls.
 """
 
 import asyncio
+import os
 import sys
 from pathlib import Path
 
@@ -36,6 +38,7 @@ async def _serve(map_path: Path, var: Path, vehicles: int) -> None:
     environment = {
         "CAMPUSLOOP_VAR_DIR": str(var),
         "CAMPUSLOOP_MAP_PATH": str(map_path),
+        "CAMPUSLOOP_DATABASE_URL": os.environ.get("CAMPUSLOOP_DATABASE_URL", ""),
         "CAMPUSLOOP_BOOKINGS_PER_MINUTE": "1000000",
         "CAMPUSLOOP_OPERATOR_PASSWORD": "bookings-are-measured",
     }

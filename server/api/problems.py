@@ -113,6 +113,9 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.SectionsTaken: 409,
     errors.CommandUnknown: 404,
     errors.LeaseLost: 409,
+    errors.StoreFailure: 503,
+    errors.StoreUnavailable: 503,
+    errors.OutcomeUnknown: 503,
     errors.SessionFenced: 409,
     errors.RunUnknown: 404,
     errors.RunMapUnreadable: 404,
@@ -213,7 +216,7 @@ def status_of(error: DomainError) -> int:
 async def _refused(_: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, DomainError)
     headers = {}
-    if isinstance(error, TooManyTries):
+    if isinstance(error, TooManyTries | errors.StoreFailure):
         headers["Retry-After"] = str(max(1, round(error.retry_after_s)))
     status = status_of(error)
     if status == 401:

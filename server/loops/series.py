@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from server.domain.errors import DomainError, PlanChanged
+from server.domain.errors import DomainError, PlanChanged, StoreFailure
 from server.supervision.standing_tasks import PeriodicTask
 from server.supervision.steps import run_steps
 from server.usecases.ports.unit_of_work import Transactions
@@ -37,6 +37,8 @@ class SeriesScheduler:
             await self._transactions.run(lambda uow: series.book_occurrence(uow, due))
         except PlanChanged:
             return  # other writers were faster; the next period tries again
+        except StoreFailure:
+            raise
         except DomainError as error:
             reason, detail = error.rule or error.code, error.detail
             await self._transactions.run(lambda uow: series.record_failed_attempt(uow, due, reason, detail))

@@ -1,21 +1,18 @@
-"""Numbers that only grow. Drawing one locks its row: writers of one thing take turns."""
+"""Numbers that only grow, such as fences."""
 
-from sqlalchemy import Connection
 from sqlalchemy.sql.dml import ReturningInsert
 
 from server.store import tables
 from server.store.repository import Repository, dialect_insert
 
-# One statement a dialect: it draws the number and locks its row at once.
+# One statement a dialect.
 _DRAWING: dict[str, ReturningInsert[int]] = {}
 
 
 class Counters(Repository):
-    def __init__(self, connection: Connection, campus_id: str) -> None:
-        super().__init__(connection, campus_id, locks=True)
-
     def next(self, name: str, count: int = 1) -> int:
         """The first of so many numbers in a row; 1 at the beginning."""
+        self._require_lock()
         last = self._connection.execute(
             self._drawing(), {"campus_id": self._campus_id, "name": name, "value": count}
         ).scalar_one()
@@ -31,8 +28,3 @@ class Counters(Repository):
                 index_elements=["campus_id", "name"], set_=drawn
             ).returning(counter.c.value)
         return _DRAWING[dialect]
-
-    def lock(self, name: str) -> None:
-        """Lock this counter until the transaction ends."""
-        self._add_missing(tables.counters, [{"name": name, "value": 0}])
-        self._find(tables.counters, name=name)

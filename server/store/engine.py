@@ -8,8 +8,23 @@ from typing import Any
 from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.pool import QueuePool, StaticPool
 
-POSTGRES_POOL = 8
-BUSY_TIMEOUT_MS = 10_000
+# The writer and the readers of one server.
+POSTGRES_POOL = 5
+BUSY_TIMEOUT_MS = 1_000
+CONNECT_TIMEOUT_S = 5
+LOCK_TIMEOUT_MS = 5_000
+IDLE_TRANSACTION_TIMEOUT_MS = 30_000
+# A server that is frozen or cut off gives up the lock of its campus after the idle timeout. The others wait
+# until the lock timeout, and then try again. A dead peer is noticed within a quarter of a minute.
+_POSTGRES_CONNECTION: dict[str, Any] = {
+    "connect_timeout": CONNECT_TIMEOUT_S,
+    "options": f"-c lock_timeout={LOCK_TIMEOUT_MS} "
+    f"-c idle_in_transaction_session_timeout={IDLE_TRANSACTION_TIMEOUT_MS}",
+    "keepalives_idle": 5,
+    "keepalives_interval": 3,
+    "keepalives_count": 3,
+    "tcp_user_timeout": 15_000,
+}
 
 
 class DatabaseUnsupported(ValueError):
@@ -25,7 +40,12 @@ def open_engine(url: str) -> Engine:
         return _sqlite(url)
     if url.startswith(("postgresql://", "postgres://", "postgresql+psycopg://")):
         _, rest = url.split("://", 1)
-        return create_engine(f"postgresql+psycopg://{rest}", pool_size=POSTGRES_POOL, pool_pre_ping=True)
+        return create_engine(
+            f"postgresql+psycopg://{rest}",
+            pool_size=POSTGRES_POOL,
+            pool_pre_ping=True,
+            connect_args=_POSTGRES_CONNECTION,
+        )
     raise DatabaseUnsupported(f"{url.split(':', 1)[0]} is not supported; use sqlite:///FILE or postgresql://")
 
 

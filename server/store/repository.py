@@ -20,6 +20,8 @@ from sqlalchemy import (
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.sql import ColumnElement
 
+from server.store.writing.campus_lock import CampusLock
+
 AnyRow = Row[Any]
 DialectInsert = postgresql.Insert | sqlite.Insert
 
@@ -55,16 +57,16 @@ def dialect_insert(dialect: str, table: Table) -> DialectInsert:
 
 
 class Repository:
-    """locks: rows that are read are kept from other writers until the transaction ends (PostgreSQL)."""
+    """lock: of a writing transaction; None for one that reads. Reading takes no lock of its own."""
 
-    def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
+    def __init__(self, connection: Connection, campus_id: str, lock: CampusLock | None) -> None:
         self._connection = connection
         self._campus_id = campus_id
-        self._locks = locks
+        self._lock = lock
 
     def _one(self, table: Table, *conditions: ColumnElement[bool]) -> AnyRow | None:
         statement = self._select(table, *conditions)
-        return self._connection.execute(statement.with_for_update() if self._locks else statement).first()
+        return self._connection.execute(statement).first()
 
     def _many(self, statement: Select[Any]) -> Sequence[AnyRow]:
         return self._connection.execute(statement).all()
@@ -72,16 +74,19 @@ class Repository:
     def _find(self, table: Table, **equal: object) -> AnyRow | None:
         """The row whose columns equal these. Its statement is made once, which saves half the time."""
         statement = _finding(table, tuple(equal))
-        if self._locks:
-            statement = statement.with_for_update()
         return self._connection.execute(statement, {"campus_id": self._campus_id, **equal}).first()
 
     def _change(self, table: Table, values: Mapping[str, object], **equal: object) -> int:
         """Change the rows whose columns equal these; how many there were. Made once, like `_find`."""
         named = {f"where_{name}": value for name, value in equal.items()}
+        self._require_lock()
         statement = _changing(table, tuple(values), tuple(equal))
         done = self._connection.execute(statement, {**values, "where_campus_id": self._campus_id, **named})
         return int(done.rowcount)
+
+    def _require_lock(self) -> None:
+        assert self._lock is not None, "written in a transaction that only reads"
+        self._lock.require(self._campus_id)
 
     def _select(self, table: Table, *conditions: ColumnElement[bool]) -> Select[Any]:
         return select(table).where(table.c.campus_id == self._campus_id, *conditions)
@@ -90,6 +95,7 @@ class Repository:
         self._insert_all(table, [values])
 
     def _insert_all(self, table: Table, rows: Sequence[Mapping[str, object]]) -> None:
+        self._require_lock()
         self._connection.execute(_inserting(table), [{"campus_id": self._campus_id, **row} for row in rows])
 
     def _put(self, table: Table, values: Mapping[str, object]) -> None:
@@ -99,23 +105,27 @@ class Repository:
     def _put_all(self, table: Table, rows: Sequence[Mapping[str, object]]) -> None:
         """`_put` for rows of different keys and the same columns, in one statement."""
         if rows:
+            self._require_lock()
             statement = _putting(self._connection.dialect.name, table, tuple(rows[0]))
             self._connection.execute(statement, [{"campus_id": self._campus_id, **row} for row in rows])
 
     def _add_missing(self, table: Table, rows: Sequence[Mapping[str, object]]) -> None:
         """Insert the rows whose keys are new."""
         if rows:
+            self._require_lock()
             statement = dialect_insert(self._connection.dialect.name, table).on_conflict_do_nothing()
             self._connection.execute(statement, [{"campus_id": self._campus_id, **row} for row in rows])
 
     def _update(self, table: Table, values: Mapping[str, object], *conditions: ColumnElement[bool]) -> int:
         """How many rows were changed."""
+        self._require_lock()
         done = self._connection.execute(
             table.update().where(and_(table.c.campus_id == self._campus_id, *conditions)).values(**values)
         )
         return int(done.rowcount)
 
     def _delete(self, table: Table, *conditions: ColumnElement[bool]) -> int:
+        self._require_lock()
         done = self._connection.execute(
             table.delete().where(and_(table.c.campus_id == self._campus_id, *conditions))
         )

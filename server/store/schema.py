@@ -7,7 +7,13 @@ from alembic.config import Config
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from sqlalchemy import Engine
+from sqlalchemy.exc import SQLAlchemyError
 
+from server.domain.errors import StoreUnavailable
+from server.store.writing.failures import cause_of
+
+# Any number that means nothing else in this database.
+_MIGRATION_LOCK = 4_117_001
 MIGRATIONS = Path(__file__).resolve().parents[2] / "migrations"
 
 
@@ -23,6 +29,9 @@ def upgrade_to_head(engine: Engine) -> None:
     config = _config()
     scripts = ScriptDirectory.from_config(config)
     with engine.begin() as connection:
+        if engine.dialect.name == "postgresql":
+            # Several servers may start at once. SQLite's transaction is exclusive.
+            connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_MIGRATION_LOCK})")
         present = MigrationContext.configure(connection).get_current_revision()
         if present == scripts.get_current_head():
             return
@@ -35,9 +44,12 @@ def upgrade_to_head(engine: Engine) -> None:
 
 
 def is_current(engine: Engine) -> bool:
-    """The database has exactly the tables of this version."""
-    with engine.connect() as connection:
-        present = MigrationContext.configure(connection).get_current_revision()
+    """The database has exactly the tables of this version. Raises StoreUnavailable."""
+    try:
+        with engine.connect() as connection:
+            present = MigrationContext.configure(connection).get_current_revision()
+    except SQLAlchemyError as error:
+        raise StoreUnavailable(f"the database cannot be read now ({cause_of(error)})") from error
     return present is not None and present == ScriptDirectory.from_config(_config()).get_current_head()
 
 

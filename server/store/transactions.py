@@ -1,124 +1,68 @@
 """Use cases run whole: all of one in one transaction, its messages sent only after the commit.
 
-`GroupCommit` is SQLite live: one writer thread, many use cases to a commit, each in its own savepoint.
-`PooledTransactions` is PostgreSQL live. `InlineTransactions` is virtual time: no threads, no waiting.
+`GroupCommit` is live, on SQLite and on PostgreSQL: one writer thread, many use cases to a commit, each in its
+own savepoint. `InlineTransactions` is virtual time: no threads, no waiting.
 """
 
 import asyncio
 import queue
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
-from types import TracebackType
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
-from sqlalchemy import Connection, Engine
-from sqlalchemy.exc import OperationalError
+from sqlalchemy import Engine
 
-from server.domain.errors import PlanChanged
-from server.store.cache.memory import RowCache
+from server.domain.errors import StoreUnavailable
 from server.store.engine import read_only
-from server.store.unit_of_work import Context, PublishedMessage, SqlUnitOfWork
+from server.store.unit_of_work import Context, PublishedMessage, PublishedMessages, SqlUnitOfWork
+from server.store.writing.failures import cause_of, is_unavailable
+from server.store.writing.retries import NO_RETRIES, Retries
+from server.store.writing.writer import Job, Kept, Work, Writer
 from server.usecases.ports.bus import Bus
-from server.usecases.ports.unit_of_work import UnitOfWork
 
 T = TypeVar("T")
-Work = Callable[[UnitOfWork], T]
 
-ATTEMPTS = 8
 GROUP_MAX = 256
-READERS = 2
-# Serialization failure and deadlock: PostgreSQL asks for the transaction to be repeated.
-_REPEATABLE = frozenset({"40001", "40P01"})
+READERS = 4
 
 
 class InlineTransactions:
-    """Runs everything at once, on one connection, in the caller's own step."""
+    """Runs everything at once, on one connection, in the caller's own step. It never waits or repeats."""
 
     def __init__(self, engine: Engine, context: Context, bus: Bus) -> None:
-        self._connection = engine.connect()
-        self._memory = RowCache() if engine.dialect.name == "sqlite" else None
+        self._writer = Writer(engine, context, NO_RETRIES)
         self._context = context
         self._bus = bus
 
     async def run(self, work: Work[T]) -> T:
-        result, messages = _repeated(lambda: self._once(work))
+        job = Job(work)
+        self._writer.write([job])
+        result, messages = job.result()
         await _send(self._bus, messages)
         return result
 
     async def read(self, work: Work[T]) -> T:
-        with read_only(self._connection):
-            return work(SqlUnitOfWork(self._connection, self._context, writes=False))
+        connection = self._writer.connection()
+        with read_only(connection):
+            return work(SqlUnitOfWork(connection, self._context))
 
     async def close(self) -> None:
-        self._connection.close()
-
-    def _once(self, work: Work[T]) -> tuple[T, Iterable[PublishedMessage]]:
-        with _transaction(self._connection, self._memory):
-            return _worked(work, SqlUnitOfWork(self._connection, self._context, memory=self._memory))
+        self._writer.close()
 
 
-class PooledTransactions:
-    """Many connections, each use case on its own; conflicts are repeated."""
-
-    def __init__(self, engine: Engine, context: Context, bus: Bus, workers: int = 8) -> None:
-        self._engine = engine
-        self._context = context
-        self._bus = bus
-        self._threads = ThreadPoolExecutor(workers, thread_name_prefix="transactions")
-
-    async def run(self, work: Work[T]) -> T:
-        return await asyncio.shield(self._run(work))
-
-    async def read(self, work: Work[T]) -> T:
-        return await asyncio.get_running_loop().run_in_executor(self._threads, self._read, work)
-
-    async def close(self) -> None:
-        self._threads.shutdown(wait=True)
-        self._engine.dispose()
-
-    async def _run(self, work: Work[T]) -> T:
-        loop = asyncio.get_running_loop()
-        result, messages = await loop.run_in_executor(
-            self._threads, lambda: _repeated(lambda: self._once(work))
-        )
-        await _send(self._bus, messages)
-        return result
-
-    def _once(self, work: Work[T]) -> tuple[T, Iterable[PublishedMessage]]:
-        with self._engine.begin() as connection:
-            return _worked(work, SqlUnitOfWork(connection, self._context))
-
-    def _read(self, work: Work[T]) -> T:
-        return _read(self._engine, self._context, work)
-
-
-class _Job(Generic[T]):
-    """A use case that waits for its turn, and the future of its caller.
-
-    As a context it keeps an exception from inside for the waiting caller.
-    """
+class _WaitingJob(Job[T]):
+    """A use case that waits for its turn, and the future of its caller."""
 
     def __init__(self, work: Work[T], loop: asyncio.AbstractEventLoop) -> None:
-        self.work = work
-        self.loop = loop
-        self.future: asyncio.Future[tuple[T, Iterable[PublishedMessage]]] = loop.create_future()
-        self.done: tuple[T, Iterable[PublishedMessage]] | None = None
-        self.failure: BaseException | None = None
-
-    def __enter__(self) -> None:
-        self.failure = None
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> bool:
-        self.failure = error
-        return error is not None
+        super().__init__(work)
+        self._loop = loop
+        self.future: asyncio.Future[tuple[T, PublishedMessages]] = loop.create_future()
 
     def tell(self) -> None:
-        if not self.loop.is_closed():
-            self.loop.call_soon_threadsafe(self._settle)
+        """Answer the caller from the writer's thread, unless its event loop has ended."""
+        with Kept():
+            self._loop.call_soon_threadsafe(self._settle)
 
     def _settle(self) -> None:
         if self.future.done():
@@ -130,14 +74,18 @@ class _Job(Generic[T]):
 
 
 class GroupCommit:
-    """One thread writes; use cases that arrive while it commits share the next commit."""
+    """One thread writes; use cases that arrive while it commits share the next commit.
 
-    def __init__(self, engine: Engine, context: Context, bus: Bus) -> None:
+    retries  for a database that cannot be used: locked, full, restarting
+    """
+
+    def __init__(self, engine: Engine, context: Context, bus: Bus, retries: Retries | None = None) -> None:
         self._engine = engine
         self._context = context
         self._bus = bus
-        self._memory = RowCache()
-        self._jobs: queue.SimpleQueue[_Job[Any] | None] = queue.SimpleQueue()
+        self._closing = threading.Event()
+        self._retries = retries or Retries(pause=lambda seconds: not self._closing.wait(seconds))
+        self._jobs: queue.SimpleQueue[_WaitingJob[Any] | None] = queue.SimpleQueue()
         self._readers = ThreadPoolExecutor(READERS, thread_name_prefix="store-reader")
         self._writer = threading.Thread(target=self._write_all, name="store-writer", daemon=True)
         self._writer.start()
@@ -146,34 +94,40 @@ class GroupCommit:
         return await asyncio.shield(self._run(work))
 
     async def read(self, work: Work[T]) -> T:
-        loop = asyncio.get_running_loop()
-        return await loop.run_in_executor(self._readers, lambda: _read(self._engine, self._context, work))
+        return await asyncio.get_running_loop().run_in_executor(self._readers, self._read, work)
 
     async def close(self) -> None:
-        """Close after every job has been written."""
+        """Close after every job has been written, or refused once."""
+        self._closing.set()
         self._jobs.put(None)
         await asyncio.get_running_loop().run_in_executor(None, self._writer.join)
         self._readers.shutdown(wait=True)
         self._engine.dispose()
 
     async def _run(self, work: Work[T]) -> T:
-        job = _Job(work, asyncio.get_running_loop())
+        job = _WaitingJob(work, asyncio.get_running_loop())
         self._jobs.put(job)
         result, messages = await job.future
         await _send(self._bus, messages)
         return result
 
+    # ---------------------------------------------------------------- the writer's thread
+
     def _write_all(self) -> None:
         going = True
-        with self._engine.connect() as connection:
-            while going:
-                jobs, going = self._next_group()
-                if jobs:
-                    self._write(connection, jobs)
+        writer = Writer(self._engine, self._context, self._retries)
+        while going:
+            jobs, going = self._next_group()
+            if jobs and not writer.write(jobs):
+                late, going = self._refuse_waiting(jobs[0].failure, going)
+                jobs += late
+            for job in jobs:
+                job.tell()
+        writer.close()
 
-    def _next_group(self) -> tuple[list[_Job[Any]], bool]:
+    def _next_group(self) -> tuple[list[_WaitingJob[Any]], bool]:
         """Wait for one job and take all others that wait; False if the store is being closed."""
-        group: list[_Job[Any]] = []
+        group: list[_WaitingJob[Any]] = []
         job = self._jobs.get()
         while job is not None:
             group.append(job)
@@ -182,66 +136,34 @@ class GroupCommit:
             job = self._jobs.get()
         return group, False
 
-    def _write(self, connection: Connection, jobs: list[_Job[Any]]) -> None:
-        commit: _Job[None] = _Job(_nothing, jobs[0].loop)
-        with commit, _transaction(connection, self._memory):
-            for job in jobs:
-                with job:
-                    job.done = _repeated(lambda job=job: self._in_savepoint(connection, job.work))  # type: ignore[misc]
-        for job in jobs:
-            job.failure = job.failure or commit.failure
-            job.tell()
+    def _refuse_waiting(
+        self, error: BaseException | None, going: bool
+    ) -> tuple[list[_WaitingJob[Any]], bool]:
+        """Refuse what waits behind a database that cannot be used: each would wait as long again."""
+        refused: list[_WaitingJob[Any]] = []
+        while going and not self._jobs.empty():
+            job = self._jobs.get()
+            if job is None:
+                return refused, False
+            job.failure = error
+            refused.append(job)
+        return refused, going
 
-    def _in_savepoint(self, connection: Connection, work: Work[T]) -> tuple[T, Iterable[PublishedMessage]]:
-        mark = self._memory.mark()
-        try:
-            with connection.begin_nested():
-                return _worked(work, SqlUnitOfWork(connection, self._context, memory=self._memory))
-        except BaseException:
-            self._memory.take_back(mark)
-            raise
+    # ---------------------------------------------------------------- readers' threads
 
-
-def _worked(work: Work[T], uow: SqlUnitOfWork) -> tuple[T, Iterable[PublishedMessage]]:
-    result = work(uow)
-    uow.flush()
-    return result, uow.outgoing.messages.values()
-
-
-@contextmanager
-def _transaction(connection: Connection, memory: RowCache | None) -> Iterator[None]:
-    """One transaction. If it fails, its commit included, the memory forgets what it changed."""
-    try:
-        with connection.begin():
-            if memory is not None:
-                memory.begin(connection)
-            yield
-    except BaseException:
-        if memory is not None:
-            memory.forget()
-        raise
-
-
-def _nothing(_uow: UnitOfWork) -> None:
-    return None
-
-
-def _read(engine: Engine, context: Context, work: Work[T]) -> T:
-    with engine.connect() as connection, read_only(connection):
-        return work(SqlUnitOfWork(connection, context, writes=False))
-
-
-def _repeated(once: Callable[[], T]) -> T:
-    """Decide again on what has changed in the meantime, a bounded number of times."""
-    for _ in range(ATTEMPTS - 1):
-        try:
-            return once()
-        except PlanChanged:
-            continue
-        except OperationalError as error:
-            if getattr(error.orig, "sqlstate", None) not in _REPEATABLE:
-                raise
-    return once()
+    def _read(self, work: Work[T]) -> T:
+        """Read, again if the database could not be used. Raises StoreUnavailable."""
+        patience = self._retries.begin()
+        while True:
+            kept = Kept()
+            with kept, self._engine.connect() as connection, read_only(connection):
+                return work(SqlUnitOfWork(connection, self._context))
+            error = kept.failure
+            assert error is not None
+            if not is_unavailable(error):
+                raise error
+            if not patience.wait():
+                raise StoreUnavailable(f"the database cannot be read now ({cause_of(error)})") from error
 
 
 async def _send(bus: Bus, messages: Iterable[PublishedMessage]) -> None:

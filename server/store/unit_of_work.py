@@ -45,6 +45,7 @@ from server.store.rides.series import SqlSeriesRepository
 from server.store.roads.closures import SqlClosureRepository
 from server.store.roads.maps import SqlMapRepository
 from server.store.views import SqlViews
+from server.store.writing.campus_lock import CampusLock
 from server.travel.closed_roads import sections_closed
 from server.travel.fleet_roads import FleetRoads
 from server.usecases.ports.clock_and_ids import Clock, Ids, PasswordHasher
@@ -88,6 +89,9 @@ class PublishedMessage:
     payload: bytes
 
 
+PublishedMessages = tuple[PublishedMessage, ...]
+
+
 @dataclass(slots=True)
 class OutgoingMessages:
     """The messages of a transaction, each one once, in the order in which they were first published."""
@@ -100,9 +104,9 @@ class OutgoingMessages:
 
 
 class SqlUnitOfWork:
-    """See `server.usecases.ports.unit_of_work.UnitOfWork`. writes False: nothing that is read gets locked.
+    """See `server.usecases.ports.unit_of_work.UnitOfWork`.
 
-    memory  what the only writer of a database keeps of the live fleet
+    lock, memory  of a transaction that writes: its campus's lock, and what its writer keeps of the live fleet
     """
 
     def __init__(
@@ -110,7 +114,7 @@ class SqlUnitOfWork:
         connection: Connection,
         context: Context,
         *,
-        writes: bool = True,
+        lock: CampusLock | None = None,
         memory: RowCache | None = None,
     ) -> None:
         campus_id = context.campus_id
@@ -120,42 +124,42 @@ class SqlUnitOfWork:
         self.ids = context.ids
         self.hasher = context.hasher
         self.outgoing = OutgoingMessages()
-        if memory is None:
-            self._rides = SqlRideRepository(connection, campus_id, writes)
-            self.plans: PlanRepository = SqlPlanRepository(connection, campus_id, False)
-            self.orders: OrderRepository = SqlOrderRepository(connection, campus_id, writes)
-            self.sections: SectionRepository = SqlSectionRepository(connection, campus_id, writes)
-            self.vehicles: VehicleRepository = SqlVehicleRepository(connection, campus_id, writes)
-            self.service: ServiceRepository = SqlServiceRepository(connection, campus_id, False)
-            self.incidents: IncidentRepository = SqlIncidentRepository(connection, campus_id, writes)
-            self.maps: MapRepository = SqlMapRepository(connection, campus_id, False)
-            self.closures: ClosureRepository = SqlClosureRepository(connection, campus_id, False)
+        if lock is None or memory is None:
+            self._rides = SqlRideRepository(connection, campus_id, lock)
+            self.plans: PlanRepository = SqlPlanRepository(connection, campus_id, lock)
+            self.orders: OrderRepository = SqlOrderRepository(connection, campus_id, lock)
+            self.sections: SectionRepository = SqlSectionRepository(connection, campus_id, lock)
+            self.vehicles: VehicleRepository = SqlVehicleRepository(connection, campus_id, lock)
+            self.service: ServiceRepository = SqlServiceRepository(connection, campus_id, lock)
+            self.incidents: IncidentRepository = SqlIncidentRepository(connection, campus_id, lock)
+            self.maps: MapRepository = SqlMapRepository(connection, campus_id, lock)
+            self.closures: ClosureRepository = SqlClosureRepository(connection, campus_id, lock)
             self.travel_time_factors: TravelTimeFactorRepository = SqlTravelTimeFactorRepository(
-                connection, campus_id, False
+                connection, campus_id, lock
             )
         else:
-            self._rides = CachedRideRepository(connection, campus_id, memory)
-            self.plans = CachedPlanRepository(connection, campus_id, memory)
-            self.orders = CachedOrderRepository(connection, campus_id, memory)
-            self.sections = CachedSectionRepository(connection, campus_id, memory)
-            self.vehicles = CachedVehicleRepository(connection, campus_id, memory)
-            self.service = CachedServiceRepository(connection, campus_id, memory)
-            self.incidents = CachedIncidentRepository(connection, campus_id, memory)
-            self.maps = CachedMapRepository(connection, campus_id, memory)
-            self.closures = CachedClosureRepository(connection, campus_id, memory)
-            self.travel_time_factors = CachedTravelTimeFactorRepository(connection, campus_id, memory)
+            self._rides = CachedRideRepository(connection, campus_id, lock, memory)
+            self.plans = CachedPlanRepository(connection, campus_id, lock, memory)
+            self.orders = CachedOrderRepository(connection, campus_id, lock, memory)
+            self.sections = CachedSectionRepository(connection, campus_id, lock, memory)
+            self.vehicles = CachedVehicleRepository(connection, campus_id, lock, memory)
+            self.service = CachedServiceRepository(connection, campus_id, lock, memory)
+            self.incidents = CachedIncidentRepository(connection, campus_id, lock, memory)
+            self.maps = CachedMapRepository(connection, campus_id, lock, memory)
+            self.closures = CachedClosureRepository(connection, campus_id, lock, memory)
+            self.travel_time_factors = CachedTravelTimeFactorRepository(connection, campus_id, lock, memory)
         self.rides: RideRepository = self._rides
-        self.departures: DepartureRepository = SqlDepartureRepository(connection, campus_id, writes)
-        self.decisions: DecisionRepository = SqlDecisionRepository(connection, campus_id, False)
-        self.series: SeriesRepository = SqlSeriesRepository(connection, campus_id, writes)
-        self._events = SqlEventRepository(connection, campus_id, False)
+        self.departures: DepartureRepository = SqlDepartureRepository(connection, campus_id, lock)
+        self.decisions: DecisionRepository = SqlDecisionRepository(connection, campus_id, lock)
+        self.series: SeriesRepository = SqlSeriesRepository(connection, campus_id, lock)
+        self._events = SqlEventRepository(connection, campus_id, lock)
         self.events: EventRepository = self._events
-        self.runs: RunRepository = SqlRunRepository(connection, campus_id, False)
-        self.identity: IdentityRepository = SqlIdentityRepository(connection, campus_id, writes)
-        self.answers: AnswerRepository = SqlAnswerRepository(connection, campus_id, False)
-        self.leases: LeaseRepository = SqlLeaseRepository(connection, campus_id, writes)
-        self.history: HistoryRepository = SqlHistoryRepository(connection, campus_id, False)
-        self._views = SqlViews(connection, campus_id, False)
+        self.runs: RunRepository = SqlRunRepository(connection, campus_id, lock)
+        self.identity: IdentityRepository = SqlIdentityRepository(connection, campus_id, lock)
+        self.answers: AnswerRepository = SqlAnswerRepository(connection, campus_id, lock)
+        self.leases: LeaseRepository = SqlLeaseRepository(connection, campus_id, lock)
+        self.history: HistoryRepository = SqlHistoryRepository(connection, campus_id, lock)
+        self._views = SqlViews(connection, campus_id, lock)
         self._library = context.library
         self._roads: FleetRoads | None = None
         self._has_closures = False

@@ -169,7 +169,7 @@ class SqlViews(Repository):
         return self._repository(SqlHistoryRepository).between(vehicle_id, since, until, limit)
 
     def _repository(self, kind: type[R]) -> R:
-        return kind(self._connection, self._campus_id, False)
+        return kind(self._connection, self._campus_id, None)
 
 
 def _incidents_after(position: IncidentPosition) -> ColumnElement[bool]:

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import structlog
 
-from server.domain.errors import DomainError
+from server.domain.errors import DomainError, StoreFailure
 from server.usecases.ports.bus import Bus, Subscription
 
 log = structlog.get_logger("supervision")
@@ -46,7 +46,8 @@ class SubscriptionEnded(ConnectionError):
 class PeriodicTask:
     """Runs `work` every period_s, and soon after `wake` or a message on one of the topics.
 
-    A refusal (DomainError) is logged, and the next period comes all the same.
+    A refusal (DomainError) is logged, and the next period comes all the same. A failure of the database is no
+    refusal.
     """
 
     def __init__(
@@ -87,6 +88,8 @@ class PeriodicTask:
         self._woken.clear()
         try:
             await self._work()
+        except StoreFailure:
+            raise
         except DomainError as error:
             log.warning("task.refused", task=self.name, code=error.code, detail=error.detail)
 

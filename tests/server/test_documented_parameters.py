@@ -13,7 +13,7 @@ from server.fleet import backlog, hub, link, presence, sent_messages
 from server.fleet.hub import Hub
 from server.loops.solver import ProcessSolver
 from server.store import engine, transactions
-from server.store.transactions import PooledTransactions
+from server.store.writing import retries, writer
 from server.usecases.orders import orders, sections, visits
 from server.usecases.roads import road_positions
 from tests.documented import DOCS, differing, documented_defaults
@@ -38,7 +38,7 @@ def test_a_rule_of_the_fleet_is_documented_with_its_default(name: str) -> None:
         ("dispatch-engine", (Settings, Partitioning)),
         ("fleet", (Hub, hub, link, backlog, sent_messages, presence)),
         ("loops", (ProcessSolver,)),
-        ("store", (engine, transactions, PooledTransactions)),
+        ("store", (engine, transactions, writer, retries)),
         ("usecases", (visits, sections, orders, road_positions)),
     ],
 )

@@ -95,4 +95,4 @@ def _unit_of_work(connection: Connection, campus_id: str) -> UnitOfWork:
     # Hours and sessions differ between installations; the data read here depend on neither.
     rules = FleetRules()
     context = Context(campus_id, SystemClock(), RandomIds(), rules, Argon2Hasher(), MapLibrary(rules))
-    return SqlUnitOfWork(connection, context, writes=False)
+    return SqlUnitOfWork(connection, context)

@@ -2,6 +2,7 @@
 
 import asyncio
 
+from server.domain.errors import StoreFailure
 from server.domain.rides.rides import BookRide
 from server.usecases.ports.unit_of_work import Transactions
 from server.usecases.rides import rides
@@ -35,15 +36,19 @@ class BookingBatcher:
             self._worker = None
 
     async def _decide(self, together: list[tuple[BookRide, asyncio.Future[rides.BookingResult]]]) -> None:
-        """Decide all in one transaction. If that fails, decide each one alone, so that one harms no other."""
+        """Decide all in one transaction. If that fails, decide each one alone, so that one harms no other.
+
+        If the database fails, all get its error: a booking whose outcome is unknown is not made twice.
+        """
         requests = [request for request, _ in together]
         work = self._transactions.run(lambda uow: rides.book_all(uow, requests))
         (booked,) = await asyncio.gather(work, return_exceptions=True)
         if isinstance(booked, list):
             for (_, answer), result in zip(together, booked, strict=True):
                 _settle(answer, result)
-        elif len(together) == 1:
-            _settle(together[0][1], booked)
+        elif len(together) == 1 or isinstance(booked, StoreFailure):
+            for _, answer in together:
+                _settle(answer, booked)
         else:
             for one in together:
                 await self._decide([one])

@@ -80,6 +80,7 @@ from server.domain.errors.service import (
     PatternInvalid,
     PatternUnknown,
 )
+from server.domain.errors.store import OutcomeUnknown, StoreFailure, StoreUnavailable
 
 __all__ = (
     "AreaUnknown",
@@ -112,6 +113,7 @@ __all__ = (
     "NobodyAboard",
     "OccurrenceEnded",
     "OrderUnknown",
+    "OutcomeUnknown",
     "PartyInvalid",
     "PartyTooLarge",
     "PatternInUse",
@@ -141,6 +143,8 @@ __all__ = (
     "ShiftsInvalid",
     "StopUnknown",
     "StopUnreachable",
+    "StoreFailure",
+    "StoreUnavailable",
     "TokenInvalid",
     "VehicleNotConnected",
     "VehicleNotPlaced",

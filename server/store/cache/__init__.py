@@ -1,1 +1,1 @@
-"""The live fleet kept in memory between transactions, for a store that one process alone writes."""
+"""The live fleet kept in memory between transactions, by the writer of a store."""

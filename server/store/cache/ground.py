@@ -9,13 +9,14 @@ from server.store.cache.memory import RowCache
 from server.store.planning.travel_time_factors import SqlTravelTimeFactorRepository
 from server.store.roads.closures import SqlClosureRepository
 from server.store.roads.maps import SqlMapRepository
+from server.store.writing.campus_lock import CampusLock
 
 _ACTIVE_MAP, _CLOSURES = "active map", "closures"
 
 
 class CachedMapRepository(SqlMapRepository):
-    def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
-        super().__init__(connection, campus_id, locks=False)
+    def __init__(self, connection: Connection, campus_id: str, lock: CampusLock, memory: RowCache) -> None:
+        super().__init__(connection, campus_id, lock)
         self._memory = memory
 
     def active(self) -> ActiveMap:
@@ -29,8 +30,8 @@ class CachedMapRepository(SqlMapRepository):
 
 
 class CachedClosureRepository(SqlClosureRepository):
-    def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
-        super().__init__(connection, campus_id, locks=False)
+    def __init__(self, connection: Connection, campus_id: str, lock: CampusLock, memory: RowCache) -> None:
+        super().__init__(connection, campus_id, lock)
         self._memory = memory
 
     def standing(self) -> tuple[Closure, ...]:
@@ -52,8 +53,8 @@ class CachedClosureRepository(SqlClosureRepository):
 
 
 class CachedTravelTimeFactorRepository(SqlTravelTimeFactorRepository):
-    def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
-        super().__init__(connection, campus_id, locks=False)
+    def __init__(self, connection: Connection, campus_id: str, lock: CampusLock, memory: RowCache) -> None:
+        super().__init__(connection, campus_id, lock)
         self._memory = memory
 
     def save(self, factors: TravelTimeFactors) -> None:

@@ -7,13 +7,14 @@ from sqlalchemy import Connection
 from server.domain.record.incidents import Incident, IncidentKind
 from server.store.cache.memory import RowCache, Rows
 from server.store.record.incidents import SqlIncidentRepository
+from server.store.writing.campus_lock import CampusLock
 
 _OPEN = "open incidents"
 
 
 class CachedIncidentRepository(SqlIncidentRepository):
-    def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
-        super().__init__(connection, campus_id, locks=False)
+    def __init__(self, connection: Connection, campus_id: str, lock: CampusLock, memory: RowCache) -> None:
+        super().__init__(connection, campus_id, lock)
         self._memory = memory
 
     def open_about(self, kind: IncidentKind, subject: str) -> Incident | None:

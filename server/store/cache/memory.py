@@ -1,15 +1,14 @@
-"""Objects made of rows, kept from one transaction to the next by the only writer of a database.
+"""Objects made of rows, kept from one transaction of a writer to its next one.
 
 Reading the fleet for every booking takes longer than deciding it. Every write changes the cache too. A failed
-transaction takes its changes back. After a commit by another connection, everything is read again.
+transaction takes its changes back. After a commit by another writer, everything is read again.
 """
 
 from collections.abc import Callable, Hashable
 from typing import Any, Final
 
-from sqlalchemy import Connection
-
 _ABSENT: Final = object()
+_NO_VERSION: Final = -1
 Rows = dict[Any, Any]
 
 
@@ -19,19 +18,26 @@ class RowCache:
     def __init__(self) -> None:
         self._tables: dict[str, Rows] = {}
         self._undo: list[Callable[[], None]] = []
-        self._data_version = -1
+        self._version = _NO_VERSION
 
-    def begin(self, connection: Connection) -> None:
-        """Begin a transaction: forget everything if another connection has written (SQLite)."""
-        version = int(connection.exec_driver_sql("PRAGMA data_version").scalar_one())
-        if version != self._data_version:
+    def begin(self, found: int, made: int) -> None:
+        """Begin a transaction: forget everything if another writer has written since the last one.
+
+        found, made  the version of the database, and what the commit of this transaction makes of it
+        """
+        if found != self._version:
             self.forget()
-        self._data_version = version
+        self._version = made
         self._undo.clear()
+
+    def is_at(self, version: int) -> None:
+        """The transaction was rolled back, and all that it changed here has been taken back."""
+        self._version = version
 
     def forget(self) -> None:
         self._tables.clear()
         self._undo.clear()
+        self._version = _NO_VERSION
 
     def mark(self) -> int:
         """What to give to `take_back` if what follows fails."""

@@ -5,13 +5,14 @@ from sqlalchemy import Connection
 from server.domain.orders.orders import IssuedOrder
 from server.store.cache.memory import RowCache
 from server.store.orders.orders import SqlOrderRepository
+from server.store.writing.campus_lock import CampusLock
 
 _CURRENT = "orders in force"
 
 
 class CachedOrderRepository(SqlOrderRepository):
-    def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
-        super().__init__(connection, campus_id, locks=False)
+    def __init__(self, connection: Connection, campus_id: str, lock: CampusLock, memory: RowCache) -> None:
+        super().__init__(connection, campus_id, lock)
         self._memory = memory
 
     def current(self, vehicle_id: str) -> IssuedOrder | None:

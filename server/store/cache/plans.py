@@ -1,19 +1,19 @@
 """Plans in memory. The only writer compares and sets without asking the database."""
 
 from sqlalchemy import Connection
-from sqlalchemy.exc import IntegrityError
 
 from server.domain.errors import PlanChanged
 from server.domain.planning.plans import Plan
 from server.store.cache.memory import RowCache, Rows
 from server.store.planning.plans import SqlPlanRepository
+from server.store.writing.campus_lock import CampusLock
 
 _PLANS = "plans"
 
 
 class CachedPlanRepository(SqlPlanRepository):
-    def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
-        super().__init__(connection, campus_id, locks=False)
+    def __init__(self, connection: Connection, campus_id: str, lock: CampusLock, memory: RowCache) -> None:
+        super().__init__(connection, campus_id, lock)
         self._memory = memory
 
     def get(self, vehicle_id: str) -> Plan | None:
@@ -27,10 +27,13 @@ class CachedPlanRepository(SqlPlanRepository):
         present = self._known().get(plan.vehicle_id)
         if (0 if present is None else present.version) != expected_version:
             raise PlanChanged(f"the plan of {plan.vehicle_id} is no longer at version {expected_version}")
-        try:
-            self._write(plan, expected_version)
-        except IntegrityError as error:
-            raise PlanChanged(f"{plan.resting_place_id} is another vehicle's: {error.orig}") from error
+        place_id = plan.resting_place_id
+        if place_id and any(
+            other.resting_place_id == place_id and other.vehicle_id != plan.vehicle_id
+            for other in self._known().values()
+        ):
+            raise PlanChanged(f"{place_id} is another vehicle's resting place")
+        self._write(plan, expected_version)
         self._memory.put(_PLANS, plan.vehicle_id, plan)
 
     def _known(self) -> Rows:

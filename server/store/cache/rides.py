@@ -8,14 +8,15 @@ from server.domain.rides.rides import ENDED, Ride, RideState
 from server.store import tables
 from server.store.cache.memory import RowCache, Rows
 from server.store.rides.rides import SqlRideRepository
+from server.store.writing.campus_lock import CampusLock
 
 _RIDES, _CODES, _KEYS = "rides", "ride codes", "ride keys"
 _ride = tables.rides.c
 
 
 class CachedRideRepository(SqlRideRepository):
-    def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
-        super().__init__(connection, campus_id, locks=False)
+    def __init__(self, connection: Connection, campus_id: str, lock: CampusLock, memory: RowCache) -> None:
+        super().__init__(connection, campus_id, lock)
         self._memory = memory
 
     def get(self, ride_id: str) -> Ride | None:

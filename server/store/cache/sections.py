@@ -5,13 +5,14 @@ from sqlalchemy import Connection
 from server.domain.orders.sections import Occupancy
 from server.store.cache.memory import RowCache, Rows
 from server.store.orders.sections import SqlSectionRepository
+from server.store.writing.campus_lock import CampusLock
 
 _OCCUPANCIES = "occupancies"
 
 
 class CachedSectionRepository(SqlSectionRepository):
-    def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
-        super().__init__(connection, campus_id, locks=False)
+    def __init__(self, connection: Connection, campus_id: str, lock: CampusLock, memory: RowCache) -> None:
+        super().__init__(connection, campus_id, lock)
         self._memory = memory
 
     def all(self) -> tuple[Occupancy, ...]:

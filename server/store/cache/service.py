@@ -7,13 +7,14 @@ from sqlalchemy import Connection
 from server.domain.service.service import ServiceException, ServicePattern
 from server.store.cache.memory import RowCache, Rows
 from server.store.record.service import SqlServiceRepository
+from server.store.writing.campus_lock import CampusLock
 
 _PATTERNS, _EXCEPTIONS = "service patterns", "service exceptions"
 
 
 class CachedServiceRepository(SqlServiceRepository):
-    def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
-        super().__init__(connection, campus_id, locks=False)
+    def __init__(self, connection: Connection, campus_id: str, lock: CampusLock, memory: RowCache) -> None:
+        super().__init__(connection, campus_id, lock)
         self._memory = memory
 
     def patterns(self) -> tuple[ServicePattern, ...]:

@@ -11,13 +11,14 @@ from server.domain.fleet.vehicles import StatusReport, Vehicle, Whereabouts
 from server.store import tables
 from server.store.cache.memory import RowCache, Rows
 from server.store.fleet.vehicles import SqlVehicleRepository, vehicle_from_row
+from server.store.writing.campus_lock import CampusLock
 
 _VEHICLES, _WHEREABOUTS = "vehicles", "whereabouts"
 
 
 class CachedVehicleRepository(SqlVehicleRepository):
-    def __init__(self, connection: Connection, campus_id: str, memory: RowCache) -> None:
-        super().__init__(connection, campus_id, locks=False)
+    def __init__(self, connection: Connection, campus_id: str, lock: CampusLock, memory: RowCache) -> None:
+        super().__init__(connection, campus_id, lock)
         self._memory = memory
 
     def get(self, vehicle_id: str) -> Vehicle | None:

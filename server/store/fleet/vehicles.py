@@ -22,6 +22,7 @@ from server.store import tables
 from server.store.columns import from_json, to_json
 from server.store.fleet.history import SqlHistoryRepository
 from server.store.repository import AnyRow, Repository
+from server.store.writing.campus_lock import CampusLock
 
 log = structlog.get_logger("store.fleet")
 
@@ -32,9 +33,9 @@ _VEHICLE_FIELDS = tuple(field.name for field in fields(Vehicle))
 
 
 class SqlVehicleRepository(Repository):
-    def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
-        super().__init__(connection, campus_id, locks)
-        self._history = SqlHistoryRepository(connection, campus_id, locks)
+    def __init__(self, connection: Connection, campus_id: str, lock: CampusLock | None) -> None:
+        super().__init__(connection, campus_id, lock)
+        self._history = SqlHistoryRepository(connection, campus_id, lock)
 
     def get(self, vehicle_id: str) -> Vehicle | None:
         row = self._find(tables.vehicles, vehicle_id=vehicle_id)

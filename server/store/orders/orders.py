@@ -10,14 +10,15 @@ from server.store import tables
 from server.store.columns import from_json, to_json
 from server.store.counters import Counters
 from server.store.repository import AnyRow, Repository
+from server.store.writing.campus_lock import CampusLock
 
 _order = tables.orders.c
 
 
 class SqlOrderRepository(Repository):
-    def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
-        super().__init__(connection, campus_id, locks)
-        self._counters = Counters(connection, campus_id)
+    def __init__(self, connection: Connection, campus_id: str, lock: CampusLock | None) -> None:
+        super().__init__(connection, campus_id, lock)
+        self._counters = Counters(connection, campus_id, lock)
 
     def current(self, vehicle_id: str) -> IssuedOrder | None:
         statement = self._select(tables.orders, _order.vehicle_id == vehicle_id)

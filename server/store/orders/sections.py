@@ -1,4 +1,4 @@
-"""Sections held by vehicles, as rows. Writers of one campus take turns."""
+"""Sections held by vehicles, as rows."""
 
 from sqlalchemy import Connection
 
@@ -7,6 +7,7 @@ from server.store import tables
 from server.store.columns import from_json, to_json
 from server.store.counters import Counters
 from server.store.repository import Repository
+from server.store.writing.campus_lock import CampusLock
 
 _FENCE = "fence"
 _held = tables.held_sections.c
@@ -14,13 +15,11 @@ _route = tables.section_routes.c
 
 
 class SqlSectionRepository(Repository):
-    def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
-        super().__init__(connection, campus_id, locks)
-        self._counters = Counters(connection, campus_id)
+    def __init__(self, connection: Connection, campus_id: str, lock: CampusLock | None) -> None:
+        super().__init__(connection, campus_id, lock)
+        self._counters = Counters(connection, campus_id, lock)
 
     def all(self) -> tuple[Occupancy, ...]:
-        if self._locks:
-            self._counters.lock(_FENCE)
         held: dict[str, list[HeldSection]] = {}
         for row in self._many(self._select(tables.held_sections).order_by(_held.fence)):
             held.setdefault(row.vehicle_id, []).append(HeldSection(row.section_id, row.fence))

@@ -1,20 +1,20 @@
 """Plans as rows, each change compared with the version that its writer read."""
 
 from sqlalchemy import Connection
-from sqlalchemy.exc import IntegrityError
 
 from server.domain.errors import PlanChanged
 from server.domain.planning.plans import Plan, PlannedVisit
 from server.store import tables
 from server.store.columns import from_json, to_json
 from server.store.repository import AnyRow, Repository
+from server.store.writing.campus_lock import CampusLock
 
 _plan = tables.plans.c
 
 
 class SqlPlanRepository(Repository):
-    def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
-        super().__init__(connection, campus_id, locks)
+    def __init__(self, connection: Connection, campus_id: str, lock: CampusLock | None) -> None:
+        super().__init__(connection, campus_id, lock)
         self._all: dict[str, Plan] | None = None
 
     def get(self, vehicle_id: str) -> Plan | None:
@@ -28,14 +28,7 @@ class SqlPlanRepository(Repository):
         return tuple(self._all[vehicle_id] for vehicle_id in sorted(self._all))
 
     def save(self, plan: Plan, expected_version: int) -> None:
-        try:
-            with self._connection.begin_nested():
-                changed = self._write(plan, expected_version)
-        except IntegrityError as error:
-            raise PlanChanged(
-                f"another plan was made at the same time as that of {plan.vehicle_id}: {error.orig}"
-            ) from error
-        if not changed:
+        if not self._write(plan, expected_version):
             raise PlanChanged(f"the plan of {plan.vehicle_id} is no longer at version {expected_version}")
         if self._all is not None:
             self._all[plan.vehicle_id] = plan

@@ -21,6 +21,7 @@ class SqlAnswerRepository(Repository):
             "sealed": b"",
             "made_at": now,
         }
+        self._require_lock()
         claiming = statement.values(**row).on_conflict_do_nothing().returning(_answer.key_sha256)
         if self._connection.execute(claiming).first() is not None:
             return None

@@ -10,6 +10,7 @@ from server.store import tables
 from server.store.columns import to_json
 from server.store.counters import Counters
 from server.store.repository import AnyRow, Repository
+from server.store.writing.campus_lock import CampusLock
 
 log = structlog.get_logger("store.record")
 
@@ -18,9 +19,9 @@ _decoder: msgspec.json.Decoder[VehicleEvent] = msgspec.json.Decoder(VehicleEvent
 
 
 class SqlEventRepository(Repository):
-    def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
-        super().__init__(connection, campus_id, locks)
-        self._counters = Counters(connection, campus_id)
+    def __init__(self, connection: Connection, campus_id: str, lock: CampusLock | None) -> None:
+        super().__init__(connection, campus_id, lock)
+        self._counters = Counters(connection, campus_id, lock)
         self._unwritten: list[ServerEvent] = []
 
     def count(self, vehicle_id: str, boot_id: str) -> int:

@@ -15,6 +15,7 @@ from server.domain.rides.rides import (
 )
 from server.store import tables
 from server.store.repository import AnyRow, Repository
+from server.store.writing.campus_lock import CampusLock
 
 _ride = tables.rides.c
 _tap = tables.taps.c
@@ -23,8 +24,8 @@ _tap = tables.taps.c
 class SqlRideRepository(Repository):
     """Rides are written when the transaction ends, or before it reads them: most change more than once."""
 
-    def __init__(self, connection: Connection, campus_id: str, locks: bool) -> None:
-        super().__init__(connection, campus_id, locks)
+    def __init__(self, connection: Connection, campus_id: str, lock: CampusLock | None) -> None:
+        super().__init__(connection, campus_id, lock)
         self._unwritten: dict[str, Ride] = {}
 
     def flush(self) -> None:

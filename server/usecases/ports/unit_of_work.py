@@ -109,9 +109,12 @@ class Transactions(Protocol):
     """Runs a use case whole: `await transactions.run(lambda uow: rides.book(uow, request))`."""
 
     async def run(self, work: Callable[[UnitOfWork], T]) -> T:
-        """Commit on return, roll back on any exception, repeat on PlanChanged; then publish."""
+        """Commit on return, roll back on any exception, repeat on PlanChanged; then publish.
+
+        Raises what `work` raises; StoreUnavailable (nothing is stored) and OutcomeUnknown (it may be stored).
+        """
         ...
 
     async def read(self, work: Callable[[UnitOfWork], T]) -> T:
-        """Run something that only reads, without waiting for writers."""
+        """Run something that only reads, without waiting for writers. Raises StoreUnavailable."""
         ...

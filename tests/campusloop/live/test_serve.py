@@ -72,6 +72,20 @@ def test_what_is_missing_is_named_with_what_to_do(
     assert "hush" not in str(refusal.value)
 
 
+def test_a_second_server_on_the_same_sqlite_file_refuses_to_start(tmp_path: Path) -> None:
+    settings = settings_from({}, var_dir=tmp_path, map_path=SNOW_LION)
+
+    async def scenario() -> None:
+        first = await live_ports(settings)
+        with pytest.raises(CannotStart, match=r"in use by another server .* stop it"):
+            await live_ports(settings)
+        await first.ports.close()
+        again = await live_ports(settings)
+        await again.ports.close()
+
+    asyncio.run(scenario())
+
+
 def test_the_command_refuses_to_start_with_one_clear_line(tmp_path: Path) -> None:
     refused = subprocess.run(
         [sys.executable, "-m", "campusloop", "serve", "--port", "0", "--map", "nowhere.json"],

@@ -105,7 +105,7 @@ def poison(server: ServerUnderTest, **columns: object) -> None:
                 connection.execute(update(table).where(table.c.vehicle_id == "shuttle-1").values(**values))
 
     server.transact(work)
-    server.transactions._memory = RowCache()
+    server.transactions._writer._memory = RowCache()
 
 
 @pytest.mark.parametrize(

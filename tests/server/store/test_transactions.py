@@ -15,16 +15,18 @@ from sqlalchemy.exc import DBAPIError
 from contract.roads.load import encode_map
 from server.adapters import SeededIds
 from server.bus.in_process import InProcessBus, LocalSubscription
-from server.domain.errors import PlanChanged, VehicleUnknown
+from server.domain.errors import PlanChanged, StoreUnavailable, VehicleUnknown
 from server.domain.planning.plans import Plan
 from server.domain.record.incidents import IncidentKind
 from server.domain.rides.effects import Effects, Intervention
 from server.domain.rides.rides import BookRide, RideState
 from server.domain.rules import FleetRules
-from server.store.engine import open_engine
+from server.store.engine import open_engine, read_only
 from server.store.roads.map_library import MapLibrary
-from server.store.transactions import ATTEMPTS, GroupCommit, InlineTransactions, PooledTransactions
+from server.store.transactions import GroupCommit, InlineTransactions
 from server.store.unit_of_work import Context
+from server.store.writing.retries import NO_RETRIES
+from server.store.writing.writer import ATTEMPTS
 from server.usecases.fleet import campus
 from server.usecases.fleet.interventions import intervene
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -38,8 +40,6 @@ from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.fresh_database import write_fresh_database
 from tests.server.usecases.shipped_maps import shipped_map
 
-Live = GroupCommit | PooledTransactions
-
 
 class NamedIds(SeededIds):
     """Ids that no other transactions on the same database have made."""
@@ -49,14 +49,13 @@ class NamedIds(SeededIds):
 
 
 @asynccontextmanager
-async def live(engine: Engine, seed: int = 7) -> AsyncIterator[tuple[Live, LocalSubscription]]:
-    """The live transactions of this database, and all that is published."""
+async def live(engine: Engine, seed: int = 7) -> AsyncIterator[tuple[GroupCommit, LocalSubscription]]:
+    """The live transactions of this database, without retries, and all that is published."""
     rules = FleetRules()
     context = Context("snow-lion", HandClock(), NamedIds(seed), rules, PlainHasher(), MapLibrary(rules))
     bus = InProcessBus()
     heard = await bus.subscribe("campus/>")
-    kind = GroupCommit if engine.dialect.name == "sqlite" else PooledTransactions
-    transactions = kind(engine, context, bus)
+    transactions = GroupCommit(engine, context, bus, NO_RETRIES)
     yield transactions, heard
     await transactions.close()
 
@@ -91,7 +90,7 @@ def test_connections_that_the_database_has_closed_are_replaced(new_postgresql: C
 def test_a_process_that_fails_while_its_store_is_open_ends(tmp_path: Path) -> None:
     write_fresh_database(tmp_path / "campusloop.db")
     program = """import sys
-from server.store.engine import open_engine
+from server.store.engine import open_engine, read_only
 from server.store.transactions import GroupCommit
 transactions = GroupCommit(open_engine(sys.argv[1]), None, None)
 raise RuntimeError("before it was closed")"""
@@ -155,7 +154,8 @@ def refused_commits(engine: Engine) -> Iterator[None]:
         return
     with engine.begin() as connection:
         connection.exec_driver_sql(
-            "CREATE FUNCTION refuse() RETURNS trigger LANGUAGE plpgsql AS $$BEGIN RAISE 'no room'; END$$"
+            "CREATE FUNCTION refuse() RETURNS trigger LANGUAGE plpgsql AS "
+            "$$BEGIN RAISE 'no room' USING ERRCODE = 'disk_full'; END$$"
         )
         connection.exec_driver_sql(
             "CREATE CONSTRAINT TRIGGER refuse AFTER INSERT ON incidents DEFERRABLE INITIALLY DEFERRED "
@@ -175,7 +175,7 @@ def test_when_the_commit_fails_nobody_is_told_that_it_was_done(engine: Engine) -
                 answers = await asyncio.gather(
                     *(transactions.run(opened(f"v{k}")) for k in range(5)), return_exceptions=True
                 )
-            assert all(isinstance(answer, DBAPIError) for answer in answers), answers
+            assert all(isinstance(answer, StoreUnavailable) for answer in answers), answers
             assert await transactions.read(count_open) == 1
             stored = await transactions.run(opened("after"))
             _, payload = await asyncio.wait_for(anext(heard), 5.0)
@@ -192,7 +192,7 @@ def test_what_a_failed_commit_changed_is_unknown_to_the_next_use_case(engine: En
     async def scenario() -> None:
         async with live(engine) as (transactions, _):
             await transactions.run(opened("before"))
-            with refused_commits(engine), pytest.raises(DBAPIError):
+            with refused_commits(engine), pytest.raises(StoreUnavailable):
                 await transactions.run(save_plan)
             assert await transactions.run(lambda uow: uow.plans.get("shuttle-1")) is None
             assert await transactions.run(count_open) == 1
@@ -203,11 +203,18 @@ def test_what_a_failed_commit_changed_is_unknown_to_the_next_use_case(engine: En
 def test_reading_cannot_write(engine: Engine) -> None:
     async def scenario() -> None:
         async with live(engine) as (transactions, _):
-            with pytest.raises(DBAPIError):
+            with pytest.raises(AssertionError, match="only reads"):
                 await transactions.read(opened("sly"))
             assert await transactions.read(count_open) == 0
 
     asyncio.run(scenario())
+
+
+def test_the_database_refuses_what_a_reader_writes(engine: Engine) -> None:
+    with engine.connect() as connection, pytest.raises(DBAPIError), read_only(connection):
+        connection.execute(text("INSERT INTO counters VALUES ('snow-lion', 'sly', 1)"))
+    with engine.connect() as connection:
+        assert connection.execute(text("SELECT count(*) FROM counters")).scalar_one() == 0
 
 
 def test_a_plan_is_saved_only_over_the_version_that_was_read(engine: Engine) -> None:

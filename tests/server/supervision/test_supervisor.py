@@ -9,10 +9,11 @@ from structlog.testing import capture_logs
 from campusloop.virtual.event_loop import VirtualLoop
 from server.adapters import SeededIds
 from server.bus.in_process import InProcessBus
-from server.domain.errors import NoVehicleFree
+from server.domain.errors import DomainError, NoVehicleFree, OutcomeUnknown, StoreUnavailable
 from server.supervision.health import LATE_S, TaskHealth, cause_of
 from server.supervision.retries import FAIL_AT_ONCE, RetryPolicy
 from server.supervision.standing_tasks import PeriodicTask, TopicReader
+from server.supervision.steps import run_steps
 from server.supervision.supervisor import Supervisor
 
 START = datetime(2026, 9, 1, 8, 0, tzinfo=UTC)
@@ -92,6 +93,24 @@ def test_a_refusal_is_logged_and_does_not_count_as_a_failure() -> None:
     assert [(entry["event"], entry["code"]) for entry in logs] == [("task.refused", "no_vehicle_free")]
     assert work.at_s == [0.0, 1.0]
     assert supervised.health.failures_total == 0
+    supervised.close()
+
+
+@pytest.mark.parametrize("error", [StoreUnavailable("locked"), OutcomeUnknown("cut")], ids=lambda e: e.code)
+def test_a_failure_of_the_database_is_no_refusal(error: DomainError) -> None:
+    supervised = Supervised()
+    supervised.start(PeriodicTask("test", Work(supervised.loop, error), 10.0))
+    supervised.until(0.5)
+    assert supervised.health.failures == 1
+    supervised.close()
+
+
+def test_a_failure_of_the_database_ends_the_steps_of_a_cycle() -> None:
+    supervised = Supervised()
+    first, second = Work(supervised.loop, StoreUnavailable("locked")), Work(supervised.loop)
+    with pytest.raises(StoreUnavailable):
+        supervised.loop.run_now(run_steps([first, second]))
+    assert (len(first.at_s), second.at_s) == (1, [])
     supervised.close()
 
 

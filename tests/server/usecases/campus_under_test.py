@@ -21,6 +21,7 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import identity
 from server.usecases.record.identity import CreatedSession
 from tests.server.usecases.fresh_database import fresh_database
+from tests.server.usecases.lock_order import watch_lock_order
 
 T = TypeVar("T")
 MORNING = datetime(2026, 11, 23, 0, 0, tzinfo=UTC)
@@ -88,6 +89,7 @@ class CampusUnderTest:
         self.ids = SeededIds(seed)
         self.bus = NotingBus()
         self.engine = engine or fresh_database()
+        watch_lock_order(self.engine)
         self.context = Context(
             road_map.campus_id, self.clock, self.ids, self.rules, PlainHasher(), _library(self.rules)
         )
