@@ -1,9 +1,10 @@
 """Formats that several schemas share: names in paths, free text, moments."""
 
+from datetime import UTC, datetime
 from typing import Annotated
 
 from fastapi import Path
-from pydantic import AwareDatetime, Field, StringConstraints
+from pydantic import AfterValidator, AwareDatetime, Field, StringConstraints
 
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._@:-]{0,63}$"
 TOKEN_PATTERN = r"^[A-Za-z0-9_-]{16,128}$"
@@ -15,7 +16,17 @@ FreeText = Annotated[
     str, StringConstraints(strip_whitespace=True, max_length=500, pattern=r"^[^\x00-\x08\x0b-\x1f]*$")
 ]
 StopId = Annotated[str, StringConstraints(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f]+$")]
-Moment = Annotated[AwareDatetime, Field(examples=["2026-09-01T08:15:00Z"])]
+
+
+def _within_calendar(moment: datetime) -> datetime:
+    """Near the calendar's ends a moment has no equal in other time zones."""
+    if not _FIRST <= moment <= _LAST:
+        raise ValueError(f"must lie between {_FIRST:%Y} and {_LAST:%Y}")
+    return moment
+
+
+_FIRST, _LAST = datetime(1970, 1, 1, tzinfo=UTC), datetime(2999, 12, 31, tzinfo=UTC)
+Moment = Annotated[AwareDatetime, AfterValidator(_within_calendar), Field(examples=["2026-09-01T08:15:00Z"])]
 
 RideToken = Annotated[
     str,

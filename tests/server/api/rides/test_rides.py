@@ -153,3 +153,14 @@ def test_a_call_for_help_is_on_top_of_the_incidents_with_its_words(campus: Serve
     assert (first["incident_id"], first["priority"]) == (called.json()["incident_id"], 0)
     assert "车门打不开" in first["cause"]
     assert first["ride_id"] == ride["ride_id"]
+
+
+@pytest.mark.parametrize("moment", ["0001-01-01T00:00:00+14:00", "9999-12-31T23:59:59-14:00"])
+def test_moments_at_the_ends_of_the_calendar_are_refused_as_what_they_are(
+    server: ServerUnderTest, moment: str
+) -> None:
+    server.sign_in()
+    listed = server.get("/rides", params={"before": moment})
+    booked = server.post("/rides", {"from_stop": "NN20", "to_stop": "C6", "earliest": moment})
+    assert [listed.status_code, booked.status_code] == [422, 422]
+    assert "must lie between 1970 and 2999" in listed.text
