@@ -104,6 +104,8 @@ class Writer:
         return self._connection
 
     def close(self) -> None:
+        """Close the connection and forget all. A later use opens it again, as after a start."""
+        self._memory.forget()
         if self._connection is not None:
             self._connection.close()
             self._connection = None

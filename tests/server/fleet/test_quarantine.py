@@ -10,7 +10,6 @@ from contract.wire.codec import encode
 from contract.wire.messages import ModeChanged, Status
 from server.domain.fleet.vehicles import Vehicle, Whereabouts
 from server.store import tables
-from server.store.cache.memory import RowCache
 from server.usecases.fleet import quarantine
 from server.usecases.ports.unit_of_work import UnitOfWork
 from tests.server.api.server_under_test import ServerUnderTest, snow_lion
@@ -105,7 +104,7 @@ def poison(server: ServerUnderTest, **columns: object) -> None:
                 connection.execute(update(table).where(table.c.vehicle_id == "shuttle-1").values(**values))
 
     server.transact(work)
-    server.transactions._writer._memory = RowCache()
+    server.run(server.transactions.close())
 
 
 @pytest.mark.parametrize(
