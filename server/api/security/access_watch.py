@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Awaitable, Callable
 from datetime import datetime
 
-from server.domain.errors import DomainError
+from server.domain.errors import DomainError, StoreFailure
 from server.supervision.standing_tasks import TopicReader
 from server.supervision.supervisor import Supervisor
 from server.usecases.ports import topics
@@ -36,6 +36,10 @@ class AccessWatch:
             changed = self._changed
             try:
                 expires_at = await check()
+            except StoreFailure:
+                # A database that does not answer ends no access.
+                await asyncio.sleep(StoreFailure.retry_after_s)
+                continue
             except DomainError as error:
                 return error
             left_s = (expires_at - self._clock.now()).total_seconds()

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from server.domain.errors import StoreUnavailable
 from server.supervision.retries import RetryPolicy
 from server.supervision.standing_tasks import PeriodicTask
 from tests.server.api.server_under_test import ServerUnderTest
@@ -95,6 +96,19 @@ def test_an_outage_that_ended_before_it_could_be_recorded_is_in_the_record_after
     assert [(incident["kind"], incident["closed_by"]) for incident in incidents] == [
         ("server_degraded", "server")
     ]
+
+
+def test_a_server_whose_database_does_not_answer_is_not_ready(
+    server: ServerUnderTest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def lost(work: object) -> None:
+        raise StoreUnavailable("out of reach")
+
+    with monkeypatch.context() as outage:
+        outage.setattr(server.transactions, "read", lost)
+        answer = server.get("/ready")
+        assert (answer.status_code, answer.json()["database"]) == (503, "unavailable")
+    assert server.get("/ready").status_code == 200
 
 
 def test_a_server_without_room_on_its_disk_is_not_ready(tmp_path: Path) -> None:

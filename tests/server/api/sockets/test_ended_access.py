@@ -8,7 +8,10 @@ from typing import Any
 
 import pytest
 
+from server.domain.errors import StoreUnavailable
 from server.domain.rules import FleetRules
+from server.supervision.retries import RetryPolicy
+from server.usecases.ports import topics
 from server.usecases.record import identity
 from server.usecases.record.identity import CreatedToken
 from tests.server.api.server_under_test import ServerUnderTest
@@ -61,7 +64,9 @@ class OpenSocket:
 
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[ServerUnderTest]:
-    server = ServerUnderTest(tmp_path, rules=FleetRules(operator_session_s=SESSION_S))
+    # The scene feed outlives an outage of the database as well.
+    enduring = RetryPolicy(failures_max=1000)
+    server = ServerUnderTest(tmp_path, rules=FleetRules(operator_session_s=SESSION_S), retry=enduring)
     yield server
     server.close()
 
@@ -149,3 +154,22 @@ def test_a_passenger_goes_on_watching_while_operators_come_and_go(server: Server
     server.request("DELETE", "/session", headers=headers)
     server.elapse(SESSION_S + 60.0)
     assert view.closed is None
+
+
+def test_a_database_that_does_not_answer_ends_no_connection(
+    server: ServerUnderTest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def lost(work: object) -> None:
+        raise StoreUnavailable("out of reach")
+
+    headers = server.sign_in()
+    view = an_operators_view(server)
+    script = OpenSocket(server, "/ws/developer", bearer(a_token(server, "read")))
+    with monkeypatch.context() as outage:
+        outage.setattr(server.transactions, "read", lost)
+        server.run(server.bus.publish(topics.access("snow-lion"), b"{}"))
+        server.elapse(10.0)
+    assert (view.closed, script.closed) == (None, None)
+    assert server.request("DELETE", "/session", headers=headers).status_code == 204
+    server.elapse(SOON_S)
+    assert view.closed == 4403
