@@ -54,6 +54,7 @@ class Supervisor:
         assert task.name not in self._health, f"two standing tasks are called {task.name}"
         self._health[task.name] = TaskHealth(task.name, self._clock.now(), task.period_s)
         running = asyncio.get_running_loop().create_task(self._supervise(task), name=task.name)
+        running.add_done_callback(self._ended)
         self._tasks.append(running)
         return running
 
@@ -79,6 +80,14 @@ class Supervisor:
             task.cancel()
         if self._tasks:
             await asyncio.wait(self._tasks)
+
+    def _ended(self, running: "asyncio.Task[None]") -> None:
+        """Supervision itself has failed, e.g. to write the log: nothing would repeat the task any more."""
+        error = None if running.cancelled() else running.exception()
+        if error is not None:
+            name = running.get_name()
+            self._health[name] = after_failure(self._health[name], error, self._clock.now())
+            self._end(f"{name} is not supervised any more: {self._health[name].cause}", error)
 
     async def _supervise(self, task: StandingTask) -> None:
         cycles = _CyclesOf(self, task.name)

@@ -254,3 +254,16 @@ def test_a_cause_has_one_line_since_others_may_quote_values_of_a_statement() -> 
     assert cause_of(error) == "ValueError: database is locked"
     assert cause_of(OSError()) == "OSError"
     assert len(cause_of(ValueError("x" * 5000))) == 200
+
+
+def test_supervision_that_fails_itself_ends_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full_disk(*_: object, **__: object) -> None:
+        raise OSError("no room for the log")
+
+    supervised = Supervised()
+    monkeypatch.setattr("server.supervision.supervisor.log.error", full_disk, raising=False)
+    supervised.start(PeriodicTask("dispatcher", Work(supervised.loop, OSError("disk full")), 1.0))
+    supervised.until(0.1)
+    assert supervised.ends == ["dispatcher is not supervised any more: OSError: no room for the log"]
+    assert supervised.health.failures == 2
+    supervised.close()
