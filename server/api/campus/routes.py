@@ -1,9 +1,11 @@
 """The active campus map: its facts, geometry and stops."""
 
+from functools import lru_cache
 from typing import Annotated
 
 from fastapi import APIRouter, Header, Response
 
+from contract.roads.network import RoadNetwork
 from server.api.campus.schemas import (
     CampusView,
     MapGeometry,
@@ -19,6 +21,9 @@ from server.domain.errors import CampusUnknown
 from server.usecases.fleet import campus
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import calendars
+
+# Of the campuses and versions that are asked for at a time.
+MAPS_KEPT = 4
 
 router = APIRouter(tags=["campus"])
 
@@ -52,14 +57,20 @@ async def get_campus_map(
 ) -> Response:
     """Lanes, buildings and stops as compact arrays, with the map version as ETag."""
 
-    def work(uow: UnitOfWork) -> tuple[str, MapGeometry | None]:
+    def work(uow: UnitOfWork) -> tuple[str, bytes | None]:
         network = uow.network()
         etag = f'"{network.map_version}"'
         is_known = if_none_match is not None and etag in if_none_match
-        return etag, None if is_known else map_geometry(network, campus.stops(uow))
+        return etag, None if is_known else _encoded_map(network)
 
-    etag, geometry = await services.transactions.read(work)
+    etag, encoded = await services.transactions.read(work)
     headers = {"ETag": etag, "Cache-Control": "no-cache"}
-    if geometry is None:
+    if encoded is None:
         return Response(status_code=304, headers=headers)
-    return Response(geometry.model_dump_json(), media_type="application/json", headers=headers)
+    return Response(encoded, media_type="application/json", headers=headers)
+
+
+@lru_cache(maxsize=MAPS_KEPT)
+def _encoded_map(network: RoadNetwork) -> bytes:
+    """Made once for each map: it has some hundred kilobytes, and every page asks for it."""
+    return map_geometry(network, campus.stops_of(network)).model_dump_json().encode()
