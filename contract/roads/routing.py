@@ -196,7 +196,7 @@ def _distinct(points: Array) -> NDArray[np.int64]:
         if math.dist(points[i], points[kept[-1]]) >= _DISTINCT_M:
             kept.append(i)
     last = len(points) - 1
-    if kept[-1] != last and math.dist(points[0], points[last]) > 0.0:
+    if math.dist(points[0], points[last]) > 0.0:
         kept = [*(kept[:-1] if len(kept) > 1 else kept), last]
     return np.array(kept, dtype=np.int64)
 

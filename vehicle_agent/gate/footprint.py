@@ -14,9 +14,7 @@ _ZONE_M = 0.6
 
 
 @njit(cache=True)
-def distance_on_arc(
-    points_base: Array, curvature_1pm: float, front_m: float, half_width_m: float, look_m: float
-) -> float:
+def distance_on_arc(points_base: Array, curvature_1pm: float, front_m: float, half_width_m: float) -> float:
     """Travel until the body touches the nearest of the (n, 2) points on the arc; inf for none.
 
     Points alongside or behind the bumper do not count.
@@ -47,7 +45,7 @@ def distance_on_arc(
         travel = (to_point - to_body) * radius
         if travel >= 0.0:
             nearest = min(nearest, travel)
-    return nearest if nearest <= look_m else np.inf
+    return nearest
 
 
 @njit(cache=True)
@@ -69,7 +67,7 @@ def is_met_on_arc(
     end_s = delay_s + speed_mps / brake_mps2
     look_m = speed_mps * delay_s + speed_mps**2 / (2.0 * brake_mps2) + margin_m
     for p in range(points_base.shape[0]):
-        if distance_on_arc(points_base[p : p + 1], curvature_1pm, front_m, half_width_m, look_m) > look_m:
+        if distance_on_arc(points_base[p : p + 1], curvature_1pm, front_m, half_width_m) > look_m:
             continue
         for k in range(1, math.ceil(end_s / _STEP_S) + 1):
             t = min(k * _STEP_S, end_s)

@@ -40,10 +40,9 @@ def on_line(state: MissionState, route: OrderLine, start: LanePoint) -> MissionS
     """The state with the vehicle on a new line, which begins with the vehicle's lane."""
     temporary = state.temporary
     if temporary is not None:
-        s_m = route.s_of(temporary.place, start.s_m - 1.0)
+        # A stop that is being served is where the vehicle stands. One that is not on the new line is dropped.
+        s_m = route.s_of(temporary.place, start.s_m - 1.0) if state.stage == "driving" else start.s_m
         temporary = None if s_m is None else msgspec.structs.replace(temporary, s_m=s_m)
-    # A requested stop that is not on the new line is dropped; open doors close as at any stop.
-    stage = state.stage if temporary is not None or state.temporary is None else "leaving"
     return state.after(
         route=route,
         line_count=route.line_id,
@@ -53,7 +52,6 @@ def on_line(state: MissionState, route: OrderLine, start: LanePoint) -> MissionS
         is_off_route=False,
         temporary=temporary,
         wait_s_m=None,
-        stage=stage,
         hold_s_m=start.s_m if state.standing_since_ns else start.s_m + (state.hold_s_m - state.s_m),
     )
 

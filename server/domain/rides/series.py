@@ -43,9 +43,9 @@ class BookSeries:
     weekdays: tuple[int, ...]
     leave_s: int
     ends_on: date
+    party: int
+    wheelchairs: int
     starts_on: date | None = None
-    party: int = 1
-    wheelchairs: int = 0
     idempotency_key: str | None = None
     source: RideSource = "passenger"
 

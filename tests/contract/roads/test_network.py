@@ -20,6 +20,7 @@ def ring() -> RoadNetwork:
 def test_a_vehicle_beside_a_lane_is_found_with_its_offset(ring: RoadNetwork) -> None:
     assert ring.locate(30.0, 1.5, 0.0) == pytest.approx(("side-0", 30.0, 1.5))
     assert ring.locate(30.0, -1.5, 0.3) == pytest.approx(("side-0", 30.0, -1.5))
+    assert ring.locate(30.0, 14.9, 0.0) == pytest.approx(("side-0", 30.0, 14.9))
 
 
 def test_a_vehicle_that_heads_against_the_only_lane_is_at_sea(ring: RoadNetwork) -> None:
@@ -27,7 +28,8 @@ def test_a_vehicle_that_heads_against_the_only_lane_is_at_sea(ring: RoadNetwork)
 
 
 @pytest.mark.parametrize(
-    "pose", [(50.0, 50.0, 0.0), (5000.0, 0.0, 0.0), (math.nan, 0.0, 0.0), (0.0, 0.0, math.inf)]
+    "pose",
+    [(50.0, 50.0, 0.0), (30.0, 15.1, 0.0), (5000.0, 0.0, 0.0), (math.nan, 0.0, 0.0), (0.0, 0.0, math.inf)],
 )
 def test_a_pose_far_from_every_lane_is_at_sea(ring: RoadNetwork, pose: tuple[float, float, float]) -> None:
     assert ring.locate(*pose) is None

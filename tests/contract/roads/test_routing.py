@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
-from contract.roads.routing import find_route, route_line, route_sections
+from contract.roads.routing import find_route, route_line, route_sections, route_spans
 from contract.roads.times_to_places import TimesToPlaces
 from contract.roads.travel_times import travel_time_matrix
 from tests.contract.roads.generated_maps import generated_map
@@ -63,6 +63,27 @@ def test_sections_of_two_legs_join_where_the_first_one_ends(ring: RoadNetwork) -
     assert route_sections(ring, out, on) == (
         "side-0/0", "side-0/1", "side-0/2", "side-0/3", "corner-0/0", "side-1/0",
     )  # fmt: skip
+
+
+def test_a_route_of_no_length_has_the_section_that_it_is_in(ring: RoadNetwork) -> None:
+    route = find_route(ring, "side-0", 60.0, "side-0", 60.0)
+    assert route is not None
+    assert route_spans(ring, route) == (("side-0/2", 0.0, 0.0),)
+
+
+def test_a_route_that_begins_where_a_section_ends_begins_with_the_next_section(ring: RoadNetwork) -> None:
+    route = find_route(ring, "side-0", 25.0, "side-0", 60.0)
+    assert route is not None
+    assert route_sections(ring, route) == ("side-0/1", "side-0/2")
+
+
+@pytest.mark.parametrize(("length_m", "points"), [(0.0, 1), (0.01, 2), (0.03, 2)])
+def test_the_line_of_a_short_route_has_its_ends_once(ring: RoadNetwork, length_m: float, points: int) -> None:
+    route = find_route(ring, "side-0", 60.0, "side-0", 60.0 + length_m)
+    assert route is not None
+    line = route_line(ring, route)
+    assert len(line.points) == points
+    assert line.s[-1] == pytest.approx(length_m)
 
 
 Ends = tuple[int, float, int, float]

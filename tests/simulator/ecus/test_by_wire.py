@@ -13,6 +13,8 @@ from vehicle_agent.can.dbc import layouts
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import Actuation, CanFrame
 
+FIRST_NS = 1_000_000_000
+
 
 def command(name: str, stamp_ns: int, **values: float) -> CanFrame:
     layout = layouts()[name]
@@ -108,15 +110,22 @@ def test_the_stop_button_stops_and_bars_enabling_while_pressed() -> None:
     assert driver.module.enabled
 
 
+def send_round(
+    module: ByWire, t: int, counter: int, enable: int, brake_ratio: float = 0.0, gear: int = 0
+) -> int:
+    """Sends every command once from t on; returns when the next round is due."""
+    module.receive(heartbeat("global_command", t, counter))
+    module.receive(command("accelerator_command", t + 500_000))
+    module.receive(command("brake_command", t + 1_000_000, position=brake_ratio))
+    module.receive(command("shift_command", t + 1_500_000, gear=gear))
+    module.receive(command("steering_command", t + 2_000_000))
+    module.receive(heartbeat("supervisory_command", t + 2_500_000, counter, enable=enable))
+    return t + 20_000_000
+
+
 def enable_with_brake(module: ByWire, brake_ratio: float) -> None:
-    for tick, enable in ((0, 0), (1, 1)):
-        t = 1_000_000_000 + tick * 20_000_000
-        module.receive(heartbeat("global_command", t, tick))
-        module.receive(command("accelerator_command", t + 500_000))
-        module.receive(command("brake_command", t + 1_000_000, position=brake_ratio))
-        module.receive(command("shift_command", t + 1_500_000))
-        module.receive(command("steering_command", t + 2_000_000))
-        module.receive(heartbeat("supervisory_command", t + 2_500_000, tick, enable=enable))
+    t = send_round(module, FIRST_NS, 0, enable=0, brake_ratio=brake_ratio)
+    send_round(module, t, 1, enable=1, brake_ratio=brake_ratio)
 
 
 def test_enabling_with_the_brake_down_damages_the_servo() -> None:
@@ -130,6 +139,28 @@ def test_enabling_with_both_pedals_up_enables() -> None:
     module = ByWire(Profile())
     enable_with_brake(module, 0.0)
     assert module.enabled
+
+
+@pytest.mark.parametrize("before", [0, 1])
+def test_after_silence_by_wire_comes_back_only_when_the_enable_bit_falls_and_rises(before: int) -> None:
+    module, truth = ByWire(Profile()), CanDriver().fleet.truth("s1")
+    t = send_round(module, FIRST_NS, 0, enable=0)
+    t = send_round(module, t, 1, enable=before)
+    module.supervise(t + 200_000_000, truth)
+    enabled = []
+    for counter, enable in ((2, 1), (3, 0), (4, 1)):
+        t = send_round(module, t + 200_000_000, counter, enable=enable)
+        module.supervise(t, truth)
+        enabled.append(module.enabled)
+    assert enabled == [False, False, True]
+
+
+def test_in_low_gear_the_vehicle_drives_forward() -> None:
+    module = ByWire(Profile())
+    t = send_round(module, FIRST_NS, 0, enable=0, gear=4)
+    t = send_round(module, t, 1, enable=1, gear=4)
+    module.supervise(t, CanDriver().fleet.truth("s1"))
+    assert module.gear() == (1.0, 0.0)
 
 
 def test_a_repeated_heartbeat_is_no_life_sign() -> None:

@@ -12,15 +12,15 @@ from vehicle_agent.gate.footprint import distance_on_arc, is_met_on_arc
 
 def test_the_distance_is_measured_along_the_arc() -> None:
     left, right = np.array([[6.0, 3.0]]), np.array([[6.0, -3.0]])
-    assert distance_on_arc(left, 0.15, 3.5, 0.9, 10.0) < 4.0
-    assert math.isinf(distance_on_arc(right, 0.15, 3.5, 0.9, 10.0))
-    assert distance_on_arc(right, -0.15, 3.5, 0.9, 10.0) < 4.0
-    assert distance_on_arc(np.array([[5.0, 0.0]]), 0.0, 3.5, 0.9, 10.0) == 1.5
+    assert distance_on_arc(left, 0.15, 3.5, 0.9) < 4.0
+    assert math.isinf(distance_on_arc(right, 0.15, 3.5, 0.9))
+    assert distance_on_arc(right, -0.15, 3.5, 0.9) < 4.0
+    assert distance_on_arc(np.array([[5.0, 0.0]]), 0.0, 3.5, 0.9) == 1.5
 
 
 def test_points_alongside_or_behind_the_bumper_do_not_count() -> None:
     beside = np.array([[1.0, 1.0], [-2.0, 0.0], [3.0, -0.5]])
-    assert math.isinf(distance_on_arc(beside, 0.0, 3.5, 0.9, 10.0))
+    assert math.isinf(distance_on_arc(beside, 0.0, 3.5, 0.9))
 
 
 def met_by_steps(x: float, y: float, curvature_1pm: float, look_m: float) -> float:
@@ -44,7 +44,7 @@ def test_the_distance_on_an_arc_ends_where_the_body_touches(
     x: float, y: float, bend_1pm: float, left: bool
 ) -> None:
     curvature = bend_1pm if left else -bend_1pm
-    distance_m = distance_on_arc(np.array([[x, y]]), curvature, 3.5, 0.8, 5.0)
+    distance_m = distance_on_arc(np.array([[x, y]]), curvature, 3.5, 0.8)
     stepped = met_by_steps(x, y, curvature, 5.0)
     near = [math.isinf(met_by_steps(x + dx, y + dy, curvature, 5.0)) for dx, dy in _NEAR_M]
     # Steps of a centimetre do not see what is only just touched.
@@ -53,7 +53,7 @@ def test_the_distance_on_an_arc_ends_where_the_body_touches(
 
 
 def test_a_person_a_metre_from_the_inner_corner_is_not_touched_yet() -> None:
-    assert distance_on_arc(np.array([[3.46, 1.88]]), 0.157, 3.5, 0.815, 10.0) > 1.0
+    assert distance_on_arc(np.array([[3.46, 1.88]]), 0.157, 3.5, 0.815) > 1.0
 
 
 def met(x: float, y: float, vx: float, vy: float, curvature_1pm: float = 0.0, speed_mps: float = 4.0) -> bool:
@@ -111,4 +111,4 @@ def test_somebody_who_comes_into_the_way_of_one_who_leaves_it_is_no_reason_to_br
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_person_alongside_the_outer_front_corner_is_passed(side: float) -> None:
-    assert math.isinf(distance_on_arc(np.array([[3.46, side * 0.82]]), -side * 0.054, 3.5, 0.815, 10.0))
+    assert math.isinf(distance_on_arc(np.array([[3.46, side * 0.82]]), -side * 0.054, 3.5, 0.815))

@@ -221,6 +221,12 @@ def test_a_speed_counts_as_impossible_when_two_reports_say_so() -> None:
     assert not monitor.is_over(a_motion(5, over, enabled=False))
 
 
+def test_excess_speed_in_the_first_two_reports_is_detected() -> None:
+    monitor = SpeedMonitor(SETTINGS)
+    over_mps = (1.0 + SETTINGS.over_share) * SETTINGS.speed_mps_max + SETTINGS.over_mps + 0.01
+    assert [monitor.is_over(a_motion(stamp_ns, over_mps)) for stamp_ns in (1, 2)] == [False, True]
+
+
 # ------------------------------------------------------------ the steering
 
 

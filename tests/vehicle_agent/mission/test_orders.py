@@ -4,9 +4,21 @@ import msgspec
 import pytest
 
 from contract.geometry import Pose2
+from contract.roads.network import RoadNetwork
 from contract.wire.messages import Command, CommandDone, OrderAccepted, OrderRejected, Visit, VisitChanged
-from tests.vehicle_agent.mission.ring import NETWORK, OFFSET_NS, STEP_NS, RingShuttle, a_visit, an_order, rest
-from vehicle_agent.mission.memory import order_progress
+from tests.vehicle_agent.mission.ring import (
+    NETWORK,
+    OFFSET_NS,
+    STEP_NS,
+    RingShuttle,
+    a_visit,
+    an_order,
+    rest,
+    ring,
+)
+from vehicle_agent.mission.memory import MissionMemory, order_progress
+from vehicle_agent.mission.order_line import LanePoint
+from vehicle_agent.mission.orders import with_order
 
 STOP = ("south", 40.0)
 
@@ -114,6 +126,7 @@ def test_an_order_that_comes_too_late_is_told_by_how_much() -> None:
         (),
         (a_visit("a", *STOP),),
         (a_visit("a", *STOP), a_visit("a", "north", 70.0, STOP, "rest")),
+        (msgspec.structs.replace(a_visit("a", *STOP), s_m=80.5), rest(STOP)),
     ],
 )
 def test_a_malformed_order_is_refused(visits: tuple[Visit, ...]) -> None:
@@ -122,6 +135,18 @@ def test_a_malformed_order_is_refused(visits: tuple[Visit, ...]) -> None:
     answer = shuttle.answers[-1]
     assert isinstance(answer, OrderRejected)
     assert answer.code == "malformed"
+
+
+def test_an_order_with_a_visit_that_no_road_leads_to_is_refused_as_unreachable() -> None:
+    road_map = ring()
+    lanes = [
+        msgspec.structs.replace(lane, successors=()) if lane.lane_id == "east" else lane
+        for lane in road_map.lanes
+    ]
+    network = RoadNetwork(msgspec.structs.replace(road_map, lanes=tuple(lanes)))
+    answer = with_order(an_order(two_visits()), MissionMemory(), network, LanePoint("south", 5.0), 1)
+    assert isinstance(answer, OrderRejected)
+    assert answer.code == "unreachable"
 
 
 def test_a_revision_must_keep_the_visit_at_which_the_vehicle_stands() -> None:

@@ -4,6 +4,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from contract.geometry import Pose2
 from contract.wire.messages import DoorsChanged, SeatButtonPressed
 from tests.vehicle_agent.mission.ring import NETWORK, RingShuttle, a_visit, all_sections, an_order, rest
 from vehicle_agent.signals import SeatButton
@@ -171,3 +172,36 @@ def test_a_new_order_keeps_the_requested_stop() -> None:
     shuttle.step(an_order(VISITS, revision=2))
     assert shuttle.state.temporary is not None
     assert abs(shuttle.state.temporary.s_m - answer.s_m) < 0.01
+
+
+def test_a_new_order_keeps_a_requested_stop_that_the_shuttle_has_just_rolled_past() -> None:
+    shuttle = driving(6)
+    answer = pressed(shuttle)
+    shuttle.pose = Pose2(*NETWORK.pose(answer.lane_id, answer.s_m + 0.4))
+    shuttle.step()
+    shuttle.step(an_order(VISITS, revision=2))
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "open", limit_s=10.0)
+    assert shuttle.of(DoorsChanged) == [DoorsChanged(True, answer.visit_id)]
+
+
+@pytest.mark.parametrize("beyond_m", [0.0, 1.2])
+def test_a_new_order_during_a_requested_stop_neither_shortens_it_nor_keeps_the_shuttle(
+    beyond_m: float,
+) -> None:
+    shuttle = driving(6)
+    answer = pressed(shuttle)
+    shuttle.pose = Pose2(*NETWORK.pose(answer.lane_id, answer.s_m + beyond_m))
+    shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
+    shuttle.step(an_order(VISITS, revision=2))
+    shuttle.run(7.5)
+    assert shuttle.doors_open
+    shuttle.run(10)
+    assert shuttle.speed_mps > 1.0
+
+
+def test_a_new_order_that_does_not_lead_over_the_requested_stop_leaves_its_own_visits_to_be_made() -> None:
+    shuttle = driving(20)
+    assert pressed(shuttle).lane_id == "north"
+    shuttle.step(an_order((a_visit("b", "south", 76.0, kind="rest"),), revision=2))
+    shuttle.run(0.5)
+    assert [(visit.visit_id, visit.state) for visit in shuttle.state.memory.visits] == [("b", "pending")]

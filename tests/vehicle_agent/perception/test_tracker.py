@@ -156,6 +156,14 @@ def test_what_drives_on_a_campus_is_slower_than_25_mps_and_shorter_than_25_m(
     assert bool(len(kept.tracks.ids)) == believed
 
 
+def test_a_track_whose_heading_was_counted_over_many_turns_is_kept_with_the_heading_it_has() -> None:
+    seen = turned(
+        a_percept(1, (7, 2.0, 1.0, 0.0, 0.0), kind=VEHICLE, size_m=(4.0, 1.8)), 4000.0 * math.pi + 0.5
+    )
+    kept = AlphaBetaTracker().step(TrackerState(), seen, HERE)
+    assert kept.tracks.poses_map[0, 2] == pytest.approx(0.5)
+
+
 @pytest.mark.parametrize(("kind", "believed"), [(-1, False), (0, True), (3, True), (4, False)])
 def test_only_the_kinds_of_the_vocabulary_are_believed(kind: int, believed: bool) -> None:
     kept = AlphaBetaTracker().step(TrackerState(), a_percept(1, (1, 5.0, 0.0, 0.0, 0.0), kind=kind), HERE)

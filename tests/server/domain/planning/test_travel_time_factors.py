@@ -54,6 +54,13 @@ def test_factors_stay_within_their_limits(driven: list[tuple[int, float]]) -> No
     assert all(FACTOR_MIN <= factor <= FACTOR_MAX for factor in found.factors)
 
 
+@pytest.mark.parametrize(("ratio", "factor"), [(0.11, 0.5), (9.9, 3.0)])
+def test_an_hour_counts_as_twice_as_fast_at_most_and_as_three_times_as_slow_at_most(
+    ratio: float, factor: float
+) -> None:
+    assert learned_from(legs(8, *[ratio] * 200), NOW).factors[8] == factor
+
+
 @given(st.lists(st.floats(0.5, 3.0), min_size=24, max_size=24), st.floats(0.0, 23.99))
 def test_the_factor_goes_over_from_hour_to_hour(factors: list[float], hour: float) -> None:
     assert travel_time_factor_at(factors, int(hour) + 0.5) == pytest.approx(factors[int(hour)])

@@ -2,10 +2,11 @@
 
 from dataclasses import replace
 
+import msgspec
 import pytest
 
 from contract.geometry import Pose2
-from contract.wire.messages import VisitState
+from contract.wire.messages import Status, VisitState
 from server.domain.orders.orders import OrderState
 from server.domain.planning.plans import PlannedVisit
 from server.domain.rides.rides import RideState
@@ -27,11 +28,15 @@ def to_pickup(fleet: FakeFleet) -> tuple[FakeShuttle, PlannedVisit, str]:
     return shuttle, visit, ride.ride_id
 
 
-def stored_pose(fleet: FakeFleet, vehicle_id: str) -> Pose2:
+def stored_status(fleet: FakeFleet, vehicle_id: str) -> Status:
     where = fleet.campus.read(lambda uow: uow.vehicles.whereabouts(vehicle_id))
     assert where is not None
     assert where.status is not None
-    return where.status.pose_map
+    return where.status
+
+
+def stored_pose(fleet: FakeFleet, vehicle_id: str) -> Pose2:
+    return stored_status(fleet, vehicle_id).pose_map
 
 
 def test_an_arrival_lets_its_riders_board_and_those_of_no_other_shuttle(driven_fleet: FakeFleet) -> None:
@@ -71,6 +76,16 @@ def test_a_shuttle_near_its_stop_is_shown_at_it_and_one_far_away_where_it_is(dri
         )
         after = stored_pose(driven_fleet, shuttle.vehicle_id)
         assert after == (Pose2(x_m, y_m, yaw_rad) if is_moved else before)
+
+
+def test_a_shuttle_that_reports_a_visit_is_shown_as_standing(driven_fleet: FakeFleet) -> None:
+    shuttle, visit, _ = to_pickup(driven_fleet)
+    x_m, y_m, yaw_rad = driven_fleet.network.pose(visit.lane_id, visit.s_m)
+    status = stored_status(driven_fleet, shuttle.vehicle_id)
+    rolling = msgspec.structs.replace(status, pose_map=Pose2(x_m, y_m, yaw_rad), speed_mps=0.4)
+    driven_fleet.campus.do(lambda uow: uow.vehicles.save_position(shuttle.vehicle_id, rolling))
+    driven_fleet.campus.do(lambda u: visits.change(u, shuttle.vehicle_id, visit.visit_id, "under_way"))
+    assert stored_status(driven_fleet, shuttle.vehicle_id).speed_mps == 0.0
 
 
 def test_a_skipped_visit_moves_nobody(driven_fleet: FakeFleet) -> None:

@@ -34,7 +34,7 @@ MONDAY = date(2026, 11, 23)
 TUESDAY = date(2026, 11, 24)
 WORKDAYS = (0, 1, 2, 3, 4)
 AT_TEN_PAST_EIGHT = 8 * 3600 + 600
-WISH = BookSeries("NN20", "C6", WORKDAYS, AT_TEN_PAST_EIGHT, date(2026, 12, 4))
+WISH = BookSeries("NN20", "C6", WORKDAYS, AT_TEN_PAST_EIGHT, date(2026, 12, 4), party=1, wheelchairs=0)
 
 
 def book(campus: CampusUnderTest, **changes: object) -> Series:

@@ -326,11 +326,17 @@ def test_a_speed_that_is_marked_as_not_available_changes_nothing() -> None:
     loop = Loop()
     loop.tick(OFF)
     stamp_ns = loop.motion.stamp_ns
-    raw = CanFrame(loop.now_ns + TICK_NS, 0x400, b"\x7f\xff" + bytes(6))
+    raw = CanFrame(loop.now_ns + TICK_NS, 0x400, b"\x7f\xff")
     loop.tick(OFF, (raw,))
     assert loop.motion.speed_mps == pytest.approx(1.5)
     assert loop.motion.stamp_ns == stamp_ns, "and grows older"
     assert [fault.code for fault in loop.motion.faults] == ["can_frame_malformed"]
+
+
+def test_a_first_speed_report_that_is_marked_as_not_available_is_no_speed() -> None:
+    loop = Loop()
+    loop.tick(OFF, (CanFrame(loop.now_ns + TICK_NS, 0x400, b"\x7f\xff"),))
+    assert (loop.motion.speed_mps, loop.motion.stamp_ns) == (0.0, 0)
 
 
 def test_frames_of_other_modules_are_ignored() -> None:

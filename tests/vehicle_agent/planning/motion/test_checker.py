@@ -248,6 +248,15 @@ def test_a_start_beyond_a_wall_only_comes_back() -> None:
     assert "wall" in found(away, a_request(speed_mps=3.0, pose=(0.0, 3.5, 0.3)))
 
 
+def test_a_drive_that_came_back_from_beyond_a_wall_does_not_leave_again() -> None:
+    request = a_request(speed_mps=3.0, pose=(0.0, 3.5, 0.0))
+    rows = driven()
+    rows[:10, Y] = 3.5
+    assert "wall" not in found(rows, request)
+    rows[11:14, Y] = 2.0
+    assert "wall" in found(rows, request)
+
+
 @pytest.mark.parametrize(("gap_m", "within"), [(0.01, True), (-0.01, False)])
 def test_nothing_that_stands_is_touched_by_any_side_of_the_body(gap_m: float, within: bool) -> None:
     end_m = 12.0
@@ -345,10 +354,12 @@ def test_somebody_who_crosses_is_not_met_by_the_nose(early_s: float, within: boo
     assert found(driven(), request) == (() if within else ("agent",))
 
 
-@pytest.mark.parametrize(("from_y_m", "met"), [(-3.5, True), (-8.0, False), (1.0, False)])
+@pytest.mark.parametrize(
+    ("from_y_m", "met"), [(-3.5, True), (-5.0, True), (-8.0, False), (-1.5, False), (1.0, False)]
+)
 def test_between_two_predicted_times_people_go_straight_on(from_y_m: float, met: bool) -> None:
-    """Predicted for now and in four seconds only, and just as well every tenth of a second."""
-    for times_s in (np.array([0.0, 4.0]), np.linspace(0.0, 4.0, 41)):
+    """Predicted for two moments, for three, or every tenth of a second."""
+    for times_s in (np.array([0.0, 4.0]), np.array([0.0, 0.7, 4.0]), np.linspace(0.0, 4.0, 41)):
         poses = np.zeros((1, len(times_s), 3))
         poses[0, :, 0] = 7.0 + 0.5 * times_s
         poses[0, :, 1] = from_y_m + 2.0 * times_s
