@@ -115,8 +115,8 @@ def _leave_stop(state: MissionState, rules: MissionRules, ego: Ego, world: World
         return state
     if state.temporary is None:
         visit = state.visit()
-        assert visit is not None
-        return _finish_visit(state, visit)
+        at_it = visit is not None and state.memory.visit_state(visit.visit_id) == "under_way"
+        return _finish_visit(state, visit) if visit is not None and at_it else state.after(stage="driving")
     near = _is_surrounding_occupied(world, ego.pose_map, rules)
     near_since_ns = state.near_since_ns or state.stamp_ns
     clear_since_ns = 0 if near else state.clear_since_ns or state.stamp_ns

@@ -19,7 +19,7 @@ CSRF_HEADER = "X-CSRF-Token"
 
 SIGNED_OUT = "sign in at POST /api/v1/session first, or send a developer token as Authorization: Bearer"
 
-# What an endpoint may answer to a caller that is not allowed: a reader, an operator's change, anyone's change.
+# Refusals of an endpoint: for readers, for an operator's changes, for anyone's changes.
 READER_REFUSALS = (SessionExpired, TokenInvalid, ScopeMissing)
 OPERATOR_REFUSALS = (SessionExpired, CsrfMissing, IdempotencyMismatch)
 DRIVER_REFUSALS = (*READER_REFUSALS, CsrfMissing, IdempotencyMismatch)
