@@ -93,7 +93,7 @@ async def _changing(
     csrf_token: Annotated[str | None, Depends(_csrf)],
 ) -> OperatorContext:
     # A cookie alone may have been sent by another site's page; it cannot read the token.
-    expected = operator.session.csrf_token.encode()
+    expected = identity.csrf_token_of(operator.token).encode()
     if not hmac.compare_digest((csrf_token or "").encode(), expected):
         raise CsrfMissing(f"send the session's csrf_token in the header {CSRF_HEADER}")
     return operator

@@ -34,13 +34,13 @@ async def sign_in(
         httponly=True,
         samesite="strict",
     )
-    return _view(opened.operator, opened.session)
+    return _view(opened.operator, opened.token, opened.session)
 
 
 @router.get("", operation_id="get_session", responses=problems(SessionExpired))
 async def get_session(operator: ReadingOperator) -> SessionView:
     """The signed-in operator, and the CSRF token after a reload of the page."""
-    return _view(operator.operator, operator.session)
+    return _view(operator.operator, operator.token, operator.session)
 
 
 @router.delete("", operation_id="sign_out", status_code=204, responses=problems(SessionExpired, CsrfMissing))
@@ -55,9 +55,9 @@ def _is_secure(services: Services) -> bool:
     return services.settings.origin().startswith("https://")
 
 
-def _view(operator: Operator, session: OperatorSession) -> SessionView:
+def _view(operator: Operator, token: str, session: OperatorSession) -> SessionView:
     return SessionView(
         name=operator.name,
-        csrf_token=session.csrf_token,
+        csrf_token=identity.csrf_token_of(token),
         expires_at=session.expires_at,
     )

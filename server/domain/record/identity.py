@@ -26,7 +26,6 @@ class OperatorSession:
     campus_id: str
     token_sha256: str
     operator_id: str
-    csrf_token: str
     opened_at: datetime
     expires_at: datetime
 

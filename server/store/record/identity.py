@@ -43,7 +43,7 @@ class SqlIdentityRepository(Repository):
         if row is None:
             return None
         return OperatorSession(
-            row.campus_id, row.token_sha256, row.operator_id, row.csrf_token, row.opened_at, row.expires_at
+            row.campus_id, row.token_sha256, row.operator_id, row.opened_at, row.expires_at
         )
 
     def add_operator_session(self, session: OperatorSession) -> None:
@@ -52,7 +52,6 @@ class SqlIdentityRepository(Repository):
             {
                 "token_sha256": session.token_sha256,
                 "operator_id": session.operator_id,
-                "csrf_token": session.csrf_token,
                 "opened_at": session.opened_at,
                 "expires_at": session.expires_at,
             },

@@ -72,7 +72,6 @@ operator_sessions = Table(
     campus_key(),
     key("token_sha256"),
     string("operator_id"),
-    string("csrf_token", 128),
     instant("opened_at"),
     instant("expires_at"),
 )

@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from campusloop.live.journal import LastingStream
+from vehicle_agent.runtime.processes.journal import LastingStream
 
 
 class FullDisk(io.StringIO):
