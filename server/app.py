@@ -14,6 +14,8 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from server.api.metrics.measurements import Measurements
+from server.api.metrics.request_durations import RequestDurations
 from server.api.pages import page_response, read_pages
 from server.api.plain_text_errors import PlainTextErrors
 from server.api.rides.booking_batcher import BookingBatcher
@@ -84,6 +86,7 @@ def create_app(settings: Settings, ports: Ports) -> FastAPI:
     app = bare_app(lifespan=_lifespan(services, ports))
     app.state.services = services
     app.add_middleware(PlainTextErrors)
+    app.add_middleware(RequestDurations, requests=services.measurements.requests)
     app.add_middleware(SecurityHeaders, with_tls=settings.has_tls())
     app.router.default = _pages(services, app.router.default)
     return app
@@ -126,6 +129,15 @@ def _pages(services: Services, otherwise: ASGIApp) -> ASGIApp:
 
 def _services(settings: Settings, ports: Ports) -> Services:
     supervisor = Supervisor(ports.clock, ports.ids, ports.retry, ports.end)
+    hub = Hub(
+        ports.campus_id,
+        ports.clock,
+        ports.ids,
+        ports.transactions,
+        ports.bus,
+        supervisor,
+        settings.hello_timeout_s,
+    )
     return Services(
         campus_id=ports.campus_id,
         settings=settings,
@@ -136,15 +148,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
         bus=ports.bus,
         offload=ports.offload,
         segments=SegmentFiles(settings.var_dir / "segments", settings.segment_bytes_max),
-        hub=Hub(
-            ports.campus_id,
-            ports.clock,
-            ports.ids,
-            ports.transactions,
-            ports.bus,
-            supervisor,
-            settings.hello_timeout_s,
-        ),
+        hub=hub,
         presence=PresenceRelay(ports.campus_id, ports.clock, ports.transactions, ports.bus),
         feed=SceneFeed(
             ports.campus_id,
@@ -155,6 +159,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
             settings.live_interval_s,
         ),
         supervisor=supervisor,
+        measurements=Measurements(ports.clock, hub, supervisor),
         access=AccessWatch(ports.campus_id, ports.clock, ports.bus, supervisor),
         limits=Limits(
             logins=RateLimit(settings.login_tries_per_minute),

@@ -11,6 +11,7 @@ from server.api.closures import routes as closures
 from server.api.health import routes as health
 from server.api.incidents import routes as incidents
 from server.api.interventions import routes as interventions
+from server.api.metrics import routes as metrics
 from server.api.openapi import openapi_of
 from server.api.rides import records
 from server.api.rides import routes as rides
@@ -64,6 +65,7 @@ def bare_app(**options: Any) -> FastAPI:
         runs.router,
         tokens.router,
         health.router,
+        metrics.router,
     ):
         api.include_router(router)
     app.include_router(api)

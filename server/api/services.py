@@ -8,6 +8,7 @@ from typing import Annotated
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
+from server.api.metrics.measurements import Measurements
 from server.api.pages import Page
 from server.api.rides.booking_batcher import BookingBatcher
 from server.api.runs.offload import Offload
@@ -55,6 +56,7 @@ class Services:
     feed: SceneFeed
     supervisor: Supervisor
     access: AccessWatch
+    measurements: Measurements
     limits: Limits
     has_our_tables: Callable[[], bool]
     pages: dict[str, Page]
