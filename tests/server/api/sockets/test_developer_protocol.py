@@ -1,6 +1,5 @@
 """What the developer socket says is what docs/protocol/developer.asyncapi.yaml describes."""
 
-import asyncio
 import json
 from typing import Any
 
@@ -12,6 +11,7 @@ from docs.protocol.build import documents
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import identity
 from tests.server.api.server_under_test import ServerUnderTest
+from tests.server.api.sockets.open_socket import OpenSocket, bearer
 from tests.server.api.vehicles.test_commands import a_shuttle
 
 DOCUMENT = yaml.safe_load(documents()["developer.asyncapi.yaml"])
@@ -35,53 +35,25 @@ BROKEN: list[tuple[int, bytes]] = [
 ]
 
 
-class Script:
-    """Speaks to /ws/developer as an ASGI server would."""
+class Script(OpenSocket):
+    """A developer's script on /ws/developer."""
 
     def __init__(self, server: ServerUnderTest, *scopes: str) -> None:
         def work(uow: UnitOfWork) -> str:
             return identity.create_developer_token(uow, "script", scopes, 3600.0, "operator").secret  # type: ignore[arg-type]
 
-        self.server = server
-        self.said: list[dict[str, Any]] = []
-        self._frames: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
-        self._frames.put_nowait({"type": "websocket.connect"})
-        scope = {
-            "type": "websocket",
-            "asgi": {"version": "3.0"},
-            "path": "/ws/developer",
-            "raw_path": b"/ws/developer",
-            "query_string": b"",
-            "headers": [(b"authorization", f"Bearer {server.transact(work)}".encode())],
-            "scheme": "ws",
-            "subprotocols": [],
-            "client": ("127.0.0.1", 5),
-            "server": ("campus.test", 80),
-            "http_version": "1.1",
-            "root_path": "",
-            "state": {},
-        }
-        self.task = server.conductor.loop.create_task(server.app(scope, self._frames.get, self._sent))
-        server.elapse(0.1)
+        super().__init__(server, "/ws/developer", bearer(server.transact(work)))
 
-    async def _sent(self, message: Any) -> None:
-        if message["type"] == "websocket.send":
-            self.said.append(json.loads(message["text"]))
-
-    def send(self, data: bytes) -> None:
-        self._frames.put_nowait({"type": "websocket.receive", "text": data.decode()})
-        self.server.elapse(1.0)
+    @property
+    def answers(self) -> list[dict[str, Any]]:
+        return [json.loads(text) for text in self.texts]
 
     def call(self, method: str, params: object) -> dict[str, Any]:
-        self.send(json.dumps({"jsonrpc": "2.0", "id": 1, "method": method, "params": params}).encode())
-        return next(frame for frame in reversed(self.said) if "id" in frame)
+        self.say(json.dumps({"jsonrpc": "2.0", "id": 1, "method": method, "params": params}), 1.0)
+        return next(frame for frame in reversed(self.answers) if "id" in frame)
 
     def notifications(self, topic: str) -> list[dict[str, Any]]:
-        return [frame["params"] for frame in self.said if frame.get("method") == topic]
-
-    def close(self) -> None:
-        self._frames.put_nowait({"type": "websocket.disconnect", "code": 1000})
-        self.server.elapse(0.1)
+        return [frame["params"] for frame in self.answers if frame.get("method") == topic]
 
 
 def validator(message: str) -> jsonschema_rs.Validator:
@@ -100,20 +72,20 @@ def test_requests_results_and_notifications_are_as_described(server: ServerUnder
     server.elapse(1.0)
     for topic in ("vehicles", "rides"):
         assert script.notifications(topic), topic
-    for frame in script.said:
+    for frame in script.answers:
         if "method" in frame:
             validator(f"{frame['method']}_notification").validate(frame)
-    script.close()
+    script.leave()
 
 
 @pytest.mark.parametrize(("number", "request_"), BROKEN)
 def test_errors_are_as_described(server: ServerUnderTest, number: int, request_: bytes) -> None:
     script = Script(server, "read", "drive")
-    script.send(request_)
-    (answer,) = script.said
+    script.say(request_.decode(), 1.0)
+    (answer,) = script.answers
     assert answer["error"]["code"] == number
     validator("error").validate(answer)
-    script.close()
+    script.leave()
 
 
 def test_a_missing_scope_is_as_described(server: ServerUnderTest) -> None:
@@ -121,11 +93,11 @@ def test_a_missing_scope_is_as_described(server: ServerUnderTest) -> None:
     answer = script.call("pause", {"vehicle_id": "shuttle-1"})
     assert answer["error"]["code"] == -32001
     validator("error").validate(answer)
-    script.close()
+    script.leave()
 
 
 def test_a_refused_connection_is_as_described(server: ServerUnderTest) -> None:
-    (refusal,) = Script(server, "infrastructure").said
+    (refusal,) = Script(server, "infrastructure").answers
     assert refusal["params"]["code"] == "scope_missing"
     validator("refused_notification").validate(refusal)
 
@@ -146,9 +118,9 @@ def test_each_topic_begins_with_a_snapshot_and_again_after_another_subscription(
     a_shuttle(server, "shuttle-1")
     server.elapse(2.0)
     script = Script(server, "read")
-    assert script.said == []
+    assert script.answers == []
     for _ in range(2):
-        script.said.clear()
+        script.answers.clear()
         script.call("subscribe", {"topics": ["vehicles"]})
         (first, *_) = script.notifications("vehicles")
         assert first["snapshot"]
@@ -156,7 +128,7 @@ def test_each_topic_begins_with_a_snapshot_and_again_after_another_subscription(
         assert script.notifications("rides") == []
     script.call("subscribe", {"topics": ["rides"]})
     assert [one["snapshot"] for one in script.notifications("rides")] == [True]
-    script.close()
+    script.leave()
 
 
 def test_a_command_with_a_key_is_carried_out_once(server: ServerUnderTest) -> None:
@@ -167,4 +139,4 @@ def test_a_command_with_a_key_is_carried_out_once(server: ServerUnderTest) -> No
     assert again["result"] == first["result"]
     other = script.call("resume", params)
     assert other["error"]["data"]["code"] == "idempotency_mismatch"
-    script.close()
+    script.leave()

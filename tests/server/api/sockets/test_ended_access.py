@@ -1,10 +1,8 @@
 """Open connections end with the session or token that opened them, within two seconds."""
 
-import asyncio
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -15,51 +13,10 @@ from server.usecases.ports import topics
 from server.usecases.record import identity
 from server.usecases.record.identity import CreatedToken
 from tests.server.api.server_under_test import ServerUnderTest
+from tests.server.api.sockets.open_socket import OpenSocket, bearer
 
 SESSION_S = 500.0
 SOON_S = 2.0
-
-
-class OpenSocket:
-    """One websocket, as an ASGI server would serve it."""
-
-    def __init__(self, server: ServerUnderTest, path: str, header: tuple[bytes, bytes]) -> None:
-        self.server = server
-        self.said: list[dict[str, Any]] = []
-        self._frames: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
-        self._frames.put_nowait({"type": "websocket.connect"})
-        scope = {
-            "type": "websocket",
-            "asgi": {"version": "3.0"},
-            "path": path,
-            "raw_path": path.encode(),
-            "query_string": b"",
-            "headers": [header],
-            "scheme": "ws",
-            "subprotocols": [],
-            "client": ("127.0.0.1", 5),
-            "server": ("campus.test", 80),
-            "http_version": "1.1",
-            "root_path": "",
-            "state": {},
-        }
-        self.task = server.conductor.loop.create_task(server.app(scope, self._frames.get, self._sent))
-        server.elapse(0.2)
-
-    async def _sent(self, message: Any) -> None:
-        self.said.append(dict(message))
-
-    def say(self, text: str) -> None:
-        self._frames.put_nowait({"type": "websocket.receive", "text": text})
-        self.server.elapse(0.5)
-
-    @property
-    def closed(self) -> int | None:
-        return next((m["code"] for m in self.said if m["type"] == "websocket.close"), None)
-
-    @property
-    def last_text(self) -> str:
-        return next(m["text"] for m in reversed(self.said) if m["type"] == "websocket.send")
 
 
 @pytest.fixture
@@ -78,15 +35,11 @@ def a_token(server: ServerUnderTest, scope: str, valid_s: float = 3600.0) -> Cre
     return created
 
 
-def bearer(token: CreatedToken) -> tuple[bytes, bytes]:
-    return b"authorization", f"Bearer {token.secret}".encode()
-
-
 def an_operators_view(server: ServerUnderTest) -> OpenSocket:
     cookie = f"campusloop_session={server.client.cookies['campusloop_session']}"
     view = OpenSocket(server, "/ws/live", (b"cookie", cookie.encode()))
     view.say('{"type":"watch"}')
-    assert json.loads(view.last_text)["type"] == "snapshot"
+    assert json.loads(view.texts[-1])["type"] == "snapshot"
     return view
 
 
@@ -95,14 +48,14 @@ def an_operators_view(server: ServerUnderTest) -> OpenSocket:
 )
 def test_a_revoked_token_ends_a_silent_connection(server: ServerUnderTest, path: str, scope: str) -> None:
     token = a_token(server, scope)
-    opened = OpenSocket(server, path, bearer(token))
-    other = OpenSocket(server, path, bearer(a_token(server, scope)))
+    opened = OpenSocket(server, path, bearer(token.secret))
+    other = OpenSocket(server, path, bearer(a_token(server, scope).secret))
     server.elapse(60.0)
     assert opened.closed is None
     server.transact(lambda uow: identity.revoke_developer_token(uow, token.token.token_id, "operator"))
     server.elapse(SOON_S)
     assert opened.closed == 4401
-    assert "token_invalid" in opened.last_text
+    assert "token_invalid" in opened.texts[-1]
     assert opened.task.done()
     assert other.closed is None
 
@@ -113,7 +66,7 @@ def test_a_revoked_token_ends_a_silent_connection(server: ServerUnderTest, path:
 def test_a_token_that_expires_ends_a_silent_connection(
     server: ServerUnderTest, path: str, scope: str
 ) -> None:
-    opened = OpenSocket(server, path, bearer(a_token(server, scope, valid_s=100.0)))
+    opened = OpenSocket(server, path, bearer(a_token(server, scope, valid_s=100.0).secret))
     server.elapse(98.0)
     assert opened.closed is None
     server.elapse(SOON_S + 1.0)
@@ -126,7 +79,7 @@ def test_signing_out_ends_the_operators_live_views(server: ServerUnderTest) -> N
     assert server.request("DELETE", "/session", headers=headers).status_code == 204
     server.elapse(SOON_S)
     assert view.closed == 4403
-    assert json.loads(view.last_text)["code"] == "session_expired"
+    assert json.loads(view.texts[-1])["code"] == "session_expired"
 
 
 def test_a_changed_password_ends_the_operators_live_views(server: ServerUnderTest) -> None:
@@ -164,7 +117,7 @@ def test_a_database_that_does_not_answer_ends_no_connection(
 
     headers = server.sign_in()
     view = an_operators_view(server)
-    script = OpenSocket(server, "/ws/developer", bearer(a_token(server, "read")))
+    script = OpenSocket(server, "/ws/developer", bearer(a_token(server, "read").secret))
     with monkeypatch.context() as outage:
         outage.setattr(server.transactions, "read", lost)
         server.run(server.bus.publish(topics.access("snow-lion"), b"{}"))

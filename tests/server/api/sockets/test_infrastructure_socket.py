@@ -1,6 +1,5 @@
 """A camera at a crossing, over the real socket endpoint in virtual time, and who hears of it."""
 
-import asyncio
 import json
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from server.live.viewer import EverythingScope, RideScope, Viewer
 from server.usecases.fleet import campus
 from server.usecases.record import identity
 from tests.server.api.server_under_test import ServerUnderTest, snow_lion
+from tests.server.api.sockets.open_socket import OpenSocket, bearer
 from tests.server.fleet.spoken_vehicle import SpokenVehicle
 from tests.server.fleet.vehicle_key import VehicleKeyPair
 
@@ -32,52 +32,17 @@ def crossing() -> ObservationArea:
     return ObservationArea("zebra", "crossing", corners, ((LANE.lane_id, 20.0),))
 
 
-class Camera:
-    """Speaks to /ws/infrastructure as an ASGI server would."""
+class Camera(OpenSocket):
+    """A camera on /ws/infrastructure."""
 
     def __init__(self, server: ServerUnderTest, secret: str) -> None:
-        self.server = server
-        self.said: list[dict[str, Any]] = []
-        self._frames: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
-        self._frames.put_nowait({"type": "websocket.connect"})
-        scope = {
-            "type": "websocket",
-            "asgi": {"version": "3.0"},
-            "path": "/ws/infrastructure",
-            "raw_path": b"/ws/infrastructure",
-            "query_string": b"",
-            "headers": [(b"authorization", f"Bearer {secret}".encode())],
-            "scheme": "ws",
-            "subprotocols": [],
-            "client": ("127.0.0.1", 5),
-            "server": ("campus.test", 80),
-            "http_version": "1.1",
-            "root_path": "",
-            "state": {},
-        }
-        self.task = server.conductor.loop.create_task(server.app(scope, self._frames.get, self._sent))
-        server.elapse(0.1)
+        super().__init__(server, "/ws/infrastructure", bearer(secret))
 
-    async def _sent(self, message: Any) -> None:
-        self.said.append(dict(message))
-
-    def say(self, **word: Any) -> None:
-        self.send(json.dumps({"type": "presence_report", **word}))
-
-    def send(self, text: str) -> None:
-        self._frames.put_nowait({"type": "websocket.receive", "text": text})
-        self.server.elapse(0.2)
+    def report(self, **report: Any) -> None:
+        self.say(json.dumps({"type": "presence_report", **report}), 0.2)
 
     def refusals(self) -> list[str]:
-        texts = [m["text"] for m in self.said if m["type"] == "websocket.send"]
-        return [json.loads(text)["code"] for text in texts]
-
-    def closed(self) -> int | None:
-        return next((m["code"] for m in self.said if m["type"] == "websocket.close"), None)
-
-    def leave(self) -> None:
-        self._frames.put_nowait({"type": "websocket.disconnect", "code": 1000})
-        self.server.elapse(0.1)
+        return [json.loads(text)["code"] for text in self.texts]
 
 
 @pytest.fixture
@@ -109,7 +74,7 @@ def a_vehicle(server: ServerUnderTest, name: str, s_m: float) -> SpokenVehicle:
 def test_vehicles_near_the_area_hear_it_and_those_far_away_do_not(watched: ServerUnderTest) -> None:
     near, far = a_vehicle(watched, "shuttle-1", 10.0), a_vehicle(watched, "shuttle-2", 300.0)
     camera = Camera(watched, token(watched, "infrastructure"))
-    camera.say(area_id="zebra", count=2, age_s=0.3)
+    camera.report(area_id="zebra", count=2, age_s=0.3)
     word = near.last(Presence)
     assert (word.area_id, word.count) == ("zebra", 2)
     age_s = watched.clock.now().timestamp() - word.server_ns * 1e-9
@@ -119,7 +84,7 @@ def test_vehicles_near_the_area_hear_it_and_those_far_away_do_not(watched: Serve
 
 
 def test_consoles_see_it_and_passengers_do_not(watched: ServerUnderTest) -> None:
-    Camera(watched, token(watched, "infrastructure")).say(area_id="zebra", count=1)
+    Camera(watched, token(watched, "infrastructure")).report(area_id="zebra", count=1)
     board = watched.services.feed.board
     first = Viewer(EverythingScope()).next_message(board, 1)
     assert isinstance(first, Snapshot)
@@ -135,7 +100,7 @@ def test_a_delta_tells_an_area_when_its_camera_speaks(watched: ServerUnderTest) 
     board, viewer = watched.services.feed.board, Viewer(EverythingScope())
     viewer.next_message(board, 1)
     assert viewer.next_message(board, 2) is None
-    camera.say(area_id="zebra", count=3)
+    camera.report(area_id="zebra", count=3)
     delta = viewer.next_message(board, 3)
     assert delta is not None
     assert not isinstance(delta, Snapshot)
@@ -147,13 +112,13 @@ def test_a_delta_tells_an_area_when_its_camera_speaks(watched: ServerUnderTest) 
 def test_a_token_without_the_scope_is_not_let_in(watched: ServerUnderTest, scopes: tuple[str, ...]) -> None:
     camera = Camera(watched, token(watched, *scopes))
     assert camera.refusals() == ["scope_missing"]
-    assert camera.closed() == 4401
+    assert camera.closed == 4401
 
 
 def test_an_unknown_token_is_not_let_in(watched: ServerUnderTest) -> None:
     camera = Camera(watched, "guess")
     assert camera.refusals() == ["token_invalid"]
-    assert camera.closed() == 4401
+    assert camera.closed == 4401
 
 
 @pytest.mark.parametrize(
@@ -173,10 +138,10 @@ def test_what_is_no_word_is_refused_and_the_camera_goes_on(
     watched: ServerUnderTest, frame: str, code: str
 ) -> None:
     camera = Camera(watched, token(watched, "infrastructure"))
-    camera.send(frame)
+    camera.say(frame, 0.2)
     assert camera.refusals() == [code]
-    camera.say(area_id="zebra", count=1)
-    assert camera.closed() is None
+    camera.report(area_id="zebra", count=1)
+    assert camera.closed is None
     assert watched.services.feed.board.areas["zebra"][1].count == 1
 
 
@@ -185,7 +150,7 @@ def test_a_camera_that_floods_is_heard_ten_times_a_second_at_most(watched: Serve
     camera = Camera(watched, token(watched, "infrastructure"))
     for count in range(100):
         text = json.dumps({"type": "presence_report", "area_id": "zebra", "count": count})
-        camera._frames.put_nowait({"type": "websocket.receive", "text": text})
+        camera.frames.put_nowait({"type": "websocket.receive", "text": text})
     watched.elapse(1.0)
     assert sum(isinstance(message, Presence) for message in vehicle.heard) == 1
 
