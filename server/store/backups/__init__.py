@@ -1,0 +1,1 @@
+"""Verified backups of a database file, and restoring them."""
