@@ -53,12 +53,12 @@ def _check_server(settings: Settings, refusal: str) -> Finding:
                 ready = client.get(f"{scheme}://{place}/api/v1/ready").json()
             except (httpx.HTTPError, ValueError):
                 continue
-            return _readiness(f"{scheme}://{place}", ready)
+            return readiness(f"{scheme}://{place}", ready)
     return bad("port", refusal, "stop what uses it, or set CAMPUSLOOP_PORT")
 
 
-def _readiness(origin: str, ready: dict[str, object]) -> Finding:
-    """From the answer of /ready (server/api/health/schemas.py)."""
+def readiness(origin: str, ready: dict[str, object]) -> Finding:
+    """The finding for an answer of /ready (server/api/health/schemas.py)."""
     if ready.get("ready"):
         return good("port", f"a server answers at {origin} and is ready")
     tasks = ready.get("tasks")
