@@ -7,15 +7,11 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from campusloop.commands.operations.output import print_rows, refuse
-from campusloop.operations.database_choice import NoDatabaseFile, chosen_database
+from campusloop.commands.operations.output import print_contents, refuse
+from campusloop.operations.database_choice import NoSuchDatabase, chosen_database
 from server.settings import SettingsError
 from server.store.backups.backup import BackupRefused, back_up
-
-ON_POSTGRESQL = (
-    "install its client programs (Debian: postgresql-client) and run "
-    "`pg_dump --format=custom --file=FILE URL`"
-)
+from server.store.backups.postgresql import dump
 
 
 def backup(
@@ -27,9 +23,10 @@ def backup(
     """Copy the database while the server runs, and verify the copy."""
     console = Console(soft_wrap=True, highlight=False)
     try:
-        source = chosen_database(os.environ, database, ON_POSTGRESQL)
-        contents = back_up(source, to)
-    except (NoDatabaseFile, SettingsError, BackupRefused) as error:
+        source = chosen_database(os.environ, database)
+        contents = back_up(source, to) if isinstance(source, Path) else dump(source, to)
+    except (NoSuchDatabase, SettingsError, BackupRefused) as error:
         refuse(console, str(error))
-    console.print(f"{to} is a verified backup of {source}", markup=False)
-    print_rows(console, contents)
+    shown = source if isinstance(source, Path) else source.render_as_string(hide_password=True)
+    console.print(f"{to} is a verified backup of {shown}", markup=False)
+    print_contents(console, contents)

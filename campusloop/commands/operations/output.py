@@ -6,13 +6,15 @@ import typer
 from rich.console import Console
 
 from server.store.backups.contents import DatabaseContents
+from server.store.backups.postgresql import DumpContents
 
 EXIT_REFUSED = 2
 
 
-def print_rows(console: Console, contents: DatabaseContents) -> None:
-    rows = ", ".join(f"{name} {count}" for name, count in contents.rows.items())
-    console.print(f"{contents.size_bytes} bytes, revision {contents.revision}; rows: {rows}")
+def print_contents(console: Console, contents: DatabaseContents | DumpContents) -> None:
+    console.print(f"{contents.size_bytes} bytes, revision {contents.revision}")
+    if isinstance(contents, DatabaseContents):
+        console.print("rows: " + ", ".join(f"{name} {count}" for name, count in contents.rows.items()))
 
 
 def refuse(console: Console, text: str) -> NoReturn:

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from campusloop.commands.operations.output import print_rows, refuse
-from campusloop.operations.database_choice import NoDatabaseFile, chosen_database
+from campusloop.commands.operations.output import print_contents, refuse
+from campusloop.operations.database_choice import NoSuchDatabase, chosen_database
 from server.settings import SettingsError
 from server.store.backups.restore import RestoreRefused
 from server.store.backups.restore import restore as put_back
@@ -30,12 +30,14 @@ def restore(
     """Put a verified backup in the place of the database. The server must be stopped."""
     console = Console(soft_wrap=True, highlight=False)
     try:
-        target = chosen_database(os.environ, database, ON_POSTGRESQL)
+        target = chosen_database(os.environ, database)
+        if not isinstance(target, Path):
+            refuse(console, f"PostgreSQL has a program for this: {ON_POSTGRESQL}")
         restored = put_back(backup, target, datetime.now(UTC), replace=replace)
-    except (NoDatabaseFile, SettingsError, RestoreRefused) as error:
+    except (NoSuchDatabase, SettingsError, RestoreRefused) as error:
         refuse(console, str(error))
     console.print(f"{target} is restored from {backup}", markup=False)
-    print_rows(console, restored.contents)
+    print_contents(console, restored.contents)
     if restored.kept is not None:
         console.print(f"the database that was there before is {restored.kept}", markup=False)
     if not restored.contents.is_current:

@@ -1,1 +1,1 @@
-"""Verified backups of a database file, and restoring them."""
+"""Verified backups of a database, and restoring a database file."""
