@@ -43,9 +43,12 @@ def check_port(settings: Settings) -> Finding:
 def _check_server(settings: Settings, refusal: str) -> Finding:
     host = _ANYWHERE.get(settings.host, settings.host)
     place = f"{f'[{host}]' if ':' in host else host}:{settings.port}"
+    # The likely one first: a server logs a warning for the other one.
+    is_plain = settings.is_loopback() and not settings.has_tls()
+    schemes = ("http", "https") if is_plain else ("https", "http")
     # The certificate is checked elsewhere, and names other addresses than this one.
     with httpx.Client(verify=False, trust_env=False, timeout=ANSWER_TIMEOUT_S) as client:
-        for scheme in ("https", "http"):
+        for scheme in schemes:
             try:
                 alive = client.get(f"{scheme}://{place}/api/v1/health")
                 if alive.status_code != httpx.codes.OK or alive.json() != {"status": "ok"}:
