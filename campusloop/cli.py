@@ -19,8 +19,12 @@ _COMMANDS = (
     "dispatch",
     "infrastructure",
     "openapi",
+    "backup",
+    "restore",
+    "doctor",
     "warm",
 )
+_OPERATIONS = ("backup", "restore", "doctor")
 _GROUPS = {
     "map": "Campus maps: import, check, rebuild.",
     "scenario": "Scenario files: run them and check their expectations.",
@@ -43,7 +47,8 @@ def app_of(names: Iterable[str] = _COMMANDS) -> typer.Typer:
     # Without a callback, an app of one command would treat that command's name as an argument.
     app.callback()(lambda: None)
     for name in names:
-        module = import_module(f"campusloop.commands.{name}")
+        folder = "operations." if name in _OPERATIONS else ""
+        module = import_module(f"campusloop.commands.{folder}{name}")
         if name in _GROUPS:
             app.add_typer(module.app, name=name, help=_GROUPS[name])
         else:

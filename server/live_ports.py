@@ -67,7 +67,7 @@ async def live_ports(
     """
     road_map = _road_map(settings)
     campus_id = settings.campus_id or road_map.campus_id
-    rules = _rules(settings, road_map)
+    rules = fleet_rules(settings, road_map)
     clock, ids = clock or SystemClock(), RandomIds()
     context = Context(campus_id, clock, ids, rules, Argon2Hasher(), MapLibrary(rules))
     async with AsyncExitStack() as opened:
@@ -151,7 +151,8 @@ async def _bus(settings: Settings) -> Bus:
         ) from error
 
 
-def _rules(settings: Settings, road_map: RoadMap) -> FleetRules:
+def fleet_rules(settings: Settings, road_map: RoadMap) -> FleetRules:
+    """The fleet's rules, with the service hours of the settings. Raises CannotStart."""
     opens_s, closes_s = _second(settings.service_opens), _second(settings.service_closes)
     always = (opens_s, closes_s) == (0, DAY_S)
     if not 0 <= opens_s < closes_s <= DAY_S:

@@ -62,6 +62,14 @@ class KernelCaches:
         self._update()
         return tuple(name for name in self._groups if name in groups and not self._is_complete(name))
 
+    def not_known_complete(self, groups: tuple[str, ...]) -> tuple[str, ...]:
+        """The groups of which the record does not say that they are compiled from the present files.
+
+        Reads only. After any change of a file these are all groups, until the next command has looked closer.
+        """
+        is_present = self._presence() == (self._record.written, self._record.libraries)
+        return tuple(name for name in groups if not (is_present and self._is_complete(name)))
+
     def record_complete(self, group: str) -> None:
         """Record that a group is compiled from the sources that `missing` has read."""
         modules = self._modules(group)
@@ -72,8 +80,7 @@ class KernelCaches:
     def _update(self) -> None:
         """Delete what was compiled from other sources. Parsing all sources takes a second, so that this is
         done only after a change of a file or a library."""
-        written = {name: _written(module.path) for name, module in self._sources.modules.items()}
-        libraries = (python_version(), *(version(name) for name in _LIBRARIES))
+        written, libraries = self._presence()
         if (written, libraries) == (self._record.written, self._record.libraries):
             return
         kernels = {
@@ -90,6 +97,11 @@ class KernelCaches:
             if group in self._groups and complete.sources == self._digest(self._modules(group))
         }
         self._write()
+
+    def _presence(self) -> tuple[dict[str, tuple[int, int]], tuple[str, ...]]:
+        """(when each source file was written and its size, versions of the libraries)"""
+        written = {name: _written(module.path) for name, module in self._sources.modules.items()}
+        return written, (python_version(), *(version(name) for name in _LIBRARIES))
 
     def _delete(self, module: str) -> bool:
         """Whether there was anything to delete."""

@@ -46,10 +46,15 @@ def compile_kernels(groups: tuple[str, ...], console: Console) -> None:
 
     Prints nothing if all are compiled. Raises KernelError and CachesNotWritable.
     """
-    caches = KernelCaches(Sources(Path(__file__).parents[2], PACKAGES))
+    caches = _caches()
     missing = caches.missing(groups)
     if missing:
         _compile(missing, caches.record_complete, console)
+
+
+def uncompiled_kernels(groups: tuple[str, ...]) -> tuple[str, ...]:
+    """Which of these groups the next command may have to compile. Changes no file."""
+    return _caches().not_known_complete(groups)
 
 
 def prepare_kernels(groups: tuple[str, ...], console: Console) -> None:
@@ -69,6 +74,10 @@ def ensure_kernels(groups: tuple[str, ...]) -> None:
         prepare_kernels(groups, Console(stderr=True))
     except KernelError as error:
         raise SystemExit(str(error)) from error
+
+
+def _caches() -> KernelCaches:
+    return KernelCaches(Sources(Path(__file__).parents[2], PACKAGES))
 
 
 def _compile(groups: tuple[str, ...], on_complete: Callable[[str], None], console: Console) -> None:

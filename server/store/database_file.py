@@ -11,7 +11,15 @@ from server.store.engine import is_in_memory
 
 
 class DatabaseInUse(RuntimeError):
-    """Another server has this database open."""
+    """Another server has this database open. holder: the number of its process."""
+
+    def __init__(self, path: Path, holder: str) -> None:
+        super().__init__(
+            f"the database {path} is in use by another server (process {holder}): stop it, or give "
+            "this server a folder of its own (CAMPUSLOOP_VAR_DIR); several servers share a PostgreSQL "
+            "database (CAMPUSLOOP_DATABASE_URL)"
+        )
+        self.holder = holder
 
 
 class DatabaseFile:
@@ -37,11 +45,7 @@ class DatabaseFile:
             opened.seek(0)
             holder = opened.read(20).strip() or "unknown"
             opened.close()
-            raise DatabaseInUse(
-                f"the database {self._path} is in use by another server (process {holder}): stop it, or give "
-                "this server a folder of its own (CAMPUSLOOP_VAR_DIR); several servers share a PostgreSQL "
-                "database (CAMPUSLOOP_DATABASE_URL)"
-            ) from error
+            raise DatabaseInUse(self._path, holder) from error
         opened.truncate(0)
         opened.write(f"{os.getpid()}\n")
         opened.flush()
@@ -70,6 +74,12 @@ class DatabaseFile:
 
 def database_file(engine: Engine) -> DatabaseFile | None:
     """The file of this database; None in memory and on PostgreSQL."""
+    path = database_path(engine)
+    return None if path is None else DatabaseFile(path)
+
+
+def database_path(engine: Engine) -> Path | None:
+    """Where the file of this database is; None in memory and on PostgreSQL."""
     if engine.dialect.name != "sqlite" or is_in_memory(engine):
         return None
-    return DatabaseFile(Path(engine.url.database or ""))
+    return Path(engine.url.database or "")

@@ -26,7 +26,7 @@ def upgrade_to_head(engine: Engine) -> None:
 
     Raises DatabaseTooNew.
     """
-    config = _config()
+    config = alembic_config()
     scripts = ScriptDirectory.from_config(config)
     with engine.begin() as connection:
         if engine.dialect.name == "postgresql":
@@ -46,14 +46,34 @@ def upgrade_to_head(engine: Engine) -> None:
 def is_current(engine: Engine) -> bool:
     """The database has exactly the tables of this version. Raises StoreUnavailable."""
     try:
-        with engine.connect() as connection:
-            present = MigrationContext.configure(connection).get_current_revision()
+        present = present_revision(engine)
     except SQLAlchemyError as error:
         raise StoreUnavailable(f"the database cannot be read now ({cause_of(error)})") from error
-    return present is not None and present == ScriptDirectory.from_config(_config()).get_current_head()
+    return present == head_revision()
 
 
-def _config() -> Config:
+def present_revision(engine: Engine) -> str | None:
+    """The revision of the tables in the database, None if it has none. Raises SQLAlchemyError."""
+    with engine.connect() as connection:
+        return MigrationContext.configure(connection).get_current_revision()
+
+
+def head_revision() -> str:
+    """The revision of this version's tables."""
+    head = ScriptDirectory.from_config(alembic_config()).get_current_head()
+    assert head is not None
+    return head
+
+
+def known_revisions() -> frozenset[str]:
+    """All revisions that this version can bring to its own."""
+    return frozenset(
+        script.revision for script in ScriptDirectory.from_config(alembic_config()).walk_revisions()
+    )
+
+
+def alembic_config() -> Config:
+    """Where the migrations are."""
     config = Config()
     config.set_main_option("script_location", str(MIGRATIONS))
     return config

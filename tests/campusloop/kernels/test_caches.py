@@ -130,3 +130,12 @@ def test_a_tree_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (root / "campusloop" / "__pycache__" / f"kernels.{os.getpid()}").mkdir(parents=True)
     with pytest.raises(CachesNotWritable, match="kernels"):
         caches(root).missing(tuple(GROUPS))
+
+
+def test_a_look_at_what_is_compiled_deletes_and_writes_nothing(tmp_path: Path) -> None:
+    root = compiled(tmp_path)
+    assert caches(root).not_known_complete(tuple(GROUPS)) == ()
+    os.utime(root / "rooms" / "upper.py", ns=(1, 1))
+    before = {path: path.stat().st_mtime_ns for path in root.rglob("*")}
+    assert caches(root).not_known_complete(tuple(GROUPS)) == tuple(GROUPS)
+    assert {path: path.stat().st_mtime_ns for path in root.rglob("*")} == before

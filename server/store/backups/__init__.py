@@ -1,0 +1,1 @@
+"""Verified backups of a database, and restoring a database file."""
