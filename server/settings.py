@@ -79,7 +79,7 @@ def is_loopback(host: str) -> bool:
 def settings_from(environment: Mapping[str, str], **overrides: object) -> Settings:
     """Settings from CAMPUSLOOP_* variables; overrides (command-line options, None ignored) win.
 
-    Raises SettingsError naming every variable that is unknown or cannot be used.
+    Variables that are no settings are left alone. Raises SettingsError naming every one that cannot be used.
     """
     given: dict[str, object] = {
         name.removeprefix(PREFIX).lower(): value

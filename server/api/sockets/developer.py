@@ -21,8 +21,8 @@ from server.api.sockets.developer_messages import (
 )
 from server.api.sockets.developer_methods import DeveloperMethods, Subscriptions
 from server.api.sockets.json_rpc import answer, notification
-from server.api.sockets.outgoing import OutgoingFrames
-from server.domain.errors import DomainError, ScopeMissing, TokenInvalid
+from server.api.sockets.outgoing import OutgoingFrames, close_number
+from server.domain.errors import DomainError, ScopeMissing, StoreFailure, TokenInvalid
 from server.domain.instants import ms_of
 from server.domain.record.identity import DeveloperToken
 from server.live.scene import Delta, Snapshot
@@ -42,9 +42,9 @@ async def developer_socket(websocket: WebSocket, services: InjectedServices) -> 
     secret = bearer_of(websocket)
     try:
         token = await _token(services, secret)
-    except (TokenInvalid, ScopeMissing) as error:
+    except (TokenInvalid, ScopeMissing, StoreFailure) as error:
         await websocket.send_text(_refusal(error))
-        await websocket.close(NOT_ALLOWED, error.code)
+        await websocket.close(close_number(error, NOT_ALLOWED), error.code)
         return
     await _DeveloperConnection(websocket, services, secret, token).serve()
 
@@ -86,7 +86,7 @@ class _DeveloperConnection:
             data: bytes | str = message.get("text") or message.get("bytes") or b""
             try:
                 token = await _token(self._services, self._secret)
-            except (TokenInvalid, ScopeMissing) as error:
+            except (TokenInvalid, ScopeMissing, StoreFailure) as error:
                 await self._refuse(error)
                 return
             response = await answer(data, self._methods, frozenset(token.scopes))
@@ -101,7 +101,7 @@ class _DeveloperConnection:
 
     async def _refuse(self, error: DomainError) -> None:
         self._outgoing.send(_refusal(error).encode())
-        self._outgoing.close(NOT_ALLOWED, error.code)
+        self._outgoing.close(close_number(error, NOT_ALLOWED), error.code)
         # The sender ends the connection once the refusal is out.
         await asyncio.Event().wait()
 

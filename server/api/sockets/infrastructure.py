@@ -13,7 +13,15 @@ from contract.wire.codec import encode
 from contract.wire.messages import PresenceRefused, PresenceReport
 from server.api.security.bearer import bearer_of
 from server.api.services import InjectedServices, Services
-from server.domain.errors import AreaUnknown, CampusUnknown, DomainError, ScopeMissing, TokenInvalid
+from server.api.sockets.outgoing import close_number
+from server.domain.errors import (
+    AreaUnknown,
+    CampusUnknown,
+    DomainError,
+    ScopeMissing,
+    StoreFailure,
+    TokenInvalid,
+)
 from server.domain.record.identity import DeveloperToken
 from server.usecases.record import identity
 
@@ -42,7 +50,7 @@ async def infrastructure_socket(websocket: WebSocket, services: InjectedServices
             await _refuse(websocket, watching.result())
         else:
             receiving.result()
-    except (TokenInvalid, ScopeMissing) as error:
+    except (TokenInvalid, ScopeMissing, StoreFailure) as error:
         await _refuse(websocket, error)
     except WebSocketDisconnect:
         return
@@ -63,7 +71,7 @@ async def _receive(websocket: WebSocket, services: Services, secret: str) -> Non
 
 async def _refuse(websocket: WebSocket, error: DomainError) -> None:
     await websocket.send_text(encode(_refusal(error)).decode())
-    await websocket.close(NOT_ALLOWED, error.code)
+    await websocket.close(close_number(error, NOT_ALLOWED), error.code)
 
 
 async def _accepted(services: Services, data: bytes | str) -> PresenceRefused | None:

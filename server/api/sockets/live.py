@@ -15,7 +15,8 @@ from starlette.websockets import WebSocketDisconnect
 
 from server.api.security.access import SESSION_COOKIE, signed_in
 from server.api.services import InjectedServices, Services
-from server.domain.errors import DomainError, StoreFailure
+from server.api.sockets.outgoing import close_number
+from server.domain.errors import DomainError
 from server.domain.instants import ms_of
 from server.live.viewer import EverythingScope, RideScope, Scope, Viewer
 from server.usecases.rides import rides
@@ -26,7 +27,6 @@ WATCH_TIMEOUT_S = 10.0
 NOT_ALLOWED = 4403
 TOO_LATE = 4408
 MALFORMED = 4400
-TRY_AGAIN_LATER = 1013
 
 
 class Watch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -74,10 +74,8 @@ async def _scope(websocket: WebSocket, services: Services) -> Scope | None:
         await _refuse(websocket, TOO_LATE, "watch_late", 'send {"type":"watch"} first')
     except (msgspec.DecodeError, RecursionError, KeyError) as error:
         await _refuse(websocket, MALFORMED, "malformed", f'the first frame must be a "watch": {error}')
-    except StoreFailure as error:
-        await _refuse(websocket, TRY_AGAIN_LATER, error.code, error.detail)
     except DomainError as error:
-        await _refuse(websocket, NOT_ALLOWED, error.code, error.detail)
+        await _refuse(websocket, close_number(error, NOT_ALLOWED), error.code, error.detail)
     return None
 
 

@@ -5,8 +5,16 @@ import asyncio
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from contract.wire.close_reasons import close_reason
+from server.domain.errors import DomainError, StoreFailure
 
 FRAMES_WAITING_MAX = 1000
+# RFC 6455 and the IANA registry of close codes: the server cannot serve now.
+TRY_AGAIN_LATER = 1013
+
+
+def close_number(error: DomainError, not_allowed: int) -> int:
+    """The websocket close code after a refusal: not_allowed, unless it was the database that failed."""
+    return TRY_AGAIN_LATER if isinstance(error, StoreFailure) else not_allowed
 
 
 class OutgoingFrames:

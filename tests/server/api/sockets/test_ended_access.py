@@ -126,3 +126,22 @@ def test_a_database_that_does_not_answer_ends_no_connection(
     assert server.request("DELETE", "/session", headers=headers).status_code == 204
     server.elapse(SOON_S)
     assert view.closed == 4403
+
+
+@pytest.mark.parametrize(
+    ("path", "scope"), [("/ws/developer", "read"), ("/ws/infrastructure", "infrastructure")]
+)
+def test_a_connection_that_is_opened_without_a_database_is_told_to_come_again(
+    server: ServerUnderTest, monkeypatch: pytest.MonkeyPatch, path: str, scope: str
+) -> None:
+    async def lost(work: object) -> None:
+        raise StoreUnavailable("out of reach")
+
+    token = a_token(server, scope)
+    with monkeypatch.context() as outage:
+        outage.setattr(server.transactions, "read", lost)
+        opened = OpenSocket(server, path, bearer(token.secret))
+        if path == "/ws/infrastructure":
+            opened.say(json.dumps({"type": "presence_report", "area_id": "zebra", "count": 1}))
+    assert opened.closed == 1013
+    assert "store_unavailable" in opened.texts[-1]
