@@ -27,7 +27,7 @@ help:
 
 # Everything at once: packages beside the pages, kernels as soon as numba is there.
 setup:
-	@$(MAKE) --no-print-directory -j$(CORES) .venv/installed web/dist/built kernels
+	@$(MAKE) --no-print-directory -j$(CORES) .venv/installed web/dist/built web/tools/node_modules/installed kernels
 
 CORES := $(shell $(PYTHON) -c 'import os; print(max(2, os.cpu_count() or 2))' 2>/dev/null || echo 2)
 # Packages are compiled where they are imported, which most of their files never are.
@@ -54,6 +54,11 @@ web/dist/built: $(shell find web/src web/public web/*.html web/*.ts web/*.json -
 	@command -v npm >/dev/null || { echo "Campusloop's pages need Node.js with npm (20 or newer)"; exit 1; }
 	@echo "building the pages (web/dist)"
 	@cd web && npm ci --no-audit --no-fund --loglevel=error >/dev/null && npm run --silent build >/dev/null
+	@touch $@
+
+# What other people's tools say of the specifications: for a test only, so `make demo` does not wait for it.
+web/tools/node_modules/installed: web/tools/package-lock.json
+	@cd web/tools && npm ci --no-audit --no-fund --loglevel=error >/dev/null
 	@touch $@
 
 # Every numba kernel, for tests time what they drive. It looks for itself what is compiled already.
@@ -185,4 +190,4 @@ oracle: .venv/installed
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/oracle.txt
 
 clean:
-	rm -rf .venv web/node_modules web/dist var .mypy_cache .ruff_cache .pytest_cache
+	rm -rf .venv web/node_modules web/tools/node_modules web/dist var .mypy_cache .ruff_cache .pytest_cache
