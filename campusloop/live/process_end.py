@@ -2,6 +2,7 @@
 
 import os
 import threading
+from contextlib import suppress
 
 import uvicorn
 from rich.console import Console
@@ -29,9 +30,11 @@ class ProcessEnd:
         if self.text:
             return
         self.text = text
-        self._console.print(f"campusloop serve ends: {text}", style="red", markup=False)
         if self._server is not None:
             self._server.should_exit = True
         watchdog = threading.Timer(END_WITHIN_S, os._exit, (CANNOT_WORK,))
         watchdog.daemon = True
         watchdog.start()
+        # A full disk may refuse even the last word; the exit code tells all the same.
+        with suppress(OSError):
+            self._console.print(f"campusloop serve ends: {text}", style="red", markup=False)
