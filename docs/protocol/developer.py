@@ -72,8 +72,8 @@ def socket() -> Socket:
 
 def _methods() -> dict[str, Method]:
     # The table is built without services: only its shape is looked at.
-    nobody = Actor("developer", "", "")
-    return DeveloperMethods(None, nobody, Subscriptions()).table()  # type: ignore[arg-type]
+    unnamed = Actor("developer", "", "")
+    return DeveloperMethods(None, unnamed, Subscriptions()).table()  # type: ignore[arg-type]
 
 
 def _request(name: str, method: Method) -> dict[str, Any]:

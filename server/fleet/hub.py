@@ -53,7 +53,7 @@ class Hub:
     ) -> None:
         self.campus_id = campus_id
         self._supervisor = supervisor
-        self._clock, self._ids, self._transactions, self._bus = clock, ids, transactions, bus
+        self._ids, self._transactions, self._bus = ids, transactions, bus
         self._ports = LinkPorts(
             clock=clock,
             transactions=transactions,

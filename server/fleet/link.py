@@ -90,7 +90,6 @@ class Link:
 
     def __init__(self, nonce: str, transport: Transport, ports: LinkPorts) -> None:
         self.session = VehicleSession(nonce)
-        self.heard_ns = 0
         self._transport = transport
         self._ports = ports
         self._frames: asyncio.Queue[bytes | str | _QueueItem] = asyncio.Queue()
@@ -110,7 +109,6 @@ class Link:
     # ---------------------------------------------------------------- called by transport and hub
 
     def received(self, data: bytes | str) -> None:
-        self.heard_ns = self._now_ns()
         self._frames.put_nowait(data)
 
     def closed(self, reason: str) -> None:

@@ -37,7 +37,9 @@ def review(uow: UnitOfWork) -> None:
             _open_incident(uow, vehicle_id, f"its stored status is invalid: {unreadable[vehicle_id]}")
         if vehicle.quarantined_at is None:
             continue
-        _open_incident(uow, vehicle_id, "its stored record has values that no vehicle can have")
+        since = f"{vehicle.quarantined_at:%H:%M:%S} UTC"
+        cause = f"in quarantine since {since}: a message or its stored record had invalid values"
+        _open_incident(uow, vehicle_id, cause)
         if vehicle.connected and vehicle.quarantined_at <= limit and not unreadable.get(vehicle_id):
             record_event(uow, "vehicle.quarantine_lifted", vehicle_id, "")
             clear_incident(uow, IncidentKind.PROTOCOL_VIOLATION, vehicle_id)

@@ -144,3 +144,18 @@ def test_a_valid_status_replaces_one_that_could_not_be_read(server: ServerUnderT
     assert known.unreadable == ""
     assert known.status is not None
     assert server.clock.now() - known.heard_at < timedelta(seconds=10)
+
+
+def test_an_incident_that_was_closed_during_the_quarantine_opens_again_and_says_why(
+    server: ServerUnderTest,
+) -> None:
+    mad = SpokenVehicle(server).dial().hello()
+    mad.say(a_mad_status(mad))
+    headers = server.sign_in()
+    (incident,) = server.get("/incidents").json()
+    assert "speed_mps" in incident["cause"]
+    server.post(f"/incidents/{incident['incident_id']}/close", headers=headers)
+    review(server)
+    (reopened,) = server.get("/incidents").json()
+    assert reopened["kind"] == "protocol_violation"
+    assert reopened["cause"].startswith("in quarantine since 08:00:0")
