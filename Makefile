@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help setup kernels demo demo-check test test-short test-real test-browser test-fast test-long test-faults \
   lint lint-style lint-types lint-imports lint-web format web bench soak mutants maps peers lock oracle generators \
-  clean
+  cluster clean
 
 help:
 	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN);"
@@ -21,13 +21,14 @@ help:
 	@echo "make soak    long and random campaigns, with their seeds printed"
 	@echo "make mutants do the short tests notice wrong changes? (ROOM=guard SAMPLE=50 SEED=1)"
 	@echo "make oracle  install what a test compares the path planner with (CI does)"
-	@echo "make generators  install what makes a client of the OpenAPI document in a test (CI does)"
+	@echo "make generators  install what tests check the specifications with (CI does)"
+	@echo "make cluster     install Dask, for --cluster (CI does)"
 	@echo "make web     build the pages; make maps rebuilds the shipped maps"
 	@echo "make peers   open planners to compare with (python -m benchmarks.peers)"
 
 # Everything at once: packages beside the pages, kernels as soon as numba is there.
 setup:
-	@$(MAKE) --no-print-directory -j$(CORES) .venv/installed web/dist/built web/tools/node_modules/installed kernels
+	@$(MAKE) --no-print-directory -j$(CORES) .venv/installed web/dist/built kernels
 
 CORES := $(shell $(PYTHON) -c 'import os; print(max(2, os.cpu_count() or 2))' 2>/dev/null || echo 2)
 # Packages are compiled where they are imported, which most of their files never are.
@@ -56,7 +57,6 @@ web/dist/built: $(shell find web/src web/public web/*.html web/*.ts web/*.json -
 	@cd web && npm ci --no-audit --no-fund --loglevel=error >/dev/null && npm run --silent build >/dev/null
 	@touch $@
 
-# What other people's tools say of the specifications: for a test only, so `make demo` does not wait for it.
 web/tools/node_modules/installed: web/tools/package-lock.json
 	@cd web/tools && npm ci --no-audit --no-fund --loglevel=error >/dev/null
 	@touch $@
@@ -161,8 +161,13 @@ var/peers/installed: requirements/peers.txt
 	var/peers/bin/pip install --quiet --disable-pip-version-check -r requirements/peers.txt
 	@touch $@
 
-# The Python generator of clients, which tests/server/api/specifications runs: its libraries clash with ours.
-generators: var/generators/installed
+# What other people's tools say of the specifications, in tests/server/api/specifications: linters in web/tools, and
+# the Python generator of clients, whose libraries clash with ours.
+generators: var/generators/installed web/tools/node_modules/installed
+
+# Dask, for --cluster.
+cluster: .venv/installed
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/cluster.txt
 
 var/generators/installed: requirements/generators.txt
 	$(PYTHON) -m venv var/generators
@@ -181,7 +186,7 @@ lock: .venv/installed
 	$(LOCKED) --extra dev -o requirements/lock.txt
 	$(LOCKED) --extra install -c requirements/lock.txt -o requirements/run.txt
 	$(COMPILE) requirements/generators.in -o requirements/generators.txt
-	for extra in oracle mutants; do $(LOCKED) --extra dev --extra $$extra -c requirements/lock.txt \
+	for extra in cluster oracle mutants; do $(LOCKED) --extra dev --extra $$extra -c requirements/lock.txt \
 	  -o requirements/$$extra.txt \
 	  $$(sed -n 's/^\([A-Za-z0-9._-]*\)==.*/--no-emit-package \1/p' requirements/lock.txt) || exit 1; done
 

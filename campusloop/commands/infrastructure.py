@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
+from campusloop.campaigns.campaign import CampaignError
 from campusloop.studies.infrastructure.infrastructure_gain import (
     GainCase,
     GainRow,
@@ -46,7 +47,10 @@ def gain(
     ] = "0.02,0.1,1",
     laps: Annotated[int, typer.Option(min=1, help="A vehicle's laps.")] = 20,
     seed: Annotated[int, typer.Option(help="Of people and camera.")] = 1,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
+    workers: Annotated[int, typer.Option(min=0, help="Processes; 0: one for each core.")] = 1,
+    cluster: Annotated[
+        str | None, typer.Option(help="Dask scheduler (tcp://HOST:8786) whose workers compute.")
+    ] = None,
     profile: Annotated[Path | None, typer.Option(help="Vehicle profile; the golf cart's without it.")] = None,
 ) -> None:
     """Time gained by a crossing's camera over laps: the NUS paper's Fig. 12 (plots and JSON)."""
@@ -70,9 +74,12 @@ def gain(
     rows: list[GainRow] = []
     with Progress(console=console, transient=True) as progress:
         bar = progress.add_task("cases", total=len(cases))
-        for row in run_cases(cart, cases, workers):
-            rows.append(row)
-            progress.advance(bar)
+        try:
+            for row in run_cases(cart, cases, workers, cluster):
+                rows.append(row)
+                progress.advance(bar)
+        except CampaignError as error:
+            _refuse(console, str(error))
     report = {
         "name": "infrastructure_gain",
         "machine": f"{platform.machine()}, Python {platform.python_version()}",

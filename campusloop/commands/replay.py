@@ -1,5 +1,7 @@
 """`campusloop replay`: repeat recorded segments and compare them bit for bit."""
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -7,9 +9,11 @@ import typer
 from rich.console import Console
 from rich.progress import Progress
 
+from campusloop.campaigns.campaign import CampaignError
+from campusloop.campaigns.choice import open_campaign
 from contract.roads.load import MapError
 from contract.runlog.reader import RunLogError
-from vehicle_agent.config import ProfileError, load_profile
+from vehicle_agent.config import Profile, ProfileError, load_profile
 from vehicle_agent.runtime.replay import ReplayResult, replay_segment
 from vehicle_agent.stacks.choice import build_car
 
@@ -19,11 +23,26 @@ EXIT_DIFFERENT = 1
 EXIT_UNREADABLE = 2
 
 
+@dataclass(frozen=True, slots=True)
+class SegmentReplay:
+    """One segment to replay. profile: another one than the recorded; None: the recorded one."""
+
+    path: Path
+    profile: Profile | None
+
+
 def replay(
     runs: Annotated[list[Path], typer.Argument(help="Segments (.mcap) or folders with segments in them.")],
     profile: Annotated[
         Path | None,
         typer.Option(help="Replay with another vehicle profile, to see where the run first differs."),
+    ] = None,
+    workers: Annotated[int, typer.Option(min=0, help="Processes; 0: one for each core.")] = 1,
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            help="Dask scheduler (tcp://HOST:8786) whose workers replay; they read the same folders."
+        ),
     ] = None,
 ) -> None:
     """Replay recorded runs; exit 1 at the first difference (tick, room, field), 2 for a damaged log."""
@@ -31,24 +50,39 @@ def replay(
     if not paths:
         console.print("[red]No segments (*.mcap) there.[/red] A run lies in VEHICLE/runs/BOOT/.")
         raise typer.Exit(EXIT_UNREADABLE)
+    ticks = 0
     try:
         other = load_profile(profile) if profile is not None else None
-    except ProfileError as error:
-        console.print(f"[red]{error}[/red]")
+        jobs = [SegmentReplay(path.absolute(), other) for path in paths]
+        with Progress(console=console, transient=True) as progress:
+            task = progress.add_task("replaying", total=len(paths))
+            for path, result in zip(paths, _results(jobs, workers, cluster), strict=True):
+                if isinstance(result, str):
+                    console.print(f"[red]{path}: {result}[/red]", soft_wrap=True)
+                    raise typer.Exit(EXIT_UNREADABLE)
+                ticks += result.ticks
+                _print_result(path, result)
+                progress.advance(task)
+    except (ProfileError, CampaignError) as error:
+        console.print(f"[red]{error}[/red]", soft_wrap=True)
         raise typer.Exit(EXIT_UNREADABLE) from error
-    ticks = 0
-    with Progress(console=console, transient=True) as progress:
-        task = progress.add_task("replaying", total=len(paths))
-        for path in paths:
-            try:
-                result = replay_segment(path, build_car, other)
-            except (RunLogError, MapError) as error:
-                console.print(f"[red]{path}: {error}[/red]", soft_wrap=True)
-                raise typer.Exit(EXIT_UNREADABLE) from error
-            ticks += result.ticks
-            _print_result(path, result)
-            progress.advance(task)
     console.print(f"{len(paths)} segments, {ticks} ticks: exactly as recorded")
+
+
+def replay_or_reason(job: SegmentReplay) -> ReplayResult | str:
+    """The result, or why the segment cannot be replayed."""
+    try:
+        return replay_segment(job.path, build_car, job.profile)
+    except (RunLogError, MapError) as error:
+        return str(error)
+
+
+def _results(jobs: list[SegmentReplay], workers: int, cluster: str | None) -> Iterator[ReplayResult | str]:
+    if cluster is None and (workers == 1 or len(jobs) == 1):
+        yield from map(replay_or_reason, jobs)
+        return
+    with open_campaign(cluster, workers) as campaign:
+        yield from campaign.run(replay_or_reason, jobs)
 
 
 def segment_paths(runs: list[Path]) -> list[Path]:

@@ -3,13 +3,14 @@
 With --km it drives whole campuses in virtual time and prints Table 2 of the Snow Lion paper for them.
 """
 
-import os
 from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
 
+from campusloop.campaigns.campaign import CampaignError
+from campusloop.campaigns.choice import open_campaign
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import SIMULATOR, for_campus
 from campusloop.live.simulation import simulate_vehicles
@@ -40,13 +41,16 @@ def simulate(
     stack: Annotated[str, typer.Option(help="with --km: snow_lion, gem or nus")] = "snow_lion",
     out: Annotated[Path | None, typer.Option(help="with --km: folder for figures, plots and samples")] = None,
     workers: Annotated[int, typer.Option(min=0, help="with --km: processes; 0: one a core")] = 0,
+    cluster: Annotated[
+        str | None, typer.Option(help="with --km: Dask scheduler (tcp://HOST:8786) whose workers drive")
+    ] = None,
     shift_s: Annotated[float, typer.Option(min=60.0, help="with --km: virtual time of one shift")] = 3600.0,
 ) -> None:
     """Simulate vehicles in real time until Ctrl-C; each has a CAN bus of its own."""
     console = Console()
     if km > 0.0:
         maps = SHIPPED_MAPS if map_path is None else (map_path,)
-        _drive_km(console, maps, stack, km, seed, workers or len(os.sched_getaffinity(0)), shift_s, out)
+        _drive_km(console, maps, stack, km, seed, workers, cluster, shift_s, out)
         return
     if map_path is None:
         _refuse(console, "give a campus map: --map maps/shanghai-university/map.json")
@@ -62,17 +66,21 @@ def _drive_km(
     km: float,
     seed: int,
     workers: int,
+    cluster: str | None,
     shift_s: float,
     out: Path | None,
 ) -> None:
     """Exit 1 if there was a contact."""
     # This imports a whole campus with its server, which the simulation in real time does not need.
+    from campusloop.studies.endurance.endurance_run import log_errors_only
     from campusloop.studies.endurance.ride_quality_report import NoDistanceDriven, report_km
 
+    places = tuple(path.absolute() for path in maps)
     try:
         ensure_kernels(for_campus(profile_of(stack).stack))
-        contacts = report_km(console, maps, stack, km, seed, workers, shift_s, out)
-    except (MapError, ProfileError, NoDistanceDriven) as error:
+        with open_campaign(cluster, workers, log_errors_only, places) as campaign:
+            contacts = report_km(console, campaign, places, stack, km, seed, shift_s, out)
+    except (MapError, ProfileError, NoDistanceDriven, CampaignError, OSError) as error:
         _refuse(console, str(error))
     if contacts:
         raise typer.Exit(_CONTACTS)

@@ -7,16 +7,17 @@ people. Shifts run in parallel on the available cores, and a seed repeats all of
 import logging
 import tempfile
 from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from contextlib import closing
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
-from multiprocessing import get_context
+from itertools import count
 from pathlib import Path
 from zoneinfo import ZoneInfo
 
 import numpy as np
 import structlog
 
+from campusloop.campaigns.campaign import Campaign
 from campusloop.clients.passengers import Journey
 from campusloop.clients.ride_demand import RIDE_M_MIN, random_rides, stop_pairs
 from campusloop.scenes.stacks import profile_of
@@ -154,39 +155,34 @@ class _Monitor:
 
 
 def drive_km(
+    campaign: Campaign,
     maps: tuple[Path, ...],
     stack: str,
     km: float,
     seed: int,
-    workers: int,
     shift_s: float,
     report: Callable[[ShiftFigures, float], None],
 ) -> list[ShiftFigures]:
     """Run shifts on the maps in turn until km are driven; report: called after each, with the km so far.
 
-    Results are in shift order. Several workers may run one shift more than a single worker would.
+    The shifts do not depend on the number of workers: one that was begun needlessly is left out.
+
+    Raises CampaignError.
     """
-    done: dict[int, ShiftFigures] = {}
-    running: dict[Future[ShiftFigures], int] = {}
-    begun = 0
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_log_errors_only) as pool:
-        while True:
-            so_far_m = sum(figures.distance_m for figures in done.values())
-            while so_far_m < 1000.0 * km and len(running) < workers:
-                shift = EnduranceShift(
-                    maps[begun % len(maps)], stack, seed + begun, begun // len(maps), shift_s
-                )
-                running[pool.submit(run_shift, shift)] = begun
-                begun += 1
-            if not running:
-                return [done[number] for number in sorted(done)]
-            ready, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in ready:
-                number = running.pop(future)
-                done[number] = future.result()
-                report(done[number], sum(figures.distance_m for figures in done.values()) / 1000.0)
+    shifts = (
+        EnduranceShift(maps[begun % len(maps)], stack, seed + begun, begun // len(maps), shift_s)
+        for begun in count()
+    )
+    done: list[ShiftFigures] = []
+    so_far_m = 0.0
+    with closing(campaign.run(run_shift, shifts, ahead=campaign.size)) as results:
+        while so_far_m < 1000.0 * km:
+            done.append(next(results))
+            so_far_m += done[-1].distance_m
+            report(done[-1], so_far_m / 1000.0)
+    return done
 
 
-def _log_errors_only() -> None:
+def log_errors_only() -> None:
     """Without this, a campus logs every link."""
     structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.ERROR))

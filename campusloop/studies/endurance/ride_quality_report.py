@@ -9,6 +9,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from campusloop.campaigns.campaign import Campaign
 from campusloop.scenes.stacks import profile_of
 from campusloop.studies.endurance.endurance_run import ShiftFigures, drive_km
 from contract.roads.load import load_map
@@ -52,17 +53,17 @@ class NoDistanceDriven(Exception):
 
 def report_km(
     console: Console,
+    campaign: Campaign,
     maps: tuple[Path, ...],
     stack: str,
     km: float,
     seed: int,
-    workers: int,
     shift_s: float,
     out: Path | None,
 ) -> int:
     """Drive, print and write (see `drive_km`). Returns the number of contacts.
 
-    Raises MapError, ProfileError, NoDistanceDriven.
+    Raises MapError, ProfileError, NoDistanceDriven, CampaignError.
     """
     profile_of(stack)
     for path in maps:
@@ -79,7 +80,7 @@ def report_km(
             soft_wrap=True,
         )
 
-    shifts = drive_km(maps, stack, km, seed, workers, shift_s, report)
+    shifts = drive_km(campaign, maps, stack, km, seed, shift_s, report)
     summary = summary_of(shifts)
     if summary is None:
         raise NoDistanceDriven("nothing was driven in these shifts; give them more time (--shift-s)")

@@ -6,13 +6,14 @@ the same. Both runs have the same people: their arrivals and positions come from
 """
 
 from collections.abc import Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
 import matplotlib
 import numpy as np
 
+from campusloop.campaigns.choice import open_campaign
 from campusloop.studies.infrastructure.crossing_loop import CrossingLoop
 from vehicle_agent.config import Profile
 
@@ -84,13 +85,16 @@ def run_case(profile: Profile, case: GainCase) -> GainRow:
     )
 
 
-def run_cases(profile: Profile, cases: Sequence[GainCase], workers: int) -> Iterable[GainRow]:
-    """Rows in the order of the cases. The number of workers does not change a row."""
-    if workers <= 1:
-        yield from (run_case(profile, case) for case in cases)
+def run_cases(
+    profile: Profile, cases: Sequence[GainCase], workers: int, cluster: str | None = None
+) -> Iterable[GainRow]:
+    """Rows in the order of the cases. Where they run does not change a row. Raises CampaignError."""
+    run = partial(run_case, profile)
+    if cluster is None and workers == 1:
+        yield from map(run, cases)
         return
-    with ProcessPoolExecutor(workers) as pool:
-        yield from pool.map(run_case, [profile] * len(cases), cases)
+    with open_campaign(cluster, workers) as campaign:
+        yield from campaign.run(run, cases)
 
 
 def summary(rows: Sequence[GainRow]) -> dict[str, float]:

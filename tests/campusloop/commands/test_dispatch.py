@@ -110,10 +110,29 @@ def test_bad_input_ends_with_its_reason(text: str | None, complaint: str, tmp_pa
     assert "Traceback" not in output
 
 
-def test_a_folder_and_a_report_that_cannot_be_written_are_refused(twelve: Path, tmp_path: Path) -> None:
-    code, output = invoked(str(tmp_path))
+def test_a_folder_is_all_instances_in_it(tmp_path: Path) -> None:
+    folder, report = tmp_path / "instances", tmp_path / "report.json"
+    folder.mkdir()
+    for name, vehicles in (("a", 3), ("b", 3), ("few", 1)):
+        (folder / f"{name}.txt").write_text(cordeau_text(4, vehicles, 1))
+    code, output = invoked(str(folder), "--seconds", "1", "--workers", "2", "--json", str(report))
+    assert code == 0, output
+    first, second, few = json.loads(report.read_text())["instances"]
+    assert first["bound"] == second["bound"] > 0.0
+    assert first["closed"]
+    assert "cannot serve all requests" in few["limited_by"], "one without a solution does not end the others"
+    code, output = invoked(str(folder), "--upper", "10")
     assert code == 2
-    assert "Is a directory" in output
+    assert "several instances" in output
+
+
+def test_an_empty_folder_and_a_report_that_cannot_be_written_are_refused(
+    twelve: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "empty").mkdir()
+    code, output = invoked(str(tmp_path / "empty"))
+    assert code == 2
+    assert "no instances there" in output
     code, output = invoked(str(twelve), "--seconds", "1", "--json", str(tmp_path / "none" / "report.json"))
     assert code == 2
     assert "No such file" in output

@@ -6,9 +6,9 @@ import pytest
 import yaml
 
 from docs.protocol.build import documents
-from tests.server.api.specifications.web_tools import asyncapi_problems
+from tests.server.api.specifications.web_tools import asyncapi_problems, needs_web_tools
 
-pytestmark = pytest.mark.real
+pytestmark = [pytest.mark.real, needs_web_tools]
 DOCUMENTS = documents()
 
 

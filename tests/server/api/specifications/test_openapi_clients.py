@@ -13,7 +13,14 @@ import pytest
 
 from server.api.routers import bare_app
 from tests.campusloop.live.live_server import live_server
-from tests.server.api.specifications.web_tools import ROOT, TIME_LIMIT_S, WEB, openapi_problems, run_tool
+from tests.server.api.specifications.web_tools import (
+    ROOT,
+    TIME_LIMIT_S,
+    WEB,
+    needs_web_tools,
+    openapi_problems,
+    run_tool,
+)
 
 pytestmark = pytest.mark.real
 HERE = Path(__file__).parent
@@ -22,10 +29,12 @@ OPTIONS = ("--meta", "none", "--output-path", "campus_client", "--fail-on-warnin
 GENERATORS = ROOT / "var" / "generators" / "bin"
 
 
+@needs_web_tools
 def test_the_linter_finds_nothing(tmp_path: Path) -> None:
     assert openapi_problems(DOCUMENT, tmp_path) == []
 
 
+@needs_web_tools
 def test_the_linter_finds_an_example_that_breaks_its_schema_and_an_operation_without_security(
     tmp_path: Path,
 ) -> None:

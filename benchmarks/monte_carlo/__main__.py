@@ -10,29 +10,19 @@ crowds (at most one person on 100 m2) the mean speed is compared with that of th
 
 import argparse
 import os
-from concurrent.futures import ProcessPoolExecutor
-from functools import lru_cache
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.monte_carlo.drives import MonteCarloDrive, drive, sources
 from benchmarks.reporting.report import Row, RunReport
-from benchmarks.reporting.run_logs import LogChoice, add_log_arguments, log_choice
-from campusloop.scenes.drive import SceneDrive
-from campusloop.scenes.random_crowds import (
-    SPARSE_PER_100M2,
-    RandomScene,
-    SceneSources,
-    draw_scene,
-    scene_sources,
-)
+from benchmarks.reporting.run_logs import add_log_arguments, log_choice
+from campusloop.campaigns.campaign import CampaignError
+from campusloop.campaigns.choice import open_campaign
+from campusloop.scenes.random_crowds import SPARSE_PER_100M2
 from campusloop.scenes.stacks import profile_of
-from campusloop.scenes.stalls import stalls
 from simulator.traffic.recordings import RecordingError
 from vehicle_agent.config import ProfileError
-
-_MAPS = Path(__file__).resolve().parent.parent / "maps"
 
 
 def main() -> None:
@@ -43,24 +33,33 @@ def main() -> None:
     try:
         for stack in stacks:
             profile_of(stack)
-        _sources(arguments.recordings)
+        sources(arguments.recordings)
     except (RecordingError, ProfileError) as error:
         raise SystemExit(f"cannot drive: {error}") from error
     first = arguments.seed
+    recordings, traces = (
+        None if path is None else path.absolute() for path in (arguments.recordings, arguments.traces)
+    )
     jobs = [
-        (stack, seed, arguments.recordings, arguments.traces, logs)
+        MonteCarloDrive(stack, seed, recordings, traces, logs)
         for stack in stacks
         for seed in range(first, first + arguments.runs)
     ]
     print(f"seeds {first} to {first + arguments.runs - 1}", flush=True)
     rows: list[Row] = []
+    # A local worker takes no other core than its own.
     cores = sorted(os.sched_getaffinity(0))[: arguments.workers]
-    with ProcessPoolExecutor(
-        len(cores), mp_context=get_context("spawn"), initializer=_pin, initargs=(cores,)
-    ) as pool:
-        for row in pool.map(_run, jobs, chunksize=1):
-            rows.append(row)
-            print(_line(row), flush=True)
+    os.sched_setaffinity(0, cores)
+    try:
+        with open_campaign(
+            arguments.cluster, len(cores), files=() if recordings is None else (recordings,)
+        ) as campaign:
+            workers = campaign.size
+            for row in campaign.run(drive, jobs):
+                rows.append(row)
+                print(_line(row), flush=True)
+    except CampaignError as error:
+        raise SystemExit(f"cannot drive: {error}") from error
     report.write(
         arguments.json,
         "monte_carlo",
@@ -69,57 +68,12 @@ def main() -> None:
             "stacks": arguments.stacks,
             "seed": first,
             "recordings": str(arguments.recordings or ""),
-            "workers": len(cores),
+            "workers": workers,
+            "cluster": arguments.cluster or "",
         },
         rows,
         summary(rows),
     )
-
-
-def _pin(cores: list[int]) -> None:
-    """Restrict this worker to the given cores."""
-    os.sched_setaffinity(0, set(cores))
-
-
-@lru_cache(maxsize=1)
-def _sources(recordings: Path | None) -> SceneSources:
-    return scene_sources(tuple(sorted(_MAPS.glob("*/map.json"))), recordings)
-
-
-def _run(job: tuple[str, int, Path | None, Path | None, LogChoice]) -> Row:
-    """One drive; in a sparse crowd also the same drive without people."""
-    stack, seed, recordings, traces, logs = job
-    drawn = draw_scene(_sources(recordings), profile_of(stack), seed)
-    run = SceneDrive(drawn.scene, logs.of(drawn.scene.name)).run()
-    if traces is not None:
-        run.trace.write(traces / stack, drawn.scene.name)
-    rows, metrics = run.trace.array(), run.metrics
-    mean_mps = run.driven_m / max(float(rows[-1, 0]), 1e-9)
-    free_mps = _free_mps(drawn) if drawn.is_sparse else None
-    cpu_ms = run.plan_cpu_ms or (0.0,)
-    return {
-        "stack": stack,
-        "seed": seed,
-        "path": drawn.path,
-        "crowd": drawn.crowd,
-        "people_per_100m2": drawn.people_per_100m2,
-        "time_s": float(rows[-1, 0]),
-        "driven_m": run.driven_m,
-        "reached": run.time_s is not None,
-        "contacts": len(metrics.front_contacts),
-        "other_contacts": len(metrics.other_contacts),
-        "clearance_m": metrics.clearance_m if np.isfinite(metrics.clearance_m) else None,
-        "mean_mps": mean_mps,
-        "free_mps": free_mps,
-        "stalls": stalls(run, drawn.scene),
-        "plan_cpu_p95_ms": float(np.percentile(cpu_ms, 95)),
-        "limited_by": " ".join(f"{name}:{count}" for name, count in run.limited_by[:3]),
-    }
-
-
-def _free_mps(drawn: RandomScene) -> float:
-    run = SceneDrive(drawn.without_people()).run()
-    return run.driven_m / max(float(run.trace.array()[-1, 0]), 1e-9)
 
 
 def summary(rows: list[Row]) -> Row:
@@ -162,6 +116,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=1, help="of the first run; the next has the next")
     parser.add_argument("--recordings", type=Path, help="folder of drone clips and obsmat files")
     parser.add_argument("--workers", type=int, default=1, help="processes; each takes a core")
+    parser.add_argument("--cluster", help="Dask scheduler (tcp://HOST:8786) whose workers drive instead")
     parser.add_argument("--json", type=Path, help="where to write the report")
     parser.add_argument("--traces", type=Path, help="folder for two CSV files a run")
     add_log_arguments(parser)
