@@ -27,7 +27,6 @@ from server.api.security.rate_limit import RateLimit
 from server.api.services import Limits, Services
 from server.fleet.hub import Hub
 from server.fleet.presence import PresenceRelay
-from server.fleet.segment_files import SegmentFiles
 from server.live.feed import SceneFeed
 from server.loops.departures import DepartureScheduler
 from server.loops.dispatcher import Dispatcher
@@ -36,7 +35,9 @@ from server.loops.retention import RetentionLoop
 from server.loops.series import SeriesScheduler
 from server.loops.silence import SilenceMonitor
 from server.loops.solver import InlineSolver
-from server.settings import Settings
+from server.settings import PREFIX, Settings, SettingsError
+from server.store.segments.choice import open_segment_store
+from server.store.segments.segment_store import SegmentStore, SegmentStoreError
 from server.supervision.retries import FAIL_AT_ONCE, RetryPolicy
 from server.supervision.standing_tasks import StandingTask
 from server.supervision.supervisor import Supervisor, tell_event_loop
@@ -81,7 +82,10 @@ class Ports:
 
 
 def create_app(settings: Settings, ports: Ports) -> FastAPI:
-    """The whole server as an ASGI application. Its tasks run while its lifespan does."""
+    """The whole server as an ASGI application. Its tasks run while its lifespan does.
+
+    Raises SettingsError.
+    """
     services = _services(settings, ports)
     app = bare_app(lifespan=_lifespan(services, ports))
     app.state.services = services
@@ -147,7 +151,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
         bookings=BookingBatcher(ports.transactions),
         bus=ports.bus,
         offload=ports.offload,
-        segments=SegmentFiles(settings.var_dir / "segments", settings.segment_bytes_max),
+        segments=_segments(settings),
         hub=hub,
         presence=PresenceRelay(ports.campus_id, ports.clock, ports.transactions, ports.bus),
         feed=SceneFeed(
@@ -170,6 +174,13 @@ def _services(settings: Settings, ports: Ports) -> Services:
         has_our_tables=ports.has_our_tables,
         pages=read_pages(settings.web_dist),
     )
+
+
+def _segments(settings: Settings) -> SegmentStore:
+    try:
+        return open_segment_store(settings.segments_url, settings.var_dir, settings.segment_bytes_max)
+    except SegmentStoreError as error:
+        raise SettingsError(f"{PREFIX}SEGMENTS_URL: {error}") from error
 
 
 def _lifespan(services: Services, ports: Ports) -> Callable[[FastAPI], AbstractAsyncContextManager[None]]:

@@ -38,6 +38,10 @@ class Settings(BaseModel):
     service_opens: str = Field("00:00", pattern=r"^\d\d:\d\d$", description="Campus local time.")
     service_closes: str = Field("24:00", pattern=r"^\d\d:\d\d$", description="Campus local time.")
     session_hours: float = Field(12.0, gt=0, le=168, description="How long an operator stays signed in.")
+    segments_url: str = Field(
+        "",
+        description="Where run segments are kept: s3://, gs:// or az://BUCKET/PREFIX; empty: under var_dir.",
+    )
     segment_bytes_max: int = Field(256 * MIB, ge=MIB, description="Largest run segment taken in.")
     login_tries_per_minute: int = Field(6, ge=1, description="Per client address, then 429.")
     lookups_per_minute: int = Field(20, ge=1, description="Ride codes tried per client address, then 429.")

@@ -126,8 +126,14 @@ async def _serve(settings: Settings, listening: socket.socket, clock: Clock) -> 
     except CannotStart as error:
         listening.close()
         _refuse(str(error))
+    try:
+        config = uvicorn_config(settings, live)
+    except SettingsError as error:
+        listening.close()
+        await live.ports.close()
+        _refuse(str(error))
     _print_addresses(settings, live)
-    server = uvicorn.Server(uvicorn_config(settings, live))
+    server = uvicorn.Server(config)
     end.stops(server)
     answer_promptly()
     await server.serve(sockets=[listening])
@@ -152,7 +158,7 @@ def answer_promptly() -> None:
 
 
 def uvicorn_config(settings: Settings, live: LivePorts) -> uvicorn.Config:
-    """The configuration of every live server."""
+    """The configuration of every live server. Raises SettingsError."""
     return uvicorn.Config(
         create_app(settings, live.ports),
         lifespan="on",

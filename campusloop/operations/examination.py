@@ -7,7 +7,7 @@ from campusloop.operations.database import check_database
 from campusloop.operations.files import check_certificate, check_folder, check_map, check_pages
 from campusloop.operations.finding import Finding, bad, good, warning
 from campusloop.operations.machine import check_clock, check_kernels, check_packages
-from campusloop.operations.network import check_bus, check_port
+from campusloop.operations.network import check_bus, check_port, check_segments
 from server.settings import PREFIX, Settings, SettingsError, settings_from
 
 
@@ -29,6 +29,7 @@ def examine(environment: Mapping[str, str], now: datetime, **options: object) ->
         check_folder(settings),
         database,
         check_bus(settings),
+        check_segments(settings),
         check_map(settings),
         check_pages(settings),
         check_certificate(settings, now),

@@ -1,4 +1,4 @@
-"""Checks of what others answer: the bus, and a server on the port."""
+"""Checks of what others answer: the bus, the store of run segments, and a server on the port."""
 
 import socket
 from urllib.parse import urlsplit
@@ -9,6 +9,8 @@ from campusloop.live.server import listen
 from campusloop.operations.finding import Finding, bad, good
 from server.live_ports import BUS_TIMEOUT_S, NATS_PORT, CannotStart
 from server.settings import Settings
+from server.store.segments.choice import open_segment_store
+from server.store.segments.segment_store import SegmentStoreError
 
 _ANYWHERE = {"0.0.0.0": "127.0.0.1", "": "127.0.0.1", "::": "::1"}
 ANSWER_TIMEOUT_S = 5.0
@@ -29,6 +31,18 @@ def check_bus(settings: Settings) -> Finding:
     if greeting != b"INFO":
         return bad("bus", f"{_shown(settings.bus_url)} is not a NATS server", remedy)
     return good("bus", f"{_shown(settings.bus_url)} answers")
+
+
+def check_segments(settings: Settings) -> Finding:
+    """The store of run segments answers."""
+    if not settings.segments_url:
+        return good("segments", f"under {settings.var_dir}, for one server")
+    try:
+        open_segment_store(settings.segments_url, settings.var_dir, settings.segment_bytes_max).has("0" * 64)
+    except SegmentStoreError as error:
+        remedy = "correct CAMPUSLOOP_SEGMENTS_URL, or the cloud's own variables (AWS_ACCESS_KEY_ID, ...)"
+        return bad("segments", f"{_shown(settings.segments_url)}: {error}", remedy)
+    return good("segments", f"{_shown(settings.segments_url)} answers")
 
 
 def check_port(settings: Settings) -> Finding:

@@ -51,6 +51,12 @@ class SegmentHashWrong(DomainError):
     code = "segment_hash_wrong"
 
 
+class SegmentStoreUnavailable(DomainError):
+    """The store of run segments cannot be reached; everything else works. Try again later."""
+
+    code = "segment_store_unavailable"
+
+
 class SegmentTooLarge(DomainError):
     """The segment is larger than this server takes."""
 
@@ -138,6 +144,7 @@ STATUS: Mapping[type[DomainError], int] = {
     TokenUnknown: 404,
     SignatureWrong: 403,
     SegmentHashWrong: 400,
+    SegmentStoreUnavailable: 503,
     SegmentTooLarge: 413,
     SegmentUnreadable: 400,
 }

@@ -16,9 +16,9 @@ from server.api.security.access_watch import AccessWatch
 from server.api.security.rate_limit import RateLimit
 from server.fleet.hub import Hub
 from server.fleet.presence import PresenceRelay
-from server.fleet.segment_files import SegmentFiles
 from server.live.feed import SceneFeed
 from server.settings import Settings
+from server.store.segments.segment_store import SegmentStore
 from server.supervision.supervisor import Supervisor
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
@@ -50,7 +50,7 @@ class Services:
     bookings: BookingBatcher
     bus: Bus
     offload: Offload
-    segments: SegmentFiles
+    segments: SegmentStore
     hub: Hub
     presence: PresenceRelay
     feed: SceneFeed

@@ -13,8 +13,9 @@ from contract.runlog.reader import RunLogError
 from server.api.campus.schemas import MapGeometry, map_geometry
 from server.api.formats import NAME_PATTERN, BootId, VehicleId
 from server.api.paging import LIMIT_MAX, Page, microseconds_of, moment_of, paged
-from server.api.problems import problems
+from server.api.problems import SegmentStoreUnavailable, problems
 from server.api.runs.schemas import RunView, run_view
+from server.api.runs.segments import fetched
 from server.api.security.access import READER_REFUSALS, Reader
 from server.api.services import InjectedServices, Services
 from server.domain.errors import RunMapUnreadable, RunUnknown, VehicleUnknown
@@ -65,7 +66,7 @@ async def get_run(vehicle_id: VehicleId, boot_id: BootId, services: InjectedServ
     "/{vehicle_id}/{boot_id}/scenes",
     operation_id="get_run_scenes",
     response_class=Response,
-    responses=problems(RunUnknown, VehicleUnknown, *READER_REFUSALS)
+    responses=problems(RunUnknown, VehicleUnknown, SegmentStoreUnavailable, *READER_REFUSALS)
     | {
         200: {
             "description": "Scenes in order of time, at most 3000; ask on from the last at_ms.",
@@ -89,7 +90,7 @@ async def get_run_scenes(
 ) -> Response:
     """What the live view showed of this run, in the same shape."""
     run = await _find_run(services, vehicle_id, boot_id)
-    paths = _kept(services, run)
+    paths = await _kept(services, run)
     found = await services.offload.run(lambda: recorded_reports(paths, from_ms, to_ms, step_ms, limit))
     context = await services.transactions.read(lambda uow: _context(uow, run, found))
 
@@ -103,14 +104,14 @@ async def get_run_scenes(
 @router.get(
     "/{vehicle_id}/{boot_id}/map",
     operation_id="get_run_map",
-    responses=problems(RunUnknown, RunMapUnreadable, *READER_REFUSALS),
+    responses=problems(RunUnknown, RunMapUnreadable, SegmentStoreUnavailable, *READER_REFUSALS),
 )
 async def get_run_map(
     vehicle_id: VehicleId, boot_id: BootId, services: InjectedServices, _: Reader
 ) -> MapGeometry:
     """The map of the run, which may differ from the active one."""
     run = await _find_run(services, vehicle_id, boot_id)
-    paths = _kept(services, run)
+    paths = await _kept(services, run)
     if not paths:
         raise RunUnknown(f"nothing of run {boot_id} of {vehicle_id} is kept here")
 
@@ -124,13 +125,10 @@ async def get_run_map(
     return await services.offload.run(work)
 
 
-def _kept(services: Services, run: Run) -> tuple[Path, ...]:
-    """The files of the run's segments that are still stored."""
-    return tuple(
-        services.segments.path(segment.sha256)
-        for segment in run.segments
-        if services.segments.has(segment.sha256)
-    )
+async def _kept(services: Services, run: Run) -> tuple[Path, ...]:
+    """The files of the run's segments that are still stored. Raises SegmentStoreUnavailable."""
+    found = [await fetched(services, segment.sha256) for segment in run.segments]
+    return tuple(path for path in found if path is not None)
 
 
 async def _find_run(services: Services, vehicle_id: str, boot_id: str) -> Run:

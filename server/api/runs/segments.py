@@ -16,6 +16,7 @@ from contract.wire.upload import SIGNATURE_HEADER, signed_segment
 from server.api.formats import NAME_PATTERN, Sha256
 from server.api.problems import (
     SegmentHashWrong,
+    SegmentStoreUnavailable,
     SegmentTooLarge,
     SegmentUnreadable,
     SignatureWrong,
@@ -26,7 +27,8 @@ from server.api.security.access import READER_REFUSALS, Reader
 from server.api.services import InjectedServices, Services
 from server.domain.errors import KeyUnknown, SegmentConflict, SegmentUnknown, VehicleUnknown
 from server.domain.record.runs import Segment
-from server.fleet.segment_files import SegmentHashError, SegmentSizeError
+from server.store.segments.incoming import SegmentHashError, SegmentSizeError
+from server.store.segments.segment_store import SegmentStoreError
 from server.usecases.fleet import vehicles
 from server.usecases.record import runs
 
@@ -34,6 +36,7 @@ router = APIRouter(prefix="/runs/segments", tags=["runs"])
 
 # Above every setting of segment_bytes_max, which is what counts.
 SEGMENT_BYTES_LIMIT = 1 << 40
+MEDIA_TYPE = "application/octet-stream"
 
 
 @router.put(
@@ -49,6 +52,7 @@ SEGMENT_BYTES_LIMIT = 1 << 40
         VehicleUnknown,
         SegmentConflict,
         SegmentTooLarge,
+        SegmentStoreUnavailable,
     )
     | {200: {"model": SegmentView, "description": "The segment was there already."}},
     openapi_extra={
@@ -77,6 +81,10 @@ async def put_segment(
 ) -> SegmentView:
     """A finished segment, by the SHA-256 of its bytes. A repeat is harmless."""
     await _check_signature(services, vehicle_id, sha256, signature)
+    known = await _kept(services, vehicle_id, sha256)
+    if known is not None:
+        response.status_code = 200
+        return segment_view(known)
     segment = await _receive(services, request, vehicle_id, sha256)
     if not await services.transactions.run(lambda uow: runs.add_segment(uow, segment)):
         response.status_code = 200
@@ -87,7 +95,7 @@ async def put_segment(
     "/{sha256}",
     operation_id="get_segment",
     response_class=FileResponse,
-    responses=problems(SegmentUnknown, *READER_REFUSALS)
+    responses=problems(SegmentUnknown, SegmentStoreUnavailable, *READER_REFUSALS)
     | {
         200: {
             "description": "The segment, as the vehicle wrote it.",
@@ -98,10 +106,19 @@ async def put_segment(
 async def get_segment(sha256: Sha256, services: InjectedServices, _: Reader) -> FileResponse:
     """An MCAP file: open it in Foxglove, or run it again with `campusloop replay`."""
     segment = await services.transactions.read(lambda uow: runs.segment_of(uow, sha256))
-    if not services.segments.has(sha256):
-        raise SegmentUnknown(f"the bytes of segment {sha256} are no longer kept here")
     name = f"{segment.vehicle_id}-{segment.boot_id}-{segment.number:04d}.mcap"
-    return FileResponse(services.segments.path(sha256), filename=name, media_type="application/octet-stream")
+    path = await fetched(services, sha256)
+    if path is None:
+        raise SegmentUnknown(f"the bytes of segment {sha256} are no longer kept")
+    return FileResponse(path, filename=name, media_type=MEDIA_TYPE)
+
+
+async def fetched(services: Services, sha256: str) -> Path | None:
+    """The segment's file; None if it is not kept. Raises SegmentStoreUnavailable."""
+    try:
+        return await services.offload.run(lambda: services.segments.fetch(sha256))
+    except SegmentStoreError as error:
+        raise SegmentStoreUnavailable(str(error)) from error
 
 
 async def _check_signature(services: Services, vehicle_id: str, sha256: str, signature: str) -> None:
@@ -116,10 +133,9 @@ async def _check_signature(services: Services, vehicle_id: str, sha256: str, sig
 
 
 async def _receive(services: Services, request: Request, vehicle_id: str, sha256: str) -> Segment:
-    files, offload = services.segments, services.offload
-    if files.has(sha256):
-        return await offload.run(lambda: _described(services, files.path(sha256), vehicle_id, sha256))
-    with files.receive(sha256, services.ids.new_id("upload")) as incoming:
+    """The segment, of which all bytes are kept now."""
+    store, offload = services.segments, services.offload
+    with store.receive(sha256, services.ids.new_id("upload")) as incoming:
         try:
             async for chunk in request.stream():
                 incoming.write(chunk)
@@ -129,8 +145,24 @@ async def _receive(services: Services, request: Request, vehicle_id: str, sha256
         except SegmentHashError as error:
             raise SegmentHashWrong(f"{error}; send the segment again") from error
         segment = await offload.run(lambda: _described(services, path, vehicle_id, sha256))
-        incoming.keep()
+        try:
+            await offload.run(lambda: store.keep(incoming))
+        except SegmentStoreError as error:
+            raise SegmentStoreUnavailable(f"{error}; send the segment again") from error
     return segment
+
+
+async def _kept(services: Services, vehicle_id: str, sha256: str) -> Segment | None:
+    """The segment of an upload that is repeated."""
+    known = await services.transactions.read(lambda uow: uow.runs.segment(sha256))
+    if known is None:
+        return None
+    if known.vehicle_id != vehicle_id:
+        raise SignatureWrong(f"the segment was recorded by {known.vehicle_id}, not by {vehicle_id}")
+    try:
+        return known if await services.offload.run(lambda: services.segments.has(sha256)) else None
+    except SegmentStoreError as error:
+        raise SegmentStoreUnavailable(f"{error}; send the segment again") from error
 
 
 def _described(services: Services, path: Path, vehicle_id: str, sha256: str) -> Segment:

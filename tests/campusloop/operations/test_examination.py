@@ -63,6 +63,7 @@ def test_an_installation_without_a_defect_is_good_and_stays_as_it_was(tmp_path: 
         ({"CAMPUSLOOP_SERVICE_OPENS": "25:00"}, "map", "SERVICE_OPENS"),
         ({"CAMPUSLOOP_WEB_DIST": "nowhere"}, "pages", "no page for / and /console"),
         ({"CAMPUSLOOP_BUS_URL": "nats://u:hush@127.0.0.1:1"}, "bus", "no answer at 127.0.0.1:1"),
+        ({"CAMPUSLOOP_SEGMENTS_URL": "nonsense://u:hush@x"}, "segments", "names no object store"),
         ({"CAMPUSLOOP_DATABASE_URL": "mysql://x"}, "database", "sqlite"),
         ({"CAMPUSLOOP_DATABASE_URL": "postgresql://u:hush@127.0.0.1:1/x"}, "database", "cannot be used"),
         ({"CAMPUSLOOP_TLS_CERT": "c.pem", "CAMPUSLOOP_TLS_KEY": "k.pem"}, "tls", "cannot be used"),

@@ -13,6 +13,7 @@ from contract.roads.load import encode_map
 from contract.roads.model import ObservationArea
 from contract.wire.upload import SIGNATURE_HEADER, segment_path, signed_segment
 from tests.contract.runlog.test_segment import UTC_OFFSET_NS, write_segment
+from tests.server.api.runs.absent_bucket import use_bucket
 from tests.server.api.server_under_test import ServerUnderTest
 from tests.server.fleet.vehicle_key import VehicleKeyPair
 
@@ -51,8 +52,27 @@ def test_a_segment_is_stored_by_its_hash_and_a_repeat_is_harmless(
     ready.sign_in()
     (run,) = ready.get("/runs").json()
     assert (run["boot_id"], run["duration_s"], len(run["segments"])) == ("boot-1", 5.98, 1)
-    downloaded = ready.services.segments.path(first.json()["sha256"]).read_bytes()
-    assert downloaded == segment
+    path = ready.services.segments.fetch(first.json()["sha256"])
+    assert path is not None
+    assert path.read_bytes() == segment
+
+
+def test_while_the_object_store_is_away_the_vehicle_is_told_to_send_the_segment_again(
+    ready: ServerUnderTest, segment: bytes
+) -> None:
+    bucket = use_bucket(ready)
+    bucket.is_away = True
+    refused = put(ready, segment)
+    assert (refused.status_code, refused.json()["code"]) == (503, "segment_store_unavailable")
+    ready.sign_in()
+    assert ready.get("/runs").json() == []
+    bucket.is_away = False
+    assert put(ready, segment).status_code == 201
+    bucket.is_away = True
+    for path in (f"/runs/segments/{hashlib.sha256(segment).hexdigest()}", f"{RUN}/scenes", f"{RUN}/map"):
+        assert ready.get(path).json()["code"] == "segment_store_unavailable"
+    bucket.is_away = False
+    assert len(ready.get(f"{RUN}/scenes").json()) > 0
 
 
 def test_a_segment_that_a_kill_cut_short_is_stored_too(ready: ServerUnderTest, tmp_path: Path) -> None:
