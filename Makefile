@@ -100,6 +100,7 @@ test-browser:
 # and alone, for a vehicle that is starved of its clock stops, as it should.
 test-long: setup
 	$(PY) -m pytest -n 2 --dist load --maxschedchunk 1 -m "long" $(call marked,long)
+	@scripts/services
 	@$(MAKE) --no-print-directory test-faults
 
 test-faults:

@@ -12,6 +12,7 @@ _COMMANDS = (
     "serve",
     "agent",
     "simulate",
+    "shuttles",
     "scenario",
     "replay",
     "view",

@@ -6,6 +6,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 PREFIX = "CAMPUSLOOP_"
+FILE_SUFFIX = "_file"
 MIB = 1024 * 1024
 
 
@@ -57,6 +58,11 @@ class Settings(BaseModel):
     server_name: str = Field(
         "server", min_length=1, max_length=64, description="Of this replica, in incidents and logs."
     )
+    metrics_token: str = Field(
+        "",
+        max_length=256,
+        description="Bearer token with which Prometheus may read /metrics; empty: a developer token only.",
+    )
     with_loops: bool = Field(True, description="Run the dispatcher and the other loops here.")
 
     def is_loopback(self) -> bool:
@@ -83,13 +89,22 @@ def is_loopback(host: str) -> bool:
 def settings_from(environment: Mapping[str, str], **overrides: object) -> Settings:
     """Settings from CAMPUSLOOP_* variables; overrides (command-line options, None ignored) win.
 
-    Variables that are no settings are left alone. Raises SettingsError naming every one that cannot be used.
+    CAMPUSLOOP_NAME_FILE is the file that holds the setting NAME, for secrets. Variables that are no settings
+    are left alone. Raises SettingsError naming every one that cannot be used.
     """
-    given: dict[str, object] = {
-        name.removeprefix(PREFIX).lower(): value
-        for name, value in sorted(environment.items())
-        if name.startswith(PREFIX) and name.removeprefix(PREFIX).lower() in Settings.model_fields
-    }
+    given: dict[str, object] = {}
+    for variable, value in sorted(environment.items()):
+        if not variable.startswith(PREFIX):
+            continue
+        name = variable.removeprefix(PREFIX).lower()
+        if name in Settings.model_fields:
+            given[name] = value
+        elif is_file_variable(variable):
+            if f"{PREFIX}{name.removesuffix(FILE_SUFFIX).upper()}" in environment:
+                raise SettingsError(
+                    f"{variable} and the setting itself are both given; leave one of them out"
+                )
+            given[name.removesuffix(FILE_SUFFIX)] = _content(variable, Path(value))
     given |= {name: value for name, value in overrides.items() if value is not None}
     try:
         settings = Settings.model_validate(given)
@@ -98,6 +113,20 @@ def settings_from(environment: Mapping[str, str], **overrides: object) -> Settin
     if (settings.tls_cert is None) != (settings.tls_key is None):
         raise SettingsError("tls_cert and tls_key go together: give both or neither")
     return settings
+
+
+def is_file_variable(variable: str) -> bool:
+    """The variable names the file of a setting that is a text."""
+    name = variable.removeprefix(PREFIX).lower()
+    field = Settings.model_fields.get(name.removesuffix(FILE_SUFFIX))
+    return name.endswith(FILE_SUFFIX) and field is not None and field.annotation is str
+
+
+def _content(variable: str, path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8").rstrip("\r\n")
+    except (OSError, UnicodeDecodeError) as error:
+        raise SettingsError(f"{variable}: {path} cannot be read ({error})") from error
 
 
 def _explain(error: ValidationError) -> str:

@@ -53,6 +53,10 @@ class OperatorClient:
     async def sign_in(self, name: str, password: str) -> None:
         session = await self._post("/api/v1/session", {"name": name, "password": password})
         self._csrf = session.json()["csrf_token"]
+        # Behind a proxy with TLS, the server marks its cookie for HTTPS only. That is for browsers: this
+        # program was given the address that it uses.
+        for cookie in self._client.cookies.jar:
+            cookie.secure = False
 
     async def enrol(self, vehicle_id: str, body: Body, public_key: str) -> None:
         """Create a code for the vehicle and, as the vehicle, enrol its key with the code."""

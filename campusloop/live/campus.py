@@ -3,11 +3,9 @@
 import asyncio
 import os
 import secrets
-import shutil
 import ssl
-import tempfile
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -16,17 +14,10 @@ import httpx
 import psutil
 
 from campusloop.clients.operator_client import OperatorClient
-from campusloop.live.jobs import serve, simulate
-from campusloop.live.paced_clock import PacedClock, PacedClocks
+from campusloop.live.jobs import serve
 from campusloop.live.run_folder import empty_folder
-from contract.roads.load import load_map
-from simulator.live.live import scan_ring_path
-from simulator.live.ports import BASE_PORT, ports_of
-from vehicle_agent.config import Profile, load_profile
-from vehicle_agent.link.keys import load_or_create_key, public_key_text
-from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
-from vehicle_agent.runtime.processes.agent_files import AgentFolder, VehicleFile
-from vehicle_agent.runtime.processes.clock import MONOTONIC
+from campusloop.live.shuttles import ShuttleOptions, SimulatedShuttles
+from simulator.live.ports import BASE_PORT
 from vehicle_agent.runtime.processes.supervisor import CHECK_EVERY_S, Job, Supervisor
 
 READY_WITHIN_S = 60.0
@@ -68,17 +59,27 @@ class LiveCampus:
         """Raises MapError, ProfileError."""
         self.options = options
         self.password = secrets.token_urlsafe(6)
-        self.road_map = load_map(options.map_path)
-        self._profile = Profile() if options.profile_path is None else load_profile(options.profile_path)
-        self._mail = Path(tempfile.mkdtemp(prefix="campusloop-"))
-        self._supervisors: list[Supervisor] = []
-        self._clocks = self._created_clocks() if options.paced else None
-        self._clock: PacedClock | None = None if self._clocks is None else self._clocks.open("campus")
         self._began_s = time.monotonic()
         exposed = options.host not in ("127.0.0.1", "localhost")
         self_signed = options.folder / "tls" / "certificate.pem" if exposed else None
         self.certificate = options.tls_cert or self_signed
         self.origin = f"{'https' if exposed else 'http'}://127.0.0.1:{options.port}"
+        self._shuttles = SimulatedShuttles(
+            ShuttleOptions(
+                map_path=options.map_path,
+                folder=options.folder,
+                vehicle_ids=tuple(self.vehicle_ids),
+                server_url=self.origin,
+                server_certificate=self.certificate,
+                seed=options.seed,
+                base_port=options.base_port,
+                pedestrians=options.pedestrians,
+                profile_path=options.profile_path,
+                paced=options.paced,
+            )
+        )
+        self.road_map = self._shuttles.road_map
+        self._server = Supervisor([self._server_job()])
         self.client = httpx.AsyncClient(base_url=self.origin)
         self.operator = OperatorClient(self.client)
 
@@ -89,16 +90,18 @@ class LiveCampus:
     @property
     def pids(self) -> dict[str, int]:
         """Process ids by name: server, simulator, link, worker, "gate shuttle-1", "tick shuttle-1"."""
-        return {name: pid for supervisor in self._supervisors for name, pid in supervisor.pids.items()}
+        return self._server.pids | self._shuttles.pids
 
     def now(self) -> datetime:
         """By the clock of this campus's processes."""
-        return datetime.now(UTC) if self._clock is None else self._clock.utc()
+        clock = self._shuttles.clock
+        return datetime.now(UTC) if clock is None else clock.utc()
 
     @property
     def lag_s(self) -> float:
         """How far the campus's clock is behind the wall clock, because the machine did not keep up."""
-        return 0.0 if self._clock is None else self._clock.lag_ns() * 1e-9
+        clock = self._shuttles.clock
+        return 0.0 if clock is None else clock.lag_ns() * 1e-9
 
     async def start(self) -> None:
         """Start all processes and enrol the vehicles; the vehicles are still held.
@@ -106,40 +109,32 @@ class LiveCampus:
         Raises CampusStartError, ForeignFolder.
         """
         (empty_folder(self.options.folder) / "logs").mkdir()
-        self._supervise([self._server_job()])
-        places = tuple(self._place(number, name) for number, name in enumerate(self.vehicle_ids))
+        self._server.start()
         # Started while the server starts, which takes longer. Stopped after the agents, which need its clock.
-        self._supervise([self._simulator_job()])
+        self._shuttles.start_simulator()
         trusted = await self._trusted()
         self.client = httpx.AsyncClient(base_url=self.origin, verify=trusted, timeout=30.0)
         self.operator = OperatorClient(self.client)
         await self._until_ready()
         await self.operator.sign_in(OPERATOR, self.password)
-        for name, place in zip(self.vehicle_ids, places, strict=True):
-            key = load_or_create_key(place.folder / "key.pem")
-            await self.operator.enrol(name, self._profile.body, public_key_text(key))
-        # In the order of `agent_jobs`: a tick that starts before its link loses the beginning of its run log.
-        jobs = agent_jobs(places)
-        self._supervise([replace(job, log_file=self.log_file(job.name)) for job in jobs])
+        await self._shuttles.start_agents(self.operator)
 
     async def release_all(self) -> None:
         """Resume every vehicle as soon as it is connected and placed."""
-        await asyncio.gather(*(self.operator.release(name) for name in self.vehicle_ids))
+        await self._shuttles.release_all(self.operator)
 
     async def watch(self) -> None:
         """Restart processes that end, until cancelled."""
         while True:
             await asyncio.sleep(CHECK_EVERY_S)
-            for supervisor in self._supervisors:
-                supervisor.restart_ended()
+            self._server.restart_ended()
+            self._shuttles.restart_ended()
 
     async def stop(self) -> None:
         """Stop the agents, then the simulator, then the server. No process is left running."""
-        for supervisor in reversed(self._supervisors):
-            await asyncio.to_thread(supervisor.stop)
+        await self._shuttles.stop()
+        await asyncio.to_thread(self._server.stop)
         await self.client.aclose()
-        shutil.rmtree(self._mail, ignore_errors=True)
-        shutil.rmtree(self._scans, ignore_errors=True)
 
     def log_file(self, name: str) -> Path:
         return self.options.folder / "logs" / f"{name.replace(' ', '-')}.log"
@@ -169,39 +164,8 @@ class LiveCampus:
             options.tls_key,
             options.map_path,
         )
-        target = partial(serve, clocks=self._clocks)
+        target = partial(serve, clocks=self._shuttles.clocks)
         return Job("server", target, arguments, log_file=self.log_file("server"))
-
-    def _simulator_job(self) -> Job:
-        options = self.options
-        arguments = (
-            options.map_path,
-            tuple(self.vehicle_ids),
-            options.profile_path,
-            options.seed,
-            options.base_port,
-            self._scans,
-            options.pedestrians,
-            True,
-            self._clocks,
-        )
-        return Job("simulator", simulate, arguments, log_file=self.log_file("simulator"))
-
-    @property
-    def _scans(self) -> Path:
-        """For the scans and the clock, which exists before `start` empties the options' folder."""
-        shared_memory = Path("/dev/shm")
-        return shared_memory / self._mail.name if shared_memory.is_dir() else self._mail / "scans"
-
-    def _created_clocks(self) -> PacedClocks:
-        clocks = PacedClocks(self._scans / "clock")
-        clocks.create()
-        return clocks
-
-    def _supervise(self, jobs: list[Job]) -> None:
-        supervisor = Supervisor(jobs)
-        self._supervisors.append(supervisor)
-        supervisor.start()
 
     async def _trusted(self) -> ssl.SSLContext | bool:
         """What to verify the server's TLS with. A self-signed certificate exists after the server's start."""
@@ -217,7 +181,7 @@ class LiveCampus:
 
     async def _until_ready(self) -> None:
         for _ in range(round(READY_WITHIN_S / POLL_EVERY_S)):
-            if self._supervisors[0].has_ended("server"):
+            if self._server.has_ended("server"):
                 raise CampusStartError(f"the server did not start; its log:\n{self._server_log()}")
             if await self._is_ready():
                 return
@@ -236,20 +200,3 @@ class LiveCampus:
     def _server_log(self) -> str:
         log = self.log_file("server")
         return log.read_text()[-2000:] if log.exists() else "(nothing)"
-
-    def _place(self, number: int, vehicle_id: str) -> AgentPlace:
-        folder = self.options.folder / "vehicles" / vehicle_id
-        load_or_create_key(folder / "key.pem")
-        ports = ports_of(number, self.options.base_port)
-        vehicle = VehicleFile(
-            vehicle_id=vehicle_id,
-            server_url=self.origin,
-            can_channel=ports.can_channel,
-            values_port=ports.values_port,
-            scans_port=ports.scans_port,
-            hmi_port=ports.hmi_port,
-            scan_ring=str(scan_ring_path(self._scans, vehicle_id)),
-            server_certificate=str(self.certificate) if self.certificate else "",
-        )
-        AgentFolder(folder).prepare(vehicle, self.options.map_path, self.options.profile_path)
-        return AgentPlace(folder.resolve(), self._mail / str(number), self._clocks or MONOTONIC)

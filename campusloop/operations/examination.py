@@ -8,7 +8,7 @@ from campusloop.operations.files import check_certificate, check_folder, check_m
 from campusloop.operations.finding import Finding, bad, good, warning
 from campusloop.operations.machine import check_clock, check_kernels, check_packages
 from campusloop.operations.network import check_bus, check_port, check_segments
-from server.settings import PREFIX, Settings, SettingsError, settings_from
+from server.settings import PREFIX, Settings, SettingsError, is_file_variable, settings_from
 
 
 def examine(environment: Mapping[str, str], now: datetime, **options: object) -> tuple[Finding, ...]:
@@ -41,7 +41,11 @@ def examine(environment: Mapping[str, str], now: datetime, **options: object) ->
 
 def _check_settings(environment: Mapping[str, str]) -> Finding:
     given = [name for name in environment if name.startswith(PREFIX)]
-    unknown = [name for name in given if name.removeprefix(PREFIX).lower() not in Settings.model_fields]
+    unknown = [
+        name
+        for name in given
+        if name.removeprefix(PREFIX).lower() not in Settings.model_fields and not is_file_variable(name)
+    ]
     if unknown:
         text = f"not a setting of the server, and ignored: {', '.join(sorted(unknown))}"
         return warning("settings", text, "correct the name, or unset it")

@@ -36,3 +36,17 @@ def test_a_certificate_without_its_key_is_refused() -> None:
 @pytest.mark.parametrize(("host", "expected"), [("127.0.0.2", True), ("localhost", True), ("0.0.0.0", False)])
 def test_loopback_is_told_from_the_rest(host: str, expected: bool) -> None:
     assert settings_from({}, host=host).is_loopback() is expected
+
+
+def test_a_secret_can_lie_in_a_file(tmp_path: Path) -> None:
+    (tmp_path / "password").write_text("correct horse\n")
+    environment = {"CAMPUSLOOP_OPERATOR_PASSWORD_FILE": str(tmp_path / "password")}
+    assert settings_from(environment).operator_password == "correct horse"
+    with pytest.raises(SettingsError, match="both given"):
+        settings_from(environment | {"CAMPUSLOOP_OPERATOR_PASSWORD": "another"})
+    with pytest.raises(SettingsError, match=r"CAMPUSLOOP_OPERATOR_PASSWORD_FILE: .*nowhere"):
+        settings_from({"CAMPUSLOOP_OPERATOR_PASSWORD_FILE": str(tmp_path / "nowhere")})
+
+
+def test_a_file_for_what_is_no_text_is_left_alone(tmp_path: Path) -> None:
+    assert settings_from({"CAMPUSLOOP_PORT_FILE": str(tmp_path), "CAMPUSLOOP_NONE_FILE": "x"}).port == 8080

@@ -113,6 +113,22 @@ async def _reader(
     return (await signed_in(services, session)).actor
 
 
+async def _metrics_reader(
+    services: InjectedServices,
+    session: SessionCookie,
+    bearer: Annotated[Credentials, Security(_bearer, scopes=["read"])],
+) -> None:
+    """Prometheus, by the token of the settings, or any reader."""
+    expected = services.settings.metrics_token
+    if (
+        expected
+        and bearer is not None
+        and hmac.compare_digest(bearer.credentials.encode(), expected.encode())
+    ):
+        return
+    await _reader(services, session, bearer)
+
+
 async def _driver(
     services: InjectedServices,
     session: SessionCookie,
@@ -139,6 +155,7 @@ async def _developer(services: Services, bearer: HTTPAuthorizationCredentials, s
 
 
 Reader = Annotated[Actor, Depends(_reader)]
+MetricsReader = Annotated[None, Depends(_metrics_reader)]
 Driver = Annotated[Actor, Depends(_driver)]
 OptionalDeveloper = Annotated[Actor | None, Depends(_optional_developer)]
 ReadingOperator = Annotated[OperatorContext, Depends(_reading)]

@@ -1,5 +1,7 @@
 """What Prometheus reads, and what it must never read."""
 
+from pathlib import Path
+
 from prometheus_client.parser import text_string_to_metric_families
 
 from server.usecases.record import identity
@@ -50,6 +52,15 @@ def test_no_secret_and_no_word_of_a_client_is_a_label(server: ServerUnderTest) -
     assert ride["token"] not in text
     assert "INVENTED" not in text
     assert 'method="other"' in text
+
+
+def test_prometheus_reads_with_the_token_of_the_settings_and_nothing_else(tmp_path: Path) -> None:
+    server = ServerUnderTest(tmp_path, metrics_token="measure")
+    prometheus = {"Authorization": "Bearer measure"}
+    assert server.get("/metrics", headers=prometheus).status_code == 200
+    assert server.get("/metrics", headers={"Authorization": "Bearer measures"}).status_code == 401
+    assert server.get("/vehicles", headers=prometheus).status_code == 401
+    server.close()
 
 
 def test_measurements_are_for_readers_only(server: ServerUnderTest) -> None:

@@ -1191,7 +1191,8 @@ export interface paths {
         };
         /**
          * Get Metrics
-         * @description Counts and durations of this server. Prometheus sends a developer token as its bearer token.
+         * @description Counts and durations of this server. Prometheus sends a bearer token: a developer's, or that of the
+         *     setting metrics_token.
          */
         get: operations["get_metrics"];
         put?: never;
