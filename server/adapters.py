@@ -30,9 +30,6 @@ class RandomIds:
             code += UNAMBIGUOUS[letter]
         return code
 
-    def boarding_code(self) -> str:
-        return f"{secrets.randbelow(10_000):04d}"
-
     def token(self) -> str:
         return secrets.token_urlsafe(24)
 
@@ -53,9 +50,6 @@ class SeededIds:
 
     def ride_code(self) -> str:
         return "".join(self._random.choice(UNAMBIGUOUS) for _ in range(RIDE_CODE_CHARACTERS))
-
-    def boarding_code(self) -> str:
-        return f"{self._random.randrange(10_000):04d}"
 
     def token(self) -> str:
         return f"{self._random.getrandbits(192):048x}"

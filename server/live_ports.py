@@ -18,6 +18,7 @@ from server.app import Ports, standing_tasks
 from server.bus.in_process import InProcessBus
 from server.bus.nats import BusUnreachable, connect
 from server.domain.errors import DomainError
+from server.domain.rides.ticket_keys import TicketKeys
 from server.domain.rules import FleetRules
 from server.domain.service.timetable import Opening, ServiceHours
 from server.loops.solver import ProcessSolver
@@ -30,11 +31,13 @@ from server.store.transactions import GroupCommit
 from server.store.unit_of_work import Context
 from server.supervision.retries import RetryPolicy
 from server.supervision.supervisor import tell_event_loop
+from server.ticket_key_file import BadTicketKeyFile, ticket_keys_of
 from server.usecases.fleet import campus
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock
 from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 from server.usecases.record import identity
+from server.usecases.rides import tickets
 
 DAY_S = 86_400
 BUS_TIMEOUT_S = 5.0
@@ -69,7 +72,8 @@ async def live_ports(
     campus_id = settings.campus_id or road_map.campus_id
     rules = fleet_rules(settings, road_map)
     clock, ids = clock or SystemClock(), RandomIds()
-    context = Context(campus_id, clock, ids, rules, Argon2Hasher(), MapLibrary(rules))
+    library, keys = MapLibrary(rules), _ticket_keys(settings)
+    context = Context(campus_id, clock, ids, rules, Argon2Hasher(), library, keys)
     async with AsyncExitStack() as opened:
         engine = _engine(settings, opened)
         bus = await _bus(settings)
@@ -107,6 +111,17 @@ def _road_map(settings: Settings) -> RoadMap:
         return load_map(settings.map_path)
     except MapError as error:
         raise CannotStart(f"{settings.map_path}: {error.detail}") from error
+
+
+def _ticket_keys(settings: Settings) -> TicketKeys:
+    try:
+        return ticket_keys_of(settings.ticket_keys())
+    except BadTicketKeyFile as error:
+        raise CannotStart(f"{error}; see CAMPUSLOOP_TICKET_KEY_FILE") from error
+    except OSError as error:
+        raise CannotStart(
+            f"the ticket keys cannot be read or created ({error}); see CAMPUSLOOP_TICKET_KEY_FILE"
+        ) from error
 
 
 def _engine(settings: Settings, opened: AsyncExitStack) -> Engine:
@@ -173,6 +188,7 @@ async def _prepare(transactions: Transactions, settings: Settings, road_map: Roa
 
     def work(uow: UnitOfWork) -> bool:
         campus.load_map(uow, encode_map(road_map), "start-up", activate=True)
+        tickets.take_over_keys(uow)
         is_new = uow.identity.operator_by_name(settings.operator_name) is None
         if password or is_new:
             identity.set_password(uow, settings.operator_name, password or made)

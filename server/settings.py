@@ -23,6 +23,10 @@ class Settings(BaseModel):
     port: int = Field(8080, ge=0, le=65535, description="TCP port; 0 takes any free one.")
     var_dir: Path = Field(Path("var"), description="Where the database, run segments and certificates live.")
     database_url: str = Field("", description="SQLAlchemy URL; empty: an SQLite file under var_dir.")
+    ticket_key_file: Path | None = Field(
+        None,
+        description="Keys of passengers' links and codes, the same for all replicas; empty: in var_dir.",
+    )
     bus_url: str = Field("", description="nats://host:port; empty: in-process, for one server process.")
     map_path: Path | None = Field(
         None, description="Campus map to make active at start; empty: keep the last."
@@ -73,6 +77,9 @@ class Settings(BaseModel):
 
     def database(self) -> str:
         return self.database_url or f"sqlite:///{self.var_dir / 'campusloop.db'}"
+
+    def ticket_keys(self) -> Path:
+        return self.ticket_key_file or self.var_dir / "ticket.key"
 
     def origin(self) -> str:
         """The address to print and to build links from."""

@@ -28,6 +28,7 @@ from server.adapters import SeededIds
 from server.api.runs.offload import InlineOffload
 from server.app import Ports, create_app, services_of_app, standing_tasks
 from server.bus.in_process import InProcessBus
+from server.domain.rides.ticket_keys import TicketKeys
 from server.domain.rules import FleetRules
 from server.domain.service.timetable import ServiceHours
 from server.settings import settings_from
@@ -52,6 +53,8 @@ T = TypeVar("T")
 START_NS = 1_000_000_000
 OPERATOR = ("operator", "a password of the virtual campus")
 ORIGIN = "http://campus.test"
+# Known to everyone: the passengers of virtual time are simulated.
+TICKET_KEYS = TicketKeys([b"the ticket key of virtual campus"])
 
 
 class PlainHasher:
@@ -172,7 +175,7 @@ class VirtualCampus:
         )
         ids, bus = SeededIds(self.options.seed), InProcessBus()
         library = MapLibrary(rules)
-        context = Context(road_map.campus_id, self.clock, ids, rules, PlainHasher(), library)
+        context = Context(road_map.campus_id, self.clock, ids, rules, PlainHasher(), library, TICKET_KEYS)
         transactions = InlineTransactions(engine, context, bus)
 
         def prepare(uow: UnitOfWork) -> None:

@@ -19,6 +19,7 @@ from vehicle_agent.link.keys import load_or_create_key, signature_text
 from vehicle_agent.link.session import Identity
 from vehicle_agent.mission.memory import order_progress
 from vehicle_agent.onboard.car import initial_state
+from vehicle_agent.runtime.code_mask import CodeMask
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.processes.agent import SOFTWARE, mission_memory
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
@@ -55,7 +56,9 @@ class VirtualVehicle:
         self._boots = 0
         self._map_json = encode_map(setup.road_map)
         self._profile_bytes = msgspec.msgpack.encode(setup.profile)
-        self.wired = WiredVehicle(setup.vehicle_id, setup.profile, setup.road_map, world)
+        # Not of the vehicle's key, which is another one in every run: a seed repeats the run log.
+        mask = CodeMask(setup.vehicle_id.encode())
+        self.wired = WiredVehicle(setup.vehicle_id, setup.profile, setup.road_map, world, mask)
         self._line_id = -1
         self.times = RoomTimes()
         self.happened: list[tuple[int, VehicleEvent]] = []

@@ -19,6 +19,7 @@ from vehicle_agent.can.by_wire import braking_of
 from vehicle_agent.config import Profile
 from vehicle_agent.gate.gate import Gate, gate_of
 from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
+from vehicle_agent.runtime.code_mask import CodeMask
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.signals import (
@@ -49,8 +50,10 @@ def unchanged(body: InboxBody) -> InboxBody | None:
 class WiredGate:
     """The gate process between the simulated bus and the tick's inbox; either can be restarted."""
 
-    def __init__(self, vehicle_id: str, profile: Profile, world: SimWorld) -> None:
-        self._vehicle_id, self._profile, self._world = vehicle_id, profile, world
+    def __init__(
+        self, vehicle_id: str, profile: Profile, world: SimWorld, mask: CodeMask | None = None
+    ) -> None:
+        self._vehicle_id, self._profile, self._world, self._mask = vehicle_id, profile, world, mask
         self._gap_ns = braking_of(profile).frame_gap_ns
         self.restart_gate()
         self.restart_inbox()
@@ -61,7 +64,7 @@ class WiredGate:
 
     def restart_inbox(self) -> None:
         """For a new tick process; the old one's messages are lost."""
-        self.inbox = Inbox()
+        self.inbox = Inbox(mask=self._mask)
 
     def take_reports(self, reports: tuple[CanFrame, ...], now_ns: int) -> None:
         """Take the module's reports at now_ns of the gate's clock, and forward them to the tick."""
@@ -88,15 +91,23 @@ class WiredGate:
 class WiredVehicle:
     """Call `boot` with a computer, then `step` repeatedly; `crash` ends the computer.
 
+    mask         masks boarding codes; None for a drive without riders
     computer     None while there is none
     planner      answers the jobs of a stack that makes any
     tick_wall_ns, tick_cpu_s  the last tick's times
     plan_cpu_ms  CPU of each motion plan so far
     """
 
-    def __init__(self, vehicle_id: str, profile: Profile, road_map: RoadMap, world: SimWorld) -> None:
+    def __init__(
+        self,
+        vehicle_id: str,
+        profile: Profile,
+        road_map: RoadMap,
+        world: SimWorld,
+        mask: CodeMask | None = None,
+    ) -> None:
         self._vehicle_id, self._world = vehicle_id, world
-        self._bus = WiredGate(vehicle_id, profile, world)
+        self._bus = WiredGate(vehicle_id, profile, world, mask)
         self._height_map: HeightMap = height_map(profile)
         self.planner: Planner | None = build_planner(profile, road_map)
         self._percepts: deque[tuple[int, ObstaclePercept]] = deque()

@@ -163,9 +163,14 @@ async def _text(request: Request) -> bytes:
 
 
 def booking_key(developer: Actor | None, key: str | None) -> str | None:
-    """The key under which a booking is stored: a developer's does not meet anyone else's."""
-    if developer is None or key is None:
-        return key
+    """What a booking's key is stored as: a hash, since a repeat with the key gets the booking's link.
+
+    A developer's key does not meet anyone else's.
+    """
+    if key is None:
+        return None
+    if developer is None:
+        return f"passenger:{sha256_of(key)}"
     return f"developer:{sha256_of(f'{developer.account} {key}')}"
 
 

@@ -138,6 +138,7 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.SessionExpired: 401,
     errors.TokenInvalid: 401,
     errors.ScopeMissing: 403,
+    errors.TicketKeyMissing: 503,
     TooManyTries: 429,
     CsrfMissing: 403,
     CursorInvalid: 400,

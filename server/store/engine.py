@@ -44,6 +44,7 @@ def open_engine(url: str) -> Engine:
             f"postgresql+psycopg://{rest}",
             pool_size=POSTGRES_POOL,
             pool_pre_ping=True,
+            hide_parameters=True,
             connect_args=_POSTGRES_CONNECTION,
         )
     raise DatabaseUnsupported(f"{url.split(':', 1)[0]} is not supported; use sqlite:///FILE or postgresql://")
@@ -78,6 +79,7 @@ def _sqlite(url: str) -> Engine:
         url,
         poolclass=StaticPool if in_memory else QueuePool,
         connect_args={"check_same_thread": False, "isolation_level": None},
+        hide_parameters=True,
     )
 
     @event.listens_for(engine, "connect")
@@ -86,6 +88,7 @@ def _sqlite(url: str) -> Engine:
             "journal_mode=WAL",
             "synchronous=FULL",
             "foreign_keys=ON",
+            "secure_delete=ON",
             f"busy_timeout={BUSY_TIMEOUT_MS}",
         ):
             raw.execute(f"PRAGMA {pragma}").close()

@@ -11,6 +11,7 @@ from sqlalchemy import Connection
 from contract.roads.network import RoadNetwork
 from server.domain.errors import CampusUnknown
 from server.domain.planning.travel_time_factors import travel_time_factor_at
+from server.domain.rides.ticket_keys import TicketKeys
 from server.domain.rules import FleetRules
 from server.store.cache.ground import (
     CachedClosureRepository,
@@ -79,6 +80,7 @@ class Context:
     rules: FleetRules
     hasher: PasswordHasher
     library: MapLibrary
+    tickets: TicketKeys
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +125,7 @@ class SqlUnitOfWork:
         self.rules = context.rules
         self.ids = context.ids
         self.hasher = context.hasher
+        self.tickets = context.tickets
         self.outgoing = OutgoingMessages()
         if lock is None or memory is None:
             self._rides = SqlRideRepository(connection, campus_id, lock)

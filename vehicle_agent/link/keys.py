@@ -1,7 +1,9 @@
 """The vehicle's private key: created on the vehicle, never leaves it; its public half is enrolled once."""
 
 import base64
+import hmac
 import os
+from contextlib import suppress
 from pathlib import Path
 
 from cryptography.exceptions import UnsupportedAlgorithm
@@ -25,10 +27,14 @@ def load_or_create_key(path: Path) -> Ed25519PrivateKey:
         path.parent.mkdir(parents=True, exist_ok=True)
         key = Ed25519PrivateKey.generate()
         pem = key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
-        file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        draft = path.with_name(f".{path.name}.{os.getpid()}")
+        file = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
         with os.fdopen(file, "wb") as file_object:
             file_object.write(pem)
-        return key
+        # Another process of the vehicle may have been first: then its key is the one.
+        with suppress(FileExistsError):
+            os.link(draft, path)
+        draft.unlink()
     try:
         loaded = load_pem_private_key(path.read_bytes(), password=None)
     except (ValueError, TypeError, UnsupportedAlgorithm) as error:
@@ -43,6 +49,11 @@ def load_or_create_key(path: Path) -> Ed25519PrivateKey:
 def public_key_text(key: Ed25519PrivateKey) -> str:
     """Base64 of the 32 raw bytes, for enrolment."""
     return base64.b64encode(key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw)).decode()
+
+
+def code_key(key: Ed25519PrivateKey) -> bytes:
+    """The secret with which boarding codes are masked on the vehicle; it tells nothing of the key."""
+    return hmac.digest(key.private_bytes_raw(), b"campusloop boarding codes", "sha256")
 
 
 def signature_text(key: Ed25519PrivateKey, text: bytes) -> str:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from contract.wire.messages import Command, Grants, Order, PassengerTap
+from vehicle_agent.runtime.code_mask import CodeMask
 from vehicle_agent.signals import (
     CanFrame,
     CodeTyped,
@@ -28,10 +29,13 @@ class Inbox:
 
     The bound is common to all sources. When it is reached, new items are dropped and counted, so that a
     broken device cannot fill the memory.
+
+    mask  masks boarding codes; None for a vehicle that is given none
     """
 
-    def __init__(self, items_max: int = 2000) -> None:
+    def __init__(self, items_max: int = 2000, mask: CodeMask | None = None) -> None:
         self.dropped = 0
+        self._mask = mask
         self._items: list[InboxItem] = []
         self._items_max = items_max
         self._next: dict[str, int] = {}
@@ -42,6 +46,8 @@ class Inbox:
             return
         sequence = self._next.get(source, 0)
         self._next[source] = sequence + 1
+        if self._mask is not None:
+            body = self._mask.masked(body)
         self._items.append(InboxItem(arrival_ns, source, sequence, body))
 
     def drain(self) -> tuple[InboxItem, ...]:

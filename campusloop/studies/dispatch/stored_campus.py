@@ -12,6 +12,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from server.adapters import Argon2Hasher, RandomIds, SystemClock
 from server.domain.errors import DomainError
+from server.domain.rides.ticket_keys import TicketKeys
 from server.domain.rules import FleetRules
 from server.domain.service.timetable import local_moment
 from server.settings import Settings, SettingsError, settings_from
@@ -94,5 +95,7 @@ def _campus_id(connection: Connection, settings: Settings, shown: str) -> str:
 def _unit_of_work(connection: Connection, campus_id: str) -> UnitOfWork:
     # Hours and sessions differ between installations; the data read here depend on neither.
     rules = FleetRules()
-    context = Context(campus_id, SystemClock(), RandomIds(), rules, Argon2Hasher(), MapLibrary(rules))
+    context = Context(
+        campus_id, SystemClock(), RandomIds(), rules, Argon2Hasher(), MapLibrary(rules), TicketKeys(())
+    )
     return SqlUnitOfWork(connection, context)

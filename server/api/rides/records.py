@@ -29,6 +29,7 @@ from server.domain.errors import (
 from server.domain.rides.rides import Ride, RideSource, RideState
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.rides import destinations, rides
+from server.usecases.rides.tickets import secrets_of
 
 router = APIRouter(prefix="/rides", tags=["rides"])
 
@@ -48,21 +49,23 @@ async def list_rides(
     ended = page.after(int, str)
     after = None if ended is None else (moment_of(ended[0]), str(ended[1]))
 
-    def work(uow: UnitOfWork) -> tuple[Ride, ...]:
-        return uow.views.rides(
+    def work(uow: UnitOfWork) -> list[RideRecord]:
+        found = uow.views.rides(
             states=state, vehicle_id=vehicle_id, limit=limit + 1, before=before, after=after
         )
+        return [_record(uow, ride, reader.kind) for ride in found]
 
-    found = await services.transactions.read(work)
-    shown = page.first(found, limit, lambda ride: (microseconds_of(ride.requested_at), ride.ride_id))
-    return [_record(ride, reader.kind) for ride in shown]
+    records = await services.transactions.read(work)
+    return page.first(records, limit, lambda ride: (microseconds_of(ride.requested_at), ride.ride_id))
 
 
 @router.get(
     "/id/{ride_id}", operation_id="get_ride_record", responses=problems(RideUnknown, *READER_REFUSALS)
 )
 async def get_ride_record(ride_id: RideId, services: InjectedServices, reader: Reader) -> RideRecord:
-    return _record(await services.transactions.read(lambda uow: rides.ride_of(uow, ride_id)), reader.kind)
+    return await services.transactions.read(
+        lambda uow: _record(uow, rides.ride_of(uow, ride_id), reader.kind)
+    )
 
 
 @router.get(
@@ -87,7 +90,7 @@ async def explain_ride(ride_id: RideId, services: InjectedServices, _: Reader) -
 )
 async def cancel_ride_by_operator(ride_id: RideId, command: DriverCommand) -> RideRecord:
     def work(uow: UnitOfWork) -> RideRecord:
-        return _record(rides.cancel(uow, ride_id, command.kind), command.kind)
+        return _record(uow, rides.cancel(uow, ride_id, command.kind), command.kind)
 
     return await command.transact(RideRecord, work)
 
@@ -112,12 +115,11 @@ async def change_destination_by_operator(
     def work(uow: UnitOfWork) -> RideRecord:
         ride = rides.ride_of(uow, ride_id)
         changed = destinations.change_destination(uow, ride, request.to_stop, command.kind)
-        return _record(changed, command.kind)
+        return _record(uow, changed, command.kind)
 
     return await command.transact(RideRecord, work)
 
 
-def _record(ride: Ride, reader: RideSource) -> RideRecord:
+def _record(uow: UnitOfWork, ride: Ride, reader: RideSource) -> RideRecord:
     """A boarding code stays with the passenger and the operators."""
-    record = ride_record(ride)
-    return record if reader == "operator" else record.model_copy(update={"boarding_code": ""})
+    return ride_record(ride, secrets_of(uow, ride).boarding_code if reader == "operator" else "")

@@ -49,12 +49,14 @@ from server.domain.errors import (
     VehicleNotConnected,
 )
 from server.domain.rides.rides import (
+    Ride,
     RideSource,
     Tap,
     TapKind,
 )
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.rides import destinations, rides
+from server.usecases.rides.tickets import ride_by_token, secrets_of
 
 router = APIRouter(prefix="/rides", tags=["rides"])
 
@@ -91,7 +93,7 @@ async def book_ride(
     source: RideSource = "passenger" if developer is None else "developer"
     booking_request = booking(request, booking_key(developer, idempotency_key), source)
     booked = await services.bookings.book(booking_request)
-    return ride_ticket(booked.ride, booked.alternatives)
+    return ride_ticket(booked.ride, booked.secrets, booked.alternatives)
 
 
 @router.get("/lookup", operation_id="find_ride", responses=problems(RideUnknown, TooManyTries))
@@ -111,8 +113,8 @@ async def find_ride(
 async def get_ride(token: RideToken, services: InjectedServices) -> RideTicket:
 
     def work(uow: UnitOfWork) -> RideTicket:
-        ride = rides.ride_by_token(uow, token)
-        return ride_ticket(ride, rides.alternatives_for(uow, ride))
+        ride = ride_by_token(uow, token)
+        return ride_ticket(ride, secrets_of(uow, ride), rides.alternatives_for(uow, ride))
 
     return await services.transactions.read(work)
 
@@ -126,7 +128,7 @@ async def cancel_ride(token: RideToken, command: PassengerCommand) -> RideTicket
     """A party aboard is let out as soon as possible: the answer says at which stop, with `let_out` true."""
 
     def work(uow: UnitOfWork) -> RideTicket:
-        return ride_ticket(rides.cancel(uow, rides.ride_by_token(uow, token).ride_id, command.kind))
+        return _ticket(uow, rides.cancel(uow, ride_by_token(uow, token).ride_id, command.kind))
 
     return await command.transact(RideTicket, work)
 
@@ -152,8 +154,8 @@ async def change_destination(
     latest arrival. No other promise changes, so the change may be refused with the rule that binds."""
 
     def work(uow: UnitOfWork) -> RideTicket:
-        ride = rides.ride_by_token(uow, token)
-        return ride_ticket(destinations.change_destination(uow, ride, request.to_stop, command.kind))
+        ride = ride_by_token(uow, token)
+        return _ticket(uow, destinations.change_destination(uow, ride, request.to_stop, command.kind))
 
     return await command.transact(RideTicket, work)
 
@@ -189,7 +191,7 @@ async def get_tap(token: RideToken, tap_id: TapId, services: InjectedServices) -
     """The shuttle's answer to a tap."""
 
     def work(uow: UnitOfWork) -> Tap:
-        ride = rides.ride_by_token(uow, token)
+        ride = ride_by_token(uow, token)
         tap = uow.rides.tap(tap_id)
         if tap is None or tap.ride_id != ride.ride_id:
             raise CommandUnknown(f"this ride has no tap {tap_id}")
@@ -208,7 +210,7 @@ async def call_help(token: RideToken, request: HelpRequest, command: PassengerCo
     """Put a call for help on top of the operators' incidents. A repeat keeps the open call."""
 
     def work(uow: UnitOfWork) -> HelpAnswer:
-        ride = rides.ride_by_token(uow, token)
+        ride = ride_by_token(uow, token)
         return HelpAnswer(incident_id=rides.call_help(uow, ride.ride_id, request.text).incident_id)
 
     return await command.transact(HelpAnswer, work)
@@ -216,6 +218,10 @@ async def call_help(token: RideToken, request: HelpRequest, command: PassengerCo
 
 async def _tap(command: PassengerCommand, token: str, kind: TapKind) -> TapView:
     def work(uow: UnitOfWork) -> TapView:
-        return tap_view(rides.tap(uow, rides.ride_by_token(uow, token).ride_id, kind))
+        return tap_view(rides.tap(uow, ride_by_token(uow, token).ride_id, kind))
 
     return await command.transact(TapView, work)
+
+
+def _ticket(uow: UnitOfWork, ride: Ride) -> RideTicket:
+    return ride_ticket(ride, secrets_of(uow, ride))

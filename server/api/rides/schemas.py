@@ -17,6 +17,7 @@ from server.domain.rides.rides import (
     RideState,
     Tap,
 )
+from server.domain.rides.ticket_keys import RideSecrets
 
 RIDE_EXAMPLE: JsonDict = {
     "ride_id": "ride-5f2c",
@@ -230,10 +231,10 @@ def ride_view(ride: Ride) -> RideView:
     return RideView.model_validate(_fields(ride))
 
 
-def ride_ticket(ride: Ride, alternatives: Sequence[Alternative] = ()) -> RideTicket:
+def ride_ticket(ride: Ride, secrets: RideSecrets, alternatives: Sequence[Alternative] = ()) -> RideTicket:
     more = {
-        "token": ride.token,
-        "boarding_code": ride.boarding_code,
+        "token": secrets.token,
+        "boarding_code": secrets.boarding_code,
         "alternatives": [alternative_view(one) for one in alternatives],
     }
     return RideTicket.model_validate(_fields(ride) | more)
@@ -273,8 +274,8 @@ def _quote(quote: Quote | None) -> QuoteView | None:
     )
 
 
-def ride_record(ride: Ride) -> RideRecord:
-    more = {"source": ride.source, "boarding_code": ride.boarding_code, "series_id": ride.series_id}
+def ride_record(ride: Ride, boarding_code: str) -> RideRecord:
+    more = {"source": ride.source, "boarding_code": boarding_code, "series_id": ride.series_id}
     return RideRecord.model_validate(_fields(ride) | more)
 
 

@@ -50,6 +50,7 @@ from server.domain.rides.series import Series, SeriesState
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import calendar_of
 from server.usecases.rides import series
+from server.usecases.rides.tickets import series_by_token, series_token
 
 router = APIRouter(prefix="/series", tags=["series"])
 
@@ -109,7 +110,7 @@ async def list_series(
 @router.get("/{token}", operation_id="get_series", responses=problems(SeriesUnknown, CampusUnknown))
 async def get_series(token: RideToken, services: InjectedServices) -> SeriesTicket:
     """With each of its days: booked, still too far ahead, skipped, or the reason why it has no ride."""
-    return await services.transactions.read(lambda uow: _ticket(uow, series.series_by_token(uow, token)))
+    return await services.transactions.read(lambda uow: _ticket(uow, series_by_token(uow, token)))
 
 
 @router.post(
@@ -121,7 +122,7 @@ async def cancel_series(token: RideToken, command: PassengerCommand) -> SeriesTi
     """No further rides. Booked rides are cancelled, except one that is under way."""
 
     def work(uow: UnitOfWork) -> SeriesTicket:
-        known = series.series_by_token(uow, token)
+        known = series_by_token(uow, token)
         return _ticket(uow, series.cancel_series(uow, known.series_id, command.kind))
 
     return await command.transact(SeriesTicket, work)
@@ -146,7 +147,7 @@ async def cancel_series_day(
     """Only this day."""
 
     def work(uow: UnitOfWork) -> SeriesTicket:
-        known = series.series_by_token(uow, token)
+        known = series_by_token(uow, token)
         return _ticket(uow, series.cancel_occurrence(uow, known.series_id, day, command.kind))
 
     return await command.transact(SeriesTicket, work)
@@ -164,7 +165,8 @@ async def cancel_series_by_operator(series_id: SeriesId, command: DriverCommand)
 
 
 def _ticket(uow: UnitOfWork, found: Series) -> SeriesTicket:
-    return series_ticket(found, calendar_of(uow).timezone, series.occurrences_of(uow, found))
+    days = series.occurrences_of(uow, found)
+    return series_ticket(found, series_token(uow, found), calendar_of(uow).timezone, days)
 
 
 def _record(uow: UnitOfWork, found: Series) -> SeriesRecord:

@@ -136,8 +136,10 @@ def series_record(series: Series, timezone: str) -> SeriesRecord:
     return SeriesRecord.model_validate(_fields(series, timezone) | {"source": series.source})
 
 
-def series_ticket(series: Series, timezone: str, days: tuple[OccurrenceView, ...]) -> SeriesTicket:
-    more = {"token": series.token, "days": [_day(view) for view in days]}
+def series_ticket(
+    series: Series, token: str, timezone: str, days: tuple[OccurrenceView, ...]
+) -> SeriesTicket:
+    more = {"token": token, "days": [_day(view) for view in days]}
     return SeriesTicket.model_validate(_fields(series, timezone) | more)
 
 
@@ -149,7 +151,7 @@ def _day(view: OccurrenceView) -> DayView:
         state=occurrence.state,
         reason=occurrence.reason,
         reason_detail=occurrence.reason_detail,
-        ride=None if view.ride is None else ride_ticket(view.ride),
+        ride=None if view.ride is None else ride_ticket(view.ride, view.secrets),
     )
 
 

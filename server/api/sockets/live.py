@@ -19,7 +19,7 @@ from server.api.sockets.outgoing import close_number
 from server.domain.errors import DomainError
 from server.domain.instants import ms_of
 from server.live.viewer import EverythingScope, RideScope, Scope, Viewer
-from server.usecases.rides import rides
+from server.usecases.rides.tickets import ride_by_token
 
 router = APIRouter()
 
@@ -82,7 +82,7 @@ async def _scope(websocket: WebSocket, services: Services) -> Scope | None:
 async def _allowed(websocket: WebSocket, services: Services, watch: Watch) -> Scope:
     if watch.ride_token:
         token = watch.ride_token
-        ride = await services.transactions.read(lambda uow: rides.ride_by_token(uow, token))
+        ride = await services.transactions.read(lambda uow: ride_by_token(uow, token))
         return RideScope(ride.ride_id)
     await signed_in(services, websocket.cookies.get(SESSION_COOKIE))
     return EverythingScope()

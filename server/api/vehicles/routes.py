@@ -54,6 +54,7 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import identity
 from server.usecases.record.dry_run import roll_back
 from server.usecases.rides import lost_vehicles
+from server.usecases.rides.tickets import secrets_of
 
 router = APIRouter(prefix="/vehicles", tags=["vehicles"])
 enrolments = APIRouter(prefix="/enrolments", tags=["vehicles"])
@@ -183,7 +184,8 @@ async def evacuate_vehicle(vehicle_id: VehicleId, command: OperatorCommand) -> l
     """
 
     def work(uow: UnitOfWork) -> list[RideRecord]:
-        return [ride_record(ride) for ride in lost_vehicles.evacuate(uow, vehicle_id, command.by)]
+        moved = lost_vehicles.evacuate(uow, vehicle_id, command.by)
+        return [ride_record(ride, secrets_of(uow, ride).boarding_code) for ride in moved]
 
     return await command.transact(list[RideRecord], work)
 

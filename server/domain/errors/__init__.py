@@ -19,6 +19,7 @@ from server.domain.errors.identity import (
     NameTaken,
     ScopeMissing,
     SessionExpired,
+    TicketKeyMissing,
     TokenInvalid,
     WrongCredentials,
 )
@@ -145,6 +146,7 @@ __all__ = (
     "StopUnreachable",
     "StoreFailure",
     "StoreUnavailable",
+    "TicketKeyMissing",
     "TokenInvalid",
     "VehicleNotConnected",
     "VehicleNotPlaced",

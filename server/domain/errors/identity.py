@@ -55,3 +55,9 @@ class ScopeMissing(DomainError):
     """The developer token does not allow this."""
 
     code = "scope_missing"
+
+
+class TicketKeyMissing(DomainError):
+    """Rides or recurring bookings have links that were made with a key that this server does not have."""
+
+    code = "ticket_key_missing"

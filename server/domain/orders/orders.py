@@ -1,4 +1,4 @@
-"""Orders of vehicles, exactly as they went over the wire."""
+"""Orders of vehicles, as they went over the wire but without boarding codes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ class IssuedOrder:
     """One revision of an order.
 
     plan_version  the plan that it carries out; a newer plan still waits for its route to be safe
-    payload       what was sent; epoch and grants are renewed when it is sent again
+    payload       what was sent, without boarding codes; epoch and grants are renewed when it is sent again
     """
 
     campus_id: str

@@ -79,8 +79,7 @@ class Ride:
     """One party's ride.
 
     ride_code     six unambiguous characters, to be said aloud
-    token         the secret in the passenger's link
-    boarding_code four digits, typed on the onboard screen
+    ticket_key_id the key that the link's token and the boarding code are derived from, see TicketKeys
     reason        stable code of a refusal, cancellation or failure, "" otherwise; reason_detail as a sentence
     pickup_eta, arrival_eta  the times of the present plan; the promise changes only with the destination
     arrive_before  no promise is made beyond this moment: the service closes then
@@ -94,8 +93,7 @@ class Ride:
     campus_id: str
     ride_id: str
     ride_code: str
-    token: str
-    boarding_code: str
+    ticket_key_id: str
     state: RideState
     from_stop: str
     to_stop: str

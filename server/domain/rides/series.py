@@ -52,11 +52,11 @@ class BookSeries:
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """token: the secret in the passenger's link; starts_on and ends_on are both included."""
+    """ticket_key_id: what the link's token is derived from; starts_on and ends_on are both included."""
 
     campus_id: str
     series_id: str
-    token: str
+    ticket_key_id: str
     from_stop: str
     to_stop: str
     party: int

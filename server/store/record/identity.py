@@ -18,6 +18,7 @@ _session = tables.operator_sessions.c
 _key = tables.vehicle_keys.c
 _code = tables.enrolment_codes.c
 _token = tables.developer_tokens.c
+_ticket_key = tables.ticket_keys.c
 
 
 class SqlIdentityRepository(Repository):
@@ -130,6 +131,13 @@ class SqlIdentityRepository(Repository):
                 "revoked_at": token.revoked_at,
             },
         )
+
+    def ticket_key_ids(self) -> tuple[str, ...]:
+        statement = self._select(tables.ticket_keys).order_by(_ticket_key.first_used_at, _ticket_key.key_id)
+        return tuple(row.key_id for row in self._many(statement))
+
+    def add_ticket_key(self, key_id: str, at: datetime) -> None:
+        self._insert(tables.ticket_keys, {"key_id": key_id, "first_used_at": at})
 
 
 def _operator_from(row: AnyRow | None) -> Operator | None:

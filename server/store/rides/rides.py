@@ -48,9 +48,9 @@ class SqlRideRepository(Repository):
         rides = [ride_from_row(row) for row in rows]
         return next((ride for ride in rides if not ride.has_ended), rides[0] if rides else None)
 
-    def by_token(self, token: str) -> Ride | None:
+    def by_old_token(self, token_sha256: str) -> Ride | None:
         self.flush()
-        return _optional(self._find(tables.rides, token=token))
+        return _optional(self._find(tables.rides, old_token_sha256=token_sha256))
 
     def by_idempotency_key(self, key: str) -> Ride | None:
         self.flush()
@@ -76,6 +76,13 @@ class SqlRideRepository(Repository):
 
     def save(self, ride: Ride) -> None:
         self._unwritten[ride.ride_id] = ride
+
+    def adopt_ticket_key(self, key_id: str) -> int:
+        self.flush()
+        ended = [str(state) for state in ENDED]
+        return self._update(
+            tables.rides, {"ticket_key_id": key_id}, _ride.ticket_key_id == "", _ride.state.in_(ended)
+        )
 
     def add_tap(self, tap: Tap) -> None:
         self._insert(tables.taps, _tap_to_row(tap))
@@ -113,8 +120,7 @@ def ride_from_row(row: AnyRow) -> Ride:
         campus_id=row.campus_id,
         ride_id=row.ride_id,
         ride_code=row.ride_code,
-        token=row.token,
-        boarding_code=row.boarding_code,
+        ticket_key_id=row.ticket_key_id,
         state=RideState(row.state),
         from_stop=row.from_stop,
         to_stop=row.to_stop,
@@ -152,8 +158,7 @@ def _ride_to_row(ride: Ride) -> dict[str, object]:
     return {
         "ride_id": ride.ride_id,
         "ride_code": ride.ride_code,
-        "token": ride.token,
-        "boarding_code": ride.boarding_code,
+        "ticket_key_id": ride.ticket_key_id,
         "state": str(ride.state),
         "from_stop": ride.from_stop,
         "to_stop": ride.to_stop,

@@ -23,8 +23,8 @@ class SqlSeriesRepository(Repository):
     def get(self, series_id: str) -> Series | None:
         return _optional(self._find(tables.series, series_id=series_id))
 
-    def by_token(self, token: str) -> Series | None:
-        return _optional(self._find(tables.series, token=token))
+    def by_old_token(self, token_sha256: str) -> Series | None:
+        return _optional(self._find(tables.series, old_token_sha256=token_sha256))
 
     def by_idempotency_key(self, key: str) -> Series | None:
         return _optional(self._find(tables.series, idempotency_key=key))
@@ -88,7 +88,7 @@ def _to_series(row: AnyRow) -> Series:
     return Series(
         campus_id=row.campus_id,
         series_id=row.series_id,
-        token=row.token,
+        ticket_key_id=row.ticket_key_id,
         from_stop=row.from_stop,
         to_stop=row.to_stop,
         party=row.party,
@@ -108,7 +108,7 @@ def _to_series(row: AnyRow) -> Series:
 def _to_row(series: Series) -> dict[str, object]:
     return {
         "series_id": series.series_id,
-        "token": series.token,
+        "ticket_key_id": series.ticket_key_id,
         "from_stop": series.from_stop,
         "to_stop": series.to_stop,
         "party": series.party,

@@ -34,6 +34,7 @@ from server.store.tables.records import (
     operators,
     runs,
     segments,
+    ticket_keys,
     vehicle_keys,
 )
 from server.store.tables.rides import (
@@ -83,6 +84,7 @@ __all__ = [
     "service_exceptions",
     "service_patterns",
     "taps",
+    "ticket_keys",
     "travel_time_factors",
     "vehicle_commands",
     "vehicle_events",

@@ -108,6 +108,13 @@ developer_tokens = Table(
     optional_instant("revoked_at"),
     UniqueConstraint("campus_id", "token_sha256"),
 )
+ticket_keys = Table(
+    "ticket_keys",
+    metadata,
+    campus_key(),
+    key("key_id"),
+    instant("first_used_at"),
+)
 command_answers = Table(
     "command_answers",
     metadata,

@@ -3,10 +3,13 @@
 from collections.abc import Sequence
 from datetime import timedelta
 
+import msgspec
+
 from contract.wire.messages import Order, RiderTask, SectionGrant, Visit
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.instants import ns_of
 from server.domain.planning.plans import Plan, PlannedVisit
+from server.domain.rides.rides import Ride
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.roads.section_reservations import SectionReservations
 
@@ -20,7 +23,10 @@ def order_payload(
     revision: int,
     reservations: SectionReservations,
 ) -> Order:
-    """legs: the lanes to each of the plan's visits."""
+    """The order as it is stored: without boarding codes, see `with_codes`.
+
+    legs  the lanes to each of the plan's visits
+    """
     return Order(
         epoch=vehicle.epoch,
         order_id=order_id,
@@ -58,7 +64,29 @@ def _visit(uow: UnitOfWork, visit: PlannedVisit, leg: tuple[str, ...]) -> Visit:
 
 def _tasks(uow: UnitOfWork, ride_ids: tuple[str, ...]) -> tuple[RiderTask, ...]:
     rides = (uow.rides.get(ride_id) for ride_id in ride_ids)
-    return tuple(RiderTask(ride.ride_id, ride.party, ride.boarding_code) for ride in rides if ride)
+    return tuple(RiderTask(ride.ride_id, ride.party) for ride in rides if ride)
+
+
+def with_codes(uow: UnitOfWork, order: Order) -> Order:
+    """The order as it is sent: each rider's task with the boarding code."""
+    visits = tuple(
+        msgspec.structs.replace(
+            visit, board=_with_codes(uow, visit.board), alight=_with_codes(uow, visit.alight)
+        )
+        for visit in order.visits
+    )
+    return msgspec.structs.replace(order, visits=visits)
+
+
+def _with_codes(uow: UnitOfWork, tasks: tuple[RiderTask, ...]) -> tuple[RiderTask, ...]:
+    return tuple(
+        task if ride is None else msgspec.structs.replace(task, code=_code(uow, ride))
+        for task, ride in ((task, uow.rides.get(task.ride_id)) for task in tasks)
+    )
+
+
+def _code(uow: UnitOfWork, ride: Ride) -> str:
+    return uow.tickets.ride_secrets(ride.ticket_key_id, ride.ride_id).boarding_code
 
 
 def expiry_ns(uow: UnitOfWork) -> int:

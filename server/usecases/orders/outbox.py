@@ -7,7 +7,7 @@ import msgspec
 from contract.wire.messages import Command, Grants, Order, PassengerTap
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.orders.orders import IssuedOrder, OrderState
-from server.usecases.orders.order_payload import expiry_ns
+from server.usecases.orders.order_payload import expiry_ns, with_codes
 from server.usecases.orders.sections import grants_of
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
@@ -58,6 +58,7 @@ def _renewed(uow: UnitOfWork, vehicle: Vehicle, issued: IssuedOrder, grants: Gra
     """An order that the vehicle has not accepted yet, with what changes between two sendings."""
     if issued.state is not OrderState.ISSUED:
         return None
-    return msgspec.structs.replace(
+    renewed = msgspec.structs.replace(
         issued.payload, epoch=vehicle.epoch, sections=grants.sections, expires_ns=expiry_ns(uow)
     )
+    return with_codes(uow, renewed)

@@ -21,10 +21,6 @@ class Ids(Protocol):
         """Six characters that are not mistaken for one another when read aloud."""
         ...
 
-    def boarding_code(self) -> str:
-        """Four digits."""
-        ...
-
     def token(self) -> str:
         """A secret of at least 128 bits, safe in a URL."""
         ...

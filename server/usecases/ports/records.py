@@ -68,6 +68,12 @@ class IdentityRepository(Protocol):
 
     def save_developer_token(self, token: DeveloperToken) -> None: ...
 
+    def ticket_key_ids(self) -> tuple[str, ...]:
+        """Of the keys that links of this campus were made with, in the order of their first use."""
+        ...
+
+    def add_ticket_key(self, key_id: str, at: datetime) -> None: ...
+
 
 class AnswerRepository(Protocol):
     def claim(self, request: KeyedRequest, now: datetime) -> StoredAnswer | None:

@@ -9,6 +9,7 @@ from datetime import datetime
 from typing import Protocol, TypeVar
 
 from contract.roads.network import RoadNetwork
+from server.domain.rides.ticket_keys import TicketKeys
 from server.domain.rules import FleetRules
 from server.travel.fleet_roads import FleetRoads
 from server.usecases.ports.clock_and_ids import Ids, PasswordHasher
@@ -42,6 +43,7 @@ class UnitOfWork(Protocol):
     rules: FleetRules
     ids: Ids
     hasher: PasswordHasher
+    tickets: TicketKeys
     rides: RideRepository
     plans: PlanRepository
     orders: OrderRepository

@@ -34,6 +34,7 @@ from server.domain.rides.rides import (
     cancelled,
     ended,
 )
+from server.domain.rides.ticket_keys import RideSecrets
 from server.domain.service.service import ServiceCalendar
 from server.usecases.planning import plans, unreachable_rides
 from server.usecases.planning.assign import AssignmentResult, assign_rides
@@ -44,6 +45,7 @@ from server.usecases.record.incidents import open_incident
 from server.usecases.record.refusals import IN_TIME, REFUSAL_TEXTS, closing_text
 from server.usecases.record.server_events import record_event
 from server.usecases.rides import destinations
+from server.usecases.rides.tickets import secrets_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +53,7 @@ class BookingResult:
     """The answer to a booking; alternatives for a refused ride."""
 
     ride: Ride
+    secrets: RideSecrets
     alternatives: tuple[Alternative, ...] = ()
 
 
@@ -97,13 +100,15 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[BookingResul
         _record_and_publish(
             uow, booked, "ride.refused" if answer.rule else "ride.booked", request.source, detail
         )
-        decided[ride.ride_id] = BookingResult(booked, answer.alternatives)
+        decided[ride.ride_id] = BookingResult(booked, secrets_of(uow, booked), answer.alternatives)
     return [
-        answer
-        if isinstance(answer, DomainError)
-        else decided.get(answer.ride_id) or BookingResult(answer, alternatives_for(uow, answer))
+        answer if isinstance(answer, DomainError) else decided.get(answer.ride_id) or _repeated(uow, answer)
         for answer in answers
     ]
+
+
+def _repeated(uow: UnitOfWork, ride: Ride) -> BookingResult:
+    return BookingResult(ride, secrets_of(uow, ride), alternatives_for(uow, ride))
 
 
 def _assign(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[AssignmentResult]:
@@ -193,11 +198,6 @@ def ride_by_code(uow: UnitOfWork, ride_code: str) -> Ride:
     return _require_found(uow.rides.by_code(code), f"no ride has the code {code}; check it")
 
 
-def ride_by_token(uow: UnitOfWork, token: str) -> Ride:
-    """Raises RideUnknown."""
-    return _require_found(uow.rides.by_token(token), "this link belongs to no ride")
-
-
 def _require_found(ride: Ride | None, detail: str) -> Ride:
     if ride is None:
         raise RideUnknown(detail)
@@ -270,8 +270,7 @@ def _new_ride(uow: UnitOfWork, request: BookRide, closes: datetime | None) -> Ri
         campus_id=uow.campus_id,
         ride_id=uow.ids.new_id("ride"),
         ride_code=code,
-        token=uow.ids.token(),
-        boarding_code=uow.ids.boarding_code(),
+        ticket_key_id=uow.tickets.newest_id,
         state=RideState.REQUESTED,
         from_stop=request.from_stop,
         to_stop=request.to_stop,

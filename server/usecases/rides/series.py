@@ -16,22 +16,25 @@ from server.domain.rides.series import (
     SeriesState,
     require_active,
 )
+from server.domain.rides.ticket_keys import RideSecrets
 from server.domain.service.service import ServiceCalendar
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import calendar_of
 from server.usecases.record.server_events import THE_SERVER, record_event
 from server.usecases.rides import rides
+from server.usecases.rides.tickets import secrets_of
 
 _TOO_LATE = ("no_vehicle_free", "its time came before a shuttle could be found")
 
 
 @dataclass(frozen=True, slots=True)
 class OccurrenceView:
-    """ride is None while there is none, and when there will be none."""
+    """ride is None while there is none, and when there will be none; secrets are the ride's."""
 
     occurrence: Occurrence
-    ride: Ride | None = None
+    ride: Ride | None
+    secrets: RideSecrets
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +59,7 @@ def book_series(uow: UnitOfWork, request: BookSeries) -> Series:
     made = Series(
         campus_id=uow.campus_id,
         series_id=uow.ids.new_id("series"),
-        token=uow.ids.token(),
+        ticket_key_id=uow.tickets.newest_id,
         from_stop=request.from_stop,
         to_stop=request.to_stop,
         party=request.party,
@@ -73,14 +76,6 @@ def book_series(uow: UnitOfWork, request: BookSeries) -> Series:
     uow.series.add(made)
     _record_and_publish(uow, made, "series.booked", request.source)
     return made
-
-
-def series_by_token(uow: UnitOfWork, token: str) -> Series:
-    """Raises SeriesUnknown."""
-    found = uow.series.by_token(token)
-    if found is None:
-        raise SeriesUnknown("this link belongs to no recurring booking")
-    return found
 
 
 def series_of(uow: UnitOfWork, series_id: str) -> Series:
@@ -102,7 +97,8 @@ def occurrences_of(uow: UnitOfWork, series: Series) -> tuple[OccurrenceView, ...
             occurrence = _expected(uow, calendar, series, day)
         if occurrence is not None:
             ride = None if occurrence.ride_id is None else uow.rides.get(occurrence.ride_id)
-            views.append(OccurrenceView(occurrence, ride))
+            secrets = RideSecrets("", "") if ride is None else secrets_of(uow, ride)
+            views.append(OccurrenceView(occurrence, ride, secrets))
     return tuple(views)
 
 

@@ -104,7 +104,7 @@ def test_the_report_in_json_holds_no_secret(database: str, tmp_path: Path) -> No
     report = json.loads(path.read_text())
     assert report["ride_code"] == ride.ride_code
     assert report["decisions"][0]["kind"] == "booking"
-    assert ride.token not in path.read_text()
+    assert {"token", "boarding_code"}.isdisjoint(report)
 
 
 @pytest.mark.parametrize(

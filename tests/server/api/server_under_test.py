@@ -26,6 +26,7 @@ from server.supervision.retries import FAIL_AT_ONCE, RetryPolicy
 from server.usecases.fleet import campus
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import identity
+from tests.server.usecases.campus_under_test import TICKET_KEYS
 
 T = TypeVar("T")
 START = datetime(2026, 9, 1, 8, 0, tzinfo=UTC)
@@ -76,7 +77,9 @@ class ServerUnderTest:
         rules = rules or FleetRules()
         engine = open_engine("sqlite://")
         metadata.create_all(engine)
-        context = Context(CAMPUS, self.clock, SeededIds(2), rules, PlainHasher(), MapLibrary(rules))
+        context = Context(
+            CAMPUS, self.clock, SeededIds(2), rules, PlainHasher(), MapLibrary(rules), TICKET_KEYS
+        )
         self.transactions = InlineTransactions(engine, context, self.bus)
         ports = Ports(
             CAMPUS, self.clock, SeededIds(1), self.transactions, self.bus, InlineOffload(), retry=retry

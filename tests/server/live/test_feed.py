@@ -12,6 +12,7 @@ from server.live.feed import LINGER_MS, READ_ALL_EVERY_S
 from server.live.scene import RideScene, SceneBoard, VehicleScene
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.rides import rides
+from server.usecases.rides.tickets import ride_by_token
 from tests.server.api.server_under_test import ServerUnderTest, snow_lion
 from tests.server.fleet.spoken_vehicle import SpokenVehicle
 from tests.server.fleet.vehicle_key import VehicleKeyPair
@@ -61,7 +62,7 @@ def booked(server: ServerUnderTest) -> str:
     """The ride's id."""
     answer = server.post("/rides", {"from_stop": "NN20", "to_stop": "C6"})
     assert answer.status_code == 201, answer.text
-    found: str = server.transact(lambda uow: rides.ride_by_token(uow, answer.json()["token"]).ride_id)
+    found: str = server.transact(lambda uow: ride_by_token(uow, answer.json()["token"]).ride_id)
     return found
 
 

@@ -4,6 +4,7 @@ import asyncio
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from itertools import cycle
 from typing import TypeVar
 
@@ -66,8 +67,7 @@ class ConcurrentCampus(CampusUnderTest):
         self.engine.dispose()
 
     def _context_of_server(self) -> Context:
-        given = self.context
-        return Context(given.campus_id, self.clock, RandomIds(), given.rules, given.hasher, given.library)
+        return replace(self.context, ids=RandomIds())
 
 
 def watched(engine: Engine) -> Engine:

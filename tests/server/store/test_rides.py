@@ -16,8 +16,7 @@ RIDE = Ride(
     campus_id="snow-lion",
     ride_id="ride-1",
     ride_code="ACDEFG",
-    token="token-1",
-    boarding_code="1234",
+    ticket_key_id="key-a",
     state=RideState.REQUESTED,
     from_stop="NN20",
     to_stop="C6",
@@ -51,7 +50,7 @@ FULL = replace(
     pinned=True,
 )
 SERIES = Series(
-    "snow-lion", "series-1", "secret", "NN20", "C6", 2, 1, (0, 4), 28800,
+    "snow-lion", "series-1", "key-a", "NN20", "C6", 2, 1, (0, 4), 28800,
     MONDAY, MONDAY + timedelta(days=30), NOW, "passenger", idempotency_key="key-9",
 )  # fmt: skip
 
@@ -63,7 +62,6 @@ def numbered(count: int, **changes: object) -> list[Ride]:
             RIDE,
             ride_id=f"ride-{n}",
             ride_code=f"CODE{n:02d}",
-            token=f"token-{n}",
             requested_at=NOW + n * SECOND,
             **changes,  # type: ignore[arg-type]
         )
@@ -76,17 +74,15 @@ def added(record: Record, *rides: Ride) -> None:
 
 
 @pytest.mark.parametrize("ride", [RIDE, FULL], ids=["new", "full"])
-def test_a_ride_is_found_as_it_was_stored_by_its_id_code_token_and_key(record: Record, ride: Ride) -> None:
+def test_a_ride_is_found_as_it_was_stored_by_its_id_code_and_key(record: Record, ride: Ride) -> None:
     added(record, ride)
     assert record.found(lambda uow: uow.rides.get("ride-1")) == ride
     assert record.found(lambda uow: uow.rides.by_code("ACDEFG")) == ride
-    assert record.found(lambda uow: uow.rides.by_token("token-1")) == ride
     keyed = record.found(lambda uow: uow.rides.by_idempotency_key("key-1"))
     assert keyed == (ride if ride.idempotency_key else None)
     for missing in ("ride-2", ""):
         assert record.found(lambda uow, i=missing: uow.rides.get(i)) is None  # type: ignore[misc]
     assert record.found(lambda uow: uow.rides.by_code("ZZZZZZ")) is None
-    assert record.found(lambda uow: uow.rides.by_token("token-2")) is None
 
 
 def test_pickups_are_those_from_a_moment_on_and_before_another(record: Record) -> None:
@@ -134,11 +130,11 @@ def test_rides_are_listed_by_state_and_vehicle_oldest_request_first(record: Reco
 
 
 def test_a_code_in_use_is_that_of_a_ride_that_has_not_ended(record: Record) -> None:
-    old = replace(RIDE, ride_id="ride-0", token="token-0", state=RideState.COMPLETED)
+    old = replace(RIDE, ride_id="ride-0", state=RideState.COMPLETED)
     added(record, old)
     assert not record.found(lambda uow: uow.rides.code_in_use("ACDEFG"))
     assert record.found(lambda uow: uow.rides.by_code("ACDEFG")) == old
-    added(record, RIDE, replace(old, ride_id="ride-9", token="token-9", requested_at=NOW + HOUR))
+    added(record, RIDE, replace(old, ride_id="ride-9", requested_at=NOW + HOUR))
     assert record.found(lambda uow: uow.rides.code_in_use("ACDEFG"))
     assert record.found(lambda uow: uow.rides.by_code("ACDEFG")) == RIDE
 
@@ -187,12 +183,11 @@ def test_taps_wait_until_they_are_answered(record: Record) -> None:
     assert record.found(lambda uow: uow.rides.tap("tap-3")) is None
 
 
-def test_a_recurring_booking_is_found_by_its_id_token_and_key_and_listed_newest_first(record: Record) -> None:
-    later = replace(SERIES, series_id="series-2", token="other", idempotency_key=None, made_at=NOW + HOUR)
+def test_a_recurring_booking_is_found_by_its_id_and_key_and_listed_newest_first(record: Record) -> None:
+    later = replace(SERIES, series_id="series-2", idempotency_key=None, made_at=NOW + HOUR)
     ended = replace(SERIES, state=SeriesState.CANCELLED, ended_at=NOW + HOUR)
     record.do(lambda uow: (uow.series.add(SERIES), uow.series.add(later)))
     assert record.found(lambda uow: uow.series.get("series-1")) == SERIES
-    assert record.found(lambda uow: uow.series.by_token("secret")) == SERIES
     assert record.found(lambda uow: uow.series.by_idempotency_key("key-9")) == SERIES
     assert record.found(lambda uow: uow.series.get("series-3")) is None
     assert record.found(lambda uow: uow.series.listed()) == (later, SERIES)

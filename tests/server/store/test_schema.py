@@ -1,6 +1,7 @@
 """The migrations make exactly the tables that the program uses."""
 
-from datetime import UTC, datetime
+import json
+from datetime import UTC, date, datetime
 from pathlib import Path
 
 import pytest
@@ -8,11 +9,12 @@ from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.config import Config
 from alembic.migration import MigrationContext
-from sqlalchemy import Engine, create_engine, inspect, text
+from sqlalchemy import Connection, Engine, create_engine, inspect, text
 
 from server.store.engine import DatabaseUnsupported, open_engine
 from server.store.schema import MIGRATIONS, DatabaseTooNew, upgrade_to_head
 from server.store.tables import metadata
+from server.usecases.record.identity import sha256_of
 
 
 def test_migrations_and_tables_agree(engine: Engine) -> None:
@@ -63,14 +65,7 @@ def test_rides_of_the_first_tables_are_kept_by_the_later_ones(engine: Engine) ->
         command.downgrade(config, "0001")
         columns = {column["name"] for column in inspect(connection).get_columns("rides")}
         assert "let_out" not in columns
-        required = {
-            column["name"]: _some_value(str(column["type"]))
-            for column in inspect(connection).get_columns("rides")
-            if not column["nullable"]
-        }
-        names = ", ".join(required)
-        values = ", ".join(f":{name}" for name in required)
-        connection.execute(text(f"INSERT INTO rides ({names}) VALUES ({values})"), required)
+        _insert_some_row(connection, "rides", {})
     upgrade_to_head(engine)
     with engine.connect() as connection:
         row = connection.execute(text("SELECT let_out, arrive_before, series_id FROM rides")).one()
@@ -95,9 +90,53 @@ def test_travel_time_factors_are_kept_under_their_new_name_and_back(engine: Engi
     assert tuple(kept) == ("[1.5]", "[3]")
 
 
+def test_links_of_before_there_were_ticket_keys_are_kept_as_hashes_and_codes_are_gone(engine: Engine) -> None:
+    config = Config()
+    config.set_main_option("script_location", str(MIGRATIONS))
+    order = {"visits": [{"board": [{"ride_id": "r", "party": 1, "code": "4821"}], "alight": []}]}
+    with engine.begin() as connection:
+        config.attributes["connection"] = connection
+        command.downgrade(config, "0013")
+        for table, changes in (
+            (
+                "rides",
+                {"ride_id": "r", "token": "the-link", "boarding_code": "4821", "idempotency_key": "key"},
+            ),
+            ("rides", {"ride_id": "s", "token": "another-link", "idempotency_key": "series/s/2026-11-23"}),
+            ("series", {"series_id": "s", "token": "a-series-link"}),
+            ("orders", {"payload": json.dumps(order)}),
+        ):
+            _insert_some_row(connection, table, changes)
+    upgrade_to_head(engine)
+    with engine.connect() as connection:
+        columns = "ride_id, old_token_sha256, ticket_key_id, idempotency_key"
+        rides = connection.execute(text(f"SELECT {columns} FROM rides ORDER BY ride_id")).all()
+        link = connection.execute(text("SELECT old_token_sha256 FROM series")).scalar_one()
+        payload = connection.execute(text("SELECT payload FROM orders")).scalar_one()
+        assert {"token", "boarding_code"}.isdisjoint(
+            c["name"] for c in inspect(connection).get_columns("rides")
+        )
+    assert tuple(rides[0]) == ("r", sha256_of("the-link"), "", f"passenger:{sha256_of('key')}")
+    assert tuple(rides[1]) == ("s", sha256_of("another-link"), "", "series/s/2026-11-23")
+    assert link == sha256_of("a-series-link")
+    assert json.loads(payload) == {"visits": [{"board": [{"ride_id": "r", "party": 1}], "alight": []}]}
+
+
+def _insert_some_row(connection: Connection, table: str, values: dict[str, object]) -> None:
+    required = {
+        column["name"]: _some_value(str(column["type"]))
+        for column in inspect(connection).get_columns(table)
+        if not column["nullable"]
+    } | values
+    names, places = ", ".join(required), ", ".join(f":{name}" for name in required)
+    connection.execute(text(f"INSERT INTO {table} ({names}) VALUES ({places})"), required)
+
+
 def _some_value(kind: str) -> object:
-    if kind == "INTEGER":
+    if kind in ("INTEGER", "BIGINT"):
         return 1
+    if kind == "DATE":
+        return date(2026, 11, 23)
     if kind == "BOOLEAN":
         return False
     return datetime(2026, 11, 23, tzinfo=UTC) if kind in ("DATETIME", "TIMESTAMP") else "x"

@@ -35,7 +35,7 @@ from server.usecases.record.dry_run import roll_back
 from server.usecases.rides import rides
 from tests.full_disk import full_disk
 from tests.server.conftest import CLOSE_OTHERS
-from tests.server.usecases.campus_under_test import CampusUnderTest, HandClock, PlainHasher
+from tests.server.usecases.campus_under_test import TICKET_KEYS, CampusUnderTest, HandClock, PlainHasher
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.fresh_database import write_fresh_database
 from tests.server.usecases.shipped_maps import shipped_map
@@ -52,7 +52,9 @@ class NamedIds(SeededIds):
 async def live(engine: Engine, seed: int = 7) -> AsyncIterator[tuple[GroupCommit, LocalSubscription]]:
     """The live transactions of this database, without retries, and all that is published."""
     rules = FleetRules()
-    context = Context("snow-lion", HandClock(), NamedIds(seed), rules, PlainHasher(), MapLibrary(rules))
+    context = Context(
+        "snow-lion", HandClock(), NamedIds(seed), rules, PlainHasher(), MapLibrary(rules), TICKET_KEYS
+    )
     bus = InProcessBus()
     heard = await bus.subscribe("campus/>")
     transactions = GroupCommit(engine, context, bus, NO_RETRIES)

@@ -24,7 +24,7 @@ from server.usecases.record import incidents
 from tests.full_disk import full_disk
 from tests.server.conftest import CLOSE_OTHERS
 from tests.server.store.database_faults import CuttingProxy, locked_by_another_process
-from tests.server.usecases.campus_under_test import HandClock, PlainHasher
+from tests.server.usecases.campus_under_test import TICKET_KEYS, HandClock, PlainHasher
 from tests.server.usecases.fresh_database import write_fresh_database
 
 KILL = """SELECT pg_terminate_backend(pid) FROM pg_stat_activity
@@ -37,7 +37,9 @@ LARGE = "x" * 4_000_000
 async def live(url: str, retries: Retries) -> AsyncIterator[tuple[GroupCommit, LocalSubscription]]:
     """The live transactions of this database, and all that they publish."""
     rules = FleetRules()
-    context = Context("snow-lion", HandClock(), RandomIds(), rules, PlainHasher(), MapLibrary(rules))
+    context = Context(
+        "snow-lion", HandClock(), RandomIds(), rules, PlainHasher(), MapLibrary(rules), TICKET_KEYS
+    )
     bus = InProcessBus()
     heard = await bus.subscribe("campus/>")
     transactions = GroupCommit(open_engine(url), context, bus, retries)

@@ -12,6 +12,8 @@ from contract.roads.load import encode_map
 from contract.roads.model import RoadMap
 from server.adapters import SeededIds
 from server.bus.in_process import InProcessBus
+from server.domain.rides.rides import Ride
+from server.domain.rides.ticket_keys import RideSecrets, TicketKeys
 from server.domain.rules import FleetRules
 from server.store.roads.map_library import MapLibrary
 from server.store.transactions import InlineTransactions
@@ -24,6 +26,7 @@ from tests.server.usecases.fresh_database import fresh_database
 from tests.server.usecases.lock_order import watch_lock_order
 
 T = TypeVar("T")
+TICKET_KEYS = TicketKeys([bytes(range(32))])
 MORNING = datetime(2026, 11, 23, 0, 0, tzinfo=UTC)
 
 
@@ -91,7 +94,13 @@ class CampusUnderTest:
         self.engine = engine or fresh_database()
         watch_lock_order(self.engine)
         self.context = Context(
-            road_map.campus_id, self.clock, self.ids, self.rules, PlainHasher(), _library(self.rules)
+            road_map.campus_id,
+            self.clock,
+            self.ids,
+            self.rules,
+            PlainHasher(),
+            _library(self.rules),
+            TICKET_KEYS,
         )
         self._loop = asyncio.new_event_loop()
         self.transactions = InlineTransactions(self.engine, self.context, self.bus)
@@ -119,6 +128,9 @@ class CampusUnderTest:
         check = self.read(lambda uow: identity.password_check(uow, name))
         operator = check.passed(password)
         return self.do(lambda uow: identity.open_operator_session(uow, operator))
+
+    def secrets_of(self, ride: Ride) -> RideSecrets:
+        return self.context.tickets.ride_secrets(ride.ticket_key_id, ride.ride_id)
 
     def release(self) -> None:
         """Let go of the database, so that others can use it."""

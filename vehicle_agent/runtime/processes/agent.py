@@ -14,10 +14,12 @@ import msgspec
 from contract.roads.load import encode_map
 from contract.runlog.records import RunHeader
 from vehicle_agent.device_feed import DatagramPort, DeviceOutputs, DeviceSensors
+from vehicle_agent.link.keys import code_key
 from vehicle_agent.link.outbox import read_memory
 from vehicle_agent.link.session import Identity
 from vehicle_agent.mission.memory import MissionMemory, order_progress
 from vehicle_agent.onboard.car import initial_state
+from vehicle_agent.runtime.code_mask import CodeMask
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceProcess
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
@@ -154,13 +156,13 @@ def run_tick(place: AgentPlace) -> None:
         for port in ports:
             outputs_port.send(port, DeviceOutputs(hmi_output))
 
-    devices = DeviceSensors(vehicle.values_port)
+    devices, mask = DeviceSensors(vehicle.values_port), code_mask(files)
     with closing(clock):
         if vehicle.cameras:
             sensors = SensorsAndCameras(devices, CameraLink(vehicle.cameras, clock))
-            TickProcess(place.mail, computer, sensors, show, clock).run()
+            TickProcess(place.mail, computer, sensors, show, clock, mask).run()
         else:
-            TickProcess(place.mail, computer, devices, show, clock).run()
+            TickProcess(place.mail, computer, devices, show, clock, mask).run()
 
 
 def _linked(place: AgentPlace, clock: Clock) -> LinkedVehicle:
@@ -190,4 +192,10 @@ def _linked(place: AgentPlace, clock: Clock) -> LinkedVehicle:
 def mission_memory(files: AgentFolder) -> MissionMemory:
     """The mission's memory on disk; empty on the first boot."""
     data = read_memory(files.outbox)
-    return MissionMemory() if data is None else msgspec.msgpack.decode(data, type=MissionMemory)
+    if data is None:
+        return MissionMemory()
+    return code_mask(files).masked_memory(msgspec.msgpack.decode(data, type=MissionMemory))
+
+
+def code_mask(files: AgentFolder) -> CodeMask:
+    return CodeMask(code_key(files.key()))

@@ -13,6 +13,7 @@ import structlog
 from vehicle_agent.link.bridge import TickUpdate
 from vehicle_agent.mission.memory import MissionMemory, order_progress
 from vehicle_agent.onboard.driving_view import report_with_driving_view
+from vehicle_agent.runtime.code_mask import CodeMask
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.runtime.processes.clock import Clock
@@ -73,7 +74,13 @@ class TickProcess:
     """One vehicle's onboard loop."""
 
     def __init__(
-        self, mail: Path, computer: VehicleComputer, sensors: Sensors, show: Show, clock: Clock
+        self,
+        mail: Path,
+        computer: VehicleComputer,
+        sensors: Sensors,
+        show: Show,
+        clock: Clock,
+        mask: CodeMask,
     ) -> None:
         """mail: the folder of the vehicle's mailboxes."""
         self._mail = mail
@@ -82,7 +89,7 @@ class TickProcess:
         self._computer = computer
         self._sensors = sensors
         self._show = show
-        self._inbox = Inbox()
+        self._inbox = Inbox(mask=mask)
         self._update_writer = TickUpdateWriter()
         self._shown: HmiOutput | None = None
         self._shown_ns = 0

@@ -40,7 +40,7 @@ def test_an_order_says_where_when_for_whom_and_over_which_sections(driven_fleet:
     board, alight, rest = sent.visits
     stop = fleet.network.stops["NN20"]
     assert (board.kind, board.stop_id, board.name, board.name_en) == ("stop", "NN20", stop.name, stop.name_en)
-    assert [(t.ride_id, t.party, t.code) for t in board.board] == [(ride.ride_id, 2, ride.boarding_code)]
+    assert [(t.ride_id, t.party) for t in board.board] == [(ride.ride_id, 2)]
     assert (board.alight, alight.board) == ((), ())
     assert [t.ride_id for t in alight.alight] == [ride.ride_id]
     assert (rest.kind, rest.stop_id, rest.name, rest.dwell_s, rest.not_before_ns) == ("rest", "", "", 0.0, 0)

@@ -51,7 +51,7 @@ def remember(fleet: FakeFleet, days: int, a_day: int, stop_id: str = WANTED, hou
                 ride_id = made.new_id("past")
                 uow.rides.add(
                     Ride(
-                        uow.campus_id, ride_id, "AAAAAA", made.token(), "0000", state, stop_id, "stop-1",
+                        uow.campus_id, ride_id, "AAAAAA", "key", state, stop_id, "stop-1",
                         1, 0, at, at, "passenger", ended_at=at,
                     )
                 )  # fmt: skip

@@ -228,7 +228,7 @@ class RideMachine(RuleBasedStateMachine):
                 return
             if seated + ride.party > shuttle.seats:
                 return
-            shuttle.aboard[ride.ride_id] = RiderTask(ride.ride_id, ride.party, ride.boarding_code)
+            shuttle.aboard[ride.ride_id] = RiderTask(ride.ride_id, ride.party)
             shuttle.say(RiderBoarded(ride.ride_id, "sensor"))
         elif kind is RiderAlighted:
             shuttle.aboard.pop(ride.ride_id, None)

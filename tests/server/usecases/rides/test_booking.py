@@ -28,6 +28,7 @@ from server.domain.service.timetable import Opening, ServiceHours
 from server.usecases.planning import plans
 from server.usecases.record import incidents
 from server.usecases.rides import rides
+from server.usecases.rides.tickets import ride_by_token
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.shipped_maps import shipped_map
@@ -114,9 +115,9 @@ def test_a_ride_is_found_by_its_code_however_it_is_written_and_by_its_link(fleet
     ride = fleet.book("NN20", "C6")
     spoken = f"{ride.ride_code[:3].lower()} {ride.ride_code[3:]}"
     assert fleet.campus.read(lambda uow: rides.ride_by_code(uow, spoken)) == ride
-    assert fleet.campus.read(lambda uow: rides.ride_by_token(uow, ride.token)) == ride
+    assert fleet.campus.read(lambda uow: ride_by_token(uow, fleet.campus.secrets_of(ride).token)) == ride
     with pytest.raises(RideUnknown):
-        fleet.campus.read(lambda uow: rides.ride_by_token(uow, "guessed"))
+        fleet.campus.read(lambda uow: ride_by_token(uow, "guessed"))
 
 
 def test_a_cancelled_ride_leaves_the_plan_and_cannot_be_cancelled_again(fleet: FakeFleet) -> None:
