@@ -26,6 +26,7 @@ from contract.wire.messages import (
 )
 from server.live_ports import live_ports
 from server.settings import Settings
+from tests.campusloop.secret_search import Secrets
 from tests.server.api.server_under_test import MAPS, PASSWORD, snow_lion
 from tests.server.fleet.vehicle_key import VehicleKeyPair, a_hello
 
@@ -59,7 +60,10 @@ class LiveServer:
 
 
 @asynccontextmanager
-async def live_server(var_dir: Path, **settings: object) -> AsyncIterator[LiveServer]:
+async def live_server(
+    var_dir: Path, secrets: Secrets | None = None, **settings: object
+) -> AsyncIterator[LiveServer]:
+    """secrets: collects those that are handed out to the client."""
     listening = listen("127.0.0.1", 0)
     port = listening.getsockname()[1]
     chosen = Settings(
@@ -75,6 +79,8 @@ async def live_server(var_dir: Path, **settings: object) -> AsyncIterator[LiveSe
     server = uvicorn.Server(uvicorn_config(chosen, live))
     serving = asyncio.get_running_loop().create_task(server.serve(sockets=[listening]))
     client = LiveServer(chosen.origin())
+    if secrets is not None:
+        secrets.listen(client.http)
     try:
         async with asyncio.timeout(30):
             while not server.started:  # noqa: ASYNC110 - uvicorn has no event for it
