@@ -174,7 +174,9 @@ def fleet_rules(settings: Settings, road_map: RoadMap) -> FleetRules:
         raise CannotStart("service hours: CAMPUSLOOP_SERVICE_OPENS must lie before CAMPUSLOOP_SERVICE_CLOSES")
     openings = () if always else tuple(Opening(weekday, opens_s, closes_s) for weekday in range(7))
     hours = ServiceHours(road_map.timezone, openings)
-    return FleetRules(hours=hours, operator_session_s=settings.session_hours * 3600.0)
+    return FleetRules(
+        hours=hours, operator_session_s=settings.session_hours * 3600.0, rider_days=settings.rider_days
+    )
 
 
 def _second(clock_time: str) -> int:

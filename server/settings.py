@@ -47,6 +47,9 @@ class Settings(BaseModel):
         "",
         description="Where run segments are kept: s3://, gs:// or az://BUCKET/PREFIX; empty: under var_dir.",
     )
+    rider_days: float = Field(
+        30.0, gt=0, le=3650, description="How long after its end a ride names its rider; then it is erased."
+    )
     segment_bytes_max: int = Field(256 * MIB, ge=MIB, description="Largest run segment taken in.")
     login_tries_per_minute: int = Field(6, ge=1, description="Per client address, then 429.")
     lookups_per_minute: int = Field(20, ge=1, description="Ride codes tried per client address, then 429.")

@@ -50,6 +50,7 @@ class FleetRules:
     order_valid_s         a vehicle accepts an order within this time
     booking_ahead_s_max   how far ahead rides can be booked
     series_ahead_s        a day of a recurring booking gets its ride so long before
+    rider_days            so long after its end a ride still names its rider
     series_retry_s        how often a day without a vehicle is tried again
     """
 
@@ -106,6 +107,7 @@ class FleetRules:
     operator_session_s: float = 12 * 3600.0
     enrolment_code_s: float = 24 * 3600.0
     history_days: float = 30.0
+    rider_days: float = 30.0
 
     def early_s(self, *, timed: bool) -> float:
         """How much earlier than planned a shuttle sets out; timed: to a timetable call."""

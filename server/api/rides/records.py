@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from server.api.commands import DriverCommand
+from server.api.commands import DriverCommand, OperatorCommand
 from server.api.formats import NAME_PATTERN, Moment, RideId
 from server.api.paging import LIMIT_MAX, Page, microseconds_of, moment_of, paged
 from server.api.problems import problems
@@ -15,12 +15,13 @@ from server.api.rides.schemas import (
     decision_view,
     ride_record,
 )
-from server.api.security.access import DRIVER_REFUSALS, READER_REFUSALS, Reader
+from server.api.security.access import DRIVER_REFUSALS, OPERATOR_REFUSALS, READER_REFUSALS, Reader
 from server.api.services import InjectedServices
 from server.domain.errors import (
     DestinationRefused,
     NoService,
     RideEnded,
+    RideNotEnded,
     RideUnknown,
     SameStop,
     StopUnknown,
@@ -28,7 +29,7 @@ from server.domain.errors import (
 )
 from server.domain.rides.rides import Ride, RideSource, RideState
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.rides import destinations, rides
+from server.usecases.rides import destinations, erasure, rides
 from server.usecases.rides.tickets import secrets_of
 
 router = APIRouter(prefix="/rides", tags=["rides"])
@@ -116,6 +117,20 @@ async def change_destination_by_operator(
         ride = rides.ride_of(uow, ride_id)
         changed = destinations.change_destination(uow, ride, request.to_stop, command.kind)
         return _record(uow, changed, command.kind)
+
+    return await command.transact(RideRecord, work)
+
+
+@router.post(
+    "/id/{ride_id}/erase",
+    operation_id="erase_ride",
+    responses=problems(RideUnknown, RideNotEnded, *OPERATOR_REFUSALS),
+)
+async def erase_ride(ride_id: RideId, command: OperatorCommand) -> RideRecord:
+    """Take out of the record who rode: code, link, messages. Stops, times and party stay for statistics."""
+
+    def work(uow: UnitOfWork) -> RideRecord:
+        return _record(uow, erasure.erase_ride(uow, ride_id, command.by), command.kind)
 
     return await command.transact(RideRecord, work)
 

@@ -4,12 +4,13 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Query
 
-from server.api.commands import DriverCommand, IdempotencyKey, PassengerCommand, booking_key
+from server.api.commands import DriverCommand, IdempotencyKey, OperatorCommand, PassengerCommand, booking_key
 from server.api.formats import NAME_PATTERN, RideToken
 from server.api.paging import LIMIT_MAX, Page, microseconds_of, moment_of, paged
 from server.api.problems import problems
 from server.api.security.access import (
     DRIVER_REFUSALS,
+    OPERATOR_REFUSALS,
     READER_REFUSALS,
     Client,
     OptionalDeveloper,
@@ -19,6 +20,7 @@ from server.api.security.access import (
 from server.api.security.rate_limit import TooManyTries
 from server.api.series.schemas import (
     SeriesDay,
+    SeriesErasure,
     SeriesRecord,
     SeriesRequest,
     SeriesTicket,
@@ -36,6 +38,7 @@ from server.domain.errors import (
     PartyInvalid,
     PartyTooLarge,
     RideEnded,
+    RideNotEnded,
     SameStop,
     ScopeMissing,
     SeriesEnded,
@@ -49,7 +52,7 @@ from server.domain.rides.rides import RideSource
 from server.domain.rides.series import Series, SeriesState
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import calendar_of
-from server.usecases.rides import series
+from server.usecases.rides import erasure, series
 from server.usecases.rides.tickets import series_by_token, series_token
 
 router = APIRouter(prefix="/series", tags=["series"])
@@ -161,6 +164,18 @@ async def cancel_series_day(
 async def cancel_series_by_operator(series_id: SeriesId, command: DriverCommand) -> SeriesRecord:
     return await command.transact(
         SeriesRecord, lambda uow: _record(uow, series.cancel_series(uow, series_id, command.kind))
+    )
+
+
+@router.post(
+    "/id/{series_id}/erase",
+    operation_id="erase_series",
+    responses=problems(SeriesUnknown, RideNotEnded, DestinationRefused, *OPERATOR_REFUSALS),
+)
+async def erase_series(series_id: SeriesId, command: OperatorCommand) -> SeriesErasure:
+    """Cancel it, drop it with its days, and take out of the record who rode on them."""
+    return await command.transact(
+        SeriesErasure, lambda uow: SeriesErasure(rides=erasure.erase_series(uow, series_id, command.by))
     )
 
 

@@ -116,6 +116,14 @@ class SeriesTicket(SeriesView):
     days: list[DayView]
 
 
+class SeriesErasure(BaseModel):
+    """What was erased with a recurring booking."""
+
+    model_config = ConfigDict(json_schema_extra={"example": {"rides": 12}})
+
+    rides: int = Field(description="Rides of its days that name nobody now.")
+
+
 def series_request(request: SeriesRequest, idempotency_key: str | None, source: RideSource) -> BookSeries:
     hours, minutes = request.leave.split(":")
     return BookSeries(

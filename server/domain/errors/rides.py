@@ -27,6 +27,12 @@ class RideEnded(DomainError):
     code = "ride_ended"
 
 
+class RideNotEnded(DomainError):
+    """The ride goes on: it can be erased after its end."""
+
+    code = "ride_not_ended"
+
+
 class RideNotAssigned(DomainError):
     """No shuttle has the ride yet."""
 

@@ -58,6 +58,10 @@ PRIORITY: Mapping[IncidentKind, int] = {
 }
 
 
+# Of an incident about a rider who was erased.
+ERASED_CAUSE = "erased with the ride"
+
+
 @dataclass(frozen=True, slots=True)
 class Incident:
     """subject names what the incident is about, so that one cause opens one incident at a time."""

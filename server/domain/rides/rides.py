@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import Literal
 
 from contract.wire.messages import BoardedHow
-from server.domain.errors import IllegalTransition, RideAlreadyAboard, RideEnded
+from server.domain.errors import IllegalTransition, RideAlreadyAboard, RideEnded, RideNotEnded
 
 
 class RideState(StrEnum):
@@ -40,6 +40,9 @@ TRANSITIONS: Mapping[RideState, frozenset[RideState]] = {
 }
 ENDED = frozenset({S.COMPLETED, S.REFUSED, S.CANCELLED, S.NO_SHOW, S.FAILED})
 WAITING = frozenset({S.ASSIGNED, S.BOARDING})
+
+# Instead of the id of a ticket key: no link leads to the ride any more.
+ERASED = "erased"
 
 RideSource = Literal["passenger", "operator", "developer"]
 TapKind = Literal["board", "alight"]
@@ -195,6 +198,15 @@ def boarded(ride: Ride, how: BoardedHow, at: datetime) -> Ride:
 
 def ended(ride: Ride, state: RideState, at: datetime, reason: str = "", detail: str = "") -> Ride:
     return replace(moved(ride, state), ended_at=at, reason=reason, reason_detail=detail)
+
+
+def erased(ride: Ride) -> Ride:
+    """The ride without what names its rider. Raises RideNotEnded."""
+    if not ride.has_ended:
+        raise RideNotEnded(f"ride {ride.ride_code} is {ride.state}; cancel it, or erase it when it has ended")
+    return replace(
+        ride, ride_code="", ticket_key_id=ERASED, idempotency_key=None, series_id=None, reason_detail=""
+    )
 
 
 def redirected(ride: Ride, to_stop: str) -> Ride:

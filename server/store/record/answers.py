@@ -1,5 +1,6 @@
 """Stored answers to commands, by account and idempotency key."""
 
+from collections.abc import Sequence
 from datetime import datetime
 
 from server.domain.record.answers import KeyedRequest, StoredAnswer
@@ -37,6 +38,9 @@ class SqlAnswerRepository(Repository):
             account=request.account,
             key_sha256=request.key_sha256,
         )
+
+    def forget_accounts(self, accounts: Sequence[str]) -> int:
+        return self._delete(tables.command_answers, _answer.account.in_(accounts))
 
     def forget_before(self, moment: datetime) -> int:
         return self._delete(tables.command_answers, _answer.made_at < moment)

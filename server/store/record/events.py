@@ -1,5 +1,7 @@
 """Events of vehicles and of the server, append-only."""
 
+from collections.abc import Sequence
+
 import msgspec
 import structlog
 from sqlalchemy import Connection, func, select
@@ -50,6 +52,11 @@ class SqlEventRepository(Repository):
 
     def add_server_event(self, event: ServerEvent) -> None:
         self._unwritten.append(event)
+
+    def erase_details(self, subjects: Sequence[str]) -> None:
+        self.flush()
+        event = tables.server_events.c
+        self._update(tables.server_events, {"detail": ""}, event.subject.in_(subjects), event.detail != "")
 
     def flush(self) -> None:
         """Write the server's own events, when the transaction ends: their numbers are drawn at once."""

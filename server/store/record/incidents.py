@@ -1,5 +1,9 @@
 """Incidents as rows."""
 
+from collections.abc import Sequence
+
+from sqlalchemy import or_
+
 from server.domain.record.incidents import Incident, IncidentKind
 from server.store import tables
 from server.store.repository import AnyRow, Repository
@@ -27,6 +31,11 @@ class SqlIncidentRepository(Repository):
                 _incident.priority, _incident.opened_at, _incident.incident_id
             )
         )
+        return tuple(incident_from_row(row) for row in rows)
+
+    def about_rides(self, ride_ids: Sequence[str]) -> tuple[Incident, ...]:
+        is_about = or_(_incident.ride_id.in_(ride_ids), _incident.subject.in_(ride_ids))
+        rows = self._many(self._select(tables.incidents, is_about).order_by(_incident.incident_id))
         return tuple(incident_from_row(row) for row in rows)
 
     def add(self, incident: Incident) -> None:

@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
 
-from sqlalchemy import ColumnElement, Connection
+from sqlalchemy import ColumnElement, Connection, select
 
 from server.domain.rides.rides import (
     ENDED,
+    ERASED,
     Promise,
     Ride,
     RideState,
@@ -83,6 +84,24 @@ class SqlRideRepository(Repository):
         return self._update(
             tables.rides, {"ticket_key_id": key_id}, _ride.ticket_key_id == "", _ride.state.in_(ended)
         )
+
+    def named_before(self, moment: datetime, limit: int) -> tuple[str, ...]:
+        self.flush()
+        statement = select(_ride.ride_id).where(
+            _ride.campus_id == self._campus_id,
+            _ride.ended_at < moment,
+            _ride.state.in_([str(state) for state in ENDED]),
+            _ride.ticket_key_id != ERASED,
+        )
+        return tuple(row.ride_id for row in self._many(statement.order_by(_ride.ended_at).limit(limit)))
+
+    def erase(self, rides: Sequence[Ride]) -> None:
+        for ride in rides:
+            self.save(ride)
+        self.flush()
+        ride_ids = [ride.ride_id for ride in rides]
+        self._update(tables.rides, {"old_token_sha256": None}, _ride.ride_id.in_(ride_ids))
+        self._delete(tables.taps, _tap.ride_id.in_(ride_ids))
 
     def add_tap(self, tap: Tap) -> None:
         self._insert(tables.taps, _tap_to_row(tap))

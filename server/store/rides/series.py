@@ -1,7 +1,7 @@
 """Recurring bookings and their days, as rows."""
 
 from collections.abc import Sequence
-from datetime import date
+from datetime import date, datetime
 
 from server.domain.rides.series import (
     Occurrence,
@@ -49,6 +49,17 @@ class SqlSeriesRepository(Repository):
 
     def save(self, series: Series) -> None:
         self._change(tables.series, _to_row(series), series_id=series.series_id)
+
+    def ended_before(self, moment: datetime, limit: int) -> tuple[str, ...]:
+        statement = self._select(tables.series, _series.ended_at < moment).order_by(_series.ended_at)
+        return tuple(row.series_id for row in self._many(statement.limit(limit)))
+
+    def unlink_rides(self, ride_ids: Sequence[str]) -> None:
+        self._update(tables.occurrences, {"ride_id": None}, _occurrence.ride_id.in_(ride_ids))
+
+    def erase(self, series_id: str) -> None:
+        self._delete(tables.occurrences, _occurrence.series_id == series_id)
+        self._delete(tables.series, _series.series_id == series_id)
 
     def occurrence(self, series_id: str, day: date) -> Occurrence | None:
         row = self._find(tables.occurrences, series_id=series_id, day=day)

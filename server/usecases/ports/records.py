@@ -1,5 +1,6 @@
 """Incidents, recorded runs, identities, answers to commands, and leases."""
 
+from collections.abc import Sequence
 from datetime import datetime
 from typing import Protocol
 
@@ -16,6 +17,10 @@ class IncidentRepository(Protocol):
 
     def all_open(self) -> tuple[Incident, ...]:
         """Most urgent first, then oldest."""
+        ...
+
+    def about_rides(self, ride_ids: Sequence[str]) -> tuple[Incident, ...]:
+        """Open and closed ones of these rides."""
         ...
 
     def add(self, incident: Incident) -> None: ...
@@ -82,6 +87,10 @@ class AnswerRepository(Protocol):
 
     def complete(self, request: KeyedRequest, sealed: bytes) -> None:
         """Store the answer under the key that this transaction has claimed."""
+        ...
+
+    def forget_accounts(self, accounts: Sequence[str]) -> int:
+        """Drop the answers of these accounts; how many there were."""
         ...
 
     def forget_before(self, moment: datetime) -> int:

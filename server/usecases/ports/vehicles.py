@@ -20,6 +20,10 @@ class EventStore(Protocol):
 class EventRepository(EventStore, Protocol):
     def add_server_event(self, event: ServerEvent) -> None: ...
 
+    def erase_details(self, subjects: Sequence[str]) -> None:
+        """Empty the details of all events about these subjects; the events stay."""
+        ...
+
 
 class VehicleRepository(Protocol):
     def get(self, vehicle_id: str) -> Vehicle | None: ...

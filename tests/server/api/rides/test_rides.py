@@ -164,3 +164,14 @@ def test_moments_at_the_ends_of_the_calendar_are_refused_as_what_they_are(
     booked = server.post("/rides", {"from_stop": "NN20", "to_stop": "C6", "earliest": moment})
     assert [listed.status_code, booked.status_code] == [422, 422]
     assert "must lie between 1970 and 2999" in listed.text
+
+
+def test_an_operator_erases_who_rode_and_a_ride_that_goes_on_is_refused(campus: ServerUnderTest) -> None:
+    ride, headers = book(campus), campus.sign_in()
+    path = f"/rides/id/{ride['ride_id']}/erase"
+    early = campus.post(path, headers=headers)
+    assert (early.status_code, early.json()["code"]) == (409, "ride_not_ended")
+    campus.post(f"/rides/{ride['token']}/cancel")
+    done = campus.post(path, headers=headers)
+    assert (done.status_code, done.json()["ride_code"], done.json()["boarding_code"]) == (200, "", "")
+    assert campus.get(f"/rides/{ride['token']}").status_code == 404

@@ -9,7 +9,7 @@ from server.usecases.record import identity
 from tests.server.api.security.test_access import CHANGES, READING, ask
 from tests.server.api.server_under_test import ServerUnderTest
 
-# What stays with operators: their session, secrets, who drives at all, calendars, incidents and emergencies.
+# What stays with operators: session, secrets, who drives at all, calendars, incidents, emergencies, erasure.
 OPERATORS_ONLY = {
     ("GET", "/session"),
     ("DELETE", "/session"),
@@ -21,6 +21,8 @@ OPERATORS_ONLY = {
     ("DELETE", "/vehicles/{vehicle_id}/key"),
     ("PUT", "/vehicles/{vehicle_id}/place"),
     ("POST", "/vehicles/{vehicle_id}/evacuations"),
+    ("POST", "/rides/id/{ride_id}/erase"),
+    ("POST", "/series/id/{series_id}/erase"),
     ("PUT", "/vehicles/{vehicle_id}/shifts"),
     ("DELETE", "/vehicles/{vehicle_id}/shifts"),
     ("PUT", "/service/patterns/{service_id}"),

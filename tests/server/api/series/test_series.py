@@ -128,3 +128,13 @@ def test_the_day_s_ride_carries_its_series_for_operators(campus: ServerUnderTest
     campus.sign_in()
     (record,) = campus.get("/rides").json()
     assert record["series_id"] == made["series_id"]
+
+
+def test_an_operator_erases_a_series_with_its_rides(campus: ServerUnderTest) -> None:
+    made = campus.post("/series", WISH).json()
+    beat(campus)
+    done = campus.post(f"/series/id/{made['series_id']}/erase", headers=campus.sign_in())
+    assert (done.status_code, done.json()) == (200, {"rides": 1})
+    assert campus.get(f"/series/{made['token']}").status_code == 404
+    (record,) = campus.get("/rides").json()
+    assert (record["ride_code"], record["series_id"]) == ("", None)
