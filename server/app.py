@@ -22,7 +22,10 @@ from server.api.rides.booking_batcher import BookingBatcher
 from server.api.routers import bare_app
 from server.api.runs.offload import Offload
 from server.api.security.access_watch import AccessWatch
+from server.api.security.client_address import ClientAddresses
 from server.api.security.headers import SecurityHeaders
+from server.api.security.host_check import HostCheck
+from server.api.security.open_sockets import OpenSockets
 from server.api.security.rate_limit import RateLimit
 from server.api.services import Limits, Services
 from server.fleet.hub import Hub
@@ -91,7 +94,12 @@ def create_app(settings: Settings, ports: Ports) -> FastAPI:
     app.state.services = services
     app.add_middleware(PlainTextErrors)
     app.add_middleware(RequestDurations, requests=services.measurements.requests)
+    app.add_middleware(OpenSockets, per_client_max=settings.connections_per_address_max)
+    if settings.hosts():
+        app.add_middleware(HostCheck, hosts=settings.hosts())
     app.add_middleware(SecurityHeaders, with_tls=settings.has_tls())
+    # The outermost: all others go by the client's address.
+    app.add_middleware(ClientAddresses, trusted=settings.proxies(), header=settings.forwarded_header)
     app.router.default = _pages(services, app.router.default)
     return app
 
@@ -167,8 +175,11 @@ def _services(settings: Settings, ports: Ports) -> Services:
         access=AccessWatch(ports.campus_id, ports.clock, ports.bus, supervisor),
         limits=Limits(
             logins=RateLimit(settings.login_tries_per_minute),
+            known_logins=RateLimit(settings.login_tries_per_minute),
+            account_logins=RateLimit(settings.account_login_tries_per_minute),
             lookups=RateLimit(settings.lookups_per_minute),
             bookings=RateLimit(settings.bookings_per_minute),
+            commands=RateLimit(settings.commands_per_minute),
             password_checks=asyncio.Semaphore(PASSWORD_CHECKS_MAX),
         ),
         has_our_tables=ports.has_our_tables,

@@ -2,8 +2,11 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from urllib.parse import urlsplit
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from server.addresses import ForwardedHeader, Network, host_of, hosts_of, networks_of
 
 PREFIX = "CAMPUSLOOP_"
 FILE_SUFFIX = "_file"
@@ -51,9 +54,31 @@ class Settings(BaseModel):
         30.0, gt=0, le=3650, description="How long after its end a ride names its rider; then it is erased."
     )
     segment_bytes_max: int = Field(256 * MIB, ge=MIB, description="Largest run segment taken in.")
-    login_tries_per_minute: int = Field(6, ge=1, description="Per client address, then 429.")
-    lookups_per_minute: int = Field(20, ge=1, description="Ride codes tried per client address, then 429.")
-    bookings_per_minute: int = Field(30, ge=1, description="Bookings per client address, then 429.")
+    login_tries_per_minute: int = Field(
+        6, ge=1, description="Per client network, and per browser that has signed in before; then 429."
+    )
+    account_login_tries_per_minute: int = Field(
+        20, ge=1, description="Per operator, from all browsers that have not signed in before; then 429."
+    )
+    lookups_per_minute: int = Field(20, ge=1, description="Ride codes tried per client network, then 429.")
+    bookings_per_minute: int = Field(
+        30, ge=1, description="Bookings per client network, or per developer token; then 429."
+    )
+    commands_per_minute: int = Field(
+        120, ge=1, description="Commands per operator, developer token or ride; then 429."
+    )
+    trusted_proxies: str = Field(
+        "", description="Networks of proxies, with commas, whose word on the client's address is believed."
+    )
+    forwarded_header: ForwardedHeader = Field(
+        "x-forwarded-for", description="The header in which they give it: the other one is ignored."
+    )
+    allowed_hosts: str = Field(
+        "", description="Host names, with commas, that requests may be for; empty: any. *.example.org works."
+    )
+    connections_per_address_max: int = Field(
+        2_000, ge=1, description="Connections of one client network at a time; loopback has no limit."
+    )
     connections_max: int = Field(20_000, ge=1, description="Connections and requests at a time, then 503.")
     hello_timeout_s: float = Field(10.0, gt=0, description="How long a vehicle may take for its hello.")
     live_interval_s: float = Field(
@@ -71,6 +96,26 @@ class Settings(BaseModel):
         description="Bearer token with which Prometheus may read /metrics; empty: a developer token only.",
     )
     with_loops: bool = Field(True, description="Run the dispatcher and the other loops here.")
+
+    @field_validator("trusted_proxies")
+    @classmethod
+    def _are_networks(cls, value: str) -> str:
+        networks_of(value)
+        return value
+
+    @field_validator("allowed_hosts")
+    @classmethod
+    def _are_hosts(cls, value: str) -> str:
+        hosts_of(value)
+        return value
+
+    def proxies(self) -> tuple[Network, ...]:
+        return networks_of(self.trusted_proxies)
+
+    def hosts(self) -> tuple[str, ...]:
+        """The names that requests may be for, that of the public address among them; empty: any."""
+        named = hosts_of(self.allowed_hosts)
+        return (*named, host_of(urlsplit(self.origin()).netloc)) if named else ()
 
     def is_loopback(self) -> bool:
         return is_loopback(self.host)

@@ -1,9 +1,12 @@
-"""uvicorn's HTTP protocol with two limits that it lacks: how long a head may be, and how slow a sender."""
+"""uvicorn's protocols with limits that they lack: length of a head, slow senders, connections of a client."""
 
 import asyncio
 from http import HTTPStatus
 
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+
+from server.api.security.connection_counts import ConnectionCounts
 
 # Request line and headers together: browsers send 1 to 4 KiB; other servers allow 8 to 64.
 HEAD_BYTES_MAX = 32 * 1024
@@ -14,18 +17,30 @@ BODY_PAUSE_S_MAX = 20.0
 
 
 class BoundedHttp(HttpToolsProtocol):
-    """A connection that sends an endless head, half a head, or half a body is answered and closed."""
+    """A connection that sends an endless head, half a head, or half a body is answered and closed.
 
+    counts  None for no limit of connections
+    """
+
+    counts: ConnectionCounts | None = None
+    _is_counted = False
     _in_head = True
     _head_bytes = 0
     _deadline: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)  # type: ignore[arg-type]
+        if self.counts is not None and self.client is not None:
+            self._is_counted = self.counts.opened(self.client[0])
+            if not self._is_counted:
+                # Without an answer: who opens hundreds does not read it.
+                transport.abort()  # type: ignore[attr-defined]
+                return
         self._expect_more_within(HEAD_WITHIN_S)
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._expect_nothing()
+        self._end_count()
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
@@ -56,7 +71,14 @@ class BoundedHttp(HttpToolsProtocol):
 
     def handle_websocket_upgrade(self) -> None:
         self._expect_nothing()
+        # From here on the websocket's protocol has the connection.
+        self._end_count()
         super().handle_websocket_upgrade()
+
+    def _end_count(self) -> None:
+        if self._is_counted and self.counts is not None and self.client is not None:
+            self._is_counted = False
+            self.counts.closed(self.client[0])
 
     def _expect_more_within(self, seconds: float) -> None:
         self._expect_nothing()
@@ -80,3 +102,29 @@ class BoundedHttp(HttpToolsProtocol):
             lines = (f"HTTP/1.1 {status.value} {status.phrase}", "content-length: 0", "connection: close")
             self.transport.write("".join(f"{line}\r\n" for line in (*lines, "")).encode())
             self.transport.close()
+
+
+class CountedWebSocket(WebSocketsSansIOProtocol):
+    """Counted together with the client's other connections."""
+
+    counts: ConnectionCounts | None = None
+    _is_counted = False
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        if self.counts is not None and self.client is not None:
+            self._is_counted = self.counts.opened(self.client[0])
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        if self._is_counted and self.counts is not None and self.client is not None:
+            self._is_counted = False
+            self.counts.closed(self.client[0])
+        super().connection_lost(exc)
+
+
+def counted_protocols(counts: ConnectionCounts) -> tuple[type[BoundedHttp], type[CountedWebSocket]]:
+    """The protocols of one server, which makes them itself and gives them nothing of ours."""
+    return (
+        type("ServerHttp", (BoundedHttp,), {"counts": counts}),
+        type("ServerWebSocket", (CountedWebSocket,), {"counts": counts}),
+    )

@@ -15,7 +15,7 @@ import uvicorn
 import uvloop
 from rich.console import Console
 
-from campusloop.live.bounded_http import BoundedHttp
+from campusloop.live.bounded_http import counted_protocols
 from campusloop.live.certificate import local_addresses, self_signed
 from campusloop.live.journal import write_journal
 from campusloop.live.paced_clock import PacedClock, PacedClocks
@@ -23,6 +23,7 @@ from campusloop.live.process_end import CANNOT_WORK, ProcessEnd
 from campusloop.shipped import DEFAULT_MAP
 from contract.wire.codec import MAX_MESSAGE_BYTES
 from server.adapters import SystemClock
+from server.api.security.connection_counts import ConnectionCounts
 from server.app import create_app
 from server.dispatch.warm import warm_kernels
 from server.live_ports import CannotStart, LivePorts, live_ports
@@ -159,12 +160,14 @@ def answer_promptly() -> None:
 
 def uvicorn_config(settings: Settings, live: LivePorts) -> uvicorn.Config:
     """The configuration of every live server. Raises SettingsError."""
+    counts = ConnectionCounts(settings.connections_per_address_max, settings.proxies())
+    http, websocket = counted_protocols(counts)
     return uvicorn.Config(
         create_app(settings, live.ports),
         lifespan="on",
-        http=BoundedHttp,
+        http=http,
         limit_concurrency=settings.connections_max,
-        ws="websockets-sansio",
+        ws=websocket,
         ws_per_message_deflate=False,
         ws_max_size=2 * MAX_MESSAGE_BYTES,  # above the protocol's limit, whose violation closes the session
         ssl_certfile=settings.tls_cert,

@@ -191,6 +191,8 @@ class VirtualCampus:
             var_dir=self.options.folder / "server",
             public_url=ORIGIN,
             login_tries_per_minute=1000,
+            account_login_tries_per_minute=1000,
+            commands_per_minute=1000,
             lookups_per_minute=1000,
             bookings_per_minute=1000,
         )

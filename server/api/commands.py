@@ -12,7 +12,7 @@ from fastapi import Depends, Header, Request
 from pydantic import TypeAdapter
 
 from server.api.formats import RideToken
-from server.api.security.access import Actor, ChangingOperator, Driver
+from server.api.security.access import Actor, ChangingOperator, Driver, now_ns
 from server.api.services import InjectedServices, Services
 from server.domain.record.answers import KeyedRequest
 from server.domain.rides.rides import RideSource
@@ -147,11 +147,13 @@ async def _passenger_command(
     request: Request, services: InjectedServices, token: RideToken, idempotency_key: IdempotencyKey = None
 ) -> Command:
     account = f"passenger:{sha256_of(token)}"
+    services.limits.commands.take(account, now_ns(services))
     text = await _text(request)
     return Command(services.transactions, "passenger", "passenger", account, idempotency_key, text)
 
 
 async def _of_actor(request: Request, services: Services, actor: Actor, key: str | None) -> Command:
+    services.limits.commands.take(actor.account, now_ns(services))
     text = await _text(request)
     return Command(services.transactions, actor.kind, actor.name, actor.account, key, text)
 

@@ -27,14 +27,22 @@ from server.usecases.ports.unit_of_work import Transactions
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Rate limits for each client address.
+    """Rate limits.
 
+    logins          sign-ins of a client network; known_logins of a browser that has signed in before
+    account_logins  sign-ins as one operator, from all browsers that have not
+    lookups         codes tried by a client network
+    bookings        of a client network or developer token
+    commands        of an operator, a developer token or the holder of a ride's link
     password_checks  how many passwords are compared at a time: each takes 64 MiB and a core
     """
 
     logins: RateLimit
+    known_logins: RateLimit
+    account_logins: RateLimit
     lookups: RateLimit
     bookings: RateLimit
+    commands: RateLimit
     password_checks: asyncio.Semaphore
 
 

@@ -21,7 +21,14 @@ def test_options_win_over_the_environment_and_none_means_not_given() -> None:
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("PORT", "many"), ("PORT", "70000"), ("SERVICE_OPENS", "8 o'clock"), ("SESSION_HOURS", "0")],
+    [
+        ("PORT", "many"),
+        ("PORT", "70000"),
+        ("SERVICE_OPENS", "8 o'clock"),
+        ("SESSION_HOURS", "0"),
+        ("TRUSTED_PROXIES", "example.org"),
+        ("ALLOWED_HOSTS", "http://a"),
+    ],
 )
 def test_a_setting_that_cannot_be_used_is_named(name: str, value: str) -> None:
     with pytest.raises(SettingsError, match=f"CAMPUSLOOP_{name}"):

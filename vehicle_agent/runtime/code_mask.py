@@ -1,8 +1,8 @@
 """Boarding codes on the vehicle: masked on arrival, so that run logs and the vehicle's disk hold none.
 
-The tick only compares codes. Both the order's and the typed one are replaced by the same keyed hash, so that the
-comparison is unchanged, live and in replay. The key is the vehicle's: without one, the four digits of a code could
-be found from its hash by trying all of them.
+The tick only compares codes. Both the order's and the typed one are replaced by the same keyed hash, so that
+the comparison is unchanged, live and in replay. The key is the vehicle's: without one, the four digits of a
+code could be found from its hash by trying all of them.
 """
 
 import hmac

@@ -89,7 +89,7 @@ async def book_ride(
 ) -> RideTicket:
     """Answered at once: with a vehicle and a promise, or as a ride in state `refused` whose `reason` names
     the rule that binds."""
-    services.limits.bookings.take(client, now_ns(services))
+    services.limits.bookings.take(client if developer is None else developer.account, now_ns(services))
     source: RideSource = "passenger" if developer is None else "developer"
     booking_request = booking(request, booking_key(developer, idempotency_key), source)
     booked = await services.bookings.book(booking_request)
@@ -122,7 +122,7 @@ async def get_ride(token: RideToken, services: InjectedServices) -> RideTicket:
 @router.post(
     "/{token}/cancel",
     operation_id="cancel_ride",
-    responses=problems(RideUnknown, RideEnded, DestinationRefused, IdempotencyMismatch),
+    responses=problems(RideUnknown, RideEnded, DestinationRefused, IdempotencyMismatch, TooManyTries),
 )
 async def cancel_ride(token: RideToken, command: PassengerCommand) -> RideTicket:
     """A party aboard is let out as soon as possible: the answer says at which stop, with `let_out` true."""
@@ -145,6 +145,7 @@ async def cancel_ride(token: RideToken, command: PassengerCommand) -> RideTicket
         NoService,
         DestinationRefused,
         IdempotencyMismatch,
+        TooManyTries,
     ),
 )
 async def change_destination(
@@ -165,7 +166,13 @@ async def change_destination(
     operation_id="tap_aboard",
     status_code=202,
     responses=problems(
-        RideUnknown, RideEnded, RideNotAssigned, RideAlreadyAboard, VehicleNotConnected, IdempotencyMismatch
+        RideUnknown,
+        RideEnded,
+        RideNotAssigned,
+        RideAlreadyAboard,
+        VehicleNotConnected,
+        IdempotencyMismatch,
+        TooManyTries,
     ),
 )
 async def tap_aboard(token: RideToken, command: PassengerCommand) -> TapView:
@@ -178,7 +185,13 @@ async def tap_aboard(token: RideToken, command: PassengerCommand) -> TapView:
     operation_id="tap_alighted",
     status_code=202,
     responses=problems(
-        RideUnknown, RideEnded, RideNotAssigned, RideNotAboard, VehicleNotConnected, IdempotencyMismatch
+        RideUnknown,
+        RideEnded,
+        RideNotAssigned,
+        RideNotAboard,
+        VehicleNotConnected,
+        IdempotencyMismatch,
+        TooManyTries,
     ),
 )
 async def tap_alighted(token: RideToken, command: PassengerCommand) -> TapView:
@@ -204,7 +217,7 @@ async def get_tap(token: RideToken, tap_id: TapId, services: InjectedServices) -
     "/{token}/help",
     operation_id="call_help",
     status_code=201,
-    responses=problems(RideUnknown, IdempotencyMismatch),
+    responses=problems(RideUnknown, IdempotencyMismatch, TooManyTries),
 )
 async def call_help(token: RideToken, request: HelpRequest, command: PassengerCommand) -> HelpAnswer:
     """Put a call for help on top of the operators' incidents. A repeat keeps the open call."""

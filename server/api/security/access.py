@@ -7,7 +7,9 @@ from typing import Annotated, Literal
 from fastapi import Depends, Request, Security
 from fastapi.security import APIKeyCookie, APIKeyHeader, HTTPAuthorizationCredentials, HTTPBearer
 
+from server.addresses import budget_of
 from server.api.problems import CsrfMissing
+from server.api.security.rate_limit import TooManyTries
 from server.api.services import InjectedServices, Services
 from server.domain.errors import IdempotencyMismatch, ScopeMissing, SessionExpired, TokenInvalid
 from server.domain.instants import ns_of
@@ -21,8 +23,8 @@ SIGNED_OUT = "sign in at POST /api/v1/session first, or send a developer token a
 
 # Refusals of an endpoint: for readers, for an operator's changes, for anyone's changes.
 READER_REFUSALS = (SessionExpired, TokenInvalid, ScopeMissing)
-OPERATOR_REFUSALS = (SessionExpired, CsrfMissing, IdempotencyMismatch)
-DRIVER_REFUSALS = (*READER_REFUSALS, CsrfMissing, IdempotencyMismatch)
+OPERATOR_REFUSALS = (SessionExpired, CsrfMissing, IdempotencyMismatch, TooManyTries)
+DRIVER_REFUSALS = (*READER_REFUSALS, CsrfMissing, IdempotencyMismatch, TooManyTries)
 
 _cookie = APIKeyCookie(
     name=SESSION_COOKIE,
@@ -163,7 +165,8 @@ ChangingOperator = Annotated[OperatorContext, Depends(_changing)]
 
 
 async def _client(request: Request) -> str:
-    return request.client.host if request.client else "unknown"
+    """Whose budget a request of this client takes from."""
+    return budget_of(request.client.host) if request.client else "unknown"
 
 
 Client = Annotated[str, Depends(_client)]

@@ -1,4 +1,4 @@
-"""Limits how often one client may try what could be guessed: passwords, ride codes."""
+"""Limits how often one client or account may try what could be guessed, and ask for what takes work."""
 
 from dataclasses import dataclass
 
@@ -24,7 +24,7 @@ class _Bucket:
 
 
 class RateLimit:
-    """A token bucket for each client address; time is given by the caller's clock.
+    """A token bucket for each client network or account; time is given by the caller's clock.
 
     tries_per_minute  refill rate; a client may also save up that many tries
     """

@@ -87,7 +87,7 @@ async def book_series(
     idempotency_key: IdempotencyKey = None,
 ) -> SeriesTicket:
     """Each day becomes a ride one day ahead. A day that cannot be booked has a reason, and is tried again."""
-    services.limits.bookings.take(client, now_ns(services))
+    services.limits.bookings.take(client if developer is None else developer.account, now_ns(services))
     source: RideSource = "passenger" if developer is None else "developer"
     booking = series_request(request, booking_key(developer, idempotency_key), source)
     return await services.transactions.run(lambda uow: _ticket(uow, series.book_series(uow, booking)))
@@ -119,7 +119,7 @@ async def get_series(token: RideToken, services: InjectedServices) -> SeriesTick
 @router.post(
     "/{token}/cancel",
     operation_id="cancel_series",
-    responses=problems(SeriesUnknown, SeriesEnded, CampusUnknown, IdempotencyMismatch),
+    responses=problems(SeriesUnknown, SeriesEnded, CampusUnknown, IdempotencyMismatch, TooManyTries),
 )
 async def cancel_series(token: RideToken, command: PassengerCommand) -> SeriesTicket:
     """No further rides. Booked rides are cancelled, except one that is under way."""
@@ -142,6 +142,7 @@ async def cancel_series(token: RideToken, command: PassengerCommand) -> SeriesTi
         DestinationRefused,
         CampusUnknown,
         IdempotencyMismatch,
+        TooManyTries,
     ),
 )
 async def cancel_series_day(

@@ -1,6 +1,9 @@
 """Operators signing in and out."""
 
-from fastapi import APIRouter, Response
+from datetime import timedelta
+from typing import Annotated
+
+from fastapi import APIRouter, Cookie, Response
 
 from server.api.problems import CsrfMissing, problems
 from server.api.security.access import SESSION_COOKIE, ChangingOperator, Client, ReadingOperator, now_ns
@@ -11,29 +14,33 @@ from server.domain.errors import SessionExpired, WrongCredentials
 from server.domain.record.identity import Operator, OperatorSession
 from server.usecases.record import identity
 
+BROWSER_COOKIE = "campusloop_browser"
+BROWSER_PATH = "/api/v1/session"
+KNOWN_BROWSER = timedelta(days=180)
+
 router = APIRouter(prefix="/session", tags=["session"])
 
 
 @router.post("", operation_id="sign_in", responses=problems(WrongCredentials, TooManyTries))
 async def sign_in(
-    credentials: Credentials, response: Response, services: InjectedServices, client: Client
+    credentials: Credentials,
+    response: Response,
+    services: InjectedServices,
+    client: Client,
+    browser: Annotated[
+        str | None, Cookie(alias=BROWSER_COOKIE, max_length=256, include_in_schema=False)
+    ] = None,
 ) -> SessionView:
-    """Sets the session cookie (HttpOnly, SameSite=Strict)."""
-    services.limits.logins.take(client, now_ns(services))
-    check = await services.transactions.read(lambda uow: identity.password_check(uow, credentials.name))
+    """Sets the session cookie (HttpOnly, SameSite=Strict), and one by which this browser is known again."""
+    name = credentials.name
+    check = await services.transactions.read(lambda uow: identity.password_check(uow, name, browser or ""))
+    _take_try(services, client, name, check.browser)
     async with services.limits.password_checks:
         operator = await services.offload.run(lambda: check.passed(credentials.password))
     opened = await services.transactions.run(lambda uow: identity.open_operator_session(uow, operator))
     lifetime = opened.session.expires_at - opened.session.opened_at
-    response.set_cookie(
-        SESSION_COOKIE,
-        opened.token,
-        max_age=int(lifetime.total_seconds()),
-        path="/",
-        secure=_is_secure(services),
-        httponly=True,
-        samesite="strict",
-    )
+    _set_cookie(response, services, SESSION_COOKIE, opened.token, "/", lifetime)
+    _set_cookie(response, services, BROWSER_COOKIE, opened.browser_token, BROWSER_PATH, KNOWN_BROWSER)
     return _view(opened.operator, opened.token, opened.session)
 
 
@@ -48,6 +55,34 @@ async def sign_out(response: Response, services: InjectedServices, operator: Cha
     await services.transactions.run(lambda uow: identity.logout(uow, operator.token))
     response.delete_cookie(
         SESSION_COOKIE, path="/", secure=_is_secure(services), httponly=True, samesite="strict"
+    )
+
+
+def _take_try(services: Services, client: str, name: str, browser: str) -> None:
+    """Raises TooManyTries.
+
+    A browser in which this operator has signed in has tries of its own: nobody else can use them up, neither
+    from the same network nor by guessing at this account from everywhere.
+    """
+    limits, now = services.limits, now_ns(services)
+    if browser:
+        limits.known_logins.take(browser, now)
+        return
+    limits.logins.take(client, now)
+    limits.account_logins.take(name, now)
+
+
+def _set_cookie(
+    response: Response, services: Services, name: str, value: str, path: str, lifetime: timedelta
+) -> None:
+    response.set_cookie(
+        name,
+        value,
+        max_age=int(lifetime.total_seconds()),
+        path=path,
+        secure=_is_secure(services),
+        httponly=True,
+        samesite="strict",
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import msgspec
 
 from server.api.commands import Command
-from server.api.security.access import Actor
+from server.api.security.access import Actor, now_ns
 from server.api.services import Services
 from server.api.sockets.developer_messages import (
     CommandReceipt,
@@ -88,6 +88,7 @@ class DeveloperMethods:
             return SentVisit(sent.visit.visit_id, sent.plan_version, sent.visit.eta)
 
         if params.dry_run:
+            self._take_try()
             return await roll_back(self._services.transactions, work)
         return await self._command("send_to_stop", params).transact(SentVisit, work)
 
@@ -112,7 +113,12 @@ class DeveloperMethods:
         self._subscriptions.remove(params.topics)
         return sorted(self._subscriptions.topics)
 
+    def _take_try(self) -> None:
+        """Raises TooManyTries."""
+        self._services.limits.commands.take(self._actor.account, now_ns(self._services))
+
     def _command(self, method: str, params: Params) -> Command:
+        self._take_try()
         actor, request = self._actor, msgspec.json.encode({"method": method, "params": params})
         transactions = self._services.transactions
         return Command(transactions, actor.kind, actor.name, actor.account, params.idempotency_key, request)

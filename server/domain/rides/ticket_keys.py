@@ -25,7 +25,8 @@ class TicketKeys:
     """Keys of the server, newest first. A ride or series keeps the id of the key that it was made with.
 
     A token is a proof (HMAC-SHA-256 of the id, shortened) followed by the id, so that it is checked without
-    a stored copy. The id of a key is a part of its hash and no secret.
+    a stored copy. The id of a key is a part of its hash and no secret. Browsers of operators have such tokens
+    too, without an id.
     """
 
     def __init__(self, keys: Sequence[bytes]) -> None:
@@ -60,6 +61,16 @@ class TicketKeys:
 
     def proves_series(self, token: str, key_id: str, series_id: str) -> bool:
         return key_id in self._keys and _same(token, self._token(key_id, "series", series_id))
+
+    def browser_token(self, nonce: str, operator: str) -> str:
+        """For a browser in which this operator has signed in. Raises TicketKeyMissing."""
+        return self._token(self.newest_id, f"browser of {operator}", nonce)
+
+    def browser_of(self, token: str, operator: str) -> str:
+        """The nonce of a browser in which this operator has signed in, "" for any other token."""
+        nonce = subject_of(token)
+        kind = f"browser of {operator}"
+        return nonce if any(_same(token, self._token(key_id, kind, nonce)) for key_id in self._keys) else ""
 
     def _token(self, key_id: str, kind: str, subject: str) -> str:
         proof = self._digest(key_id, kind, subject)[:_PROOF_BYTES]

@@ -23,9 +23,13 @@ from server.usecases.record.server_events import record_event
 
 @dataclass(frozen=True, slots=True)
 class CreatedSession:
-    """token is a secret: it is stored only in the operator's cookie."""
+    """token and browser_token are secrets: they are stored only in the operator's cookies.
+
+    browser_token  tells the browser from those in which this operator has never signed in
+    """
 
     token: str
+    browser_token: str
     session: OperatorSession
     operator: Operator
 
@@ -84,10 +88,12 @@ class PasswordCheck:
     """A password to compare outside of any transaction: the comparison takes as long as hundreds of bookings.
 
     operator  None if the name is unknown
+    browser   of a browser in which this operator has signed in before, "" for any other
     """
 
     operator: Operator | None
     hasher: PasswordHasher
+    browser: str = ""
 
     def passed(self, password: str) -> Operator:
         """Raises WrongCredentials, after the same work whether the name is known or not."""
@@ -98,8 +104,15 @@ class PasswordCheck:
         raise WrongCredentials("name and password do not fit")
 
 
-def password_check(uow: UnitOfWork, name: str) -> PasswordCheck:
-    return PasswordCheck(uow.identity.operator_by_name(name), uow.hasher)
+def password_check(uow: UnitOfWork, name: str, browser_token: str = "") -> PasswordCheck:
+    operator = uow.identity.operator_by_name(name)
+    browser = "" if operator is None else uow.tickets.browser_of(browser_token, _browser_owner(operator))
+    return PasswordCheck(operator, uow.hasher, browser)
+
+
+def _browser_owner(operator: Operator) -> str:
+    """With the password: after a change, its browsers count as new."""
+    return f"{operator.operator_id} {sha256_of(operator.password_hash)}"
 
 
 def open_operator_session(uow: UnitOfWork, operator: Operator) -> CreatedSession:
@@ -117,7 +130,8 @@ def open_operator_session(uow: UnitOfWork, operator: Operator) -> CreatedSession
     )
     uow.identity.add_operator_session(session)
     record_event(uow, "operator.logged_in", operator.operator_id, operator.name)
-    return CreatedSession(token, session, operator)
+    browser_token = uow.tickets.browser_token(uow.ids.token(), _browser_owner(operator))
+    return CreatedSession(token, browser_token, session, operator)
 
 
 def logout(uow: UnitOfWork, token: str) -> None:

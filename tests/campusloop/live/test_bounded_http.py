@@ -10,7 +10,9 @@ import uvicorn
 from websockets.asyncio.client import connect
 
 from campusloop.live import bounded_http
-from campusloop.live.bounded_http import HEAD_BYTES_MAX, BoundedHttp
+from campusloop.live.bounded_http import HEAD_BYTES_MAX, counted_protocols
+from server.api.security import connection_counts
+from server.api.security.connection_counts import ConnectionCounts
 
 HEAD = b"POST / HTTP/1.1\r\nhost: campus\r\n"
 ENOUGH_S = 20.0
@@ -38,11 +40,11 @@ async def app(scope: dict[str, Any], receive: Any, send: Any) -> None:
     await send({"type": "http.response.body", "body": text})
 
 
-def with_server(claim: Claim) -> None:
+def with_server(claim: Claim, counts: ConnectionCounts | None = None) -> None:
+    http, websocket = counted_protocols(counts or ConnectionCounts(1_000))
+
     async def run() -> None:
-        config = uvicorn.Config(
-            app, http=BoundedHttp, ws="websockets-sansio", lifespan="off", log_level="error"
-        )
+        config = uvicorn.Config(app, http=http, ws=websocket, lifespan="off", log_level="error")
         server = uvicorn.Server(config)
         with socket.create_server(("127.0.0.1", 0)) as listening:
             serving = asyncio.create_task(server.serve(sockets=[listening]))
@@ -143,3 +145,37 @@ def test_a_websocket_may_be_silent_for_longer() -> None:
             assert await websocket.recv() == "still here"
 
     with_server(claim)
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> ConnectionCounts:
+    """Two connections for each client, also on loopback."""
+    monkeypatch.setattr(connection_counts, "LOOPBACK", ())
+    return ConnectionCounts(2)
+
+
+def test_a_connection_too_many_is_closed_and_another_is_taken_when_one_has_ended(
+    counted: ConnectionCounts,
+) -> None:
+    async def claim(port: int) -> None:
+        async with connect(f"ws://127.0.0.1:{port}/") as websocket:
+            _, writer = await asyncio.open_connection("127.0.0.1", port)
+            assert await answer_to(port, HEAD + b"\r\n") == b""
+            await websocket.send("still here")
+            assert await websocket.recv() == "still here"
+            writer.close()
+            await writer.wait_closed()
+            await until_ended(counted, 1)
+            answer = await answer_to(port, HEAD + b"connection: close\r\ncontent-length: 0\r\n\r\n")
+            assert answer.startswith(b"HTTP/1.1 200 ")
+        await until_ended(counted, 0)
+
+    with_server(claim, counted)
+
+
+async def until_ended(counts: ConnectionCounts, left: int) -> None:
+    for _ in range(500):
+        if counts._open.total() == left:
+            return
+        await asyncio.sleep(0.01)
+    pytest.fail(f"{counts._open.total()} connections are counted, not {left}")

@@ -46,6 +46,8 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerUnderTes
         bookings_per_minute=100_000,
         lookups_per_minute=100_000,
         login_tries_per_minute=100_000,
+        account_login_tries_per_minute=100_000,
+        commands_per_minute=100_000,
     )
     yield server
     server.close()

@@ -37,7 +37,8 @@ BY_TOKEN = [one for one in CHANGES + READING if one not in OPERATORS_ONLY]
 
 @pytest.fixture(scope="module")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerUnderTest]:
-    server = ServerUnderTest(tmp_path_factory.mktemp("var"), login_tries_per_minute=100_000)
+    many = {"login_tries_per_minute": 100_000, "account_login_tries_per_minute": 100_000}
+    server = ServerUnderTest(tmp_path_factory.mktemp("var"), commands_per_minute=100_000, **many)
     yield server
     server.close()
 
