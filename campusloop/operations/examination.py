@@ -4,7 +4,13 @@ from collections.abc import Mapping
 from datetime import datetime
 
 from campusloop.operations.database import check_database
-from campusloop.operations.files import check_certificate, check_folder, check_map, check_pages
+from campusloop.operations.files import (
+    check_certificate,
+    check_folder,
+    check_map,
+    check_pages,
+    check_ticket_keys,
+)
 from campusloop.operations.finding import Finding, bad, good, warning
 from campusloop.operations.machine import check_clock, check_kernels, check_packages
 from campusloop.operations.network import check_bus, check_port, check_segments
@@ -27,6 +33,7 @@ def examine(environment: Mapping[str, str], now: datetime, **options: object) ->
         check_packages(),
         _check_settings(environment),
         check_folder(settings),
+        check_ticket_keys(settings),
         database,
         check_bus(settings),
         check_segments(settings),

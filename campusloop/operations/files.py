@@ -15,6 +15,7 @@ from contract.roads.load import MapError, load_map
 from server.api.pages import find_page, read_pages
 from server.live_ports import CannotStart, fleet_rules
 from server.settings import Settings
+from server.ticket_key_file import BadTicketKeyFile, ticket_keys_of
 
 _MIB = 1024 * 1024
 
@@ -40,6 +41,27 @@ def check_folder(settings: Settings) -> Finding:
         )
     made = "" if present == folder else ", made at the first start"
     return good("folder", f"{folder}{made}; {free // _MIB} MiB free")
+
+
+def check_ticket_keys(settings: Settings) -> Finding:
+    """The keys of passengers' links can be read, by the server's user only. Makes none."""
+    path = settings.ticket_keys()
+    if not path.exists():
+        if (settings.var_dir / "campusloop.db").exists():
+            return warning(
+                "ticket keys",
+                f"{path} is missing, and the database may hold rides whose links were made with it",
+                "put the file back; without it the server refuses to start if there are such rides",
+            )
+        return good("ticket keys", f"{path}, made at the first start")
+    try:
+        keys = ticket_keys_of(path)
+        is_open = path.stat().st_mode & 0o077
+    except (BadTicketKeyFile, OSError) as error:
+        return bad("ticket keys", str(error), "put the file back as it was, or set CAMPUSLOOP_TICKET_KEY_FILE")
+    if is_open:
+        return warning("ticket keys", f"{path} can be read or changed by other users", f"chmod 600 {path}")
+    return good("ticket keys", f"{len(keys.ids)} in {path}, newest {keys.newest_id}")
 
 
 def check_map(settings: Settings) -> Finding:

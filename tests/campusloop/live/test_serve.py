@@ -60,6 +60,7 @@ def test_a_taken_port_is_named_with_what_to_do() -> None:
         ({"database_url": "postgresql://u:hush@127.0.0.1:1/x"}, "CAMPUSLOOP_DATABASE_URL"),
         ({"database_url": "mysql://x"}, "sqlite"),
         ({"bus_url": "nats://127.0.0.1:1"}, "NATS"),
+        ({"ticket_key_file": "/dev/null"}, "CAMPUSLOOP_TICKET_KEY_FILE"),
         ({"service_opens": "20:00", "service_closes": "08:00"}, "SERVICE_OPENS"),
     ],
 )
@@ -82,6 +83,19 @@ def test_a_second_server_on_the_same_sqlite_file_refuses_to_start(tmp_path: Path
         await first.ports.close()
         again = await live_ports(settings)
         await again.ports.close()
+
+    asyncio.run(scenario())
+
+
+def test_a_server_with_another_ticket_key_than_its_database_refuses_to_start(tmp_path: Path) -> None:
+    settings = settings_from({}, var_dir=tmp_path, map_path=SNOW_LION)
+
+    async def scenario() -> None:
+        first = await live_ports(settings)
+        await first.ports.close()
+        (tmp_path / "ticket.key").unlink()
+        with pytest.raises(CannotStart, match=r"ticket_key_missing: .* copy of the file"):
+            await live_ports(settings)
 
     asyncio.run(scenario())
 

@@ -17,6 +17,7 @@ from campusloop.operations.machine import EARLIEST, wrong_packages
 from campusloop.operations.network import readiness
 from server.store.engine import open_engine
 from server.store.tables import server_events
+from server.ticket_key_file import ticket_keys_of
 from tests.campusloop.live.live_server import live_server
 from tests.server.store.backups.writing_campus import a_database, set_revision
 
@@ -30,6 +31,7 @@ def an_installation(folder: Path) -> dict[str, str]:
     for page in ("index.html", "console/index.html"):
         (folder / "dist" / page).write_text("<html></html>")
     a_database(folder / "var" / "campusloop.db")
+    ticket_keys_of(folder / "var" / "ticket.key")
     return {
         "CAMPUSLOOP_VAR_DIR": str(folder / "var"),
         "CAMPUSLOOP_WEB_DIST": str(folder / "dist"),
@@ -84,6 +86,24 @@ def test_a_variable_that_is_no_setting_is_a_warning(tmp_path: Path) -> None:
     found = findings(an_installation(tmp_path) | {"CAMPUSLOOP_POTR": "8080"})
     assert found["settings"].state == "warning"
     assert "CAMPUSLOOP_POTR" in found["settings"].text
+
+
+def test_ticket_keys_that_are_missing_open_to_others_or_broken_are_told(tmp_path: Path) -> None:
+    environment, file = an_installation(tmp_path), tmp_path / "var" / "ticket.key"
+    told = {}
+    file.chmod(0o644)
+    told["open"] = findings(environment)["ticket keys"]
+    file.write_text("no key")
+    told["broken"] = findings(environment)["ticket keys"]
+    file.unlink()
+    told["missing"] = findings(environment)["ticket keys"]
+    assert {name: finding.state for name, finding in told.items()} == {
+        "open": "warning",
+        "broken": "bad",
+        "missing": "warning",
+    }
+    assert "chmod 600" in told["open"].remedy
+    assert not file.exists()
 
 
 def test_a_folder_that_cannot_be_written_is_bad(tmp_path: Path) -> None:
