@@ -42,6 +42,6 @@ def test_every_line_of_the_example_is_a_setting_that_can_be_used() -> None:
     lines = (UNITS / "server.env").read_text(encoding="utf-8").splitlines()
     given = dict(line.split("=", 1) for line in lines if line and not line.startswith("#"))
     settings = settings_from(given)
-    assert len(given) == 9
+    assert len(given) == 10
     assert {name.removeprefix("CAMPUSLOOP_").lower() for name in given} <= set(type(settings).model_fields)
     assert settings.has_tls()
