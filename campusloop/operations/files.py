@@ -58,7 +58,7 @@ def check_ticket_keys(settings: Settings) -> Finding:
         keys = ticket_keys_of(path)
         is_open = path.stat().st_mode & 0o077
     except (BadTicketKeyFile, OSError) as error:
-        return bad("ticket keys", str(error), "put the file back as it was, or set CAMPUSLOOP_TICKET_KEY_FILE")
+        return bad("ticket keys", str(error), "put the old file back, or set CAMPUSLOOP_TICKET_KEY_FILE")
     if is_open:
         return warning("ticket keys", f"{path} can be read or changed by other users", f"chmod 600 {path}")
     return good("ticket keys", f"{len(keys.ids)} in {path}, newest {keys.newest_id}")

@@ -41,6 +41,8 @@ class ServerProcess:
             "CAMPUSLOOP_OPERATOR_PASSWORD": PASSWORD,
             "CAMPUSLOOP_WEB_DIST": str(ROOT / "web" / "dist"),
             "CAMPUSLOOP_LOGIN_TRIES_PER_MINUTE": "600",
+            "CAMPUSLOOP_ACCOUNT_LOGIN_TRIES_PER_MINUTE": "600",
+            "CAMPUSLOOP_COMMANDS_PER_MINUTE": "100000",
         }
         arguments = ["serve", "--port", str(self._port), "--map", str(CAMPUS_MAP)]
         with (self._folder / "server.log").open("wb") as journal:
