@@ -129,6 +129,11 @@ class RunningServices:
             text = re.sub(rf"(?<![\w.-]){re.escape(target)}(?![\w-])", str(place), text)
         for other, address in self.addresses.items():
             text = re.sub(rf"(?<![\w.-]){re.escape(other)}(?=:\d)", address, text)
+        # Hosts of the network are loopback addresses, from which all programs of this machine call.
+        text = re.sub(
+            r"(?<![\w.-])(server-1|server-2|proxy)(?=,|$)", lambda found: self.addresses[found[1]], text
+        )
+        text = text.replace("172.29.77.2", "127.0.0.1")
         own = self.addresses[name]
         text = text.replace("0.0.0.0", own).replace("listen_addresses=*", f"listen_addresses={own}")
         return re.sub(r"^:(\d+) \{", rf"http://{own}:\1 {{", text, flags=re.MULTILINE)
