@@ -1,16 +1,16 @@
 """Backups of a real PostgreSQL database with the programs that come with it."""
 
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from sqlalchemy import insert, make_url, select, text
+from sqlalchemy.exc import ProgrammingError
 
 from server.store.backups.backup import BackupRefused
-from server.store.backups.postgresql import dump
+from server.store.backups.postgresql import dump, restore_dump
+from server.store.backups.restore import RestoreRefused
 from server.store.engine import open_engine
-from server.store.schema import head_revision
 from server.store.tables import counters
 
 
@@ -24,25 +24,64 @@ def programs(postgres_server: str) -> str:
 
 def execute(url: str, statement: object) -> None:
     engine = open_engine(url)
-    with engine.begin() as connection:
-        connection.execute(statement)  # type: ignore[call-overload]
+    try:
+        with engine.begin() as connection:
+            connection.execute(statement)  # type: ignore[call-overload]
+    finally:
+        engine.dispose()
+
+
+def values(url: str) -> list[int]:
+    engine = open_engine(url)
+    with engine.connect() as connection:
+        found = list(connection.execute(select(counters.c.value)).scalars())
     engine.dispose()
+    return found
 
 
-def test_a_dump_restored_by_pg_restore_has_the_rows(
+def test_a_dump_takes_the_place_of_a_database_which_is_kept(
     tmp_path: Path, new_postgresql: Callable[[], str], programs: str
 ) -> None:
     source, target = new_postgresql(), new_postgresql()
+    backup, kept = tmp_path / "campus.dump", tmp_path / "before.dump"
     execute(source, insert(counters).values(campus_id="c", name="n", value=7))
-    done = dump(make_url(source), tmp_path / "campus.dump", programs)
-    assert done.revision == head_revision()
-    assert done.size_bytes == (tmp_path / "campus.dump").stat().st_size
-    options = ("--clean", "--if-exists", "--single-transaction", "--no-owner", f"--dbname={target}")
-    subprocess.run((f"{programs}/pg_restore", *options, tmp_path / "campus.dump"), check=True, timeout=60.0)
-    engine = open_engine(target)
-    with engine.connect() as connection:
-        assert connection.execute(select(counters.c.value)).scalars().all() == [7]
+    done = dump(make_url(source), backup, programs)
+    assert done.is_current
+    assert done.size_bytes == backup.stat().st_size
+    execute(target, insert(counters).values(campus_id="c", name="n", value=8))
+    execute(target, text("CREATE TABLE of_a_newer_version (id INTEGER)"))
+
+    with pytest.raises(RestoreRefused, match="--replace"):
+        restore_dump(backup, make_url(target), kept, replace=False, search_path=programs)
+    assert values(target) == [8]
+
+    restored = restore_dump(backup, make_url(target), kept, replace=True, search_path=programs)
+    assert (restored.kept, restored.contents) == (kept, done)
+    assert values(target) == [7]
+    with pytest.raises(ProgrammingError, match="of_a_newer_version"):
+        execute(target, text("SELECT * FROM of_a_newer_version"))
+
+    restore_dump(kept, make_url(target), tmp_path / "again.dump", replace=True, search_path=programs)
+    assert values(target) == [8]
+
+
+def test_a_database_in_use_and_a_damaged_archive_are_left_as_they_were(
+    tmp_path: Path, new_postgresql: Callable[[], str], programs: str
+) -> None:
+    url = new_postgresql()
+    backup, kept = tmp_path / "campus.dump", tmp_path / "before.dump"
+    execute(url, insert(counters).values(campus_id="c", name="n", value=7))
+    dump(make_url(url), backup, programs)
+    engine = open_engine(url)
+    with engine.connect(), pytest.raises(RestoreRefused, match="1 connections use the database"):
+        restore_dump(backup, make_url(url), kept, replace=True, search_path=programs)
     engine.dispose()
+    damaged = tmp_path / "damaged.dump"
+    damaged.write_bytes(backup.read_bytes()[:-200])
+    with pytest.raises(RestoreRefused):
+        restore_dump(damaged, make_url(url), kept, replace=True, search_path=programs)
+    assert values(url) == [7]
+    assert not kept.exists()
 
 
 def test_a_database_of_another_version_or_out_of_reach_gives_no_file(
