@@ -91,11 +91,12 @@ def _measure(args: argparse.Namespace, url: str) -> tuple[list[tuple[str, float]
     stops = [stop.stop_id for stop in load_map(args.map).stops]
     with ExitStack() as stack:
         bus = stack.enter_context(nats_server()) if args.replicas > 1 else ""
+        shared = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="campusloop-bookings-")))
         servers = []
         for number in range(args.replicas):
             # The shuttles report through the first one.
             vehicles = args.vehicles if number == 0 else 0
-            servers.append(stack.enter_context(_server(args.map, vehicles, url, bus)))
+            servers.append(stack.enter_context(_server(args.map, vehicles, url, bus, shared)))
         ports = [port for _, port in servers]
         answers = asyncio.run(_load(ports, stops, args.rate, args.seconds, args.seed))
         used = [_cpu_s(process.pid) for process, _ in servers]
@@ -103,11 +104,17 @@ def _measure(args: argparse.Namespace, url: str) -> tuple[list[tuple[str, float]
 
 
 @contextmanager
-def _server(map_path: Path, vehicles: int, url: str, bus: str) -> Iterator[tuple[subprocess.Popen[str], int]]:
-    """A server's process, and its port."""
+def _server(
+    map_path: Path, vehicles: int, url: str, bus: str, shared: Path
+) -> Iterator[tuple[subprocess.Popen[str], int]]:
+    """A server's process, and its port. shared: the folder of what all replicas have."""
     with tempfile.TemporaryDirectory(prefix="campusloop-bookings-") as var:
         command = [sys.executable, "-m", "benchmarks.bookings.server", str(map_path), var, str(vehicles)]
-        environment = dict(os.environ) | {"CAMPUSLOOP_DATABASE_URL": url, "CAMPUSLOOP_BUS_URL": bus}
+        environment = dict(os.environ) | {
+            "CAMPUSLOOP_DATABASE_URL": url,
+            "CAMPUSLOOP_BUS_URL": bus,
+            "CAMPUSLOOP_TICKET_KEY_FILE": str(shared / "ticket.key"),
+        }
         server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
         try:
             assert server.stdout is not None

@@ -39,6 +39,7 @@ async def _serve(map_path: Path, var: Path, vehicles: int) -> None:
         "CAMPUSLOOP_VAR_DIR": str(var),
         "CAMPUSLOOP_MAP_PATH": str(map_path),
         "CAMPUSLOOP_DATABASE_URL": os.environ.get("CAMPUSLOOP_DATABASE_URL", ""),
+        "CAMPUSLOOP_TICKET_KEY_FILE": os.environ.get("CAMPUSLOOP_TICKET_KEY_FILE", str(var / "ticket.key")),
         "CAMPUSLOOP_BUS_URL": os.environ.get("CAMPUSLOOP_BUS_URL", ""),
         "CAMPUSLOOP_BOOKINGS_PER_MINUTE": "1000000",
         "CAMPUSLOOP_OPERATOR_PASSWORD": "bookings-are-measured",
