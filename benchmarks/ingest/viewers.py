@@ -47,7 +47,7 @@ class ViewerConnection(Connection):
             return
         now_ms = time.time() * 1e3
         for vehicle in _decoder.decode(payload).vehicles:
-            if self._heard_ms.get(vehicle.vehicle_id) != vehicle.heard_ms:
+            if vehicle.heard_ms and self._heard_ms.get(vehicle.vehicle_id) != vehicle.heard_ms:
                 self._heard_ms[vehicle.vehicle_id] = vehicle.heard_ms
                 self.ages_s.append((now_ms - vehicle.heard_ms) / 1e3)
 

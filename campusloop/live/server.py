@@ -17,6 +17,7 @@ from rich.console import Console
 
 from campusloop.live.bounded_http import BoundedHttp
 from campusloop.live.certificate import local_addresses, self_signed
+from campusloop.live.direct_websockets import DirectWebsockets
 from campusloop.live.journal import write_journal
 from campusloop.live.paced_clock import PacedClock, PacedClocks
 from campusloop.live.process_end import CANNOT_WORK, ProcessEnd
@@ -158,7 +159,7 @@ def uvicorn_config(settings: Settings, live: LivePorts) -> uvicorn.Config:
         lifespan="on",
         http=BoundedHttp,
         limit_concurrency=settings.connections_max,
-        ws="websockets-sansio",
+        ws=DirectWebsockets,
         ws_per_message_deflate=False,
         ws_max_size=2 * MAX_MESSAGE_BYTES,  # above the protocol's limit, whose violation closes the session
         ssl_certfile=settings.tls_cert,

@@ -12,6 +12,7 @@ from contract.roads.network import RoadNetwork
 from server.domain.errors import CampusUnknown
 from server.domain.planning.travel_time_factors import travel_time_factor_at
 from server.domain.rules import FleetRules
+from server.store.cache.events import CachedEventRepository
 from server.store.cache.ground import (
     CachedClosureRepository,
     CachedMapRepository,
@@ -126,6 +127,7 @@ class SqlUnitOfWork:
         self.outgoing = OutgoingMessages()
         if lock is None or memory is None:
             self._rides = SqlRideRepository(connection, campus_id, lock)
+            self._events = SqlEventRepository(connection, campus_id, lock)
             self.plans: PlanRepository = SqlPlanRepository(connection, campus_id, lock)
             self.orders: OrderRepository = SqlOrderRepository(connection, campus_id, lock)
             self.sections: SectionRepository = SqlSectionRepository(connection, campus_id, lock)
@@ -148,11 +150,11 @@ class SqlUnitOfWork:
             self.maps = CachedMapRepository(connection, campus_id, lock, memory)
             self.closures = CachedClosureRepository(connection, campus_id, lock, memory)
             self.travel_time_factors = CachedTravelTimeFactorRepository(connection, campus_id, lock, memory)
+            self._events = CachedEventRepository(connection, campus_id, lock, memory)
         self.rides: RideRepository = self._rides
         self.departures: DepartureRepository = SqlDepartureRepository(connection, campus_id, lock)
         self.decisions: DecisionRepository = SqlDecisionRepository(connection, campus_id, lock)
         self.series: SeriesRepository = SqlSeriesRepository(connection, campus_id, lock)
-        self._events = SqlEventRepository(connection, campus_id, lock)
         self.events: EventRepository = self._events
         self.runs: RunRepository = SqlRunRepository(connection, campus_id, lock)
         self.identity: IdentityRepository = SqlIdentityRepository(connection, campus_id, lock)

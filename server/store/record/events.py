@@ -1,5 +1,7 @@
 """Events of vehicles and of the server, append-only."""
 
+from collections.abc import Sequence
+
 import msgspec
 import structlog
 from sqlalchemy import Connection, func, select
@@ -36,17 +38,11 @@ class SqlEventRepository(Repository):
         return 0 if highest is None else int(highest) + 1
 
     def add(self, event: RecordedEvent) -> None:
-        self._insert(
-            tables.vehicle_events,
-            {
-                "vehicle_id": event.vehicle_id,
-                "boot_id": event.boot_id,
-                "sequence": event.sequence,
-                "stamp_ns": event.stamp_ns,
-                "received_ns": event.received_ns,
-                "body": to_json(event.body),
-            },
-        )
+        self._write((event,))
+
+    def _write(self, events: Sequence[RecordedEvent]) -> None:
+        if events:
+            self._insert_all(tables.vehicle_events, [_event_to_row(event) for event in events])
 
     def add_server_event(self, event: ServerEvent) -> None:
         self._unwritten.append(event)
@@ -71,6 +67,17 @@ class SqlEventRepository(Repository):
                 for number, event in enumerate(events)
             ],
         )
+
+
+def _event_to_row(event: RecordedEvent) -> dict[str, object]:
+    return {
+        "vehicle_id": event.vehicle_id,
+        "boot_id": event.boot_id,
+        "sequence": event.sequence,
+        "stamp_ns": event.stamp_ns,
+        "received_ns": event.received_ns,
+        "body": to_json(event.body),
+    }
 
 
 def recorded_from_row(row: AnyRow) -> RecordedEvent | None:
