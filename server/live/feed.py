@@ -19,6 +19,7 @@ from server.domain.rules import FleetRules
 from server.live.projection import incidents_scene, ride_scene, vehicle_scene, with_status
 from server.live.route_shape import RouteShapes
 from server.live.scene import AreaScene, SceneBoard, VehicleScene
+from server.live.shared_text import SharedText
 from server.supervision.standing_tasks import PeriodicTask, TopicReader
 from server.supervision.supervisor import Supervisor
 from server.usecases.ports import topics
@@ -79,6 +80,7 @@ class SceneFeed:
         interval_s: float = 0.2,
     ) -> None:
         self.board = SceneBoard(campus_id)
+        self.text = SharedText()
         self._clock, self._transactions, self._bus = clock, transactions, bus
         self._supervisor = supervisor
         self._interval_s = interval_s

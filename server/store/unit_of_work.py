@@ -131,7 +131,7 @@ class SqlUnitOfWork:
             self.plans: PlanRepository = SqlPlanRepository(connection, campus_id, lock)
             self.orders: OrderRepository = SqlOrderRepository(connection, campus_id, lock)
             self.sections: SectionRepository = SqlSectionRepository(connection, campus_id, lock)
-            self.vehicles: VehicleRepository = SqlVehicleRepository(connection, campus_id, lock)
+            self._vehicles = SqlVehicleRepository(connection, campus_id, lock)
             self.service: ServiceRepository = SqlServiceRepository(connection, campus_id, lock)
             self.incidents: IncidentRepository = SqlIncidentRepository(connection, campus_id, lock)
             self.maps: MapRepository = SqlMapRepository(connection, campus_id, lock)
@@ -144,7 +144,7 @@ class SqlUnitOfWork:
             self.plans = CachedPlanRepository(connection, campus_id, lock, memory)
             self.orders = CachedOrderRepository(connection, campus_id, lock, memory)
             self.sections = CachedSectionRepository(connection, campus_id, lock, memory)
-            self.vehicles = CachedVehicleRepository(connection, campus_id, lock, memory)
+            self._vehicles = CachedVehicleRepository(connection, campus_id, lock, memory)
             self.service = CachedServiceRepository(connection, campus_id, lock, memory)
             self.incidents = CachedIncidentRepository(connection, campus_id, lock, memory)
             self.maps = CachedMapRepository(connection, campus_id, lock, memory)
@@ -152,6 +152,7 @@ class SqlUnitOfWork:
             self.travel_time_factors = CachedTravelTimeFactorRepository(connection, campus_id, lock, memory)
             self._events = CachedEventRepository(connection, campus_id, lock, memory)
         self.rides: RideRepository = self._rides
+        self.vehicles: VehicleRepository = self._vehicles
         self.departures: DepartureRepository = SqlDepartureRepository(connection, campus_id, lock)
         self.decisions: DecisionRepository = SqlDecisionRepository(connection, campus_id, lock)
         self.series: SeriesRepository = SqlSeriesRepository(connection, campus_id, lock)
@@ -176,6 +177,7 @@ class SqlUnitOfWork:
         """Write what waits for the end of the transaction."""
         self._rides.flush()
         self._events.flush()
+        self._vehicles.flush()
 
     def network(self) -> RoadNetwork:
         return self.roads().network

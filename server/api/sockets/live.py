@@ -114,13 +114,14 @@ async def _until_signed_out(websocket: WebSocket, services: Services) -> None:
 
 
 async def _send_scenes(websocket: WebSocket, services: Services, scope: Scope) -> None:
-    viewer = Viewer(scope)
+    viewer, loop = Viewer(scope), asyncio.get_running_loop()
     board, interval_s = services.feed.board, services.settings.live_interval_s
     while True:
         message = viewer.next_message(board, ms_of(services.clock.now()))
         if message is not None:
-            await websocket.send_text(msgspec.json.encode(message).decode())
-        await asyncio.sleep(interval_s)
+            await websocket.send_text(services.feed.text.of(message))
+        # All viewers wake at the same moments, and so get the same message.
+        await asyncio.sleep(interval_s - loop.time() % interval_s)
 
 
 async def _until_gone(websocket: WebSocket) -> None:
