@@ -7,6 +7,7 @@ a batch fails, the events of each vehicle are tried in one of their own.
 import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import structlog
 
@@ -30,8 +31,7 @@ log = structlog.get_logger("fleet.events")
 Result = EventResult | SequenceGap | SessionFenced | VehicleUnknown
 
 
-@dataclass(frozen=True, slots=True)
-class _Waiting:
+class _Waiting(NamedTuple):
     link: Link
     report: EventReport
     reported: SessionEvent

@@ -1,8 +1,8 @@
 """Stores and applies the events of vehicles: each event once, in order."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import timedelta
+from typing import NamedTuple
 
 from contract.wire.messages import (
     Blocked,
@@ -41,16 +41,14 @@ from server.usecases.rides import boarding
 HEARD_WITHIN = timedelta(seconds=0.5)
 
 
-@dataclass(frozen=True, slots=True)
-class EventResult:
+class EventResult(NamedTuple):
     """is_new is False for a repeat. next_sequence: every event of the boot below it is stored."""
 
     is_new: bool
     next_sequence: int
 
 
-@dataclass(frozen=True, slots=True)
-class SessionEvent:
+class SessionEvent(NamedTuple):
     """An event, and the epoch of the session in which it came."""
 
     epoch: int
