@@ -46,6 +46,11 @@ class CampusRun:
     unacknowledged: int
     open_s: float
 
+    @property
+    def cpu_us(self) -> float:
+        """For each acknowledged event."""
+        return 1e6 * (self.end.cpu_s - self.begin.cpu_s) / max(1, self.acknowledged)
+
 
 class CampusFleet:
     """The vehicles of one run and everything that they send."""
@@ -83,7 +88,9 @@ class CampusFleet:
         return VehicleConnection(self._served.port, number, say_hello, self.ledger)
 
 
-def run_campus(served: Served, load: Load, places: list[Place], map_version: str) -> tuple[CampusRun, AckLedger]:
+def run_campus(
+    served: Served, load: Load, places: list[Place], map_version: str
+) -> tuple[CampusRun, AckLedger]:
     sockets = Sockets()
     fleet = CampusFleet(sockets, served, places, map_version)
     idle = served.usage()

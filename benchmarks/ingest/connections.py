@@ -11,7 +11,7 @@ from benchmarks.ingest.frames import CLOSE, PING, PONG, ServerFrames, client_fra
 from benchmarks.ingest.messages import BOOT
 from contract.wire.messages import Welcome
 
-_ACKNOWLEDGED = b'"type":"events_acknowledged"'
+_ACKNOWLEDGED = b"events_acknowledged"
 _NEXT = b'"next_sequence":'
 _CHUNK = 1 << 18
 
@@ -141,3 +141,40 @@ class VehicleConnection(Connection):
             self.ended = payload.decode()[:200]
 
 
+class PostingConnection(VehicleConnection):
+    """Reports over HTTP/1.1 on one persistent connection: a POST for each event."""
+
+    def __init__(self, port: int, number: int, acknowledgements: Acknowledgements, path: str) -> None:
+        super().__init__(port, number, None, acknowledgements, path)
+        self.is_open = True
+        self._unsent.clear()
+        self._head_of_post = (
+            f"POST {path} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nContent-Type: application/json\r\n"
+            "Content-Length: "
+        ).encode()
+        self._answers = bytearray()
+
+    def send(self, payload: bytes) -> None:
+        self._write(b"%b%d\r\n\r\n%b" % (self._head_of_post, len(payload), payload))
+
+    def readable(self, now_s: float) -> None:
+        try:
+            data = self.socket.recv(_CHUNK)
+        except BlockingIOError:
+            return
+        if not data:
+            self.ended = "closed by the server"
+            return
+        self._answers += data
+        while (end := self._answers.find(b"\r\n\r\n")) >= 0:
+            head = bytes(self._answers[:end]).lower()
+            begin = head.index(b"content-length:") + len(b"content-length:")
+            size = int(head[begin:].split(b"\r\n", 1)[0])
+            if len(self._answers) < end + 4 + size:
+                return
+            body = bytes(self._answers[end + 4 : end + 4 + size])
+            del self._answers[: end + 4 + size]
+            if not head.startswith(b"http/1.1 200"):
+                self.ended = f"{head[:40]!r} {body[:200]!r}"
+                return
+            self.message(body, now_s)

@@ -12,7 +12,7 @@ import psutil
 
 from benchmarks.faults.installation import free_port
 from benchmarks.ingest.city import Place
-from benchmarks.ingest.connections import VehicleConnection
+from benchmarks.ingest.connections import PostingConnection, VehicleConnection
 from benchmarks.ingest.ledger import AckLedger
 from benchmarks.ingest.load import Beat, Sockets, open_all, run_beats
 from benchmarks.ingest.messages import EventFrames
@@ -36,13 +36,31 @@ class PeerRun:
 def run_plain(folder: Path, places: list[Place], rate_per_s: float, seconds: float) -> PeerRun:
     port = free_port()
     command = [sys.executable, "-m", "benchmarks.ingest.peers.plain", str(port), str(folder / "plain.db")]
-    return _run(command, port, places, rate_per_s, seconds, lambda number: f"/vehicles/vehicle-{number + 1}")
+
+    def dial(number: int, ledger: AckLedger) -> VehicleConnection:
+        return VehicleConnection(port, number, None, ledger, f"/vehicles/vehicle-{number + 1}")
+
+    return _run(command, port, places, rate_per_s, seconds, dial)
+
+
+def run_plain_http(folder: Path, places: list[Place], rate_per_s: float, seconds: float) -> PeerRun:
+    port = free_port()
+    command = [sys.executable, "-m", "benchmarks.ingest.peers.plain", str(port), str(folder / "http.db")]
+
+    def dial(number: int, ledger: AckLedger) -> VehicleConnection:
+        return PostingConnection(port, number, ledger, f"/vehicles/vehicle-{number + 1}/events")
+
+    return _run(command, port, places, rate_per_s, seconds, dial)
 
 
 def run_bare(places: list[Place], rate_per_s: float, seconds: float) -> PeerRun:
     port = free_port()
     command = [sys.executable, "-m", "benchmarks.ingest.peers.bare", str(port)]
-    return _run(command, port, places, rate_per_s, seconds, lambda _: "/")
+
+    def dial(number: int, ledger: AckLedger) -> VehicleConnection:
+        return VehicleConnection(port, number, None, ledger, "/")
+
+    return _run(command, port, places, rate_per_s, seconds, dial)
 
 
 def _run(
@@ -51,7 +69,7 @@ def _run(
     places: list[Place],
     rate_per_s: float,
     seconds: float,
-    path: Callable[[int], str],
+    dial: Callable[[int, AckLedger], VehicleConnection],
 ) -> PeerRun:
     with process(command) as server:
         _until_listening(port)
@@ -60,10 +78,10 @@ def _run(
         for one in frames:
             one.begin(1)
 
-        def dial(number: int) -> VehicleConnection:
-            return VehicleConnection(port, number, None, ledger, path(number))
+        def dial_one(number: int) -> VehicleConnection:
+            return dial(number, ledger)
 
-        connections = open_all(sockets, dial, len(places), _OPEN_WITHIN_S)
+        connections = open_all(sockets, dial_one, len(places), _OPEN_WITHIN_S)
 
         def send(number: int, due_s: float) -> None:
             vehicle = number % len(connections)

@@ -23,10 +23,14 @@ _STOP_WITHIN_S = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Usage:
-    """cpu_s: user and system time of the process with all its threads, not of its children."""
+    """Of the process with all its threads, not of its children.
+
+    cpu_s  user and system time; memory_mb: its own (USS); rss_mb: with what it shares
+    """
 
     cpu_s: float
     memory_mb: float
+    rss_mb: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +41,7 @@ class Served:
 
     def usage(self) -> Usage:
         times, memory = self.process.cpu_times(), self.process.memory_full_info()
-        return Usage(times.user + times.system, memory.uss / 1e6)
+        return Usage(times.user + times.system, memory.uss / 1e6, memory.rss / 1e6)
 
 
 def environment(folder: Path, campus_map: Path) -> dict[str, str]:

@@ -5,6 +5,7 @@ handed on in the same call. Everything else (the handshake, control frames, frag
 parser of the library `websockets`, which is given whole frames only.
 """
 
+import asyncio
 import struct
 from collections.abc import Callable
 from http import HTTPStatus
@@ -23,6 +24,16 @@ WAITING_BYTES_MAX = 1024 * 1024
 
 _TEXT, _BINARY, _FIN, _MASKED = 0x81, 0x82, 0x80, 0x80
 _FIRST_CONTROL = 0x08
+
+
+class _NoQueue(asyncio.Queue[Any]):
+    """Of a connection that was taken over: nothing is read from it."""
+
+    def put_nowait(self, item: Any) -> None:
+        return
+
+
+_NO_QUEUE = _NoQueue()
 
 
 class DirectFrames:
@@ -86,6 +97,9 @@ class DirectWebsockets(WebSocketsSansIOProtocol):
         self._received, self._lost = received, lost
         for _ in range(self.queue.qsize()):
             self._hand_on(self.queue.get_nowait())
+        # The handshake is over: what only ASGI needs would be a third of the memory of a connection.
+        self.queue = _NO_QUEUE
+        self.scope, self.request, self.response = {}, None, None  # type: ignore[assignment,typeddict-item]
         self.resume()
 
     def send_frame(self, data: bytes) -> None:

@@ -55,11 +55,15 @@ class InProcessBus:
         self._receivers: dict[str, tuple[LocalSubscription, ...]] = {}
 
     async def publish(self, topic: str, payload: bytes) -> None:
-        receivers = self._receivers.get(topic)
-        if receivers is None:
-            receivers = self._find_receivers(topic)
-        for subscription in receivers:
+        for subscription in self._receivers_of(topic):
             subscription.deliver(topic, payload)
+
+    def wants(self, topic: str) -> bool:
+        return bool(self._receivers_of(topic))
+
+    def _receivers_of(self, topic: str) -> tuple[LocalSubscription, ...]:
+        receivers = self._receivers.get(topic)
+        return self._find_receivers(topic) if receivers is None else receivers
 
     def _find_receivers(self, topic: str) -> tuple[LocalSubscription, ...]:
         if len(self._receivers) >= TOPICS_KEPT:

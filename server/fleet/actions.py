@@ -70,13 +70,5 @@ class PushOutbox:
 
 
 Action = (
-    Send
-    | Close
-    | FindKey
-    | OpenSession
-    | StoreEvent
-    | ReportViolation
-    | NoteStatus
-    | NoteAnswer
-    | PushOutbox
+    Send | Close | FindKey | OpenSession | StoreEvent | ReportViolation | NoteStatus | NoteAnswer | PushOutbox
 )

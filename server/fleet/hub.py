@@ -145,7 +145,8 @@ class Hub:
 
     def _note_event(self, vehicle_id: str, report: EventReport) -> None:
         topic = topics.vehicle_event(self.campus_id, vehicle_id)
-        self._publish(topic, encode(report))
+        if self._bus.wants(topic):
+            self._publish(topic, encode(report))
 
     def _publish(self, topic: str, payload: bytes) -> None:
         """Soon, and in order. One task publishes what has come until it runs."""

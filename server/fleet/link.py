@@ -170,7 +170,9 @@ class Link:
     def send_fleet_vehicle(self, vehicle_id: str, pose_map: Pose2, speed_mps: float) -> None:
         """Send the position of a fleet vehicle; dropped while the session is not open."""
         now_ns = self._now_ns()
-        self._perform(self.session.send(FleetVehicle(self.session.epoch, vehicle_id, now_ns, pose_map, speed_mps)))
+        self._perform(
+            self.session.send(FleetVehicle(self.session.epoch, vehicle_id, now_ns, pose_map, speed_mps))
+        )
 
     def send_presence(self, area_id: str, count: int, seen_ns: int) -> None:
         """Send a camera's report on an area; dropped while the session is not open."""
@@ -301,9 +303,7 @@ class Link:
         opened = await self._ports.transactions.run(lambda uow: vehicle_sessions.open_session(uow, facts))
         acknowledged = dict(opened.acknowledged)
         self._backlog.begin(hello.event_logs, acknowledged, self._now_ns())
-        await self._perform_all(
-            self.session.welcomed(opened.epoch, _boot_logs(acknowledged), self._now_ns())
-        )
+        await self._perform_all(self.session.welcomed(opened.epoch, _boot_logs(acknowledged), self._now_ns()))
         if self.session.state == "open":
             epoch, boot_id = opened.epoch, self.session.boot_id
             log.info("link.opened", vehicle_id=self.vehicle_id, epoch=epoch, boot_id=boot_id)

@@ -15,7 +15,6 @@ from contract.wire.messages import DriveMode, Status, VisitKind, VisitState
 from server.domain.fleet.vehicles import CommandKind, CommandState
 from server.domain.planning.plans import RestReason
 
-
 T = TypeVar("T")
 Items = dict[str, tuple[int, T]]
 

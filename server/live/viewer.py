@@ -116,9 +116,7 @@ class Viewer:
         return None if delta == Delta(now_ms) else delta
 
 
-def everything_since(
-    board: SceneBoard, change: int, incidents: IncidentsScene, now_ms: int
-) -> Delta | None:
+def everything_since(board: SceneBoard, change: int, incidents: IncidentsScene, now_ms: int) -> Delta | None:
     """What has changed after that change, for a viewer of everything; None for nothing.
 
     Viewers that were told of the same change at the same time get the same object.
@@ -144,9 +142,7 @@ def _delta_since(board: SceneBoard, change: int, incidents: IncidentsScene, now_
     )
 
 
-def _of_ride(
-    board: SceneBoard, scope: RideScope
-) -> tuple[int, RideScene | None, int, VehicleScene | None]:
+def _of_ride(board: SceneBoard, scope: RideScope) -> tuple[int, RideScene | None, int, VehicleScene | None]:
     """The ride and its shuttle as its passenger sees them, each with the number of its last change."""
     held = board.rides.get(scope.ride_id)
     if held is None:

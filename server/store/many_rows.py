@@ -25,7 +25,18 @@ def insert_rows(connection: Connection, table: Table, rows: Rows, *, replace: bo
     """
     names = tuple(rows[0])
     processors = _processors(connection.dialect, table, names)
-    values = [_values(row, names, processors) for row in rows]
+    insert_values(connection, table, names, [_values(row, names, processors) for row in rows], replace=replace)
+
+
+def insert_values(
+    connection: Connection,
+    table: Table,
+    names: tuple[str, ...],
+    values: Sequence[Sequence[object]],
+    *,
+    replace: bool = False,
+) -> None:
+    """Insert rows whose values, in the order of the names, are those that the driver stores."""
     at = 0
     for size in _SIZES:
         while len(values) - at >= size:

@@ -20,7 +20,7 @@ from sqlalchemy import (
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.sql import ColumnElement
 
-from server.store.many_rows import insert_rows
+from server.store.many_rows import insert_rows, insert_values
 from server.store.writing.campus_lock import CampusLock
 
 AnyRow = Row[Any]
@@ -108,6 +108,19 @@ class Repository:
             insert_rows(self._connection, table, owned)
         else:
             self._connection.execute(_inserting(table), owned)
+
+    def _insert_values(
+        self, table: Table, names: tuple[str, ...], values: Sequence[Sequence[object]]
+    ) -> None:
+        """Insert rows of numbers and texts, given in the order of the names; the campus is added."""
+        self._require_lock()
+        names = ("campus_id", *names)
+        owned = [(self._campus_id, *row) for row in values]
+        if self._is_sqlite:
+            insert_values(self._connection, table, names, owned)
+        else:
+            rows = [dict(zip(names, row, strict=True)) for row in owned]
+            self._connection.execute(_inserting(table), rows)
 
     def _put(self, table: Table, values: Mapping[str, object]) -> None:
         """Insert the row, or replace the one of the same key."""

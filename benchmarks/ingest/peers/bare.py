@@ -5,7 +5,6 @@
 The library `websockets` on uvloop, without compression: what the frames alone cost in Python.
 """
 
-import asyncio
 import sys
 
 import uvloop

@@ -17,6 +17,7 @@ from server.store.writing.campus_lock import CampusLock
 log = structlog.get_logger("store.record")
 
 _event = tables.vehicle_events.c
+_EVENT_COLUMNS = ("vehicle_id", "boot_id", "sequence", "stamp_ns", "received_ns", "body")
 _decoder: msgspec.json.Decoder[VehicleEvent] = msgspec.json.Decoder(VehicleEvent)
 
 
@@ -42,7 +43,7 @@ class SqlEventRepository(Repository):
 
     def _write(self, events: Sequence[RecordedEvent]) -> None:
         if events:
-            self._insert_all(tables.vehicle_events, [_event_to_row(event) for event in events])
+            self._insert_values(tables.vehicle_events, _EVENT_COLUMNS, [_event_to_row(one) for one in events])
 
     def add_server_event(self, event: ServerEvent) -> None:
         self._unwritten.append(event)
@@ -69,15 +70,16 @@ class SqlEventRepository(Repository):
         )
 
 
-def _event_to_row(event: RecordedEvent) -> dict[str, object]:
-    return {
-        "vehicle_id": event.vehicle_id,
-        "boot_id": event.boot_id,
-        "sequence": event.sequence,
-        "stamp_ns": event.stamp_ns,
-        "received_ns": event.received_ns,
-        "body": to_json(event.body),
-    }
+def _event_to_row(event: RecordedEvent) -> tuple[str | int, ...]:
+    """In the order of _EVENT_COLUMNS."""
+    return (
+        event.vehicle_id,
+        event.boot_id,
+        event.sequence,
+        event.stamp_ns,
+        event.received_ns,
+        to_json(event.body),
+    )
 
 
 def recorded_from_row(row: AnyRow) -> RecordedEvent | None:

@@ -36,7 +36,6 @@ from server.usecases.ports.vehicles import EventStore
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from server.usecases.rides import boarding
 
-
 # A vehicle's word refreshes when it was heard; a difference this small is not worth a write.
 HEARD_WITHIN = timedelta(seconds=0.5)
 
@@ -119,6 +118,8 @@ _KEPT_ONLY = (DoorsChanged, SectionReleased, Blocked, FaultRaised, CodeRefused)
 def _take_effect(uow: UnitOfWork, vehicle: Vehicle, body: VehicleEvent) -> None:
     vehicle_id = vehicle.vehicle_id
     match body:
+        case DoorsChanged():
+            pass  # shown from the status; the event is kept for the record
         case VisitChanged():
             _visit_changed(uow, vehicle_id, body)
         case RiderBoarded():
@@ -145,8 +146,6 @@ def _take_effect(uow: UnitOfWork, vehicle: Vehicle, body: VehicleEvent) -> None:
             conditions.tap_answered(uow, vehicle, body)
         case CodeRefused():
             conditions.code_refused(uow, vehicle, body)
-        case DoorsChanged():
-            pass  # shown from the status; the event is kept for the record
 
 
 def _visit_changed(uow: UnitOfWork, vehicle_id: str, event: VisitChanged) -> None:
