@@ -2,6 +2,7 @@
 
 import gc
 import select
+import socket
 import time
 from collections.abc import Callable, Sequence
 
@@ -9,6 +10,7 @@ from benchmarks.ingest.connections import Connection, VehicleConnection
 
 _DIALLED_AT_A_TIME = 100
 _POLL_MS_MAX = 2
+_FROZEN_BYTES = 32 * 1024
 
 
 class LoadFailed(Exception):
@@ -28,7 +30,8 @@ class Sockets:
         self._poll.register(descriptor, select.EPOLLIN | select.EPOLLOUT)
 
     def freeze(self, connection: Connection) -> None:
-        """Read it no more, and keep it open."""
+        """Read it no more, and keep it open. The kernel's buffer is small, so that the server notices."""
+        connection.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _FROZEN_BYTES)
         self._poll.unregister(connection.socket.fileno())
 
     def turn(self, timeout_ms: float) -> None:
