@@ -3,9 +3,9 @@
     python -m benchmarks.slow_readers [--vehicles 1000] [--viewers 100] [--seconds 20] [--json FILE]
 
 The server is that of `benchmarks.ingest`; each vehicle reports its status once a second. Memory is what the
-server's process has for itself (USS): the highest while all screens read, and the highest after half of them
-have stopped to read without closing. A frozen screen is closed by its unanswered ping after 20 to 40 s, so the
-time is shorter than that.
+server's process has for itself (USS): the highest while all screens read, and the highest after half of
+them have stopped to read without closing. A frozen screen is closed by its unanswered ping after 20 to 40
+s, so the time is shorter than that.
 """
 
 import argparse

@@ -1,12 +1,14 @@
 """How many vehicles one server holds, with what memory, and how fresh screens are meanwhile.
 
-    python -m benchmarks.connections [--vehicles 5000] [--status-hz 1] [--viewers 20] [--seconds 20] [--json FILE]
+    python -m benchmarks.connections [--vehicles 5000] [--status-hz 1] [--viewers 20] [--seconds 20] [--json
+    FILE]
 
-The server is that of `benchmarks.ingest`. Each vehicle has a session of its own, opened by a signed hello, and
-reports its status `--status-hz` times a second; one in ten also reports an event a second. Memory is what the
-process has for itself (USS), and what it has with the libraries that it shares (RSS), at the end of the run;
-`idle_mb` is its USS before the first vehicle. Children (the solvers) are not counted. A screen's age of a
-position is counted from the moment at which the server received the status until a screen has received it.
+The server is that of `benchmarks.ingest`. Each vehicle has a session of its own, opened by a signed hello,
+and reports its status `--status-hz` times a second; one in ten also reports an event a second. Memory is
+what the process has for itself (USS), and what it has with the libraries that it shares (RSS), at the end
+of the run; `idle_mb` is its USS before the first vehicle. Children (the solvers) are not counted. A
+screen's age of a position is counted from the moment at which the server received the status until a screen
+has received it.
 """
 
 import argparse

@@ -3,19 +3,20 @@
     python -m benchmarks.ingest [--vehicles 1000] [--hz 10] [--seconds 20] [--status-hz 1] [--viewers 20]
         [--without-peers] [--json FILE]
 
-`campusloop serve` runs in a process of its own on its defaults: one process, SQLite with `synchronous=FULL`,
-every standing task. The vehicles are enrolled by codes and greeted by signed hellos. Each one sends `--hz` events
-and `--status-hz` statuses a second, whether or not earlier ones are answered; the time of an event counts from
-the moment at which it was due until its acknowledgement has been read. Statuses are not durable by design and
-are not counted. Every hundredth event is sent twice. At the end the database is read back. What the events are
-is in `messages.py`.
+`campusloop serve` runs in a process of its own on its defaults: one process, SQLite with
+`synchronous=FULL`, every standing task. The vehicles are enrolled by codes and greeted by signed hellos.
+Each one sends `--hz` events and `--status-hz` statuses a second, whether or not earlier ones are answered;
+the time of an event counts from the moment at which it was due until its acknowledgement has been read.
+Statuses are not durable by design and are not counted. Every hundredth event is sent twice. At the end the
+database is read back. What the events are is in `messages.py`.
 
 The peers get the same frames from the same generator in the same run, at a rate at which they keep up:
 
 - `plain_http`: FastAPI, pydantic and the ORM, a POST and a commit for each event; `plain_websocket`: the same
   over a websocket (`peers/plain.py`). CPU ratios are against both.
 - `bare`: the library `websockets` answers each frame with a fixed text and does nothing else.
-- `jetstream`: NATS JetStream with `sync_interval: always`, 200 publishers that wait for their acknowledgements.
+- `jetstream`: NATS JetStream with `sync_interval: always`, 200 publishers that wait for their
+  acknowledgements.
 
 CPU is that of the server's process, user and system, for each acknowledged event.
 """

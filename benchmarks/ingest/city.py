@@ -1,7 +1,7 @@
 """A made-up city of long streets, and vehicles that stand on them.
 
-The streets are a grid of three by three crossings, long enough that no more than a few vehicles are within the
-60 m in which vehicles receive each other's positions, as in a real city.
+The streets are a grid of three by three crossings, long enough that no more than a few vehicles are within
+the 60 m in which vehicles receive each other's positions, as in a real city.
 """
 
 import tempfile

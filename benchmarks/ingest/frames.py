@@ -1,4 +1,4 @@
-"""Websocket frames (RFC 6455) of a client, as bytes: a load generator must cost less than what it measures."""
+"""Websocket frames (RFC 6455) of a client, as bytes: a load generator must cost less than its server."""
 
 import os
 import struct
@@ -8,7 +8,8 @@ from websockets.speedups import apply_mask
 
 TEXT, CLOSE, PING, PONG = 0x1, 0x8, 0x9, 0xA
 _FIN, _MASKED = 0x80, 0x80
-# Drawn once: what a mask protects from (proxies) is not between us and the server, and unmasking costs the same.
+# Drawn once: what a mask protects from (proxies) is not between us and the server, and unmasking costs the
+# same.
 _MASK = os.urandom(4)
 
 

@@ -5,7 +5,7 @@ from collections import deque
 
 
 class AckLedger:
-    """An event counts as acknowledged when the server has said so; its time begins when it was due to be sent."""
+    """An event is acknowledged when the server has said so; its time begins when it was due to be sent."""
 
     def __init__(self, vehicles: int) -> None:
         self.next_sequence = [0] * vehicles

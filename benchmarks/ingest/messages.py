@@ -1,9 +1,10 @@
-"""What a vehicle of the benchmark says: the wire's own messages, encoded once and numbered when they are sent.
+"""What a vehicle of the benchmark says: the wire's own messages, encoded once and numbered when they are
+sent.
 
-Only events are durable on this wire, so only they count. Of every 50 events of a vehicle 35 leave a section, 13
-move a door, and one pair each reports an obstacle or a fault and its end. Section and door are the frequent
-events of a driving shuttle. Events whose effect is a decision about the fleet (visits, riders, grants) are what
-`benchmarks.bookings` and `benchmarks.decisions` measure.
+Only events are durable on this wire, so only they count. Of every 50 events of a vehicle 35 leave a
+section, 13 move a door, and one pair each reports an obstacle or a fault and its end. Section and door are
+the frequent events of a driving shuttle. Events whose effect is a decision about the fleet (visits, riders,
+grants) are what `benchmarks.bookings` and `benchmarks.decisions` measure.
 """
 
 import base64

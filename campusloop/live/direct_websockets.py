@@ -1,8 +1,8 @@
 """uvicorn's websockets with a short way for the frames of vehicles (docs/decisions/0015).
 
-Nearly every frame that a vehicle sends is one short, unfragmented text frame. Such a frame is unmasked here and
-handed on in the same call. Everything else (the handshake, control frames, fragments, errors) stays with the
-parser of the library `websockets`, which is given whole frames only.
+Nearly every frame that a vehicle sends is one short, unfragmented text frame. Such a frame is unmasked here
+and handed on in the same call. Everything else (the handshake, control frames, fragments, errors) stays
+with the parser of the library `websockets`, which is given whole frames only.
 """
 
 import asyncio
@@ -19,7 +19,8 @@ from websockets.speedups import apply_mask
 from contract.wire.close_reasons import close_reason
 from server.api.sockets.frame_stream import EXTENSION
 
-# What may wait in our memory for a peer that does not read; the kernel's buffers hold some megabytes before that.
+# What may wait in our memory for a peer that does not read; the kernel's buffers hold some megabytes before
+# that.
 WAITING_BYTES_MAX = 1024 * 1024
 
 _TEXT, _BINARY, _FIN, _MASKED = 0x81, 0x82, 0x80, 0x80

@@ -1,11 +1,11 @@
 """Stores the events of all links: one transaction for all that have come since the last one.
 
-An event is acknowledged after its commit only. What one vehicle reports harms no other one: if the transaction of
-a batch fails, the events of each vehicle are tried in one of their own.
+An event is acknowledged after its commit only. What one vehicle reports harms no other one: if the
+transaction of a batch fails, the events of each vehicle are tried in one of their own.
 """
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -75,20 +75,22 @@ class EventIntake:
             await asyncio.sleep(max(0.0, begun_s + BATCH_EVERY_S - loop.time()))
 
     async def _store(self, batch: Sequence[_Waiting], cycles: Cycles) -> None:
-        try:
-            results = await self._apply(batch)
-        except StoreFailure as error:
-            _refuse(batch, error)
-        except Exception as error:
-            vehicles = _by_link(batch)
-            if len(vehicles) == 1:
-                _refuse(batch, error)
-                cycles.input_failed(error)
-                return
+        applying = asyncio.ensure_future(self._apply(batch))
+        await asyncio.wait((applying,))
+        error = applying.exception()
+        if error is None:
+            self._tell(batch, applying.result())
+            return
+        vehicles = _by_link(batch)
+        if isinstance(error, StoreFailure):
+            _refuse(vehicles, error)
+        elif len(vehicles) > 1:
             for events in vehicles.values():
                 await self._store(events, cycles)
         else:
-            self._tell(batch, results)
+            assert isinstance(error, Exception)
+            _refuse(vehicles, error)
+            cycles.input_failed(error)
 
     async def _apply(self, batch: Sequence[_Waiting]) -> tuple[Result, ...]:
         events = [waiting.reported for waiting in batch]
@@ -135,10 +137,9 @@ class _Answer:
             link.events_refused(code, self.refusal.detail, self.handled)
 
 
-def _refuse(batch: Sequence[_Waiting], error: Exception) -> None:
+def _refuse(vehicles: Mapping[Link, Sequence[_Waiting]], error: Exception) -> None:
     """These events could not be stored; the vehicles keep them and dial again."""
-    vehicles = _by_link(batch)
-    log.error("events.not_stored", vehicles=len(vehicles), events=len(batch), exc_info=error)
+    log.error("events.not_stored", vehicles=len(vehicles), exc_info=error)
     for link, events in vehicles.items():
         link.events_refused("server_fault", "the server failed to store an event", len(events))
 

@@ -15,7 +15,8 @@ from contract.wire.codec import decode_from_vehicle, encode
 from contract.wire.messages import EventReport, Status
 from server.domain.fleet.vehicles import StatusReport
 from server.fleet.event_intake import EventIntake
-from server.fleet.link import Link, LinkPorts, Transport
+from server.fleet.link import Link
+from server.fleet.link_ports import LinkPorts, Transport
 from server.fleet.nearby import Nearby
 from server.fleet.presence import AreaPresence
 from server.supervision.standing_tasks import PeriodicTask, StandingTask, TopicReader

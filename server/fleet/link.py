@@ -1,16 +1,14 @@
 """One vehicle's connection: a session, its transport, and what the session's actions need from the server.
 
 What needs no database is done at once, in the call that brought the frame. Events are handed to
-`EventIntake`, which stores those of all links together. For anything else one task works, and later frames wait
-until it has ended. A link that is only listened to has no task.
+`EventIntake`, which stores those of all links together. For anything else one task works, and later frames
+wait until it has ended. A link that is only listened to has no task.
 """
 
 import asyncio
 import base64
 from collections import deque
-from collections.abc import Callable, Coroutine, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol
+from collections.abc import Callable, Mapping, Sequence
 
 import structlog
 
@@ -44,45 +42,17 @@ from server.fleet.actions import (
     StoreEvent,
 )
 from server.fleet.backlog import Backlog
+from server.fleet.hello import facts_of
+from server.fleet.link_ports import LinkPorts, Transport
 from server.fleet.sent_messages import SentMessages
 from server.fleet.session import Actions, VehicleSession
 from server.usecases.fleet import quarantine, vehicle_sessions, vehicles
-from server.usecases.fleet.vehicle_sessions import HelloFacts
 from server.usecases.orders import orders, outbox
-from server.usecases.ports.clock_and_ids import Clock
-from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
+from server.usecases.ports.unit_of_work import UnitOfWork
 
 FRAMES_WAITING_MAX = 200
 
 log = structlog.get_logger("fleet.link")
-
-
-class Transport(Protocol):
-    """A message pipe. Both calls return at once; `close` lets what was sent before it still go out."""
-
-    def send(self, data: bytes) -> None: ...
-
-    def close(self, code: int, reason: str) -> None: ...
-
-
-@dataclass(frozen=True, slots=True)
-class LinkPorts:
-    """What a link needs from the hub: ports and callbacks.
-
-    spawn   runs the link's task; when that fails, the link is ended
-    opened  registers the link
-    ended   forgets the link, and records that its session has ended
-    store   takes an event and when it came; `events_stored` or `events_refused` follows
-    """
-
-    clock: Clock
-    transactions: Transactions
-    spawn: "Callable[[str, Coroutine[Any, Any, None], Link], None]"
-    opened: "Callable[[Link], None]"
-    ended: "Callable[[Link], None]"
-    store: "Callable[[Link, EventReport, int], None]"
-    note_status: Callable[[StatusReport], None]
-    hello_timeout_s: float
 
 
 class Link:
@@ -299,7 +269,7 @@ class Link:
         if conflict:
             await self._perform_all(self.session.close("key_conflict", conflict))
             return
-        facts = _facts(hello)
+        facts = facts_of(hello)
         opened = await self._ports.transactions.run(lambda uow: vehicle_sessions.open_session(uow, facts))
         acknowledged = dict(opened.acknowledged)
         self._backlog.begin(hello.event_logs, acknowledged, self._now_ns())
@@ -383,17 +353,3 @@ class Link:
 
 def _boot_logs(acknowledged: Mapping[str, int]) -> tuple[EventLogState, ...]:
     return tuple(EventLogState(boot_id, stored, stored) for boot_id, stored in acknowledged.items())
-
-
-def _facts(hello: Hello) -> HelloFacts:
-    return HelloFacts(
-        vehicle_id=hello.vehicle_id,
-        boot_id=hello.boot_id,
-        software=hello.software,
-        stack=hello.stack,
-        map_version=hello.map_version,
-        logs=hello.event_logs,
-        progress=hello.progress,
-        seats=hello.seats,
-        wheelchair_places=hello.wheelchair_places,
-    )

@@ -20,8 +20,8 @@ from sqlalchemy import (
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.sql import ColumnElement
 
-from server.store.many_rows import insert_rows, insert_values
 from server.store.writing.campus_lock import CampusLock
+from server.store.writing.many_rows import insert_rows, insert_values
 
 AnyRow = Row[Any]
 # From so many rows on, one statement for all of them pays.

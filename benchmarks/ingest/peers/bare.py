@@ -1,4 +1,5 @@
-"""A bare websocket server: it reads each frame and answers it with a fixed acknowledgement, and does nothing else.
+"""A bare websocket server: it reads each frame and answers it with a fixed acknowledgement, and does
+nothing else.
 
     python -m benchmarks.ingest.peers.bare PORT
 

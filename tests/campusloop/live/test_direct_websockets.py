@@ -1,4 +1,4 @@
-"""Frames of vehicles on their short way: whatever pieces they come in, they are handed on whole and in order."""
+"""Frames of vehicles on their short way: in whatever pieces they come, they are handed on whole."""
 
 import asyncio
 import struct
@@ -197,7 +197,10 @@ def test_after_the_servers_close_nothing_more_is_handed_on() -> None:
         (frame,) = connection.answers()
         assert frame.opcode is Opcode.CLOSE
         assert connection.client.close_rcvd is not None
-        assert (connection.client.close_rcvd.code, connection.client.close_rcvd.reason) == (4412, "superseded")
+        assert (connection.client.close_rcvd.code, connection.client.close_rcvd.reason) == (
+            4412,
+            "superseded",
+        )
 
     assert taken_over(closing).received == []
 

@@ -102,7 +102,11 @@ def test_a_repeat_is_acknowledged_and_not_published(monkeypatch: pytest.MonkeyPa
 
 def test_a_gap_and_a_fenced_session_are_their_vehicles_own(monkeypatch: pytest.MonkeyPatch) -> None:
     gap, fenced, good = NotedLink("gap"), NotedLink("fenced"), NotedLink("good")
-    results = {"gap": SequenceGap("boot-1", 2, 5), "fenced": SessionFenced("newer"), "good": EventResult(True, 1)}
+    results = {
+        "gap": SequenceGap("boot-1", 2, 5),
+        "fenced": SessionFenced("newer"),
+        "good": EventResult(True, 1),
+    }
     intake = Intake(monkeypatch, lambda events: tuple(results[one.event.vehicle_id] for one in events))
     intake.store((gap, 5), (fenced, 0), (good, 0))
     assert gap.told == [({"boot-1": 2}, 1)]
@@ -111,7 +115,9 @@ def test_a_gap_and_a_fenced_session_are_their_vehicles_own(monkeypatch: pytest.M
     assert intake.noted == [("good", 0)]
 
 
-def test_an_event_that_breaks_the_transaction_ends_its_own_session_only(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_event_that_breaks_the_transaction_ends_its_own_session_only(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     broken, good = NotedLink("broken"), NotedLink("good")
 
     def apply(events: Sequence[SessionEvent]) -> tuple[object, ...]:

@@ -6,7 +6,7 @@ import pytest
 from sqlalchemy import Column, Integer, MetaData, String, Table, create_engine, insert, select
 
 from server.store.columns import Utc
-from server.store.many_rows import insert_rows
+from server.store.writing.many_rows import insert_rows
 
 NOON = datetime(2026, 1, 2, 12, 0, 0, 345, tzinfo=UTC)
 _TABLE = Table(

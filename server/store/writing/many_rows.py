@@ -1,7 +1,7 @@
 """Many rows in one statement of SQLite, for what comes thousands of times a second.
 
-`executemany` runs the statement once for each row. Each run gives up Python's interpreter lock, which the event
-loop then holds for up to a switch interval: a hundred rows would wait a hundred times.
+`executemany` runs the statement once for each row. Each run gives up Python's interpreter lock, which the
+event loop then holds for up to a switch interval: a hundred rows would wait a hundred times.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -25,7 +25,8 @@ def insert_rows(connection: Connection, table: Table, rows: Rows, *, replace: bo
     """
     names = tuple(rows[0])
     processors = _processors(connection.dialect, table, names)
-    insert_values(connection, table, names, [_values(row, names, processors) for row in rows], replace=replace)
+    values = [_values(row, names, processors) for row in rows]
+    insert_values(connection, table, names, values, replace=replace)
 
 
 def insert_values(
