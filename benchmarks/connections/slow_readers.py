@@ -1,6 +1,7 @@
 """What screens that stop reading cost: half of them freeze while the fleet reports.
 
-    python -m benchmarks.connections.slow_readers [--vehicles 1000] [--viewers 100] [--seconds 20] [--json FILE]
+    python -m benchmarks.connections.slow_readers [--vehicles 1000] [--viewers 100] [--seconds 20]
+        [--json FILE]
 
 The server is that of `benchmarks.ingest`; each vehicle reports its status once a second. Memory is what the
 server's process has for itself (USS): the highest while all screens read, and the highest after half of
