@@ -21,6 +21,9 @@ SHORT_FORMS: tuple[tuple[str, ...], ...] = (
     ("benchmarks.decisions", "--vehicles", "12", "--rides", "50"),
     ("benchmarks.decisions", "--vehicles", "1000", "--rides", "4000"),
     ("benchmarks.bookings", "--seconds", "10"),
+    ("benchmarks.ingest", "--seconds", "10"),
+    ("benchmarks.connections", "--vehicles", "2000", "--seconds", "10"),
+    ("benchmarks.connections.slow_readers", "--seconds", "15"),
     ("benchmarks.replies",),
 )
 

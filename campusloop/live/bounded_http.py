@@ -4,8 +4,8 @@ import asyncio
 from http import HTTPStatus
 
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
-from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
+from campusloop.live.direct_websockets import DirectWebsockets
 from server.api.security.connection_counts import ConnectionCounts
 
 # Request line and headers together: browsers send 1 to 4 KiB; other servers allow 8 to 64.
@@ -104,7 +104,7 @@ class BoundedHttp(HttpToolsProtocol):
             self.transport.close()
 
 
-class CountedWebSocket(WebSocketsSansIOProtocol):
+class CountedWebSocket(DirectWebsockets):
     """Counted together with the client's other connections."""
 
     counts: ConnectionCounts | None = None

@@ -6,6 +6,7 @@ from collections import deque
 from server.bus.topics import matches
 
 QUEUE_MAX = 4096
+TOPICS_KEPT = 100_000
 
 
 class LocalSubscription:
@@ -50,15 +51,31 @@ class LocalSubscription:
 class InProcessBus:
     def __init__(self) -> None:
         self._subscriptions: list[LocalSubscription] = []
+        # Whom a message on a topic is for: most topics are published again and again.
+        self._receivers: dict[str, tuple[LocalSubscription, ...]] = {}
 
     async def publish(self, topic: str, payload: bytes) -> None:
-        for subscription in self._subscriptions:
-            if matches(subscription.pattern, topic):
-                subscription.deliver(topic, payload)
+        for subscription in self._receivers_of(topic):
+            subscription.deliver(topic, payload)
+
+    def wants(self, topic: str) -> bool:
+        return bool(self._receivers_of(topic))
+
+    def _receivers_of(self, topic: str) -> tuple[LocalSubscription, ...]:
+        receivers = self._receivers.get(topic)
+        return self._find_receivers(topic) if receivers is None else receivers
+
+    def _find_receivers(self, topic: str) -> tuple[LocalSubscription, ...]:
+        if len(self._receivers) >= TOPICS_KEPT:
+            self._receivers.clear()
+        found = tuple(one for one in self._subscriptions if matches(one.pattern, topic))
+        self._receivers[topic] = found
+        return found
 
     async def subscribe(self, pattern: str) -> LocalSubscription:
         subscription = LocalSubscription(self, pattern)
         self._subscriptions.append(subscription)
+        self._receivers.clear()
         return subscription
 
     async def close(self) -> None:
@@ -68,3 +85,4 @@ class InProcessBus:
     def forget(self, subscription: LocalSubscription) -> None:
         if subscription in self._subscriptions:
             self._subscriptions.remove(subscription)
+            self._receivers.clear()

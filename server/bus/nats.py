@@ -50,6 +50,10 @@ class NatsBus:
         except NatsError as error:
             log.warning("bus.message_lost", topic=topic, cause=str(error) or type(error).__name__)
 
+    def wants(self, topic: str) -> bool:
+        """Other replicas may read it."""
+        return True
+
     async def subscribe(self, pattern: str) -> NatsSubscription:
         feed = await self._client.subscribe(_subject(pattern), pending_msgs_limit=PENDING_MAX)
         # The server knows the subscription only after a round trip; a later message must not be missed.

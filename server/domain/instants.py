@@ -3,11 +3,13 @@
 from datetime import UTC, datetime, timedelta
 
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+_DAY_S = 86_400
 
 
 def ns_of(moment: datetime) -> int:
     """Nanoseconds, exact to the microsecond that datetimes hold; what the wire uses."""
-    return (moment - EPOCH) // timedelta(microseconds=1) * 1000
+    since = moment - EPOCH
+    return ((since.days * _DAY_S + since.seconds) * 1_000_000 + since.microseconds) * 1000
 
 
 def ms_of(moment: datetime | None) -> int:

@@ -64,4 +64,11 @@ class NoteAnswer:
     answer: OrderAccepted | OrderRejected
 
 
-Action = Send | Close | FindKey | OpenSession | StoreEvent | ReportViolation | NoteStatus | NoteAnswer
+@dataclass(frozen=True, slots=True)
+class PushOutbox:
+    """Send what waits for the vehicle."""
+
+
+Action = (
+    Send | Close | FindKey | OpenSession | StoreEvent | ReportViolation | NoteStatus | NoteAnswer | PushOutbox
+)

@@ -11,6 +11,8 @@ PATIENCE_NS = 5_000_000_000
 class Backlog:
     """Begins with the logs of a hello, and shrinks with each stored event."""
 
+    __slots__ = ("_until_ns", "_wanted")
+
     def __init__(self) -> None:
         self._wanted: dict[str, int] = {}
         self._until_ns = 0

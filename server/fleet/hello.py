@@ -10,6 +10,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from contract.wire.bounds import Id, Proof, ProtocolVersion
 from contract.wire.close_reasons import CloseCode
 from contract.wire.messages import OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, Hello, signed_hello
+from server.usecases.fleet.vehicle_sessions import HelloFacts
 
 
 class HelloRefused(Exception):
@@ -75,3 +76,18 @@ def verify_signature(hello: Hello | HelloClaim, public_key: bytes) -> None:
             f"the hello of {hello.vehicle_id} is not signed by its enrolled key; "
             "enrol the agent's present key with a new code",
         ) from error
+
+
+def facts_of(hello: Hello) -> HelloFacts:
+    """What the use case needs of a verified hello."""
+    return HelloFacts(
+        vehicle_id=hello.vehicle_id,
+        boot_id=hello.boot_id,
+        software=hello.software,
+        stack=hello.stack,
+        map_version=hello.map_version,
+        logs=hello.event_logs,
+        progress=hello.progress,
+        seats=hello.seats,
+        wheelchair_places=hello.wheelchair_places,
+    )

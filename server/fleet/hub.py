@@ -4,6 +4,7 @@ Transports are anything with `send` and `close`: a websocket live, an in-memory 
 """
 
 import asyncio
+from collections import deque
 from collections.abc import Coroutine
 from dataclasses import dataclass
 
@@ -13,7 +14,9 @@ import structlog
 from contract.wire.codec import decode_from_vehicle, encode
 from contract.wire.messages import EventReport, Status
 from server.domain.fleet.vehicles import StatusReport
-from server.fleet.link import Link, LinkPorts, Transport
+from server.fleet.event_intake import EventIntake
+from server.fleet.link import Link
+from server.fleet.link_ports import LinkPorts, Transport
 from server.fleet.nearby import Nearby
 from server.fleet.presence import AreaPresence
 from server.supervision.standing_tasks import PeriodicTask, StandingTask, TopicReader
@@ -54,17 +57,22 @@ class Hub:
         self.campus_id = campus_id
         self._supervisor = supervisor
         self._ids, self._transactions, self._bus = ids, transactions, bus
+        self._events = EventIntake(transactions, self._note_event)
         self._ports = LinkPorts(
             clock=clock,
             transactions=transactions,
+            spawn=self._spawn_for,
             opened=self._opened,
             ended=self._ended,
+            store=self._events.take,
             note_status=self._note_status,
-            note_event=self._note_event,
             hello_timeout_s=hello_timeout_s,
         )
         self._links: dict[str, Link] = {}
-        self._greeting: list[Link] = []
+        self._greeting: set[Link] = set()
+        self._outgoing: deque[tuple[str, bytes]] = deque()
+        self._is_publishing = False
+        self._loop: asyncio.AbstractEventLoop | None = None
         self._nearby = Nearby(FLEET_VEHICLES_M)
         self._statuses: dict[str, StatusReport] = {}
         self._tasks: dict[asyncio.Task[None], _Job] = {}
@@ -73,6 +81,7 @@ class Hub:
         self._record = PeriodicTask("hub.record", self._record_reports, FLUSH_EVERY_S)
 
     async def start(self) -> None:
+        self._loop = asyncio.get_running_loop()
         readers = [
             TopicReader(f"hub.{name}", self._bus, topic, take)
             for name, topic, take in (
@@ -85,14 +94,14 @@ class Hub:
         for reader in readers:
             await reader.subscribe()
         push = PeriodicTask("hub.push", self._push_unanswered, PUSH_EVERY_S)
-        standing: list[StandingTask] = [*readers, self._record, push]
+        standing: list[StandingTask] = [*readers, self._events, self._record, push]
         self._standing = [self._supervisor.start(task) for task in standing]
 
     def attach(self, transport: Transport) -> Link:
         """Begin a session on a new transport; the caller uses `received` and `closed` of the link."""
         link = Link(self._ids.token(), transport, self._ports)
-        self._greeting.append(link)
-        self._spawn("link.run", link.run(), link)
+        self._greeting.add(link)
+        link.begin()
         return link
 
     def connected(self) -> tuple[str, ...]:
@@ -118,14 +127,12 @@ class Hub:
     def _opened(self, link: Link) -> None:
         older = self._links.get(link.vehicle_id)
         self._links[link.vehicle_id] = link
-        if link in self._greeting:
-            self._greeting.remove(link)
+        self._greeting.discard(link)
         if older is not None:
             older.end("superseded", f"boot {link.session.boot_id} opened a newer session")
 
     def _ended(self, link: Link) -> None:
-        if link in self._greeting:
-            self._greeting.remove(link)
+        self._greeting.discard(link)
         if self._links.get(link.vehicle_id) is link:
             del self._links[link.vehicle_id]
         if link.session.epoch:
@@ -135,11 +142,26 @@ class Hub:
     def _note_status(self, report: StatusReport) -> None:
         self._statuses[report.vehicle_id] = report
         topic = topics.vehicle_live(self.campus_id, report.vehicle_id)
-        self._spawn("hub.publish", self._bus.publish(topic, encode(report.status)))
+        self._publish(topic, encode(report.status))
 
     def _note_event(self, vehicle_id: str, report: EventReport) -> None:
         topic = topics.vehicle_event(self.campus_id, vehicle_id)
-        self._spawn("hub.publish", self._bus.publish(topic, encode(report)))
+        if self._bus.wants(topic):
+            self._publish(topic, encode(report))
+
+    def _publish(self, topic: str, payload: bytes) -> None:
+        """Soon, and in order. One task publishes what has come until it runs."""
+        self._outgoing.append((topic, payload))
+        if not self._is_publishing:
+            self._is_publishing = True
+            self._spawn("hub.publish", self._publish_outgoing())
+
+    async def _publish_outgoing(self) -> None:
+        try:
+            while self._outgoing:
+                await self._bus.publish(*self._outgoing.popleft())
+        finally:
+            self._is_publishing = False
 
     # ---------------------------------------------------------------- messages of the bus
 
@@ -208,8 +230,12 @@ class Hub:
             if link.awaits_answers:
                 link.push()
 
+    def _spawn_for(self, name: str, work: Coroutine[object, None, None], link: Link) -> None:
+        self._spawn(name, work, link)
+
     def _spawn(self, name: str, work: Coroutine[object, None, None], link: Link | None = None) -> None:
-        task = asyncio.get_running_loop().create_task(work)
+        # In virtual time frames are delivered between two steps of the loop.
+        task = (self._loop or asyncio.get_running_loop()).create_task(work)
         self._tasks[task] = _Job(name, link)
         task.add_done_callback(self._task_done)
 

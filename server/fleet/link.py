@@ -1,11 +1,14 @@
-"""One vehicle's connection: a session, its transport, and the task that performs the session's actions."""
+"""One vehicle's connection: a session, its transport, and what the session's actions need from the server.
+
+What needs no database is done at once, in the call that brought the frame. Events are handed to
+`EventIntake`, which stores those of all links together. For anything else one task works, and later frames
+wait until it has ended. A link that is only listened to has no task.
+"""
 
 import asyncio
 import base64
-import enum
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Protocol
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
 
 import structlog
 
@@ -23,11 +26,9 @@ from contract.wire.messages import (
     Presence,
     Status,
 )
-from contract.wire.sequence import SequenceGap
 from server.domain.errors import KeyUnknown, OrderUnknown, SessionFenced, VehicleUnknown
 from server.domain.fleet.vehicles import StatusReport
 from server.domain.instants import ns_of
-from server.domain.record.events import RecordedEvent
 from server.fleet.actions import (
     Action,
     Close,
@@ -35,68 +36,61 @@ from server.fleet.actions import (
     NoteAnswer,
     NoteStatus,
     OpenSession,
+    PushOutbox,
     ReportViolation,
     Send,
     StoreEvent,
 )
 from server.fleet.backlog import Backlog
+from server.fleet.hello import facts_of
+from server.fleet.link_ports import LinkPorts, Transport
 from server.fleet.sent_messages import SentMessages
 from server.fleet.session import Actions, VehicleSession
-from server.usecases.fleet import events, quarantine, vehicle_sessions, vehicles
-from server.usecases.fleet.vehicle_sessions import HelloFacts
+from server.usecases.fleet import quarantine, vehicle_sessions, vehicles
 from server.usecases.orders import orders, outbox
-from server.usecases.ports.clock_and_ids import Clock
-from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
+from server.usecases.ports.unit_of_work import UnitOfWork
 
 FRAMES_WAITING_MAX = 200
 
 log = structlog.get_logger("fleet.link")
 
 
-class _QueueItem(enum.Enum):
-    """Items in the queue of frames that are not frames."""
-
-    PUSH = "push"
-    GONE = "gone"
-
-
-class Transport(Protocol):
-    """A message pipe. Both calls return at once; `close` lets what was sent before it still go out."""
-
-    def send(self, data: bytes) -> None: ...
-
-    def close(self, code: int, reason: str) -> None: ...
-
-
-@dataclass(frozen=True, slots=True)
-class LinkPorts:
-    """What a link needs from the hub: ports and callbacks.
-
-    opened  registers the link
-    ended   forgets the link, and records that its session has ended
-    """
-
-    clock: Clock
-    transactions: Transactions
-    opened: "Callable[[Link], None]"
-    ended: "Callable[[Link], None]"
-    note_status: Callable[[StatusReport], None]
-    note_event: Callable[[str, EventReport], None]
-    hello_timeout_s: float
-
-
 class Link:
-    """`received` takes the frames, in order; `run` handles them and everything else, one at a time."""
+    """`begin`, then `received` takes the frames in order, and `closed` the end of the transport."""
+
+    __slots__ = (
+        "_backlog",
+        "_hello_timer",
+        "_is_gone",
+        "_is_working",
+        "_on_room",
+        "_ports",
+        "_push_due",
+        "_sent",
+        "_settled",
+        "_transport",
+        "_unsettled",
+        "_waiting",
+        "session",
+    )
 
     def __init__(self, nonce: str, transport: Transport, ports: LinkPorts) -> None:
         self.session = VehicleSession(nonce)
         self._transport = transport
         self._ports = ports
-        self._frames: asyncio.Queue[bytes | str | _QueueItem] = asyncio.Queue()
-        self._room = asyncio.Event()
-        self._push_due = False
         self._backlog = Backlog()
         self._sent = SentMessages()
+        # Frames that came while the link's task works.
+        self._waiting: deque[bytes | str] = deque()
+        self._is_working = False
+        self._push_due = False
+        # The transport is gone, or the hub has been told that the session has ended.
+        self._is_gone = False
+        # Events that were handed on and are not stored yet; who waits until there is none.
+        self._unsettled = 0
+        self._settled: asyncio.Future[None] | None = None
+        self._on_room: Callable[[], None] | None = None
+        self._hello_timer: asyncio.TimerHandle | None = None
 
     @property
     def vehicle_id(self) -> str:
@@ -106,112 +100,163 @@ class Link:
     def awaits_answers(self) -> bool:
         return self._sent.unanswered or self._backlog.is_waiting
 
+    @property
+    def is_full(self) -> bool:
+        """No further frame should be read before `when_ready`: a fast sender is slowed down, not buffered."""
+        return len(self._waiting) + self._unsettled > FRAMES_WAITING_MAX and not self._is_gone
+
     # ---------------------------------------------------------------- called by transport and hub
 
+    def begin(self) -> None:
+        """Send the challenge; a hello must follow in time."""
+        loop = asyncio.get_running_loop()
+        self._hello_timer = loop.call_later(self._ports.hello_timeout_s, self._hello_is_late)
+        self._perform(self.session.begin(self._now_ns()))
+
     def received(self, data: bytes | str) -> None:
-        self._frames.put_nowait(data)
+        if self._is_working:
+            self._waiting.append(data)
+        else:
+            self._perform(self.session.received(data, self._now_ns()))
 
     def closed(self, reason: str) -> None:
         """The transport is gone."""
         log.info("link.closed", vehicle_id=self.vehicle_id, reason=reason)
-        self._frames.put_nowait(_QueueItem.GONE)
+        self.session.close("server_leaving", reason)
+        self._finish()
 
-    async def ready(self) -> None:
-        """Wait until there is room for another frame: a fast sender is slowed down, not buffered."""
-        if self._frames.qsize() > FRAMES_WAITING_MAX:
-            self._room.clear()
-            await self._room.wait()
+    def when_ready(self, call: Callable[[], None]) -> None:
+        """Call it, once, when there is room for further frames."""
+        self._on_room = call
+        self._tell_room()
 
     def push(self) -> None:
         """Send the outbox soon; repeated calls before that have no further effect."""
-        if not self._push_due:
+        if self._is_working:
             self._push_due = True
-            self._frames.put_nowait(_QueueItem.PUSH)
+        else:
+            self._perform((PushOutbox(),))
 
     def send_fleet_vehicle(self, vehicle_id: str, pose_map: Pose2, speed_mps: float) -> None:
         """Send the position of a fleet vehicle; dropped while the session is not open."""
-        self._send(FleetVehicle(self.session.epoch, vehicle_id, self._now_ns(), pose_map, speed_mps))
+        now_ns = self._now_ns()
+        self._perform(
+            self.session.send(FleetVehicle(self.session.epoch, vehicle_id, now_ns, pose_map, speed_mps))
+        )
 
     def send_presence(self, area_id: str, count: int, seen_ns: int) -> None:
         """Send a camera's report on an area; dropped while the session is not open."""
-        self._send(Presence(self.session.epoch, area_id, seen_ns, count))
+        self._perform(self.session.send(Presence(self.session.epoch, area_id, seen_ns, count)))
 
-    def _send(self, message: FleetVehicle | Presence) -> None:
-        for action in self.session.send(message):
-            assert isinstance(action, Send)
-            self._transport.send(encode(action.message))
+    def events_stored(self, next_sequences: Mapping[str, int], handled: int) -> None:
+        """handled: so many events were stored, were stored before, or came too early.
+
+        next_sequences  the number that each of their boots continues with
+        """
+        self._settle(handled)
+        is_complete = False
+        for boot_id, next_sequence in next_sequences.items():
+            self._perform(self.session.events_stored(boot_id, next_sequence))
+            is_complete = self._backlog.stored(boot_id, next_sequence) or is_complete
+        if is_complete:
+            self.push()
+
+    def events_refused(self, code: CloseCode, detail: str, handled: int) -> None:
+        """The events are not stored, and the session ends."""
+        self._settle(handled)
+        self.end(code, detail)
 
     def end(self, code: CloseCode, detail: str) -> None:
         """Say goodbye from outside the link's own task."""
-        for action in self.session.close(code, detail):
-            assert isinstance(action, Close)
-            self._say_goodbye(action)
+        self._perform(self.session.close(code, detail))
 
-    async def run(self) -> None:
-        """Run until the session is closed or the transport is gone."""
-        for action in self.session.begin(self._now_ns()):
-            await self._perform(action)
-        try:
-            await self._take_frames()
-        finally:
-            self._room.set()
-            self._ports.ended(self)
+    # ---------------------------------------------------------------- actions
 
-    # ---------------------------------------------------------------- the link's own task
-
-    async def _take_frames(self) -> None:
-        deadline = asyncio.get_running_loop().time() + self._ports.hello_timeout_s
-        while self.session.state != "closed":
-            if self._frames.empty():
-                self._room.set()
-            frame = await self._next_frame(deadline)
-            if frame is _QueueItem.GONE:
+    def _perform(self, actions: Sequence[Action]) -> None:
+        """Perform them; from the first one that needs the database on, in a task."""
+        for number, action in enumerate(actions):
+            if not self._perform_at_once(action):
+                assert not self._is_working, f"{action} while the task of {self.vehicle_id} works"
+                self._is_working = True
+                self._ports.spawn("link.work", self._work(actions[number:]), self)
                 return
-            try:
-                await self._handle(frame)
-            except SessionFenced as error:
-                self.end("superseded", error.detail)
-            except (KeyUnknown, VehicleUnknown) as error:
-                self.end("key_unknown", error.detail)
 
-    async def _next_frame(self, hello_deadline: float) -> bytes | str | _QueueItem:
-        if self.session.state == "open":
-            return await self._frames.get()
-        try:
-            async with asyncio.timeout_at(hello_deadline):
-                return await self._frames.get()
-        except TimeoutError:
-            self.end("hello_late", f"no hello within {self._ports.hello_timeout_s:.0f} s")
-            return _QueueItem.GONE
-
-    async def _handle(self, frame: bytes | str | _QueueItem) -> None:
-        if isinstance(frame, _QueueItem):
-            self._push_due = False
-            await self._push_outbox()
-        else:
-            await self._perform_all(self.session.received(frame, self._now_ns()))
-
-    async def _perform_all(self, actions: Actions) -> None:
-        for action in actions:
-            await self._perform(action)
-
-    async def _perform(self, action: Action) -> None:
-        if isinstance(action, Send):
+    def _perform_at_once(self, action: Action) -> bool:
+        """False for an action that has to wait for the database."""
+        if isinstance(action, StoreEvent):
+            self._store(action.report)
+        elif isinstance(action, NoteStatus):
+            self._note(action.status)
+        elif isinstance(action, Send):
             self._transport.send(encode(action.message))
         elif isinstance(action, Close):
             self._say_goodbye(action)
-        elif isinstance(action, FindKey):
+        else:
+            return False
+        return True
+
+    async def _work(self, actions: Sequence[Action]) -> None:
+        """Perform the actions, then what came in the meantime."""
+        try:
+            await self._work_off(actions)
+        except SessionFenced as error:
+            self._perform(self.session.close("superseded", error.detail))
+        except (KeyUnknown, VehicleUnknown) as error:
+            self._perform(self.session.close("key_unknown", error.detail))
+        finally:
+            self._is_working = False
+            if self.session.state == "closed":
+                self._finish()
+
+    async def _work_off(self, actions: Sequence[Action]) -> None:
+        while True:
+            for action in actions:
+                if not self._perform_at_once(action):
+                    await self._perform_slowly(action)
+            if self.session.state == "closed":
+                return
+            if self._push_due:
+                self._push_due = False
+                actions = (PushOutbox(),)
+            elif self._waiting:
+                actions = self.session.received(self._waiting.popleft(), self._now_ns())
+                self._tell_room()
+            else:
+                return
+
+    async def _perform_slowly(self, action: Action) -> None:
+        if isinstance(action, FindKey):
             await self._find_key(action.vehicle_id)
         elif isinstance(action, OpenSession):
             await self._open(action.hello)
-        elif isinstance(action, StoreEvent):
-            await self._store(action.report)
         elif isinstance(action, ReportViolation):
             await self._report_violation(action.detail)
-        elif isinstance(action, NoteStatus):
-            self._note(action.status)
         elif isinstance(action, NoteAnswer):
             await self._answer(action.answer)
+        elif isinstance(action, PushOutbox):
+            await self._push_outbox()
+
+    async def _perform_all(self, actions: Actions) -> None:
+        for action in actions:
+            if not self._perform_at_once(action):
+                await self._perform_slowly(action)
+
+    # ---------------------------------------------------------------- what the actions do
+
+    def _store(self, report: EventReport) -> None:
+        self._unsettled += 1
+        self._ports.store(self, report, self._now_ns())
+
+    def _note(self, status: Status) -> None:
+        now = self._ports.clock.now()
+        self._ports.note_status(StatusReport(self.vehicle_id, self.session.boot_id, now, status))
+
+    def _say_goodbye(self, action: Close) -> None:
+        row = close_reason(action.code)
+        log.info("link.goodbye", vehicle_id=self.vehicle_id, code=row.code, detail=action.detail)
+        self._transport.send(encode(Goodbye(row.code, f"{action.detail}. {row.advice}")))
+        self._transport.close(row.number, row.code)
+        self._finish()
 
     async def _find_key(self, vehicle_id: str) -> None:
         key = await self._ports.transactions.run(lambda uow: vehicles.key_of(uow, vehicle_id))
@@ -222,44 +267,23 @@ class Link:
             lambda uow: vehicle_sessions.key_conflict(uow, hello.vehicle_id, hello.boot_id)
         )
         if conflict:
-            self.end("key_conflict", conflict)
+            await self._perform_all(self.session.close("key_conflict", conflict))
             return
-        facts = _facts(hello)
+        facts = facts_of(hello)
         opened = await self._ports.transactions.run(lambda uow: vehicle_sessions.open_session(uow, facts))
         acknowledged = dict(opened.acknowledged)
         self._backlog.begin(hello.event_logs, acknowledged, self._now_ns())
-        welcome = self.session.welcomed(opened.epoch, _boot_logs(acknowledged), self._now_ns())
-        await self._perform_all(welcome)
-        log.info("link.opened", vehicle_id=self.vehicle_id, epoch=opened.epoch, boot_id=self.session.boot_id)
-        self._ports.opened(self)
-        await self._push_outbox()
-
-    async def _store(self, report: EventReport) -> None:
-        event = RecordedEvent(
-            self.vehicle_id, report.boot_id, report.sequence, report.stamp_ns, self._now_ns(), report.body
-        )
-        try:
-            stored = await self._ports.transactions.run(lambda uow: self._apply(uow, event))
-        except SequenceGap as gap:
-            await self._perform_all(self.session.events_stored(gap.boot_id, gap.expected))
-            return
-        await self._perform_all(self.session.events_stored(report.boot_id, stored.next_sequence))
-        if stored.is_new:
-            self._ports.note_event(self.vehicle_id, report)
-        if self._backlog.stored(report.boot_id, stored.next_sequence):
+        await self._perform_all(self.session.welcomed(opened.epoch, _boot_logs(acknowledged), self._now_ns()))
+        if self.session.state == "open":
+            epoch, boot_id = opened.epoch, self.session.boot_id
+            log.info("link.opened", vehicle_id=self.vehicle_id, epoch=epoch, boot_id=boot_id)
+            self._stop_hello_timer()
+            self._ports.opened(self)
             await self._push_outbox()
-
-    def _apply(self, uow: UnitOfWork, event: RecordedEvent) -> events.EventResult:
-        vehicle_sessions.require_epoch(uow, self.vehicle_id, self.session.epoch)
-        return events.apply_event(uow, event)
 
     async def _report_violation(self, detail: str) -> None:
         log.warning("link.violation", vehicle_id=self.vehicle_id, detail=detail)
         await self._ports.transactions.run(lambda uow: quarantine.begin(uow, self.vehicle_id, detail))
-
-    def _note(self, status: Status) -> None:
-        now = self._ports.clock.now()
-        self._ports.note_status(StatusReport(self.vehicle_id, self.session.boot_id, now, status))
 
     async def _answer(self, answer: OrderAccepted | OrderRejected) -> None:
         def work(uow: UnitOfWork) -> None:
@@ -269,6 +293,7 @@ class Link:
             else:
                 orders.rejected(uow, self.vehicle_id, answer)
 
+        await self._events_settled()
         try:
             await self._ports.transactions.run(work)
         except OrderUnknown as error:
@@ -276,18 +301,51 @@ class Link:
             log.warning("order.unknown", vehicle_id=self.vehicle_id, detail=error.detail)
 
     async def _push_outbox(self) -> None:
+        await self._events_settled()
         if self.session.state != "open" or self._backlog.holds_back(self._now_ns()):
             return
         waiting = await self._ports.transactions.run(lambda uow: outbox.outbox_of(uow, self.vehicle_id))
         for message in self._sent.choose(waiting, self._now_ns()):
             await self._perform_all(self.session.send(message))
 
-    def _say_goodbye(self, action: Close) -> None:
-        row = close_reason(action.code)
-        log.info("link.goodbye", vehicle_id=self.vehicle_id, code=row.code, detail=action.detail)
-        self._transport.send(encode(Goodbye(row.code, f"{action.detail}. {row.advice}")))
-        self._transport.close(row.number, row.code)
-        self._frames.put_nowait(_QueueItem.GONE)
+    # ---------------------------------------------------------------- waiting, and the end
+
+    async def _events_settled(self) -> None:
+        """What the vehicle reported before is stored first: answers and orders rest on it."""
+        if self._unsettled:
+            self._settled = asyncio.get_running_loop().create_future()
+            await self._settled
+            self._settled = None
+
+    def _settle(self, handled: int) -> None:
+        self._unsettled -= handled
+        if self._unsettled == 0 and self._settled is not None and not self._settled.done():
+            self._settled.set_result(None)
+        self._tell_room()
+
+    def _tell_room(self) -> None:
+        if self._on_room is not None and not self.is_full:
+            call, self._on_room = self._on_room, None
+            call()
+
+    def _hello_is_late(self) -> None:
+        if self.session.state == "challenged":
+            self.end("hello_late", f"no hello within {self._ports.hello_timeout_s:.0f} s")
+
+    def _stop_hello_timer(self) -> None:
+        if self._hello_timer is not None:
+            self._hello_timer.cancel()
+            self._hello_timer = None
+
+    def _finish(self) -> None:
+        """The session is over: tell the hub once, when the task has ended."""
+        if self._is_working or self._is_gone:
+            return
+        self._is_gone = True
+        self._stop_hello_timer()
+        self._waiting.clear()
+        self._tell_room()
+        self._ports.ended(self)
 
     def _now_ns(self) -> int:
         return ns_of(self._ports.clock.now())
@@ -295,17 +353,3 @@ class Link:
 
 def _boot_logs(acknowledged: Mapping[str, int]) -> tuple[EventLogState, ...]:
     return tuple(EventLogState(boot_id, stored, stored) for boot_id, stored in acknowledged.items())
-
-
-def _facts(hello: Hello) -> HelloFacts:
-    return HelloFacts(
-        vehicle_id=hello.vehicle_id,
-        boot_id=hello.boot_id,
-        software=hello.software,
-        stack=hello.stack,
-        map_version=hello.map_version,
-        logs=hello.event_logs,
-        progress=hello.progress,
-        seats=hello.seats,
-        wheelchair_places=hello.wheelchair_places,
-    )

@@ -9,6 +9,8 @@ REPEAT_AFTER_NS = 3_000_000_000
 class SentMessages:
     """Chooses from an outbox what to send now. Repeats are harmless to the vehicle."""
 
+    __slots__ = ("_grants", "_sent_ns", "unanswered")
+
     def __init__(self) -> None:
         self._sent_ns: dict[str, int] = {}
         self._grants: tuple[str, tuple[SectionGrant, ...]] = ("", ())

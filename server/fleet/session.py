@@ -61,6 +61,8 @@ class _Tagged(msgspec.Struct):
 class VehicleSession:
     """Takes frames and the answers to its own actions; every method returns the next actions."""
 
+    __slots__ = ("_hello", "_nonce", "_violation", "boot_id", "epoch", "state", "vehicle_id")
+
     def __init__(self, nonce: str) -> None:
         self.state: State = "challenged"
         self.vehicle_id = ""
@@ -112,9 +114,11 @@ class VehicleSession:
 
     def welcomed(self, epoch: int, acknowledged: tuple[EventLogState, ...], server_ns: int) -> Actions:
         """The server opened session `epoch`; acknowledged: the next event of each boot."""
+        # Also of a session that was closed meanwhile: its end is recorded by its epoch.
+        self.epoch = epoch
         if self.state != "opening":
             return ()
-        self.state, self.epoch = "open", epoch
+        self.state, self._hello = "open", None
         return (Send(Welcome(epoch, PROTOCOL_VERSION, server_ns, acknowledged)),)
 
     def events_stored(self, boot_id: str, next_sequence: int) -> Actions:

@@ -19,7 +19,8 @@ from server.domain.rules import FleetRules
 from server.live.projection import incidents_scene, ride_scene, vehicle_scene, with_status
 from server.live.route_shape import RouteShapes
 from server.live.scene import AreaScene, SceneBoard, VehicleScene
-from server.supervision.standing_tasks import PeriodicTask, TopicReader
+from server.live.shared_text import SharedText
+from server.supervision.standing_tasks import PeriodicTask, StandingTask, TopicReader
 from server.supervision.supervisor import Supervisor
 from server.usecases.ports import topics
 from server.usecases.ports.bus import Bus
@@ -79,6 +80,7 @@ class SceneFeed:
         interval_s: float = 0.2,
     ) -> None:
         self.board = SceneBoard(campus_id)
+        self.text = SharedText()
         self._clock, self._transactions, self._bus = clock, transactions, bus
         self._supervisor = supervisor
         self._interval_s = interval_s
@@ -90,11 +92,16 @@ class SceneFeed:
         self._standing: list[asyncio.Task[None]] = []
 
     async def start(self) -> None:
-        reader = TopicReader("feed.read", self._bus, topics.everything(self.board.campus_id), self._take)
-        await reader.subscribe()
+        readers = [
+            TopicReader(f"feed.{name}", self._bus, topic, self._take)
+            for name, topic in _topics_shown(self.board.campus_id)
+        ]
+        for reader in readers:
+            await reader.subscribe()
         await self._refresh()
         refresh = PeriodicTask("feed.refresh", self._refresh, self._interval_s)
-        self._standing = [self._supervisor.start(reader), self._supervisor.start(refresh)]
+        standing: list[StandingTask] = [*readers, refresh]
+        self._standing = [self._supervisor.start(task) for task in standing]
 
     async def close(self) -> None:
         for task in self._standing:
@@ -185,6 +192,20 @@ class SceneFeed:
         if held is not None and held.status is not None:
             scene = _with_newer_status(scene, held, held.status)
         self.board.put_vehicle(scene)
+
+
+def _topics_shown(campus_id: str) -> tuple[tuple[str, str], ...]:
+    """What may change the board. Events of vehicles, the most frequent topic, do not by themselves."""
+    return (
+        ("positions", topics.vehicle_live(campus_id, "*")),
+        ("vehicles", topics.vehicle(campus_id, "*")),
+        ("sessions", topics.vehicle_session(campus_id, "*")),
+        ("outbox", topics.vehicle_outbox(campus_id, "*")),
+        ("rides", topics.ride(campus_id, "*")),
+        ("presence", topics.area_presence(campus_id, "*")),
+        ("incidents", topics.incidents(campus_id)),
+        ("map", topics.campus_map(campus_id)),
+    )
 
 
 def _with_newer_status(scene: VehicleScene, held: VehicleScene, status: Status) -> VehicleScene:

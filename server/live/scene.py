@@ -4,7 +4,9 @@ These structs travel to browsers, so times are milliseconds since the Unix epoch
 them exactly). Positions are in the map frame, angles as in REP-103. `SceneBoard` holds the present moment.
 """
 
-import itertools
+from collections import deque
+from collections.abc import Hashable, Iterable
+from typing import TypeVar
 
 import msgspec
 
@@ -12,6 +14,11 @@ from contract.roads.model import Point
 from contract.wire.messages import DriveMode, Status, VisitKind, VisitState
 from server.domain.fleet.vehicles import CommandKind, CommandState
 from server.domain.planning.plans import RestReason
+
+T = TypeVar("T")
+Items = dict[str, tuple[int, T]]
+
+REMOVALS_KEPT = 1_000
 
 
 class VehicleFacts(msgspec.Struct, frozen=True):
@@ -166,16 +173,24 @@ class Delta(msgspec.Struct, frozen=True, tag="delta", tag_field="type"):
 
 
 class SceneBoard:
-    """The campus now. Every change gets a number, by which viewers know what is new to them."""
+    """The campus now. Every change gets a number, by which viewers know what is new to them.
+
+    The items stand in the order of their changes, so that what is new is found without looking at the rest.
+    """
 
     def __init__(self, campus_id: str) -> None:
         self.campus_id = campus_id
         self.map_version = ""
         self.incidents = IncidentsScene()
-        self.vehicles: dict[str, tuple[int, VehicleScene]] = {}
-        self.rides: dict[str, tuple[int, RideScene]] = {}
-        self.areas: dict[str, tuple[int, AreaScene]] = {}
-        self._change = itertools.count(1)
+        self.vehicles: Items[VehicleScene] = {}
+        self.rides: Items[RideScene] = {}
+        self.areas: Items[AreaScene] = {}
+        # The removals that a viewer may not know of yet, and the number of the last one that is forgotten.
+        self._removals: deque[tuple[int, str, str]] = deque()
+        self._forgotten = 0
+        self.change = 0
+        # What the last viewer of everything was told, and what for.
+        self.last_delta: tuple[Hashable, Delta] | None = None
 
     def vehicle(self, vehicle_id: str) -> VehicleScene | None:
         held = self.vehicles.get(vehicle_id)
@@ -183,18 +198,60 @@ class SceneBoard:
 
     def put_vehicle(self, vehicle: VehicleScene) -> None:
         if self.vehicle(vehicle.vehicle_id) != vehicle:
-            self.vehicles[vehicle.vehicle_id] = (next(self._change), vehicle)
+            self._put(self.vehicles, vehicle.vehicle_id, vehicle)
 
     def put_ride(self, ride: RideScene) -> None:
         held = self.rides.get(ride.ride_id)
         if held is None or held[1] != ride:
-            self.rides[ride.ride_id] = (next(self._change), ride)
+            self._put(self.rides, ride.ride_id, ride)
 
     def put_area(self, area: AreaScene) -> None:
-        self.areas[area.area_id] = (next(self._change), area)
+        self._put(self.areas, area.area_id, area)
 
     def remove_vehicle(self, vehicle_id: str) -> None:
-        self.vehicles.pop(vehicle_id, None)
+        if self.vehicles.pop(vehicle_id, None) is not None:
+            self._note_removal("vehicle", vehicle_id)
 
     def remove_ride(self, ride_id: str) -> None:
-        self.rides.pop(ride_id, None)
+        if self.rides.pop(ride_id, None) is not None:
+            self._note_removal("ride", ride_id)
+
+    def knows_all_since(self, change: int) -> bool:
+        """False if something that was removed after that change is forgotten."""
+        return change >= self._forgotten
+
+    def vehicles_gone_since(self, change: int) -> tuple[str, ...]:
+        return tuple(item for item in self._gone_since("vehicle", change) if item not in self.vehicles)
+
+    def rides_gone_since(self, change: int) -> tuple[str, ...]:
+        return tuple(item for item in self._gone_since("ride", change) if item not in self.rides)
+
+    def _put(self, items: "Items[T]", key: str, item: T) -> None:
+        items.pop(key, None)
+        self.change += 1
+        items[key] = (self.change, item)
+
+    def _note_removal(self, kind: str, key: str) -> None:
+        self.change += 1
+        self._removals.append((self.change, kind, key))
+        if len(self._removals) > REMOVALS_KEPT:
+            self._forgotten, _, _ = self._removals.popleft()
+
+    def _gone_since(self, kind: str, change: int) -> Iterable[str]:
+        gone: dict[str, None] = {}
+        for number, of_kind, key in reversed(self._removals):
+            if number <= change:
+                break
+            if of_kind == kind:
+                gone[key] = None
+        return gone
+
+
+def changed_since(items: "Items[T]", change: int) -> tuple[T, ...]:
+    """The items that have changed after that change, the oldest change first."""
+    found: list[T] = []
+    for number, item in reversed(items.values()):
+        if number <= change:
+            break
+        found.append(item)
+    return tuple(reversed(found))

@@ -1,16 +1,13 @@
 """The messages for one screen: what it may see and what is new to it. No I/O.
 
-A viewer remembers only the last change of each item that it was given. Changes in between are skipped: the
-newest state wins, and no queue grows. A slow reader calls it less often.
+A viewer remembers only the number of the board's last change that it was told of. Changes in between are
+skipped: the newest state wins, and no queue grows. A slow reader calls it less often.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TypeVar
 
 from contract.wire.messages import Status
 from server.live.scene import (
-    AreaScene,
     Delta,
     IncidentsScene,
     RideScene,
@@ -20,12 +17,13 @@ from server.live.scene import (
     VehicleFacts,
     VehicleScene,
     VehicleTask,
+    changed_since,
 )
-
-T = TypeVar("T")
 
 # A screen that receives no message for longer closes the connection and connects again.
 HEARTBEAT_MS = 5_000
+# Viewers share a message that was made so recently.
+SHARED_MS = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,10 +47,9 @@ class Viewer:
     def __init__(self, scope: Scope) -> None:
         self._scope = scope
         self._map_version: str | None = None
-        self._vehicles: dict[str, int] = {}
-        self._rides: dict[str, int] = {}
-        self._areas: dict[str, int] = {}
-        self._incidents: IncidentsScene | None = None
+        self._change = 0
+        self._vehicle_id = ""
+        self._incidents = IncidentsScene()
         self._spoke_ms = 0
 
     def next_message(self, board: SceneBoard, now_ms: int) -> Snapshot | Delta | None:
@@ -68,70 +65,93 @@ class Viewer:
         return message
 
     def _news_since(self, board: SceneBoard, now_ms: int) -> Snapshot | Delta | None:
-        if self._map_version != board.map_version:
-            return self._snapshot(board, now_ms)
-        vehicles, rides = self._visible(board)
-        incidents = self._visible_incidents(board)
-        delta = Delta(
-            at_ms=now_ms,
-            vehicles=tuple(_news(vehicles, self._vehicles)),
-            vehicles_gone=_gone(vehicles, self._vehicles),
-            rides=tuple(_news(rides, self._rides)),
-            rides_gone=_gone(rides, self._rides),
-            incidents=incidents if incidents != self._incidents else None,
-            areas=tuple(_news(self._visible_areas(board), self._areas)),
-        )
-        if delta == Delta(now_ms):
-            return None
-        self._remember(board, vehicles, rides)
-        return delta
+        if self._map_version != board.map_version or not board.knows_all_since(self._change):
+            message: Snapshot | Delta | None = self._snapshot(board, now_ms)
+        elif isinstance(self._scope, EverythingScope):
+            message = everything_since(board, self._change, self._incidents, now_ms)
+        else:
+            message = self._ride_since(board, self._scope, now_ms)
+        self._map_version, self._change = board.map_version, board.change
+        if isinstance(self._scope, EverythingScope):
+            self._incidents = board.incidents
+        return message
 
     def _snapshot(self, board: SceneBoard, now_ms: int) -> Snapshot:
-        vehicles, rides = self._visible(board)
-        self._remember(board, vehicles, rides)
-        scene = Scene(
-            at_ms=now_ms,
-            campus_id=board.campus_id,
-            map_version=board.map_version,
-            vehicles=tuple(vehicle for _, vehicle in vehicles.values()),
-            rides=tuple(ride for _, ride in rides.values()),
-            incidents=self._visible_incidents(board),
-            areas=tuple(area for _, area in self._visible_areas(board).values()),
-        )
-        return Snapshot(scene)
-
-    def _visible(
-        self, board: SceneBoard
-    ) -> tuple[dict[str, tuple[int, VehicleScene]], dict[str, tuple[int, RideScene]]]:
         if isinstance(self._scope, EverythingScope):
-            return board.vehicles, board.rides
-        held = board.rides.get(self._scope.ride_id)
-        if held is None:
-            return {}, {}
-        number, ride = held
-        shuttle = None if ride.state in _WITHOUT_SHUTTLE else board.vehicles.get(ride.vehicle_id)
-        vehicles = (
-            {} if shuttle is None else {ride.vehicle_id: (shuttle[0], _for_passenger(shuttle[1], ride))}
+            return Snapshot(
+                Scene(
+                    at_ms=now_ms,
+                    campus_id=board.campus_id,
+                    map_version=board.map_version,
+                    vehicles=tuple(board.vehicles[key][1] for key in sorted(board.vehicles)),
+                    rides=tuple(board.rides[key][1] for key in sorted(board.rides)),
+                    incidents=board.incidents,
+                    areas=tuple(board.areas[key][1] for key in sorted(board.areas)),
+                )
+            )
+        _, ride, _, vehicle = _of_ride(board, self._scope)
+        self._vehicle_id = "" if vehicle is None else vehicle.vehicle_id
+        return Snapshot(
+            Scene(
+                at_ms=now_ms,
+                campus_id=board.campus_id,
+                map_version=board.map_version,
+                vehicles=() if vehicle is None else (vehicle,),
+                rides=() if ride is None else (ride,),
+            )
         )
-        return vehicles, {ride.ride_id: (number, ride)}
 
-    def _visible_incidents(self, board: SceneBoard) -> IncidentsScene:
-        return board.incidents if isinstance(self._scope, EverythingScope) else IncidentsScene()
+    def _ride_since(self, board: SceneBoard, scope: RideScope, now_ms: int) -> Delta | None:
+        """The ride and its shuttle, as far as they are new to its passenger."""
+        ride_number, ride, number, vehicle = _of_ride(board, scope)
+        before, self._vehicle_id = self._vehicle_id, "" if vehicle is None else vehicle.vehicle_id
+        is_new = vehicle is not None and (number > self._change or before != self._vehicle_id)
+        delta = Delta(
+            at_ms=now_ms,
+            vehicles=(vehicle,) if vehicle is not None and is_new else (),
+            vehicles_gone=(before,) if before and before != self._vehicle_id else (),
+            rides=(ride,) if ride is not None and ride_number > self._change else (),
+            rides_gone=tuple(key for key in board.rides_gone_since(self._change) if key == scope.ride_id),
+        )
+        return None if delta == Delta(now_ms) else delta
 
-    def _visible_areas(self, board: SceneBoard) -> dict[str, tuple[int, AreaScene]]:
-        return board.areas if isinstance(self._scope, EverythingScope) else {}
 
-    def _remember(
-        self,
-        board: SceneBoard,
-        vehicles: dict[str, tuple[int, VehicleScene]],
-        rides: dict[str, tuple[int, RideScene]],
-    ) -> None:
-        self._map_version = board.map_version
-        self._vehicles = {key: number for key, (number, _) in vehicles.items()}
-        self._rides = {key: number for key, (number, _) in rides.items()}
-        self._areas = {key: number for key, (number, _) in self._visible_areas(board).items()}
-        self._incidents = self._visible_incidents(board)
+def everything_since(board: SceneBoard, change: int, incidents: IncidentsScene, now_ms: int) -> Delta | None:
+    """What has changed after that change, for a viewer of everything; None for nothing.
+
+    Viewers that were told of the same change at the same time get the same object.
+    """
+    if board.change == change and board.incidents == incidents:
+        return None
+    asked = (change, board.change, incidents, board.incidents)
+    known = board.last_delta
+    if known is None or known[0] != asked or now_ms - known[1].at_ms > SHARED_MS:
+        known = board.last_delta = (asked, _delta_since(board, change, incidents, now_ms))
+    return known[1]
+
+
+def _delta_since(board: SceneBoard, change: int, incidents: IncidentsScene, now_ms: int) -> Delta:
+    return Delta(
+        at_ms=now_ms,
+        vehicles=changed_since(board.vehicles, change),
+        vehicles_gone=board.vehicles_gone_since(change),
+        rides=changed_since(board.rides, change),
+        rides_gone=board.rides_gone_since(change),
+        incidents=board.incidents if board.incidents != incidents else None,
+        areas=changed_since(board.areas, change),
+    )
+
+
+def _of_ride(board: SceneBoard, scope: RideScope) -> tuple[int, RideScene | None, int, VehicleScene | None]:
+    """The ride and its shuttle as its passenger sees them, each with the number of its last change."""
+    held = board.rides.get(scope.ride_id)
+    if held is None:
+        return 0, None, 0, None
+    number, ride = held
+    shuttle = None if ride.state in _WITHOUT_SHUTTLE else board.vehicles.get(ride.vehicle_id)
+    if shuttle is None:
+        return number, ride, 0, None
+    return number, ride, shuttle[0], _for_passenger(shuttle[1], ride)
 
 
 # After the ride has ended, its passenger no longer sees the shuttle.
@@ -179,11 +199,3 @@ def _status_for_passenger(status: Status, ride: RideScene) -> Status:
         screen=status.screen,
         spoken=status.spoken,
     )
-
-
-def _news(now: dict[str, tuple[int, T]], sent: dict[str, int]) -> Iterable[T]:
-    return (item for key, (number, item) in now.items() if sent.get(key) != number)
-
-
-def _gone(now: dict[str, tuple[int, T]], sent: dict[str, int]) -> tuple[str, ...]:
-    return tuple(key for key in sent if key not in now)

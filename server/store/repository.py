@@ -21,8 +21,11 @@ from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.sql import ColumnElement
 
 from server.store.writing.campus_lock import CampusLock
+from server.store.writing.many_rows import insert_rows, insert_values
 
 AnyRow = Row[Any]
+# From so many rows on, one statement for all of them pays.
+_MANY = 4
 DialectInsert = postgresql.Insert | sqlite.Insert
 
 
@@ -64,6 +67,10 @@ class Repository:
         self._campus_id = campus_id
         self._lock = lock
 
+    @property
+    def _is_sqlite(self) -> bool:
+        return self._connection.dialect.name == "sqlite"
+
     def _one(self, table: Table, *conditions: ColumnElement[bool]) -> AnyRow | None:
         statement = self._select(table, *conditions)
         return self._connection.execute(statement).first()
@@ -96,7 +103,24 @@ class Repository:
 
     def _insert_all(self, table: Table, rows: Sequence[Mapping[str, object]]) -> None:
         self._require_lock()
-        self._connection.execute(_inserting(table), [{"campus_id": self._campus_id, **row} for row in rows])
+        owned = [{"campus_id": self._campus_id, **row} for row in rows]
+        if len(owned) >= _MANY and self._is_sqlite:
+            insert_rows(self._connection, table, owned)
+        else:
+            self._connection.execute(_inserting(table), owned)
+
+    def _insert_values(
+        self, table: Table, names: tuple[str, ...], values: Sequence[Sequence[object]]
+    ) -> None:
+        """Insert rows of numbers and texts, given in the order of the names; the campus is added."""
+        self._require_lock()
+        names = ("campus_id", *names)
+        owned = [(self._campus_id, *row) for row in values]
+        if self._is_sqlite:
+            insert_values(self._connection, table, names, owned)
+        else:
+            rows = [dict(zip(names, row, strict=True)) for row in owned]
+            self._connection.execute(_inserting(table), rows)
 
     def _put(self, table: Table, values: Mapping[str, object]) -> None:
         """Insert the row, or replace the one of the same key."""
@@ -106,8 +130,12 @@ class Repository:
         """`_put` for rows of different keys and the same columns, in one statement."""
         if rows:
             self._require_lock()
+            owned = [{"campus_id": self._campus_id, **row} for row in rows]
+            if len(owned) >= _MANY and self._is_sqlite:
+                insert_rows(self._connection, table, owned, replace=True)
+                return
             statement = _putting(self._connection.dialect.name, table, tuple(rows[0]))
-            self._connection.execute(statement, [{"campus_id": self._campus_id, **row} for row in rows])
+            self._connection.execute(statement, owned)
 
     def _add_missing(self, table: Table, rows: Sequence[Mapping[str, object]]) -> None:
         """Insert the rows whose keys are new."""

@@ -13,6 +13,7 @@ from server.domain.errors import CampusUnknown
 from server.domain.planning.travel_time_factors import travel_time_factor_at
 from server.domain.rides.ticket_keys import TicketKeys
 from server.domain.rules import FleetRules
+from server.store.cache.events import CachedEventRepository
 from server.store.cache.ground import (
     CachedClosureRepository,
     CachedMapRepository,
@@ -129,10 +130,11 @@ class SqlUnitOfWork:
         self.outgoing = OutgoingMessages()
         if lock is None or memory is None:
             self._rides = SqlRideRepository(connection, campus_id, lock)
+            self._events = SqlEventRepository(connection, campus_id, lock)
             self.plans: PlanRepository = SqlPlanRepository(connection, campus_id, lock)
             self.orders: OrderRepository = SqlOrderRepository(connection, campus_id, lock)
             self.sections: SectionRepository = SqlSectionRepository(connection, campus_id, lock)
-            self.vehicles: VehicleRepository = SqlVehicleRepository(connection, campus_id, lock)
+            self._vehicles = SqlVehicleRepository(connection, campus_id, lock)
             self.service: ServiceRepository = SqlServiceRepository(connection, campus_id, lock)
             self.incidents: IncidentRepository = SqlIncidentRepository(connection, campus_id, lock)
             self.maps: MapRepository = SqlMapRepository(connection, campus_id, lock)
@@ -145,17 +147,18 @@ class SqlUnitOfWork:
             self.plans = CachedPlanRepository(connection, campus_id, lock, memory)
             self.orders = CachedOrderRepository(connection, campus_id, lock, memory)
             self.sections = CachedSectionRepository(connection, campus_id, lock, memory)
-            self.vehicles = CachedVehicleRepository(connection, campus_id, lock, memory)
+            self._vehicles = CachedVehicleRepository(connection, campus_id, lock, memory)
             self.service = CachedServiceRepository(connection, campus_id, lock, memory)
             self.incidents = CachedIncidentRepository(connection, campus_id, lock, memory)
             self.maps = CachedMapRepository(connection, campus_id, lock, memory)
             self.closures = CachedClosureRepository(connection, campus_id, lock, memory)
             self.travel_time_factors = CachedTravelTimeFactorRepository(connection, campus_id, lock, memory)
+            self._events = CachedEventRepository(connection, campus_id, lock, memory)
         self.rides: RideRepository = self._rides
+        self.vehicles: VehicleRepository = self._vehicles
         self.departures: DepartureRepository = SqlDepartureRepository(connection, campus_id, lock)
         self.decisions: DecisionRepository = SqlDecisionRepository(connection, campus_id, lock)
         self.series: SeriesRepository = SqlSeriesRepository(connection, campus_id, lock)
-        self._events = SqlEventRepository(connection, campus_id, lock)
         self.events: EventRepository = self._events
         self.runs: RunRepository = SqlRunRepository(connection, campus_id, lock)
         self.identity: IdentityRepository = SqlIdentityRepository(connection, campus_id, lock)
@@ -177,6 +180,7 @@ class SqlUnitOfWork:
         """Write what waits for the end of the transaction."""
         self._rides.flush()
         self._events.flush()
+        self._vehicles.flush()
 
     def network(self) -> RoadNetwork:
         return self.roads().network

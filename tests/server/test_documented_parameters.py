@@ -9,7 +9,7 @@ import pytest
 from server.dispatch.engine.search.optimise import Settings
 from server.dispatch.engine.search.partition import Partitioning
 from server.domain.rules import FleetRules
-from server.fleet import backlog, hub, link, presence, sent_messages
+from server.fleet import backlog, event_intake, hub, link, presence, sent_messages
 from server.fleet.hub import Hub
 from server.loops.solver import ProcessSolver
 from server.store import engine, transactions
@@ -36,7 +36,7 @@ def test_a_rule_of_the_fleet_is_documented_with_its_default(name: str) -> None:
     ("page", "sources"),
     [
         ("dispatch-engine", (Settings, Partitioning)),
-        ("fleet", (Hub, hub, link, backlog, sent_messages, presence)),
+        ("fleet", (Hub, hub, link, backlog, sent_messages, presence, event_intake)),
         ("loops", (ProcessSolver,)),
         ("store", (engine, transactions, writer, retries)),
         ("usecases", (visits, sections, orders, road_positions)),

@@ -5,6 +5,7 @@ frames: the next one is made only when the one before has been sent.
 """
 
 import asyncio
+import math
 from datetime import datetime
 from typing import Annotated, Literal
 from urllib.parse import urlsplit
@@ -114,13 +115,20 @@ async def _until_signed_out(websocket: WebSocket, services: Services) -> None:
 
 
 async def _send_scenes(websocket: WebSocket, services: Services, scope: Scope) -> None:
-    viewer = Viewer(scope)
+    viewer, loop = Viewer(scope), asyncio.get_running_loop()
     board, interval_s = services.feed.board, services.settings.live_interval_s
     while True:
         message = viewer.next_message(board, ms_of(services.clock.now()))
         if message is not None:
-            await websocket.send_text(msgspec.json.encode(message).decode())
-        await asyncio.sleep(interval_s)
+            await websocket.send_text(services.feed.text.of(message))
+        await asyncio.sleep(_until_next_s(loop.time(), interval_s))
+
+
+def _until_next_s(now_s: float, interval_s: float) -> float:
+    """All viewers wake at the same moments, the multiples of the interval, and so get the same message."""
+    # A timer may fire a rounding error before its moment.
+    passed = math.floor(now_s / interval_s + 1e-3)
+    return (passed + 1) * interval_s - now_s
 
 
 async def _until_gone(websocket: WebSocket) -> None:

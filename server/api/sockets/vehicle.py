@@ -6,7 +6,9 @@ from fastapi import APIRouter, WebSocket
 from starlette.websockets import WebSocketState
 
 from server.api.services import InjectedServices
+from server.api.sockets.frame_stream import FrameStream, frame_stream
 from server.api.sockets.outgoing import OutgoingFrames
+from server.fleet.hub import Hub
 from server.fleet.link import Link
 
 router = APIRouter()
@@ -15,8 +17,29 @@ router = APIRouter()
 @router.websocket("/ws/vehicle")
 async def vehicle_socket(websocket: WebSocket, services: InjectedServices) -> None:
     await websocket.accept()
+    stream = frame_stream(websocket)
+    if stream is None:
+        await _serve(websocket, services.hub)
+    else:
+        _hand_over(stream, services.hub)
+
+
+def _hand_over(stream: FrameStream, hub: Hub) -> None:
+    """The connection goes on without a task of its own."""
+    link = hub.attach(stream)
+
+    def received(data: bytes) -> None:
+        link.received(data)
+        if link.is_full:
+            stream.pause()
+            link.when_ready(stream.resume)
+
+    stream.take_over(received, link.closed)
+
+
+async def _serve(websocket: WebSocket, hub: Hub) -> None:
     outgoing = OutgoingFrames(websocket)
-    link = services.hub.attach(outgoing)
+    link = hub.attach(outgoing)
     loop = asyncio.get_running_loop()
     both = (loop.create_task(outgoing.run()), loop.create_task(_receive(websocket, link)))
     try:
@@ -38,4 +61,11 @@ async def _receive(websocket: WebSocket, link: Link) -> None:
             return
         data: bytes | str = message.get("bytes") or message.get("text") or b""
         link.received(data)
-        await link.ready()
+        await _until_ready(link)
+
+
+async def _until_ready(link: Link) -> None:
+    if link.is_full:
+        ready = asyncio.Event()
+        link.when_ready(ready.set)
+        await ready.wait()

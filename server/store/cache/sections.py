@@ -2,7 +2,7 @@
 
 from sqlalchemy import Connection
 
-from server.domain.orders.sections import Occupancy
+from server.domain.orders.sections import HeldSection, Occupancy
 from server.store.cache.memory import RowCache, Rows
 from server.store.orders.sections import SqlSectionRepository
 from server.store.writing.campus_lock import CampusLock
@@ -18,6 +18,10 @@ class CachedSectionRepository(SqlSectionRepository):
     def all(self) -> tuple[Occupancy, ...]:
         known = self._known()
         return tuple(known[vehicle_id] for vehicle_id in sorted(known))
+
+    def held_by(self, vehicle_id: str) -> tuple[HeldSection, ...]:
+        occupancy = self._known().get(vehicle_id)
+        return () if occupancy is None else occupancy.held
 
     def save(self, occupancy: Occupancy) -> None:
         self._write(occupancy, self._known().get(occupancy.vehicle_id))

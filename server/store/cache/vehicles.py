@@ -20,6 +20,8 @@ class CachedVehicleRepository(SqlVehicleRepository):
     def __init__(self, connection: Connection, campus_id: str, lock: CampusLock, memory: RowCache) -> None:
         super().__init__(connection, campus_id, lock)
         self._memory = memory
+        # Written when the transaction ends: every event of a vehicle says that it was heard.
+        self._heard: dict[str, datetime] = {}
 
     def get(self, vehicle_id: str) -> Vehicle | None:
         return self._known().get(vehicle_id)
@@ -44,17 +46,23 @@ class CachedVehicleRepository(SqlVehicleRepository):
         return tuple(where[vehicle_id] for vehicle_id in sorted(where))
 
     def heard(self, vehicle_id: str, at: datetime) -> None:
-        super().heard(vehicle_id, at)
+        self._heard[vehicle_id] = at
         before = self._where().get(vehicle_id) or Whereabouts(vehicle_id, at)
         self._memory.put(_WHEREABOUTS, vehicle_id, replace(before, heard_at=at))
 
+    def flush(self) -> None:
+        heard, self._heard = self._heard, {}
+        self._put_heard(heard)
+
     def save_position(self, vehicle_id: str, status: Status) -> None:
+        self.flush()
         super().save_position(vehicle_id, status)
         before = self._where().get(vehicle_id)
         if before is not None:
             self._memory.put(_WHEREABOUTS, vehicle_id, replace(before, status=status))
 
     def save_status(self, reports: Sequence[StatusReport]) -> None:
+        self.flush()
         super().save_status(reports)
         for report in reports:
             where = Whereabouts(report.vehicle_id, report.received_at, report.status)

@@ -1,6 +1,6 @@
 """Vehicles, where they are, and the commands to them, as rows."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from datetime import datetime
 from functools import lru_cache
@@ -62,7 +62,14 @@ class SqlVehicleRepository(Repository):
         return tuple(whereabouts_from_row(row) for row in rows)
 
     def heard(self, vehicle_id: str, at: datetime) -> None:
-        self._put(tables.whereabouts, {"vehicle_id": vehicle_id, "heard_at": at})
+        self._put_heard({vehicle_id: at})
+
+    def flush(self) -> None:
+        """Write what waits for the end of the transaction."""
+
+    def _put_heard(self, heard: Mapping[str, datetime]) -> None:
+        rows = [{"vehicle_id": vehicle_id, "heard_at": at} for vehicle_id, at in heard.items()]
+        self._put_all(tables.whereabouts, rows)
 
     def save_position(self, vehicle_id: str, status: Status) -> None:
         self._change(tables.whereabouts, {"status": to_json(status)}, vehicle_id=vehicle_id)

@@ -34,6 +34,10 @@ class SqlSectionRepository(Repository):
             for vehicle_id, sections in sorted(held.items())
         )
 
+    def held_by(self, vehicle_id: str) -> tuple[HeldSection, ...]:
+        occupancy = self._of(vehicle_id)
+        return () if occupancy is None else occupancy.held
+
     def save(self, occupancy: Occupancy) -> None:
         self._write(occupancy, self._of(occupancy.vehicle_id))
 

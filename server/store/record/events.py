@@ -17,6 +17,7 @@ from server.store.writing.campus_lock import CampusLock
 log = structlog.get_logger("store.record")
 
 _event = tables.vehicle_events.c
+_EVENT_COLUMNS = ("vehicle_id", "boot_id", "sequence", "stamp_ns", "received_ns", "body")
 _decoder: msgspec.json.Decoder[VehicleEvent] = msgspec.json.Decoder(VehicleEvent)
 
 
@@ -38,17 +39,11 @@ class SqlEventRepository(Repository):
         return 0 if highest is None else int(highest) + 1
 
     def add(self, event: RecordedEvent) -> None:
-        self._insert(
-            tables.vehicle_events,
-            {
-                "vehicle_id": event.vehicle_id,
-                "boot_id": event.boot_id,
-                "sequence": event.sequence,
-                "stamp_ns": event.stamp_ns,
-                "received_ns": event.received_ns,
-                "body": to_json(event.body),
-            },
-        )
+        self._write((event,))
+
+    def _write(self, events: Sequence[RecordedEvent]) -> None:
+        if events:
+            self._insert_values(tables.vehicle_events, _EVENT_COLUMNS, [_event_to_row(one) for one in events])
 
     def add_server_event(self, event: ServerEvent) -> None:
         self._unwritten.append(event)
@@ -78,6 +73,18 @@ class SqlEventRepository(Repository):
                 for number, event in enumerate(events)
             ],
         )
+
+
+def _event_to_row(event: RecordedEvent) -> tuple[str | int, ...]:
+    """In the order of _EVENT_COLUMNS."""
+    return (
+        event.vehicle_id,
+        event.boot_id,
+        event.sequence,
+        event.stamp_ns,
+        event.received_ns,
+        to_json(event.body),
+    )
 
 
 def recorded_from_row(row: AnyRow) -> RecordedEvent | None:

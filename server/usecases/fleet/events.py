@@ -1,6 +1,8 @@
 """Stores and applies the events of vehicles: each event once, in order."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from datetime import timedelta
+from typing import NamedTuple
 
 from contract.wire.messages import (
     Blocked,
@@ -19,7 +21,8 @@ from contract.wire.messages import (
     VehicleEvent,
     VisitChanged,
 )
-from contract.wire.sequence import is_new
+from contract.wire.sequence import SequenceGap, is_new
+from server.domain.errors import SessionFenced, VehicleUnknown
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.planning.plans import PlannedVisit
 from server.domain.record.events import RecordedEvent
@@ -33,13 +36,22 @@ from server.usecases.ports.vehicles import EventStore
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from server.usecases.rides import boarding
 
+# A vehicle's word refreshes when it was heard; a difference this small is not worth a write.
+HEARD_WITHIN = timedelta(seconds=0.5)
 
-@dataclass(frozen=True, slots=True)
-class EventResult:
+
+class EventResult(NamedTuple):
     """is_new is False for a repeat. next_sequence: every event of the boot below it is stored."""
 
     is_new: bool
     next_sequence: int
+
+
+class SessionEvent(NamedTuple):
+    """An event, and the epoch of the session in which it came."""
+
+    epoch: int
+    event: RecordedEvent
 
 
 def store_event(events: EventStore, event: RecordedEvent) -> bool:
@@ -55,18 +67,59 @@ def store_event(events: EventStore, event: RecordedEvent) -> bool:
 
 def apply_event(uow: UnitOfWork, event: RecordedEvent) -> EventResult:
     """Store the event and apply it once. Raises SequenceGap, VehicleUnknown."""
-    vehicle = enrolled_vehicle(uow, event.vehicle_id)
-    new = store_event(uow.events, event)
-    if new:
-        uow.vehicles.heard(event.vehicle_id, uow.now)
-        _take_effect(uow, vehicle, event.body)
+    return _apply(uow, enrolled_vehicle(uow, event.vehicle_id), event)
+
+
+def apply_events(
+    uow: UnitOfWork, events: Sequence[SessionEvent]
+) -> tuple[EventResult | SequenceGap | SessionFenced | VehicleUnknown, ...]:
+    """Apply events of many vehicles, each once and in this order: a result for each one.
+
+    What one vehicle may not report is its own result, and changes nothing for the others.
+    """
+    return tuple(_result(uow, one) for one in events)
+
+
+def _result(
+    uow: UnitOfWork, reported: SessionEvent
+) -> EventResult | SequenceGap | SessionFenced | VehicleUnknown:
+    event = reported.event
+    vehicle = uow.vehicles.get(event.vehicle_id)
+    if vehicle is None:
+        return VehicleUnknown(f"no vehicle {event.vehicle_id} is enrolled")
+    if vehicle.epoch != reported.epoch:
+        return SessionFenced(f"a newer session of {event.vehicle_id} took over from epoch {reported.epoch}")
+    try:
+        return _apply(uow, vehicle, event)
+    except SequenceGap as gap:
+        return gap
+
+
+def _apply(uow: UnitOfWork, vehicle: Vehicle, event: RecordedEvent) -> EventResult:
+    if not store_event(uow.events, event):
+        return EventResult(False, uow.events.count(event.vehicle_id, event.boot_id))
+    _note_heard(uow, event.vehicle_id)
+    _take_effect(uow, vehicle, event.body)
+    if not isinstance(event.body, _KEPT_ONLY):
         uow.publish(topics.vehicle(uow.campus_id, event.vehicle_id), sequence=event.sequence)
-    return EventResult(new, uow.events.count(event.vehicle_id, event.boot_id))
+    return EventResult(True, event.sequence + 1)
+
+
+def _note_heard(uow: UnitOfWork, vehicle_id: str) -> None:
+    where = uow.vehicles.whereabouts(vehicle_id)
+    if where is None or uow.now - where.heard_at >= HEARD_WITHIN:
+        uow.vehicles.heard(vehicle_id, uow.now)
+
+
+# They change nothing that is shown of the vehicle, or what they change publishes itself.
+_KEPT_ONLY = (DoorsChanged, SectionReleased, Blocked, FaultRaised, CodeRefused)
 
 
 def _take_effect(uow: UnitOfWork, vehicle: Vehicle, body: VehicleEvent) -> None:
     vehicle_id = vehicle.vehicle_id
     match body:
+        case DoorsChanged():
+            pass  # shown from the status; the event is kept for the record
         case VisitChanged():
             _visit_changed(uow, vehicle_id, body)
         case RiderBoarded():
@@ -93,8 +146,6 @@ def _take_effect(uow: UnitOfWork, vehicle: Vehicle, body: VehicleEvent) -> None:
             conditions.tap_answered(uow, vehicle, body)
         case CodeRefused():
             conditions.code_refused(uow, vehicle, body)
-        case DoorsChanged():
-            pass  # shown from the status; the event is kept for the record
 
 
 def _visit_changed(uow: UnitOfWork, vehicle_id: str, event: VisitChanged) -> None:

@@ -7,7 +7,7 @@ from datetime import timedelta
 
 import msgspec
 
-from contract.roads.network import RoadNetwork
+from contract.roads.network import AT_SEA_M, RoadNetwork
 from contract.wire.messages import EventLogState, OrderProgress, Status
 from server.domain.errors import CampusUnknown, SectionsTaken, SessionFenced
 from server.domain.fleet.vehicles import StatusReport, Vehicle, VehicleSession
@@ -123,7 +123,6 @@ def record_status(uow: UnitOfWork, reports: Sequence[StatusReport]) -> None:
     newest = {report.vehicle_id: report for report in known}
     for vehicle_id, report in sorted(newest.items()):
         _check_position(uow, vehicles[vehicle_id], report.status)
-        uow.publish(topics.vehicle_status(uow.campus_id, vehicle_id))
 
 
 def _without_driving_view(report: StatusReport) -> StatusReport:
@@ -198,7 +197,19 @@ def _check_position(uow: UnitOfWork, vehicle: Vehicle, status: Status) -> None:
 
 def _is_off_the_roads(network: RoadNetwork, status: Status) -> bool:
     pose = status.pose_map
+    if _is_where_it_says(network, status):
+        return False
     return all(network.locate(pose.x_m, pose.y_m, pose.yaw_rad + turned) is None for turned in (0.0, math.pi))
+
+
+def _is_where_it_says(network: RoadNetwork, status: Status) -> bool:
+    """Its position is near the place on the lane that it names: then no lane need be searched for."""
+    line = network.lines.get(status.lane_id)
+    if line is None:
+        return False
+    k = min(int(line.s.searchsorted(status.s_m)), len(line.s) - 1)
+    x_m, y_m = line.points[k].tolist()
+    return math.hypot(status.pose_map.x_m - x_m, status.pose_map.y_m - y_m) <= AT_SEA_M
 
 
 def _place_by(uow: UnitOfWork, vehicle: Vehicle, network: RoadNetwork, status: Status) -> None:

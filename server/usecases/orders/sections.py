@@ -5,7 +5,7 @@ import math
 from contract.wire.messages import SectionGrant
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.orders.orders import IssuedOrder, OrderState
-from server.domain.orders.sections import Occupancy
+from server.domain.orders.sections import HeldSection, Occupancy
 from server.domain.planning.plans import Plan, PlannedVisit
 from server.travel.fleet_roads import FleetRoads
 from server.usecases.orders import orders
@@ -48,6 +48,8 @@ def grants_of(uow: UnitOfWork, vehicle_id: str) -> tuple[SectionGrant, ...]:
 
 def released(uow: UnitOfWork, vehicle_id: str, section_id: str, fence: int) -> None:
     """The vehicle has left a section: the routes and grants of others are tried again."""
+    if HeldSection(section_id, fence) not in uow.sections.held_by(vehicle_id):
+        return  # without rebuilding the reservations of the whole fleet
     if SectionReservations(uow).release(vehicle_id, section_id, fence):
         extend_grants(uow)
 

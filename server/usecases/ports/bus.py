@@ -20,6 +20,10 @@ class Bus(Protocol):
         """Never raises: what is published has happened already, whether it is told or not."""
         ...
 
+    def wants(self, topic: str) -> bool:
+        """False if it is certain that a message on the topic has no reader: it need not be made."""
+        ...
+
     async def subscribe(self, pattern: str) -> Subscription:
         """pattern: topic levels divided by `/`, `*` for one level, `>` for the rest."""
         ...

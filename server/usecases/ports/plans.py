@@ -4,7 +4,7 @@ from datetime import datetime
 from typing import Protocol
 
 from server.domain.orders.orders import IssuedOrder
-from server.domain.orders.sections import Occupancy
+from server.domain.orders.sections import HeldSection, Occupancy
 from server.domain.planning.plans import Plan
 from server.domain.planning.travel_time_factors import DrivenLeg, TravelTimeFactors
 
@@ -40,6 +40,10 @@ class OrderRepository(Protocol):
 class SectionRepository(Protocol):
     def all(self) -> tuple[Occupancy, ...]:
         """Every vehicle on the road, by vehicle id."""
+        ...
+
+    def held_by(self, vehicle_id: str) -> tuple[HeldSection, ...]:
+        """The sections that one vehicle holds."""
         ...
 
     def save(self, occupancy: Occupancy) -> None: ...

@@ -19,11 +19,6 @@ def vehicle(campus_id: str, vehicle_id: str) -> str:
     return f"campus/{campus_id}/vehicle/{vehicle_id}/state"
 
 
-def vehicle_status(campus_id: str, vehicle_id: str) -> str:
-    """A new position was stored."""
-    return f"campus/{campus_id}/vehicle/{vehicle_id}/status"
-
-
 def vehicle_live(campus_id: str, vehicle_id: str) -> str:
     """A position as it came in, before it is stored: the payload is the wire's Status."""
     return f"campus/{campus_id}/vehicle/{vehicle_id}/live"

@@ -130,3 +130,15 @@ def test_a_missing_nats_server_is_said_so() -> None:
 )
 def test_patterns(pattern: str, topic: str, expected: bool) -> None:
     assert matches(pattern, topic) is expected
+
+
+def test_a_message_that_has_no_reader_here_need_not_be_made() -> None:
+    async def wanted() -> tuple[bool, bool, bool]:
+        bus = InProcessBus()
+        before = bus.wants("campus/c/vehicle/v/event")
+        subscription = await bus.subscribe("campus/c/vehicle/*/event")
+        during = bus.wants("campus/c/vehicle/v/event")
+        await subscription.close()
+        return before, during, bus.wants("campus/c/vehicle/v/event")
+
+    assert asyncio.run(wanted()) == (False, True, False)

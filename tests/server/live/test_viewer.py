@@ -3,6 +3,7 @@ import msgspec
 from contract.geometry import Pose2
 from contract.wire.messages import DrivingView, FaultReport, Status
 from server.live.scene import (
+    REMOVALS_KEPT,
     CommandScene,
     Delta,
     IncidentsScene,
@@ -221,3 +222,44 @@ def test_a_quiet_campus_still_tells_the_time_now_and_then() -> None:
     assert viewer.next_message(board, 1_000 + HEARTBEAT_MS - 1) is None
     assert viewer.next_message(board, 1_000 + HEARTBEAT_MS) == Delta(1_000 + HEARTBEAT_MS)
     assert viewer.next_message(board, 1_001 + HEARTBEAT_MS) is None
+
+
+def test_viewers_that_know_the_same_share_a_message() -> None:
+    board, first, second, late = a_board(), *(Viewer(EverythingScope()) for _ in range(3))
+    for viewer in (first, second):
+        viewer.next_message(board, 1)
+    board.put_vehicle(a_vehicle("shuttle-2", x_m=5.0))
+    shared = first.next_message(board, 3)
+    assert second.next_message(board, 3) is shared
+    assert isinstance(late.next_message(board, 3), Snapshot)
+
+
+def test_an_item_that_changed_often_is_sent_once_in_its_newest_state() -> None:
+    board, viewer = a_board(), Viewer(EverythingScope())
+    viewer.next_message(board, 1)
+    for x_m in (5.0, 6.0, 7.0):
+        board.put_vehicle(a_vehicle("shuttle-1", x_m=x_m))
+        board.put_vehicle(a_vehicle("shuttle-2", x_m=x_m))
+    news = delta(viewer.next_message(board, 3))
+    assert news.vehicles == (a_vehicle("shuttle-1", x_m=7.0), a_vehicle("shuttle-2", x_m=7.0))
+
+
+def test_a_vehicle_that_left_and_came_back_is_not_gone() -> None:
+    board, viewer = a_board(), Viewer(EverythingScope())
+    viewer.next_message(board, 1)
+    board.remove_vehicle("shuttle-1")
+    board.put_vehicle(a_vehicle("shuttle-1"))
+    news = delta(viewer.next_message(board, 3))
+    assert (news.vehicles, news.vehicles_gone) == ((a_vehicle("shuttle-1"),), ())
+
+
+def test_who_slept_through_more_removals_than_are_kept_begins_again_with_a_snapshot() -> None:
+    board, viewer, awake = a_board(), Viewer(EverythingScope()), Viewer(EverythingScope())
+    viewer.next_message(board, 1)
+    for number in range(REMOVALS_KEPT + 1):
+        board.put_ride(a_ride(f"passing-{number}"))
+        board.remove_ride(f"passing-{number}")
+        awake.next_message(board, 2)
+    assert isinstance(viewer.next_message(board, 3), Snapshot)
+    board.remove_vehicle("shuttle-1")
+    assert delta(awake.next_message(board, 4)).vehicles_gone == ("shuttle-1",)

@@ -58,6 +58,9 @@ class NotingBus(InProcessBus):
         super().__init__()
         self.said: set[str] = set()
 
+    def wants(self, topic: str) -> bool:
+        return True
+
     async def publish(self, topic: str, payload: bytes) -> None:
         self.said.add(topic)
         await super().publish(topic, payload)

@@ -1,0 +1,41 @@
+"""What a link needs from outside: a transport, and the hub's ports."""
+
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+from contract.wire.messages import EventReport
+from server.domain.fleet.vehicles import StatusReport
+from server.usecases.ports.clock_and_ids import Clock
+from server.usecases.ports.unit_of_work import Transactions
+
+if TYPE_CHECKING:
+    from server.fleet.link import Link
+
+
+class Transport(Protocol):
+    """A message pipe. Both calls return at once; `close` lets what was sent before it still go out."""
+
+    def send(self, data: bytes) -> None: ...
+
+    def close(self, code: int, reason: str) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class LinkPorts:
+    """What a link needs from the hub: ports and callbacks.
+
+    spawn   runs the link's task; when that fails, the link is ended
+    opened  registers the link
+    ended   forgets the link, and records that its session has ended
+    store   takes an event and when it came; `events_stored` or `events_refused` follows
+    """
+
+    clock: Clock
+    transactions: Transactions
+    spawn: "Callable[[str, Coroutine[Any, Any, None], Link], None]"
+    opened: "Callable[[Link], None]"
+    ended: "Callable[[Link], None]"
+    store: "Callable[[Link, EventReport, int], None]"
+    note_status: Callable[[StatusReport], None]
+    hello_timeout_s: float

@@ -1,0 +1,229 @@
+"""Frames of vehicles on their short way: in whatever pieces they come, they are handed on whole."""
+
+import asyncio
+import struct
+from collections.abc import Callable
+
+import pytest
+import uvicorn
+from fastapi import FastAPI, WebSocket
+from uvicorn.server import ServerState
+from websockets.client import ClientProtocol
+from websockets.frames import Frame, Opcode
+from websockets.uri import parse_uri
+
+from campusloop.live.direct_websockets import WAITING_BYTES_MAX, DirectWebsockets
+from server.api.sockets.frame_stream import FrameStream, frame_stream
+
+SIZE_MAX = 100_000
+
+
+class Wire(asyncio.Transport):
+    """The server's end of a connection: what it writes is kept."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.written = bytearray()
+        self.is_paused = False
+        self.waiting_bytes = 0
+        self._is_closing = False
+
+    def write(self, data: bytes | bytearray | memoryview) -> None:
+        self.written += data
+
+    def close(self) -> None:
+        self._is_closing = True
+
+    def abort(self) -> None:
+        self._is_closing = True
+
+    def is_closing(self) -> bool:
+        return self._is_closing
+
+    def pause_reading(self) -> None:
+        self.is_paused = True
+
+    def resume_reading(self) -> None:
+        self.is_paused = False
+
+    def get_write_buffer_size(self) -> int:
+        return self.waiting_bytes
+
+    def get_extra_info(self, name: str, default: object = None) -> object:
+        return default
+
+
+class TakenOver:
+    """A connection whose endpoint has taken the frames over, and the client at its other end."""
+
+    def __init__(self) -> None:
+        self.received: list[bytes] = []
+        self.lost: list[str] = []
+        self.stream: FrameStream | None = None
+        self.wire = Wire()
+        app = FastAPI()
+
+        @app.websocket("/ws")
+        async def endpoint(websocket: WebSocket) -> None:
+            await websocket.accept()
+            self.stream = frame_stream(websocket)
+            assert self.stream is not None
+            self.stream.take_over(self.received.append, self.lost.append)
+
+        config = uvicorn.Config(app, ws_max_size=SIZE_MAX, ws_per_message_deflate=False, lifespan="off")
+        config.load()
+        self.server = DirectWebsockets(config, ServerState(), {})
+        self.client = ClientProtocol(parse_uri("ws://localhost/ws"), max_size=SIZE_MAX)
+
+    async def open(self) -> None:
+        self.server.connection_made(self.wire)
+        self.client.send_request(self.client.connect())
+        self.server.data_received(b"".join(self.client.data_to_send()))
+        for _ in range(20):
+            await asyncio.sleep(0)
+        assert self.stream is not None
+        assert not self.wire.is_closing(), "the endpoint has returned, and the connection stays open"
+        self.answers()
+
+    def says(self, *frames: Frame) -> bytes:
+        """The frames as the client's bytes, masked."""
+        return b"".join(frame.serialize(mask=True) for frame in frames)
+
+    def answers(self) -> list[Frame]:
+        """What the server has sent since the last time."""
+        data, self.wire.written = bytes(self.wire.written), bytearray()
+        self.client.receive_data(data)
+        return [event for event in self.client.events_received() if isinstance(event, Frame)]
+
+
+def a_text(data: bytes) -> Frame:
+    return Frame(Opcode.TEXT, data)
+
+
+def taken_over(check: Callable[[TakenOver], None]) -> TakenOver:
+    async def run() -> TakenOver:
+        connection = TakenOver()
+        await connection.open()
+        check(connection)
+        return connection
+
+    return asyncio.run(run())
+
+
+def test_frames_in_one_read_are_handed_on_in_order() -> None:
+    texts = [b"one", b"", b"x" * 200, b"y" * 70_000, b"last"]
+    connection = taken_over(lambda c: c.server.data_received(c.says(*map(a_text, texts))))
+    assert connection.received == texts
+
+
+@pytest.mark.parametrize("piece", [1, 2, 5, 7, 64])
+def test_frames_that_come_in_pieces_are_handed_on_whole(piece: int) -> None:
+    texts = [b"one", b"x" * 300, b"last"]
+
+    def in_pieces(connection: TakenOver) -> None:
+        data = connection.says(*map(a_text, texts))
+        for at in range(0, len(data), piece):
+            connection.server.data_received(data[at : at + piece])
+
+    assert taken_over(in_pieces).received == texts
+
+
+def test_a_fragmented_message_is_one_message_even_with_a_ping_between() -> None:
+    def fragments(connection: TakenOver) -> None:
+        frames = (
+            Frame(Opcode.TEXT, b"be", fin=False),
+            Frame(Opcode.PING, b"?"),
+            Frame(Opcode.CONT, b"gin"),
+            a_text(b"next"),
+        )
+        connection.server.data_received(connection.says(*frames))
+        assert [frame.opcode for frame in connection.answers()] == [Opcode.PONG]
+
+    assert taken_over(fragments).received == [b"begin", b"next"]
+
+
+def test_a_text_in_the_middle_of_a_fragmented_message_ends_the_connection() -> None:
+    def intruding(connection: TakenOver) -> None:
+        connection.server.data_received(connection.says(Frame(Opcode.TEXT, b"be", fin=False), a_text(b"no")))
+        assert connection.wire.is_closing()
+
+    assert taken_over(intruding).received == []
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        struct.pack("!BB", 0x81, 3) + b"abcdef",
+        struct.pack("!BBQ", 0x81, 0x80 | 127, SIZE_MAX + 1) + b"mask",
+        struct.pack("!BB", 0x83, 0x80) + b"mask",
+        struct.pack("!BB", 0xF1, 0x80) + b"mask",
+    ],
+    ids=["not masked", "too large", "unknown opcode", "reserved bits"],
+)
+def test_a_frame_that_breaks_the_websocket_protocol_ends_the_connection(head: bytes) -> None:
+    def breaking(connection: TakenOver) -> None:
+        connection.server.data_received(head)
+        assert connection.wire.is_closing()
+
+    assert taken_over(breaking).received == []
+
+
+def test_what_the_server_sends_arrives() -> None:
+    texts = [b"a", b"b" * 125, b"c" * 126, b"d" * 70_000]
+
+    def send(connection: TakenOver) -> None:
+        assert connection.stream is not None
+        for text in texts:
+            connection.stream.send(text)
+        assert [frame.data for frame in connection.answers()] == texts
+
+    taken_over(send)
+
+
+def test_a_close_is_answered_and_told_once() -> None:
+    def closing(connection: TakenOver) -> None:
+        connection.server.data_received(connection.says(Frame(Opcode.CLOSE, struct.pack("!H", 1000))))
+        assert connection.wire.is_closing()
+        connection.server.connection_lost(None)
+
+    assert taken_over(closing).lost == ["connection lost"]
+
+
+def test_after_the_servers_close_nothing_more_is_handed_on() -> None:
+    def closing(connection: TakenOver) -> None:
+        assert connection.stream is not None
+        connection.stream.close(4412, "superseded")
+        connection.server.data_received(connection.says(a_text(b"late")))
+        (frame,) = connection.answers()
+        assert frame.opcode is Opcode.CLOSE
+        assert connection.client.close_rcvd is not None
+        assert (connection.client.close_rcvd.code, connection.client.close_rcvd.reason) == (
+            4412,
+            "superseded",
+        )
+
+    assert taken_over(closing).received == []
+
+
+def test_a_vehicle_that_does_not_read_is_closed_as_too_slow() -> None:
+    def slow(connection: TakenOver) -> None:
+        assert connection.stream is not None
+        connection.server.pause_writing()
+        connection.wire.waiting_bytes = WAITING_BYTES_MAX + 1
+        connection.stream.send(b"one more")
+        connection.answers()
+        assert connection.client.close_rcvd is not None
+        assert connection.client.close_rcvd.reason == "too_slow"
+
+    taken_over(slow)
+
+
+def test_a_paused_connection_is_not_read() -> None:
+    def pausing(connection: TakenOver) -> None:
+        assert connection.stream is not None
+        connection.stream.pause()
+        assert connection.wire.is_paused
+        connection.stream.resume()
+        assert not connection.wire.is_paused
+
+    taken_over(pausing)
