@@ -1,6 +1,6 @@
 """The verdict at the end of a run: every rule of the history over what was observed and what is stored."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from campusloop.simulation.history import rides, vehicles
 from campusloop.simulation.history.records import TaskFact, Violation
@@ -16,9 +16,13 @@ def judge(
     machine: Machine,
     fleet: Sequence[str],
     commands: Mapping[str, str],
+    left: Mapping[str, Collection[tuple[str, int]]],
     bound_s: float,
 ) -> list[Violation]:
-    """commands: the last check's, by vehicle. bound_s: how long after it is due a ride may still go on."""
+    """commands: the last check's, by vehicle. left: grants that the vehicle had left by then.
+
+    bound_s  how long after it is due a ride may still go on
+    """
     at_s, booked = observation.now_s(), observation.acknowledged
     found = [
         *rides.lost_bookings(at_s, booked, {ride.ride_id for ride in facts.rides}),
@@ -33,6 +37,8 @@ def judge(
     for (vehicle_id, boot_id), durable in observation.durable.items():
         stored = facts.events.get((vehicle_id, boot_id), {})
         found += vehicles.lost_events(at_s, vehicle_id, boot_id, durable, stored)
+    for vehicle_id, held in facts.held.items():
+        found += vehicles.leaked_sections(at_s, vehicle_id, held, left.get(vehicle_id, ()))
     reached = {vehicle_id for vehicle_id, command in commands.items() if command in observation.done}
     found += vehicles.unreachable(at_s, fleet, reached)
     if service is None or service.is_over:

@@ -104,6 +104,8 @@ class Observation:
         for number, event in enumerate(events, start=first):
             kept[number] = msgspec.json.encode(event).decode()
             self.note(vehicle_id, f"event {boot_id}/{number} {kept[number]}")
+            if isinstance(event, CommandDone) and event.done:
+                self.violated(self.rules.executed(self.now_s(), vehicle_id, event.command_id))
 
     def happened(self, vehicle_id: str, events: tuple[VehicleEvent, ...]) -> None:
         """What the mission itself has seen; forged events are not among it."""

@@ -30,9 +30,13 @@ Acknowledge = Callable[[AcknowledgedBooking], None]
 
 @dataclass
 class Passenger:
+    """aboard: the vehicle that the party sits in, "" before and after; has_arrived: it goes nowhere any more."""
+
     ride_id: str
     code: str
     shows_up: bool
+    aboard: str = ""
+    has_arrived: bool = False
 
 
 @dataclass
@@ -55,13 +59,28 @@ class Passengers:
     def codes(
         self, vehicle_id: str, boarding: tuple[RiderTask, ...], alighting: tuple[RiderTask, ...]
     ) -> tuple[str, ...]:
-        """The codes that those of these parties type who are there and want to."""
-        found = []
-        for task in (*boarding, *alighting):
-            passenger = self._known.get(task.ride_id)
-            if passenger is not None and passenger.shows_up and self.door_rng.random() < TYPES_RATIO:
-                found.append(passenger.code)
-        return tuple(found)
+        """The codes that those of these parties type who are there and want to: first those who get off."""
+        leaving = [p for p in self._parties(alighting) if p.aboard == vehicle_id]
+        found = [p for p in leaving if self._types()]
+        for passenger in found:
+            passenger.aboard, passenger.has_arrived = "", True
+        if not leaving:
+            found = [p for p in self._parties(boarding) if self._boards(p, vehicle_id)]
+            for passenger in found:
+                passenger.aboard = vehicle_id
+        return tuple(passenger.code for passenger in found)
+
+    def _parties(self, tasks: tuple[RiderTask, ...]) -> list[Passenger]:
+        known = (self._known.get(task.ride_id) for task in tasks)
+        return [passenger for passenger in known if passenger is not None]
+
+    def _boards(self, passenger: Passenger, vehicle_id: str) -> bool:
+        """A computer that has lost its memory of this party lets it type its code again."""
+        is_here = passenger.shows_up and not passenger.has_arrived and passenger.aboard in ("", vehicle_id)
+        return is_here and self._types()
+
+    def _types(self) -> bool:
+        return self.door_rng.random() < TYPES_RATIO
 
     async def run(self) -> None:
         while self.is_open:

@@ -15,6 +15,7 @@ from campusloop.simulation.clocks import WallClock
 from campusloop.simulation.faults import FaultInjector, Surroundings
 from campusloop.simulation.history.records import Violation
 from campusloop.simulation.history.vehicles import FleetRules as HistoryRules
+from campusloop.simulation.history.vehicles import stuck_outboxes
 from campusloop.simulation.judgement import judge
 from campusloop.simulation.network import Network, PeopleTransport
 from campusloop.simulation.observation import Observation
@@ -45,10 +46,12 @@ START_NS = 1_000_000_000
 BEGINS = datetime(2026, 9, 1, 0, 0, tzinfo=UTC)
 # After the last fault and booking: time for every ride that was promised by then.
 SETTLE_S = 2400.0
+# The vehicles' first minutes are without faults: they enrol and are released.
+BEGIN_FAULTS_S = 60.0
 # Before the end, each vehicle gets a command that it must carry out.
-LAST_CHECK_S = 180.0
-# A ride may end so much later than promised, or than the last fault.
-FORGOTTEN_AFTER_S = 1500.0
+LAST_CHECK_S = 120.0
+# A ride may end so much later than promised, or than the last fault: as a share of the time to settle.
+FORGOTTEN_RATIO = 0.6
 RESTART_S = (2.0, 20.0)
 RIDE_M = (200.0, 1500.0)
 SEATS = 6
@@ -56,7 +59,10 @@ SEATS = 6
 
 @dataclass(frozen=True, slots=True)
 class SimulationOptions:
-    """hours: of faults and bookings. faults: their kinds. rides_1ph: bookings of the whole campus in an hour."""
+    """hours: of faults and bookings. faults: their kinds. rides_1ph: bookings of the whole campus in an hour.
+
+    settle_s  how long the service has afterwards to end what it has promised
+    """
 
     road_map: RoadMap
     folder: Path
@@ -65,6 +71,7 @@ class SimulationOptions:
     hours: float = 1.0
     faults: Collection[str] = ()
     rides_1ph: float = 120.0
+    settle_s: float = SETTLE_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,20 +160,28 @@ class SimulatedService:
             ),
             tuple(options.faults),
         )
-        injector.begin(after_s=120.0)
-        faults_end_s = max(options.hours * 3600.0, 240.0)
+        injector.begin(after_s=BEGIN_FAULTS_S)
+        faults_end_s = options.hours * 3600.0
         self._run_to(faults_end_s)
         injector.end()
         self.passengers.is_open = self.operators.is_open = False
-        self._run_to(faults_end_s + SETTLE_S - LAST_CHECK_S)
+        self._run_to(faults_end_s + options.settle_s - LAST_CHECK_S)
+        left = {name: _sections_left(vehicle) for name, vehicle in self.vehicles.items()}
+        oldest = self._oldest_events()
         commands: dict[str, str] = {}
         check = self.people.create_task(self._command_each(commands))
-        self._run_to(faults_end_s + SETTLE_S)
+        self._run_to(faults_end_s + options.settle_s)
         check.cancel()
-        return self._result(faults_end_s, commands)
+        for violation in stuck_outboxes(self.now_s(), oldest, self._oldest_events()):
+            self.observation.violated(violation)
+        return self._result(faults_end_s, commands, left)
 
     def _run_to(self, until_s: float) -> None:
         self.timeline.run_until(START_NS + round(until_s * 1e9))
+
+    def _oldest_events(self) -> dict[str, tuple[str, int]]:
+        events = {name: vehicle.oldest_event for name, vehicle in self.vehicles.items()}
+        return {name: event for name, event in events.items() if event is not None}
 
     async def _open_campus(self) -> None:
         """Enrol and start the vehicles, and let the people in."""
@@ -269,13 +284,24 @@ class SimulatedService:
             )
         return vehicles, keys
 
-    def _result(self, faults_end_s: float, commands: dict[str, str]) -> SimulationResult:
+    def _result(
+        self,
+        faults_end_s: float,
+        commands: dict[str, str],
+        left: dict[str, frozenset[tuple[str, int]]],
+    ) -> SimulationResult:
         observation, service = self.observation, self.network.service
         if service is not None:
             self._take_defects(service)
-        facts = store_facts(self.machine, self.now_s(), faults_end_s)
+        facts = store_facts(
+            self.machine,
+            self.now_s(),
+            faults_end_s,
+            clock_was_wrong=bool(observation.faults["server-clock"]),
+        )
+        fleet, bound_s = tuple(self.vehicles), FORGOTTEN_RATIO * self.options.settle_s
         for violation in judge(
-            observation, facts, service, self.machine, tuple(self.vehicles), commands, FORGOTTEN_AFTER_S
+            observation, facts, service, self.machine, fleet, commands, left, bound_s
         ):
             observation.violated(violation)
         self._end_quietly()
@@ -296,3 +322,10 @@ class SimulatedService:
             starts=self._life.starts,
             driven_m=sum(vehicle.body.driven_m for vehicle in self.vehicles.values()),
         )
+
+
+def _sections_left(vehicle: SimulatedVehicle) -> frozenset[tuple[str, int]]:
+    memory = vehicle.memory
+    return frozenset(
+        (grant.section_id, grant.fence) for grant in (() if memory is None else memory.released)
+    )

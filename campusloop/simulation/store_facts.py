@@ -16,21 +16,31 @@ from server.store.unit_of_work import SqlUnitOfWork
 
 @dataclass(frozen=True, slots=True)
 class StoreFacts:
-    """events: (vehicle, boot), then number. planned: rides by vehicle. key_of_ride: of rides with a key."""
+    """events: (vehicle, boot), then number. planned: rides by vehicle. key_of_ride: of rides with a key.
+
+    held  section and fence of every grant, by vehicle
+    """
 
     rides: tuple[StoredRide, ...]
     key_of_ride: Mapping[str, str]
     events: Mapping[tuple[str, str], Mapping[int, str]]
     planned: Mapping[str, tuple[str, ...]]
     open_orders: Mapping[str, frozenset[str]]
+    held: Mapping[str, frozenset[tuple[str, int]]]
 
 
-def store_facts(machine: Machine, now_s: float, faults_end_s: float) -> StoreFacts:
+def store_facts(
+    machine: Machine, now_s: float, faults_end_s: float, *, clock_was_wrong: bool
+) -> StoreFacts:
     """Read without a server: the database is as the last process left it."""
     wall_ns = ns_of(machine.clock.now())
 
     def stored(ride: Ride) -> StoredRide:
-        due = ride.earliest if ride.promise is None else ride.promise.arrive_by
+        # The first promise counts: a ride that is told ever later times is forgotten all the same. Parties
+        # that wait, and were told a later time because the clock was wrong, wait for that time.
+        keeps_first = not clock_was_wrong or ride.state is RideState.ABOARD
+        promise = (ride.first_promise if keeps_first else None) or ride.promise
+        due = ride.earliest if promise is None else promise.arrive_by
         due_s = now_s + (ns_of(due) - wall_ns) * 1e-9
         return StoredRide(
             ride.ride_id,
@@ -57,6 +67,10 @@ def store_facts(machine: Machine, now_s: float, faults_end_s: float) -> StoreFac
             events,
             {plan.vehicle_id: plan.ride_ids for plan in uow.plans.all()},
             _open_orders(connection),
+            {
+                taken.vehicle_id: frozenset((grant.section_id, grant.fence) for grant in taken.held)
+                for taken in uow.sections.all()
+            },
         )
 
 

@@ -34,7 +34,8 @@ from vehicle_agent.signals import (
     World,
 )
 
-STEP_S = 1.5
+# A vehicle moves less than its own length in a step, so that it is seen in every section that it passes.
+STEP_S = 1.3
 IDLE_STEP_S = 3.0
 # A step that messages ask for comes at most this soon after the last one.
 SOONEST_S = 0.1
@@ -119,6 +120,11 @@ class SimulatedVehicle:
         return None if self._computer is None else self._computer.state.memory
 
     @property
+    def oldest_event(self) -> tuple[str, int] | None:
+        """Boot and number of the oldest event that the server has not acknowledged."""
+        return None if self._computer is None else self._computer.oldest_event()
+
+    @property
     def is_held(self) -> bool:
         return self._computer is not None and self._computer.state.held
 
@@ -189,6 +195,7 @@ class _Computer:
         )
         self._bridge = LinkBridge(setup.folder, identity, setup.sign, order_progress(memory), sync=False)
         self._saved = memory
+        self._task: Task | None = None
         self._numbered = 0
         self._mode: tuple[DriveMode, str | None, str] = ("held", "just_started", "")
         self._stepped_ns = timeline.now_ns
@@ -205,6 +212,10 @@ class _Computer:
         self._is_over = True
         self.link.drop()
         self._bridge.close()
+
+    def oldest_event(self) -> tuple[str, int] | None:
+        pending = self._bridge.session.log.pending()
+        return (pending[0].boot_id, pending[0].sequence) if pending else None
 
     def freeze(self) -> None:
         self._is_frozen = True
@@ -236,11 +247,17 @@ class _Computer:
         except ComputerCrashed:
             self._vehicle.crash()
             return
-        is_idle = self.state.held or self.state.memory.under_way == "" and self._vehicle.body.speed_mps == 0.0
-        self._step_after(IDLE_STEP_S if is_idle and self.state.stage == "driving" else STEP_S)
+        is_resting = self._task is not None and self._task.mode in ("idle", "hold")
+        stands = is_resting and self._vehicle.body.speed_mps == 0.0
+        self._step_after(IDLE_STEP_S if stands else STEP_S)
 
     def _step(self) -> None:
         now_ns, body = self._clock.now_ns(), self._vehicle.body
+        elapsed_s = (self._timeline.now_ns - self._stepped_ns) * 1e-9
+        self._stepped_ns = self._timeline.now_ns
+        if self._task is not None and elapsed_s > 0.0:
+            body.drive(self._task, elapsed_s)
+            self._use_battery(elapsed_s)
         messages, link = _sorted(self._bridge.session.take_messages())
         task, self.state = self._mission.step(
             self.state,
@@ -252,11 +269,7 @@ class _Computer:
             _EMPTY_WORLD,
             now_ns,
         )
-        elapsed_s = (self._timeline.now_ns - self._stepped_ns) * 1e-9
-        self._stepped_ns = self._timeline.now_ns
-        if elapsed_s > 0.0:
-            body.drive(task, elapsed_s)
-            self._use_battery(elapsed_s)
+        self._task = task
         memory = self.state.memory
         for answer in self.state.answers:
             if isinstance(answer, OrderAccepted):

@@ -21,6 +21,7 @@ class FleetRules:
     _orders: dict[str, list[str]] = field(default_factory=dict)
     _sections: dict[str, dict[str, int]] = field(default_factory=dict)
     _aboard: dict[str, frozenset[str]] = field(default_factory=dict)
+    _executed: set[str] = field(default_factory=set)
 
     def accepted(
         self, at_s: float, vehicle_id: str, order_id: str, revision: int, sent_s: float
@@ -60,6 +61,13 @@ class FleetRules:
         }
         if order_id:
             self._revisions[vehicle_id, order_id] = revision
+
+    def executed(self, at_s: float, vehicle_id: str, command_id: str) -> Violation | None:
+        """A vehicle has carried out a command, and has that on its disk: once."""
+        if command_id in self._executed:
+            return Violation(at_s, "command_repeated", vehicle_id, f"carried out {command_id} again")
+        self._executed.add(command_id)
+        return None
 
     def stands(
         self,
@@ -105,6 +113,30 @@ def lost_events(
         text = f"event {number} of {boot_id} was {durable[number]} and is stored as {stored[number]}"
         found.append(Violation(at_s, "event_changed", vehicle_id, text))
     return found
+
+
+def stuck_outboxes(
+    at_s: float, oldest_before: Mapping[str, tuple[str, int]], oldest_now: Mapping[str, tuple[str, int]]
+) -> list[Violation]:
+    """A vehicle whose oldest unacknowledged event (boot, number) is the same as minutes before."""
+    return [
+        Violation(at_s, "outbox_stuck", vehicle_id, f"event {oldest[1]} of {oldest[0]} is not acknowledged")
+        for vehicle_id, oldest in sorted(oldest_before.items())
+        if oldest_now.get(vehicle_id) == oldest
+    ]
+
+
+def leaked_sections(
+    at_s: float,
+    vehicle_id: str,
+    held: Collection[tuple[str, int]],
+    left: Collection[tuple[str, int]],
+) -> list[Violation]:
+    """Grants that the server takes as held though the vehicle has left them: nobody may ever drive there."""
+    return [
+        Violation(at_s, "section_leaked", vehicle_id, f"{section_id} (fence {fence}) is held, but was left")
+        for section_id, fence in sorted(set(held) & set(left))
+    ]
 
 
 def several_orders(at_s: float, open_orders: Mapping[str, Collection[str]]) -> list[Violation]:

@@ -97,6 +97,14 @@ def rejected(uow: UnitOfWork, vehicle_id: str, answer: OrderRejected) -> IssuedO
     return repeat(uow, vehicle_id)
 
 
+def retry_rejected(uow: UnitOfWork, vehicle_id: str) -> IssuedOrder | None:
+    """Issue a rejected order again: the vehicle has left the visit for whose sake it rejected it."""
+    order = uow.orders.current(vehicle_id)
+    if order is None or order.state is not OrderState.REJECTED:
+        return None
+    return repeat(uow, vehicle_id)
+
+
 def withdraw(uow: UnitOfWork, vehicle_id: str) -> None:
     """The vehicle does not have the present order and will not get it: the next order gets a new id."""
     order = uow.orders.current(vehicle_id)
@@ -136,10 +144,13 @@ def _says_the_same(present: IssuedOrder, plan: Plan) -> bool:
 
 
 def _is_held_back(uow: UnitOfWork, plan: Plan, present: IssuedOrder | None, here: RoadPosition) -> bool:
-    """A resting vehicle whose first visit is timed must not leave yet: it would block the road."""
+    """A resting vehicle whose first visit is timed must not leave yet: it would block the road.
+
+    A party that gets off there does not wait for the one that boards.
+    """
     first = plan.visits[0]
     at_rest = present is None or present.state is OrderState.DONE
-    if not at_rest or first.not_before is None or first.stop_id == "":
+    if not at_rest or first.alight or first.not_before is None or first.stop_id == "":
         return False
     roads = uow.roads()
     own = frozenset({plan.resting_place_id})

@@ -82,6 +82,19 @@ def test_a_resting_shuttle_leaves_as_late_as_it_can_for_a_ride_of_later(driven_f
     assert early_s + 10.0 <= waited_s <= early_s + 60.0
 
 
+def test_a_party_that_gets_off_does_not_wait_for_one_that_boards_later(driven_fleet: FakeFleet) -> None:
+    """As after a clock was set back: the shuttle rests with a party aboard."""
+    fleet = driven_fleet
+    ride = fleet.book("NN20", "C6", earliest=fleet.campus.clock.now() + timedelta(hours=1))
+    vehicle_id = ride.vehicle_id or ""
+    assert fleet.campus.read(lambda uow: uow.orders.current(vehicle_id)) is None
+    plan = plan_of(fleet, vehicle_id)
+    first = replace(plan.visits[0], alight=("ride-aboard",))
+    changed = next_version(plan, (first, *plan.visits[1:]))
+    fleet.campus.do(lambda uow: uow.plans.save(changed, plan.version))
+    assert fleet.campus.do(lambda uow: orders.reissue(uow, vehicle_id)) is not None
+
+
 def test_a_plan_that_changes_only_behind_the_order_needs_no_revision(driven_fleet: FakeFleet) -> None:
     fleet = driven_fleet
     vehicle_id = taken(fleet)
