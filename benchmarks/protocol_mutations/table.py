@@ -162,8 +162,8 @@ MUTATIONS: tuple[ProtocolMutation, ...] = (
     M(
         "orders before the backlog",
         "server/fleet/backlog.py",
-        "        return bool(self._wanted)\n",
-        "        return False\n",
+        "            self._wanted.clear()\n        return bool(self._wanted)\n",
+        "            self._wanted.clear()\n        return False\n",
         "an order is made from what the vehicle has long left behind",
         "tests/server/fleet/test_backlog.py",
     ),
@@ -225,7 +225,7 @@ MUTATIONS: tuple[ProtocolMutation, ...] = (
         "            self._memory.take_back(mark)\n",
         "            pass\n",
         "the fleet is dispatched by what was rolled back",
-        "tests/server/store/test_memory.py",
+        "tests/server/store/test_transactions.py",
     ),
     # ------------------------------------------------------------ standing tasks
     M(
