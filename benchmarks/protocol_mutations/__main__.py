@@ -1,12 +1,13 @@
 """Are protocol mistakes of our own found? `python -m benchmarks.protocol_mutations --json F`.
 
-Each wrong change of the table is made in a private copy of the tree. `campusloop simulate-service` runs there over
-a few seeds: a broken rule or an exception has caught the change. Else the named short test runs. The unchanged tree
-must be clean over the same seeds.
+Each wrong change of the table is made in a private copy of the tree. `campusloop simulate-service` runs there
+over a few seeds: a broken rule or an exception has caught the change. Else the named short test runs. The
+unchanged tree must be clean over the same seeds.
 """
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -72,6 +73,7 @@ def broken_rules(folder: Path, seed: int) -> str:
         done = subprocess.run(
             [*command, "--json", str(result)],
             cwd=folder,
+            env=os.environ | {"PYTHONPATH": ""},
             capture_output=True,
             text=True,
             timeout=_RUN_LIMIT_S,
@@ -128,8 +130,6 @@ def main() -> None:
     report.write(arguments.json, "protocol_mutations", given, [found.row() for found in verdicts], summary)
     if len(caught) < len(verdicts):
         sys.exit(1)
-
-
 
 
 if __name__ == "__main__":

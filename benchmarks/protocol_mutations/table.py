@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass
 
+
 @dataclass(frozen=True, slots=True)
 class ProtocolMutation:
-    """danger: what it does to riders or vehicles. test: the short test that notices it, where the simulation need
-    not: "" for none.
+    """danger: what it does to riders or vehicles.
+
+    test  the short test that notices it where the simulation does not, "" for none
     """
 
     name: str
@@ -14,7 +16,6 @@ class ProtocolMutation:
     now: str
     danger: str
     test: str = ""
-
 
 
 M = ProtocolMutation
@@ -32,7 +33,8 @@ MUTATIONS: tuple[ProtocolMutation, ...] = (
         "acknowledged before the commit",
         "server/fleet/link.py",
         "            stored = await self._ports.transactions.run(lambda uow: self._apply(uow, event))",
-        "            await self._perform_all(self.session.events_stored(report.boot_id, report.sequence + 1))\n"
+        "            early = self.session.events_stored(report.boot_id, report.sequence + 1)\n"
+        "            await self._perform_all(early)\n"
         "            stored = await self._ports.transactions.run(lambda uow: self._apply(uow, event))",
         "a crash between loses events for good",
     ),
@@ -97,8 +99,8 @@ MUTATIONS: tuple[ProtocolMutation, ...] = (
     M(
         "another vehicle's riders",
         "server/usecases/rides/boarding.py",
-        "    if vehicle_id in (ride.vehicle_id, ride.stranded_by) or uow.orders.has_named(vehicle_id, ride_id):",
-        "    if vehicle_id:",
+        "    if vehicle_id in (ride.vehicle_id, ride.stranded_by) or ",
+        "    if True or ",
         "one vehicle boards and completes the rides of all",
     ),
     M(

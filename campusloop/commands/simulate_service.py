@@ -1,4 +1,4 @@
-"""`campusloop simulate-service`: the whole service in virtual time under faults; exit 1 if a rule was broken."""
+"""`campusloop simulate-service`: the service in virtual time under faults; exit 1 if a rule was broken."""
 
 import gc
 import time

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import msgspec
 
 from campusloop.simulation.clocks import WallClock
+from campusloop.simulation.fleet.vehicle import SimulatedVehicle
 from campusloop.simulation.network import Network, PeopleTransport
 from campusloop.simulation.observation import Observation
-from campusloop.simulation.store import SimulatedDatabase, StoreFaults
+from campusloop.simulation.process.store import SimulatedDatabase, StoreFaults
 from campusloop.simulation.timeline import Timeline
-from campusloop.simulation.vehicle import SimulatedVehicle
 from contract.wire.messages import RiderAlighted, RiderBoarded, RiderNoShow
 
 

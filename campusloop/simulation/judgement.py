@@ -5,8 +5,8 @@ from collections.abc import Collection, Mapping, Sequence
 from campusloop.simulation.history import rides, vehicles
 from campusloop.simulation.history.records import TaskFact, Violation
 from campusloop.simulation.observation import Observation
-from campusloop.simulation.service_process import Machine, ServiceProcess
-from campusloop.simulation.store_facts import StoreFacts
+from campusloop.simulation.process.service_process import Machine, ServiceProcess
+from campusloop.simulation.process.store_facts import StoreFacts
 
 
 def judge(

@@ -1,11 +1,11 @@
-"""The network: vehicles dial the present server, people ask it; faults cut, stall and lose what is under way."""
+"""The network: vehicles dial the present server, people ask it; faults lose what is under way."""
 
 import asyncio
 from collections.abc import Callable
 
 import httpx
 
-from campusloop.simulation.service_process import ServiceProcess
+from campusloop.simulation.process.service_process import ServiceProcess
 from campusloop.simulation.timeline import Timeline
 from campusloop.simulation.wire import Connection, End, PathState
 
@@ -29,7 +29,7 @@ class Network:
         return self.paths.setdefault(vehicle_id, PathState())
 
     def dial(self, vehicle_id: str, opened: Callable[[End | None], None]) -> None:
-        """Calls `opened` with the vehicle's end of a new connection, or with None when there is none to have."""
+        """Calls `opened` with the vehicle's end of a new connection, or with None if it cannot be made."""
         self._timeline.after(self._rng.uniform(*DIAL_S), lambda: self._open(vehicle_id, opened))
 
     def cut(self, vehicle_id: str) -> None:

@@ -92,13 +92,9 @@ class Observation:
             return
         sent_s = self._sent_s(order.expires_ns)
         self.note(vehicle_id, f"follows {order.order_id}/{order.revision}")
-        self.violated(
-            self.rules.accepted(self.now_s(), vehicle_id, order.order_id, order.revision, sent_s)
-        )
+        self.violated(self.rules.accepted(self.now_s(), vehicle_id, order.order_id, order.revision, sent_s))
 
-    def on_disk(
-        self, vehicle_id: str, boot_id: str, first: int, events: tuple[VehicleEvent, ...]
-    ) -> None:
+    def on_disk(self, vehicle_id: str, boot_id: str, first: int, events: tuple[VehicleEvent, ...]) -> None:
         """These events are on the vehicle's disk, numbered from `first`."""
         kept = self.durable.setdefault((vehicle_id, boot_id), {})
         for number, event in enumerate(events, start=first):
@@ -120,12 +116,10 @@ class Observation:
     def stands(self, vehicle_id: str, memory: MissionMemory) -> None:
         aboard = {rider.ride_id: rider.party for rider in memory.aboard}
         sections = {grant.section_id: grant.fence for grant in memory.occupied}
-        self.violated(
-            self.rules.stands(self.now_s(), vehicle_id, self.seats[vehicle_id], aboard, sections)
-        )
+        self.violated(self.rules.stands(self.now_s(), vehicle_id, self.seats[vehicle_id], aboard, sections))
 
     def _sent_s(self, expires_ns: int) -> float:
-        """When an order that expires then, by the server's clock, was sent: the clock may have leapt since."""
+        """When an order of this expiry (server's clock) was sent; the clock may have leapt since."""
         begins_s = self.clock.begins.timestamp()
         best = 0.0
         for number, (from_s, ahead_s) in enumerate(self._clock_leaps):

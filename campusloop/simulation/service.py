@@ -1,4 +1,4 @@
-"""The whole service in virtual time: one server, its store, a fleet, people and faults, and what became of it."""
+"""The whole service in virtual time: one server, its store, a fleet, people and faults; and the verdict."""
 
 from collections import Counter
 from collections.abc import Collection
@@ -10,23 +10,24 @@ import httpx
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
 from campusloop.clients.ride_demand import stop_pairs
-from campusloop.simulation.body import SPEED_MPS_MAX, Body
 from campusloop.simulation.clocks import WallClock
 from campusloop.simulation.faults import FaultInjector, Surroundings
+from campusloop.simulation.fleet.body import SPEED_MPS_MAX, Body
+from campusloop.simulation.fleet.surroundings import VehicleSetup
+from campusloop.simulation.fleet.vehicle import SimulatedVehicle
 from campusloop.simulation.history.records import Violation
 from campusloop.simulation.history.vehicles import FleetRules as HistoryRules
 from campusloop.simulation.history.vehicles import stuck_outboxes
 from campusloop.simulation.judgement import judge
 from campusloop.simulation.network import Network, PeopleTransport
 from campusloop.simulation.observation import Observation
-from campusloop.simulation.operators import Operators
-from campusloop.simulation.passengers import Passengers
-from campusloop.simulation.requests import ServiceClient
-from campusloop.simulation.service_process import Machine, ServiceProcess, prepare
-from campusloop.simulation.store import SimulatedDatabase, StoreFaults
-from campusloop.simulation.store_facts import store_facts
+from campusloop.simulation.people.operators import Operators
+from campusloop.simulation.people.passengers import Passengers
+from campusloop.simulation.people.requests import ServiceClient
+from campusloop.simulation.process.service_process import Machine, ServiceProcess, prepare
+from campusloop.simulation.process.store import SimulatedDatabase, StoreFaults
+from campusloop.simulation.process.store_facts import store_facts
 from campusloop.simulation.timeline import Timeline
-from campusloop.simulation.vehicle import SimulatedVehicle, VehicleSetup
 from campusloop.virtual.campus import ORIGIN
 from campusloop.virtual.event_loop import VirtualLoop
 from contract.geometry import Pose2
@@ -76,7 +77,7 @@ class SimulationOptions:
 
 @dataclass(frozen=True, slots=True)
 class SimulationResult:
-    """digest: of everything that happened, in order. context: the last lines about each violation's subject."""
+    """digest: of everything that happened, in order. context: the last lines about each violation."""
 
     virtual_s: float
     digest: str
@@ -107,9 +108,7 @@ class SimulatedService:
         self.options = options
         self.timeline = Timeline(options.seed, START_NS)
         clock = WallClock(self.timeline, BEGINS, START_NS)
-        rules = FleetRules(
-            hours=ServiceHours(options.road_map.timezone, ()), speed_cap_mps=SPEED_MPS_MAX
-        )
+        rules = FleetRules(hours=ServiceHours(options.road_map.timezone, ()), speed_cap_mps=SPEED_MPS_MAX)
         self.database = SimulatedDatabase()
         self.machine = Machine(
             self.timeline,
@@ -300,9 +299,7 @@ class SimulatedService:
             clock_was_wrong=bool(observation.faults["server-clock"]),
         )
         fleet, bound_s = tuple(self.vehicles), FORGOTTEN_RATIO * self.options.settle_s
-        for violation in judge(
-            observation, facts, service, self.machine, fleet, commands, left, bound_s
-        ):
+        for violation in judge(observation, facts, service, self.machine, fleet, commands, left, bound_s):
             observation.violated(violation)
         self._end_quietly()
         rides = Counter(ride.state for ride in facts.rides)
@@ -326,6 +323,4 @@ class SimulatedService:
 
 def _sections_left(vehicle: SimulatedVehicle) -> frozenset[tuple[str, int]]:
     memory = vehicle.memory
-    return frozenset(
-        (grant.section_id, grant.fence) for grant in (() if memory is None else memory.released)
-    )
+    return frozenset((grant.section_id, grant.fence) for grant in (() if memory is None else memory.released))

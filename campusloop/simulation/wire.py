@@ -1,4 +1,4 @@
-"""The wire between vehicles and the server: streams with latency, which faults cut, stall, half close or repeat."""
+"""The wire between vehicles and the server: streams with latency, which faults cut, delay or repeat."""
 
 import random
 from collections.abc import Callable
@@ -80,7 +80,7 @@ class Connection:
         self._end(self.server, "cut")
 
     def half_close(self) -> None:
-        """The vehicle's end learns of it now. What it has sent arrives late, when it may be connected again."""
+        """The vehicle learns of it now. What it has sent arrives late; it may be connected again by then."""
         stragglers_s = self._rng.uniform(*STRAGGLERS_S)
         self.server.last_due_ns = max(self.server.last_due_ns, self._timeline.now_ns)
         self._end(self.vehicle, "reset")

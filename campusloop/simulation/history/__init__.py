@@ -1,1 +1,1 @@
-"""What happened to a service under faults, and what must hold all the same. Pure: no clock, no chance, no I/O."""
+"""What happened to a service under faults, and what must hold all the same. Pure."""

@@ -1,4 +1,4 @@
-"""The facts of a history, as clients, vehicles and the store told them. Times in seconds since its beginning."""
+"""The facts of a history, from clients, vehicles and the store. Times in seconds since its beginning."""
 
 from collections import deque
 from dataclasses import dataclass
@@ -31,7 +31,8 @@ class AcknowledgedBooking:
 class StoredRide:
     """A ride as the store has it.
 
-    has_ended     completed, cancelled, refused, no-show or failed; reason: why, for those that did not complete
+    has_ended     completed, cancelled, refused, no-show or failed
+    reason        why it did not complete
     due_s         the latest arrival that was promised, or the earliest pickup where nothing is promised
     """
 
@@ -56,7 +57,7 @@ class VehicleFact:
 
 @dataclass(frozen=True, slots=True)
 class TaskFact:
-    """A standing task at the end. idle_s: since its last good cycle; None for a task that waits for messages."""
+    """A standing task at the end. idle_s: since its last good cycle; None for one that waits for messages."""
 
     name: str
     is_running: bool

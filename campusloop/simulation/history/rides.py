@@ -54,7 +54,9 @@ def forgotten_riders(at_s: float, rides: Iterable[StoredRide], bound_s: float) -
     for ride in rides:
         if not ride.has_ended and at_s > ride.due_s + bound_s:
             late_s = at_s - ride.due_s
-            text = f"still {ride.state} with {ride.vehicle_id or 'no vehicle'}, {late_s:.0f} s after it was due"
+            text = (
+                f"still {ride.state} with {ride.vehicle_id or 'no vehicle'}, {late_s:.0f} s after it was due"
+            )
             found.append(Violation(at_s, "rider_forgotten", ride.ride_id, text))
         if ride.state in _WITH_REASON and not ride.reason:
             found.append(Violation(at_s, "end_unexplained", ride.ride_id, f"{ride.state} without a reason"))
@@ -77,7 +79,9 @@ def untrue_rides(at_s: float, rides: Iterable[StoredRide], seen: Sequence[Vehicl
     return found
 
 
-def unreported_rides(at_s: float, rides: Iterable[StoredRide], seen: Sequence[VehicleFact]) -> list[Violation]:
+def unreported_rides(
+    at_s: float, rides: Iterable[StoredRide], seen: Sequence[VehicleFact]
+) -> list[Violation]:
     """A party that got off at the end of its ride, and whose ride is not stored as completed."""
     last = {fact.ride_id: fact for fact in seen}
     return [

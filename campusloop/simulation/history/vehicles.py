@@ -26,7 +26,7 @@ class FleetRules:
     def accepted(
         self, at_s: float, vehicle_id: str, order_id: str, revision: int, sent_s: float
     ) -> Violation | None:
-        """A vehicle takes an order that was sent at sent_s: not an expired one, and none that it left behind."""
+        """A vehicle takes an order that was sent at sent_s: no expired one, and none that it left behind."""
         orders = self._orders.setdefault(vehicle_id, [])
         before = self._revisions.get((vehicle_id, order_id), 0)
         if before == revision and orders and orders[-1] == order_id:
@@ -35,7 +35,9 @@ class FleetRules:
             text = f"took revision {revision} of {order_id} after revision {before}"
             return Violation(at_s, "order_went_back", vehicle_id, text)
         if order_id in orders[:-1]:
-            return Violation(at_s, "order_went_back", vehicle_id, f"took {order_id}, which it had left behind")
+            return Violation(
+                at_s, "order_went_back", vehicle_id, f"took {order_id}, which it had left behind"
+            )
         if at_s - sent_s > self.order_valid_s + EXPIRY_SLACK_S:
             text = f"took {order_id}/{revision} {at_s - sent_s:.1f} s after it was sent"
             return Violation(at_s, "order_expired", vehicle_id, text)
@@ -92,9 +94,7 @@ class FleetRules:
         for other, rides in self._aboard.items():
             twice = rides & aboard.keys() if other != vehicle_id else ()
             if twice:
-                return Violation(
-                    at_s, "rider_twice", vehicle_id, f"{min(twice)} is aboard it and {other}"
-                )
+                return Violation(at_s, "rider_twice", vehicle_id, f"{min(twice)} is aboard it and {other}")
         return None
 
 

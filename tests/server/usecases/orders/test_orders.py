@@ -5,10 +5,12 @@ from datetime import timedelta
 
 import pytest
 
-from contract.wire.messages import OrderRejected, SectionGrant
+from contract.wire.messages import OrderRejected, SectionGrant, VisitChanged
 from server.domain.instants import ns_of
 from server.domain.orders.orders import IssuedOrder, OrderState
 from server.domain.planning.plans import Plan, PlannedVisit, next_version
+from server.domain.record.events import RecordedEvent
+from server.usecases.fleet import events
 from server.usecases.orders import orders
 from server.usecases.planning import plans
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -201,3 +203,17 @@ def test_rejections_for_different_reasons_are_tried_again_and_three_in_a_row_for
     assert order.revision == 5
     fleet.campus.do(lambda uow: orders.accepted(uow, vehicle_id, order.order_id, order.revision))
     assert fleet.campus.read(lambda uow: uow.incidents.all_open()) == ()
+
+
+def test_a_rejected_order_is_issued_again_when_the_vehicle_leaves_its_visit(driven_fleet: FakeFleet) -> None:
+    """It stood at a visit that the plan did not have any more, and rejected every order without it."""
+    fleet = driven_fleet
+    vehicle_id = taken(fleet)
+    while reject(fleet, vehicle_id, "visit_under_way") is not None:
+        assert current(fleet, vehicle_id).revision < 9
+    rejected = current(fleet, vehicle_id)
+    assert rejected.state is OrderState.REJECTED
+    left = RecordedEvent(vehicle_id, "boot-9", 0, 1, 1, VisitChanged("visit-gone", "NN20", "done"))
+    fleet.campus.do(lambda uow: events.apply_event(uow, left))
+    again = current(fleet, vehicle_id)
+    assert (again.state, again.revision) == (OrderState.ISSUED, rejected.revision + 1)

@@ -1,4 +1,4 @@
-"""A light vehicle: a point that follows the mission's line within comfortable limits. No perception, no control."""
+"""A light vehicle: a point that follows the mission's line within comfortable limits."""
 
 import bisect
 import math

@@ -12,10 +12,7 @@ from vehicle_agent.link.session import VehicleSession
 
 
 class VehicleLink:
-    """Of one boot of one vehicle; `arrived` is called after each frame. As `vehicle_agent.link.client` does it.
-
-    welcomed_ns  when the server last welcomed it, by the timeline
-    """
+    """Of one boot of one vehicle, as `vehicle_agent.link.client`. `arrived` is called after each frame."""
 
     def __init__(
         self,

@@ -139,5 +139,3 @@ class ProcessTransactions:
     def _require_alive(self) -> None:
         if self.is_over:
             raise asyncio.CancelledError("this process has ended")
-
-

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from sqlalchemy import Connection, select
 
 from campusloop.simulation.history.records import StoredRide
-from campusloop.simulation.service_process import Machine
+from campusloop.simulation.process.service_process import Machine
 from server.domain.instants import ns_of
 from server.domain.orders.orders import OrderState
 from server.domain.rides.rides import Ride, RideState
@@ -29,9 +29,7 @@ class StoreFacts:
     held: Mapping[str, frozenset[tuple[str, int]]]
 
 
-def store_facts(
-    machine: Machine, now_s: float, faults_end_s: float, *, clock_was_wrong: bool
-) -> StoreFacts:
+def store_facts(machine: Machine, now_s: float, faults_end_s: float, *, clock_was_wrong: bool) -> StoreFacts:
     """Read without a server: the database is as the last process left it."""
     wall_ns = ns_of(machine.clock.now())
 

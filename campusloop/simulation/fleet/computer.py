@@ -1,31 +1,30 @@
-"""A vehicle of the fleet: the real mission, outbox and link session over a light body."""
+"""One boot of a vehicle's computer: the real mission, outbox and link session, step by step."""
 
 import random
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
 import msgspec
 import numpy as np
 
-from campusloop.simulation.body import Body
 from campusloop.simulation.clocks import BootClock
+from campusloop.simulation.fleet.body import Body
+from campusloop.simulation.fleet.surroundings import Cabin, Observer, VehicleSetup
+from campusloop.simulation.fleet.vehicle_disk import ComputerCrashed, VehicleDisk
+from campusloop.simulation.fleet.vehicle_link import VehicleLink
 from campusloop.simulation.network import Network
 from campusloop.simulation.timeline import Timeline
-from campusloop.simulation.vehicle_disk import ComputerCrashed, VehicleDisk
-from campusloop.simulation.vehicle_link import VehicleLink
-from contract.wire.messages import DriveMode, ModeChanged, OrderAccepted, RiderTask, Status, VehicleEvent
+from contract.wire.messages import DriveMode, ModeChanged, OrderAccepted, Status, VehicleEvent
 from vehicle_agent.link.bridge import LinkBridge, TickUpdate
 from vehicle_agent.link.outbox import read_memory
-from vehicle_agent.link.session import Identity, Sign
+from vehicle_agent.link.session import Identity
 from vehicle_agent.mission.boarding import riders_to_alight, riders_to_board
 from vehicle_agent.mission.memory import MissionMemory, order_progress
-from vehicle_agent.mission.mission import Mission
 from vehicle_agent.mission.state import MissionState
 from vehicle_agent.signals import (
     CodeTyped,
     FleetVehicle,
+    LinkMessage,
     LinkState,
     MissionMessage,
     PedestrianPresence,
@@ -39,138 +38,32 @@ STEP_S = 1.3
 IDLE_STEP_S = 3.0
 # A step that messages ask for comes at most this soon after the last one.
 SOONEST_S = 0.1
-REBOOT_S = (15.0, 60.0)
-DRIFT_MAX = 5e-5
 BATTERY_PER_DRIVE_S, BATTERY_PER_REST_S = 8e-5, 2.1e-4
 
 _MOTION = VehicleMotion(1, 0.0, 0.0, 0.0, 0.0, True, False, True, 1.0)
 _EMPTY_WORLD = World(0, 0, np.empty((0, 2)), (), (), False)
 
 
-class Cabin(Protocol):
-    """The people at a vehicle's doors."""
+class Host(Protocol):
+    """The vehicle around the computer. forged: events of no mission, to be sent with the next."""
 
-    def codes(
-        self, vehicle_id: str, boarding: tuple[RiderTask, ...], alighting: tuple[RiderTask, ...]
-    ) -> tuple[str, ...]:
-        """The codes that are typed now."""
-        ...
+    setup: VehicleSetup
+    body: Body
+    disk: VehicleDisk
+    rng: random.Random
+    boot_id: str
+    battery_ratio: float
+    forged: list[VehicleEvent]
 
-
-class Observer(Protocol):
-    """What the history learns of a vehicle, in the order in which it is true."""
-
-    def booted(self, vehicle_id: str, boot_id: str, memory: MissionMemory) -> None: ...
-
-    def accepted(self, vehicle_id: str, answer: OrderAccepted, memory: MissionMemory) -> None: ...
-
-    def happened(self, vehicle_id: str, events: tuple[VehicleEvent, ...]) -> None: ...
-
-    def on_disk(
-        self, vehicle_id: str, boot_id: str, first: int, events: tuple[VehicleEvent, ...]
-    ) -> None: ...
-
-    def stands(self, vehicle_id: str, memory: MissionMemory) -> None: ...
+    def crash(self) -> None: ...
 
 
-@dataclass(frozen=True, slots=True)
-class VehicleSetup:
-    vehicle_id: str
-    folder: Path
-    mission: Mission
-    seats: int
-    wheelchair_places: int
-    sign: Sign
-
-
-class SimulatedVehicle:
-    """`boot`, then it steps by itself; `crash` ends the computer, and the disk and the body stay."""
-
-    def __init__(
-        self,
-        setup: VehicleSetup,
-        body: Body,
-        timeline: Timeline,
-        network: Network,
-        cabin: Cabin,
-        observer: Observer,
-    ) -> None:
-        self.setup, self.body = setup, body
-        self.boot_id = ""
-        self.forged: list[VehicleEvent] = []
-        self.rng: random.Random = timeline.rng(setup.vehicle_id)
-        self.disk = VehicleDisk(setup.folder, self.rng)
-        self.battery_ratio = self.rng.uniform(0.5, 1.0)
-        self._timeline, self._network, self._cabin, self._observer = timeline, network, cabin, observer
-        self._boots = 0
-        self._is_frozen = False
-        self._computer: _Computer | None = None
-
-    @property
-    def is_running(self) -> bool:
-        return self._computer is not None and not self._is_frozen
-
-    @property
-    def link(self) -> VehicleLink | None:
-        return None if self._computer is None else self._computer.link
-
-    @property
-    def memory(self) -> MissionMemory | None:
-        """What the computer knows of its orders; None while it is off."""
-        return None if self._computer is None else self._computer.state.memory
-
-    @property
-    def oldest_event(self) -> tuple[str, int] | None:
-        """Boot and number of the oldest event that the server has not acknowledged."""
-        return None if self._computer is None else self._computer.oldest_event()
-
-    @property
-    def is_held(self) -> bool:
-        return self._computer is not None and self._computer.state.held
-
-    def boot(self) -> None:
-        """A new boot with the memory on disk."""
-        self._boots += 1
-        self._is_frozen = False
-        self.boot_id = f"{self.setup.vehicle_id}-boot-{self._boots}"
-        clock = BootClock(self._timeline, self._timeline.now_ns, self.rng.uniform(-DRIFT_MAX, DRIFT_MAX))
-        self.body.new_computer()
-        self._computer = _Computer(self, clock, self._timeline, self._network, self._cabin, self._observer)
-
-    def crash(self) -> None:
-        """Power is lost; it is back after a while."""
-        if self._computer is None:
-            return
-        self._computer.end()
-        self._computer = None
-        self.body.speed_mps = 0.0
-        self._timeline.after(self.rng.uniform(*REBOOT_S), self._boot_again)
-
-    def freeze(self, duration_s: float) -> None:
-        """The computer stands still and the gate brakes; then it goes on where it was."""
-        computer = self._computer
-        if computer is None or self._is_frozen:
-            return
-        self._is_frozen = True
-        computer.freeze()
-        self._timeline.after(duration_s, lambda: self._thaw(computer))
-
-    def _thaw(self, computer: "_Computer") -> None:
-        if computer is self._computer and self._is_frozen:
-            self._is_frozen = False
-            computer.thaw()
-
-    def _boot_again(self) -> None:
-        if self._computer is None:
-            self.boot()
-
-
-class _Computer:
+class Computer:
     """One boot: the mission's state, the link, and the steps."""
 
     def __init__(
         self,
-        vehicle: SimulatedVehicle,
+        vehicle: Host,
         clock: BootClock,
         timeline: Timeline,
         network: Network,
@@ -352,7 +245,7 @@ class _Computer:
 
 
 def _sorted(
-    arrived: list[MissionMessage | LinkState | FleetVehicle | PedestrianPresence],
+    arrived: list[LinkMessage],
 ) -> tuple[tuple[MissionMessage, ...], LinkState | None]:
     """The messages for the mission, and the newest state of the link; a light vehicle sees no others."""
     messages: list[MissionMessage] = []
@@ -368,5 +261,3 @@ def _sorted(
 def _memory_on_disk(folder: Path) -> MissionMemory:
     data = read_memory(folder)
     return MissionMemory() if data is None else msgspec.msgpack.decode(data, type=MissionMemory)
-
-

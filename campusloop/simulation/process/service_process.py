@@ -10,7 +10,7 @@ import httpx
 from fastapi import FastAPI
 
 from campusloop.simulation.clocks import WallClock
-from campusloop.simulation.store import ProcessTransactions, SimulatedDatabase, StoreFaults
+from campusloop.simulation.process.store import ProcessTransactions, SimulatedDatabase, StoreFaults
 from campusloop.simulation.timeline import Timeline
 from campusloop.virtual.campus import OPERATOR, ORIGIN, PlainHasher
 from contract.roads.load import encode_map
@@ -53,9 +53,7 @@ class Machine:
     library: MapLibrary
 
     def context(self) -> Context:
-        return Context(
-            self.road_map.campus_id, self.clock, self.ids, self.rules, PlainHasher(), self.library
-        )
+        return Context(self.road_map.campus_id, self.clock, self.ids, self.rules, PlainHasher(), self.library)
 
 
 class ServiceProcess:
@@ -112,7 +110,10 @@ class ServiceProcess:
         self._timeline.at(self._timeline.now_ns, self.end_tasks)
 
     def end_tasks(self) -> None:
-        """Cancel every task of the process and forget its loop. Their transactions raise CancelledError, so nothing of this reaches the store."""
+        """Cancel every task of the process and forget its loop.
+
+        Their transactions raise CancelledError, so nothing of this reaches the store.
+        """
         self.is_over = self.transactions.is_over = True
         for task in sorted(asyncio.all_tasks(self.loop), key=lambda task: task.get_name()):
             task.cancel()

@@ -1,4 +1,4 @@
-"""Simulated passengers: they book, cancel, change their mind, and type their codes at the doors of a vehicle."""
+"""Simulated passengers: they book, cancel, change their mind, and type their codes at a vehicle's doors."""
 
 import asyncio
 import random
@@ -10,7 +10,7 @@ from typing import Any
 from campusloop.clients.ride_demand import StopPair
 from campusloop.simulation.clocks import WallClock
 from campusloop.simulation.history.records import AcknowledgedBooking
-from campusloop.simulation.requests import ServiceClient
+from campusloop.simulation.people.requests import ServiceClient
 from contract.wire.messages import RiderTask
 
 PARTIES = (1, 1, 1, 1, 2, 2, 3)
@@ -30,7 +30,7 @@ Acknowledge = Callable[[AcknowledgedBooking], None]
 
 @dataclass
 class Passenger:
-    """aboard: the vehicle that the party sits in, "" before and after; has_arrived: it goes nowhere any more."""
+    """aboard: the vehicle that the party sits in, "" before and after; has_arrived: it has got off."""
 
     ride_id: str
     code: str

@@ -1,11 +1,11 @@
-"""Simulated operators: they resume what stands, settle conflicts, and hold, recall and close as they please."""
+"""Simulated operators: they resume what stands, settle conflicts, and hold, recall and close roads."""
 
 import asyncio
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Coroutine, Sequence
 from dataclasses import dataclass, field
 
-from campusloop.simulation.requests import ServiceClient
+from campusloop.simulation.people.requests import ServiceClient
 from campusloop.virtual.campus import OPERATOR
 
 WATCH_EVERY_S = 10.0
@@ -78,8 +78,8 @@ class Operators:
                 actions = (self._hold, self._stop, self._recall, self._close_road, self._hold_for)
                 self._spawn(self.rng.choice(actions)(self.rng.choice(self.vehicles)))
 
-    def _spawn(self, work: object) -> None:
-        task = asyncio.get_running_loop().create_task(work)  # type: ignore[arg-type]
+    def _spawn(self, work: Coroutine[object, None, None]) -> None:
+        task = asyncio.get_running_loop().create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
