@@ -129,7 +129,10 @@ def _is_behind(present: IssuedOrder | None, plan: Plan) -> bool:
 
 
 def _says_the_same(present: IssuedOrder, plan: Plan) -> bool:
-    """The plan has changed only behind the visits of the order: no new revision is needed."""
+    """The plan has changed only behind the visits of the order: no new revision is needed.
+
+    In which order the parties of one visit are named means nothing, and each improvement may change it.
+    """
     if present.state not in (OrderState.ISSUED, OrderState.ACCEPTED) or present.plan_version < 0:
         return False
     ahead = plan.ordered
@@ -137,8 +140,8 @@ def _says_the_same(present: IssuedOrder, plan: Plan) -> bool:
     return len(held) == len(ahead) and all(
         (sent.visit_id, sent.dwell_s, sent.not_before_ns)
         == (visit.visit_id, visit.dwell_s, 0 if visit.not_before is None else ns_of(visit.not_before))
-        and tuple(task.ride_id for task in sent.board) == visit.board
-        and tuple(task.ride_id for task in sent.alight) == visit.alight
+        and {task.ride_id for task in sent.board} == set(visit.board)
+        and {task.ride_id for task in sent.alight} == set(visit.alight)
         for sent, visit in zip(held, ahead, strict=True)
     )
 

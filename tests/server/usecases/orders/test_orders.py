@@ -110,6 +110,20 @@ def test_a_plan_that_changes_only_behind_the_order_needs_no_revision(driven_flee
     assert fleet.campus.do(lambda uow: orders.reissue(uow, vehicle_id)) is None
 
 
+def test_parties_of_one_visit_named_in_another_order_need_no_revision(driven_fleet: FakeFleet) -> None:
+    fleet = driven_fleet
+    vehicle_id = taken(fleet)
+    assert fleet.book("NN20", "C6").vehicle_id == vehicle_id
+    plan, order = plan_of(fleet, vehicle_id), current(fleet, vehicle_id)
+    first = plan.visits[0]
+    assert len(first.board) == 2
+    turned = replace(first, board=first.board[::-1])
+    fleet.campus.do(lambda uow: uow.plans.save(next_version(plan, (turned, *plan.visits[1:])), plan.version))
+    assert fleet.campus.do(lambda uow: orders.reissue(uow, vehicle_id)) is None
+    after = current(fleet, vehicle_id)
+    assert (after.revision, after.plan_version) == (order.revision, plan.version + 1)
+
+
 def test_a_visit_that_takes_longer_or_boards_another_rider_is_told_with_a_revision(
     driven_fleet: FakeFleet,
 ) -> None:
