@@ -13,6 +13,7 @@ _COMMANDS = (
     "agent",
     "simulate",
     "shuttles",
+    "simulate-service",
     "scenario",
     "replay",
     "view",
@@ -49,11 +50,12 @@ def app_of(names: Iterable[str] = _COMMANDS) -> typer.Typer:
     app.callback()(lambda: None)
     for name in names:
         folder = "operations." if name in _OPERATIONS else ""
-        module = import_module(f"campusloop.commands.{folder}{name}")
+        function = name.replace("-", "_")
+        module = import_module(f"campusloop.commands.{folder}{function}")
         if name in _GROUPS:
             app.add_typer(module.app, name=name, help=_GROUPS[name])
         else:
-            app.command(name, hidden=name in _HIDDEN)(getattr(module, name))
+            app.command(name, hidden=name in _HIDDEN)(getattr(module, function))
     return app
 
 

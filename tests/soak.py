@@ -41,6 +41,19 @@ CAMPAIGNS = (
         "1,000 km on both shipped campuses, seed 1; nobody may be touched",
         (*CAMPUSLOOP, "simulate", "--km", "1000", "--seed", "1", "--out", str(ROOT / "var" / "kilometres")),
     ),
+    *(
+        Campaign(
+            f"service-{seed}",
+            f"a day of 20 shuttles with every fault, seed {seed}; no rule may be broken",
+            (*CAMPUSLOOP, "simulate-service", "--seed", str(seed), "--vehicles", "20", "--hours", "24"),
+        )
+        for seed in range(1, 6)
+    ),
+    Campaign(
+        "protocol",
+        "wrong changes to the protocol; the simulation or a named test notices each one",
+        (sys.executable, "-m", "benchmarks.protocol_mutations"),
+    ),
     Campaign(
         "properties",
         f"every property test on new examples, seed {PROPERTY_SEED}",

@@ -9,21 +9,15 @@ from dataclasses import dataclass, field
 import httpx
 
 from benchmarks.faults.installation import Installation
-
-
-@dataclass(frozen=True, slots=True)
-class Acknowledged:
-    """A booking that the server answered with 201."""
-
-    key: str
-    ride_id: str
-    token: str
+from campusloop.simulation.history.records import AcknowledgedBooking
+from campusloop.simulation.history.rides import doubled_bookings, lost_bookings
 
 
 @dataclass
 class Riders:
     """`run` books again and again; each booking is repeated with its key until it is answered.
 
+    tokens     of acknowledged rides, by ride id
     answers_s  how long each answered request took
     failures   answers that say that the server has a defect (500), by text
     """
@@ -31,9 +25,11 @@ class Riders:
     installation: Installation
     stops: list[str]
     seed: int
-    acknowledged: list[Acknowledged] = field(default_factory=list)
+    acknowledged: list[AcknowledgedBooking] = field(default_factory=list)
+    tokens: dict[str, str] = field(default_factory=dict)
     answers_s: list[float] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
+    begun_s: float = field(default_factory=time.monotonic)
 
     async def run(self, clients: int = 4) -> None:
         async with httpx.AsyncClient(
@@ -58,7 +54,9 @@ class Riders:
             self.answers_s.append(time.monotonic() - begun)
             if answer.status_code == 201:
                 ride = answer.json()
-                self.acknowledged.append(Acknowledged(key, ride["ride_id"], ride["token"]))
+                at_s = time.monotonic() - self.begun_s
+                self.acknowledged.append(AcknowledgedBooking(at_s, key, ride["ride_id"]))
+                self.tokens[ride["ride_id"]] = ride["token"]
                 return str(ride["state"])
             if answer.status_code == 500:
                 self.failures.append(answer.text[:200])
@@ -71,11 +69,11 @@ class Riders:
 
     async def lost_and_doubled(self) -> tuple[int, int]:
         """How many acknowledged rides are not there any more, and how many keys were given two rides."""
-        lost = 0
-        for ride in self.acknowledged:
-            answer = await self.installation.http.get(f"/rides/{ride.token}")
-            lost += answer.status_code != 200
-        rides_of: dict[str, set[str]] = {}
-        for ride in self.acknowledged:
-            rides_of.setdefault(ride.key, set()).add(ride.ride_id)
-        return lost, sum(len(rides) > 1 for rides in rides_of.values())
+        there = set()
+        for ride_id, token in self.tokens.items():
+            answer = await self.installation.http.get(f"/rides/{token}")
+            if answer.status_code == 200:
+                there.add(ride_id)
+        at_s = time.monotonic() - self.begun_s
+        lost = lost_bookings(at_s, self.acknowledged, there)
+        return len(lost), len(doubled_bookings(at_s, self.acknowledged))

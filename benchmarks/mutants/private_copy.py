@@ -24,20 +24,20 @@ class PrivateCopy:
     """Belongs to one thread. The checkout is only read."""
 
     def __init__(self, folder: Path, graph: ImportGraph) -> None:
-        self._folder = folder
+        self.folder = folder
         self._graph = graph
         self._changes = 0
         shutil.copytree(ROOT, folder, symlinks=True, ignore=shutil.ignore_patterns(*_LEFT_OUT))
 
     def text(self, path: str) -> str:
-        return (self._folder / path).read_text(encoding="utf-8")
+        return (self.folder / path).read_text(encoding="utf-8")
 
     @contextmanager
     def changed(self, path: str, text: str) -> Iterator[None]:
         """The file has this text inside, and machine code compiled with the old one is out of the way."""
-        file = self._folder / path
+        file = self.folder / path
         before, stat = file.read_bytes(), file.stat()
-        stash = self._folder.parent / f"{self._folder.name}-compiled"
+        stash = self.folder.parent / f"{self.folder.name}-compiled"
         compiled = [found for other in self._graph.compiled_with(path) for found in self._compiled(other)]
         stash.mkdir()
         for number, found in enumerate(compiled):
@@ -70,7 +70,7 @@ class PrivateCopy:
             command += ["-k", "not postgresql"]
         process = subprocess.Popen(
             [*command, *tests],
-            cwd=self._folder,
+            cwd=self.folder,
             env=os.environ | {"PYTHONDONTWRITEBYTECODE": "1", "PYTHONPATH": ""},
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -89,7 +89,7 @@ class PrivateCopy:
 
     def _compiled(self, path: str) -> list[Path]:
         """What Numba keeps of the file's kernels."""
-        file = self._folder / path
+        file = self.folder / path
         return sorted((file.parent / "__pycache__").glob(f"{file.stem}.*.nb[ic]"))
 
 

@@ -60,6 +60,14 @@ class VirtualLoop(asyncio.AbstractEventLoop):
             asyncio._set_running_loop(None)
         self._raise_failure()
 
+    def next_due_ns(self) -> int | None:
+        """When the loop has work next: its present time if callbacks are ready, None without any timer."""
+        if self._ready:
+            return self.now_ns
+        while self._timers and self._timers[0][2].cancelled():
+            heapq.heappop(self._timers)
+        return self._timers[0][0] if self._timers else None
+
     def run_now(self, coroutine: Coroutine[object, None, T]) -> T:
         """Run a coroutine to its end without moving time; for set-up and requests, which do not wait."""
         task = self.create_task(coroutine)

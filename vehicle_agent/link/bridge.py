@@ -56,7 +56,7 @@ class LinkBridge:
     def write(self, update: TickUpdate, lines: bytes) -> None:
         """Second step, blocking: writes memory and events to disk; lines: from `number_events`."""
         if update.memory is not None:
-            self._outbox.save_memory(update.memory)
+            self._outbox.save_memory(update.memory, lines)
         self._outbox.write(lines)
 
     def send(self, update: TickUpdate, now_ns: int) -> None:

@@ -2,7 +2,8 @@
 
 events.jsonl    appended and synced before an event is sent; rewritten at times without acknowledged events,
                 as a new file that replaces the old one
-memory.msgpack  the mission's memory (order, visits, riders aboard), replaced whole
+memory.msgpack  the mission's memory (order, visits, riders aboard) with the events of the same tick, replaced
+                whole: after a power loss between the two files, the memory brings back what it rests on
 """
 
 import os
@@ -15,10 +16,18 @@ from contract.wire.sequence import EventLog, LoggedEvent
 
 REWRITE_AFTER_LINES = 2000
 MEMORY_FILE = "memory.msgpack"
+_ARRAY_OF_TWO = b"\x92"
 
 
 class OutboxError(Exception):
     """The vehicle's folder cannot be used; the message says what to do."""
+
+
+class SavedMemory(msgspec.Struct, frozen=True, array_like=True):
+    """What memory.msgpack holds; lines: as they are in events.jsonl."""
+
+    memory: bytes
+    lines: bytes = b""
 
 
 class Outbox:
@@ -58,25 +67,32 @@ class Outbox:
             self._file.close()
             self._rewrite()
 
-    def save_memory(self, memory: bytes) -> None:
-        """Replaces the mission's memory; returns when it is on disk."""
-        _replace(self._memory_path, memory, self._sync)
+    def save_memory(self, memory: bytes, lines: bytes) -> None:
+        """Replaces the mission's memory; returns when it is on disk. lines: the events that it rests on."""
+        _replace(self._memory_path, msgspec.msgpack.encode(SavedMemory(memory, lines)), self._sync)
 
     def close(self) -> None:
         self._file.close()
 
     def _read_pending(self) -> list[LoggedEvent]:
-        if not self._path.exists():
-            return []
+        """Events by boot and number. Those of the memory may be missing in the file, or be acknowledged."""
+        events = self._read_events(self._path, self._path.read_bytes() if self._path.exists() else b"")
+        saved = _saved_memory(self._memory_path)
+        if saved is not None:
+            events += self._read_events(self._memory_path, saved.lines)
+        by_name = {(event.boot_id, event.sequence): event for event in events}
+        boots = dict.fromkeys(boot_id for boot_id, _ in by_name)
+        return [by_name[name] for boot_id in boots for name in sorted(n for n in by_name if n[0] == boot_id)]
+
+    def _read_events(self, path: Path, data: bytes) -> list[LoggedEvent]:
         decoder = msgspec.json.Decoder(LoggedEvent)
-        lines = self._path.read_bytes().split(b"\n")
         events = []
-        for line_number, line in enumerate(lines[:-1], start=1):
+        for line_number, line in enumerate(data.split(b"\n")[:-1], start=1):
             try:
                 events.append(decoder.decode(line))
             except msgspec.DecodeError as error:
                 raise OutboxError(
-                    f"{self._path}, line {line_number}: {error}. These events never reached the server; "
+                    f"{path}, line {line_number}: {error}. These events never reached the server; "
                     f"move the file away to go on without them"
                 ) from error
         return events
@@ -90,8 +106,17 @@ class Outbox:
 
 def read_memory(folder: Path) -> bytes | None:
     """The mission's memory in an outbox folder; None on the first boot."""
-    path = folder / MEMORY_FILE
-    return path.read_bytes() if path.exists() else None
+    saved = _saved_memory(folder / MEMORY_FILE)
+    return None if saved is None else saved.memory
+
+
+def _saved_memory(path: Path) -> SavedMemory | None:
+    if not path.exists():
+        return None
+    data = path.read_bytes()
+    # Former versions wrote the memory alone, which is a map and no array.
+    is_alone = data[:1] != _ARRAY_OF_TWO
+    return SavedMemory(data) if is_alone else msgspec.msgpack.decode(data, type=SavedMemory)
 
 
 def _replace(path: Path, data: bytes, sync: bool) -> None:

@@ -28,7 +28,7 @@ from server.domain.planning.plans import PlannedVisit
 from server.domain.record.events import RecordedEvent
 from server.domain.rides.rides import WAITING, RideState
 from server.usecases.fleet import conditions
-from server.usecases.orders import sections, visits
+from server.usecases.orders import orders, sections, visits
 from server.usecases.planning import plans
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -155,6 +155,7 @@ def _visit_changed(uow: UnitOfWork, vehicle_id: str, event: VisitChanged) -> Non
         return
     if visit is None:
         _replan_after_hello(uow, vehicle_id)
+        orders.retry_rejected(uow, vehicle_id)
         return
     # No-shows have been reported before: these rides were unknown to the vehicle, or it passed their stop.
     plans.requeue(uow, vehicle_id, visit.board)

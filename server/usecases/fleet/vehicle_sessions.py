@@ -99,8 +99,9 @@ def key_conflict(uow: UnitOfWork, vehicle_id: str, boot_id: str) -> str:
     if uow.incidents.open_about(IncidentKind.KEY_CONFLICT, vehicle_id) is not None:
         return f"the incident of two agents with the key of {vehicle_id} is open; an operator closes it"
     where = uow.vehicles.whereabouts(vehicle_id)
-    limit = uow.now - timedelta(seconds=uow.rules.key_conflict_within_s)
-    is_alive = vehicle.connected and where is not None and where.heard_at > limit
+    within = timedelta(seconds=uow.rules.key_conflict_within_s)
+    # Heard in the future: the clock has been set back since, which says nothing about the vehicle.
+    is_alive = vehicle.connected and where is not None and abs(uow.now - where.heard_at) < within
     if not is_alive or boot_id == vehicle.boot_id:
         return ""
     detail = f"boot {boot_id} said hello while boot {vehicle.boot_id} was still heard"
@@ -133,7 +134,7 @@ def _without_driving_view(report: StatusReport) -> StatusReport:
 
 def note_silence(uow: UnitOfWork) -> tuple[str, ...]:
     """Open or close the incident of each silent vehicle. Returns the silent vehicles."""
-    limit = uow.now - timedelta(seconds=uow.rules.silent_after_s)
+    silent_after = timedelta(seconds=uow.rules.silent_after_s)
     heard_at = {where.vehicle_id: where.heard_at for where in uow.vehicles.all_whereabouts()}
     silent = []
     for vehicle in uow.vehicles.all():
@@ -142,7 +143,7 @@ def note_silence(uow: UnitOfWork) -> tuple[str, ...]:
             continue
         if uow.incidents.open_about(IncidentKind.KEY_CONFLICT, vehicle.vehicle_id) is not None:
             continue  # neither agent is listened to
-        if last < limit:
+        if abs(uow.now - last) > silent_after:  # also after the clock was set back
             silent.append(vehicle.vehicle_id)
             cause = f"not heard since {last:%H:%M:%S} UTC"
             open_incident(

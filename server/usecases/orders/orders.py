@@ -97,6 +97,14 @@ def rejected(uow: UnitOfWork, vehicle_id: str, answer: OrderRejected) -> IssuedO
     return repeat(uow, vehicle_id)
 
 
+def retry_rejected(uow: UnitOfWork, vehicle_id: str) -> IssuedOrder | None:
+    """Issue a rejected order again: the vehicle has left the visit for whose sake it rejected it."""
+    order = uow.orders.current(vehicle_id)
+    if order is None or order.state is not OrderState.REJECTED:
+        return None
+    return repeat(uow, vehicle_id)
+
+
 def withdraw(uow: UnitOfWork, vehicle_id: str) -> None:
     """The vehicle does not have the present order and will not get it: the next order gets a new id."""
     order = uow.orders.current(vehicle_id)
@@ -121,7 +129,10 @@ def _is_behind(present: IssuedOrder | None, plan: Plan) -> bool:
 
 
 def _says_the_same(present: IssuedOrder, plan: Plan) -> bool:
-    """The plan has changed only behind the visits of the order: no new revision is needed."""
+    """The plan has changed only behind the visits of the order: no new revision is needed.
+
+    In which order the parties of one visit are named means nothing, and each improvement may change it.
+    """
     if present.state not in (OrderState.ISSUED, OrderState.ACCEPTED) or present.plan_version < 0:
         return False
     ahead = plan.ordered
@@ -129,17 +140,20 @@ def _says_the_same(present: IssuedOrder, plan: Plan) -> bool:
     return len(held) == len(ahead) and all(
         (sent.visit_id, sent.dwell_s, sent.not_before_ns)
         == (visit.visit_id, visit.dwell_s, 0 if visit.not_before is None else ns_of(visit.not_before))
-        and tuple(task.ride_id for task in sent.board) == visit.board
-        and tuple(task.ride_id for task in sent.alight) == visit.alight
+        and {task.ride_id for task in sent.board} == set(visit.board)
+        and {task.ride_id for task in sent.alight} == set(visit.alight)
         for sent, visit in zip(held, ahead, strict=True)
     )
 
 
 def _is_held_back(uow: UnitOfWork, plan: Plan, present: IssuedOrder | None, here: RoadPosition) -> bool:
-    """A resting vehicle whose first visit is timed must not leave yet: it would block the road."""
+    """A resting vehicle whose first visit is timed must not leave yet: it would block the road.
+
+    A party that gets off there does not wait for the one that boards.
+    """
     first = plan.visits[0]
     at_rest = present is None or present.state is OrderState.DONE
-    if not at_rest or first.not_before is None or first.stop_id == "":
+    if not at_rest or first.alight or first.not_before is None or first.stop_id == "":
         return False
     roads = uow.roads()
     own = frozenset({plan.resting_place_id})

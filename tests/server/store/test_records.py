@@ -132,6 +132,16 @@ def test_a_lease_has_one_holder_and_every_new_one_a_higher_token(record: Record)
     assert record.found(lambda uow: uow.leases.token("dispatcher")) == 3
 
 
+def test_a_lease_that_was_taken_by_a_clock_set_back_since_is_free(record: Record) -> None:
+    """A holder that is gone must not keep the lease for as long as the clock was wrong."""
+    take = lambda holder, at_s: record.do(  # noqa: E731
+        lambda uow: uow.leases.take("dispatcher", holder, NOW + at_s * SECOND, 10.0)
+    )
+    assert take("gone", 3600) == 1
+    assert take("next", 0) == 2
+    assert take("gone", 1) is None
+
+
 def test_patterns_are_listed_by_service_and_go_with_their_exceptions(record: Record) -> None:
     term = ServicePattern(CAMPUS, "term", "Term", (0, 1), MONDAY, None, (Hours(1, 2), Hours(3, 4)))
     exam = ServicePattern(CAMPUS, "exam", "Exams", (5,))

@@ -1,10 +1,12 @@
 import os
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from contract.wire.messages import CommandDone, VehicleEvent
 from vehicle_agent.link.outbox import REWRITE_AFTER_LINES, Outbox, OutboxError, read_memory
+from vehicle_agent.mission.memory import MissionMemory
 
 
 def an_event(number: int) -> VehicleEvent:
@@ -48,10 +50,10 @@ def test_events_and_memory_have_reached_the_disk_when_they_are_written(
     outbox = Outbox(tmp_path, "first", sync=sync)
     synced_sizes.clear()
     append(outbox, 1, an_event(1))
-    outbox.save_memory(b"order and riders")
+    outbox.save_memory(b"order and riders", b"")
     folder_size = tmp_path.stat().st_size
     events_size = (tmp_path / "events.jsonl").stat().st_size
-    expected = [events_size, len(b"order and riders"), folder_size]
+    expected = [events_size, (tmp_path / "memory.msgpack").stat().st_size, folder_size]
     assert synced_sizes == (expected if sync else [])
     outbox.close()
 
@@ -94,9 +96,29 @@ def test_the_file_does_not_grow_with_what_the_server_has(tmp_path: Path) -> None
 def test_memory_is_replaced_whole(tmp_path: Path) -> None:
     outbox = Outbox(tmp_path, "first")
     assert read_memory(tmp_path) is None
-    outbox.save_memory(b"one")
-    outbox.save_memory(b"two")
+    outbox.save_memory(b"one", b"")
+    outbox.save_memory(b"two", b"")
     assert read_memory(tmp_path) == b"two"
+
+
+def test_a_memory_that_a_former_version_wrote_is_read(tmp_path: Path) -> None:
+    memory = msgspec.msgpack.encode(MissionMemory(settled=("ride-1",)))
+    (tmp_path / "memory.msgpack").write_bytes(memory)
+    Outbox(tmp_path, "first").close()
+    assert read_memory(tmp_path) == memory
+
+
+def test_a_power_loss_between_memory_and_events_loses_no_event(tmp_path: Path) -> None:
+    """The memory says that riders are aboard and sections are released: the server has to learn it too."""
+    outbox = Outbox(tmp_path, "first", sync=False)
+    append(outbox, 1, an_event(1))
+    lines = outbox.number_events(2, (an_event(2), an_event(3)))
+    outbox.save_memory(b"two more have happened", lines)
+    outbox.close()
+    after = Outbox(tmp_path, "second", sync=False)
+    assert names(after) == ["command-1", "command-2", "command-3"]
+    after.close()
+    assert names(Outbox(tmp_path, "third", sync=False)) == ["command-1", "command-2", "command-3"]
 
 
 def test_a_file_of_which_most_is_still_needed_is_not_written_anew(tmp_path: Path) -> None:

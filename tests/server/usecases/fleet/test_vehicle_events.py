@@ -397,3 +397,17 @@ def test_a_promise_that_cannot_be_kept_is_told_anew_before_its_time(fleet: FakeF
     assert incident is not None
     assert shuttle.vehicle_id in incident.cause
     assert "later than promised" in incident.cause
+
+
+def test_a_vehicle_is_silent_though_it_was_heard_by_a_clock_set_back_since(fleet: FakeFleet) -> None:
+    campus = fleet.campus
+    campus.clock.advance(-3600.0)
+    fleet.shuttles[1].report()
+    assert campus.do(vehicle_sessions.note_silence) == ("shuttle-1",)
+
+
+def test_a_vehicle_that_starts_after_the_clock_was_set_back_is_no_second_agent(fleet: FakeFleet) -> None:
+    campus, shuttle = fleet.campus, fleet.shuttles[0]
+    campus.clock.advance(-3600.0)
+    conflict = campus.do(lambda uow: vehicle_sessions.key_conflict(uow, shuttle.vehicle_id, "boot-2"))
+    assert conflict == ""

@@ -5,10 +5,12 @@ from datetime import timedelta
 
 import pytest
 
-from contract.wire.messages import OrderRejected, SectionGrant
+from contract.wire.messages import OrderRejected, SectionGrant, VisitChanged
 from server.domain.instants import ns_of
 from server.domain.orders.orders import IssuedOrder, OrderState
 from server.domain.planning.plans import Plan, PlannedVisit, next_version
+from server.domain.record.events import RecordedEvent
+from server.usecases.fleet import events
 from server.usecases.orders import orders
 from server.usecases.planning import plans
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -82,6 +84,19 @@ def test_a_resting_shuttle_leaves_as_late_as_it_can_for_a_ride_of_later(driven_f
     assert early_s + 10.0 <= waited_s <= early_s + 60.0
 
 
+def test_a_party_that_gets_off_does_not_wait_for_one_that_boards_later(driven_fleet: FakeFleet) -> None:
+    """As after a clock was set back: the shuttle rests with a party aboard."""
+    fleet = driven_fleet
+    ride = fleet.book("NN20", "C6", earliest=fleet.campus.clock.now() + timedelta(hours=1))
+    vehicle_id = ride.vehicle_id or ""
+    assert fleet.campus.read(lambda uow: uow.orders.current(vehicle_id)) is None
+    plan = plan_of(fleet, vehicle_id)
+    first = replace(plan.visits[0], alight=("ride-aboard",))
+    changed = next_version(plan, (first, *plan.visits[1:]))
+    fleet.campus.do(lambda uow: uow.plans.save(changed, plan.version))
+    assert fleet.campus.do(lambda uow: orders.reissue(uow, vehicle_id)) is not None
+
+
 def test_a_plan_that_changes_only_behind_the_order_needs_no_revision(driven_fleet: FakeFleet) -> None:
     fleet = driven_fleet
     vehicle_id = taken(fleet)
@@ -93,6 +108,20 @@ def test_a_plan_that_changes_only_behind_the_order_needs_no_revision(driven_flee
     after = current(fleet, vehicle_id)
     assert (after.revision, after.plan_version) == (before.revision, newer.version)
     assert fleet.campus.do(lambda uow: orders.reissue(uow, vehicle_id)) is None
+
+
+def test_parties_of_one_visit_named_in_another_order_need_no_revision(driven_fleet: FakeFleet) -> None:
+    fleet = driven_fleet
+    vehicle_id = taken(fleet)
+    assert fleet.book("NN20", "C6").vehicle_id == vehicle_id
+    plan, order = plan_of(fleet, vehicle_id), current(fleet, vehicle_id)
+    first = plan.visits[0]
+    assert len(first.board) == 2
+    turned = replace(first, board=first.board[::-1])
+    fleet.campus.do(lambda uow: uow.plans.save(next_version(plan, (turned, *plan.visits[1:])), plan.version))
+    assert fleet.campus.do(lambda uow: orders.reissue(uow, vehicle_id)) is None
+    after = current(fleet, vehicle_id)
+    assert (after.revision, after.plan_version) == (order.revision, plan.version + 1)
 
 
 def test_a_visit_that_takes_longer_or_boards_another_rider_is_told_with_a_revision(
@@ -188,3 +217,17 @@ def test_rejections_for_different_reasons_are_tried_again_and_three_in_a_row_for
     assert order.revision == 5
     fleet.campus.do(lambda uow: orders.accepted(uow, vehicle_id, order.order_id, order.revision))
     assert fleet.campus.read(lambda uow: uow.incidents.all_open()) == ()
+
+
+def test_a_rejected_order_is_issued_again_when_the_vehicle_leaves_its_visit(driven_fleet: FakeFleet) -> None:
+    """It stood at a visit that the plan did not have any more, and rejected every order without it."""
+    fleet = driven_fleet
+    vehicle_id = taken(fleet)
+    while reject(fleet, vehicle_id, "visit_under_way") is not None:
+        assert current(fleet, vehicle_id).revision < 9
+    rejected = current(fleet, vehicle_id)
+    assert rejected.state is OrderState.REJECTED
+    left = RecordedEvent(vehicle_id, "boot-9", 0, 1, 1, VisitChanged("visit-gone", "NN20", "done"))
+    fleet.campus.do(lambda uow: events.apply_event(uow, left))
+    again = current(fleet, vehicle_id)
+    assert (again.state, again.revision) == (OrderState.ISSUED, rejected.revision + 1)

@@ -1,0 +1,117 @@
+"""The shell around a vehicle's link session in virtual time: dials, moves frames, and dials again."""
+
+from collections.abc import Callable
+
+from campusloop.simulation.clocks import BootClock
+from campusloop.simulation.network import Network
+from campusloop.simulation.timeline import Timeline
+from campusloop.simulation.wire import End
+from contract.wire.codec import WireError
+from vehicle_agent.link.client import FIRST_WAIT_S, next_wait_s
+from vehicle_agent.link.session import VehicleSession
+
+
+class VehicleLink:
+    """Of one boot of one vehicle, as `vehicle_agent.link.client`. `arrived` is called after each frame."""
+
+    def __init__(
+        self,
+        vehicle_id: str,
+        session: VehicleSession,
+        clock: BootClock,
+        network: Network,
+        timeline: Timeline,
+        arrived: Callable[[], None],
+    ) -> None:
+        self._vehicle_id, self._session, self._clock = vehicle_id, session, clock
+        self._network, self._timeline, self._arrived = network, timeline, arrived
+        self._end: End | None = None
+        self._wait_s = FIRST_WAIT_S
+        self._was_welcomed = False
+        self._is_over = False
+        self._frozen_frames: list[tuple[End, bytes]] | None = None
+        self._dial()
+
+    def flush(self) -> None:
+        """Send what the session has to send."""
+        if self._end is None or self._frozen_frames is not None:
+            return
+        for frame in self._session.take_outgoing():
+            self._end.send(frame)
+
+    def advance(self) -> None:
+        """Once a second: probes, repeats, and the end of a connection on which nothing is heard."""
+        now_ns = self._clock.now_ns()
+        self._session.advance(now_ns)
+        if self._end is not None and self._session.is_silent(now_ns):
+            self._end.close(1001, "nothing heard")
+            self._lost(self._end)
+        self.flush()
+
+    def send_raw(self, data: bytes) -> None:
+        """A frame that no session would send."""
+        if self._end is not None:
+            self._end.send(data)
+
+    def freeze(self) -> None:
+        """The computer stands still: frames wait in the operating system."""
+        self._frozen_frames = []
+
+    def thaw(self) -> None:
+        frames, self._frozen_frames = self._frozen_frames or [], None
+        for end, data in frames:
+            self._received(end, data)
+
+    def drop(self) -> None:
+        """The computer is gone; the server notices the closed connection."""
+        self._is_over = True
+        end, self._end = self._end, None
+        if end is not None:
+            end.close(1006, "reset")
+
+    def _dial(self) -> None:
+        if not self._is_over:
+            self._network.dial(self._vehicle_id, self._opened)
+
+    def _opened(self, end: End | None) -> None:
+        if self._is_over:
+            if end is not None:
+                end.close(1006, "reset")
+            return
+        if end is None:
+            self._dial_later()
+            return
+        self._end = end
+        self._was_welcomed = False
+        end.on_message = lambda data: self._received(end, data)
+        end.on_close = lambda _reason: self._lost(end)
+        self._session.connected(self._clock.now_ns())
+
+    def _received(self, end: End, data: bytes) -> None:
+        if self._frozen_frames is not None:
+            self._frozen_frames.append((end, data))
+            return
+        if end is not self._end:
+            return
+        try:
+            self._session.received(data, self._clock.now_ns())
+        except WireError as error:
+            end.close(1002, error.detail)
+            self._lost(end)
+            return
+        self._was_welcomed = self._was_welcomed or self._session.is_open
+        self.flush()
+        self._arrived()
+
+    def _lost(self, end: End) -> None:
+        if end is not self._end:
+            return
+        self._end = None
+        self._session.disconnected(self._clock.now_ns())
+        self._dial_later()
+        self._arrived()
+
+    def _dial_later(self) -> None:
+        self._wait_s = next_wait_s(self._wait_s, was_welcomed=self._was_welcomed)
+        self._was_welcomed = False
+        self._timeline.after(self._wait_s, self._dial)

@@ -1,0 +1,1 @@
+"""What happened to a service under faults, and what must hold all the same. Pure."""

@@ -1,0 +1,69 @@
+"""The verdict at the end of a run: every rule of the history over what was observed and what is stored."""
+
+from collections.abc import Collection, Mapping, Sequence
+
+from campusloop.simulation.history import rides, vehicles
+from campusloop.simulation.history.records import TaskFact, Violation
+from campusloop.simulation.observation import Observation
+from campusloop.simulation.process.service_process import Machine, ServiceProcess
+from campusloop.simulation.process.store_facts import StoreFacts
+
+
+def judge(
+    observation: Observation,
+    facts: StoreFacts,
+    service: ServiceProcess | None,
+    machine: Machine,
+    fleet: Sequence[str],
+    commands: Mapping[str, str],
+    left: Mapping[str, Collection[tuple[str, int]]],
+    bound_s: float,
+) -> list[Violation]:
+    """commands: the last check's, by vehicle. left: grants that the vehicle had left by then.
+
+    bound_s  how long after it is due a ride may still go on
+    """
+    at_s, booked = observation.now_s(), observation.acknowledged
+    found = [
+        *rides.lost_bookings(at_s, booked, {ride.ride_id for ride in facts.rides}),
+        *rides.doubled_bookings(at_s, booked),
+        *rides.doubled_keys(at_s, facts.key_of_ride),
+        *rides.forgotten_riders(at_s, facts.rides, bound_s),
+        *rides.untrue_rides(at_s, facts.rides, observation.seen),
+        *rides.unreported_rides(at_s, facts.rides, observation.seen),
+        *rides.planned_twice(at_s, facts.planned),
+        *vehicles.several_orders(at_s, facts.open_orders),
+    ]
+    for (vehicle_id, boot_id), durable in observation.durable.items():
+        stored = facts.events.get((vehicle_id, boot_id), {})
+        found += vehicles.lost_events(at_s, vehicle_id, boot_id, durable, stored)
+    for vehicle_id, held in facts.held.items():
+        found += vehicles.leaked_sections(at_s, vehicle_id, held, left.get(vehicle_id, ()))
+    reached = {vehicle_id for vehicle_id, command in commands.items() if command in observation.done}
+    found += vehicles.unreachable(at_s, fleet, reached)
+    if service is None or service.is_over:
+        return [*found, Violation(at_s, "task_dead", "server", "no server runs at the end")]
+    connected = service.services.hub.connected()
+    found += [
+        Violation(at_s, "vehicle_unreachable", name, "has no session at the end")
+        for name in fleet
+        if name not in connected
+    ]
+    return [*found, *vehicles.dead_tasks(at_s, _tasks(service, machine))]
+
+
+def _tasks(service: ServiceProcess, machine: Machine) -> list[TaskFact]:
+    now = machine.clock.now()
+    running = {task.get_name() for task in service.running_tasks()}
+    return [
+        TaskFact(
+            health.name,
+            health.name in running,
+            health.failures,
+            None
+            if health.period_s is None
+            else (now - (health.last_good_at or health.started_at)).total_seconds(),
+            health.period_s or 0.0,
+        )
+        for health in service.services.supervisor.health()
+    ]
