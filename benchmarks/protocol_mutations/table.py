@@ -210,11 +210,12 @@ MUTATIONS: tuple[ProtocolMutation, ...] = (
         "a repeated booking is a second ride",
     ),
     M(
-        "assigned twice",
-        "server/usecases/planning/assign.py",
-        'adopt_routes(uow, snapshot, schedule.routes(taken if kind == "booking" else None))',
-        "adopt_routes(uow, snapshot, schedule.routes(taken))",
+        "boarded elsewhere, fetched all the same",
+        "server/usecases/rides/boarding.py",
+        "    if not expected:\n        for other",
+        "    if False:\n        for other",
         "two vehicles come for one party",
+        "tests/server/usecases/rides/test_ride_events.py",
     ),
     M(
         "answered without a commit",

@@ -1,12 +1,26 @@
 """The verdict at the end of a run: every rule of the history over what was observed and what is stored."""
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 
 from campusloop.simulation.history import rides, vehicles
-from campusloop.simulation.history.records import TaskFact, Violation
+from campusloop.simulation.history.records import TaskFact, VehicleFact, Violation
 from campusloop.simulation.observation import Observation
 from campusloop.simulation.process.service_process import Machine, ServiceProcess
 from campusloop.simulation.process.store_facts import StoreFacts
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedState:
+    """What was true minutes before the end, so that nothing of it may still be under way at the end.
+
+    left     grants that each vehicle had left
+    durable  events on vehicles' disks, as in `Observation`; seen: what vehicles saw of rides
+    """
+
+    left: Mapping[str, Collection[tuple[str, int]]]
+    durable: Mapping[tuple[str, str], Mapping[int, str]]
+    seen: Sequence[VehicleFact]
 
 
 def judge(
@@ -16,13 +30,10 @@ def judge(
     machine: Machine,
     fleet: Sequence[str],
     commands: Mapping[str, str],
-    left: Mapping[str, Collection[tuple[str, int]]],
+    at_check: CheckedState,
     bound_s: float,
 ) -> list[Violation]:
-    """commands: the last check's, by vehicle. left: grants that the vehicle had left by then.
-
-    bound_s  how long after it is due a ride may still go on
-    """
+    """commands: the last check's, by vehicle. bound_s: how long after it is due a ride may still go on."""
     at_s, booked = observation.now_s(), observation.acknowledged
     found = [
         *rides.lost_bookings(at_s, booked, {ride.ride_id for ride in facts.rides}),
@@ -30,15 +41,15 @@ def judge(
         *rides.doubled_keys(at_s, facts.key_of_ride),
         *rides.forgotten_riders(at_s, facts.rides, bound_s),
         *rides.untrue_rides(at_s, facts.rides, observation.seen),
-        *rides.unreported_rides(at_s, facts.rides, observation.seen),
+        *rides.unreported_rides(at_s, facts.rides, at_check.seen),
         *rides.planned_twice(at_s, facts.planned),
         *vehicles.several_orders(at_s, facts.open_orders),
     ]
-    for (vehicle_id, boot_id), durable in observation.durable.items():
+    for (vehicle_id, boot_id), durable in at_check.durable.items():
         stored = facts.events.get((vehicle_id, boot_id), {})
         found += vehicles.lost_events(at_s, vehicle_id, boot_id, durable, stored)
     for vehicle_id, held in facts.held.items():
-        found += vehicles.leaked_sections(at_s, vehicle_id, held, left.get(vehicle_id, ()))
+        found += vehicles.leaked_sections(at_s, vehicle_id, held, at_check.left.get(vehicle_id, ()))
     reached = {vehicle_id for vehicle_id, command in commands.items() if command in observation.done}
     found += vehicles.unreachable(at_s, fleet, reached)
     if service is None or service.is_over:

@@ -79,6 +79,10 @@ class Observation:
 
     # ---------------------------------------------------------------- vehicles
 
+    def durable_now(self) -> dict[tuple[str, str], dict[int, str]]:
+        """The events on vehicles' disks so far; later ones may still be under way at the end."""
+        return {boot: dict(events) for boot, events in self.durable.items()}
+
     def booted(self, vehicle_id: str, boot_id: str, memory: MissionMemory) -> None:
         order = memory.order
         self.rules.rebooted(

@@ -18,7 +18,7 @@ from campusloop.simulation.fleet.vehicle import SimulatedVehicle
 from campusloop.simulation.history.records import Violation
 from campusloop.simulation.history.vehicles import FleetRules as HistoryRules
 from campusloop.simulation.history.vehicles import stuck_outboxes
-from campusloop.simulation.judgement import judge
+from campusloop.simulation.judgement import CheckedState, judge
 from campusloop.simulation.network import Network, PeopleTransport
 from campusloop.simulation.observation import Observation
 from campusloop.simulation.people.operators import Operators
@@ -165,7 +165,11 @@ class SimulatedService:
         injector.end()
         self.passengers.is_open = self.operators.is_open = False
         self._run_to(faults_end_s + options.settle_s - LAST_CHECK_S)
-        left = {name: _sections_left(vehicle) for name, vehicle in self.vehicles.items()}
+        at_check = CheckedState(
+            {name: _sections_left(vehicle) for name, vehicle in self.vehicles.items()},
+            self.observation.durable_now(),
+            tuple(self.observation.seen),
+        )
         oldest = self._oldest_events()
         commands: dict[str, str] = {}
         check = self.people.create_task(self._command_each(commands))
@@ -173,7 +177,7 @@ class SimulatedService:
         check.cancel()
         for violation in stuck_outboxes(self.now_s(), oldest, self._oldest_events()):
             self.observation.violated(violation)
-        return self._result(faults_end_s, commands, left)
+        return self._result(faults_end_s, commands, at_check)
 
     def _run_to(self, until_s: float) -> None:
         self.timeline.run_until(START_NS + round(until_s * 1e9))
@@ -287,7 +291,7 @@ class SimulatedService:
         self,
         faults_end_s: float,
         commands: dict[str, str],
-        left: dict[str, frozenset[tuple[str, int]]],
+        at_check: CheckedState,
     ) -> SimulationResult:
         observation, service = self.observation, self.network.service
         if service is not None:
@@ -299,7 +303,7 @@ class SimulatedService:
             clock_was_wrong=bool(observation.faults["server-clock"]),
         )
         fleet, bound_s = tuple(self.vehicles), FORGOTTEN_RATIO * self.options.settle_s
-        for violation in judge(observation, facts, service, self.machine, fleet, commands, left, bound_s):
+        for violation in judge(observation, facts, service, self.machine, fleet, commands, at_check, bound_s):
             observation.violated(violation)
         self._end_quietly()
         rides = Counter(ride.state for ride in facts.rides)

@@ -16,12 +16,12 @@ def run(tmp_path: Path) -> Run:
     """A run of a campus with two shuttles; each in a folder of its own."""
     runs = 0
 
-    def simulate(*faults: str, seed: int = 1, hours: float = 0.04) -> SimulationResult:
+    def simulate(*faults: str, seed: int = 1, hours: float = 0.03) -> SimulationResult:
         nonlocal runs
         runs += 1
         folder = tmp_path / str(runs)
         options = SimulationOptions(
-            small_campus(), folder, seed, 2, hours, faults, rides_1ph=120.0, settle_s=200.0
+            small_campus(), folder, seed, 2, hours, faults, rides_1ph=120.0, settle_s=160.0
         )
         return SimulatedService(options).run()
 

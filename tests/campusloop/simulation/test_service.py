@@ -10,7 +10,7 @@ from tests.campusloop.simulation.conftest import Run
 def test_a_seed_repeats_a_run_with_every_fault_and_no_rule_is_broken(run: Run) -> None:
     first, again = run(*KINDS, seed=4), run(*KINDS, seed=4)
     assert first.violations == []
-    assert sum(first.faults.values()) > 5
+    assert first.faults["torn-write"] > 0
     assert first.bookings > 0
     assert (first.digest, first.lines) == (again.digest, again.lines)
 
