@@ -180,6 +180,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
             lookups=RateLimit(settings.lookups_per_minute),
             bookings=RateLimit(settings.bookings_per_minute),
             commands=RateLimit(settings.commands_per_minute),
+            second_factors=RateLimit(settings.second_factor_tries_per_minute),
             password_checks=asyncio.Semaphore(PASSWORD_CHECKS_MAX),
         ),
         has_our_tables=ports.has_our_tables,

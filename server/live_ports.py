@@ -175,7 +175,10 @@ def fleet_rules(settings: Settings, road_map: RoadMap) -> FleetRules:
     openings = () if always else tuple(Opening(weekday, opens_s, closes_s) for weekday in range(7))
     hours = ServiceHours(road_map.timezone, openings)
     return FleetRules(
-        hours=hours, operator_session_s=settings.session_hours * 3600.0, rider_days=settings.rider_days
+        hours=hours,
+        operator_session_s=settings.session_hours * 3600.0,
+        rider_days=settings.rider_days,
+        audit_address_days=settings.audit_address_days,
     )
 
 

@@ -53,6 +53,16 @@ class Settings(BaseModel):
     rider_days: float = Field(
         30.0, gt=0, le=3650, description="How long after its end a ride names its rider; then it is erased."
     )
+    audit_address_days: float = Field(
+        90.0, gt=0, le=3650, description="How long the audit log keeps addresses; the entries stay."
+    )
+    second_factor_required: bool = Field(
+        False, description="To set a vehicle in motion or give access, an operator must have a second factor."
+    )
+    second_factor_hours: float = Field(
+        8.0, gt=0, le=168, description="How long a session may do so after its second factor was checked."
+    )
+    second_factor_tries_per_minute: int = Field(5, ge=1, description="Codes per operator; then 429.")
     segment_bytes_max: int = Field(256 * MIB, ge=MIB, description="Largest run segment taken in.")
     login_tries_per_minute: int = Field(
         6, ge=1, description="Per client network, and per browser that has signed in before; then 429."

@@ -3,8 +3,8 @@
 import hashlib
 import hmac
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass
-from typing import Annotated, Any, TypeVar
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Protocol, TypeVar, runtime_checkable
 
 import msgspec
 from cryptography.hazmat.primitives.ciphers.aead import AESGCM
@@ -12,17 +12,33 @@ from fastapi import Depends, Header, Request
 from pydantic import TypeAdapter
 
 from server.api.formats import RideToken
-from server.api.security.access import Actor, ChangingOperator, Driver, now_ns
-from server.api.services import InjectedServices, Services
+from server.api.security.access import Actor, ActorDependency, changing, now_ns
+from server.api.security.permissions import (
+    ADMINISTER,
+    DISPATCH,
+    EVACUATE,
+    GIVE_ACCESS,
+    HANDLE_INCIDENTS,
+    MOVE,
+    PLACE,
+    RUN_SERVICE,
+    STOP,
+)
+from server.api.security.request_origin import address_of, operation_of, subject_of, target_of
+from server.api.services import InjectedServices
+from server.domain.errors import DomainError, StoreFailure
 from server.domain.record.answers import KeyedRequest
+from server.domain.record.audit import AuditAction, Caller
 from server.domain.rides.rides import RideSource
 from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
+from server.usecases.record import audit
 from server.usecases.record.answers import AnsweredBefore, answer_once
 from server.usecases.record.identity import sha256_of
 
 M = TypeVar("M")
 T = TypeVar("T")
 
+_UNNAMED = AuditAction("")
 KEY_CHARACTERS_MIN, KEY_CHARACTERS_MAX = 8, 128
 KEY_PATTERN = r"^[\x21-\x7e]+$"
 
@@ -45,6 +61,7 @@ class Command:
     by       who it is, for the record; kind: what the rules know of them
     account  whose idempotency keys count
     request  what has to be the same in a repeat
+    caller, action  for the audit log; None for passengers, who are not named there
     """
 
     transactions: Transactions
@@ -53,6 +70,13 @@ class Command:
     account: str
     key: str | None
     request: bytes
+    caller: Caller | None = None
+    action: AuditAction = _UNNAMED
+
+    def about(self, subject: str, detail: str = "") -> "Command":
+        """The same, with more for the audit log than the path says. detail names no rider."""
+        action = replace(self.action, subject=subject, detail=detail or self.action.detail)
+        return replace(self, action=action)
 
     async def transact(self, kind: type[M], work: Callable[[UnitOfWork], M]) -> M:
         """The answer of `work`, of type `kind`, in one transaction. Raises IdempotencyMismatch."""
@@ -65,18 +89,64 @@ class Command:
 
         The transaction that succeeds returns what the use case returns. Raises IdempotencyMismatch.
         """
+        try:
+            return await self._once(kind, use_case, view)
+        except DomainError as error:
+            await self._record_refusal(error)
+            raise
+
+    async def _once(
+        self, kind: type[M], use_case: Callable[[Transactions], Awaitable[T]], view: Callable[[T], M]
+    ) -> M:
+        transactions: Transactions = self.transactions
+        if self.caller is not None:
+            transactions = _AuditedTransactions(transactions, self.caller, self.action)
         if self.key is None:
-            return view(await use_case(self.transactions))
+            return view(await use_case(transactions))
         key, codec = self.key, _codec(kind)
         request = KeyedRequest(self.account, sha256_of(key), hashlib.sha256(self.request).hexdigest())
         once = _OnceTransactions(
-            self.transactions, request, lambda result: _seal(key, request, codec.encode(view(result)))
+            transactions, request, lambda result: _seal(key, request, codec.encode(view(result)))
         )
         try:
             return view(await use_case(once))
         except AnsweredBefore as before:
             answer: M = codec.decode(_unseal(key, request, before.sealed))
             return answer
+
+    async def _record_refusal(self, error: DomainError) -> None:
+        if self.caller is None or isinstance(error, StoreFailure):
+            return
+        caller, refused = self.caller, replace(self.action, outcome=error.code)
+        await self.transactions.run(lambda uow: audit.append(uow, caller, refused))
+
+
+@runtime_checkable
+class _HasCommandId(Protocol):
+    """The answer to a command that goes to a vehicle."""
+
+    command_id: str
+
+
+@dataclass(frozen=True, slots=True)
+class _AuditedTransactions:
+    """Transactions that enter in the audit log what they do."""
+
+    inner: Transactions
+    caller: Caller
+    action: AuditAction
+
+    async def run(self, work: Callable[[UnitOfWork], T]) -> T:
+        def audited(uow: UnitOfWork) -> T:
+            result = work(uow)
+            command_id = result.command_id if isinstance(result, _HasCommandId) else ""
+            audit.append(uow, self.caller, replace(self.action, command_id=command_id))
+            return result
+
+        return await self.inner.run(audited)
+
+    async def read(self, work: Callable[[UnitOfWork], T]) -> T:
+        return await self.inner.read(work)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,19 +198,29 @@ def _secret(key: str, request: KeyedRequest) -> bytes:
     return hashlib.sha256(text.encode()).digest()
 
 
-async def _driver_command(
-    request: Request, services: InjectedServices, actor: Driver, idempotency_key: IdempotencyKey = None
-) -> Command:
-    return await _of_actor(request, services, actor, idempotency_key)
+def command_of(actor_dependency: ActorDependency) -> Callable[..., Awaitable[Command]]:
+    """The dependency that makes the command of an actor who may give it."""
 
+    async def command(
+        request: Request,
+        services: InjectedServices,
+        actor: Actor = Depends(actor_dependency),
+        idempotency_key: IdempotencyKey = None,
+    ) -> Command:
+        services.limits.commands.take(actor.account, now_ns(services))
+        text = await _text(request)
+        return Command(
+            services.transactions,
+            actor.kind,
+            actor.name,
+            actor.account,
+            idempotency_key,
+            text,
+            Caller(actor.kind, actor.name, address_of(request)),
+            AuditAction(operation_of(request), subject_of(request), target_of(request)),
+        )
 
-async def _operator_command(
-    request: Request,
-    services: InjectedServices,
-    operator: ChangingOperator,
-    idempotency_key: IdempotencyKey = None,
-) -> Command:
-    return await _of_actor(request, services, operator.actor, idempotency_key)
+    return command
 
 
 async def _passenger_command(
@@ -150,12 +230,6 @@ async def _passenger_command(
     services.limits.commands.take(account, now_ns(services))
     text = await _text(request)
     return Command(services.transactions, "passenger", "passenger", account, idempotency_key, text)
-
-
-async def _of_actor(request: Request, services: Services, actor: Actor, key: str | None) -> Command:
-    services.limits.commands.take(actor.account, now_ns(services))
-    text = await _text(request)
-    return Command(services.transactions, actor.kind, actor.name, actor.account, key, text)
 
 
 async def _text(request: Request) -> bytes:
@@ -176,6 +250,14 @@ def booking_key(developer: Actor | None, key: str | None) -> str | None:
     return f"developer:{sha256_of(f'{developer.account} {key}')}"
 
 
-DriverCommand = Annotated[Command, Depends(_driver_command)]
-OperatorCommand = Annotated[Command, Depends(_operator_command)]
+# One for each permission: the endpoint that takes it needs that permission.
+DispatchCommand = Annotated[Command, Depends(command_of(changing(DISPATCH)))]
+ServiceCommand = Annotated[Command, Depends(command_of(changing(RUN_SERVICE)))]
+IncidentCommand = Annotated[Command, Depends(command_of(changing(HANDLE_INCIDENTS)))]
+StopCommand = Annotated[Command, Depends(command_of(changing(STOP)))]
+MoveCommand = Annotated[Command, Depends(command_of(changing(MOVE)))]
+EvacuationCommand = Annotated[Command, Depends(command_of(changing(EVACUATE)))]
+PlaceCommand = Annotated[Command, Depends(command_of(changing(PLACE)))]
+AdminCommand = Annotated[Command, Depends(command_of(changing(ADMINISTER)))]
+AccessCommand = Annotated[Command, Depends(command_of(changing(GIVE_ACCESS)))]
 PassengerCommand = Annotated[Command, Depends(_passenger_command)]

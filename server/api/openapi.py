@@ -27,7 +27,7 @@ the three websockets.
 SCHEMA_REF = "#/components/schemas/{name}"
 SERVERS = [{"url": "/", "description": "The server that this document comes from."}]
 LICENSE = {"name": "Apache-2.0", "identifier": "Apache-2.0"}
-DEVELOPER_SCHEME = "DeveloperToken"
+SESSION_SCHEME, DEVELOPER_SCHEME = "OperatorSession", "DeveloperToken"
 
 
 def openapi_of(app: FastAPI, version: str) -> dict[str, Any]:
@@ -122,7 +122,8 @@ def _declare_security(operation: dict[str, Any]) -> None:
     """
     schemes = {name: roles for scheme in operation.get("security", []) for name, roles in scheme.items()}
     developer = {name: schemes.pop(name) for name in (DEVELOPER_SCHEME,) if name in schemes}
-    if developer:
-        operation["security"] = [schemes, developer]
-    else:
-        operation["security"] = [schemes] if schemes else []
+    alternatives = [schemes] if schemes else []
+    if len(schemes.get(SESSION_SCHEME, ())) > 1:
+        # OpenAPI would ask for all the roles of one entry.
+        alternatives = [schemes | {SESSION_SCHEME: [role]} for role in schemes[SESSION_SCHEME]]
+    operation["security"] = [*alternatives, developer] if developer else alternatives

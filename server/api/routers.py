@@ -5,6 +5,7 @@ from typing import Any
 from fastapi import APIRouter, FastAPI
 
 from server.api import problems
+from server.api.audit import routes as audit
 from server.api.campus import routes as campus
 from server.api.campus import travel_times
 from server.api.closures import routes as closures
@@ -13,6 +14,7 @@ from server.api.incidents import routes as incidents
 from server.api.interventions import routes as interventions
 from server.api.metrics import routes as metrics
 from server.api.openapi import openapi_of
+from server.api.operators import routes as operators
 from server.api.rides import records
 from server.api.rides import routes as rides
 from server.api.runs import routes as runs
@@ -20,6 +22,7 @@ from server.api.runs import segments
 from server.api.series import routes as series
 from server.api.service import routes as service
 from server.api.sessions import routes as sessions
+from server.api.sessions import second_factor
 from server.api.shifts import routes as shifts
 from server.api.sockets import (
     developer,
@@ -56,6 +59,9 @@ def bare_app(**options: Any) -> FastAPI:
         closures.router,
         travel_times.router,
         sessions.router,
+        second_factor.router,
+        operators.router,
+        audit.router,
         vehicles.router,
         shifts.router,
         vehicles.enrolments,

@@ -34,6 +34,7 @@ class Limits:
     lookups         codes tried by a client network
     bookings        of a client network or developer token
     commands        of an operator, a developer token or the holder of a ride's link
+    second_factors  codes of authenticators tried by an operator
     password_checks  how many passwords are compared at a time: each takes 64 MiB and a core
     """
 
@@ -43,6 +44,7 @@ class Limits:
     lookups: RateLimit
     bookings: RateLimit
     commands: RateLimit
+    second_factors: RateLimit
     password_checks: asyncio.Semaphore
 
 

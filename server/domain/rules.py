@@ -108,6 +108,8 @@ class FleetRules:
     enrolment_code_s: float = 24 * 3600.0
     history_days: float = 30.0
     rider_days: float = 30.0
+    audit_address_days: float = 90.0
+    initial_password_s: float = 3 * 86400.0
 
     def early_s(self, *, timed: bool) -> float:
         """How much earlier than planned a shuttle sets out; timed: to a timetable call."""

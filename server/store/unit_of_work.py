@@ -37,10 +37,12 @@ from server.store.planning.departures import SqlDepartureRepository
 from server.store.planning.plans import SqlPlanRepository
 from server.store.planning.travel_time_factors import SqlTravelTimeFactorRepository
 from server.store.record.answers import SqlAnswerRepository
+from server.store.record.audit import SqlAuditRepository
 from server.store.record.events import SqlEventRepository
 from server.store.record.identity import SqlIdentityRepository
 from server.store.record.incidents import SqlIncidentRepository
 from server.store.record.runs import SqlRunRepository
+from server.store.record.second_factors import SqlSecondFactorRepository
 from server.store.record.service import SqlServiceRepository
 from server.store.rides.rides import SqlRideRepository
 from server.store.rides.series import SqlSeriesRepository
@@ -60,10 +62,12 @@ from server.usecases.ports.plans import (
 )
 from server.usecases.ports.records import (
     AnswerRepository,
+    AuditRepository,
     IdentityRepository,
     IncidentRepository,
     LeaseRepository,
     RunRepository,
+    SecondFactorRepository,
 )
 from server.usecases.ports.rides import DecisionRepository, RideRepository, SeriesRepository
 from server.usecases.ports.service import DepartureRepository, ServiceRepository
@@ -162,6 +166,8 @@ class SqlUnitOfWork:
         self.events: EventRepository = self._events
         self.runs: RunRepository = SqlRunRepository(connection, campus_id, lock)
         self.identity: IdentityRepository = SqlIdentityRepository(connection, campus_id, lock)
+        self.second_factors: SecondFactorRepository = SqlSecondFactorRepository(connection, campus_id, lock)
+        self.audit: AuditRepository = SqlAuditRepository(connection, campus_id, lock)
         self.answers: AnswerRepository = SqlAnswerRepository(connection, campus_id, lock)
         self.leases: LeaseRepository = SqlLeaseRepository(connection, campus_id, lock)
         self.history: HistoryRepository = SqlHistoryRepository(connection, campus_id, lock)

@@ -10,7 +10,7 @@ from server.api.closures.schemas import (
     closure_request,
     closure_view,
 )
-from server.api.commands import DriverCommand
+from server.api.commands import DispatchCommand
 from server.api.formats import NAME_PATTERN
 from server.api.paging import ListLimit, Page, microseconds_of, paged
 from server.api.problems import problems
@@ -55,7 +55,7 @@ async def list_closures(
     status_code=201,
     responses=problems(LaneUnknown, SectionUnknown, ClosureInvalid, CampusUnknown, *DRIVER_REFUSALS),
 )
-async def close_road(body: ClosureBody, command: DriverCommand) -> ClosureView:
+async def close_road(body: ClosureBody, command: DispatchCommand) -> ClosureView:
     """From its beginning on, no vehicle is sent there. Rides that this cuts off are postponed, let out at
     another stop, or ended; their passengers see it at once."""
 
@@ -71,7 +71,7 @@ async def close_road(body: ClosureBody, command: DriverCommand) -> ClosureView:
     status_code=204,
     responses=problems(ClosureUnknown, ClosureOver, CampusUnknown, *DRIVER_REFUSALS),
 )
-async def lift_closure(closure_id: ClosureId, command: DriverCommand) -> None:
+async def lift_closure(closure_id: ClosureId, command: DispatchCommand) -> None:
     """The road is open again, or will not be closed."""
 
     def work(uow: UnitOfWork) -> None:

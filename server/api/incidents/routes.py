@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from server.api.commands import OperatorCommand
+from server.api.commands import IncidentCommand
 from server.api.formats import IncidentId
 from server.api.incidents.schemas import IncidentView
 from server.api.paging import LIMIT_MAX, Page, Position, microseconds_of, moment_of, paged
@@ -40,7 +40,7 @@ async def list_incidents(
     operation_id="acknowledge_incident",
     responses=problems(IncidentUnknown, IncidentClosed, *OPERATOR_REFUSALS),
 )
-async def acknowledge_incident(incident_id: IncidentId, command: OperatorCommand) -> IncidentView:
+async def acknowledge_incident(incident_id: IncidentId, command: IncidentCommand) -> IncidentView:
     """Say that an operator handles it. A repeat keeps the first name."""
     return await command.transact(
         IncidentView, lambda uow: incident_view(incidents.acknowledge(uow, incident_id, command.by))
@@ -52,7 +52,7 @@ async def acknowledge_incident(incident_id: IncidentId, command: OperatorCommand
     operation_id="close_incident",
     responses=problems(IncidentUnknown, IncidentClosed, *OPERATOR_REFUSALS),
 )
-async def close_incident(incident_id: IncidentId, command: OperatorCommand) -> IncidentView:
+async def close_incident(incident_id: IncidentId, command: IncidentCommand) -> IncidentView:
     return await command.transact(
         IncidentView, lambda uow: incident_view(incidents.close(uow, incident_id, command.by))
     )

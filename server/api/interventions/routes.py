@@ -1,8 +1,10 @@
 """Operators' interventions: previews, and reassignments."""
 
-from fastapi import APIRouter
+from typing import Annotated
 
-from server.api.commands import DriverCommand
+from fastapi import APIRouter, Depends
+
+from server.api.commands import DispatchCommand
 from server.api.formats import VehicleId
 from server.api.interventions.schemas import (
     EffectsView,
@@ -12,7 +14,8 @@ from server.api.interventions.schemas import (
     intervention,
 )
 from server.api.problems import problems
-from server.api.security.access import DRIVER_REFUSALS, Driver
+from server.api.security.access import DRIVER_REFUSALS, Actor, changing
+from server.api.security.permissions import PREVIEW
 from server.api.services import InjectedServices
 from server.domain.errors import (
     NoRestingPlaceFree,
@@ -47,19 +50,21 @@ async def preview_intervention(
     vehicle_id: VehicleId,
     request: InterventionRequest,
     services: InjectedServices,
-    driver: Driver,
+    actor: Annotated[Actor, Depends(changing(PREVIEW))],
 ) -> EffectsView:
     """The effects that it would have. Nothing changes. The intervention has these effects if the fleet does
     not change in between."""
     previewed = intervention(request)
     result = await roll_back(
-        services.transactions, lambda uow: intervene(uow, vehicle_id, previewed, driver.name)
+        services.transactions, lambda uow: intervene(uow, vehicle_id, previewed, actor.name)
     )
     return effects_view(result.effects)
 
 
 @router.post("/{vehicle_id}/reassign", operation_id="reassign_rides", responses=_REFUSED)
-async def reassign_rides(vehicle_id: VehicleId, request: Reassignment, command: DriverCommand) -> EffectsView:
+async def reassign_rides(
+    vehicle_id: VehicleId, request: Reassignment, command: DispatchCommand
+) -> EffectsView:
     """Give the rides that wait for this vehicle, or one of them, to others, which keep them."""
 
     def work(uow: UnitOfWork) -> EffectsView:

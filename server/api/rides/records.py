@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from server.api.commands import DriverCommand, OperatorCommand
+from server.api.commands import AdminCommand, DispatchCommand
 from server.api.formats import NAME_PATTERN, Moment, RideId
 from server.api.paging import LIMIT_MAX, Page, microseconds_of, moment_of, paged
 from server.api.problems import problems
@@ -89,7 +89,7 @@ async def explain_ride(ride_id: RideId, services: InjectedServices, _: Reader) -
     operation_id="cancel_ride_by_operator",
     responses=problems(RideUnknown, RideEnded, DestinationRefused, *DRIVER_REFUSALS),
 )
-async def cancel_ride_by_operator(ride_id: RideId, command: DriverCommand) -> RideRecord:
+async def cancel_ride_by_operator(ride_id: RideId, command: DispatchCommand) -> RideRecord:
     def work(uow: UnitOfWork) -> RideRecord:
         return _record(uow, rides.cancel(uow, ride_id, command.kind), command.kind)
 
@@ -111,7 +111,7 @@ async def cancel_ride_by_operator(ride_id: RideId, command: DriverCommand) -> Ri
     ),
 )
 async def change_destination_by_operator(
-    ride_id: RideId, request: DestinationRequest, command: DriverCommand
+    ride_id: RideId, request: DestinationRequest, command: DispatchCommand
 ) -> RideRecord:
     def work(uow: UnitOfWork) -> RideRecord:
         ride = rides.ride_of(uow, ride_id)
@@ -126,7 +126,7 @@ async def change_destination_by_operator(
     operation_id="erase_ride",
     responses=problems(RideUnknown, RideNotEnded, *OPERATOR_REFUSALS),
 )
-async def erase_ride(ride_id: RideId, command: OperatorCommand) -> RideRecord:
+async def erase_ride(ride_id: RideId, command: AdminCommand) -> RideRecord:
     """Take out of the record who rode: code, link, messages. Stops, times and party stay for statistics."""
 
     def work(uow: UnitOfWork) -> RideRecord:

@@ -1,6 +1,10 @@
-"""Authentication: operators by cookie and CSRF token, developers by bearer token; addresses of clients."""
+"""Access: operators by cookie, CSRF token and role, developers by bearer token; addresses of clients.
+
+Every endpoint names its `Permission` by one of the dependencies made here.
+"""
 
 import hmac
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -9,27 +13,43 @@ from fastapi.security import APIKeyCookie, APIKeyHeader, HTTPAuthorizationCreden
 
 from server.addresses import budget_of
 from server.api.problems import CsrfMissing
+from server.api.security.permissions import LOOK, Permission
 from server.api.security.rate_limit import TooManyTries
+from server.api.security.request_origin import address_of, operation_of, subject_of, target_of
 from server.api.services import InjectedServices, Services
-from server.domain.errors import IdempotencyMismatch, ScopeMissing, SessionExpired, TokenInvalid
+from server.domain.errors import (
+    DomainError,
+    IdempotencyMismatch,
+    PasswordChangeNeeded,
+    RoleMissing,
+    ScopeMissing,
+    SecondFactorMissing,
+    SecondFactorNeeded,
+    SessionExpired,
+    TokenInvalid,
+)
 from server.domain.instants import ns_of
+from server.domain.record.audit import AuditAction, Caller
 from server.domain.record.identity import DeveloperToken, Operator, OperatorSession, Scope
-from server.usecases.record import identity
+from server.usecases.record import audit, identity
 
 SESSION_COOKIE = "campusloop_session"
 CSRF_HEADER = "X-CSRF-Token"
 
 SIGNED_OUT = "sign in at POST /api/v1/session first, or send a developer token as Authorization: Bearer"
 
-# Refusals of an endpoint: for readers, for an operator's changes, for anyone's changes.
-READER_REFUSALS = (SessionExpired, TokenInvalid, ScopeMissing)
-OPERATOR_REFUSALS = (SessionExpired, CsrfMissing, IdempotencyMismatch, TooManyTries)
-DRIVER_REFUSALS = (*READER_REFUSALS, CsrfMissing, IdempotencyMismatch, TooManyTries)
+# Refusals of an endpoint: for operators or anyone who looks, for operators' and anyone's changes.
+LOOKING_REFUSALS = (SessionExpired, RoleMissing, PasswordChangeNeeded, TooManyTries)
+READER_REFUSALS = (*LOOKING_REFUSALS, TokenInvalid, ScopeMissing)
+OPERATOR_REFUSALS = (*LOOKING_REFUSALS, CsrfMissing, IdempotencyMismatch)
+DRIVER_REFUSALS = (*READER_REFUSALS, CsrfMissing, IdempotencyMismatch)
+SECOND_FACTOR_REFUSALS = (SecondFactorNeeded, SecondFactorMissing)
 
 _cookie = APIKeyCookie(
     name=SESSION_COOKIE,
     scheme_name="OperatorSession",
-    description="Set by POST /api/v1/session; HttpOnly, SameSite=Strict.",
+    description="Set by POST /api/v1/session; HttpOnly, SameSite=Strict. The roles named are the operator's: "
+    "one of them is needed.",
     auto_error=False,
 )
 _csrf = APIKeyHeader(
@@ -84,14 +104,21 @@ async def signed_in(services: Services, token: str | None) -> OperatorContext:
     return OperatorContext(token, operator, session)
 
 
-async def _reading(
+async def looking_operator(services: Services, token: str | None) -> OperatorContext:
+    """Who watches the live scene. Raises SessionExpired, PasswordChangeNeeded, RoleMissing."""
+    operator = await signed_in(services, token)
+    _require_role(operator, LOOK)
+    return operator
+
+
+async def _own_session(
     services: InjectedServices, token: Annotated[str | None, Depends(_cookie)]
 ) -> OperatorContext:
     return await signed_in(services, token)
 
 
-async def _changing(
-    operator: Annotated[OperatorContext, Depends(_reading)],
+async def _changing_own_session(
+    operator: Annotated[OperatorContext, Depends(_own_session)],
     csrf_token: Annotated[str | None, Depends(_csrf)],
 ) -> OperatorContext:
     # A cookie alone may have been sent by another site's page; it cannot read the token.
@@ -103,22 +130,123 @@ async def _changing(
 
 SessionCookie = Annotated[str | None, Depends(_cookie)]
 Credentials = HTTPAuthorizationCredentials | None
+ActorDependency = Callable[..., Awaitable[Actor]]
 
 
-async def _reader(
-    services: InjectedServices,
-    session: SessionCookie,
-    bearer: Annotated[Credentials, Security(_bearer, scopes=["read"])],
+def looking(permission: Permission) -> ActorDependency:
+    """The dependency of an endpoint that only shows."""
+    roles, scope = list(permission.roles), permission.scope
+    if scope is None:
+
+        async def operator(
+            request: Request,
+            services: InjectedServices,
+            session: str | None = Security(_cookie, scopes=roles),
+        ) -> Actor:
+            return await _permitted(request, services, permission, await signed_in(services, session))
+
+        return operator
+
+    async def anyone(
+        request: Request,
+        services: InjectedServices,
+        session: str | None = Security(_cookie, scopes=roles),
+        bearer: Credentials = Security(_bearer, scopes=[scope]),
+    ) -> Actor:
+        if bearer is not None:
+            return await _developer(services, bearer, scope)
+        return await _permitted(request, services, permission, await signed_in(services, session))
+
+    return anyone
+
+
+def changing(permission: Permission) -> ActorDependency:
+    """The dependency of an endpoint that changes something."""
+    roles, scope = list(permission.roles), permission.scope
+    if scope is None:
+
+        async def operator(
+            request: Request,
+            services: InjectedServices,
+            session: str | None = Security(_cookie, scopes=roles),
+            csrf_token: str | None = Depends(_csrf),
+        ) -> Actor:
+            changing = await _changing_own_session(await signed_in(services, session), csrf_token)
+            return await _permitted(request, services, permission, changing)
+
+        return operator
+
+    async def anyone(
+        request: Request,
+        services: InjectedServices,
+        session: str | None = Security(_cookie, scopes=roles),
+        csrf_token: str | None = Depends(_csrf),
+        bearer: Credentials = Security(_bearer, scopes=[scope]),
+    ) -> Actor:
+        # A browser sends no bearer token by itself, so a change with one needs no CSRF token.
+        if bearer is not None:
+            return await _developer(services, bearer, scope)
+        changing = await _changing_own_session(await signed_in(services, session), csrf_token)
+        return await _permitted(request, services, permission, changing)
+
+    return anyone
+
+
+async def _permitted(
+    request: Request, services: Services, permission: Permission, operator: OperatorContext
 ) -> Actor:
-    if bearer is not None:
-        return await _developer(services, bearer, "read")
-    return (await signed_in(services, session)).actor
+    """Raises RoleMissing, PasswordChangeNeeded, SecondFactorNeeded, SecondFactorMissing.
+
+    A refusal is entered in the audit log: it may be the first sign of a stolen session.
+    """
+    try:
+        _require_role(operator, permission)
+        if permission.second_factor:
+            await require_second_factor(services, operator)
+    except (RoleMissing, SecondFactorNeeded, SecondFactorMissing) as error:
+        services.limits.commands.take(operator.actor.account, now_ns(services))
+        await _record_refusal(request, services, operator.actor, error)
+        raise
+    return operator.actor
+
+
+def _require_role(operator: OperatorContext, permission: Permission) -> None:
+    if operator.operator.initial_until is not None:
+        raise PasswordChangeNeeded("choose your own password first: POST /session/password")
+    if not operator.operator.roles & set(permission.roles):
+        needed = " or ".join(permission.roles)
+        raise RoleMissing(f"this needs the role {needed}; an admin can give it to you")
+
+
+async def require_second_factor(services: Services, operator: OperatorContext) -> None:
+    """Of an operator who has one, or where the settings ask for one.
+
+    Raises SecondFactorNeeded, SecondFactorMissing.
+    """
+    operator_id = operator.operator.operator_id
+    factor = await services.transactions.read(lambda uow: uow.second_factors.confirmed(operator_id))
+    if factor is None:
+        if services.settings.second_factor_required:
+            raise SecondFactorMissing("set up a second factor first: POST /session/second-factor")
+        return
+    lifetime_s = services.settings.second_factor_hours * 3600.0
+    if not factor.holds(operator.session.checked_at, services.clock.now(), lifetime_s):
+        raise SecondFactorNeeded(
+            "give a code of your authenticator first: POST /session/second-factor/checks"
+        )
+
+
+async def _record_refusal(request: Request, services: Services, actor: Actor, error: DomainError) -> None:
+    action = AuditAction(operation_of(request), subject_of(request), target_of(request), outcome=error.code)
+    caller = Caller(actor.kind, actor.name, address_of(request))
+    await services.transactions.run(lambda uow: audit.append(uow, caller, action))
 
 
 async def _metrics_reader(
+    request: Request,
     services: InjectedServices,
-    session: SessionCookie,
-    bearer: Annotated[Credentials, Security(_bearer, scopes=["read"])],
+    session: str | None = Security(_cookie, scopes=list(LOOK.roles)),
+    bearer: Credentials = Security(_bearer, scopes=["read"]),
 ) -> None:
     """Prometheus, by the token of the settings, or any reader."""
     expected = services.settings.metrics_token
@@ -128,19 +256,10 @@ async def _metrics_reader(
         and hmac.compare_digest(bearer.credentials.encode(), expected.encode())
     ):
         return
-    await _reader(services, session, bearer)
-
-
-async def _driver(
-    services: InjectedServices,
-    session: SessionCookie,
-    csrf_token: Annotated[str | None, Depends(_csrf)],
-    bearer: Annotated[Credentials, Security(_bearer, scopes=["drive"])],
-) -> Actor:
-    # A browser sends no bearer token by itself, so a change with one needs no CSRF token.
     if bearer is not None:
-        return await _developer(services, bearer, "drive")
-    return (await _changing(await signed_in(services, session), csrf_token)).actor
+        await _developer(services, bearer, "read")
+        return
+    await _permitted(request, services, LOOK, await signed_in(services, session))
 
 
 async def _optional_developer(
@@ -156,12 +275,12 @@ async def _developer(services: Services, bearer: HTTPAuthorizationCredentials, s
     return developer_actor(token)
 
 
-Reader = Annotated[Actor, Depends(_reader)]
+Reader = Annotated[Actor, Depends(looking(LOOK))]
 MetricsReader = Annotated[None, Depends(_metrics_reader)]
-Driver = Annotated[Actor, Depends(_driver)]
 OptionalDeveloper = Annotated[Actor | None, Depends(_optional_developer)]
-ReadingOperator = Annotated[OperatorContext, Depends(_reading)]
-ChangingOperator = Annotated[OperatorContext, Depends(_changing)]
+# An operator's own session: open to every role, and while an initial password is not changed yet.
+OwnSession = Annotated[OperatorContext, Depends(_own_session)]
+ChangingOwnSession = Annotated[OperatorContext, Depends(_changing_own_session)]
 
 
 async def _client(request: Request) -> str:

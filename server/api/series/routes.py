@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Query
 
-from server.api.commands import DriverCommand, IdempotencyKey, OperatorCommand, PassengerCommand, booking_key
+from server.api.commands import AdminCommand, DispatchCommand, IdempotencyKey, PassengerCommand, booking_key
 from server.api.formats import NAME_PATTERN, RideToken
 from server.api.paging import LIMIT_MAX, Page, microseconds_of, moment_of, paged
 from server.api.problems import problems
@@ -162,7 +162,7 @@ async def cancel_series_day(
     operation_id="cancel_series_by_operator",
     responses=problems(SeriesUnknown, SeriesEnded, CampusUnknown, *DRIVER_REFUSALS),
 )
-async def cancel_series_by_operator(series_id: SeriesId, command: DriverCommand) -> SeriesRecord:
+async def cancel_series_by_operator(series_id: SeriesId, command: DispatchCommand) -> SeriesRecord:
     return await command.transact(
         SeriesRecord, lambda uow: _record(uow, series.cancel_series(uow, series_id, command.kind))
     )
@@ -173,7 +173,7 @@ async def cancel_series_by_operator(series_id: SeriesId, command: DriverCommand)
     operation_id="erase_series",
     responses=problems(SeriesUnknown, RideNotEnded, DestinationRefused, *OPERATOR_REFUSALS),
 )
-async def erase_series(series_id: SeriesId, command: OperatorCommand) -> SeriesErasure:
+async def erase_series(series_id: SeriesId, command: AdminCommand) -> SeriesErasure:
     """Cancel it, drop it with its days, and take out of the record who rode on them."""
     return await command.transact(
         SeriesErasure, lambda uow: SeriesErasure(rides=erasure.erase_series(uow, series_id, command.by))

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Query
 
-from server.api.commands import OperatorCommand
+from server.api.commands import ServiceCommand
 from server.api.formats import NAME_PATTERN, Name
 from server.api.problems import problems
 from server.api.security.access import OPERATOR_REFUSALS, READER_REFUSALS, Reader
@@ -81,7 +81,7 @@ async def get_service(services: InjectedServices, _: Reader) -> ServiceView:
     responses=problems(PatternInvalid, CampusUnknown, *OPERATOR_REFUSALS),
 )
 async def put_service_pattern(
-    service_id: ServiceId, body: PatternBody, command: OperatorCommand
+    service_id: ServiceId, body: PatternBody, command: ServiceCommand
 ) -> PatternView:
     """Enter a service's days and hours, or change them. Departures on days without service are withdrawn."""
 
@@ -98,7 +98,7 @@ async def put_service_pattern(
     status_code=204,
     responses=problems(PatternUnknown, PatternInUse, CampusUnknown, *OPERATOR_REFUSALS),
 )
-async def delete_service_pattern(service_id: ServiceId, command: OperatorCommand) -> None:
+async def delete_service_pattern(service_id: ServiceId, command: ServiceCommand) -> None:
     """Remove a calendar with its exceptions. Refused while the timetable has trips of it."""
 
     def work(uow: UnitOfWork) -> None:
@@ -112,7 +112,7 @@ async def delete_service_pattern(service_id: ServiceId, command: OperatorCommand
     operation_id="put_service_exception",
     responses=problems(PatternUnknown, CampusUnknown, *OPERATOR_REFUSALS),
 )
-async def put_service_exception(day: Day, body: ExceptionBody, command: OperatorCommand) -> ExceptionView:
+async def put_service_exception(day: Day, body: ExceptionBody, command: ServiceCommand) -> ExceptionView:
     """A holiday of the whole campus, or a day on which one service runs or does not."""
 
     def work(uow: UnitOfWork) -> ExceptionView:
@@ -130,7 +130,7 @@ async def put_service_exception(day: Day, body: ExceptionBody, command: Operator
 )
 async def delete_service_exception(
     day: Day,
-    command: OperatorCommand,
+    command: ServiceCommand,
     service_id: Annotated[
         str, Query(pattern=f"^$|{NAME_PATTERN}", description="Empty: the holiday of the whole campus.")
     ] = "",

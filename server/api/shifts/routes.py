@@ -2,7 +2,7 @@
 
 from fastapi import APIRouter
 
-from server.api.commands import OperatorCommand
+from server.api.commands import ServiceCommand
 from server.api.formats import VehicleId
 from server.api.problems import problems
 from server.api.security.access import OPERATOR_REFUSALS, READER_REFUSALS, Reader
@@ -31,7 +31,7 @@ async def get_vehicle_shifts(
     responses=problems(VehicleUnknown, ShiftsInvalid, *OPERATOR_REFUSALS),
 )
 async def put_vehicle_shifts(
-    vehicle_id: VehicleId, body: ShiftsModel, command: OperatorCommand
+    vehicle_id: VehicleId, body: ShiftsModel, command: ServiceCommand
 ) -> ShiftsModel:
     """Replace the vehicle's shifts. Promised rides are kept."""
 
@@ -48,7 +48,7 @@ async def put_vehicle_shifts(
     status_code=204,
     responses=problems(VehicleUnknown, *OPERATOR_REFUSALS),
 )
-async def delete_vehicle_shifts(vehicle_id: VehicleId, command: OperatorCommand) -> None:
+async def delete_vehicle_shifts(vehicle_id: VehicleId, command: ServiceCommand) -> None:
     """Remove the shifts: the vehicle is always on duty."""
 
     def work(uow: UnitOfWork) -> None:

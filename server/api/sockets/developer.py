@@ -12,6 +12,7 @@ from contract.wire.codec import decode_from_vehicle
 from contract.wire.messages import EventReport
 from server.api.security.access import developer_actor
 from server.api.security.bearer import bearer_of
+from server.api.security.request_origin import address_of
 from server.api.services import InjectedServices, Services
 from server.api.sockets.developer_messages import (
     ConnectionRefused,
@@ -55,7 +56,9 @@ class _DeveloperConnection:
     def __init__(self, websocket: WebSocket, services: Services, secret: str, token: DeveloperToken) -> None:
         self._websocket, self._services, self._secret = websocket, services, secret
         self._subscriptions = Subscriptions()
-        self._methods = DeveloperMethods(services, developer_actor(token), self._subscriptions).table()
+        self._methods = DeveloperMethods(
+            services, developer_actor(token), self._subscriptions, address_of(websocket)
+        ).table()
         self._outgoing = OutgoingFrames(websocket, FRAMES_WAITING_MAX)
 
     async def serve(self) -> None:

@@ -19,6 +19,7 @@ from server.api.sockets.developer_messages import (
 )
 from server.api.sockets.json_rpc import Method
 from server.domain.fleet.vehicles import VehicleCommand
+from server.domain.record.audit import AuditAction, Caller
 from server.domain.rides.rides import Ride
 from server.domain.roads.stops import CampusStop
 from server.live.projection import ride_scene
@@ -54,8 +55,11 @@ class Subscriptions:
 class DeveloperMethods:
     """The method table of one connection; `actor` is the token's."""
 
-    def __init__(self, services: Services, actor: Actor, subscriptions: Subscriptions) -> None:
+    def __init__(
+        self, services: Services, actor: Actor, subscriptions: Subscriptions, address: str = ""
+    ) -> None:
         self._services, self._actor, self._subscriptions = services, actor, subscriptions
+        self._caller = Caller(actor.kind, actor.name, address)
 
     def table(self) -> dict[str, Method]:
         return {
@@ -120,8 +124,16 @@ class DeveloperMethods:
     def _command(self, method: str, params: Params) -> Command:
         self._take_try()
         actor, request = self._actor, msgspec.json.encode({"method": method, "params": params})
-        transactions = self._services.transactions
-        return Command(transactions, actor.kind, actor.name, actor.account, params.idempotency_key, request)
+        return Command(
+            self._services.transactions,
+            actor.kind,
+            actor.name,
+            actor.account,
+            params.idempotency_key,
+            request,
+            self._caller,
+            AuditAction(method, params.vehicle_id, f"/ws/developer {method}"),
+        )
 
 
 def _receipt(command: VehicleCommand) -> CommandReceipt:

@@ -14,7 +14,7 @@ import msgspec
 from fastapi import APIRouter, Depends, WebSocket
 from starlette.websockets import WebSocketDisconnect
 
-from server.api.security.access import SESSION_COOKIE, signed_in
+from server.api.security.access import SESSION_COOKIE, looking_operator
 from server.api.services import InjectedServices, Services
 from server.api.sockets.outgoing import close_number
 from server.domain.errors import DomainError
@@ -85,7 +85,7 @@ async def _allowed(websocket: WebSocket, services: Services, watch: Watch) -> Sc
         token = watch.ride_token
         ride = await services.transactions.read(lambda uow: ride_by_token(uow, token))
         return RideScope(ride.ride_id)
-    await signed_in(services, websocket.cookies.get(SESSION_COOKIE))
+    await looking_operator(services, websocket.cookies.get(SESSION_COOKIE))
     return EverythingScope()
 
 
@@ -107,7 +107,7 @@ async def _serve(websocket: WebSocket, services: Services, scope: Scope) -> None
 
 async def _until_signed_out(websocket: WebSocket, services: Services) -> None:
     async def expiry() -> datetime:
-        operator = await signed_in(services, websocket.cookies.get(SESSION_COOKIE))
+        operator = await looking_operator(services, websocket.cookies.get(SESSION_COOKIE))
         return operator.session.expires_at
 
     refusal = await services.access.until_refused(expiry)

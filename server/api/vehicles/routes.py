@@ -2,24 +2,32 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, Request
 
-from server.api.commands import DriverCommand, OperatorCommand
+from server.api.commands import (
+    AdminCommand,
+    DispatchCommand,
+    EvacuationCommand,
+    MoveCommand,
+    PlaceCommand,
+    StopCommand,
+)
 from server.api.formats import StopId, VehicleId
 from server.api.interventions.schemas import HoldSeconds
 from server.api.paging import ListLimit, Page, paged
-from server.api.problems import CsrfMissing, problems
+from server.api.problems import problems
 from server.api.rides.schemas import RideRecord, ride_record
 from server.api.security.access import (
     DRIVER_REFUSALS,
     OPERATOR_REFUSALS,
     READER_REFUSALS,
-    ChangingOperator,
+    SECOND_FACTOR_REFUSALS,
     Client,
     Reader,
     now_ns,
 )
 from server.api.security.rate_limit import TooManyTries
+from server.api.security.request_origin import address_of
 from server.api.services import InjectedServices
 from server.api.vehicles.schemas import (
     Announcement,
@@ -42,16 +50,16 @@ from server.domain.errors import (
     NobodyAboard,
     NoRestingPlaceFree,
     SectionsTaken,
-    SessionExpired,
     StopUnknown,
     StopUnreachable,
     VehicleNotPlaced,
     VehicleOutOfService,
     VehicleUnknown,
 )
+from server.domain.record.audit import AuditAction, Caller
 from server.usecases.fleet import vehicle_commands, vehicles
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.record import identity
+from server.usecases.record import audit, identity
 from server.usecases.record.dry_run import roll_back
 from server.usecases.rides import lost_vehicles
 from server.usecases.rides.tickets import secrets_of
@@ -60,6 +68,7 @@ router = APIRouter(prefix="/vehicles", tags=["vehicles"])
 enrolments = APIRouter(prefix="/enrolments", tags=["vehicles"])
 
 COMMAND = problems(VehicleUnknown, *DRIVER_REFUSALS)
+MOVE = problems(VehicleUnknown, *DRIVER_REFUSALS, *SECOND_FACTOR_REFUSALS)
 
 
 @router.get("", operation_id="list_vehicles", responses=paged(*READER_REFUSALS))
@@ -85,9 +94,7 @@ async def get_vehicle(vehicle_id: VehicleId, services: InjectedServices, _: Read
 
 
 @router.post("/{vehicle_id}/hold", operation_id="hold_vehicle", status_code=202, responses=COMMAND)
-async def hold_vehicle(
-    vehicle_id: VehicleId, command: DriverCommand, for_s: HoldSeconds = None
-) -> CommandView:
+async def hold_vehicle(vehicle_id: VehicleId, command: StopCommand, for_s: HoldSeconds = None) -> CommandView:
     """Come to a comfortable stand, until resumed or for a time. See the preview."""
     return await command.call(
         CommandView,
@@ -96,8 +103,8 @@ async def hold_vehicle(
     )
 
 
-@router.post("/{vehicle_id}/resume", operation_id="resume_vehicle", status_code=202, responses=COMMAND)
-async def resume_vehicle(vehicle_id: VehicleId, command: DriverCommand) -> CommandView:
+@router.post("/{vehicle_id}/resume", operation_id="resume_vehicle", status_code=202, responses=MOVE)
+async def resume_vehicle(vehicle_id: VehicleId, command: MoveCommand) -> CommandView:
     """Release a held vehicle: after a hold, a takeover, a minimal-risk stop or a restart."""
     return await command.transact(
         CommandView, lambda uow: command_view(vehicle_commands.resume(uow, vehicle_id, command.by))
@@ -105,7 +112,7 @@ async def resume_vehicle(vehicle_id: VehicleId, command: DriverCommand) -> Comma
 
 
 @router.post("/{vehicle_id}/stop-now", operation_id="stop_vehicle_now", status_code=202, responses=COMMAND)
-async def stop_vehicle_now(vehicle_id: VehicleId, command: DriverCommand) -> CommandView:
+async def stop_vehicle_now(vehicle_id: VehicleId, command: StopCommand) -> CommandView:
     """Stop as hard as is safe, and stay held."""
     return await command.transact(
         CommandView, lambda uow: command_view(vehicle_commands.stop_now(uow, vehicle_id, command.by))
@@ -114,7 +121,7 @@ async def stop_vehicle_now(vehicle_id: VehicleId, command: DriverCommand) -> Com
 
 @router.post("/{vehicle_id}/announce", operation_id="announce_in_vehicle", status_code=202, responses=COMMAND)
 async def announce_in_vehicle(
-    vehicle_id: VehicleId, request: Announcement, command: DriverCommand
+    vehicle_id: VehicleId, request: Announcement, command: DispatchCommand
 ) -> CommandView:
     """Say a text aloud in the vehicle and show it on its screen."""
 
@@ -124,16 +131,16 @@ async def announce_in_vehicle(
     return await command.transact(CommandView, work)
 
 
-@router.post("/{vehicle_id}/recall", operation_id="recall_vehicle", responses=COMMAND)
-async def recall_vehicle(vehicle_id: VehicleId, command: DriverCommand) -> VehicleRecord:
+@router.post("/{vehicle_id}/recall", operation_id="recall_vehicle", responses=MOVE)
+async def recall_vehicle(vehicle_id: VehicleId, command: MoveCommand) -> VehicleRecord:
     """Take it out of service: it first takes its riders to their stops, then rests."""
     return await command.transact(
         VehicleRecord, lambda uow: vehicle_record(vehicle_commands.recall(uow, vehicle_id, command.by))
     )
 
 
-@router.post("/{vehicle_id}/release", operation_id="release_vehicle", responses=COMMAND)
-async def release_vehicle(vehicle_id: VehicleId, command: DriverCommand) -> VehicleRecord:
+@router.post("/{vehicle_id}/release", operation_id="release_vehicle", responses=MOVE)
+async def release_vehicle(vehicle_id: VehicleId, command: MoveCommand) -> VehicleRecord:
     """Put a recalled vehicle back into service."""
     return await command.transact(
         VehicleRecord, lambda uow: vehicle_record(vehicles.return_to_service(uow, vehicle_id, command.by))
@@ -152,13 +159,14 @@ async def release_vehicle(vehicle_id: VehicleId, command: DriverCommand) -> Vehi
         VehicleOutOfService,
         NoRestingPlaceFree,
         *DRIVER_REFUSALS,
+        *SECOND_FACTOR_REFUSALS,
     ),
 )
 async def send_vehicle(
     vehicle_id: VehicleId,
     stop_id: Annotated[StopId, Query(examples=["library"])],
     services: InjectedServices,
-    command: DriverCommand,
+    command: MoveCommand,
     dry_run: Annotated[bool, Query(description="Only answer what it would do. Nothing changes.")] = False,
 ) -> VehicleDetail:
     """Let it visit a stop without a ride, at the first chance that keeps every promise (see `visits`)."""
@@ -177,7 +185,7 @@ async def send_vehicle(
     operation_id="evacuate_vehicle",
     responses=problems(VehicleUnknown, NobodyAboard, *OPERATOR_REFUSALS),
 )
-async def evacuate_vehicle(vehicle_id: VehicleId, command: OperatorCommand) -> list[RideRecord]:
+async def evacuate_vehicle(vehicle_id: VehicleId, command: EvacuationCommand) -> list[RideRecord]:
     """It cannot go on: its riders are sent to the nearest stop, where another shuttle comes.
 
     The rides as they are planned now.
@@ -193,9 +201,11 @@ async def evacuate_vehicle(vehicle_id: VehicleId, command: OperatorCommand) -> l
 @router.put(
     "/{vehicle_id}/place",
     operation_id="place_vehicle",
-    responses=problems(VehicleUnknown, VehicleNotPlaced, SectionsTaken, *OPERATOR_REFUSALS),
+    responses=problems(
+        VehicleUnknown, VehicleNotPlaced, SectionsTaken, *OPERATOR_REFUSALS, *SECOND_FACTOR_REFUSALS
+    ),
 )
-async def place_vehicle(vehicle_id: VehicleId, request: Place, command: OperatorCommand) -> VehicleRecord:
+async def place_vehicle(vehicle_id: VehicleId, request: Place, command: PlaceCommand) -> VehicleRecord:
     """Set the position of a held vehicle by hand."""
 
     def work(uow: UnitOfWork) -> VehicleRecord:
@@ -209,7 +219,7 @@ async def place_vehicle(vehicle_id: VehicleId, request: Place, command: Operator
     operation_id="retire_vehicle",
     responses=problems(VehicleUnknown, *OPERATOR_REFUSALS),
 )
-async def retire_vehicle(vehicle_id: VehicleId, command: OperatorCommand) -> VehicleRecord:
+async def retire_vehicle(vehicle_id: VehicleId, command: AdminCommand) -> VehicleRecord:
     """Remove it from the road for good; others get its rides."""
     return await command.transact(
         VehicleRecord, lambda uow: vehicle_record(vehicles.retire(uow, vehicle_id, command.by))
@@ -221,7 +231,7 @@ async def retire_vehicle(vehicle_id: VehicleId, command: OperatorCommand) -> Veh
     operation_id="revoke_vehicle_key",
     responses=problems(KeyUnknown, *OPERATOR_REFUSALS),
 )
-async def revoke_vehicle_key(vehicle_id: VehicleId, command: OperatorCommand) -> VehicleRecord:
+async def revoke_vehicle_key(vehicle_id: VehicleId, command: AdminCommand) -> VehicleRecord:
     """Revoke the key and end the open session."""
     return await command.transact(
         VehicleRecord, lambda uow: vehicle_record(vehicles.revoke_key(uow, vehicle_id, command.by))
@@ -232,23 +242,23 @@ async def revoke_vehicle_key(vehicle_id: VehicleId, command: OperatorCommand) ->
     "/codes",
     operation_id="make_enrolment_code",
     status_code=201,
-    responses=problems(SessionExpired, CsrfMissing),
+    responses=problems(*OPERATOR_REFUSALS),
 )
-async def make_enrolment_code(
-    request: NewVehicle, services: InjectedServices, operator: ChangingOperator
-) -> CodeView:
+async def make_enrolment_code(request: NewVehicle, command: AdminCommand) -> CodeView:
     """A code with which the vehicle enrols its key, once. The vehicle is entered if it is new."""
-    code = await services.transactions.run(
-        lambda uow: identity.create_enrolment_code(
+
+    def work(uow: UnitOfWork) -> CodeView:
+        code = identity.create_enrolment_code(
             uow,
             request.vehicle_id,
             request.name,
-            operator.name,
+            command.by,
             seats=request.seats,
             wheelchair_places=request.wheelchair_places,
         )
-    )
-    return CodeView(vehicle_id=request.vehicle_id, code=code)
+        return CodeView(vehicle_id=request.vehicle_id, code=code)
+
+    return await command.about(request.vehicle_id).transact(CodeView, work)
 
 
 @enrolments.post(
@@ -257,11 +267,16 @@ async def make_enrolment_code(
     status_code=201,
     responses=problems(EnrolmentCodeUnknown, EnrolmentCodeUsed, KeyInvalid, TooManyTries),
 )
-async def enrol_vehicle(request: Enrolment, services: InjectedServices, client: Client) -> VehicleRecord:
+async def enrol_vehicle(
+    request: Enrolment, http: Request, services: InjectedServices, client: Client
+) -> VehicleRecord:
     """Called by the vehicle: its key is enrolled."""
     services.limits.lookups.take(client, now_ns(services))
-    return vehicle_record(
-        await services.transactions.run(
-            lambda uow: vehicles.enrol(uow, request.code, request.vehicle_id, request.public_key)
-        )
-    )
+    caller = Caller("vehicle", request.vehicle_id, address_of(http))
+
+    def work(uow: UnitOfWork) -> VehicleRecord:
+        enrolled = vehicles.enrol(uow, request.code, request.vehicle_id, request.public_key)
+        audit.append(uow, caller, AuditAction("enrol_vehicle", request.vehicle_id))
+        return vehicle_record(enrolled)
+
+    return await services.transactions.run(work)

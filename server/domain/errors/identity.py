@@ -57,6 +57,60 @@ class ScopeMissing(DomainError):
     code = "scope_missing"
 
 
+class RoleMissing(DomainError):
+    """None of the operator's roles allows this."""
+
+    code = "role_missing"
+
+
+class OperatorUnknown(DomainError):
+    """No operator has this name."""
+
+    code = "operator_unknown"
+
+
+class LastAdmin(DomainError):
+    """Without this operator nobody could give access to others."""
+
+    code = "last_admin"
+
+
+class PasswordChangeNeeded(DomainError):
+    """The password was given by somebody else: choose your own first."""
+
+    code = "password_change_needed"
+
+
+class PasswordInSettings(DomainError):
+    """The password of this operator is a setting of the server, and is changed there."""
+
+    code = "password_in_settings"
+
+
+class SecondFactorNeeded(DomainError):
+    """The session's second factor was not checked lately."""
+
+    code = "second_factor_needed"
+
+
+class SecondFactorMissing(DomainError):
+    """The operator has no second factor, and this server asks for one here."""
+
+    code = "second_factor_missing"
+
+
+class SecondFactorLocked(DomainError):
+    """Too many wrong codes in a row: only a recovery code or another admin helps."""
+
+    code = "second_factor_locked"
+
+
+class WrongCode(DomainError):
+    """The code is wrong, was used already, or is over."""
+
+    code = "wrong_code"
+
+
 class TicketKeyMissing(DomainError):
     """Rides or recurring bookings have links that were made with a key that this server does not have."""
 

@@ -27,6 +27,12 @@ class SegmentConflict(DomainError):
     code = "segment_conflict"
 
 
+class AuditEntryUnknown(DomainError):
+    """The audit log has no entry of this number."""
+
+    code = "audit_entry_unknown"
+
+
 class IncidentUnknown(DomainError):
     """No incident has this id."""
 

@@ -1,9 +1,12 @@
 """Events as the server stores them, identified by (vehicle, boot, sequence)."""
 
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 
 from contract.wire.messages import VehicleEvent
+
+# A command is repeated until it is answered; one that waits longer found no vehicle.
+ANSWERED_WITHIN = timedelta(hours=1)
 
 
 @dataclass(frozen=True, slots=True)

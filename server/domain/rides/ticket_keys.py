@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from server.domain.errors import TicketKeyMissing
 
 KEY_BYTES_MIN = 32
+SECOND_FACTOR_BYTES = 20
 # 144 bits of the digest: 24 characters in a URL.
 _PROOF_BYTES, _PROOF_CHARACTERS = 18, 24
 
@@ -71,6 +72,14 @@ class TicketKeys:
         nonce = subject_of(token)
         kind = f"browser of {operator}"
         return nonce if any(_same(token, self._token(key_id, kind, nonce)) for key_id in self._keys) else ""
+
+    def second_factor_secret(self, key_id: str, factor_id: str) -> bytes:
+        """Of an operator's authenticator (RFC 4226 wants 20 bytes). Raises TicketKeyMissing."""
+        if key_id not in self._keys:
+            raise TicketKeyMissing(
+                f"second factors made with the ticket key {key_id} cannot be checked; put the key back"
+            )
+        return self._digest(key_id, "second factor", factor_id)[:SECOND_FACTOR_BYTES]
 
     def _token(self, key_id: str, kind: str, subject: str) -> str:
         proof = self._digest(key_id, kind, subject)[:_PROOF_BYTES]

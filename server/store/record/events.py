@@ -1,13 +1,15 @@
 """Events of vehicles and of the server, append-only."""
 
 from collections.abc import Sequence
+from datetime import datetime
 
 import msgspec
 import structlog
 from sqlalchemy import Connection, func, select
 
-from contract.wire.messages import VehicleEvent
-from server.domain.record.events import RecordedEvent, ServerEvent
+from contract.wire.messages import CommandDone, VehicleEvent
+from server.domain.instants import ns_of
+from server.domain.record.events import ANSWERED_WITHIN, RecordedEvent, ServerEvent
 from server.store import tables
 from server.store.columns import to_json
 from server.store.counters import Counters
@@ -44,6 +46,26 @@ class SqlEventRepository(Repository):
     def _write(self, events: Sequence[RecordedEvent]) -> None:
         if events:
             self._insert_values(tables.vehicle_events, _EVENT_COLUMNS, [_event_to_row(one) for one in events])
+
+    def answer_to_command(self, vehicle_id: str, command_id: str, made_at: datetime) -> RecordedEvent | None:
+        # Events have no index by command: only those of the time after it are looked through.
+        rows = self._connection.execute(
+            select(tables.vehicle_events)
+            .where(
+                _event.campus_id == self._campus_id,
+                _event.received_ns >= ns_of(made_at),
+                _event.received_ns < ns_of(made_at + ANSWERED_WITHIN),
+                _event.vehicle_id == vehicle_id,
+                _event.body.contains(command_id, autoescape=True),
+            )
+            .order_by(_event.received_ns, _event.sequence)
+        )
+        for row in rows:
+            event = recorded_from_row(row)
+            body = None if event is None else event.body
+            if isinstance(body, CommandDone) and body.command_id == command_id:
+                return event
+        return None
 
     def add_server_event(self, event: ServerEvent) -> None:
         self._unwritten.append(event)

@@ -36,15 +36,22 @@ class SqlIdentityRepository(Repository):
                 "name": operator.name,
                 "password_hash": operator.password_hash,
                 "created_at": operator.created_at,
+                "roles": to_json(sorted(operator.roles)),
+                "disabled_at": operator.disabled_at,
+                "initial_until": operator.initial_until,
             },
         )
+
+    def operators(self) -> tuple[Operator, ...]:
+        rows = self._many(self._select(tables.operators).order_by(_operator.name))
+        return tuple(operator for row in rows if (operator := _operator_from(row)) is not None)
 
     def operator_session(self, token_sha256: str) -> OperatorSession | None:
         row = self._find(tables.operator_sessions, token_sha256=token_sha256)
         if row is None:
             return None
         return OperatorSession(
-            row.campus_id, row.token_sha256, row.operator_id, row.opened_at, row.expires_at
+            row.campus_id, row.token_sha256, row.operator_id, row.opened_at, row.expires_at, row.checked_at
         )
 
     def add_operator_session(self, session: OperatorSession) -> None:
@@ -55,14 +62,25 @@ class SqlIdentityRepository(Repository):
                 "operator_id": session.operator_id,
                 "opened_at": session.opened_at,
                 "expires_at": session.expires_at,
+                "checked_at": session.checked_at,
             },
         )
+
+    def mark_checked(self, token_sha256: str, at: datetime) -> None:
+        self._change(tables.operator_sessions, {"checked_at": at}, token_sha256=token_sha256)
 
     def remove_operator_session(self, token_sha256: str) -> None:
         self._delete(tables.operator_sessions, _session.token_sha256 == token_sha256)
 
     def remove_sessions_of(self, operator_id: str) -> None:
         self._delete(tables.operator_sessions, _session.operator_id == operator_id)
+
+    def remove_other_sessions(self, operator_id: str, token_sha256: str) -> None:
+        self._delete(
+            tables.operator_sessions,
+            _session.operator_id == operator_id,
+            _session.token_sha256 != token_sha256,
+        )
 
     def forget_sessions_before(self, moment: datetime) -> int:
         """How many expired sessions were dropped."""
@@ -143,7 +161,16 @@ class SqlIdentityRepository(Repository):
 def _operator_from(row: AnyRow | None) -> Operator | None:
     if row is None:
         return None
-    return Operator(row.campus_id, row.operator_id, row.name, row.password_hash, row.created_at)
+    return Operator(
+        campus_id=row.campus_id,
+        operator_id=row.operator_id,
+        name=row.name,
+        password_hash=row.password_hash,
+        created_at=row.created_at,
+        roles=frozenset(from_json(row.roles, list)),
+        disabled_at=row.disabled_at,
+        initial_until=row.initial_until,
+    )
 
 
 def _token_from(row: AnyRow | None) -> DeveloperToken | None:

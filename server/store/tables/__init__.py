@@ -24,6 +24,7 @@ from server.store.tables.planning import (
     travel_time_factors,
 )
 from server.store.tables.records import (
+    audit_entries,
     command_answers,
     counters,
     developer_tokens,
@@ -33,6 +34,7 @@ from server.store.tables.records import (
     operator_sessions,
     operators,
     runs,
+    second_factors,
     segments,
     ticket_keys,
     vehicle_keys,
@@ -54,6 +56,7 @@ from server.store.tables.service import (
 )
 
 __all__ = [
+    "audit_entries",
     "closures",
     "command_answers",
     "counters",
@@ -77,6 +80,7 @@ __all__ = [
     "ride_decisions",
     "rides",
     "runs",
+    "second_factors",
     "section_routes",
     "segments",
     "series",

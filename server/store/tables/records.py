@@ -64,6 +64,9 @@ operators = Table(
     string("name", 200),
     text("password_hash"),
     instant("created_at"),
+    text("roles"),
+    optional_instant("disabled_at"),
+    optional_instant("initial_until"),
     UniqueConstraint("campus_id", "name"),
 )
 operator_sessions = Table(
@@ -74,6 +77,41 @@ operator_sessions = Table(
     string("operator_id"),
     instant("opened_at"),
     instant("expires_at"),
+    optional_instant("checked_at"),
+)
+second_factors = Table(
+    "second_factors",
+    metadata,
+    campus_key(),
+    key("factor_id"),
+    string("operator_id"),
+    string("ticket_key_id"),
+    instant("made_at"),
+    optional_instant("confirmed_at"),
+    Column("last_step", BigInteger, nullable=False),
+    Column("wrong_codes", Integer, nullable=False),
+    text("recovery_sha256"),
+    Index(None, "campus_id", "operator_id"),
+)
+audit_entries = Table(
+    "audit_entries",
+    metadata,
+    campus_key(),
+    Column("number", BigInteger, primary_key=True, autoincrement=False),
+    instant("happened_at"),
+    string("kind"),
+    string("made_by", 200),
+    string("action"),
+    string("subject", 300),
+    text("detail"),
+    string("outcome"),
+    string("command_id"),
+    string("address"),
+    string("salt"),
+    string("address_sha256"),
+    string("previous_sha256"),
+    string("sha256"),
+    Index(None, "campus_id", "command_id"),
 )
 vehicle_keys = Table(
     "vehicle_keys",

@@ -5,9 +5,11 @@ from datetime import datetime
 from typing import Protocol
 
 from server.domain.record.answers import KeyedRequest, StoredAnswer
+from server.domain.record.audit import AuditEntry, Head
 from server.domain.record.identity import DeveloperToken, EnrolmentCode, Operator, OperatorSession, VehicleKey
 from server.domain.record.incidents import Incident, IncidentKind
 from server.domain.record.runs import Run, Segment
+from server.domain.record.second_factors import SecondFactor
 
 
 class IncidentRepository(Protocol):
@@ -43,15 +45,27 @@ class IdentityRepository(Protocol):
 
     def operator_by_name(self, name: str) -> Operator | None: ...
 
+    def operators(self) -> tuple[Operator, ...]:
+        """By name, those that are disabled included."""
+        ...
+
     def save_operator(self, operator: Operator) -> None: ...
 
     def operator_session(self, token_sha256: str) -> OperatorSession | None: ...
 
     def add_operator_session(self, session: OperatorSession) -> None: ...
 
+    def mark_checked(self, token_sha256: str, at: datetime) -> None:
+        """The second factor was checked in this session."""
+        ...
+
     def remove_operator_session(self, token_sha256: str) -> None: ...
 
     def remove_sessions_of(self, operator_id: str) -> None: ...
+
+    def remove_other_sessions(self, operator_id: str, token_sha256: str) -> None:
+        """All of the operator but this one."""
+        ...
 
     def forget_sessions_before(self, moment: datetime) -> int:
         """How many expired sessions were dropped."""
@@ -78,6 +92,49 @@ class IdentityRepository(Protocol):
         ...
 
     def add_ticket_key(self, key_id: str, at: datetime) -> None: ...
+
+
+class SecondFactorRepository(Protocol):
+    def confirmed(self, operator_id: str) -> SecondFactor | None: ...
+
+    def begun(self, operator_id: str) -> SecondFactor | None:
+        """One of which no code was given yet."""
+        ...
+
+    def save(self, factor: SecondFactor) -> None: ...
+
+    def remove_begun(self, operator_id: str) -> None: ...
+
+    def remove_all(self, operator_id: str) -> None: ...
+
+    def owners(self) -> frozenset[str]:
+        """The ids of all operators with a confirmed one."""
+        ...
+
+
+class AuditRepository(Protocol):
+    def head(self) -> Head: ...
+
+    def add(self, entry: AuditEntry) -> None: ...
+
+    def newest(
+        self,
+        limit: int,
+        before: int | None = None,
+        by: str | None = None,
+        action: str | None = None,
+        subject: str | None = None,
+    ) -> tuple[AuditEntry, ...]:
+        """Newest first; before: a number."""
+        ...
+
+    def following(self, number: int, limit: int) -> tuple[AuditEntry, ...]:
+        """Those after this number, oldest first."""
+        ...
+
+    def forget_addresses_before(self, moment: datetime) -> int:
+        """How many addresses were dropped."""
+        ...
 
 
 class AnswerRepository(Protocol):

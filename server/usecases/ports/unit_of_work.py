@@ -22,10 +22,12 @@ from server.usecases.ports.plans import (
 )
 from server.usecases.ports.records import (
     AnswerRepository,
+    AuditRepository,
     IdentityRepository,
     IncidentRepository,
     LeaseRepository,
     RunRepository,
+    SecondFactorRepository,
 )
 from server.usecases.ports.rides import DecisionRepository, RideRepository, SeriesRepository
 from server.usecases.ports.service import DepartureRepository, ServiceRepository
@@ -60,6 +62,8 @@ class UnitOfWork(Protocol):
     maps: MapRepository
     runs: RunRepository
     identity: IdentityRepository
+    second_factors: SecondFactorRepository
+    audit: AuditRepository
     answers: AnswerRepository
     leases: LeaseRepository
     history: HistoryRepository

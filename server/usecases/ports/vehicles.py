@@ -18,6 +18,10 @@ class EventStore(Protocol):
 
 
 class EventRepository(EventStore, Protocol):
+    def answer_to_command(self, vehicle_id: str, command_id: str, made_at: datetime) -> RecordedEvent | None:
+        """The event with which the vehicle answered a command, if it did within ANSWERED_WITHIN."""
+        ...
+
     def add_server_event(self, event: ServerEvent) -> None: ...
 
     def erase_details(self, subjects: Sequence[str]) -> None:

@@ -1,14 +1,15 @@
-"""Operators, enrolment codes and developer tokens."""
+"""Sign-in of operators, enrolment codes and developer tokens. `operators` has who may do what."""
 
 import hashlib
 import hmac
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from datetime import timedelta
+from datetime import datetime, timedelta
 
-from server.domain.errors import NameTaken, ScopeMissing, SessionExpired, TokenInvalid, WrongCredentials
+from server.domain.errors import ScopeMissing, SessionExpired, TokenInvalid, WrongCredentials
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.record.identity import (
+    ALL_ROLES,
     DeveloperToken,
     EnrolmentCode,
     Operator,
@@ -54,17 +55,11 @@ def csrf_token_of(session_token: str) -> str:
 # ---------------------------------------------------------------- operators
 
 
-def create_operator(uow: UnitOfWork, name: str, password: str) -> Operator:
-    """Raises NameTaken."""
-    if uow.identity.operator_by_name(name) is not None:
-        raise NameTaken(f"there is an operator {name} already")
-    return set_password(uow, name, password)
-
-
 def set_password(uow: UnitOfWork, name: str, password: str) -> Operator:
-    """Create the operator, or give the one of this name a new password (set-up from the command line).
+    """Create the first operator, or give the one of this name a new password (set-up from the command line).
 
-    A password that has changed ends the operator's sessions.
+    A password that has changed ends the operator's sessions, and is how one gets in again who has lost the
+    second factor or the role: it gives all roles, and the second factor is gone.
     """
     known = uow.identity.operator_by_name(name)
     if known is not None and uow.hasher.verify(known.password_hash, password):
@@ -75,9 +70,11 @@ def set_password(uow: UnitOfWork, name: str, password: str) -> Operator:
         name=name,
         password_hash=uow.hasher.hash(password),
         created_at=uow.now if known is None else known.created_at,
+        roles=ALL_ROLES,
     )
     uow.identity.save_operator(operator)
     uow.identity.remove_sessions_of(operator.operator_id)
+    uow.second_factors.remove_all(operator.operator_id)
     record_event(uow, "operator.password_set", operator.operator_id, name)
     uow.publish(topics.access(uow.campus_id))
     return operator
@@ -116,9 +113,13 @@ def _browser_owner(operator: Operator) -> str:
 
 
 def open_operator_session(uow: UnitOfWork, operator: Operator) -> CreatedSession:
-    """operator: with the password that was compared. Raises WrongCredentials if it has changed meanwhile."""
+    """operator: with the password that was compared.
+
+    Raises WrongCredentials if it has changed meanwhile, if it was an initial one that is over, or if the
+    operator is disabled.
+    """
     known = uow.identity.operator(operator.operator_id)
-    if known is None or known.password_hash != operator.password_hash:
+    if known is None or known.password_hash != operator.password_hash or not _may_sign_in(known, uow.now):
         raise WrongCredentials("name and password do not fit")
     token = uow.ids.token()
     session = OperatorSession(
@@ -134,6 +135,10 @@ def open_operator_session(uow: UnitOfWork, operator: Operator) -> CreatedSession
     return CreatedSession(token, browser_token, session, operator)
 
 
+def _may_sign_in(operator: Operator, now: datetime) -> bool:
+    return operator.disabled_at is None and (operator.initial_until is None or now < operator.initial_until)
+
+
 def logout(uow: UnitOfWork, token: str) -> None:
     """End the session; one that is over already is no error."""
     uow.identity.remove_operator_session(sha256_of(token))
@@ -146,8 +151,8 @@ def operator_of(uow: UnitOfWork, token: str) -> tuple[Operator, OperatorSession]
     if session is None or session.expires_at <= uow.now:
         raise SessionExpired("your session is over; log in again")
     operator = uow.identity.operator(session.operator_id)
-    if operator is None:
-        raise SessionExpired("your account is gone; ask another operator")
+    if operator is None or operator.disabled_at is not None:
+        raise SessionExpired("your account is disabled; ask an admin")
     return operator, session
 
 

@@ -5,7 +5,7 @@ from datetime import timedelta
 
 import pytest
 
-from server.domain.errors import NameTaken, ScopeMissing, SessionExpired, TokenInvalid, WrongCredentials
+from server.domain.errors import ScopeMissing, SessionExpired, TokenInvalid, WrongCredentials
 from server.domain.record.identity import Scope
 from server.usecases.record import identity
 from server.usecases.record.identity import CreatedSession, CreatedToken
@@ -101,13 +101,6 @@ def test_a_password_that_changed_while_it_was_compared_opens_no_session(campus: 
     with_ann(campus, "new")
     with pytest.raises(WrongCredentials):
         campus.do(lambda uow: identity.open_operator_session(uow, operator))
-
-
-def test_a_name_belongs_to_one_operator(campus: CampusUnderTest) -> None:
-    campus.do(lambda uow: identity.create_operator(uow, "ann", "right"))
-    with pytest.raises(NameTaken, match="ann"):
-        campus.do(lambda uow: identity.create_operator(uow, "ann", "taken over"))
-    login(campus)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,33 @@
+"""Which role of an operator, and which scope of a developer token, each kind of endpoint needs."""
+
+from dataclasses import dataclass
+
+from server.domain.record.identity import Role, Scope
+
+
+@dataclass(frozen=True, slots=True)
+class Permission:
+    """roles: any of them suffices
+
+    scope          of developer tokens; None: operators only
+    second_factor  of an operator who has one: it must have been checked lately. A token's scope is enough
+    """
+
+    roles: tuple[Role, ...]
+    scope: Scope | None = None
+    second_factor: bool = False
+
+
+LOOK = Permission(("viewer",), "read")
+# Rides, roads, messages; with tokens and without.
+DISPATCH = Permission(("dispatcher",), "drive")
+PREVIEW = Permission(("dispatcher", "safety"), "drive")
+RUN_SERVICE = Permission(("dispatcher",))
+HANDLE_INCIDENTS = Permission(("dispatcher", "safety"))
+# Stopping never asks for a second factor; setting in motion does.
+STOP = Permission(("safety",), "drive")
+MOVE = Permission(("safety",), "drive", second_factor=True)
+EVACUATE = Permission(("safety",))
+PLACE = Permission(("safety",), second_factor=True)
+ADMINISTER = Permission(("admin",))
+GIVE_ACCESS = Permission(("admin",), second_factor=True)
