@@ -18,6 +18,7 @@ from server.api.metrics.measurements import Measurements
 from server.api.metrics.request_durations import RequestDurations
 from server.api.pages import page_response, read_pages
 from server.api.plain_text_errors import PlainTextErrors
+from server.api.request_ids import RequestIds
 from server.api.rides.booking_batcher import BookingBatcher
 from server.api.routers import bare_app
 from server.api.runs.offload import Offload
@@ -98,8 +99,10 @@ def create_app(settings: Settings, ports: Ports) -> FastAPI:
     if settings.hosts():
         app.add_middleware(HostCheck, hosts=settings.hosts())
     app.add_middleware(SecurityHeaders, with_tls=settings.has_tls())
-    # The outermost: all others go by the client's address.
+    # Outside of all that go by the client's address.
     app.add_middleware(ClientAddresses, trusted=settings.proxies(), header=settings.forwarded_header)
+    # The outermost: every answer has an id.
+    app.add_middleware(RequestIds, ids=ports.ids)
     app.router.default = _pages(services, app.router.default)
     return app
 

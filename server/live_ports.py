@@ -60,11 +60,13 @@ async def live_ports(
     settings: Settings,
     clock: Clock | None = None,
     end: Callable[[str, BaseException], None] = tell_event_loop,
+    solver_begins: Callable[[], None] | None = None,
 ) -> LivePorts:
     """Migrate the database, activate the campus map, and make sure that an operator can sign in.
 
     clock  the system's if none is given
     end    ends the process, see `Ports`
+    solver_begins  called first in the solver's process, e.g. to set up its log
 
     Raises CannotStart.
     """
@@ -80,7 +82,7 @@ async def live_ports(
         opened.push_async_callback(bus.close)
         transactions = GroupCommit(engine, context, bus)
         opened.push_async_callback(transactions.close)
-        solver = ProcessSolver()
+        solver = ProcessSolver(begins=solver_begins)
         opened.callback(solver.close)
         try:
             made_password = await _prepare(transactions, settings, road_map)

@@ -8,6 +8,7 @@ import httpx
 import typer
 from rich.console import Console
 
+from campusloop.journal_console import journal_console
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import for_vehicle
 from contract.roads.load import MapError, load_map
@@ -100,12 +101,12 @@ def run(
                 for number, folder in enumerate(folders)
             )
             jobs = agent_jobs(places)
-            console.print(f"driving {', '.join(folder.name for folder in folders)}; Ctrl-C ends it")
+            journal_console().print(f"driving {', '.join(folder.name for folder in folders)}; Ctrl-C ends it")
             Supervisor(jobs).run()
     except (AgentFolderError, ProfileError, MapError, HmiDeviceError) as error:
-        _refuse(str(error))
+        _refuse(str(error), journal_console(level="error"))
 
 
-def _refuse(detail: str) -> NoReturn:
+def _refuse(detail: str, console: Console = console) -> NoReturn:
     console.print(f"[red]{detail}[/red]", soft_wrap=True, highlight=False)
     raise typer.Exit(EXIT_BAD_INPUT)

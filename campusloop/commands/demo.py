@@ -11,6 +11,7 @@ import structlog
 import typer
 from rich.console import Console
 
+from campusloop.journal_console import journal_console
 from campusloop.kernels.compiling import KernelError, prepare_kernels
 from campusloop.kernels.groups import for_campus
 from campusloop.live.campus import CampusStartError, LiveOptions
@@ -51,10 +52,10 @@ def demo(
     end: Annotated[str, typer.Option("--to", help="... to HH:MM.")] = "",
 ) -> None:
     """Run a campus: book at the printed address, watch at /console."""
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=WIDTH_WITHOUT_TERMINAL)
+    console = Console() if headless else journal_console()
     if headless:
+        if not console.is_terminal:
+            console = Console(width=WIDTH_WITHOUT_TERMINAL)
         structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.ERROR))
     count = vehicles or (2 if (os.cpu_count() or 1) <= 2 else 3)
     try:

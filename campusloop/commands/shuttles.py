@@ -10,9 +10,9 @@ from typing import Annotated, NoReturn
 
 import httpx
 import typer
-from rich.console import Console
 
 from campusloop.clients.operator_client import OperatorClient, OperatorError
+from campusloop.journal_console import journal_console
 from campusloop.kernels.compiling import KernelError, prepare_kernels
 from campusloop.kernels.groups import SIMULATOR, for_vehicle
 from campusloop.live.shuttles import ShuttleOptions, SimulatedShuttles
@@ -29,7 +29,7 @@ PASSWORD = "CAMPUSLOOP_OPERATOR_PASSWORD"
 POLL_EVERY_S = 1.0
 REQUEST_TIMEOUT_S = 30.0
 
-console = Console()
+console = journal_console()
 
 
 def shuttles(
@@ -161,5 +161,5 @@ def _say(text: str) -> None:
 
 
 def _refuse(reason: str) -> NoReturn:
-    _say(f"[red]campusloop shuttles:[/red] {reason}")
+    journal_console(level="error").print(f"[red]campusloop shuttles:[/red] {reason}", soft_wrap=True)
     raise typer.Exit(EXIT_BAD_INPUT)

@@ -9,12 +9,12 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
-import structlog
 
-from campusloop.live.journal import write_journal
 from tests.campusloop.live.live_server import LiveServer, live_server, obedient_vehicle
+from tests.campusloop.live.restored_journal import restored_journal
 from tests.campusloop.secret_search import Secrets
 from tests.server.api.server_under_test import PASSWORD
+from vehicle_agent.runtime.processes.journal import write_journal
 
 KINDS = {
     "token",
@@ -38,10 +38,9 @@ SERIES = {
 @pytest.fixture
 def journal() -> Iterator[None]:
     """The journal as the server writes it, all levels."""
-    before = structlog.get_config()
-    write_journal(logging.DEBUG)
-    yield
-    structlog.configure(**before)
+    with restored_journal():
+        write_journal("server", level=logging.DEBUG)
+        yield
 
 
 async def hand_out_secrets(server: LiveServer) -> str:
