@@ -39,6 +39,7 @@ from server.loops.retention import RetentionLoop
 from server.loops.series import SeriesScheduler
 from server.loops.silence import SilenceMonitor
 from server.loops.solver import InlineSolver
+from server.loops.webhooks import WebhookDeliveries
 from server.settings import PREFIX, Settings, SettingsError
 from server.store.segments.choice import open_segment_store
 from server.store.segments.segment_store import SegmentStore, SegmentStoreError
@@ -49,6 +50,7 @@ from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
 from server.usecases.ports.solver import Solver
 from server.usecases.ports.unit_of_work import Transactions
+from server.usecases.ports.webhooks import WebhookSender
 
 PASSWORD_CHECKS_MAX = 2
 
@@ -67,6 +69,7 @@ class Ports:
     loops   standing tasks, started with the application
     retry   how failed standing tasks are repeated; in virtual time a failure ends the run
     end     ends the process because a standing task cannot do its work
+    webhook_sender  None: nothing is sent to other networks, as in virtual time
     has_our_tables  the database is at this version's migration; it may block
     close   called last, after every task has ended
     """
@@ -81,6 +84,7 @@ class Ports:
     loops: tuple[StandingTask, ...] = ()
     retry: RetryPolicy = FAIL_AT_ONCE
     end: Callable[[str, BaseException], None] = tell_event_loop
+    webhook_sender: WebhookSender | None = None
     has_our_tables: Callable[[], bool] = lambda: True
     close: Callable[[], Awaitable[None]] = field(default=_nothing_to_close)
 
@@ -109,14 +113,18 @@ def create_app(settings: Settings, ports: Ports) -> FastAPI:
 
 def standing_tasks(ports: Ports) -> tuple[StandingTask, ...]:
     """The loops that run beside the endpoints, over the same ports."""
-    transactions, ids = ports.transactions, ports.ids
-    return (
+    transactions, ids, sender = ports.transactions, ports.ids, ports.webhook_sender
+    tasks: tuple[StandingTask, ...] = (
         Dispatcher(transactions, ports.bus, ports.solver, ids, ports.campus_id).task,
         DepartureScheduler(transactions, ids.new_id("departures")).task,
         SeriesScheduler(transactions, ids.new_id("series-clerk")).task,
         SilenceMonitor(transactions).task,
         RetentionLoop(transactions).task,
     )
+    if sender is not None:
+        holder = ids.new_id("webhooks")
+        tasks += (WebhookDeliveries(transactions, sender, ports.clock, ids, holder).task,)
+    return tasks
 
 
 def services_of_app(app: FastAPI) -> Services:
@@ -186,6 +194,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
             password_checks=asyncio.Semaphore(PASSWORD_CHECKS_MAX),
         ),
         has_our_tables=ports.has_our_tables,
+        webhook_sender=ports.webhook_sender,
         pages=read_pages(settings.web_dist),
     )
 

@@ -38,6 +38,7 @@ from server.usecases.ports.clock_and_ids import Clock
 from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 from server.usecases.record import identity
 from server.usecases.rides import tickets
+from server.webhook_sender import HttpWebhookSender
 
 DAY_S = 86_400
 BUS_TIMEOUT_S = 5.0
@@ -84,6 +85,8 @@ async def live_ports(
         opened.push_async_callback(transactions.close)
         solver = ProcessSolver(begins=solver_begins)
         opened.callback(solver.close)
+        sender = HttpWebhookSender(settings.webhook_networks())
+        opened.push_async_callback(sender.close)
         try:
             made_password = await _prepare(transactions, settings, road_map)
         except DomainError as error:
@@ -99,6 +102,7 @@ async def live_ports(
         solver,
         retry=RetryPolicy(),
         end=end,
+        webhook_sender=sender,
         has_our_tables=lambda: is_current(engine),
         close=close,
     )
@@ -177,7 +181,10 @@ def fleet_rules(settings: Settings, road_map: RoadMap) -> FleetRules:
     openings = () if always else tuple(Opening(weekday, opens_s, closes_s) for weekday in range(7))
     hours = ServiceHours(road_map.timezone, openings)
     return FleetRules(
-        hours=hours, operator_session_s=settings.session_hours * 3600.0, rider_days=settings.rider_days
+        hours=hours,
+        operator_session_s=settings.session_hours * 3600.0,
+        rider_days=settings.rider_days,
+        webhook_failure_days=settings.webhook_failure_days,
     )
 
 

@@ -23,6 +23,7 @@ from server.supervision.supervisor import Supervisor
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
 from server.usecases.ports.unit_of_work import Transactions
+from server.usecases.ports.webhooks import WebhookSender
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +49,10 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Services:
-    """has_our_tables: the database's tables are those of this version; it may block."""
+    """has_our_tables: the database's tables are those of this version; it may block.
+
+    webhook_sender  None: this server sends nothing to other networks
+    """
 
     campus_id: str
     settings: Settings
@@ -67,6 +71,7 @@ class Services:
     measurements: Measurements
     limits: Limits
     has_our_tables: Callable[[], bool]
+    webhook_sender: WebhookSender | None
     pages: dict[str, Page]
 
 

@@ -38,6 +38,10 @@ from server.domain.errors.record import (
     RunUnknown,
     SegmentConflict,
     SegmentUnknown,
+    TooManyWebhooks,
+    WebhookDisabled,
+    WebhookInvalid,
+    WebhookUnknown,
 )
 from server.domain.errors.rides import (
     BookingTooFarAhead,
@@ -150,10 +154,14 @@ __all__ = (
     "StoreUnavailable",
     "TicketKeyMissing",
     "TokenInvalid",
+    "TooManyWebhooks",
     "VehicleNotConnected",
     "VehicleNotPlaced",
     "VehicleOutOfService",
     "VehicleUnknown",
     "VisitUnknown",
+    "WebhookDisabled",
+    "WebhookInvalid",
+    "WebhookUnknown",
     "WrongCredentials",
 )

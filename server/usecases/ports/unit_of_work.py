@@ -26,6 +26,7 @@ from server.usecases.ports.records import (
     IncidentRepository,
     LeaseRepository,
     RunRepository,
+    WebhookRepository,
 )
 from server.usecases.ports.rides import DecisionRepository, RideRepository, SeriesRepository
 from server.usecases.ports.service import DepartureRepository, ServiceRepository
@@ -62,6 +63,7 @@ class UnitOfWork(Protocol):
     identity: IdentityRepository
     answers: AnswerRepository
     leases: LeaseRepository
+    webhooks: WebhookRepository
     history: HistoryRepository
 
     @property
