@@ -14,6 +14,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from contract.tracing import RideSpans, Spans
 from server.api.metrics.measurements import Measurements
 from server.api.metrics.request_durations import RequestDurations
 from server.api.pages import page_response, read_pages
@@ -70,6 +71,7 @@ class Ports:
     retry   how failed standing tasks are repeated; in virtual time a failure ends the run
     end     ends the process because a standing task cannot do its work
     webhook_sender  None: nothing is sent to other networks, as in virtual time
+    spans   of rides; None: they are not traced
     has_our_tables  the database is at this version's migration; it may block
     close   called last, after every task has ended
     """
@@ -85,6 +87,7 @@ class Ports:
     retry: RetryPolicy = FAIL_AT_ONCE
     end: Callable[[str, BaseException], None] = tell_event_loop
     webhook_sender: WebhookSender | None = None
+    spans: Spans | None = None
     has_our_tables: Callable[[], bool] = lambda: True
     close: Callable[[], Awaitable[None]] = field(default=_nothing_to_close)
 
@@ -152,6 +155,7 @@ def _pages(services: Services, otherwise: ASGIApp) -> ASGIApp:
 
 def _services(settings: Settings, ports: Ports) -> Services:
     supervisor = Supervisor(ports.clock, ports.ids, ports.retry, ports.end)
+    spans = None if ports.spans is None else RideSpans(ports.spans)
     hub = Hub(
         ports.campus_id,
         ports.clock,
@@ -160,6 +164,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
         ports.bus,
         supervisor,
         settings.hello_timeout_s,
+        spans,
     )
     return Services(
         campus_id=ports.campus_id,
@@ -167,7 +172,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
         clock=ports.clock,
         ids=ports.ids,
         transactions=ports.transactions,
-        bookings=BookingBatcher(ports.transactions),
+        bookings=BookingBatcher(ports.transactions, ports.clock, spans),
         bus=ports.bus,
         offload=ports.offload,
         segments=_segments(settings),
@@ -195,6 +200,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
         ),
         has_our_tables=ports.has_our_tables,
         webhook_sender=ports.webhook_sender,
+        spans=spans,
         pages=read_pages(settings.web_dist),
     )
 

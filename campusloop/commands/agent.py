@@ -11,6 +11,7 @@ from rich.console import Console
 from campusloop.journal_console import journal_console
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import for_vehicle
+from campusloop.live.otlp_spans import TracingUnavailable, span_source
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import ProfileError, load_profile
 from vehicle_agent.link.keys import VehicleKeyError, load_or_create_key, public_key_text
@@ -96,14 +97,15 @@ def run(
         stacks = {AgentFolder(folder).profile().stack for folder in folders}
         ensure_kernels(tuple(sorted({group for stack in stacks for group in for_vehicle(stack)})))
         with tempfile.TemporaryDirectory(prefix="campusloop-") as mail:
+            spans = span_source()
             places = tuple(
-                AgentPlace(folder.resolve(), Path(mail) / str(number))
+                AgentPlace(folder.resolve(), Path(mail) / str(number), spans=spans)
                 for number, folder in enumerate(folders)
             )
             jobs = agent_jobs(places)
             journal_console().print(f"driving {', '.join(folder.name for folder in folders)}; Ctrl-C ends it")
             Supervisor(jobs).run()
-    except (AgentFolderError, ProfileError, MapError, HmiDeviceError) as error:
+    except (AgentFolderError, ProfileError, MapError, HmiDeviceError, TracingUnavailable) as error:
         _refuse(str(error), journal_console(level="error"))
 
 

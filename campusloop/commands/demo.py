@@ -16,6 +16,7 @@ from campusloop.kernels.compiling import KernelError, prepare_kernels
 from campusloop.kernels.groups import for_campus
 from campusloop.live.campus import CampusStartError, LiveOptions
 from campusloop.live.demo import LiveDemo
+from campusloop.live.otlp_spans import TracingUnavailable
 from campusloop.live.run_folder import ForeignFolder, empty_folder
 from campusloop.shipped import DEFAULT_MAP
 from contract.roads.load import MapError, load_map
@@ -80,7 +81,14 @@ def demo(
             paced=True,
         )
         asyncio.run(LiveDemo(options, console, people_book=people).run())
-    except (MapError, ProfileError, CampusStartError, ForeignFolder, KernelError) as error:
+    except (
+        MapError,
+        ProfileError,
+        CampusStartError,
+        ForeignFolder,
+        KernelError,
+        TracingUnavailable,
+    ) as error:
         console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
 

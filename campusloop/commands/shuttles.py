@@ -15,6 +15,7 @@ from campusloop.clients.operator_client import OperatorClient, OperatorError
 from campusloop.journal_console import journal_console
 from campusloop.kernels.compiling import KernelError, prepare_kernels
 from campusloop.kernels.groups import SIMULATOR, for_vehicle
+from campusloop.live.otlp_spans import TracingUnavailable
 from campusloop.live.shuttles import ShuttleOptions, SimulatedShuttles
 from campusloop.shipped import DEFAULT_MAP
 from contract.roads.load import MapError
@@ -72,7 +73,7 @@ def shuttles(
         )
         trusted = True if certificate is None else ssl.create_default_context(cafile=certificate)
         simulated = SimulatedShuttles(options)
-    except (SettingsError, MapError, ProfileError, KernelError, OSError) as error:
+    except (SettingsError, MapError, ProfileError, KernelError, TracingUnavailable, OSError) as error:
         _refuse(str(error))
     raise typer.Exit(asyncio.run(_run(simulated, operator, password, trusted, held, wait_s)))
 

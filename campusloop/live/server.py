@@ -7,6 +7,7 @@ import os
 import socket
 import ssl
 import sys
+from dataclasses import replace
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -18,9 +19,11 @@ import uvloop
 from campusloop.journal_console import journal_console
 from campusloop.live.bounded_http import counted_protocols
 from campusloop.live.certificate import local_addresses, self_signed
+from campusloop.live.otlp_spans import TracingUnavailable, span_source
 from campusloop.live.paced_clock import PacedClock, PacedClocks
 from campusloop.live.process_end import CANNOT_WORK, ProcessEnd
 from campusloop.shipped import DEFAULT_MAP
+from contract.tracing import Spans
 from contract.wire.codec import MAX_MESSAGE_BYTES
 from server.adapters import SystemClock
 from server.api.security.connection_counts import ConnectionCounts
@@ -64,12 +67,15 @@ def serve_campus(
         if settings.map_path is None:
             settings = settings.model_copy(update={"map_path": DEFAULT_MAP})
         listening = listen(settings.host, settings.port)
-    except (SettingsError, CannotStart) as error:
+        spans = span_source().open(settings.server_name)
+    except (SettingsError, CannotStart, TracingUnavailable) as error:
         _refuse(str(error))
     write_journal(settings.server_name)
     with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
         clock = SystemClock() if clocks is None else _CampusClock(clocks.open("server"))
-        runner.run(_serve(settings, listening, clock))
+        runner.run(_serve(settings, listening, clock, spans))
+    if spans is not None:
+        spans.close()
 
 
 class _CampusClock:
@@ -118,12 +124,13 @@ def listen(host: str, port: int) -> socket.socket:
     return listening
 
 
-async def _serve(settings: Settings, listening: socket.socket, clock: Clock) -> None:
+async def _serve(settings: Settings, listening: socket.socket, clock: Clock, spans: Spans | None) -> None:
     settings = settings.model_copy(update={"port": listening.getsockname()[1]})
     end = ProcessEnd(journal_console(sys.stderr, "error"))
     try:
         solver_journal = partial(write_journal, f"{settings.server_name} solver")
         live = await live_ports(settings, clock, end.demand, solver_journal)
+        live = replace(live, ports=replace(live.ports, spans=spans))
     except CannotStart as error:
         listening.close()
         _refuse(str(error))

@@ -8,6 +8,7 @@ from typing import Annotated
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
+from contract.tracing import RideSpans
 from server.api.metrics.measurements import Measurements
 from server.api.pages import Page
 from server.api.rides.booking_batcher import BookingBatcher
@@ -52,6 +53,7 @@ class Services:
     """has_our_tables: the database's tables are those of this version; it may block.
 
     webhook_sender  None: this server sends nothing to other networks
+    spans           None: rides are not traced
     """
 
     campus_id: str
@@ -72,6 +74,7 @@ class Services:
     limits: Limits
     has_our_tables: Callable[[], bool]
     webhook_sender: WebhookSender | None
+    spans: RideSpans | None
     pages: dict[str, Page]
 
 

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 
 import structlog
 
+from contract.tracing import RideSpans
 from server.api.request_ids import current_request_id
-from server.domain.errors import StoreFailure
+from server.domain.errors import DomainError, StoreFailure
+from server.domain.instants import ns_of
 from server.domain.rides.rides import BookRide
-from server.usecases.ports.unit_of_work import Transactions
+from server.usecases.ports.clock_and_ids import Clock
+from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 from server.usecases.rides import rides
 
 TOGETHER_MAX = 32
@@ -24,11 +27,26 @@ class _Waiting:
     request_id: str
 
 
+class _Decision:
+    """The use case, and when it began and ended in the last attempt: it waits for its turn before."""
+
+    def __init__(self, requests: list[BookRide], clock: Clock) -> None:
+        self._requests, self._clock = requests, clock
+        self.begun = self.ended = clock.now()
+
+    def make(self, uow: UnitOfWork) -> list[rides.BookingResult | DomainError]:
+        self.begun = self._clock.now()
+        results = rides.book_all(uow, self._requests)
+        self.ended = self._clock.now()
+        return results
+
+
 class BookingBatcher:
     """Answers in the order of arrival. A first booking does not wait for others."""
 
-    def __init__(self, transactions: Transactions) -> None:
-        self._transactions = transactions
+    def __init__(self, transactions: Transactions, clock: Clock, spans: RideSpans | None = None) -> None:
+        """spans: of the decided rides; None: they are not traced."""
+        self._transactions, self._clock, self._spans = transactions, clock, spans
         self._waiting: list[_Waiting] = []
         self._worker: asyncio.Task[None] | None = None
 
@@ -59,8 +77,14 @@ class BookingBatcher:
         requests = [one.request for one in together]
         # The worker's own context: a line of the log about several requests names all of them.
         structlog.contextvars.bind_contextvars(request_id=",".join(one.request_id for one in together))
-        work = self._transactions.run(lambda uow: rides.book_all(uow, requests))
-        (booked,) = await asyncio.gather(work, return_exceptions=True)
+        decision = _Decision(requests, self._clock)
+        begun = self._clock.now()
+        (booked,) = await asyncio.gather(self._transactions.run(decision.make), return_exceptions=True)
+        if self._spans is not None and isinstance(booked, list):
+            ride_ids = [result.ride.ride_id for result in booked if isinstance(result, rides.BookingResult)]
+            ended = self._clock.now()
+            self._spans.add(ride_ids, "booking.transaction", ns_of(begun), ns_of(ended))
+            self._spans.add(ride_ids, "booking.decision", ns_of(decision.begun), ns_of(decision.ended))
         if isinstance(booked, list):
             for one, result in zip(together, booked, strict=True):
                 _settle(one.answer, result)

@@ -1,15 +1,11 @@
 """Every line that a real process logs is one JSON object with the same keys, in good times and in bad."""
 
 import json
-import os
-import signal
 import socket
 import sqlite3
-import subprocess
-import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -17,41 +13,14 @@ import httpx
 import psutil
 import pytest
 
-from tests.server.api.server_under_test import MAPS, PASSWORD
+from tests.campusloop.live.running_commands import free_port, running
+from tests.server.api.server_under_test import MAPS
 
 KEYS = ["timestamp", "level", "event", "process"]
 WITHIN_S = 90.0
 MAP = str(MAPS / "snow-lion" / "map.json")
 
 pytestmark = [pytest.mark.real, pytest.mark.long]
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
-
-
-@contextmanager
-def running(folder: Path, name: str, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
-    """`campusloop ARGUMENTS`, both its streams in folder/NAME.log."""
-    environment = os.environ | {
-        "CAMPUSLOOP_VAR_DIR": str(folder / "var"),
-        "CAMPUSLOOP_OPERATOR_PASSWORD": PASSWORD,
-    }
-    with (folder / f"{name}.log").open("wb") as log:
-        process = subprocess.Popen(
-            [sys.executable, "-W", "always", "-m", "campusloop", *arguments],
-            env=environment,
-            stdout=log,
-            stderr=subprocess.STDOUT,
-        )
-    try:
-        yield process
-    finally:
-        process.send_signal(signal.SIGTERM)
-        process.wait(30)
 
 
 def lines_of(folder: Path) -> list[dict[str, Any]]:
