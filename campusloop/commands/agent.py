@@ -8,10 +8,10 @@ import httpx
 import typer
 from rich.console import Console
 
-from campusloop.journal_console import journal_console
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import for_vehicle
-from campusloop.live.otlp_spans import TracingUnavailable, span_source
+from campusloop.telemetry.journal_console import journal_console
+from campusloop.telemetry.otlp_spans import TracingUnavailable, span_source
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import ProfileError, load_profile
 from vehicle_agent.link.keys import VehicleKeyError, load_or_create_key, public_key_text

@@ -11,14 +11,14 @@ import structlog
 import typer
 from rich.console import Console
 
-from campusloop.journal_console import journal_console
 from campusloop.kernels.compiling import KernelError, prepare_kernels
 from campusloop.kernels.groups import for_campus
 from campusloop.live.campus import CampusStartError, LiveOptions
 from campusloop.live.demo import LiveDemo
-from campusloop.live.otlp_spans import TracingUnavailable
 from campusloop.live.run_folder import ForeignFolder, empty_folder
 from campusloop.shipped import DEFAULT_MAP
+from campusloop.telemetry.journal_console import journal_console
+from campusloop.telemetry.otlp_spans import TracingUnavailable
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import Profile, ProfileError, load_profile
 

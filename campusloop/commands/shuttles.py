@@ -12,12 +12,12 @@ import httpx
 import typer
 
 from campusloop.clients.operator_client import OperatorClient, OperatorError
-from campusloop.journal_console import journal_console
 from campusloop.kernels.compiling import KernelError, prepare_kernels
 from campusloop.kernels.groups import SIMULATOR, for_vehicle
-from campusloop.live.otlp_spans import TracingUnavailable
 from campusloop.live.shuttles import ShuttleOptions, SimulatedShuttles
 from campusloop.shipped import DEFAULT_MAP
+from campusloop.telemetry.journal_console import journal_console
+from campusloop.telemetry.otlp_spans import TracingUnavailable
 from contract.roads.load import MapError
 from server.settings import SettingsError, settings_from
 from simulator.live.ports import BASE_PORT

@@ -17,10 +17,10 @@ from typing import Any
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from campusloop.journal_console import journal_console
 from campusloop.kernels.caches import CachesNotWritable, KernelCaches
 from campusloop.kernels.groups import GROUPS
 from campusloop.kernels.sources import Sources
+from campusloop.telemetry.journal_console import journal_console
 
 PACKAGES = ("contract", "server", "vehicle_agent", "simulator", "campusloop")
 _POLL_S = 0.2

@@ -16,13 +16,13 @@ from typing import NoReturn
 import uvicorn
 import uvloop
 
-from campusloop.journal_console import journal_console
 from campusloop.live.bounded_http import counted_protocols
 from campusloop.live.certificate import local_addresses, self_signed
-from campusloop.live.otlp_spans import TracingUnavailable, span_source
 from campusloop.live.paced_clock import PacedClock, PacedClocks
 from campusloop.live.process_end import CANNOT_WORK, ProcessEnd
 from campusloop.shipped import DEFAULT_MAP
+from campusloop.telemetry.journal_console import journal_console
+from campusloop.telemetry.otlp_spans import TracingUnavailable, span_source
 from contract.tracing import Spans
 from contract.wire.codec import MAX_MESSAGE_BYTES
 from server.adapters import SystemClock

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from campusloop.clients.operator_client import OperatorClient
 from campusloop.live.jobs import simulate
-from campusloop.live.otlp_spans import span_source
 from campusloop.live.paced_clock import PacedClock, PacedClocks
+from campusloop.telemetry.otlp_spans import span_source
 from contract.roads.load import load_map
 from simulator.live.live import scan_ring_path
 from simulator.live.ports import BASE_PORT, ports_of

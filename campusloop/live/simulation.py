@@ -10,8 +10,8 @@ import structlog
 from rich.console import Console
 from rich.table import Table
 
-from campusloop.journal_console import journal_console
 from campusloop.live.paced_clock import PacedClocks
+from campusloop.telemetry.journal_console import journal_console
 from contract.roads.load import MapError, load_map
 from simulator.live.bus import LiveBusError
 from simulator.live.control_server import ControlError, RemotePhones

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from tests.campusloop.live.live_server import LiveServer, live_server, obedient_vehicle
-from tests.campusloop.live.restored_journal import restored_journal
 from tests.campusloop.secret_search import Secrets
+from tests.campusloop.telemetry.restored_journal import restored_journal
 from tests.server.api.server_under_test import PASSWORD
 from vehicle_agent.runtime.processes.journal import write_journal
 

@@ -10,10 +10,10 @@ from pathlib import Path
 import httpx
 import pytest
 
-from campusloop.live import otlp_spans
-from campusloop.live.otlp_spans import TracingUnavailable, span_source
+from campusloop.telemetry import otlp_spans
+from campusloop.telemetry.otlp_spans import TracingUnavailable, span_source
 from contract.tracing import NO_SPANS, trace_id_of
-from tests.campusloop.live.running_commands import free_port, running
+from tests.campusloop.telemetry.running_commands import free_port, running
 from tests.campusloop.virtual.test_ride_traces import STEPS
 from tests.faults.real_campus import nearest_pair
 from tests.server.api.server_under_test import MAPS, snow_lion

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 import structlog
 
-from tests.campusloop.live.restored_journal import restored_journal
+from tests.campusloop.telemetry.restored_journal import restored_journal
 from vehicle_agent.runtime.processes.journal import write_journal
 
 TOKEN = "q3Jv0X2mQp7sT4uYb1cD9w"

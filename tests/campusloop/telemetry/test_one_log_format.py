@@ -13,7 +13,7 @@ import httpx
 import psutil
 import pytest
 
-from tests.campusloop.live.running_commands import free_port, running
+from tests.campusloop.telemetry.running_commands import free_port, running
 from tests.server.api.server_under_test import MAPS
 
 KEYS = ["timestamp", "level", "event", "process"]

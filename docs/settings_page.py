@@ -1,6 +1,6 @@
 """Writes docs/server/settings.md from the types of the settings.
 
-python -m docs.server.settings_page      # after a change of server/settings.py; a test keeps them equal
+python -m docs.settings_page      # after a change of server/settings.py; a test keeps them equal
 """
 
 import types
@@ -13,12 +13,12 @@ from pydantic_core import PydanticUndefined
 
 from server.settings import FILE_SUFFIX, PREFIX, Settings, is_file_variable
 
-PAGE = Path(__file__).with_name("settings.md")
+PAGE = Path(__file__).parent / "server" / "settings.md"
 MIB = 1024 * 1024
 
 TEXT = f"""# Settings
 
-Written by `python -m docs.server.settings_page` from `server/settings.py`. Do not edit.
+Written by `python -m docs.settings_page` from `server/settings.py`. Do not edit.
 
 The server reads its settings once, at its start, from environment variables. Options of `campusloop serve`
 win over variables. A value that cannot be used ends the start, and the message names each such variable.
